@@ -1,0 +1,123 @@
+//! The small numbers inside messages, as types.
+
+macro_rules! codes {
+    ($($(#[$meta:meta])* pub enum $name:ident { $($(#[$vmeta:meta])* $variant:ident = $value:literal $text:literal,)* })*) => {$(
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[repr(u32)]
+        pub enum $name { $($(#[$vmeta])* $variant = $value,)* }
+
+        impl $name {
+            /// Every value, in order.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
+
+            /// The number in the message.
+            pub const fn code(self) -> u32 { self as u32 }
+
+            /// The value of a number, `None` where there is no such value.
+            pub fn from_code(code: u32) -> Option<Self> {
+                Self::ALL.iter().copied().find(|v| v.code() == code)
+            }
+
+            /// The word for people and files.
+            pub const fn word(self) -> &'static str {
+                match self { $(Self::$variant => $text,)* }
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result { f.write_str(self.word()) }
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = String;
+            fn from_str(word: &str) -> Result<Self, String> {
+                Self::ALL.iter().copied().find(|v| v.word() == word).ok_or_else(|| {
+                    let known: Vec<_> = Self::ALL.iter().map(|v| v.word()).collect();
+                    format!("expected one of {}, found {word:?}", known.join(", "))
+                })
+            }
+        }
+    )*};
+}
+
+/// A free cell of a [`crate::message::SketchMap`].
+pub const FREE: u8 = 0;
+/// A wall cell of a [`crate::message::SketchMap`].
+pub const WALL: u8 = 100;
+
+codes! {
+    /// The processes of a system.
+    pub enum Process {
+        /// The simulated world, or a real robot's driver in its place.
+        World = 1 "world",
+        /// Reads what a person drew.
+        Sketcher = 2 "sketcher",
+        /// Finds the robot in the drawing.
+        Localizer = 3 "localizer",
+        /// Drives it to its goals.
+        Planner = 4 "planner",
+        /// Writes every channel to a file.
+        Recorder = 5 "recorder",
+        /// Owns the others.
+        Supervisor = 6 "supervisor",
+        /// A tool that looks on: `echo`, `hz`, a user's own.
+        Observer = 7 "observer",
+    }
+
+    /// What the robot touched.
+    pub enum BodyKind {
+        /// A wall of the building.
+        Wall = 1 "wall",
+        /// Furniture, which no sketch shows.
+        Furniture = 2 "furniture",
+        /// Somebody who walks.
+        Person = 3 "person",
+    }
+
+    /// How sure the localizer is.
+    pub enum Tracking {
+        /// Waiting for the sketch or the first scan.
+        Waiting = 0 "waiting",
+        /// The scans fit.
+        Tracking = 1 "tracking",
+        /// The scans fit badly, or several places fit.
+        Doubtful = 2 "doubtful",
+        /// The scans do not fit anywhere near.
+        Lost = 3 "lost",
+    }
+
+    /// What a person can order.
+    pub enum Order {
+        /// Begin with the first task.
+        Start = 1 "start",
+        /// Stop and give up the mission.
+        Abort = 2 "abort",
+        /// Stop, go on later.
+        Pause = 3 "pause",
+        /// Go on.
+        Resume = 4 "resume",
+    }
+
+    /// How a task stands.
+    pub enum TaskState {
+        /// Not begun: the sketch, the route or the order to start is missing.
+        Waiting = 0 "waiting",
+        /// On the way.
+        Driving = 1 "driving",
+        /// Stopped by a person.
+        Paused = 2 "paused",
+        /// The robot believes to be at the goal; ends the task.
+        Reached = 3 "reached",
+        /// No way to the goal around what the laser sees; ends the task.
+        Blocked = 4 "blocked",
+        /// The robot does not know where it is; ends the task.
+        Lost = 5 "lost",
+        /// The time limit passed; ends the task.
+        TimedOut = 6 "timed out",
+        /// Given up by a person; ends the mission.
+        Aborted = 7 "aborted",
+        /// All tasks have ended; ends the mission.
+        Finished = 8 "finished",
+    }
+}

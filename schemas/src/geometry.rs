@@ -1,0 +1,119 @@
+//! Planar geometry whose frame is part of the type.
+//!
+//! A [`Point`], [`Vector`] or [`Pose`] names the frame that it is expressed in. Metres are the unit
+//! of [`World`], [`Odom`] and [`Base`]; pixels are the unit of [`Sketch`]. Nothing here converts
+//! metres to pixels: only the local scale of a pose estimate joins the two.
+
+use std::f64::consts::PI;
+use std::marker::PhantomData;
+
+use nalgebra::{Rotation2, Vector2};
+
+/// The building's own frame: metres, x to the right, y up. Only the simulator and the judge know it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct World;
+/// Where the robot believes to have come by counting wheel turns: metres, drifts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Odom;
+/// The robot itself: metres, x forward, y to the left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Base;
+/// The drawing: pixels, origin at the lower left corner of the lower left pixel, x right, y **up**.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sketch;
+
+/// A place in frame `F`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point<F> {
+    /// First coordinate, in the frame's unit.
+    pub x: f64,
+    /// Second coordinate, in the frame's unit.
+    pub y: f64,
+    frame: PhantomData<F>,
+}
+
+impl<F> Point<F> {
+    /// The place (x, y), in the frame's unit.
+    pub const fn new(x: f64, y: f64) -> Self {
+        Self { x, y, frame: PhantomData }
+    }
+
+    /// Straight distance to `other`, in the frame's unit.
+    pub fn distance(&self, other: &Self) -> f64 {
+        (self.x - other.x).hypot(self.y - other.y)
+    }
+
+    /// The vector from the frame's origin.
+    pub fn coords(&self) -> Vector2<f64> {
+        Vector2::new(self.x, self.y)
+    }
+}
+
+impl<F> From<Vector2<f64>> for Point<F> {
+    fn from(v: Vector2<f64>) -> Self {
+        Self::new(v.x, v.y)
+    }
+}
+
+/// A position and a heading in frame `F`; the heading is counter-clockwise from x, in radians.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose<F> {
+    /// First coordinate, in the frame's unit.
+    pub x: f64,
+    /// Second coordinate, in the frame's unit.
+    pub y: f64,
+    /// Heading, radians counter-clockwise from the frame's x axis.
+    pub yaw_rad: f64,
+    frame: PhantomData<F>,
+}
+
+impl<F> Pose<F> {
+    /// The pose (x, y, yaw), x and y in the frame's unit.
+    pub const fn new(x: f64, y: f64, yaw_rad: f64) -> Self {
+        Self { x, y, yaw_rad, frame: PhantomData }
+    }
+
+    /// Where the pose stands.
+    pub const fn position(&self) -> Point<F> {
+        Point::new(self.x, self.y)
+    }
+
+    /// `self ⊕ step`: the pose after a motion that is expressed in the pose's own axes.
+    pub fn compose<G>(&self, step: &Pose<G>) -> Pose<F> {
+        let moved = Rotation2::new(self.yaw_rad) * Vector2::new(step.x, step.y);
+        Pose::new(self.x + moved.x, self.y + moved.y, wrap_angle(self.yaw_rad + step.yaw_rad))
+    }
+
+    /// `⊖ self ⊕ other`: the motion, in this pose's own axes, that leads to `other`.
+    pub fn motion_to(&self, other: &Pose<F>) -> Pose<Base> {
+        let moved = Rotation2::new(-self.yaw_rad) * Vector2::new(other.x - self.x, other.y - self.y);
+        Pose::new(moved.x, moved.y, wrap_angle(other.yaw_rad - self.yaw_rad))
+    }
+}
+
+/// The angle's equal in (−π, π].
+pub fn wrap_angle(angle_rad: f64) -> f64 {
+    let wrapped = angle_rad - 2.0 * PI * ((angle_rad + PI) / (2.0 * PI)).floor();
+    if wrapped <= -PI { wrapped + 2.0 * PI } else { wrapped }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motion_undoes_compose() {
+        let start = Pose::<World>::new(1.0, -2.0, 2.5);
+        let step = Pose::<Base>::new(0.3, -0.1, 1.4);
+        let back = start.motion_to(&start.compose(&step));
+        assert!((back.x - step.x).abs() < 1e-12 && (back.y - step.y).abs() < 1e-12);
+        assert!((back.yaw_rad - step.yaw_rad).abs() < 1e-12);
+    }
+
+    #[test]
+    fn angles_wrap_into_the_half_open_circle() {
+        for (angle, wrapped) in [(PI, PI), (-PI, PI), (3.0 * PI, PI), (0.5, 0.5), (-7.0, -7.0 + 2.0 * PI)] {
+            assert!((wrap_angle(angle) - wrapped).abs() < 1e-12, "{angle}");
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! Every message, channel and file format of sketchnav, once.
+//!
+//! - [`message`]: the structs as they lie in shared memory; [`codes`]: the small numbers inside them.
+//! - [`channels`]: who writes what, who may read it.
+//! - [`geometry`]: frames and units.
+//! - [`mission`], [`floor_plan`], [`robot`]: the files that people write.
+//! - [`run`]: what a process is told at its start; [`seed`]: random streams.
+//!
+//! Nothing here opens a file, reads a clock or knows how a message travels.
+
+pub mod channels;
+pub mod codes;
+pub mod floor_plan;
+pub mod geometry;
+pub mod message;
+pub mod mission;
+pub mod robot;
+pub mod run;
+pub mod seed;

@@ -1,0 +1,503 @@
+//! The messages, as they lie in shared memory.
+//!
+//! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums, so that its bytes
+//! are its value: two runs that send the same bytes have sent the same messages. Text and lists have
+//! a fixed capacity and a count; what lies behind the count is zero.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::geometry::{Odom, Point, Pose, Sketch, World};
+
+/// What every message begins with.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Header {
+    /// Number of the message on its channel: 1, 2, 3 …, never reused in a mission.
+    pub seq: u64,
+    /// Simulation time at which the content was true, nanoseconds since the mission's start.
+    pub stamp_ns: u64,
+    /// `seq` of the scan that caused this message. A sensor reading is its own cause.
+    pub source_seq: u64,
+}
+
+/// A message type: its name on the wire and a description of its layout.
+///
+/// # Safety
+/// Implemented by [`messages!`] alone, which derives the layout from the declaration.
+pub unsafe trait Message: Pod {
+    /// `sketchnav/<Type>/<version>`.
+    const NAME: &'static str;
+    /// One `field: type` a line, in order, with the declared types.
+    const LAYOUT: &'static str;
+
+    /// The message's header.
+    fn header(&self) -> &Header;
+    /// The message's header.
+    fn header_mut(&mut self) -> &mut Header;
+
+    /// Name, version and a fingerprint of the layout: two builds that disagree about a message
+    /// cannot meet on a channel.
+    fn type_name() -> String {
+        format!("{}/{:016x}", Self::NAME, fingerprint(Self::LAYOUT))
+    }
+}
+
+/// FNV-1a, 64 bit.
+pub const fn fingerprint(text: &str) -> u64 {
+    let bytes = text.as_bytes();
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut i = 0;
+    while i < bytes.len() {
+        hash = (hash ^ bytes[i] as u64).wrapping_mul(0x0000_0100_0000_01b3);
+        i += 1;
+    }
+    hash
+}
+
+macro_rules! layout {
+    ($(#[$meta:meta])* pub struct $name:ident { $($(#[$fmeta:meta])* pub $field:ident: $ty:ty,)* }) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+        pub struct $name { $($(#[$fmeta])* pub $field: $ty,)* }
+
+        impl $name {
+            /// One `field: type` a line, in order.
+            pub const FIELDS: &'static str = concat!($(stringify!($field), ": ", stringify!($ty), "\n",)*);
+        }
+    };
+}
+
+macro_rules! messages {
+    ($($(#[$meta:meta])* pub struct $name:ident version $version:literal { $($(#[$fmeta:meta])* pub $field:ident: $ty:ty,)* })*) => {$(
+        layout! { $(#[$meta])* pub struct $name {
+            /// Number, time and cause.
+            pub header: Header,
+            $($(#[$fmeta])* pub $field: $ty,)*
+        } }
+
+        // SAFETY: the layout string is made from the very tokens of the declaration.
+        unsafe impl Message for $name {
+            const NAME: &'static str = concat!("sketchnav/", stringify!($name), "/", $version);
+            const LAYOUT: &'static str = $name::FIELDS;
+            fn header(&self) -> &Header { &self.header }
+            fn header_mut(&mut self) -> &mut Header { &mut self.header }
+        }
+    )*};
+}
+
+/// A heading as the z and w of its unit quaternion, so that the ROS 2 form holds the same bits.
+pub fn orientation(yaw_rad: f64) -> (f64, f64) {
+    ((yaw_rad / 2.0).sin(), (yaw_rad / 2.0).cos())
+}
+
+layout! {
+    /// A planar pose in metres.
+    pub struct PoseM {
+        /// First coordinate.
+        pub x_m: f64,
+        /// Second coordinate.
+        pub y_m: f64,
+        /// z of the unit quaternion of the heading.
+        pub orientation_z: f64,
+        /// w of the unit quaternion of the heading.
+        pub orientation_w: f64,
+    }
+}
+
+layout! {
+    /// A planar pose in sketch pixels (frame [`Sketch`]).
+    pub struct PosePx {
+        /// First coordinate.
+        pub x_px: f64,
+        /// Second coordinate, upwards.
+        pub y_px: f64,
+        /// z of the unit quaternion of the heading.
+        pub orientation_z: f64,
+        /// w of the unit quaternion of the heading.
+        pub orientation_w: f64,
+    }
+}
+
+layout! {
+    /// A velocity in the robot's own axes.
+    pub struct Twist {
+        /// Forward, m/s.
+        pub vx_mps: f64,
+        /// To the left, m/s (0 for a differential drive).
+        pub vy_mps: f64,
+        /// Counter-clockwise, rad/s.
+        pub yaw_rate_radps: f64,
+    }
+}
+
+impl PoseM {
+    /// From a pose of any metric frame.
+    pub fn new<F>(pose: &Pose<F>) -> Self {
+        let (orientation_z, orientation_w) = orientation(pose.yaw_rad);
+        Self { x_m: pose.x, y_m: pose.y, orientation_z, orientation_w }
+    }
+
+    /// Heading, radians in (−π, π].
+    pub fn yaw_rad(&self) -> f64 {
+        crate::geometry::wrap_angle(2.0 * self.orientation_z.atan2(self.orientation_w))
+    }
+
+    fn pose<F>(&self) -> Pose<F> {
+        Pose::new(self.x_m, self.y_m, self.yaw_rad())
+    }
+}
+
+impl PosePx {
+    /// From a pose in the sketch.
+    pub fn new(pose: &Pose<Sketch>) -> Self {
+        let (orientation_z, orientation_w) = orientation(pose.yaw_rad);
+        Self { x_px: pose.x, y_px: pose.y, orientation_z, orientation_w }
+    }
+
+    /// The pose in the sketch.
+    pub fn pose(&self) -> Pose<Sketch> {
+        let yaw = crate::geometry::wrap_angle(2.0 * self.orientation_z.atan2(self.orientation_w));
+        Pose::new(self.x_px, self.y_px, yaw)
+    }
+}
+
+/// Up to `N` bytes of UTF-8, zero-filled.
+#[repr(transparent)]
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Text<const N: usize>(pub [u8; N]);
+
+// SAFETY: a transparent wrapper around a byte array.
+unsafe impl<const N: usize> Zeroable for Text<N> {}
+// SAFETY: as above; every bit pattern is a value.
+unsafe impl<const N: usize> Pod for Text<N> {}
+
+impl<const N: usize> Text<N> {
+    /// The text, cut at a character boundary where it is longer than `N` bytes.
+    pub fn new(text: &str) -> Self {
+        let mut end = text.len().min(N);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        let mut bytes = [0; N];
+        bytes[..end].copy_from_slice(&text.as_bytes()[..end]);
+        Self(bytes)
+    }
+
+    /// The text up to the first zero, or up to the first byte that is no UTF-8.
+    pub fn as_str(&self) -> &str {
+        let end = self.0.iter().position(|&b| b == 0).unwrap_or(N);
+        match std::str::from_utf8(&self.0[..end]) {
+            Ok(text) => text,
+            Err(error) => std::str::from_utf8(&self.0[..error.valid_up_to()]).unwrap_or_default(),
+        }
+    }
+}
+
+impl<const N: usize> std::fmt::Debug for Text<N> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:?}", self.as_str())
+    }
+}
+
+/// Most beams a scan can hold: a full circle at a quarter of a degree.
+pub const MAX_BEAMS: usize = 1440;
+/// Most particles that are published of a particle set.
+pub const MAX_PARTICLES: usize = 512;
+/// Most tasks of a mission.
+pub const MAX_TASKS: usize = 64;
+/// Most points of all goals and drawn routes of a mission together.
+pub const MAX_ROUTE_POINTS: usize = 8192;
+/// Most points of the global path in a [`Plan`].
+pub const MAX_GLOBAL_POINTS: usize = 1024;
+/// Most points of the local path in a [`Plan`].
+pub const MAX_LOCAL_POINTS: usize = 256;
+/// Most contacts of one step.
+pub const MAX_CONTACTS: usize = 8;
+
+messages! {
+    /// One sweep of a planar laser range finder (ROS 2: `sensor_msgs/LaserScan`).
+    pub struct LaserScan version 1 {
+        /// Direction of beam 0 in the sensor's frame, counter-clockwise from its forward axis.
+        pub angle_min_rad: f32,
+        /// Direction of the last beam.
+        pub angle_max_rad: f32,
+        /// Step from one beam to the next.
+        pub angle_increment_rad: f32,
+        /// Time between two beams.
+        pub time_increment_s: f32,
+        /// Time between two scans.
+        pub scan_time_s: f32,
+        /// Shortest range that the sensor measures.
+        pub range_min_m: f32,
+        /// Longest range that the sensor measures.
+        pub range_max_m: f32,
+        /// How many entries of `ranges_m` count.
+        pub beam_count: u32,
+        /// Ranges; +∞ where nothing returned, NaN where the reading is invalid (REP 117).
+        pub ranges_m: [f32; 1440],
+    }
+
+    /// Dead reckoning in frame [`Odom`] (ROS 2: `nav_msgs/Odometry`).
+    pub struct Odometry version 1 {
+        /// Where the robot has come by its own count; starts at the origin.
+        pub pose: PoseM,
+        /// How fast it believes to move.
+        pub twist: Twist,
+    }
+
+    /// Where the robot truly is, in frame [`World`] (ROS 2: `nav_msgs/Odometry`).
+    /// For the recorder and the judge alone.
+    pub struct GroundTruth version 1 {
+        /// The true pose.
+        pub pose: PoseM,
+        /// The true velocity.
+        pub twist: Twist,
+    }
+
+    /// The robot began or ended to touch something.
+    pub struct Contact version 1 {
+        /// Where, in frame [`World`].
+        pub x_m: f64,
+        /// Where, in frame [`World`].
+        pub y_m: f64,
+        /// Largest impulse of the contact so far, N·s.
+        pub impulse_ns: f64,
+        /// A [`crate::codes::BodyKind`].
+        pub body_kind: u32,
+        /// 1: the contact begins, 0: it ends.
+        pub begins: u32,
+    }
+
+    /// What a person drew, as a grid; its cells travel behind it as a byte slice, row 0 at the
+    /// bottom, [`crate::codes::FREE`] or [`crate::codes::WALL`] each (ROS 2: the cells are a
+    /// `nav_msgs/OccupancyGrid`).
+    pub struct SketchMap version 1 {
+        /// Width of the grid.
+        pub width_px: u32,
+        /// Height of the grid.
+        pub height_px: u32,
+        /// Direction of the walls in (−π/4, π/4], modulo a right angle (paper 001, III-B).
+        pub wall_direction_rad: f64,
+        /// Width of the pen's stroke.
+        pub pen_width_px: f64,
+        /// Where the robot starts.
+        pub start: PosePx,
+        /// Spread of the start pose that the person's mark may be off by.
+        pub start_spread_px: f64,
+        /// Spread of the start heading.
+        pub start_spread_rad: f64,
+    }
+
+    /// The tasks of the mission as places in the sketch: goals, or routes drawn by hand.
+    pub struct Route version 1 {
+        /// How many entries of `tasks` count.
+        pub task_count: u32,
+        /// How many entries of `points_px` count.
+        pub point_count: u32,
+        /// The tasks in order.
+        pub tasks: [RouteTask; 64],
+        /// All points of all tasks (frame [`Sketch`], x and y).
+        pub points_px: [[f64; 2]; 8192],
+    }
+
+    /// The robot's pose in the sketch and the sketch's local metric there (paper 001, III-A).
+    pub struct PoseEstimate version 1 {
+        /// The pose: the mode of the particles, never a mean of several modes.
+        pub pose: PosePx,
+        /// The local scale along the wall direction, pixels a metre.
+        pub scale_a_pxpm: f64,
+        /// The local scale across the wall direction, pixels a metre.
+        pub scale_b_pxpm: f64,
+        /// Covariance of (x px, y px, yaw rad, a px/m, b px/m) around the mode, row by row.
+        pub covariance: [f64; 25],
+        /// Kish's effective sample size of the weights before resampling.
+        pub effective_sample_size: f64,
+        /// How well the scan fits: mean log likelihood of a beam at the estimate.
+        pub fit: f64,
+        /// The odometry at the scan's time, so that a reader can go on from here.
+        pub odometry: PoseM,
+        /// How many particles there are.
+        pub particle_count: u32,
+        /// A [`crate::codes::Tracking`].
+        pub tracking: u32,
+    }
+
+    /// A sample of the particle set.
+    pub struct Particles version 1 {
+        /// How many entries of `particles` count.
+        pub count: u32,
+        /// How many particles the set has.
+        pub total: u32,
+        /// Every n-th particle of the set.
+        pub particles: [Particle; 512],
+    }
+
+    /// What the planner is about to do.
+    pub struct Plan version 1 {
+        /// Index of the task.
+        pub task: u32,
+        /// How many entries of `global_px` count.
+        pub global_count: u32,
+        /// How many entries of `local_px` count.
+        pub local_count: u32,
+        /// 1: the task follows a drawn route, 0: it goes to a goal.
+        pub follows_route: u32,
+        /// The waypoint that the local path leads to (frame [`Sketch`]).
+        pub target_px: [f64; 2],
+        /// The path through the sketch to the goal, or the drawn route that remains.
+        pub global_px: [[f32; 2]; 1024],
+        /// The path around what the laser sees, to the target.
+        pub local_px: [[f32; 2]; 256],
+    }
+
+    /// How the robot is to move, in its own axes.
+    pub struct VelocityCommand version 1 {
+        /// The velocity.
+        pub twist: Twist,
+        /// 1: the mission is over, the world need not go on.
+        pub last: u32,
+        /// Zero.
+        pub reserved: u32,
+    }
+
+    /// What the person wants.
+    pub struct MissionCommand version 1 {
+        /// A [`crate::codes::Order`].
+        pub order: u32,
+        /// The task that it is about, where the order names one.
+        pub task: u32,
+    }
+
+    /// How the mission stands.
+    pub struct MissionStatus version 1 {
+        /// Index of the current task.
+        pub task: u32,
+        /// How many tasks the mission has.
+        pub task_count: u32,
+        /// A [`crate::codes::TaskState`].
+        pub state: u32,
+        /// How many tasks ended as reached so far.
+        pub reached_count: u32,
+        /// Since the task began, simulation time.
+        pub task_time_s: f64,
+        /// Driven since the task began, by odometry.
+        pub task_path_m: f64,
+        /// Still to go, by the estimated local scale.
+        pub remaining_m: f64,
+        /// How fast the robot believes to move.
+        pub speed_mps: f64,
+        /// Name of the task.
+        pub name: Text<32>,
+        /// Why the state is what it is, in words.
+        pub reason: Text<96>,
+    }
+
+    /// A process says that it lives. Measures wall-clock time, so no two runs agree on it.
+    pub struct Health version 1 {
+        /// A [`crate::codes::Process`].
+        pub process: u32,
+        /// Its process id.
+        pub pid: u32,
+        /// Steps done since its start.
+        pub steps: u64,
+        /// Wall-clock time spent inside steps since its start.
+        pub busy_ns: u64,
+        /// Longest step since the last health message.
+        pub step_max_ns: u64,
+        /// Heap allocations inside steps since its start.
+        pub step_allocations: u64,
+        /// Messages that a `seq` shows to be missing on its inputs.
+        pub lost_messages: u64,
+        /// Messages that were refused as malformed.
+        pub refused_messages: u64,
+        /// Wall-clock time since the process started.
+        pub uptime_ns: u64,
+    }
+
+    /// The recorder has everything up to and including the scan `source_seq` in its file.
+    /// The world in lockstep never runs further ahead of it than the channels can hold.
+    pub struct Recorded version 1 {
+        /// Messages in the file so far.
+        pub message_count: u64,
+    }
+}
+
+layout! {
+    /// A task of a [`Route`].
+    pub struct RouteTask {
+        /// Name, for people.
+        pub name: Text<32>,
+        /// Index of its first point in the route's points.
+        pub first_point: u32,
+        /// 1 for a goal, more for a drawn route.
+        pub point_count: u32,
+        /// Simulation time after which the task has failed.
+        pub time_limit_s: f64,
+    }
+}
+
+layout! {
+    /// A particle: pose and local scales (paper 001, equation 6).
+    pub struct Particle {
+        /// Position, pixels.
+        pub x_px: f32,
+        /// Position, pixels, upwards.
+        pub y_px: f32,
+        /// Heading.
+        pub yaw_rad: f32,
+        /// Local scale along the wall direction, pixels a metre.
+        pub scale_a_pxpm: f32,
+        /// Local scale across the wall direction, pixels a metre.
+        pub scale_b_pxpm: f32,
+        /// Normalized weight.
+        pub weight: f32,
+    }
+}
+
+impl LaserScan {
+    /// The ranges that count.
+    pub fn ranges(&self) -> &[f32] {
+        &self.ranges_m[..(self.beam_count as usize).min(MAX_BEAMS)]
+    }
+
+    /// Direction of beam `i` in the sensor's frame.
+    pub fn angle_rad(&self, i: usize) -> f32 {
+        self.angle_min_rad + i as f32 * self.angle_increment_rad
+    }
+}
+
+impl Odometry {
+    /// The dead-reckoned pose.
+    pub fn pose(&self) -> Pose<Odom> {
+        self.pose.pose()
+    }
+}
+
+impl GroundTruth {
+    /// The true pose.
+    pub fn pose(&self) -> Pose<World> {
+        self.pose.pose()
+    }
+}
+
+impl PoseEstimate {
+    /// The odometry that belongs to the estimate.
+    pub fn odometry(&self) -> Pose<Odom> {
+        self.odometry.pose()
+    }
+}
+
+impl Route {
+    /// The tasks that count.
+    pub fn tasks(&self) -> &[RouteTask] {
+        &self.tasks[..(self.task_count as usize).min(MAX_TASKS)]
+    }
+
+    /// The points of `task`: one for a goal, more for a drawn route; none where its indices lie.
+    pub fn points(&self, task: &RouteTask) -> impl ExactSizeIterator<Item = Point<Sketch>> + '_ {
+        let first = task.first_point as usize;
+        let range = first..first.saturating_add(task.point_count as usize);
+        self.points_px.get(range).unwrap_or(&[]).iter().map(|p| Point::new(p[0], p[1]))
+    }
+}

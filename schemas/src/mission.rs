@@ -1,0 +1,257 @@
+//! Missions: which world, which robot, which drawing, where to go.
+
+use serde::{Deserialize, Serialize};
+
+use crate::floor_plan::{Furniture, Person};
+use crate::message::{MAX_ROUTE_POINTS, MAX_TASKS};
+
+/// A mission file. Parsed from TOML by [`Mission::parse`]; paths are relative to the file's folder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mission {
+    /// Name, for people and for the recording's file name.
+    pub name: String,
+    /// What it shows.
+    #[serde(default)]
+    pub description: String,
+    /// `robotino`, `turtlebot3`, or the path of a robot file.
+    pub robot: String,
+    /// Where it truly happens.
+    pub world: WorldSource,
+    /// Where the robot starts.
+    pub start: Start,
+    /// What the person drew.
+    pub sketch: SketchSource,
+    /// Where to go, in order.
+    pub task: Vec<Task>,
+    /// Parameters of the services, by service; what is left out keeps its default.
+    #[serde(default)]
+    pub parameters: Parameters,
+}
+
+/// The true world: `floor_plan` or `map`, and what else stands and walks there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldSource {
+    /// A floor plan of the project's own form (TOML).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor_plan: Option<String>,
+    /// A map of ROS's map_server (YAML beside a PGM or PNG).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<String>,
+    /// Furniture beside what the floor plan has.
+    #[serde(default)]
+    pub furniture: Vec<Furniture>,
+    /// People beside those of the floor plan.
+    #[serde(default)]
+    pub person: Vec<Person>,
+}
+
+/// Where the robot starts, in the world and in the drawing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// True position, metres.
+    pub world: [f64; 2],
+    /// True heading, degrees counter-clockwise from the world's x axis.
+    pub world_heading_deg: f64,
+    /// Position in the drawing, image pixels (column, row; row 0 at the top). May be left out where
+    /// the first task is a drawn route or the drawing itself holds the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sketch: Option<[f64; 2]>,
+    /// Heading in the drawing, degrees counter-clockwise from "to the right" as one looks at it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sketch_heading_deg: Option<f64>,
+}
+
+/// The drawing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SketchSource {
+    /// PNG, JPEG, SVG or strokes in JSON.
+    pub file: String,
+    /// Whether the walls are dark lines, light lines, or to be found out.
+    #[serde(default)]
+    pub walls: WallTone,
+}
+
+/// Which tone of a picture is a wall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallTone {
+    /// To be found out.
+    #[default]
+    Auto,
+    /// Dark on light.
+    Dark,
+    /// Light on dark.
+    Light,
+}
+
+/// A task: a goal, or a drawn route.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Task {
+    /// Name, for people: `0 → 1`.
+    pub name: String,
+    /// The goal, image pixels (column, row).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal: Option<[f64; 2]>,
+    /// Or a route to follow, image pixels, two points or more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub route: Option<Vec<[f64; 2]>>,
+    /// Which place of the true world counts as there.
+    pub there: Place,
+    /// Simulation time, seconds.
+    #[serde(default = "time_limit_s")]
+    pub time_limit_s: f64,
+}
+
+fn time_limit_s() -> f64 {
+    180.0
+}
+
+/// A place of the true world: `polygon`, or `center` with `radius_m`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    /// Corners of a simple polygon, metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub polygon: Option<Vec<[f64; 2]>>,
+    /// Middle of a disc, or the point from which the final error of a polygon is measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center: Option<[f64; 2]>,
+    /// Radius of the disc.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius_m: Option<f64>,
+}
+
+/// Parameters by service, each a table that the service itself checks.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameters {
+    /// Of the sketcher.
+    #[serde(default)]
+    pub sketcher: toml::Table,
+    /// Of the localizer.
+    #[serde(default)]
+    pub localizer: toml::Table,
+    /// Of the planner.
+    #[serde(default)]
+    pub planner: toml::Table,
+}
+
+/// What is wrong with a mission.
+#[derive(Debug, thiserror::Error)]
+pub enum MissionError {
+    /// No TOML, a key that is not known, a value of the wrong type.
+    #[error("{0}")]
+    Toml(#[from] toml::de::Error),
+    /// A value that cannot be.
+    #[error("{key}: expected {expected}, found {found}")]
+    Value {
+        /// The key.
+        key: String,
+        /// What would be right.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+}
+
+impl Mission {
+    /// Reads a mission file and checks all that can be checked without opening another file.
+    ///
+    /// # Errors
+    /// [`MissionError`] with the key and what was expected.
+    pub fn parse(text: &str) -> Result<Self, MissionError> {
+        let mission: Self = toml::from_str(text)?;
+        mission.check()?;
+        Ok(mission)
+    }
+
+    fn check(&self) -> Result<(), MissionError> {
+        let sources = usize::from(self.world.floor_plan.is_some()) + usize::from(self.world.map.is_some());
+        check(sources == 1, || "world".into(), "one of floor_plan and map", || sources.to_string())?;
+        let tasks = self.task.len();
+        check((1..=MAX_TASKS).contains(&tasks), || "task".into(), "1 to 64 tasks", || tasks.to_string())?;
+        let points: usize = self.task.iter().map(Task::point_count).sum();
+        let expected = "at most 8192 points of all goals and routes";
+        check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
+        check_numbers("start.world", &self.start.world)?;
+        self.task.iter().enumerate().try_for_each(|(i, task)| task.check(i + 1))
+    }
+}
+
+impl Task {
+    fn point_count(&self) -> usize {
+        self.route.as_ref().map_or(1, Vec::len)
+    }
+
+    fn check(&self, number: usize) -> Result<(), MissionError> {
+        let key = |part: &str| format!("task {number} ({}){part}", self.name);
+        let kinds = usize::from(self.goal.is_some()) + usize::from(self.route.is_some());
+        check(kinds == 1, || key(""), "one of goal and route", || kinds.to_string())?;
+        if let Some(route) = &self.route {
+            check(route.len() >= 2, || key(".route"), "2 points or more", || route.len().to_string())?;
+        }
+        for point in self.route.iter().flatten().chain(&self.goal) {
+            check_numbers(&key(""), point)?;
+        }
+        let limit = self.time_limit_s;
+        let holds = limit.is_finite() && limit > 0.0;
+        check(holds, || key(".time_limit_s"), "a number above 0", || limit.to_string())?;
+        self.there.check(&key(".there"))
+    }
+}
+
+impl Place {
+    fn check(&self, key: &str) -> Result<(), MissionError> {
+        let holds = match (&self.polygon, self.center, self.radius_m) {
+            (Some(polygon), _, None) => polygon.len() >= 3,
+            (None, Some(_), Some(radius)) => radius > 0.0,
+            _ => false,
+        };
+        let expected = "a polygon of 3 corners or more, or center and radius_m";
+        check(holds, || key.to_owned(), expected, || format!("{self:?}"))
+    }
+
+    /// Whether (x, y), metres, lies in the place (even-odd rule).
+    pub fn contains(&self, x: f64, y: f64) -> bool {
+        match (&self.polygon, self.center, self.radius_m) {
+            (Some(polygon), ..) => inside(polygon, x, y),
+            (None, Some(center), Some(radius)) => (x - center[0]).hypot(y - center[1]) <= radius,
+            _ => false,
+        }
+    }
+
+    /// The point from which the final error is measured: the given centre, or the corners' mean.
+    pub fn middle(&self) -> [f64; 2] {
+        let mean = |polygon: &Vec<[f64; 2]>| {
+            let n = polygon.len() as f64;
+            [polygon.iter().map(|p| p[0]).sum::<f64>() / n, polygon.iter().map(|p| p[1]).sum::<f64>() / n]
+        };
+        self.center.or_else(|| self.polygon.as_ref().map(mean)).unwrap_or_default()
+    }
+}
+
+fn inside(polygon: &[[f64; 2]], x: f64, y: f64) -> bool {
+    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    let crossed = edges
+        .filter(|(a, b)| (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]);
+    crossed.count() % 2 == 1
+}
+
+fn check_numbers(key: &str, point: &[f64; 2]) -> Result<(), MissionError> {
+    let holds = point.iter().all(|v| v.is_finite());
+    check(holds, || key.to_owned(), "finite numbers", || format!("{point:?}"))
+}
+
+fn check(
+    holds: bool,
+    key: impl FnOnce() -> String,
+    expected: &'static str,
+    found: impl FnOnce() -> String,
+) -> Result<(), MissionError> {
+    if holds { Ok(()) } else { Err(MissionError::Value { key: key(), expected, found: found() }) }
+}

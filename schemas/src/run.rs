@@ -1,0 +1,37 @@
+//! What every process of a system is told at its start: the mission resolved, the seed, the pace.
+
+use serde::{Deserialize, Serialize};
+
+use crate::mission::Mission;
+use crate::robot::Robot;
+
+/// How simulated time passes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pace {
+    /// The world takes a step when the command for the step before has come: as fast as it goes.
+    Lockstep,
+    /// The world goes on by the clock, so many simulated seconds a second, whoever keeps up.
+    RealTime {
+        /// Simulated seconds a second.
+        speed: f64,
+    },
+}
+
+/// A run: written by the supervisor as `run.json` in the system's folder, read by every process.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunConfig {
+    /// Name of the system.
+    pub system: String,
+    /// The mission; its paths are absolute.
+    pub mission: Mission,
+    /// The robot that the mission names.
+    pub robot: Robot,
+    /// The mission's seed.
+    pub seed: u64,
+    /// How time passes.
+    pub pace: Pace,
+    /// The recording's path; `None` where nothing records.
+    pub recording: Option<String>,
+}

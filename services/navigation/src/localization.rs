@@ -1,0 +1,1 @@
+//! Monte Carlo localization in a sketch (paper 001, III-A).

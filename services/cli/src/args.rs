@@ -1,0 +1,148 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::run::Pace;
+
+/// Drives a robot through a building by a hand-drawn map.
+#[derive(Debug, Parser)]
+#[command(name = "sketchnav", version, about, after_help = "Example: sketchnav run my-floor.toml --seed 3 --out results\nWithout a subcommand the demo mission runs.")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a mission: start its processes, drive to its goals, record everything.
+    #[command(after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json")]
+    Run {
+        /// The mission file (TOML); the README says how to write one.
+        mission: PathBuf,
+        #[command(flatten)]
+        options: RunOptions,
+    },
+    /// Run the demo mission: a corridor with rooms, nine tasks by a hand-drawn sketch.
+    #[command(after_help = "Example: sketchnav demo --seed 4 --out results")]
+    Demo {
+        #[command(flatten)]
+        options: RunOptions,
+    },
+    /// Run one process of a system by hand, or a real robot's driver beside the others.
+    #[command(after_help = "Example: sketchnav serve localizer --system lab")]
+    Serve {
+        /// world, sketcher, localizer, planner or recorder.
+        process: Process,
+        /// The system's name, as `sketchnav ps` lists it.
+        #[arg(long)]
+        system: String,
+    },
+    /// List the running systems and their processes.
+    Ps {
+        /// One JSON object instead of a table.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the messages of a channel as they come, one JSON object a line.
+    #[command(after_help = "Example: sketchnav echo estimate --count 10")]
+    Echo {
+        #[command(flatten)]
+        tap: Tap,
+    },
+    /// Measure the rate of a channel.
+    #[command(after_help = "Example: sketchnav hz scan")]
+    Hz {
+        #[command(flatten)]
+        tap: Tap,
+    },
+    /// Compare two recordings, every message of every channel byte for byte (health is left out).
+    #[command(after_help = "Exit codes: 0 identical, 1 different, 2 unreadable.\nExample: sketchnav diff a.mcap b.mcap")]
+    Diff {
+        /// A recording.
+        a: PathBuf,
+        /// Another recording.
+        b: PathBuf,
+        /// One JSON object instead of text.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Tell what a recording holds.
+    #[command(after_help = "Example: sketchnav info results/building-a.mcap --json")]
+    Info {
+        /// The recording.
+        file: PathBuf,
+        /// One JSON object instead of text.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// How to run a mission.
+#[derive(Debug, Clone, Args)]
+pub struct RunOptions {
+    /// `max`: in lockstep, as fast as it goes; a number: simulated seconds a second (1 is real time).
+    #[arg(long, default_value = "max", value_parser = parse_speed)]
+    pub speed: Pace,
+    /// The mission's seed.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Folder for the recording and the pictures; made if it is missing.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// One JSON object on standard output instead of progress and a table.
+    #[arg(long)]
+    pub json: bool,
+    /// The system's name; several systems run side by side without seeing each other.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// Do not record (then there are no pictures, and the table knows only what the planner believes).
+    #[arg(long, hide = true)]
+    pub no_recording: bool,
+}
+
+/// A look at a channel of a running system.
+#[derive(Debug, Clone, Args)]
+pub struct Tap {
+    /// The channel, as the README's table lists it.
+    pub channel: String,
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// Stop after so many messages.
+    #[arg(long)]
+    pub count: Option<u64>,
+}
+
+fn parse_speed(text: &str) -> Result<Pace, String> {
+    if text == "max" {
+        return Ok(Pace::Lockstep);
+    }
+    match text.parse::<f64>() {
+        Ok(speed) if speed.is_finite() && speed > 0.0 => Ok(Pace::RealTime { speed }),
+        _ => Err("expected `max` or a number above 0".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn speed_is_max_or_a_positive_number() {
+        assert_eq!(parse_speed("max"), Ok(Pace::Lockstep));
+        assert_eq!(parse_speed("2"), Ok(Pace::RealTime { speed: 2.0 }));
+        for wrong in ["0", "-1", "nan", "inf", "fast", ""] {
+            assert!(parse_speed(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! How the command ends: the exit codes and what is printed with them.
+
+use std::process::ExitCode;
+
+/// Why a command did not do what it was asked to.
+#[derive(Debug)]
+pub enum Failure {
+    /// Bad input or usage: exit 2.
+    Input(anyhow::Error),
+    /// Anything else: exit 3.
+    Other(anyhow::Error),
+}
+
+/// What a command comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done; every task reached; no difference: exit 0.
+    Success,
+    /// Done, but some task was not reached, or the recordings differ: exit 1.
+    Short,
+}
+
+impl From<anyhow::Error> for Failure {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Other(error)
+    }
+}
+
+/// Marks an error as bad input.
+pub trait OrInput<T> {
+    /// The value, or [`Failure::Input`].
+    fn or_input(self) -> Result<T, Failure>;
+}
+
+impl<T, E: Into<anyhow::Error>> OrInput<T> for Result<T, E> {
+    fn or_input(self) -> Result<T, Failure> {
+        self.map_err(|error| Failure::Input(error.into()))
+    }
+}
+
+/// Prints a failure and gives the exit code.
+pub fn exit_code(result: Result<Outcome, Failure>) -> ExitCode {
+    match result {
+        Ok(Outcome::Success) => ExitCode::from(0),
+        Ok(Outcome::Short) => ExitCode::from(1),
+        Err(Failure::Input(error)) => report(&error, 2),
+        Err(Failure::Other(error)) => report(&error, 3),
+    }
+}
+
+fn report(error: &anyhow::Error, code: u8) -> ExitCode {
+    eprintln!("error: {error:#}");
+    ExitCode::from(code)
+}

@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 
 use crate::codes::Process;
 use crate::message::*;
+use crate::ros2::Ros2;
 
 /// How many steps the world in lockstep may run ahead of what the recorder has in its file.
 /// Every recorded channel's buffer and history hold more than that.
@@ -63,9 +64,9 @@ pub trait ChannelVisitor {
     /// What may go wrong.
     type Error;
     /// A channel whose messages have a fixed size.
-    fn fixed<T: Message>(&mut self, channel: Channel<T>) -> Result<(), Self::Error>;
+    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error>;
     /// A channel whose messages are followed by a slice of bytes.
-    fn sliced<T: Message>(&mut self, channel: Channel<T>) -> Result<(), Self::Error>;
+    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error>;
 }
 
 macro_rules! channels {

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use std::marker::PhantomData;
 
 use nalgebra::{Rotation2, Vector2};
+use serde::{Deserialize, Serialize};
 
 /// The building's own frame: metres, x to the right, y up. Only the simulator and the judge know it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +24,8 @@ pub struct Base;
 pub struct Sketch;
 
 /// A place in frame `F`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
 pub struct Point<F> {
     /// First coordinate, in the frame's unit.
     pub x: f64,
@@ -56,7 +58,8 @@ impl<F> From<Vector2<f64>> for Point<F> {
 }
 
 /// A position and a heading in frame `F`; the heading is counter-clockwise from x, in radians.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "")]
 pub struct Pose<F> {
     /// First coordinate, in the frame's unit.
     pub x: f64,

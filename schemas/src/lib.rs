@@ -1,6 +1,7 @@
 //! Every message, channel and file format of sketchnav, once.
 //!
 //! - [`message`]: the structs as they lie in shared memory; [`codes`]: the small numbers inside them.
+//! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form.
 //! - [`channels`]: who writes what, who may read it.
 //! - [`geometry`]: frames and units.
 //! - [`mission`], [`floor_plan`], [`robot`]: the files that people write.
@@ -12,8 +13,12 @@ pub mod channels;
 pub mod codes;
 pub mod floor_plan;
 pub mod geometry;
+pub mod layout;
 pub mod message;
 pub mod mission;
 pub mod robot;
+pub mod ros2;
 pub mod run;
+#[cfg(any(test, feature = "samples"))]
+pub mod samples;
 pub mod seed;

@@ -8,18 +8,6 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::geometry::{Odom, Point, Pose, Sketch, World};
 
-/// What every message begins with.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Header {
-    /// Number of the message on its channel: 1, 2, 3 …, never reused in a mission.
-    pub seq: u64,
-    /// Simulation time at which the content was true, nanoseconds since the mission's start.
-    pub stamp_ns: u64,
-    /// `seq` of the scan that caused this message. A sensor reading is its own cause.
-    pub source_seq: u64,
-}
-
 /// A message type: its name on the wire and a description of its layout.
 ///
 /// # Safety
@@ -35,10 +23,10 @@ pub unsafe trait Message: Pod {
     /// The message's header.
     fn header_mut(&mut self) -> &mut Header;
 
-    /// Name, version and a fingerprint of the layout: two builds that disagree about a message
-    /// cannot meet on a channel.
+    /// Name, version and a fingerprint of the layout, nested structs included: two builds that
+    /// disagree about a message cannot meet on a channel.
     fn type_name() -> String {
-        format!("{}/{:016x}", Self::NAME, fingerprint(Self::LAYOUT))
+        format!("{}/{:016x}", Self::NAME, fingerprint(&crate::layout::expanded(Self::LAYOUT)))
     }
 }
 
@@ -84,6 +72,18 @@ macro_rules! messages {
             fn header_mut(&mut self) -> &mut Header { &mut self.header }
         }
     )*};
+}
+
+layout! {
+    /// What every message begins with.
+    pub struct Header {
+        /// Number of the message on its channel: 1, 2, 3 …, never reused in a mission.
+        pub seq: u64,
+        /// Simulation time at which the content was true, nanoseconds since the mission's start.
+        pub stamp_ns: u64,
+        /// `seq` of the scan that caused this message. A sensor reading is its own cause.
+        pub source_seq: u64,
+    }
 }
 
 /// A heading as the z and w of its unit quaternion, so that the ROS 2 form holds the same bits.

@@ -1,0 +1,151 @@
+//! The ROS 2 form of every message: standard messages where they exist, `sketchnav_msgs` otherwise,
+//! in CDR (little endian) with the four bytes of the encapsulation header before it.
+//!
+//! A message turns into its ROS 2 form and back into the very same bytes; what could not come back
+//! is refused with an error instead of being written. What does not travel in the form: `header.seq`,
+//! which is the sequence number of the recorded message, and the zeros behind the counts.
+//!
+//! [`definitions`] holds the `.msg` texts, [`transforms`] what viewers need beside the messages.
+
+mod conversions;
+pub mod definitions;
+mod forms;
+mod parts;
+pub mod transforms;
+
+pub use forms::*;
+
+use byteorder::LittleEndian;
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::message::Message;
+
+/// What CDR in little endian begins with.
+pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+
+/// A message with a ROS 2 form.
+pub trait Ros2: Message {
+    /// The form as a struct whose fields are those of the `.msg`, in its order.
+    type Form: Serialize + DeserializeOwned;
+    /// `package/msg/Type`.
+    const TYPE: &'static str;
+
+    /// The ROS 2 form. `cells` is the slice behind the message; empty where the channel has none.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where the message holds what the form cannot.
+    fn to_ros2(&self, cells: &[u8]) -> Result<Self::Form, Ros2Error>;
+
+    /// The message number `seq` and the slice behind it.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where the form holds what the message cannot.
+    fn from_ros2(form: Self::Form, seq: u64) -> Result<(Self, Vec<u8>), Ros2Error>;
+
+    /// The `ros2msg` schema: the `.msg` text with those that it depends on behind it.
+    fn schema() -> String {
+        definitions::schema(Self::TYPE)
+    }
+
+    /// Appends the message in CDR to `out`, which should be empty: alignment counts from its start.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where the message would not come back the same; `out` is then of no use.
+    fn to_cdr(&self, cells: &[u8], out: &mut Vec<u8>) -> Result<(), Ros2Error> {
+        encode(&self.to_ros2(cells)?, out)
+    }
+
+    /// The message number `seq` out of `bytes`, and the slice behind it.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where `bytes` are not what [`Ros2::to_cdr`] would have written. Allocates no
+    /// more than a few times the length of `bytes`.
+    fn from_cdr(bytes: &[u8], seq: u64) -> Result<(Self, Vec<u8>), Ros2Error> {
+        let (message, cells) = Self::from_ros2(decode::<Self::Form>(bytes)?, seq)?;
+        let mut again = Vec::with_capacity(bytes.len());
+        message.to_cdr(&cells, &mut again)?;
+        match first_difference(bytes, &again) {
+            None => Ok((message, cells)),
+            Some(offset) => Err(Ros2Error::Foreign { kind: Self::TYPE, offset }),
+        }
+    }
+}
+
+/// Appends any ROS 2 form in CDR to `out`.
+///
+/// # Errors
+/// [`Ros2Error::Cdr`], which a sound form does not cause.
+pub fn encode<F: Serialize>(form: &F, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
+    out.extend_from_slice(&ENCAPSULATION);
+    cdr_encoding::to_writer::<F, LittleEndian, _>(&mut *out, form)?;
+    Ok(())
+}
+
+/// Reads any ROS 2 form from CDR.
+///
+/// # Errors
+/// [`Ros2Error`] where the bytes are cut, too many, or no CDR in little endian.
+pub fn decode<F: DeserializeOwned>(bytes: &[u8]) -> Result<F, Ros2Error> {
+    let found = bytes.get(..4).unwrap_or(bytes);
+    if found != ENCAPSULATION {
+        return Err(Ros2Error::Encapsulation { found: found.to_vec() });
+    }
+    let body = &bytes[4..];
+    let (form, used) = cdr_encoding::from_bytes::<F, LittleEndian>(body)?;
+    if used == body.len() { Ok(form) } else { Err(Ros2Error::Surplus { bytes: body.len() - used }) }
+}
+
+fn first_difference(a: &[u8], b: &[u8]) -> Option<usize> {
+    if a == b {
+        return None;
+    }
+    Some(a.iter().zip(b).position(|(x, y)| x != y).unwrap_or(a.len().min(b.len())))
+}
+
+/// What keeps a message from becoming its ROS 2 form, or the form from becoming a message.
+#[derive(Debug, thiserror::Error)]
+pub enum Ros2Error {
+    /// No CDR in little endian.
+    #[error("expected CDR in little endian, which begins with 00 01 00 00, found {found:02x?}")]
+    Encapsulation {
+        /// The first bytes.
+        found: Vec<u8>,
+    },
+    /// Cut off, or text that is no UTF-8.
+    #[error("not the CDR of the message: {0}")]
+    Cdr(#[from] cdr_encoding::Error),
+    /// More bytes than the message has.
+    #[error("expected the end of the message, found {bytes} more bytes")]
+    Surplus {
+        /// How many.
+        bytes: usize,
+    },
+    /// The form says something that the message has no place for: another frame, a third dimension,
+    /// a covariance, a text that is too long.
+    #[error("{kind}: byte {offset} says what a message of sketchnav has no place for")]
+    Foreign {
+        /// The ROS 2 type.
+        kind: &'static str,
+        /// Bytes from the start.
+        offset: usize,
+    },
+    /// A value that cannot be.
+    #[error("{field}: expected {expected}, found {found}")]
+    Value {
+        /// The field.
+        field: &'static str,
+        /// What would be right.
+        expected: &'static str,
+        /// What is there.
+        found: u64,
+    },
+    /// A text field that is no UTF-8, or goes on behind its end.
+    #[error("{field}: expected UTF-8 followed by zeros alone")]
+    Text {
+        /// The field.
+        field: &'static str,
+    },
+}
+
+#[cfg(test)]
+mod tests;

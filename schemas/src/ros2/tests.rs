@@ -1,0 +1,165 @@
+use std::convert::Infallible;
+
+use bytemuck::Zeroable;
+use proptest::prelude::*;
+
+use super::*;
+use crate::channels::{self, Channel, ChannelVisitor};
+use crate::message::*;
+use crate::samples::sample;
+use crate::seed::stream;
+
+/// Does the same with the message type of every channel.
+struct Every<F>(F);
+
+trait Check {
+    fn check<T: Ros2>(&self);
+}
+
+impl<F: Check> ChannelVisitor for Every<F> {
+    type Error = Infallible;
+    fn fixed<T: Ros2>(&mut self, _: Channel<T>) -> Result<(), Infallible> {
+        self.0.check::<T>();
+        Ok(())
+    }
+    fn sliced<T: Ros2>(&mut self, _: Channel<T>) -> Result<(), Infallible> {
+        self.0.check::<T>();
+        Ok(())
+    }
+}
+
+fn every(check: impl Check) {
+    let Ok(()) = channels::visit(&mut Every(check));
+}
+
+fn cdr<T: Ros2>(message: &T, cells: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    message.to_cdr(cells, &mut out).unwrap_or_else(|e| panic!("{}: {e}", T::NAME));
+    out
+}
+
+struct ComesBack(u64);
+impl Check for ComesBack {
+    fn check<T: Ros2>(&self) {
+        let seq = 1 + self.0 % 1_000_000;
+        let (message, cells) = sample::<T>(&mut stream(self.0, T::NAME), seq);
+        let (again, cells_again) = T::from_cdr(&cdr(&message, &cells), seq).unwrap();
+        assert!(bytemuck::bytes_of(&message) == bytemuck::bytes_of(&again), "{} changed", T::NAME);
+        assert_eq!(cells, cells_again, "{}", T::NAME);
+    }
+}
+
+struct SurvivesDamage {
+    seed: u64,
+    at: prop::sample::Index,
+    byte: u8,
+    cut: prop::sample::Index,
+}
+impl Check for SurvivesDamage {
+    fn check<T: Ros2>(&self) {
+        let (message, cells) = sample::<T>(&mut stream(self.seed, T::NAME), 7);
+        let sound = cdr(&message, &cells);
+        let cut = &sound[..self.cut.index(sound.len())];
+        assert!(T::from_cdr(cut, 7).is_err(), "{}: cut to {} of {}", T::NAME, cut.len(), sound.len());
+        let mut damaged = sound.clone();
+        damaged[self.at.index(sound.len())] = self.byte;
+        if let Ok((other, cells)) = T::from_cdr(&damaged, 7) {
+            assert_eq!(cdr(&other, &cells), damaged, "{}: read as something else", T::NAME);
+        }
+    }
+}
+
+struct RefusesNoise<'a>(&'a [u8]);
+impl Check for RefusesNoise<'_> {
+    fn check<T: Ros2>(&self) {
+        let mut bytes = ENCAPSULATION.to_vec();
+        bytes.extend_from_slice(self.0);
+        if let Ok((message, cells)) = T::from_cdr(&bytes, 1) {
+            assert_eq!(cdr(&message, &cells), bytes, "{}", T::NAME);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_message_comes_back_bit_for_bit(seed: u64) {
+        every(ComesBack(seed));
+    }
+
+    #[test]
+    fn damaged_messages_are_refused_or_mean_what_they_say(
+        seed: u64, at: prop::sample::Index, byte: u8, cut: prop::sample::Index,
+    ) {
+        every(SurvivesDamage { seed, at, byte, cut });
+    }
+
+    #[test]
+    fn noise_never_panics(noise in prop::collection::vec(any::<u8>(), 0..400)) {
+        every(RefusesNoise(&noise));
+    }
+}
+
+/// A sequence length of four billion in thirty bytes must not reserve memory for it.
+#[test]
+fn a_lying_length_ends_at_the_end_of_the_bytes() {
+    let scan = LaserScan { header: Header { seq: 1, stamp_ns: 0, source_seq: 1 }, ..Zeroable::zeroed() };
+    let mut bytes = cdr(&scan, &[]);
+    let ranges = bytes.len() - 8;
+    bytes[ranges..ranges + 4].fill(0xff);
+    assert!(matches!(LaserScan::from_cdr(&bytes, 1), Err(Ros2Error::Cdr(_))));
+}
+
+#[test]
+fn what_would_not_come_back_is_refused() {
+    let mut out = Vec::new();
+    let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };
+    let scan = LaserScan { header, ..Zeroable::zeroed() };
+    let tail = {
+        let mut scan = scan;
+        scan.ranges_m[9] = 1.0;
+        scan
+    };
+    let stray_cause = LaserScan { header: Header { source_seq: 2, ..header }, ..scan };
+    let too_many = LaserScan { beam_count: 1441, ..scan };
+    let unnumbered = LaserScan { header: Header { seq: 0, source_seq: 0, ..header }, ..scan };
+    let late = LaserScan { header: Header { stamp_ns: u64::MAX, ..header }, ..scan };
+    for (bad, field) in [
+        (tail, "ranges_m"),
+        (stray_cause, "header.source_seq"),
+        (too_many, "ranges_m"),
+        (unnumbered, "header.seq"),
+        (late, "header.stamp_ns"),
+    ] {
+        let error = bad.to_cdr(&[], &mut out).unwrap_err();
+        assert!(matches!(error, Ros2Error::Value { field: f, .. } if f == field), "{error}");
+    }
+    assert!(scan.to_cdr(&[1], &mut out).is_err(), "a scan has no cells");
+    let mut status: MissionStatus = Zeroable::zeroed();
+    status.header = header;
+    status.name.0[5] = b'x';
+    assert!(matches!(status.to_cdr(&[], &mut out), Err(Ros2Error::Text { field: "name" })));
+}
+
+#[test]
+fn another_frame_is_not_ours() {
+    let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };
+    let truth = GroundTruth { header, ..Zeroable::zeroed() };
+    let error = Odometry::from_cdr(&cdr(&truth, &[]), 3).unwrap_err();
+    assert!(matches!(error, Ros2Error::Foreign { .. }), "{error}");
+}
+
+struct HasSchema;
+impl Check for HasSchema {
+    fn check<T: Ros2>(&self) {
+        let schema = T::schema();
+        assert!(schema.contains("std_msgs/Header header"), "{}: {schema}", T::NAME);
+        assert!(schema.contains("MSG: builtin_interfaces/Time"), "{}: {schema}", T::NAME);
+    }
+}
+
+#[test]
+fn every_message_has_a_schema() {
+    every(HasSchema);
+}

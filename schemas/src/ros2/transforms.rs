@@ -1,0 +1,46 @@
+//! The transforms that viewers need to place the messages: `/tf` follows the odometry, `/tf_static`
+//! says where the laser is mounted. Derived from other messages; nothing reads them back.
+
+use ros2_interfaces_jazzy_serde::{
+    geometry_msgs::msg::{Quaternion, Transform, TransformStamped, Vector3},
+    tf2_msgs::msg::TFMessage,
+};
+
+use super::parts::header_form;
+use super::{Ros2Error, encode};
+use crate::message::{Header, Odometry, PoseM, orientation};
+use crate::robot::Laser;
+
+/// The ROS 2 type of both topics.
+pub const TYPE: &str = "tf2_msgs/msg/TFMessage";
+
+/// Appends the transform odom → base_link at the time of `odometry`, in CDR, to `out`.
+///
+/// # Errors
+/// [`Ros2Error`] where the header cannot be said in ROS 2.
+pub fn base_in_odom(odometry: &Odometry, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
+    encode(&transform(&odometry.header, "odom", "base_link", &odometry.pose)?, out)
+}
+
+/// Appends the transform base_link → laser of a mounted `laser`, in CDR, to `out`.
+///
+/// # Errors
+/// None that a sound laser causes.
+pub fn laser_in_base(laser: &Laser, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
+    let (orientation_z, orientation_w) = orientation(laser.mount_yaw_deg.to_radians());
+    let mount = PoseM { x_m: laser.mount_x_m, y_m: laser.mount_y_m, orientation_z, orientation_w };
+    let latched = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
+    encode(&transform(&latched, "base_link", "laser", &mount)?, out)
+}
+
+fn transform(header: &Header, parent: &str, child: &str, pose: &PoseM) -> Result<TFMessage, Ros2Error> {
+    let transform = TransformStamped {
+        header: header_form(header, parent)?,
+        child_frame_id: child.to_owned(),
+        transform: Transform {
+            translation: Vector3 { x: pose.x_m, y: pose.y_m, z: 0.0 },
+            rotation: Quaternion { x: 0.0, y: 0.0, z: pose.orientation_z, w: pose.orientation_w },
+        },
+    };
+    Ok(TFMessage { transforms: vec![transform] })
+}

@@ -1,0 +1,91 @@
+//! Random valid messages, for the tests of whatever carries messages. Never part of a running system.
+//!
+//! A sample is random in every bit that a message is free to choose: its floats are any floats, NaN
+//! and infinities with any payload among them.
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+use crate::layout::{Kind, Layout};
+use crate::message::Header;
+use crate::ros2::Ros2;
+
+/// Counts, and the lists that they count.
+const COUNTED: &[(&str, &str)] = &[
+    ("beam_count", "ranges_m"),
+    ("task_count", "tasks"),
+    ("point_count", "points_px"),
+    ("count", "particles"),
+    ("global_count", "global_px"),
+    ("local_count", "local_px"),
+];
+/// Longest side of a sketch.
+const MAX_SIDE_PX: u32 = 40;
+const LETTERS: &[char] = &['a', 'Z', '0', ' ', '→', 'ü', '点', '🤖'];
+
+/// A random valid message number `seq`, at that many tenths of a second, and the slice behind it.
+pub fn sample<T: Ros2>(random: &mut Pcg64Mcg, seq: u64) -> (T, Vec<u8>) {
+    let mut message = T::zeroed();
+    let layout = Layout::of::<T>();
+    let bytes = bytemuck::bytes_of_mut(&mut message);
+    random.fill(bytes);
+    for field in &layout.fields {
+        settle(&field.kind, &mut bytes[field.offset..field.offset + field.kind.size()], random);
+    }
+    let cells = settle_counts(&layout, bytes, random);
+    let source_seq = if T::TYPE.starts_with("sketchnav") { random.random() } else { seq };
+    *message.header_mut() = Header { seq, stamp_ns: seq * 100_000_000, source_seq };
+    (message, cells)
+}
+
+/// Makes valid what stands for itself: texts.
+fn settle(kind: &Kind, bytes: &mut [u8], random: &mut Pcg64Mcg) {
+    match kind {
+        Kind::Text(_) => write_text(bytes, random),
+        Kind::Array(element, _) => {
+            bytes.chunks_exact_mut(element.size()).for_each(|part| settle(element, part, random));
+        }
+        Kind::Struct(layout) => {
+            for field in &layout.fields {
+                settle(&field.kind, &mut bytes[field.offset..field.offset + field.kind.size()], random);
+            }
+        }
+        Kind::U32 | Kind::U64 | Kind::F32 | Kind::F64 => {}
+    }
+}
+
+fn write_text(bytes: &mut [u8], random: &mut Pcg64Mcg) {
+    bytes.fill(0);
+    let mut end = 0;
+    for _ in 0..random.random_range(0..=bytes.len()) {
+        let letter = LETTERS[random.random_range(0..LETTERS.len())];
+        if end + letter.len_utf8() <= bytes.len() {
+            letter.encode_utf8(&mut bytes[end..]);
+            end += letter.len_utf8();
+        }
+    }
+}
+
+/// Makes valid what stands for something else: counts, sizes, reserved words.
+fn settle_counts(layout: &Layout, bytes: &mut [u8], random: &mut Pcg64Mcg) -> Vec<u8> {
+    let place = |name: &str| layout.fields.iter().find(|f| f.name == name);
+    for (count, list) in COUNTED {
+        let (Some(count), Some(list)) = (place(count), place(list)) else { continue };
+        let Kind::Array(element, capacity) = &list.kind else { continue };
+        let counted = random.random_range(0..=*capacity);
+        write_u32(bytes, count.offset, counted as u32);
+        bytes[list.offset + counted * element.size()..list.offset + list.kind.size()].fill(0);
+    }
+    if let Some(reserved) = place("reserved") {
+        write_u32(bytes, reserved.offset, 0);
+    }
+    let (Some(width), Some(height)) = (place("width_px"), place("height_px")) else { return Vec::new() };
+    let sides = [random.random_range(0..=MAX_SIDE_PX), random.random_range(0..=MAX_SIDE_PX)];
+    write_u32(bytes, width.offset, sides[0]);
+    write_u32(bytes, height.offset, sides[1]);
+    (0..sides[0] * sides[1]).map(|_| random.random()).collect()
+}
+
+fn write_u32(bytes: &mut [u8], offset: usize, value: u32) {
+    bytes[offset..offset + 4].copy_from_slice(&value.to_ne_bytes());
+}

@@ -1,1 +1,40 @@
-//! placeholder
+//! Processes and channels over shared memory: the one crate that names iceoryx2.
+//!
+//! - [`System`]: a named system's folder, who lives in it, and how it goes away without a trace.
+//! - [`Channels`]: every channel of the table, created and held by the supervisor.
+//! - [`Node`]: a process in a system; opens a [`Writer`] or a [`Reader`] of a channel and waits.
+//! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
+//!
+//! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references
+//! into the same file of `/dev/shm`. Sending and receiving allocate nothing.
+//!
+//! Nothing here knows what a message means, and no process creates a channel but the supervisor: a
+//! process that dies while it creates one would wedge it for good (iceoryx2 0.10).
+
+mod allocations;
+mod bells;
+mod channels;
+mod error;
+mod health;
+mod lock;
+mod node;
+mod pacer;
+mod reader;
+mod root;
+mod signals;
+mod system;
+mod wire;
+mod writer;
+
+pub use allocations::{CountingAllocator, allocations_of_this_thread};
+pub use channels::Channels;
+pub use error::Error;
+pub use health::{HealthReporter, Step};
+pub use node::{Node, Wake};
+pub use pacer::Pacer;
+pub use reader::{Reader, Sample, SliceReader, SliceSample};
+pub use system::System;
+pub use writer::{Loan, SliceLoan, SliceWriter, Writer};
+
+/// What a function of this crate returns.
+pub type Result<T, E = Error> = std::result::Result<T, E>;

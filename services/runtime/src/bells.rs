@@ -1,0 +1,163 @@
+//! Doorbells: how a process sleeps until a message has come, and how the writer wakes it.
+//!
+//! One bell for each process, not one for each channel: a process sleeps in one place whatever it
+//! reads, and a writer wakes exactly those that the table lists as readers. Recorder and observers have
+//! no bell rung; they look every few milliseconds and cost the writers nothing.
+//!
+//! A bell is a word in a page that all processes map, and a futex (`man 2 futex`): nothing of it can
+//! overflow, block the writer or be left behind by a killed process, and ringing a process that is
+//! awake is no system call. iceoryx2's event service was the alternative: a Unix socket each, whose
+//! path must be short, whose wait a stopped process interrupts, whose listener must be cleaned up.
+
+use std::fs::OpenOptions;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
+use std::time::{Duration, Instant};
+
+use nix::libc;
+use nix::sys::mman::{MapFlags, ProtFlags, mmap};
+use sketchnav_schemas::codes::Process;
+
+use crate::{Error, Result};
+
+/// Size of the page, bytes.
+pub(crate) const PAGE: usize = 4096;
+const SLOTS: usize = 16;
+
+/// One process's words, a cache line of their own.
+#[repr(C, align(64))]
+struct Slot {
+    /// Counts how often it was rung.
+    bell: AtomicU32,
+    /// Not zero while the process sleeps or is about to.
+    sleeping: AtomicU32,
+    /// Counts the readers that came to the process's channels.
+    joined: AtomicU32,
+}
+
+/// The page of a system. Stays mapped until the process ends: a signal may come at any time.
+#[derive(Clone, Copy)]
+pub(crate) struct Bells {
+    slots: &'static [Slot; SLOTS],
+}
+
+impl Bells {
+    /// Maps the page in `path`, a file of [`PAGE`] bytes.
+    pub(crate) fn map(path: &Path) -> Result<Self> {
+        let file =
+            OpenOptions::new().read(true).write(true).open(path).map_err(Error::file(path, "opening"))?;
+        let length = NonZeroUsize::new(PAGE).expect("a page is not empty");
+        let access = ProtFlags::PROT_READ | ProtFlags::PROT_WRITE;
+        // SAFETY: a new mapping at an address of the kernel's choice touches no memory of ours.
+        let page = unsafe { mmap(None, length, access, MapFlags::MAP_SHARED, &file, 0) }
+            .map_err(|error| Error::file(path, "mapping")(error.into()))?;
+        // SAFETY: the page is larger than the slots, aligned, zero or written by this very code, and
+        // never unmapped; atomics alone are ever read or written in it.
+        Ok(Self { slots: unsafe { page.cast::<[Slot; SLOTS]>().as_ref() } })
+    }
+
+    /// The word that the process sleeps on.
+    pub(crate) fn word(&self, process: Process) -> &'static AtomicU32 {
+        &self.slot(process).bell
+    }
+
+    /// Wakes the process, or keeps it from falling asleep.
+    pub(crate) fn ring(&self, process: Process) {
+        let slot = self.slot(process);
+        slot.bell.fetch_add(1, SeqCst);
+        // The sleeper announces itself before it looks at the bell for the last time, so one of us
+        // sees the other.
+        if slot.sleeping.load(SeqCst) != 0 {
+            wake(&slot.bell);
+        }
+    }
+
+    /// Tells the writer of a channel that a reader has come, who wants the history.
+    pub(crate) fn announce_reader(&self, writer: Process) {
+        self.slot(writer).joined.fetch_add(1, SeqCst);
+        self.ring(writer);
+    }
+
+    /// How many readers have come to the process's channels.
+    pub(crate) fn readers_joined(&self, process: Process) -> u32 {
+        self.slot(process).joined.load(SeqCst)
+    }
+
+    /// Sleeps until the process's bell shows another number than `seen`; the number it shows then, or
+    /// `None` when the time is over or a signal came.
+    pub(crate) fn wait(&self, process: Process, seen: u32, timeout: Duration) -> Option<u32> {
+        let slot = self.slot(process);
+        slot.sleeping.store(1, SeqCst);
+        sleep(&slot.bell, seen, timeout);
+        slot.sleeping.store(0, SeqCst);
+        Some(slot.bell.load(SeqCst)).filter(|&now| now != seen)
+    }
+
+    fn slot(&self, process: Process) -> &'static Slot {
+        &self.slots[process.code() as usize % SLOTS]
+    }
+}
+
+/// Sleeps while `word` holds `value`, at most `timeout`. May return early.
+pub(crate) fn sleep(word: &AtomicU32, value: u32, timeout: Duration) {
+    if timeout.is_zero() || word.load(SeqCst) != value {
+        return;
+    }
+    let timeout = libc::timespec {
+        tv_sec: timeout.as_secs().min(i32::MAX as u64) as libc::time_t,
+        tv_nsec: timeout.subsec_nanos() as libc::c_long,
+    };
+    // SAFETY: both pointers are valid for the call; the kernel compares and sleeps, it writes nothing.
+    unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAIT, value, &raw const timeout) };
+}
+
+/// Wakes whoever sleeps on `word`. Safe to call from a signal handler.
+pub(crate) fn wake(word: &AtomicU32) {
+    // SAFETY: a plain system call on a valid address; errno is not read afterwards.
+    unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAKE, i32::MAX) };
+}
+
+/// Sleeps on `word` until it no longer holds `value` or the time is over; whether it changed.
+pub(crate) fn sleep_until_changed(word: &AtomicU32, value: u32, timeout: Duration) -> bool {
+    let end = Instant::now() + timeout;
+    while word.load(SeqCst) == value {
+        let left = end.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return false;
+        }
+        sleep(word, value, left);
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn page() -> (tempfile::TempDir, Bells) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bells");
+        std::fs::write(&path, [0; PAGE]).unwrap();
+        let bells = Bells::map(&path).unwrap();
+        (folder, bells)
+    }
+
+    #[test]
+    fn a_ring_before_the_wait_is_not_lost() {
+        let (_folder, bells) = page();
+        bells.ring(Process::Planner);
+        assert_eq!(bells.wait(Process::Planner, 0, Duration::from_secs(600)), Some(1));
+        assert_eq!(bells.wait(Process::Planner, 1, Duration::from_millis(1)), None);
+    }
+
+    #[test]
+    fn a_sleeper_is_woken_through_another_mapping() {
+        let (folder, bells) = page();
+        let other = Bells::map(&folder.path().join("bells")).unwrap();
+        let sleeper = std::thread::spawn(move || bells.wait(Process::World, 0, Duration::from_secs(600)));
+        other.ring(Process::Localizer);
+        other.ring(Process::World);
+        assert_eq!(sleeper.join().unwrap(), Some(1));
+    }
+}

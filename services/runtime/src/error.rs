@@ -1,0 +1,147 @@
+//! What may go wrong at the edge of the runtime.
+
+use std::path::PathBuf;
+
+use sketchnav_schemas::codes::Process;
+
+/// What may go wrong: what was expected, what was found, and where.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A name that no system can have.
+    #[error("system name {found:?}: expected 1 to {max} characters of a-z, 0-9 and '-', the first no '-'")]
+    BadName {
+        /// The name.
+        found: String,
+        /// The longest name.
+        max: usize,
+    },
+    /// The folder of all systems is not the user's own.
+    #[error(
+        "{}: expected a folder of user {uid} that nobody else may enter (mode 0700, no link), found {found}; \
+         remove it or set XDG_RUNTIME_DIR",
+        path.display()
+    )]
+    ForeignRoot {
+        /// The folder.
+        path: PathBuf,
+        /// This user.
+        uid: u32,
+        /// What is there.
+        found: String,
+    },
+    /// A system of this name lives already.
+    #[error("system {name:?} is running already (supervisor {pid}); choose another name or end that one")]
+    AlreadyRunning {
+        /// The system.
+        name: String,
+        /// Its supervisor's process id, as its file says.
+        pid: String,
+    },
+    /// No system of this name lives.
+    #[error(
+        "system {name:?} is not running (running: {running}); `sketchnav run` starts one, `sketchnav ps` lists them"
+    )]
+    NotRunning {
+        /// The system.
+        name: String,
+        /// The systems that live.
+        running: String,
+    },
+    /// A process of a system runs twice.
+    #[error("{process} of system {system:?} runs already as process {pid}; end that one first")]
+    ProcessRunsAlready {
+        /// Which.
+        process: Process,
+        /// Where.
+        system: String,
+        /// The process id of the first one, as its file says.
+        pid: String,
+    },
+    /// The table of channels does not let the process do this.
+    #[error("{process} may not {verb} channel {channel:?}; the table of channels allows {allowed}")]
+    Forbidden {
+        /// Who tried.
+        process: Process,
+        /// `read` or `write`.
+        verb: &'static str,
+        /// The channel.
+        channel: &'static str,
+        /// Who may.
+        allowed: String,
+    },
+    /// The channel has its writer.
+    #[error("channel {channel:?} of system {system:?} takes one writer and has one already: {owner}")]
+    SecondWriter {
+        /// The channel.
+        channel: &'static str,
+        /// Where.
+        system: String,
+        /// Who writes it.
+        owner: String,
+    },
+    /// Two builds disagree about a message.
+    #[error(
+        "channel {channel:?} of system {system:?} carries {found}, this program expects {expected}: run the same build in the whole system"
+    )]
+    Mismatch {
+        /// The channel.
+        channel: &'static str,
+        /// Where.
+        system: String,
+        /// The type name of this program.
+        expected: String,
+        /// The type name of the channel's creator.
+        found: String,
+    },
+    /// A slice longer than its channel carries.
+    #[error("channel {channel:?}: expected at most {max} bytes behind a message, found {found}")]
+    SliceTooLong {
+        /// The channel.
+        channel: &'static str,
+        /// The longest slice, bytes.
+        max: usize,
+        /// What was asked for, bytes.
+        found: usize,
+    },
+    /// A file or folder of the system.
+    #[error("{}: {doing}: {source}", path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was being done to it.
+        doing: &'static str,
+        /// Why it failed.
+        source: std::io::Error,
+    },
+    /// `run.json` cannot be read.
+    #[error("{}: expected the description of a run: {source}", path.display())]
+    RunConfig {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        source: serde_json::Error,
+    },
+    /// The shared memory layer refused.
+    #[error("{what}: {cause}")]
+    SharedMemory {
+        /// What was being done, to which channel.
+        what: String,
+        /// iceoryx2's error.
+        cause: String,
+    },
+}
+
+impl Error {
+    /// For `map_err` on a file operation.
+    pub(crate) fn file(path: impl Into<PathBuf>, doing: &'static str) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::File { path, doing, source }
+    }
+
+    /// For `map_err` on an operation of iceoryx2.
+    pub(crate) fn shared_memory<E: std::fmt::Debug>(what: impl Into<String>) -> impl FnOnce(E) -> Self {
+        let what = what.into();
+        move |cause| Self::SharedMemory { what, cause: format!("{cause:?}") }
+    }
+}

@@ -1,0 +1,264 @@
+//! A process in a system.
+
+use std::cell::{Cell, RefCell};
+use std::rc::{Rc, Weak};
+use std::time::Duration;
+
+use iceoryx2::node::Node as SharedMemoryNode;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::*;
+use sketchnav_schemas::channels::{Channel, ChannelSpec};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::Message;
+use sketchnav_schemas::run::RunConfig;
+
+use crate::bells::{Bells, sleep_until_changed};
+use crate::lock::Lock;
+use crate::reader::{Reader, SliceReader};
+use crate::system::System;
+use crate::writer::{SliceWriter, Writer};
+use crate::{Error, Result, signals};
+
+/// Why a wait ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wake {
+    /// Something may have arrived: look at every reader. (May be a false alarm.)
+    Message,
+    /// The time is over.
+    Timeout,
+    /// SIGTERM, SIGINT or SIGHUP asks the process to end; every later wait says so too.
+    Terminate,
+}
+
+/// A process in a system: opens channels and waits for messages. One a process; for one thread.
+pub struct Node {
+    writers: RefCell<Vec<OwnWriter>>,
+    inner: SharedMemoryNode<ipc::Service>,
+    process: Process,
+    system: Rc<System>,
+    bells: Bells,
+    seen_ring: Cell<u32>,
+    seen_joined: Cell<u32>,
+    counters: Rc<Counters>,
+    /// Says that this process lives, and keeps a second one of its kind out.
+    _presence: Option<Lock>,
+}
+
+/// What a process counts over all its readers.
+#[derive(Debug, Default)]
+pub(crate) struct Counters {
+    pub(crate) lost: Cell<u64>,
+    pub(crate) refused: Cell<u64>,
+}
+
+/// A writer of this node, to be told that a reader has come.
+struct OwnWriter {
+    port: Weak<dyn UpdateConnections>,
+    readers: &'static [Process],
+}
+
+impl Node {
+    /// Joins the system as `process`: the first thing a process does. From here on SIGTERM, SIGINT and
+    /// SIGHUP end it through [`Node::wait`].
+    ///
+    /// # Errors
+    /// [`Error::ProcessRunsAlready`] where the system has such a process.
+    pub fn join(system: impl Into<Rc<System>>, process: Process) -> Result<Self> {
+        let system = system.into();
+        let presence = system.enter(process)?;
+        let inner = shared_memory_node(&system, process)?;
+        let bells = Bells::map(&system.bells())?;
+        signals::install(bells.word(process));
+        Ok(Self {
+            writers: RefCell::default(),
+            inner,
+            process,
+            seen_ring: Cell::new(0),
+            seen_joined: Cell::new(bells.readers_joined(process)),
+            system,
+            bells,
+            counters: Rc::default(),
+            _presence: presence,
+        })
+    }
+
+    /// The system.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// Which process this is.
+    pub fn process(&self) -> Process {
+        self.process
+    }
+
+    /// What the supervisor told every process.
+    pub fn run_config(&self) -> Result<RunConfig> {
+        self.system.run_config()
+    }
+
+    /// Opens a channel to write it.
+    ///
+    /// # Errors
+    /// [`Error::Forbidden`], [`Error::SecondWriter`], [`Error::Mismatch`].
+    pub fn writer<T: Message>(&self, channel: Channel<T>) -> Result<Writer<T>> {
+        self.check_write(channel.spec)?;
+        let writer = Writer::open(self, channel.spec)?;
+        self.register(writer.port(), channel.spec);
+        Ok(writer)
+    }
+
+    /// Opens a channel of messages with slices to write it. Errors as [`Node::writer`].
+    pub fn slice_writer<T: Message>(&self, channel: Channel<T>) -> Result<SliceWriter<T>> {
+        self.check_write(channel.spec)?;
+        let writer = SliceWriter::open(self, channel.spec)?;
+        self.register(writer.port(), channel.spec);
+        Ok(writer)
+    }
+
+    /// Opens a channel to read it. What its writer kept comes first.
+    ///
+    /// # Errors
+    /// [`Error::Forbidden`] (`truth` for a navigator), [`Error::Mismatch`].
+    pub fn reader<T: Message>(&self, channel: Channel<T>) -> Result<Reader<T>> {
+        self.check_read(channel.spec)?;
+        let reader = Reader::open(self, channel.spec)?;
+        self.announce_reader(channel.spec);
+        Ok(reader)
+    }
+
+    /// Opens a channel of messages with slices to read it. Errors as [`Node::reader`].
+    pub fn slice_reader<T: Message>(&self, channel: Channel<T>) -> Result<SliceReader<T>> {
+        self.check_read(channel.spec)?;
+        let reader = SliceReader::open(self, channel.spec)?;
+        self.announce_reader(channel.spec);
+        Ok(reader)
+    }
+
+    /// Sleeps until a message comes on a channel that the table has this process read, until the time
+    /// is over or until the process is to end. A message that came since the last wait ends it at once.
+    ///
+    /// The recorder and observers are not woken by messages; they wait a few milliseconds and look.
+    pub fn wait(&self, timeout: Duration) -> Wake {
+        self.serve_new_readers();
+        let rung = self.bells.wait(self.process, self.seen_ring.get(), timeout);
+        if signals::end_requested() {
+            return Wake::Terminate;
+        }
+        match rung {
+            Some(ring) => {
+                self.seen_ring.set(ring);
+                Wake::Message
+            }
+            None => {
+                // A reader that does not know the bells is served here.
+                self.refresh_writers();
+                Wake::Timeout
+            }
+        }
+    }
+
+    /// Sleeps until the time is over or the process is to end, whatever messages come.
+    pub fn nap(&self, timeout: Duration) -> Wake {
+        self.serve_new_readers();
+        if sleep_until_changed(signals::word(), 0, timeout) { Wake::Terminate } else { Wake::Timeout }
+    }
+
+    /// Whether SIGTERM, SIGINT or SIGHUP has asked the process to end.
+    pub fn end_requested(&self) -> bool {
+        signals::end_requested()
+    }
+
+    /// Messages that all readers of this process have lost so far.
+    pub fn lost_messages(&self) -> u64 {
+        self.counters.lost.get()
+    }
+
+    /// Counts a message that the process refused as malformed.
+    pub fn count_refused(&self) {
+        self.counters.refused.set(self.counters.refused.get() + 1);
+    }
+
+    /// Clears what dead processes of the system left in shared memory: their samples, their places
+    /// as writer or reader. For the supervisor, after it has waited for a dead child.
+    pub fn clear_dead(&self, timeout: Duration) {
+        self.inner.blocking_cleanup_dead_nodes(timeout);
+    }
+
+    pub(crate) fn inner(&self) -> &SharedMemoryNode<ipc::Service> {
+        &self.inner
+    }
+
+    pub(crate) fn bells(&self) -> Bells {
+        self.bells
+    }
+
+    pub(crate) fn counters(&self) -> Rc<Counters> {
+        self.counters.clone()
+    }
+
+    fn check_read(&self, spec: &'static ChannelSpec) -> Result<()> {
+        if spec.may_read(self.process) {
+            return Ok(());
+        }
+        let mut allowed: Vec<_> = spec.readers.iter().map(|process| process.word()).collect();
+        allowed.extend([Process::Recorder.word(), Process::Observer.word()]);
+        Err(self.forbidden("read", spec, allowed.join(", ")))
+    }
+
+    fn check_write(&self, spec: &'static ChannelSpec) -> Result<()> {
+        if spec.may_write(self.process) {
+            return Ok(());
+        }
+        Err(self.forbidden("write", spec, spec.writer.map_or("all", Process::word).into()))
+    }
+
+    fn forbidden(&self, verb: &'static str, spec: &'static ChannelSpec, allowed: String) -> Error {
+        Error::Forbidden { process: self.process, verb, channel: spec.name, allowed }
+    }
+
+    fn register(&self, port: Weak<dyn UpdateConnections>, spec: &'static ChannelSpec) {
+        self.writers.borrow_mut().push(OwnWriter { port, readers: spec.readers });
+    }
+
+    fn announce_reader(&self, spec: &ChannelSpec) {
+        if let Some(writer) = spec.writer {
+            self.bells.announce_reader(writer);
+        }
+    }
+
+    /// Hands the history to readers that have come: iceoryx2 does so on the next send alone.
+    fn serve_new_readers(&self) {
+        let joined = self.bells.readers_joined(self.process);
+        if self.seen_joined.replace(joined) != joined {
+            self.refresh_writers();
+            for writer in self.writers.borrow().iter() {
+                writer.readers.iter().for_each(|&reader| self.bells.ring(reader));
+            }
+        }
+    }
+
+    fn refresh_writers(&self) {
+        for port in self.writers.borrow().iter().filter_map(|writer| writer.port.upgrade()) {
+            // What cannot be connected now is tried again on the next send, which reports it.
+            let _ = port.update_connections();
+        }
+    }
+}
+
+/// The system's settings become iceoryx2's global ones, which its clean-up of dead nodes reads.
+fn shared_memory_node(system: &System, process: Process) -> Result<SharedMemoryNode<ipc::Service>> {
+    set_log_level_from_env_or(LogLevel::Fatal);
+    let path = system.iceoryx2_config();
+    let doing = || format!("{}: setting up shared memory", path.display());
+    let file = FilePath::new(path.as_os_str().as_encoded_bytes()).map_err(Error::shared_memory(doing()))?;
+    Config::setup_global_config_from_file(&file).map_err(Error::shared_memory(doing()))?;
+    let config = Config::from_file(&file).map_err(Error::shared_memory(doing()))?;
+    let name = process.word().try_into().map_err(Error::shared_memory(doing()))?;
+    NodeBuilder::new()
+        .name(&name)
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create()
+        .map_err(Error::shared_memory(doing()))
+}

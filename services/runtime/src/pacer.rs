@@ -1,0 +1,38 @@
+//! Simulated time against the clock.
+
+use std::time::{Duration, Instant};
+
+/// Says when a moment of simulated time is due.
+#[derive(Debug, Clone, Copy)]
+pub struct Pacer {
+    started: Instant,
+    speed: f64,
+}
+
+impl Pacer {
+    /// Simulated time 0 is now; `speed` simulated seconds pass in a second (more than 0).
+    pub fn start(speed: f64) -> Self {
+        Self { started: Instant::now(), speed }
+    }
+
+    /// How long until the simulated time `stamp_ns` is due; zero where it has passed.
+    pub fn until(&self, stamp_ns: u64) -> Duration {
+        due_after(stamp_ns, self.speed).saturating_sub(self.started.elapsed())
+    }
+}
+
+fn due_after(stamp_ns: u64, speed: f64) -> Duration {
+    Duration::try_from_secs_f64(stamp_ns as f64 * 1e-9 / speed).unwrap_or(Duration::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn twice_the_speed_is_half_the_wait() {
+        assert_eq!(due_after(3_000_000_000, 1.0), Duration::from_secs(3));
+        assert_eq!(due_after(3_000_000_000, 2.0), Duration::from_millis(1500));
+        assert_eq!(due_after(1, 0.0), Duration::MAX);
+    }
+}

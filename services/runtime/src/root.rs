@@ -1,0 +1,72 @@
+//! The folder of all systems of a user. Never one that somebody else could have prepared.
+
+use std::fs::{self, DirBuilder};
+use std::io::ErrorKind;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+use nix::unistd::getuid;
+
+use crate::lock::Lock;
+use crate::{Error, Result};
+
+/// The folder: `$XDG_RUNTIME_DIR/sketchnav`, or `/tmp/sketchnav-<uid>`. Made where it is missing.
+pub(crate) fn of_this_user() -> Result<PathBuf> {
+    let root = match std::env::var_os("XDG_RUNTIME_DIR").filter(|v| !v.is_empty()) {
+        Some(runtime) => PathBuf::from(runtime).join("sketchnav"),
+        None => PathBuf::from(format!("/tmp/sketchnav-{}", getuid())),
+    };
+    private_folder(&root)?;
+    Ok(root)
+}
+
+/// Held while a system comes or goes, so that nobody takes a system that is being made for a dead one.
+pub(crate) fn guard(root: &Path) -> Result<Lock> {
+    let path = root.join(".guard");
+    Lock::take(&path).map_err(Error::file(path, "locking"))
+}
+
+/// Makes the folder with mode 0700, or checks that it is this user's alone.
+pub(crate) fn private_folder(path: &Path) -> Result<()> {
+    match DirBuilder::new().mode(0o700).create(path) {
+        Ok(()) => return Ok(()),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+        Err(error) => return Err(Error::file(path, "making the folder")(error)),
+    }
+    let found = fs::symlink_metadata(path).map_err(Error::file(path, "looking at it"))?;
+    let uid = getuid().as_raw();
+    let complaint = if found.file_type().is_symlink() {
+        "a link".to_string()
+    } else if !found.is_dir() {
+        "a file".to_string()
+    } else if found.uid() != uid {
+        format!("a folder of user {}", found.uid())
+    } else if found.mode() & 0o077 != 0 {
+        format!("mode {:04o}", found.mode() & 0o7777)
+    } else {
+        return Ok(());
+    };
+    Err(Error::ForeignRoot { path: path.into(), uid, found: complaint })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    #[test]
+    fn a_root_is_private_or_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().join("root");
+        private_folder(&root).unwrap();
+        assert_eq!(fs::metadata(&root).unwrap().mode() & 0o777, 0o700);
+        private_folder(&root).unwrap();
+
+        let link = folder.path().join("link");
+        symlink(&root, &link).unwrap();
+        assert!(private_folder(&link).unwrap_err().to_string().contains("found a link"));
+
+        fs::set_permissions(&root, fs::Permissions::from_mode(0o755)).unwrap();
+        assert!(private_folder(&root).unwrap_err().to_string().contains("found mode 0755"));
+    }
+}

@@ -1,0 +1,50 @@
+//! SIGTERM, SIGINT and SIGHUP ask a process to end: a flag that every wait looks at.
+//!
+//! The handler changes the words that the process may sleep on, so a signal between the last look and
+//! the sleep is not lost. iceoryx2's own handlers stay off: theirs hand one request to one waiter and
+//! take SIGCONT for an interrupt.
+
+use std::ptr::null_mut;
+use std::sync::atomic::{AtomicPtr, AtomicU32, Ordering::SeqCst};
+
+use nix::libc;
+use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction};
+
+use crate::bells::wake;
+
+static REQUESTED: AtomicU32 = AtomicU32::new(0);
+/// The bell of the node that was joined last; it is never unmapped.
+static BELL: AtomicPtr<AtomicU32> = AtomicPtr::new(null_mut());
+
+/// Catches the signals and has them ring `bell` too.
+pub(crate) fn install(bell: &'static AtomicU32) {
+    BELL.store(std::ptr::from_ref(bell).cast_mut(), SeqCst);
+    let action = SigAction::new(SigHandler::Handler(on_signal), SaFlags::empty(), SigSet::empty());
+    for signal in [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP] {
+        // SAFETY: the handler uses atomics and one futex call alone, which are async-signal-safe.
+        // The call fails for invalid signals only.
+        let _ = unsafe { sigaction(signal, &action) };
+    }
+}
+
+/// Whether one of the signals has come.
+pub(crate) fn end_requested() -> bool {
+    REQUESTED.load(SeqCst) != 0
+}
+
+/// The word that is zero until one of the signals comes.
+pub(crate) fn word() -> &'static AtomicU32 {
+    &REQUESTED
+}
+
+extern "C" fn on_signal(_: libc::c_int) {
+    let errno = nix::errno::Errno::last_raw();
+    REQUESTED.store(1, SeqCst);
+    wake(&REQUESTED);
+    // SAFETY: null, or a word in a page that is never unmapped.
+    if let Some(bell) = unsafe { BELL.load(SeqCst).as_ref() } {
+        bell.fetch_add(1, SeqCst);
+        wake(bell);
+    }
+    nix::errno::Errno::set_raw(errno);
+}

@@ -1,0 +1,315 @@
+//! A system: a name, a folder, a supervisor that lives.
+//!
+//! ```text
+//! <root>/<name>/supervisor.lock   held by the supervisor as long as it lives
+//!               run.json          what every process is told
+//!               iceoryx2.toml     root-path and prefix of the shared memory
+//!               bells             a page that every process maps
+//!               processes/<process>   held by the process as long as it lives; its id is inside
+//!               logs/<process>.log
+//!               shared/           what iceoryx2 keeps in files
+//! /dev/shm/<prefix>*              the messages
+//! ```
+//! The prefix has the system's name and a hash of its folder's path: no two systems share a file.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::fingerprint;
+use sketchnav_schemas::run::RunConfig;
+
+use crate::lock::{self, Lock};
+use crate::{Error, Result, root};
+
+const SHARED_MEMORY: &str = "/dev/shm";
+const MAX_NAME: usize = 32;
+
+/// A system's folder and what belongs to it.
+#[derive(Debug)]
+pub struct System {
+    name: String,
+    root: PathBuf,
+    folder: PathBuf,
+    /// Held where this is the supervisor's own.
+    ownership: Option<Lock>,
+}
+
+impl System {
+    /// Makes the system `run.system`, owned by this process until [`System::remove`] or its death.
+    /// Clears first what a dead system left behind, whatever its name.
+    ///
+    /// # Errors
+    /// A name that is none, a system of that name that lives, a root that is not this user's.
+    pub fn create(run: &RunConfig) -> Result<Self> {
+        check_name(&run.system)?;
+        let root = root::of_this_user()?;
+        let _guard = root::guard(&root)?;
+        sweep(&root)?;
+        let mut system = Self::at(root, &run.system);
+        if system.folder.exists() {
+            return Err(system.already_running());
+        }
+        system.make_folders()?;
+        let path = system.supervisor_lock();
+        let held = Lock::try_take_as_this_process(&path).map_err(Error::file(&path, "locking"))?;
+        system.ownership = Some(held.ok_or_else(|| system.already_running())?);
+        system.write_files(run)?;
+        Ok(system)
+    }
+
+    /// The system of that name, where its supervisor lives.
+    ///
+    /// # Errors
+    /// [`Error::NotRunning`] names the systems that run.
+    pub fn open(name: &str) -> Result<Self> {
+        check_name(name)?;
+        let system = Self::at(root::of_this_user()?, name);
+        if system.is_alive()? {
+            return Ok(system);
+        }
+        let running: Vec<_> = Self::list()?.into_iter().map(|s| s.name).collect();
+        let running = if running.is_empty() { "none".into() } else { running.join(", ") };
+        Err(Error::NotRunning { name: name.into(), running })
+    }
+
+    /// The systems of this user whose supervisor lives, by name.
+    pub fn list() -> Result<Vec<Self>> {
+        let root = root::of_this_user()?;
+        let mut alive = Vec::new();
+        for system in all(&root)? {
+            if system.is_alive()? {
+                alive.push(system);
+            }
+        }
+        Ok(alive)
+    }
+
+    /// Clears what systems left behind whose supervisor died: processes, folder, shared memory.
+    /// Returns their names.
+    pub fn sweep_dead() -> Result<Vec<String>> {
+        let root = root::of_this_user()?;
+        let _guard = root::guard(&root)?;
+        sweep(&root)
+    }
+
+    /// Takes the system away: whatever process of it still lives, its shared memory, its folder.
+    /// For the supervisor, when its processes have ended.
+    pub fn remove(mut self) -> Result<()> {
+        let _guard = root::guard(&self.root)?;
+        self.ownership = None;
+        self.clear()
+    }
+
+    /// The system's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The system's folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Where a process's output goes.
+    pub fn log_path(&self, process: Process) -> PathBuf {
+        self.folder.join("logs").join(format!("{process}.log"))
+    }
+
+    /// What the supervisor told every process.
+    pub fn run_config(&self) -> Result<RunConfig> {
+        let path = self.folder.join("run.json");
+        let text = fs::read_to_string(&path).map_err(Error::file(&path, "reading"))?;
+        serde_json::from_str(&text).map_err(|source| Error::RunConfig { path, source })
+    }
+
+    /// The living processes of the system with their process ids, by name; the supervisor first.
+    /// Observers count once each.
+    pub fn processes(&self) -> Result<Vec<(String, u32)>> {
+        let mut found = Vec::new();
+        if self.is_alive()? {
+            found.extend(named_owner("supervisor", &self.supervisor_lock()));
+        }
+        for path in self.process_locks()? {
+            if lock::is_held(&path).map_err(Error::file(&path, "asking for its lock"))? {
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                found.extend(named_owner(&name, &path));
+            }
+        }
+        Ok(found)
+    }
+
+    pub(crate) fn iceoryx2_config(&self) -> PathBuf {
+        self.folder.join("iceoryx2.toml")
+    }
+
+    pub(crate) fn bells(&self) -> PathBuf {
+        self.folder.join("bells")
+    }
+
+    /// Says that this process is `process` of the system, as long as the lock lives. The supervisor
+    /// holds the system's own lock.
+    pub(crate) fn enter(&self, process: Process) -> Result<Option<Lock>> {
+        let file = match process {
+            Process::Supervisor => return Ok(None),
+            Process::Observer => format!("observer-{}", std::process::id()),
+            _ => process.word().to_string(),
+        };
+        let path = self.folder.join("processes").join(file);
+        match Lock::try_take_as_this_process(&path).map_err(Error::file(&path, "locking"))? {
+            Some(lock) => Ok(Some(lock)),
+            // An observer process may look on through several nodes.
+            None if process == Process::Observer => Ok(None),
+            None => {
+                Err(Error::ProcessRunsAlready { process, system: self.name.clone(), pid: lock::owner(&path) })
+            }
+        }
+    }
+
+    fn at(root: PathBuf, name: &str) -> Self {
+        let folder = root.join(name);
+        Self { name: name.into(), root, folder, ownership: None }
+    }
+
+    fn prefix(&self) -> String {
+        let path = self.folder.to_string_lossy();
+        format!("sketchnav_{}_{:08x}_", self.name, fingerprint(&path) as u32)
+    }
+
+    fn supervisor_lock(&self) -> PathBuf {
+        self.folder.join("supervisor.lock")
+    }
+
+    fn is_alive(&self) -> Result<bool> {
+        let path = self.supervisor_lock();
+        lock::is_held(&path).map_err(Error::file(path, "asking for its lock"))
+    }
+
+    fn already_running(&self) -> Error {
+        Error::AlreadyRunning { name: self.name.clone(), pid: lock::owner(&self.supervisor_lock()) }
+    }
+
+    fn make_folders(&self) -> Result<()> {
+        root::private_folder(&self.folder)?;
+        for part in ["processes", "logs", "shared"] {
+            root::private_folder(&self.folder.join(part))?;
+        }
+        Ok(())
+    }
+
+    fn write_files(&self, run: &RunConfig) -> Result<()> {
+        let write =
+            |path: PathBuf, bytes: &[u8]| fs::write(&path, bytes).map_err(Error::file(path, "writing"));
+        let run = serde_json::to_vec_pretty(run)
+            .map_err(|source| Error::RunConfig { path: self.folder.join("run.json"), source })?;
+        write(self.folder.join("run.json"), &run)?;
+        write(self.bells(), &[0; crate::bells::PAGE])?;
+        let shared = self.folder.join("shared");
+        let config =
+            format!("[global]\nroot-path = {:?}\nprefix = {:?}\n", shared.to_string_lossy(), self.prefix());
+        write(self.iceoryx2_config(), config.as_bytes())
+    }
+
+    fn process_locks(&self) -> Result<Vec<PathBuf>> {
+        entries(&self.folder.join("processes"))
+    }
+
+    fn clear(&self) -> Result<()> {
+        for path in self.process_locks()? {
+            end_owner(&path).map_err(Error::file(path, "ending the process that holds it"))?;
+        }
+        let prefix = self.prefix();
+        for path in entries(Path::new(SHARED_MEMORY))? {
+            if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix)) {
+                removed(&path, fs::remove_file(&path))?;
+            }
+        }
+        removed(&self.folder, fs::remove_dir_all(&self.folder))
+    }
+}
+
+fn check_name(name: &str) -> Result<()> {
+    let known = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if name.is_empty() || name.len() > MAX_NAME || name.starts_with('-') || !name.chars().all(known) {
+        return Err(Error::BadName { found: name.into(), max: MAX_NAME });
+    }
+    Ok(())
+}
+
+/// Every system of the root, living or dead, by name.
+fn all(root: &Path) -> Result<Vec<System>> {
+    let names = entries(root)?.into_iter().filter(|path| path.is_dir());
+    let names = names.filter_map(|path| Some(path.file_name()?.to_str()?.to_string()));
+    Ok(names.filter(|name| check_name(name).is_ok()).map(|name| System::at(root.into(), &name)).collect())
+}
+
+fn sweep(root: &Path) -> Result<Vec<String>> {
+    let mut swept = Vec::new();
+    for system in all(root)? {
+        if !system.is_alive()? {
+            system.clear()?;
+            swept.push(system.name);
+        }
+    }
+    Ok(swept)
+}
+
+/// Kills the process that holds the lock file, where one does, and waits for its end.
+fn end_owner(path: &Path) -> std::io::Result<()> {
+    if !lock::is_held(path)? {
+        return Ok(());
+    }
+    if let Ok(pid) = lock::owner(path).parse::<i32>() {
+        // It may have ended by itself a moment ago.
+        let _ = kill(Pid::from_raw(pid), Signal::SIGKILL);
+    }
+    Lock::take(path).map(drop)
+}
+
+fn named_owner(name: &str, path: &Path) -> Option<(String, u32)> {
+    Some((name.into(), lock::owner(path).parse().ok()?))
+}
+
+/// The entries of a folder in order of their names; none where it is missing.
+fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let found = match fs::read_dir(folder) {
+        Ok(found) => found,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(Error::file(folder, "listing")(error)),
+    };
+    let mut paths: Vec<_> = found.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    paths.sort();
+    Ok(paths)
+}
+
+fn removed(path: &Path, result: std::io::Result<()>) -> Result<()> {
+    match result {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::file(path, "removing")(error)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_checked() {
+        for good in ["a", "demo", "demo-2", "0"] {
+            check_name(good).unwrap();
+        }
+        for bad in ["", "-a", "A", "a/b", "..", "a_b", "ä", &"x".repeat(33)] {
+            assert!(check_name(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn no_prefix_is_the_beginning_of_another() {
+        let prefix = |name: &str| System::at("/tmp/root".into(), name).prefix();
+        assert!(!prefix("demo-2").starts_with(&prefix("demo")));
+        assert_ne!(prefix("demo"), System::at("/tmp/other".into(), "demo").prefix());
+    }
+}

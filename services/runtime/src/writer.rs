@@ -1,0 +1,204 @@
+//! The writing end of a channel.
+
+use std::mem::MaybeUninit;
+use std::ops::{Deref, DerefMut};
+use std::rc::{Rc, Weak};
+
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::ipc;
+use iceoryx2::sample_mut::SampleMut;
+use sketchnav_schemas::channels::ChannelSpec;
+use sketchnav_schemas::message::Message;
+
+use crate::bells::Bells;
+use crate::channels::{open_fixed, open_sliced, writer_error};
+use crate::node::Node;
+use crate::wire::Wire;
+use crate::{Error, Result};
+
+/// Samples that a writer fills at the same time.
+const MAX_LOANS: usize = 1;
+
+/// What both kinds of writers have: the numbering and the readers to wake.
+struct Outbox {
+    spec: &'static ChannelSpec,
+    bells: Bells,
+    last_seq: u64,
+}
+
+impl Outbox {
+    fn new(node: &Node, spec: &'static ChannelSpec) -> Self {
+        Self { spec, bells: node.bells(), last_seq: 0 }
+    }
+
+    fn ring_readers(&self) {
+        self.spec.readers.iter().for_each(|&reader| self.bells.ring(reader));
+    }
+
+    fn failed<E: std::fmt::Debug>(&self) -> impl FnOnce(E) -> Error {
+        let name = self.spec.name;
+        move |error| Error::shared_memory(format!("writing channel {name:?}"))(error)
+    }
+}
+
+/// The writing end of a channel of messages of type `T`.
+pub struct Writer<T: Message> {
+    port: Rc<Publisher<ipc::Service, Wire<T>, ()>>,
+    outbox: Outbox,
+}
+
+impl<T: Message> Writer<T> {
+    pub(crate) fn open(node: &Node, spec: &'static ChannelSpec) -> Result<Self> {
+        let service = open_fixed::<T>(node, spec)?;
+        let port = service.publisher_builder().max_loaned_samples(MAX_LOANS).create();
+        let port = port.map_err(|error| writer_error(node, spec, &service, error))?;
+        Ok(Self { port: Rc::new(port), outbox: Outbox::new(node, spec) })
+    }
+
+    pub(crate) fn port(&self) -> Weak<dyn UpdateConnections> {
+        let weak: Weak<Publisher<ipc::Service, Wire<T>, ()>> = Rc::downgrade(&self.port);
+        weak
+    }
+
+    /// A message in shared memory, all zero, to be filled and sent.
+    ///
+    /// # Errors
+    /// [`Error::SharedMemory`] where no memory is left.
+    pub fn loan(&mut self) -> Result<Loan<'_, T>> {
+        let mut sample = self.port.loan_uninit().map_err(self.outbox.failed())?;
+        let message: *mut Wire<T> = sample.payload_mut().as_mut_ptr();
+        // SAFETY: the sample is ours alone until it is sent, and all zero is a message (`Pod`).
+        let sample = unsafe {
+            message.write_bytes(0, 1);
+            sample.assume_init()
+        };
+        Ok(Loan { sample, outbox: &mut self.outbox })
+    }
+
+    /// Fills a message in shared memory and sends it; its number.
+    pub fn send(&mut self, fill: impl FnOnce(&mut T)) -> Result<u64> {
+        let mut loan = self.loan()?;
+        fill(&mut loan);
+        loan.send()
+    }
+
+    /// The number of the last message sent; 0 before the first.
+    pub fn last_seq(&self) -> u64 {
+        self.outbox.last_seq
+    }
+}
+
+/// A message in shared memory that nobody reads yet. Dropped, it was never there.
+pub struct Loan<'a, T: Message> {
+    sample: SampleMut<ipc::Service, Wire<T>, ()>,
+    outbox: &'a mut Outbox,
+}
+
+impl<T: Message> Loan<'_, T> {
+    /// Numbers the message, sends it and wakes its readers; the number.
+    pub fn send(self) -> Result<u64> {
+        let (outbox, seq) = self.publish()?;
+        outbox.ring_readers();
+        Ok(seq)
+    }
+
+    /// As [`Loan::send`], and lets the readers sleep: another message of the same step follows, which
+    /// wakes them.
+    pub fn send_quietly(self) -> Result<u64> {
+        Ok(self.publish()?.1)
+    }
+}
+
+impl<'a, T: Message> Loan<'a, T> {
+    fn publish(mut self) -> Result<(&'a mut Outbox, u64)> {
+        let seq = self.outbox.last_seq + 1;
+        self.header_mut().seq = seq;
+        self.sample.send().map_err(self.outbox.failed())?;
+        self.outbox.last_seq = seq;
+        Ok((self.outbox, seq))
+    }
+}
+
+impl<T: Message> Deref for Loan<'_, T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.sample.payload().0
+    }
+}
+
+impl<T: Message> DerefMut for Loan<'_, T> {
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.sample.payload_mut().0
+    }
+}
+
+/// The writing end of a channel of messages of type `T`, each with a slice of bytes behind it.
+pub struct SliceWriter<T: Message> {
+    port: Rc<Publisher<ipc::Service, [u8], Wire<T>>>,
+    outbox: Outbox,
+}
+
+impl<T: Message> SliceWriter<T> {
+    pub(crate) fn open(node: &Node, spec: &'static ChannelSpec) -> Result<Self> {
+        let service = open_sliced::<T>(node, spec)?;
+        let builder = service.publisher_builder().max_loaned_samples(MAX_LOANS);
+        let port = builder.initial_max_slice_len(spec.max_slice_bytes).create();
+        let port = port.map_err(|error| writer_error(node, spec, &service, error))?;
+        Ok(Self { port: Rc::new(port), outbox: Outbox::new(node, spec) })
+    }
+
+    pub(crate) fn port(&self) -> Weak<dyn UpdateConnections> {
+        let weak: Weak<Publisher<ipc::Service, [u8], Wire<T>>> = Rc::downgrade(&self.port);
+        weak
+    }
+
+    /// A message with `length` bytes behind it in shared memory, all zero, to be filled and sent.
+    ///
+    /// # Errors
+    /// [`Error::SliceTooLong`]; [`Error::SharedMemory`] where no memory is left.
+    pub fn loan(&mut self, length: usize) -> Result<SliceLoan<'_, T>> {
+        let spec = self.outbox.spec;
+        if length > spec.max_slice_bytes {
+            return Err(Error::SliceTooLong { channel: spec.name, max: spec.max_slice_bytes, found: length });
+        }
+        let mut sample = self.port.loan_slice_uninit(length).map_err(self.outbox.failed())?;
+        sample.payload_mut().fill(MaybeUninit::zeroed());
+        // SAFETY: every byte was just written.
+        let sample = unsafe { sample.assume_init() };
+        Ok(SliceLoan { sample, outbox: &mut self.outbox })
+    }
+
+    /// The number of the last message sent; 0 before the first.
+    pub fn last_seq(&self) -> u64 {
+        self.outbox.last_seq
+    }
+}
+
+/// A message with a slice in shared memory that nobody reads yet. Dropped, it was never there.
+pub struct SliceLoan<'a, T: Message> {
+    sample: SampleMut<ipc::Service, [u8], Wire<T>>,
+    outbox: &'a mut Outbox,
+}
+
+impl<T: Message> SliceLoan<'_, T> {
+    /// The message.
+    pub fn message_mut(&mut self) -> &mut T {
+        &mut self.sample.user_header_mut().0
+    }
+
+    /// The bytes behind it.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        self.sample.payload_mut()
+    }
+
+    /// Numbers the message, sends it and wakes its readers; the number.
+    pub fn send(mut self) -> Result<u64> {
+        let seq = self.outbox.last_seq + 1;
+        self.message_mut().header_mut().seq = seq;
+        self.sample.send().map_err(self.outbox.failed())?;
+        self.outbox.last_seq = seq;
+        self.outbox.ring_readers();
+        Ok(seq)
+    }
+}

@@ -1,0 +1,87 @@
+//! What can be wrong with a world.
+
+use std::path::PathBuf;
+
+use sketchnav_schemas::codes::BodyKind;
+use sketchnav_schemas::robot::RobotError;
+
+/// Why a world cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum SimError {
+    /// A value that cannot be.
+    #[error("{key}: expected {expected}, found {found}")]
+    Value {
+        /// The key, or the place in the file.
+        key: String,
+        /// What would be right.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// No TOML, a key that is not known, a value of the wrong type.
+    #[error("{0}")]
+    Toml(#[from] toml::de::Error),
+    /// No YAML, a key that is missing, a value of the wrong type.
+    #[error("{0}")]
+    Yaml(String),
+    /// Not a picture that can be read.
+    #[error("expected a PGM or PNG picture: {0}")]
+    Picture(#[from] image::ImageError),
+    /// A robot file that does not hold.
+    #[error("{0}")]
+    Robot(#[from] RobotError),
+    /// A file that cannot be opened or read.
+    #[error("cannot be read: {0}")]
+    Read(#[from] std::io::Error),
+    /// The robot does not fit where it is to start.
+    #[error(
+        "start at ({x_m:.3}, {y_m:.3}) m: expected {needed_m} m of free floor around it, found a {kind} {distance_m:.3} m away"
+    )]
+    Start {
+        /// Where it was to start.
+        x_m: f64,
+        /// Where it was to start.
+        y_m: f64,
+        /// The robot's radius.
+        needed_m: f64,
+        /// What stands there.
+        kind: BodyKind,
+        /// How far from the robot's centre; 0 where the centre lies inside.
+        distance_m: f64,
+    },
+    /// One of the above, in a file.
+    #[error("{}: {what}", path.display())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        #[source]
+        what: Box<SimError>,
+    },
+}
+
+impl SimError {
+    /// The same error, with the file that it was found in.
+    pub fn in_file(self, path: impl Into<PathBuf>) -> Self {
+        Self::InFile { path: path.into(), what: Box::new(self) }
+    }
+}
+
+/// `Ok` where `holds`, else what was expected of `key`.
+pub(crate) fn check(
+    holds: bool,
+    key: impl Into<String>,
+    expected: &'static str,
+    found: impl std::fmt::Debug,
+) -> Result<(), SimError> {
+    if holds {
+        Ok(())
+    } else {
+        Err(SimError::Value { key: key.into(), expected, found: format!("{found:?}") })
+    }
+}
+
+/// `Ok` where all of `values` are finite numbers.
+pub(crate) fn check_finite(key: impl Into<String>, values: &[f64]) -> Result<(), SimError> {
+    check(values.iter().all(|v| v.is_finite()), key, "finite numbers", values)
+}

@@ -1,0 +1,72 @@
+//! Opens the files of a world: the one place of this crate that does.
+
+use std::path::Path;
+
+use sketchnav_schemas::mission::WorldSource;
+use sketchnav_schemas::robot::Robot;
+
+use crate::description::WorldDescription;
+use crate::error::SimError;
+use crate::ros_map::{MapInfo, OccupancyMap};
+use crate::{floor_plan, robots};
+
+/// The world that a mission names; its paths are taken as they are.
+///
+/// # Errors
+/// [`SimError::InFile`] with the file and what is wrong with it; [`SimError::Value`] for what the
+/// mission itself puts into the world.
+pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
+    let mut world = match (&source.floor_plan, &source.map) {
+        (Some(path), None) => floor_plan_file(Path::new(path))?,
+        (None, Some(path)) => map_file(Path::new(path))?,
+        _ => {
+            let found = format!("{:?} and {:?}", source.floor_plan, source.map);
+            return Err(SimError::Value {
+                key: "world".into(),
+                expected: "one of floor_plan and map",
+                found,
+            });
+        }
+    };
+    world.add_furniture(&source.furniture)?;
+    world.add_people(&source.person)?;
+    Ok(world)
+}
+
+/// A floor plan of the project's own form.
+///
+/// # Errors
+/// [`SimError::InFile`].
+pub fn floor_plan_file(path: &Path) -> Result<WorldDescription, SimError> {
+    let parse = |text: String| floor_plan::parse(&text);
+    std::fs::read_to_string(path).map_err(SimError::from).and_then(parse).map_err(|error| error.in_file(path))
+}
+
+/// A map of map_server: the YAML, and the picture that it names.
+///
+/// # Errors
+/// [`SimError::InFile`] with the YAML or the picture.
+pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
+    let parse = |text: String| MapInfo::parse(&text);
+    let yaml = std::fs::read_to_string(path).map_err(SimError::from);
+    let info = yaml.and_then(parse).map_err(|error| error.in_file(path))?;
+    let picture_path = path.with_file_name(&info.image);
+    let decode = |bytes: Vec<u8>| OccupancyMap::decode(&info, &bytes);
+    let picture = std::fs::read(&picture_path).map_err(SimError::from);
+    let map = picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    Ok(map.describe(&name))
+}
+
+/// The robot of that name, or the one in the file of that path.
+///
+/// # Errors
+/// [`SimError::InFile`] with the file and what is wrong with it.
+pub fn robot(name_or_path: &str) -> Result<Robot, SimError> {
+    if let Some(robot) = robots::find(name_or_path)? {
+        return Ok(robot);
+    }
+    let parse = |text: String| Ok(Robot::parse(&text)?);
+    let text = std::fs::read_to_string(name_or_path).map_err(SimError::from);
+    text.and_then(parse).map_err(|error| error.in_file(name_or_path))
+}

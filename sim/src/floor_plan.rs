@@ -1,0 +1,162 @@
+//! Vector floor plans: walls of a thickness along their centre lines, gaps where doors are.
+//!
+//! A wall reaches half its thickness beyond its ends, so that walls which meet at a point close the
+//! corner. It ends flush at a door.
+
+use nalgebra::Vector2;
+use sketchnav_schemas::floor_plan::{Door, FloorPlan, Wall};
+
+use crate::convex::{Convex, Segment};
+use crate::description::WorldDescription;
+use crate::error::{SimError, check, check_finite};
+
+/// How far beside a wall's line a door's middle may be marked, metres (beside half a thickness).
+const DOOR_SLACK_M: f64 = 0.01;
+
+/// Reads a floor plan (TOML) and builds it.
+///
+/// # Errors
+/// [`SimError::Toml`] or [`SimError::Value`] with the key and what was expected.
+pub fn parse(text: &str) -> Result<WorldDescription, SimError> {
+    describe(&toml::from_str(text)?)
+}
+
+/// Builds a floor plan.
+///
+/// # Errors
+/// [`SimError::Value`]: a wall of one point, a door beside every wall, furniture without a shape …
+pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
+    check_plan(plan)?;
+    let mut world = WorldDescription { name: plan.name.clone(), ..Default::default() };
+    let lines: Vec<Segment> = plan.wall.iter().flat_map(center_lines).collect();
+    check_doors(plan, &lines)?;
+    for line in &lines {
+        let gaps = plan.door.iter().filter_map(|door| gap(line, door, plan.wall_thickness_m));
+        world.walls.extend(pieces(line, gaps.collect(), plan.wall_thickness_m));
+    }
+    world.outline = world.walls.iter().flat_map(Convex::edges).collect();
+    world.add_furniture(&plan.furniture)?;
+    world.add_people(&plan.person)?;
+    Ok(world)
+}
+
+fn check_plan(plan: &FloorPlan) -> Result<(), SimError> {
+    let thickness = plan.wall_thickness_m;
+    check(thickness.is_finite() && thickness > 0.0, "wall_thickness_m", "a number above 0", thickness)?;
+    check(!plan.wall.is_empty(), "wall", "1 wall or more", plan.wall.len())?;
+    for (i, wall) in plan.wall.iter().enumerate() {
+        let key = format!("wall {}.points", i + 1);
+        check(wall.points.len() >= 2, key.as_str(), "2 points or more", wall.points.len())?;
+        check_finite(key, wall.points.as_flattened())?;
+    }
+    Ok(())
+}
+
+fn check_doors(plan: &FloorPlan, lines: &[Segment]) -> Result<(), SimError> {
+    for (i, door) in plan.door.iter().enumerate() {
+        let key = |part: &str| format!("door {}.{part}", i + 1);
+        check_finite(key("at"), &door.at)?;
+        let width = door.width_m;
+        check(width.is_finite() && width > 0.0, key("width_m"), "a number above 0", width)?;
+        let on_a_wall = lines.iter().any(|line| gap(line, door, plan.wall_thickness_m).is_some());
+        check(on_a_wall, key("at"), "a point on a wall's line", door.at)?;
+    }
+    Ok(())
+}
+
+fn center_lines(wall: &Wall) -> impl Iterator<Item = Segment> + '_ {
+    let closing = wall.closed.then(|| [wall.points[wall.points.len() - 1], wall.points[0]]);
+    let lines = wall.points.windows(2).map(|pair| [pair[0], pair[1]]);
+    lines.chain(closing).filter(|[a, b]| a != b)
+}
+
+/// The stretch of `line` that `door` opens, metres from the line's start; `None` where it lies elsewhere.
+fn gap(line: &Segment, door: &Door, thickness_m: f64) -> Option<[f64; 2]> {
+    let (start, along, length) = direction(line);
+    let offset = Vector2::from(door.at) - start;
+    let (t, beside) = (offset.dot(&along), offset.perp(&along).abs());
+    let lies_on = beside <= thickness_m / 2.0 + DOOR_SLACK_M && (0.0..=length).contains(&t);
+    lies_on.then_some([t - door.width_m / 2.0, t + door.width_m / 2.0])
+}
+
+/// What is left of a wall between its doors.
+fn pieces(line: &Segment, mut gaps: Vec<[f64; 2]>, thickness_m: f64) -> Vec<Convex> {
+    let (start, along, length) = direction(line);
+    let mut from = -thickness_m / 2.0;
+    let mut kept = Vec::new();
+    gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    gaps.push([length + thickness_m / 2.0; 2]);
+    for [begin, end] in gaps {
+        if begin > from {
+            kept.push([from, begin.min(length + thickness_m / 2.0)]);
+        }
+        from = from.max(end);
+    }
+    let yaw = along.y.atan2(along.x);
+    let solid = |[a, b]: [f64; 2]| {
+        let middle = start + along * ((a + b) / 2.0);
+        Convex::rectangle(middle.into(), [b - a, thickness_m], yaw)
+    };
+    kept.into_iter().map(solid).collect()
+}
+
+fn direction(line: &Segment) -> (Vector2<f64>, Vector2<f64>, f64) {
+    let (start, end) = (Vector2::from(line[0]), Vector2::from(line[1]));
+    let length = (end - start).norm();
+    (start, (end - start) / length, length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(extra: &str) -> String {
+        let room =
+            "name='room'\nwall_thickness_m=0.2\n[[wall]]\nclosed=true\npoints=[[0,0],[4,0],[4,3],[0,3]]\n";
+        format!("{room}{extra}")
+    }
+
+    fn solid_at(world: &WorldDescription, x: f64, y: f64) -> bool {
+        world.walls.iter().any(|wall| {
+            wall.edges().all(|[a, b]| (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) > 0.0)
+        })
+    }
+
+    #[test]
+    fn a_door_opens_the_wall_it_lies_on_and_no_other() {
+        let world = parse(&plan("[[door]]\nat=[2,0]\nwidth_m=0.9\n")).unwrap();
+        assert_eq!(world.walls.len(), 5);
+        for (x, solid) in [(1.50, true), (1.56, false), (2.0, false), (2.44, false), (2.46, true)] {
+            assert_eq!(solid_at(&world, x, 0.0), solid, "{x}");
+        }
+        assert!(solid_at(&world, 2.0, 3.0));
+    }
+
+    #[test]
+    fn a_wall_drawn_twice_is_opened_twice() {
+        let twice = "[[wall]]\npoints=[[4,0],[0,0]]\n[[door]]\nat=[2,0]\nwidth_m=0.9\n";
+        assert!(!solid_at(&parse(&plan(twice)).unwrap(), 2.0, 0.0));
+    }
+
+    #[test]
+    fn corners_are_closed() {
+        let world = parse(&plan("")).unwrap();
+        assert!(solid_at(&world, -0.09, -0.09) && solid_at(&world, 4.09, 3.09));
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        let cases = [
+            ("[[door]]\nat=[2,1]\nwidth_m=0.9\n", "door 1.at: expected a point on a wall's line"),
+            ("[[door]]\nat=[2,0]\nwidth_m=-1\n", "door 1.width_m: expected a number above 0, found -1.0"),
+            ("[[wall]]\npoints=[[1,1]]\n", "wall 2.points: expected 2 points or more, found 1"),
+            ("[[furniture]]\nname='desk'\n", "furniture 1 \"desk\": expected either polygon"),
+            ("[[person]]\nwaypoints=[]\nspeed_mps=1\n", "person 1.waypoints: expected 1 waypoint"),
+            ("[[window]]\n", "unknown field `window`"),
+        ];
+        for (extra, message) in cases {
+            let error = parse(&plan(extra)).unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Dead reckoning that errs: the velocity motion model (Thrun, Burgard and Fox, *Probabilistic
+//! Robotics*, table 5.3) with a drift that is constant during a run and slips on top.
+//!
+//! Speed and turn rate of a step of length dt carry noise of variance (α₁ v² + α₂ ω²)/dt and
+//! (α₃ v² + α₄ ω²)/dt, so that the spread of a path does not depend on the length of the steps.
+//! An omnidirectional drive errs in both of its directions alike. The model's third noise, a final
+//! rotation, is left out: the turn rate's takes its place.
+
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Base, Odom, Pose};
+use sketchnav_schemas::message::Twist;
+use sketchnav_schemas::robot::{Drive, OdometryNoise};
+
+/// A robot's count of its own motion.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DeadReckoning {
+    noise: OdometryNoise,
+    drive: Drive,
+    /// Counted metres a true metre.
+    distance_factor: f64,
+    drift_yaw_radpm: f64,
+    stream: Pcg64Mcg,
+    x_m: f64,
+    y_m: f64,
+    yaw_rad: f64,
+    /// Counted velocity: forward, left, m/s; rad/s.
+    velocity: [f64; 3],
+}
+
+impl DeadReckoning {
+    /// At the origin of [`Odom`]; draws the run's drift from `stream`.
+    pub fn new(noise: &OdometryNoise, drive: Drive, mut stream: Pcg64Mcg) -> Self {
+        let distance: f64 = stream.sample(StandardNormal);
+        let yaw: f64 = stream.sample(StandardNormal);
+        Self {
+            noise: *noise,
+            drive,
+            distance_factor: 1.0 + distance * noise.drift_distance,
+            drift_yaw_radpm: yaw * noise.drift_yaw_radpm,
+            stream,
+            x_m: 0.0,
+            y_m: 0.0,
+            yaw_rad: 0.0,
+            velocity: [0.0; 3],
+        }
+    }
+
+    /// Counts a true motion, expressed in the robot's axes before it, that took `dt_s`.
+    pub fn step(&mut self, motion: &Pose<Base>, dt_s: f64) {
+        let distance_m = motion.x.hypot(motion.y);
+        let (speed, turn_rate) = (distance_m / dt_s, motion.yaw_rad / dt_s);
+        let noise = self.noise;
+        let speed_noise =
+            noise.alpha_speed_speed * speed.powi(2) + noise.alpha_speed_turn * turn_rate.powi(2);
+        let turn_noise = noise.alpha_turn_speed * speed.powi(2) + noise.alpha_turn_turn * turn_rate.powi(2);
+        let (deviation_m, deviation_rad) = ((speed_noise * dt_s).sqrt(), (turn_noise * dt_s).sqrt());
+        let [along, across, around] = [(); 3].map(|()| self.stream.sample::<f64, _>(StandardNormal));
+        let counted = self.distance_factor * self.slip(distance_m);
+        let across_m = if self.drive == Drive::Omnidirectional { deviation_m * across } else { 0.0 };
+        let yaw_rad = motion.yaw_rad + self.drift_yaw_radpm * distance_m + deviation_rad * around;
+        let step = Pose::<Base>::new(
+            motion.x * counted + deviation_m * along,
+            motion.y * counted + across_m,
+            yaw_rad,
+        );
+        self.velocity = [step.x / dt_s, step.y / dt_s, step.yaw_rad / dt_s];
+        let pose = self.pose().compose(&step);
+        (self.x_m, self.y_m, self.yaw_rad) = (pose.x, pose.y, pose.yaw_rad);
+    }
+
+    /// A slip: the wheels turn up to twice as far as the robot gets.
+    fn slip(&mut self, distance_m: f64) -> f64 {
+        let (chance, share) = (self.stream.random::<f64>(), self.stream.random::<f64>());
+        if chance < self.noise.slips_per_m * distance_m { 1.0 + share } else { 1.0 }
+    }
+
+    /// Where the robot has come by its own count.
+    pub fn pose(&self) -> Pose<Odom> {
+        Pose::new(self.x_m, self.y_m, self.yaw_rad)
+    }
+
+    /// How fast it believes to move.
+    pub fn twist(&self) -> Twist {
+        let [vx_mps, vy_mps, yaw_rate_radps] = self.velocity;
+        Twist { vx_mps, vy_mps, yaw_rate_radps }
+    }
+}

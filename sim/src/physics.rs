@@ -1,0 +1,209 @@
+//! The rigid bodies: rapier2d with the robot as a dynamic disc, people as kinematic discs, walls and
+//! furniture fixed. Seen from above, so there is no gravity.
+//!
+//! Contacts are counted by body: the building with all of its walls is one, each piece of furniture
+//! and each person another. A contact is what the solver answers with an impulse.
+
+use nalgebra::Vector2;
+use rapier2d::prelude::*;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::codes::BodyKind;
+use sketchnav_schemas::robot::Robot;
+
+use crate::convex::Convex;
+use crate::description::WorldDescription;
+use crate::drive::Velocity;
+use crate::error::SimError;
+
+/// Friction of bodies that rub along each other.
+const FRICTION: f32 = 0.2;
+
+/// The bodies of a world.
+#[derive(Serialize, Deserialize)]
+pub struct Physics {
+    rapier: PhysicsWorld,
+    robot: RigidBodyHandle,
+    robot_collider: ColliderHandle,
+    people: Vec<RigidBodyHandle>,
+    furniture_count: usize,
+}
+
+/// The robot touches a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touching {
+    /// Which body: 0 the building, then the furniture, then the people.
+    pub body: usize,
+    /// Where, metres, frame `World`.
+    pub place: Vector2<f64>,
+    /// How hard during the last step, N·s.
+    pub impulse_ns: f64,
+}
+
+/// A pose in rapier's numbers, whose precision is the truth's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruePose {
+    /// Metres, frame `World`.
+    pub at: Vector2<f64>,
+    /// Radians, counter-clockwise.
+    pub yaw_rad: f64,
+}
+
+impl Physics {
+    /// Puts everything into its place; the robot stands at `start`.
+    ///
+    /// # Errors
+    /// [`SimError::Start`] where the robot does not fit there.
+    pub fn new(
+        world: &WorldDescription,
+        robot: &Robot,
+        start: TruePose,
+        dt_s: f64,
+    ) -> Result<Self, SimError> {
+        let mut rapier = PhysicsWorld::new();
+        rapier.gravity = Vector::ZERO;
+        rapier.integration_parameters.dt = dt_s as f32;
+        // Touches are read off the contacts, so no contact may be older than its step.
+        rapier.integration_parameters.contact_recycling = false;
+        for solid in &world.walls {
+            rapier.insert_collider(fixed(solid, 0), None);
+        }
+        for (i, solid) in world.furniture.iter().enumerate() {
+            rapier.insert_collider(fixed(solid, i + 1), None);
+        }
+        let furniture_count = world.furniture.len();
+        check_start(&rapier, furniture_count, robot, start)?;
+        let first_person = furniture_count + 1;
+        let people = world.people.iter().enumerate();
+        let people = people.map(|(i, person)| {
+            let body =
+                RigidBodyBuilder::kinematic_position_based().translation(vector(person.waypoints[0].into()));
+            rapier.insert(body, disc(person.radius_m, first_person + i)).0
+        });
+        let people = people.collect();
+        let body = RigidBodyBuilder::dynamic()
+            .translation(vector(start.at))
+            .rotation(start.yaw_rad as f32)
+            .can_sleep(false);
+        let (robot, robot_collider) =
+            rapier.insert(body, disc(robot.radius_m, usize::MAX).mass(robot.mass_kg as f32));
+        rapier.detect_collisions(&(), &());
+        Ok(Self { rapier, robot, robot_collider, people, furniture_count })
+    }
+
+    /// Number of bodies that can be touched.
+    pub fn body_count(&self) -> usize {
+        1 + self.furniture_count + self.people.len()
+    }
+
+    /// What kind the body with that number is.
+    pub fn kind(&self, body: usize) -> BodyKind {
+        kind(body, self.furniture_count)
+    }
+
+    /// Where the robot is.
+    pub fn robot_pose(&self) -> TruePose {
+        let body = &self.rapier.bodies[self.robot];
+        TruePose { at: vector2(body.translation()), yaw_rad: f64::from(body.rotation().angle()) }
+    }
+
+    /// How fast the robot moves.
+    pub fn robot_velocity(&self) -> Velocity {
+        let body = &self.rapier.bodies[self.robot];
+        Velocity { linear: vector2(body.linvel()), angular: f64::from(body.angvel()) }
+    }
+
+    /// Gives the robot the velocity that its drive wants; contacts may take it away again.
+    pub fn set_robot_velocity(&mut self, velocity: Velocity) {
+        let body = &mut self.rapier.bodies[self.robot];
+        body.set_linvel(vector(velocity.linear), true);
+        body.set_angvel(velocity.angular as f32, true);
+    }
+
+    /// Where the person with that number will be at the end of the next step.
+    pub fn move_person(&mut self, person: usize, to: Vector2<f64>) {
+        self.rapier.bodies[self.people[person]].set_next_kinematic_translation(vector(to));
+    }
+
+    /// One step of the length given at the start.
+    pub fn step(&mut self) {
+        self.rapier.step();
+    }
+
+    /// What the robot touches after a step.
+    pub fn touching(&self) -> impl Iterator<Item = Touching> + '_ {
+        let pairs = self.rapier.narrow_phase.contact_pairs_with(self.robot_collider);
+        pairs.filter_map(|pair| self.touch(pair))
+    }
+
+    fn touch(&self, pair: &ContactPair) -> Option<Touching> {
+        let impulse = pair.total_impulse_magnitude();
+        let (_, contact) = pair.find_deepest_contact()?;
+        let (first, second) =
+            (&self.rapier.colliders[pair.collider1], &self.rapier.colliders[pair.collider2]);
+        let other = if pair.collider1 == self.robot_collider { second } else { first };
+        let place = first.position().transform_point(contact.local_p1);
+        let touching = Touching {
+            body: other.user_data as usize,
+            place: vector2(place),
+            impulse_ns: f64::from(impulse),
+        };
+        (impulse > 0.0).then_some(touching)
+    }
+}
+
+fn kind(body: usize, furniture_count: usize) -> BodyKind {
+    match body {
+        0 => BodyKind::Wall,
+        n if n <= furniture_count => BodyKind::Furniture,
+        _ => BodyKind::Person,
+    }
+}
+
+fn check_start(
+    rapier: &PhysicsWorld,
+    furniture_count: usize,
+    robot: &Robot,
+    start: TruePose,
+) -> Result<(), SimError> {
+    let distance = |collider: &Collider| {
+        f64::from(collider.shape().distance_to_point(collider.position(), vector(start.at), true))
+    };
+    let nearest =
+        rapier.colliders.iter().map(|(_, collider)| (distance(collider), collider.user_data as usize));
+    match nearest.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((distance_m, body)) if distance_m < robot.radius_m => Err(SimError::Start {
+            x_m: start.at.x,
+            y_m: start.at.y,
+            needed_m: robot.radius_m,
+            kind: kind(body, furniture_count),
+            distance_m,
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn fixed(solid: &Convex, body: usize) -> ColliderBuilder {
+    let corners: Vec<_> = solid.corners().iter().map(|c| vector((*c).into())).collect();
+    // A sliver too thin for f32 has no hull: its bounding ball stands in for it.
+    let shape = SharedShape::convex_polyline(corners.clone()).or_else(|| SharedShape::convex_hull(&corners));
+    let builder = shape.map_or_else(|| sliver(&corners), ColliderBuilder::new);
+    builder.friction(FRICTION).user_data(body as u128)
+}
+
+fn sliver(corners: &[Vector]) -> ColliderBuilder {
+    let middle = corners.iter().sum::<Vector>() / corners.len() as f32;
+    let radius = corners.iter().map(|c| (*c - middle).length()).fold(0.0, f32::max);
+    ColliderBuilder::ball(radius).translation(middle)
+}
+
+fn disc(radius_m: f64, body: usize) -> ColliderBuilder {
+    ColliderBuilder::ball(radius_m as f32).friction(FRICTION).user_data(body as u128)
+}
+
+fn vector(v: Vector2<f64>) -> Vector {
+    Vector::new(v.x as f32, v.y as f32)
+}
+
+fn vector2(v: Vector) -> Vector2<f64> {
+    Vector2::new(f64::from(v.x), f64::from(v.y))
+}

@@ -1,0 +1,36 @@
+//! The robots that ship.
+
+use sketchnav_schemas::robot::{Robot, RobotError};
+
+/// Name and file of every robot.
+const ROBOTS: [(&str, &str); 2] = [
+    ("robotino", include_str!("../robots/robotino.toml")),
+    ("turtlebot3", include_str!("../robots/turtlebot3.toml")),
+];
+
+/// The robot of that name; `None` where none is called so.
+///
+/// # Errors
+/// [`RobotError`] where the file that ships does not hold (a test shows that all do).
+pub fn find(name: &str) -> Result<Option<Robot>, RobotError> {
+    let file = ROBOTS.iter().find(|(known, _)| *known == name);
+    file.map(|(_, text)| Robot::parse(text)).transpose()
+}
+
+/// The names of the robots.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    ROBOTS.iter().map(|(name, _)| *name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_robot_that_ships_holds_and_is_called_so() {
+        for name in names() {
+            assert_eq!(find(name).unwrap().unwrap().name, name);
+        }
+        assert!(find("nobody").unwrap().is_none());
+    }
+}

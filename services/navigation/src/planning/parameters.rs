@@ -1,0 +1,145 @@
+//! All that can be tuned about planning: the table `parameters.planner` of a mission.
+
+use serde::{Deserialize, Serialize};
+
+/// Parameters of the planner. What a mission leaves out keeps its default.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// A goal counts as reached within this distance by the local metric, metres.
+    pub arrival_radius_m: f64,
+    /// It also does within this distance, metres, where the robot cannot get any nearer.
+    pub near_radius_m: f64,
+    /// ρ, the radius of the local window (paper 001, III-C), metres by the mean local scale.
+    pub window_radius_m: f64,
+    /// r_L, the radius in which the robot looks for its place on a drawn route (paper 004, III-A), metres.
+    pub route_window_m: f64,
+    /// r_H, how far to look ahead on a drawn route (paper 004, III-A), metres.
+    pub route_look_ahead_m: f64,
+    /// Time between two local plans, seconds.
+    pub plan_period_s: f64,
+    /// Within this distance of a drawn wall a way through the drawing costs more, metres.
+    pub comfort_m: f64,
+    /// How much more it costs right at the wall, times the length.
+    pub comfort_weight: f64,
+    /// What a way through a drawn wall costs, times the length.
+    pub wall_weight: f64,
+    /// Free space kept around the robot by the local planner, metres.
+    pub margin_m: f64,
+    /// Within this distance beyond the margin the local planner pays more, metres.
+    pub berth_m: f64,
+    /// How long the robot remembers what it does not see any more, seconds.
+    pub memory_s: f64,
+    /// Share of the robot's top speed that is used.
+    pub speed_share: f64,
+    /// Share of the robot's top turn rate that is used.
+    pub turn_share: f64,
+    /// No way driven for this long is a standstill, seconds.
+    pub stall_s: f64,
+    /// Less than this is no way, metres.
+    pub stall_distance_m: f64,
+    /// Driving around without coming nearer for this long is a standstill, too, seconds.
+    pub detour_s: f64,
+    /// How often to recover from a standstill at about one place.
+    pub recoveries: u32,
+    /// How often to recover during one task.
+    pub recoveries_per_task: u32,
+    /// A task has failed after the localizer was lost for this long, seconds.
+    pub lost_s: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            arrival_radius_m: 0.35,
+            near_radius_m: 1.0,
+            window_radius_m: 2.5,
+            route_window_m: 1.0,
+            route_look_ahead_m: 1.2,
+            plan_period_s: 0.4,
+            comfort_m: 0.8,
+            comfort_weight: 4.0,
+            wall_weight: 1000.0,
+            margin_m: 0.05,
+            berth_m: 0.35,
+            memory_s: 20.0,
+            speed_share: 1.0,
+            turn_share: 0.8,
+            stall_s: 7.0,
+            stall_distance_m: 0.3,
+            detour_s: 30.0,
+            recoveries: 3,
+            recoveries_per_task: 8,
+            lost_s: 20.0,
+        }
+    }
+}
+
+/// A parameter that cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("parameters.planner.{key}: expected {expected}, found {found}")]
+pub struct ParameterError {
+    /// The key.
+    pub key: &'static str,
+    /// What would be right.
+    pub expected: &'static str,
+    /// What stands there.
+    pub found: f64,
+}
+
+impl Parameters {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`ParameterError`] with the first key that holds a value that cannot be.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        let positive = [
+            ("arrival_radius_m", self.arrival_radius_m),
+            ("near_radius_m", self.near_radius_m),
+            ("window_radius_m", self.window_radius_m),
+            ("route_window_m", self.route_window_m),
+            ("route_look_ahead_m", self.route_look_ahead_m),
+            ("plan_period_s", self.plan_period_s),
+            ("comfort_m", self.comfort_m),
+            ("berth_m", self.berth_m),
+            ("memory_s", self.memory_s),
+            ("stall_s", self.stall_s),
+            ("stall_distance_m", self.stall_distance_m),
+            ("detour_s", self.detour_s),
+            ("lost_s", self.lost_s),
+        ];
+        let not_negative = [("comfort_weight", self.comfort_weight), ("margin_m", self.margin_m)];
+        let shares = [("speed_share", self.speed_share), ("turn_share", self.turn_share)];
+        for (key, found) in positive {
+            expect(key, "a number above 0", found, found > 0.0)?;
+        }
+        for (key, found) in not_negative {
+            expect(key, "a number of 0 or more", found, found >= 0.0)?;
+        }
+        for (key, found) in shares {
+            expect(key, "a share above 0, at most 1", found, found > 0.0 && found <= 1.0)?;
+        }
+        expect("wall_weight", "a number above 1", self.wall_weight, self.wall_weight > 1.0)
+    }
+}
+
+fn expect(key: &'static str, expected: &'static str, found: f64, holds: bool) -> Result<(), ParameterError> {
+    if holds && found.is_finite() { Ok(()) } else { Err(ParameterError { key, expected, found }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_hold() {
+        assert_eq!(Parameters::default().check(), Ok(()));
+    }
+
+    #[test]
+    fn a_bad_value_is_named() {
+        let bad = Parameters { speed_share: 1.5, ..Default::default() };
+        let text = bad.check().unwrap_err().to_string();
+        assert_eq!(text, "parameters.planner.speed_share: expected a share above 0, at most 1, found 1.5");
+    }
+}

@@ -1,1 +1,159 @@
-//! The simulated world as a process.
+//! The simulated world as a process: moves the bytes between `sketchnav_sim` and the channels, and
+//! decides when the next step is due. A real robot's driver does the same with real sensors.
+
+use std::time::Duration;
+
+use sketchnav_runtime::{HealthReporter, Node, Pacer, Reader, Step, Wake, Writer};
+use sketchnav_schemas::channels::{COMMAND, CONTACT, LOCKSTEP_WINDOW, ODOMETRY, RECORDED, SCAN, TRUTH};
+use sketchnav_schemas::geometry::Pose;
+use sketchnav_schemas::message::{
+    Contact, GroundTruth, Header, LaserScan, Odometry, Recorded, VelocityCommand,
+};
+use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_sim::World;
+
+/// How long to sleep at most before looking whether somebody new listens.
+const LOOK_UP: Duration = Duration::from_millis(20);
+
+/// Runs the world of the node's system until the process is asked to end.
+///
+/// # Errors
+/// [`sketchnav_sim::SimError`] where the mission's world or start cannot be; the runtime's errors.
+pub fn run(node: &Node) -> anyhow::Result<()> {
+    let run = node.run_config()?;
+    let mut shell = Shell::open(node, &run)?;
+    match run.pace {
+        Pace::Lockstep => shell.lockstep(),
+        Pace::RealTime { speed } => shell.real_time(speed),
+    }
+}
+
+/// The world that a run describes, before its first scan.
+///
+/// # Errors
+/// [`sketchnav_sim::SimError`] with the file, the key or the place.
+pub fn build(run: &RunConfig) -> Result<World, sketchnav_sim::SimError> {
+    let description = sketchnav_sim::files::world(&run.mission.world)?;
+    let start = &run.mission.start;
+    let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());
+    World::new(description, &run.robot, pose, run.seed)
+}
+
+struct Shell<'a> {
+    node: &'a Node,
+    world: World,
+    scan: Writer<LaserScan>,
+    odometry: Writer<Odometry>,
+    truth: Writer<GroundTruth>,
+    contact: Writer<Contact>,
+    command: Reader<VelocityCommand>,
+    recorded: Reader<Recorded>,
+    health: HealthReporter,
+    /// The newest command.
+    held: Option<VelocityCommand>,
+    /// The newest scan that is safe in the file; beyond all scans where nothing records.
+    recorded_scan: u64,
+}
+
+impl<'a> Shell<'a> {
+    fn open(node: &'a Node, run: &RunConfig) -> anyhow::Result<Self> {
+        Ok(Self {
+            node,
+            world: build(run)?,
+            scan: node.writer(SCAN)?,
+            odometry: node.writer(ODOMETRY)?,
+            truth: node.writer(TRUTH)?,
+            contact: node.writer(CONTACT)?,
+            command: node.reader(COMMAND)?,
+            recorded: node.reader(RECORDED)?,
+            health: HealthReporter::new(node)?,
+            held: None,
+            recorded_scan: if run.recording.is_some() { 0 } else { u64::MAX - LOCKSTEP_WINDOW },
+        })
+    }
+
+    /// A step for every command: the next when the one that this scan caused has come and the recorder
+    /// is not too far behind.
+    fn lockstep(&mut self) -> anyhow::Result<()> {
+        self.observe()?;
+        loop {
+            if self.node.wait(LOOK_UP) == Wake::Terminate {
+                return self.end();
+            }
+            self.receive()?;
+            if self.next_is_due() {
+                self.step()?;
+            }
+            self.health.report_if_due(self.world.stamp_ns())?;
+        }
+    }
+
+    fn next_is_due(&self) -> bool {
+        let scan = self.scan.last_seq();
+        let answered =
+            self.held.is_some_and(|command| command.header.source_seq == scan && command.last == 0);
+        answered && scan < self.recorded_scan + LOCKSTEP_WINDOW
+    }
+
+    /// A step when its time has come, whatever command there is.
+    fn real_time(&mut self, speed: f64) -> anyhow::Result<()> {
+        let pacer = Pacer::start(speed);
+        self.observe()?;
+        loop {
+            let due = pacer.until(self.world.stamp_ns() + self.world.period_ns());
+            if due.is_zero() {
+                self.receive()?;
+                self.step()?;
+            } else if self.node.nap(due.min(LOOK_UP)) == Wake::Terminate {
+                return self.end();
+            }
+            self.health.report_if_due(self.world.stamp_ns())?;
+        }
+    }
+
+    fn receive(&mut self) -> anyhow::Result<()> {
+        while let Some(command) = self.command.receive()? {
+            self.held = Some(*command);
+        }
+        while let Some(recorded) = self.recorded.receive()? {
+            self.recorded_scan = recorded.header.source_seq;
+        }
+        Ok(())
+    }
+
+    fn step(&mut self) -> anyhow::Result<()> {
+        let step = Step::begin();
+        self.world.step(self.held.as_ref());
+        self.observe()?;
+        self.health.end(step);
+        Ok(())
+    }
+
+    /// Sends what the sensors say now; the scan last, which wakes the readers.
+    fn observe(&mut self) -> anyhow::Result<()> {
+        let seq = self.scan.last_seq() + 1;
+        let header = Header { seq: 0, stamp_ns: self.world.stamp_ns(), source_seq: seq };
+        for contact in self.world.contacts() {
+            let mut loan = self.contact.loan()?;
+            *loan = Contact { header, ..contact };
+            loan.send_quietly()?;
+        }
+        let mut truth = self.truth.loan()?;
+        truth.header = header;
+        self.world.fill_truth(&mut truth);
+        truth.send_quietly()?;
+        let mut odometry = self.odometry.loan()?;
+        odometry.header = header;
+        self.world.fill_odometry(&mut odometry);
+        odometry.send_quietly()?;
+        let mut scan = self.scan.loan()?;
+        scan.header = header;
+        self.world.fill_scan(&mut scan);
+        scan.send()?;
+        Ok(())
+    }
+
+    fn end(&mut self) -> anyhow::Result<()> {
+        Ok(self.health.report(self.world.stamp_ns())?)
+    }
+}

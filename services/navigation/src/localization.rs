@@ -1,1 +1,448 @@
-//! Monte Carlo localization in a sketch (paper 001, III-A).
+//! Monte Carlo localization in a sketch: pose and two local scales at once (paper 001, III-A).
+//!
+//! The state of a particle is (x, y, θ, a, b): a pose in the drawing, pixels, and the pixels that a
+//! metre is there along the walls' direction and across. An update propagates the particles by the
+//! scaled odometry (equation 6), weighs them by the scan (equations 7 and 8, or the visibility model),
+//! and resamples. Between updates the estimate is dead-reckoned through its scales.
+//!
+//! It knows no clock, no file and no truth; after [`Localizer::new`] it allocates nothing; the same
+//! inputs give the same bits.
+
+pub mod beams;
+pub mod confidence;
+pub mod grid;
+pub mod metric;
+pub mod mode;
+pub mod motion;
+pub mod observation;
+pub mod parameters;
+pub mod particles;
+pub mod scales;
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::codes::Tracking;
+use sketchnav_schemas::geometry::{Odom, Pose, Sketch as SketchFrame, wrap_angle};
+use sketchnav_schemas::message::LaserScan;
+use sketchnav_schemas::seed;
+
+use crate::sketch::Sketch;
+use beams::{Beams, Mounting};
+use confidence::Confidence;
+use grid::Grid;
+use metric::ScaleFrame;
+use mode::{Kernel, Mode, find_mode};
+use motion::{Motion, normal, perturb, propagate};
+use observation::{Field, Visibility};
+use parameters::{Likelihood, ParameterError, Parameters};
+use particles::{ParticleSet, Resampler};
+use scales::{ScaledPose, initial_scales, virtual_scales};
+
+/// Where the person says that the robot starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// The pose in the drawing.
+    pub pose: Pose<SketchFrame>,
+    /// What the position may be off by, pixels.
+    pub spread_px: f64,
+    /// What the heading may be off by, radians.
+    pub spread_rad: f64,
+}
+
+/// Where the robot is in the drawing, after a scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The mode of the particles, never a mean of several modes.
+    pub pose: Pose<SketchFrame>,
+    /// Local scale along the wall direction, pixels a metre.
+    pub scale_a_pxpm: f64,
+    /// Local scale across, pixels a metre.
+    pub scale_b_pxpm: f64,
+    /// Covariance of (x px, y px, yaw rad, a px/m, b px/m) around the mode, row by row.
+    pub covariance: [f64; 25],
+    /// Kish's effective sample size before resampling, of the last update.
+    pub effective_sample_size: f64,
+    /// Mean log likelihood of a beam at the estimate (visibility model).
+    pub fit: f64,
+    /// How sure the localization is.
+    pub tracking: Tracking,
+}
+
+/// Why there is no localization.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LocalizationError {
+    /// A parameter that cannot be.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The start is not a place in the drawing.
+    #[error("start: expected a place inside the drawing of {width} × {height} px, found ({x:.1}, {y:.1})")]
+    StartOutside {
+        /// The start, pixels.
+        x: f64,
+        /// The start, pixels, upwards.
+        y: f64,
+        /// Width of the drawing.
+        width: usize,
+        /// Height of the drawing.
+        height: usize,
+    },
+}
+
+/// Everything that changes: what a checkpoint holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    particles: ParticleSet,
+    rng: Pcg64Mcg,
+    /// Mean scales of the drawing, (ln a, ln b).
+    home: [f32; 2],
+    started: bool,
+    /// Odometry at the last update (x m, y m, yaw rad).
+    updated_at: [f64; 3],
+    /// Odometry at the last scan.
+    odometry: [f64; 3],
+    travelled_m: f64,
+    turned_rad: f64,
+    /// The mode at the last update (x, y, yaw, a, b).
+    mode: [f32; 5],
+    covariance: Vec<f64>,
+    effective_sample_size: f64,
+    confidence: Confidence,
+}
+
+/// The filter: the drawing prepared, the state, and room to work in.
+#[derive(Debug, Clone)]
+pub struct Localizer {
+    parameters: Parameters,
+    mounting: Mounting,
+    start: Start,
+    grid: Grid,
+    frame: ScaleFrame,
+    scale_guess_pxpm: f32,
+    visibility: Visibility,
+    field: Field,
+    beams: Beams,
+    resampler: Resampler,
+    state: State,
+}
+
+impl Localizer {
+    /// Prepares the drawing. The first scan starts the filter.
+    ///
+    /// # Errors
+    /// [`LocalizationError`] for a parameter that cannot be, and for a start outside the drawing.
+    pub fn new(
+        sketch: &Sketch,
+        mounting: Mounting,
+        parameters: Parameters,
+        start: Start,
+        mission_seed: u64,
+    ) -> Result<Self, LocalizationError> {
+        parameters.check()?;
+        check_start(sketch, &start)?;
+        let grid = Grid::new(sketch, parameters.grid_cells);
+        let scale_guess_pxpm = extent_px(sketch) / parameters.building_size_m;
+        Ok(Self {
+            mounting,
+            start,
+            frame: ScaleFrame::new(sketch.wall_direction_rad()),
+            scale_guess_pxpm,
+            visibility: Visibility::new(&parameters),
+            field: Field::new(&grid, &parameters, scale_guess_pxpm),
+            beams: Beams::with_capacity(parameters.beams),
+            resampler: Resampler::new(parameters.particles),
+            state: State::new(parameters.particles, mission_seed),
+            grid,
+            parameters,
+        })
+    }
+
+    /// Takes in the scan and the odometry of its time; returns where the robot is now.
+    pub fn step(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> Estimate {
+        self.beams.select(scan, &self.mounting, self.parameters.beams);
+        if !self.state.started {
+            self.begin(odometry);
+        }
+        self.state.travel(odometry);
+        if self.is_due() {
+            self.update();
+        }
+        self.estimate()
+    }
+
+    /// The particles.
+    pub fn particles(&self) -> &ParticleSet {
+        &self.state.particles
+    }
+
+    /// The whole changing state, for a checkpoint.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Goes on from a checkpoint of a localizer with the same drawing and parameters.
+    pub fn restore(&mut self, state: State) {
+        if state.started {
+            self.field = Field::new(&self.grid, &self.parameters, mean_scale(&state.home));
+        }
+        self.state = state;
+    }
+
+    fn is_due(&self) -> bool {
+        let (p, s) = (&self.parameters, &self.state);
+        let fresh = s.confidence.tracking() == Tracking::Waiting;
+        fresh || s.travelled_m >= p.update_distance_m || s.turned_rad >= p.update_turn_rad
+    }
+
+    /// One update of the Bayes filter (equation 4).
+    fn update(&mut self) {
+        self.propagate();
+        self.reweight();
+        self.state.particles.normalize();
+        self.locate();
+        self.resample();
+    }
+
+    /// Equation (6).
+    fn propagate(&mut self) {
+        let motion = self.state.take_motion();
+        if motion.distance_m == 0.0 && motion.turned_rad == 0.0 {
+            return;
+        }
+        let State { particles, rng, home, .. } = &mut self.state;
+        propagate(particles, &motion, &self.frame, &self.grid, *home, &self.parameters, rng);
+    }
+
+    /// Equation (7), or the visibility model.
+    fn reweight(&mut self) {
+        let count = self.beams.len() as f32;
+        let per_beam = (self.parameters.independent_beams / count.max(1.0)).min(1.0);
+        let Self { grid, beams, frame, visibility, field, state, .. } = self;
+        let likelihood = self.parameters.likelihood;
+        let set = &mut state.particles;
+        for i in 0..set.len() {
+            let place = [set.x_px[i], set.y_px[i]];
+            let metric = frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
+            set.log_weight[i] += per_beam
+                * match likelihood {
+                    Likelihood::Visibility => visibility.log_likelihood(grid, beams, place, &metric),
+                    Likelihood::Field => field.log_likelihood(grid, beams, place, &metric),
+                };
+        }
+        if likelihood == Likelihood::Field && self.parameters.field_scale_width > 0.0 {
+            self.reweight_scales();
+        }
+    }
+
+    /// The Laplace terms of equation (7) on the virtual scales, ray-traced from the best particle.
+    fn reweight_scales(&mut self) {
+        let best = self.state.particles.best();
+        let found = virtual_scales(&self.grid, &self.frame, &self.beams, &best);
+        let width = self.parameters.field_scale_width;
+        let [home_a, home_b] = self.state.home.map(f32::exp);
+        let set = &mut self.state.particles;
+        for i in 0..set.len() {
+            let off = |found: Option<f32>, ln: f32, home: f32| {
+                found.map_or(0.0, |scale| (scale - ln.exp()).abs() / (width * home))
+            };
+            let off_a = off(found.a_pxpm, set.ln_a[i], home_a);
+            set.log_weight[i] -= off_a + off(found.b_pxpm, set.ln_b[i], home_b);
+        }
+    }
+
+    /// Finds the mode and judges it.
+    fn locate(&mut self) {
+        let p = &self.parameters;
+        let kernel = Kernel {
+            radius_px: p.mode_radius_m * mean_scale(&self.state.home),
+            radius_rad: p.mode_radius_rad,
+        };
+        let last = self.state.last_mode();
+        let mode = find_mode(&self.state.particles, &kernel, last.as_ref(), p.mode_loyalty);
+        let fit = self.fit(&mode.pose);
+        self.state.set_mode(&mode);
+        self.state.effective_sample_size = self.state.particles.effective_sample_size();
+        self.state.confidence.update(fit, mode.share, &self.parameters);
+    }
+
+    fn resample(&mut self) {
+        let p = &self.parameters;
+        let State { particles, rng, confidence, home, effective_sample_size, .. } = &mut self.state;
+        if *effective_sample_size >= p.resample_below * particles.len() as f64 {
+            return;
+        }
+        self.resampler.resample(particles, rng.random());
+        let share = p.perturbed_share + p.perturbed_share_lost * confidence.decline();
+        if share > 0.0 {
+            perturb(particles, share, &self.grid, *home, p, rng);
+        }
+    }
+
+    /// Mean log likelihood of a beam at a pose (visibility model); 0 where there is no beam.
+    fn fit(&self, pose: &ScaledPose) -> f32 {
+        let metric = self.frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
+        let place = [pose.x_px, pose.y_px];
+        let sum = self.visibility.log_likelihood(&self.grid, &self.beams, place, &metric);
+        sum / self.beams.len().max(1) as f32
+    }
+
+    /// The mode of the last update, dead-reckoned to now.
+    fn estimate(&self) -> Estimate {
+        let s = &self.state;
+        let pose = self.dead_reckoned();
+        let mut covariance = [0.0; 25];
+        covariance.copy_from_slice(&s.covariance);
+        Estimate {
+            pose: Pose::new(pose.x_px.into(), pose.y_px.into(), wrap_angle(pose.yaw_rad.into())),
+            scale_a_pxpm: pose.a_pxpm.into(),
+            scale_b_pxpm: pose.b_pxpm.into(),
+            covariance,
+            effective_sample_size: s.effective_sample_size,
+            fit: self.fit(&pose).into(),
+            tracking: s.confidence.tracking(),
+        }
+    }
+
+    fn dead_reckoned(&self) -> ScaledPose {
+        let mode = self.state.mode_pose();
+        let motion = self.state.motion();
+        let metric = self.frame.px_from_base(mode.yaw_rad, mode.a_pxpm, mode.b_pxpm);
+        let step = metric.apply(motion.forward_m, motion.left_m);
+        ScaledPose {
+            x_px: mode.x_px + step[0],
+            y_px: mode.y_px + step[1],
+            yaw_rad: metric::wrap(mode.yaw_rad + motion.turn_rad),
+            ..mode
+        }
+    }
+
+    /// Draws the first particles: the pose as the person marked it, the scales as the first scan
+    /// suggests (equation 8).
+    fn begin(&mut self, odometry: &Pose<Odom>) {
+        let pose = &self.start.pose;
+        let start = [pose.x as f32, pose.y as f32, pose.yaw_rad as f32];
+        let found = initial_scales(&self.grid, &self.frame, &self.beams, start, self.scale_guess_pxpm);
+        self.state.home = shrunk(found.map(f32::ln), self.parameters.start_anisotropy);
+        self.field = Field::new(&self.grid, &self.parameters, mean_scale(&self.state.home));
+        self.scatter(start);
+        let at = [odometry.x, odometry.y, odometry.yaw_rad];
+        (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
+    }
+
+    /// Spreads the particles around the start, in free cells where some can be found.
+    fn scatter(&mut self, start: [f32; 3]) {
+        let p = &self.parameters;
+        let spread_px = (self.start.spread_px as f32).max(p.start_spread_m * mean_scale(&self.state.home));
+        let spread_rad = (self.start.spread_rad as f32).max(p.start_spread_rad);
+        let State { particles, rng, home, .. } = &mut self.state;
+        for i in 0..particles.len() {
+            let place = free_place(&self.grid, [start[0], start[1]], spread_px, rng);
+            [particles.x_px[i], particles.y_px[i]] = place;
+            particles.yaw_rad[i] = metric::wrap(start[2] + spread_rad * normal(rng));
+            // A part of the error is common to both axes, the rest is each one's own.
+            let shared = 0.6 * normal(rng);
+            let mut spread = |home: f32| home + p.start_log_scale_spread * (shared + 0.8 * normal(rng));
+            particles.ln_a[i] = spread(home[0]);
+            particles.ln_b[i] = spread(home[1]);
+        }
+    }
+}
+
+impl State {
+    fn new(particles: usize, mission_seed: u64) -> Self {
+        Self {
+            particles: ParticleSet::new(particles),
+            rng: seed::stream(mission_seed, "localizer"),
+            home: [0.0; 2],
+            started: false,
+            updated_at: [0.0; 3],
+            odometry: [0.0; 3],
+            travelled_m: 0.0,
+            turned_rad: 0.0,
+            mode: [0.0; 5],
+            covariance: vec![0.0; 25],
+            effective_sample_size: 0.0,
+            confidence: Confidence::default(),
+        }
+    }
+
+    fn travel(&mut self, odometry: &Pose<Odom>) {
+        let [x, y, yaw] = self.odometry;
+        self.travelled_m += (odometry.x - x).hypot(odometry.y - y);
+        self.turned_rad += wrap_angle(odometry.yaw_rad - yaw).abs();
+        self.odometry = [odometry.x, odometry.y, odometry.yaw_rad];
+    }
+
+    /// The motion since the last update.
+    fn motion(&self) -> Motion {
+        let pose = |[x, y, yaw]: [f64; 3]| Pose::<Odom>::new(x, y, yaw);
+        let step = pose(self.updated_at).motion_to(&pose(self.odometry));
+        Motion {
+            forward_m: step.x as f32,
+            left_m: step.y as f32,
+            turn_rad: step.yaw_rad as f32,
+            distance_m: self.travelled_m as f32,
+            turned_rad: self.turned_rad as f32,
+        }
+    }
+
+    fn take_motion(&mut self) -> Motion {
+        let motion = self.motion();
+        (self.updated_at, self.travelled_m, self.turned_rad) = (self.odometry, 0.0, 0.0);
+        motion
+    }
+
+    fn mode_pose(&self) -> ScaledPose {
+        let [x_px, y_px, yaw_rad, a_pxpm, b_pxpm] = self.mode;
+        ScaledPose { x_px, y_px, yaw_rad, a_pxpm, b_pxpm }
+    }
+
+    fn last_mode(&self) -> Option<ScaledPose> {
+        (self.confidence.tracking() != Tracking::Waiting).then(|| self.mode_pose())
+    }
+
+    fn set_mode(&mut self, mode: &Mode) {
+        let ScaledPose { x_px, y_px, yaw_rad, a_pxpm, b_pxpm } = mode.pose;
+        self.mode = [x_px, y_px, yaw_rad, a_pxpm, b_pxpm];
+        self.covariance.copy_from_slice(&mode.covariance);
+    }
+}
+
+fn check_start(sketch: &Sketch, start: &Start) -> Result<(), LocalizationError> {
+    let (x, y, width, height) = (start.pose.x, start.pose.y, sketch.width(), sketch.height());
+    let inside = (0.0..width as f64).contains(&x) && (0.0..height as f64).contains(&y);
+    if inside { Ok(()) } else { Err(LocalizationError::StartOutside { x, y, width, height }) }
+}
+
+/// Both scales drawn to their mean: `anisotropy` 1 leaves them, 0 makes them equal.
+fn shrunk([ln_a, ln_b]: [f32; 2], anisotropy: f32) -> [f32; 2] {
+    let mean = (ln_a + ln_b) / 2.0;
+    [mean + anisotropy * (ln_a - mean), mean + anisotropy * (ln_b - mean)]
+}
+
+/// The geometric mean of the two scales, pixels a metre.
+fn mean_scale([ln_a, ln_b]: &[f32; 2]) -> f32 {
+    ((ln_a + ln_b) / 2.0).exp()
+}
+
+/// The longer side of the box around all walls, pixels; the drawing's own where it has none.
+fn extent_px(sketch: &Sketch) -> f32 {
+    let wall = |column: usize, row: usize| sketch.is_wall_cell(column as i64, row as i64);
+    let column_has = |column: &usize| (0..sketch.height()).any(|row| wall(*column, row));
+    let row_has = |row: &usize| (0..sketch.width()).any(|column| wall(column, *row));
+    let span = |first: Option<usize>, last: Option<usize>| first.zip(last).map(|(f, l)| l - f + 1);
+    let width = span((0..sketch.width()).find(column_has), (0..sketch.width()).rev().find(column_has));
+    let height = span((0..sketch.height()).find(row_has), (0..sketch.height()).rev().find(row_has));
+    width.max(height).unwrap_or(sketch.width().max(sketch.height())) as f32
+}
+
+/// A place around `middle`, free where ten tries find one.
+fn free_place(grid: &Grid, middle: [f32; 2], spread_px: f32, rng: &mut Pcg64Mcg) -> [f32; 2] {
+    for _ in 0..10 {
+        let place = middle.map(|m| m + spread_px * normal(rng));
+        if !grid.is_wall(place[0], place[1]) {
+            return place;
+        }
+    }
+    middle
+}

@@ -1,0 +1,128 @@
+//! The localizer without its channels: messages in, messages out.
+//!
+//! It knows no channel and no clock; the same messages give the same estimates, to the bit.
+
+use sketchnav_navigation::localization::parameters::Parameters;
+use sketchnav_navigation::localization::{Estimate, LocalizationError, Localizer, Start};
+use sketchnav_navigation::sketch::Sketch;
+use sketchnav_schemas::codes::Tracking;
+use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
+use sketchnav_schemas::robot::Laser;
+use sketchnav_schemas::run::RunConfig;
+
+/// Simulation time between two samples of the particle set.
+const PARTICLES_EVERY_NS: u64 = 1_000_000_000;
+
+/// Why the localizer cannot work.
+#[derive(Debug, thiserror::Error)]
+pub enum CoreError {
+    /// The mission's table of parameters has an unknown key or a wrong type.
+    #[error("parameters.localizer: {0}")]
+    Parameters(#[from] toml::de::Error),
+    /// A parameter or the start cannot be.
+    #[error(transparent)]
+    Localization(#[from] LocalizationError),
+    /// The sketch does not hold what it says.
+    #[error("sketch: expected {width} × {height} cells, found {found}")]
+    Cells {
+        /// Width that the message says.
+        width: u32,
+        /// Height that the message says.
+        height: u32,
+        /// Cells behind the message.
+        found: usize,
+    },
+}
+
+/// The localizer: waits for a sketch, then answers each scan with an estimate.
+#[derive(Debug)]
+pub struct Core {
+    parameters: Parameters,
+    laser: Laser,
+    seed: u64,
+    localizer: Option<Localizer>,
+    particles_due_ns: u64,
+}
+
+impl Core {
+    /// Reads the parameters out of the mission.
+    ///
+    /// # Errors
+    /// [`CoreError`] with the key.
+    pub fn new(run: &RunConfig) -> Result<Self, CoreError> {
+        let parameters: Parameters = run.mission.parameters.localizer.clone().try_into()?;
+        parameters.check().map_err(LocalizationError::from)?;
+        let (laser, seed) = (run.robot.laser.clone(), run.seed);
+        Ok(Self { parameters, laser, seed, localizer: None, particles_due_ns: 0 })
+    }
+
+    /// Takes in the sketch; `cells` are the bytes behind the message. The filter begins anew.
+    ///
+    /// # Errors
+    /// [`CoreError::Cells`]; [`CoreError::Localization`] where the start is outside the sketch.
+    pub fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), CoreError> {
+        let (width, height) = (map.width_px, map.height_px);
+        let sketch = Sketch::new(width as usize, height as usize, cells, map.wall_direction_rad)
+            .ok_or(CoreError::Cells { width, height, found: cells.len() })?;
+        let start = Start {
+            pose: map.start.pose(),
+            spread_px: map.start_spread_px,
+            spread_rad: map.start_spread_rad,
+        };
+        let mounting = (&self.laser).into();
+        let localizer = Localizer::new(&sketch, mounting, self.parameters.clone(), start, self.seed)?;
+        self.localizer = Some(localizer);
+        Ok(())
+    }
+
+    /// Whether the sketch has come.
+    pub fn has_sketch(&self) -> bool {
+        self.localizer.is_some()
+    }
+
+    /// Whether a sample of the particles is due with a scan of this time: once a simulated second.
+    pub fn particles_due(&self, stamp_ns: u64) -> bool {
+        self.has_sketch() && stamp_ns >= self.particles_due_ns
+    }
+
+    /// Answers a scan. `odometry` is the newest whose stamp is not after the scan's. Fills `out`, and
+    /// `particles` where they are given; both but for their `seq`.
+    pub fn step(
+        &mut self,
+        odometry: &Odometry,
+        scan: &LaserScan,
+        out: &mut PoseEstimate,
+        particles: Option<&mut Particles>,
+    ) {
+        out.header.stamp_ns = scan.header.stamp_ns;
+        out.header.source_seq = scan.header.seq;
+        out.odometry = odometry.pose;
+        out.tracking = Tracking::Waiting.code();
+        let Some(localizer) = &mut self.localizer else { return };
+        write_estimate(&localizer.step(&odometry.pose(), scan), out);
+        out.particle_count = localizer.particles().len() as u32;
+        if let Some(message) = particles {
+            message.header.stamp_ns = scan.header.stamp_ns;
+            message.header.source_seq = scan.header.seq;
+            localizer.particles().sample(message);
+            self.particles_due_ns = scan.header.stamp_ns + PARTICLES_EVERY_NS;
+        }
+    }
+}
+
+fn write_estimate(estimate: &Estimate, out: &mut PoseEstimate) {
+    out.pose = PosePx::new(&estimate.pose);
+    out.scale_a_pxpm = estimate.scale_a_pxpm;
+    out.scale_b_pxpm = estimate.scale_b_pxpm;
+    out.covariance = estimate.covariance;
+    out.effective_sample_size = estimate.effective_sample_size;
+    out.fit = estimate.fit;
+    out.tracking = estimate.tracking.code();
+}
+
+/// Where odometry begins, for scans that come before the first reading.
+pub fn at_the_origin() -> Odometry {
+    let mut odometry: Odometry = bytemuck::Zeroable::zeroed();
+    odometry.pose = PoseM::new(&sketchnav_schemas::geometry::Pose::<()>::new(0.0, 0.0, 0.0));
+    odometry
+}

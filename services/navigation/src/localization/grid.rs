@@ -1,0 +1,356 @@
+//! The drawing as the filter asks for it: how far to the next wall, and how far along a beam.
+//!
+//! A drawing of millions of pixels is reduced until it fits a cache; a cell is wall where any of its
+//! pixels is, so that no wall gets a hole. Rays jump from box to box: around a free cell whose
+//! nearest wall is `r` cells away (chessboard distance) lies a square of `2r − 1` free cells, and a
+//! ray may go to its edge at once. The jump is exact: the result is that of a walk cell by cell.
+//!
+//! It knows no scale: a direction's length is what a unit of the result means.
+
+use crate::sketch::Sketch;
+
+/// Steps of the stored Euclidean distance in a cell.
+const STEPS_PER_CELL: f32 = 2.0;
+
+/// The drawing, reduced, with distances. A ring of wall runs around it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    width: usize,
+    height: usize,
+    px_per_cell: f32,
+    /// Chessboard distance to the nearest wall cell, cells, at most 255; 0 in a wall.
+    free_radius: Vec<u8>,
+    /// Euclidean distance to the nearest wall cell, half cells, at most 255.
+    distance: Vec<u8>,
+}
+
+impl Grid {
+    /// Reduces `sketch` to at most `max_cells` cells (the ring not counted).
+    pub fn new(sketch: &Sketch, max_cells: usize) -> Self {
+        let reduction = reduction(sketch, max_cells);
+        let width = sketch.width().div_ceil(reduction) + 2;
+        let height = sketch.height().div_ceil(reduction) + 2;
+        let wall = reduced_walls(sketch, reduction, width, height);
+        let free_radius = chessboard_distance(&wall, width, height);
+        let distance = euclidean_distance(&wall, width, height);
+        Self { width, height, px_per_cell: reduction as f32, free_radius, distance }
+    }
+
+    /// Pixels along an edge of a cell.
+    pub fn px_per_cell(&self) -> f32 {
+        self.px_per_cell
+    }
+
+    /// Number of steps of [`Self::distance_step`].
+    pub const DISTANCE_STEPS: usize = 256;
+
+    /// What a distance step stands for, pixels.
+    pub fn distance_px(&self, step: u8) -> f32 {
+        f32::from(step) / STEPS_PER_CELL * self.px_per_cell
+    }
+
+    /// Distance from a place in pixels to the nearest wall, in steps of half a cell; 0 outside.
+    #[inline]
+    pub fn distance_step(&self, x_px: f32, y_px: f32) -> u8 {
+        let inv = 1.0 / self.px_per_cell;
+        self.distance[self.index(self.cell(x_px * inv, self.width), self.cell(y_px * inv, self.height))]
+    }
+
+    /// Whether a place in pixels is in a wall or outside.
+    #[inline]
+    pub fn is_wall(&self, x_px: f32, y_px: f32) -> bool {
+        let inv = 1.0 / self.px_per_cell;
+        let at = self.index(self.cell(x_px * inv, self.width), self.cell(y_px * inv, self.height));
+        self.free_radius[at] == 0
+    }
+
+    /// How far the ray (x, y) + t·(dx, dy), all in pixels, goes before it enters a wall: t, at most
+    /// `t_max`. A ray that begins in a wall first leaves that wall: a drawn line is where a person's
+    /// hand went, and a robot that is believed to stand on it does see the rooms beside it.
+    #[inline]
+    pub fn cast(&self, x_px: f32, y_px: f32, dx_px: f32, dy_px: f32, t_max: f32) -> f32 {
+        let inv = 1.0 / self.px_per_cell;
+        let (dx, dy) = (dx_px * inv, dy_px * inv);
+        let mut ray = Ray {
+            x: x_px * inv + 1.0,
+            y: y_px * inv + 1.0,
+            dx,
+            dy,
+            inv_dx: reciprocal(dx),
+            inv_dy: reciprocal(dy),
+            column: self.cell(x_px * inv, self.width),
+            row: self.cell(y_px * inv, self.height),
+            t: 0.0,
+        };
+        self.leave_wall(&mut ray, t_max);
+        while ray.t < t_max {
+            match self.free_radius[self.index(ray.column, ray.row)] {
+                0 => return ray.t,
+                radius => ray.leave_box(i32::from(radius)),
+            }
+        }
+        t_max
+    }
+
+    /// Whether the straight way from one place to another, pixels, crosses a wall.
+    pub fn crosses_wall(&self, from: [f32; 2], to: [f32; 2]) -> bool {
+        self.cast(from[0], from[1], to[0] - from[0], to[1] - from[1], 1.0) < 1.0
+    }
+
+    fn leave_wall(&self, ray: &mut Ray, t_max: f32) {
+        while self.free_radius[self.index(ray.column, ray.row)] == 0 && ray.t < t_max && self.within(ray) {
+            ray.leave_box(1);
+        }
+    }
+
+    fn within(&self, ray: &Ray) -> bool {
+        (1..self.width as i32 - 1).contains(&ray.column) && (1..self.height as i32 - 1).contains(&ray.row)
+    }
+
+    /// Index of a cell along an axis from its coordinate in cells; the ring where it lies outside.
+    #[inline]
+    fn cell(&self, coordinate: f32, size: usize) -> i32 {
+        ((coordinate + 1.0) as i32).clamp(0, size as i32 - 1)
+    }
+
+    #[inline]
+    fn index(&self, column: i32, row: i32) -> usize {
+        row as usize * self.width + column as usize
+    }
+}
+
+/// A ray on its way, in cells (the ring included).
+struct Ray {
+    x: f32,
+    y: f32,
+    dx: f32,
+    dy: f32,
+    inv_dx: f32,
+    inv_dy: f32,
+    column: i32,
+    row: i32,
+    t: f32,
+}
+
+impl Ray {
+    /// Goes on to the cell behind the edge of the square of `2·radius − 1` cells around the cell.
+    /// Cell indices are kept as integers, so that rounding cannot stop the ray or let it slip through.
+    #[inline]
+    fn leave_box(&mut self, radius: i32) {
+        let (forward, up) = (self.dx >= 0.0, self.dy >= 0.0);
+        let edge_x = self.column + if forward { radius } else { 1 - radius };
+        let edge_y = self.row + if up { radius } else { 1 - radius };
+        let t_x = (edge_x as f32 - self.x) * self.inv_dx;
+        let t_y = (edge_y as f32 - self.y) * self.inv_dy;
+        if t_x < t_y {
+            self.t = t_x.max(self.t);
+            let row = (self.y + t_x * self.dy) as i32;
+            self.row = row.clamp(self.row + 1 - radius, self.row + radius - 1);
+            self.column = if forward { edge_x } else { edge_x - 1 };
+        } else {
+            self.t = t_y.max(self.t);
+            let column = (self.x + t_y * self.dx) as i32;
+            self.column = column.clamp(self.column + 1 - radius, self.column + radius - 1);
+            self.row = if up { edge_y } else { edge_y - 1 };
+        }
+    }
+}
+
+/// 1 / d; +∞ for both zeros: an axis that the ray does not move along is never the first to end.
+#[inline]
+fn reciprocal(d: f32) -> f32 {
+    if d == 0.0 { f32::INFINITY } else { 1.0 / d }
+}
+
+/// How many pixels go into a cell along an edge.
+fn reduction(sketch: &Sketch, max_cells: usize) -> usize {
+    let cells = |k: &usize| sketch.width().div_ceil(*k) * sketch.height().div_ceil(*k);
+    (1..).find(|k| cells(k) <= max_cells.max(1)).unwrap_or(1)
+}
+
+fn reduced_walls(sketch: &Sketch, reduction: usize, width: usize, height: usize) -> Vec<bool> {
+    let mut wall = vec![false; width * height];
+    for row in 0..height {
+        for column in [0, width - 1] {
+            wall[row * width + column] = true;
+        }
+    }
+    for column in 0..width {
+        wall[column] = true;
+        wall[(height - 1) * width + column] = true;
+    }
+    for row in 0..sketch.height() {
+        for column in 0..sketch.width() {
+            let at = (row / reduction + 1) * width + column / reduction + 1;
+            wall[at] |= sketch.is_wall_cell(column as i64, row as i64);
+        }
+    }
+    wall
+}
+
+/// Two passes over the eight neighbours: exact for the chessboard distance (Rosenfeld and Pfaltz 1966).
+fn chessboard_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
+    let mut distance: Vec<u8> = wall.iter().map(|&w| if w { 0 } else { u8::MAX }).collect();
+    let lower = |distance: &mut [u8], at: usize, neighbours: [usize; 4]| {
+        let nearest = neighbours.into_iter().map(|n| distance[n]).min().unwrap_or(u8::MAX);
+        distance[at] = distance[at].min(nearest.saturating_add(1));
+    };
+    let inner = |row: usize| (1..width - 1).map(move |column| row * width + column);
+    for at in (1..height - 1).flat_map(inner) {
+        lower(&mut distance, at, [at - 1, at - width - 1, at - width, at - width + 1]);
+    }
+    for at in (1..height - 1).rev().flat_map(|row| inner(row).rev()) {
+        lower(&mut distance, at, [at + 1, at + width - 1, at + width, at + width + 1]);
+    }
+    distance
+}
+
+/// Exact, by lower envelopes of parabolas (Felzenszwalb and Huttenlocher 2012), in half cells.
+fn euclidean_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
+    let far = (width * width + height * height) as f32;
+    let mut squared: Vec<f32> = wall.iter().map(|&w| if w { 0.0 } else { far }).collect();
+    let mut line = vec![0.0; width.max(height)];
+    let mut envelope = Envelope::default();
+    for column in 0..width {
+        for row in 0..height {
+            line[row] = squared[row * width + column];
+        }
+        envelope.transform(&line[..height], |row, value| squared[row * width + column] = value);
+    }
+    for row in 0..height {
+        line[..width].copy_from_slice(&squared[row * width..][..width]);
+        envelope.transform(&line[..width], |column, value| squared[row * width + column] = value);
+    }
+    squared.iter().map(|s| (s.sqrt() * STEPS_PER_CELL) as u8).collect()
+}
+
+/// The lower envelope of the parabolas over one line.
+#[derive(Default)]
+struct Envelope {
+    apex: Vec<usize>,
+    from: Vec<f32>,
+}
+
+impl Envelope {
+    fn transform(&mut self, heights: &[f32], mut write: impl FnMut(usize, f32)) {
+        self.build(heights);
+        let mut k = 0;
+        for at in 0..heights.len() {
+            while k + 1 < self.apex.len() && self.from[k + 1] < at as f32 {
+                k += 1;
+            }
+            let away = at as f32 - self.apex[k] as f32;
+            write(at, away * away + heights[self.apex[k]]);
+        }
+    }
+
+    fn build(&mut self, heights: &[f32]) {
+        self.apex.clear();
+        self.from.clear();
+        for at in 0..heights.len() {
+            let mut from = f32::NEG_INFINITY;
+            while let (Some(&apex), Some(&begin)) = (self.apex.last(), self.from.last()) {
+                from = intersection(heights, apex, at);
+                if from > begin {
+                    break;
+                }
+                self.apex.pop();
+                self.from.pop();
+                from = f32::NEG_INFINITY;
+            }
+            self.apex.push(at);
+            self.from.push(from);
+        }
+    }
+}
+
+/// Where the parabola at `b` comes below that at `a < b`.
+fn intersection(heights: &[f32], a: usize, b: usize) -> f32 {
+    let (p, q) = (a as f32, b as f32);
+    ((heights[b] + q * q) - (heights[a] + p * p)) / (2.0 * (q - p))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use sketchnav_schemas::codes::WALL;
+
+    fn sketch_strategy() -> impl Strategy<Value = Sketch> {
+        (8usize..40, 8usize..40).prop_flat_map(|(w, h)| {
+            proptest::collection::vec(prop_oneof![9 => Just(0u8), 1 => Just(WALL)], w * h)
+                .prop_map(move |cells| Sketch::new(w, h, &cells, 0.0).unwrap())
+        })
+    }
+
+    /// A walk cell by cell (Amanatides and Woo 1987), in double precision.
+    fn brute_force(sketch: &Sketch, x: f64, y: f64, dx: f64, dy: f64, t_max: f64) -> f64 {
+        let (mut column, mut row, mut t) = (x.floor() as i64, y.floor() as i64, 0.0);
+        let mut left_wall = !sketch.is_wall_cell(column, row);
+        while t < t_max {
+            let inside =
+                column >= 0 && row >= 0 && column < sketch.width() as i64 && row < sketch.height() as i64;
+            let wall = sketch.is_wall_cell(column, row);
+            if wall && (left_wall || !inside) {
+                return t;
+            }
+            left_wall |= !wall;
+            let t_x = ((column + i64::from(dx > 0.0)) as f64 - x) / dx;
+            let t_y = ((row + i64::from(dy > 0.0)) as f64 - y) / dy;
+            t = t_x.min(t_y);
+            if t_x < t_y { column += dx.signum() as i64 } else { row += dy.signum() as i64 }
+        }
+        t_max
+    }
+
+    proptest! {
+        #[test]
+        fn rays_end_where_a_walk_cell_by_cell_ends(
+            sketch in sketch_strategy(), fx in 0.02f64..0.98, fy in 0.02f64..0.98, angle in 0.01f64..6.27,
+        ) {
+            let grid = Grid::new(&sketch, 1_000_000);
+            // Off the grid's lines, so that single and double precision agree about the cells.
+            let (x, y) = ((fx * sketch.width() as f64).floor() + 0.37, (fy * sketch.height() as f64).floor() + 0.61);
+            let (dy, dx) = angle.sin_cos();
+            let found = f64::from(grid.cast(x as f32, y as f32, dx as f32, dy as f32, 1e3));
+            let expected = brute_force(&sketch, x, y, dx, dy, 1e3);
+            // A ray through a corner may go either way; the two directions beside it tell.
+            let beside = [-1e-4, 1e-4].map(|d: f64| brute_force(&sketch, x, y, (angle + d).cos(), (angle + d).sin(), 1e3));
+            let near = |t: f64| (found - t).abs() < 0.02;
+            prop_assert!(near(expected) || beside.into_iter().any(near), "{found} {expected} {beside:?}");
+        }
+
+        #[test]
+        fn distances_are_those_of_a_search_through_all_walls(sketch in sketch_strategy()) {
+            let grid = Grid::new(&sketch, 1_000_000);
+            let (w, h) = (sketch.width() as i64, sketch.height() as i64);
+            let walls: Vec<(i64, i64)> = (-1..=h)
+                .flat_map(|row| (-1..=w).map(move |column| (column, row)))
+                .filter(|&(column, row)| sketch.is_wall_cell(column, row))
+                .collect();
+            for row in 0..h {
+                for column in 0..w {
+                    let squared = walls.iter().map(|(c, r)| (c - column).pow(2) + (r - row).pow(2)).min().unwrap();
+                    let expected = ((squared as f32).sqrt() * STEPS_PER_CELL) as u8;
+                    let found = grid.distance_step(column as f32 + 0.5, row as f32 + 0.5);
+                    prop_assert_eq!(found, expected, "at {} {}", column, row);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_reduced_drawing_keeps_its_walls() {
+        let (w, h) = (600, 300);
+        let cells: Vec<u8> = (0..w * h).map(|i| if i % w == 301 { WALL } else { 0 }).collect();
+        let sketch = Sketch::new(w, h, &cells, 0.0).unwrap();
+        let grid = Grid::new(&sketch, 20_000);
+        assert_eq!(grid.px_per_cell(), 3.0);
+        for row in 0..h {
+            for zero in [0.0, -0.0] {
+                let t = grid.cast(10.0, row as f32 + 0.5, 1.0, zero, 1e3);
+                assert!((t - 290.0).abs() <= 3.0, "row {row}: {t}");
+            }
+        }
+    }
+}

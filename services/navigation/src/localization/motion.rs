@@ -1,0 +1,170 @@
+//! The evolution of the state (paper 001, equation 6): odometry through the local metric, Gamma
+//! noise on the scales.
+
+use rand::RngExt;
+use rand_distr::{Distribution, Gamma, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+
+use super::grid::Grid;
+use super::metric::{ScaleFrame, wrap};
+use super::parameters::Parameters;
+use super::particles::ParticleSet;
+
+/// Odometry between two updates, in the robot's axes at the first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Forward, metres.
+    pub forward_m: f32,
+    /// Left, metres.
+    pub left_m: f32,
+    /// Turn, radians.
+    pub turn_rad: f32,
+    /// Length of the way, metres.
+    pub distance_m: f32,
+    /// Sum of all turns' amounts, radians.
+    pub turned_rad: f32,
+}
+
+/// Standard deviations of one propagation.
+struct Spread {
+    position_m: f32,
+    yaw_rad: f32,
+    /// Γ(σ⁻², σ²), mean one; `None` where the scales do not change.
+    scale: Option<Gamma<f32>>,
+    /// Share of the way back to the mean scale.
+    reversion: f32,
+}
+
+impl Spread {
+    fn new(motion: &Motion, p: &Parameters) -> Self {
+        let yaw_variance =
+            p.yaw_variance_per_m * motion.distance_m + p.yaw_variance_per_rad * motion.turned_rad;
+        let scale_variance = p.scale_noise * p.scale_noise * motion.distance_m;
+        Self {
+            position_m: p.position_noise * motion.distance_m.sqrt(),
+            yaw_rad: yaw_variance.sqrt(),
+            scale: Gamma::new(1.0 / scale_variance.max(1e-9), scale_variance.max(1e-9))
+                .ok()
+                .filter(|_| scale_variance > 1e-9),
+            reversion: 1.0 - (-p.scale_reversion_per_m * motion.distance_m).exp(),
+        }
+    }
+
+    /// The logarithm of a scale after the way: drawn back to `home`, times Gamma noise, within limits.
+    fn evolve(&self, ln_scale: f32, home: f32, limit: f32, rng: &mut Pcg64Mcg) -> f32 {
+        let noise = self.scale.as_ref().map_or(0.0, |gamma| gamma.sample(rng).max(1e-3).ln());
+        let drawn_back = ln_scale - self.reversion * (ln_scale - home);
+        (drawn_back + noise).clamp(home - limit, home + limit)
+    }
+}
+
+/// Moves every particle by `motion` and noise, each with its own scales as they were before; takes
+/// weight from those that cross a drawn wall. `home` holds the mean scales, (ln a, ln b).
+pub fn propagate(
+    set: &mut ParticleSet,
+    motion: &Motion,
+    frame: &ScaleFrame,
+    grid: &Grid,
+    home: [f32; 2],
+    parameters: &Parameters,
+    rng: &mut Pcg64Mcg,
+) {
+    let spread = Spread::new(motion, parameters);
+    let crossing = parameters.wall_crossing_factor.ln();
+    for i in 0..set.len() {
+        let metric = frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
+        let forward = motion.forward_m + spread.position_m * normal(rng);
+        let left = motion.left_m + spread.position_m * normal(rng);
+        let step = metric.apply(forward, left);
+        let from = [set.x_px[i], set.y_px[i]];
+        let to = [from[0] + step[0], from[1] + step[1]];
+        if crossing != 0.0 && grid.crosses_wall(from, to) {
+            set.log_weight[i] += crossing;
+        }
+        (set.x_px[i], set.y_px[i]) = (to[0], to[1]);
+        set.yaw_rad[i] = wrap(set.yaw_rad[i] + motion.turn_rad + spread.yaw_rad * normal(rng));
+        set.ln_a[i] = spread.evolve(set.ln_a[i], home[0], parameters.scale_limit, rng);
+        set.ln_b[i] = spread.evolve(set.ln_b[i], home[1], parameters.scale_limit, rng);
+    }
+}
+
+/// Perturbs each particle with probability `share`: position, heading and scales get wide noise, so
+/// that the set can find back to a place that it had given up. None is thrown into a wall.
+pub fn perturb(
+    set: &mut ParticleSet,
+    share: f32,
+    grid: &Grid,
+    home: [f32; 2],
+    parameters: &Parameters,
+    rng: &mut Pcg64Mcg,
+) {
+    let p = parameters;
+    let bounded = |ln: f32, home: f32| ln.clamp(home - p.scale_limit, home + p.scale_limit);
+    for i in 0..set.len() {
+        if rng.random::<f32>() >= share {
+            continue;
+        }
+        let x = set.x_px[i] + p.perturbation_m * set.ln_a[i].exp() * normal(rng);
+        let y = set.y_px[i] + p.perturbation_m * set.ln_b[i].exp() * normal(rng);
+        if !grid.is_wall(x, y) {
+            (set.x_px[i], set.y_px[i]) = (x, y);
+        }
+        set.yaw_rad[i] = wrap(set.yaw_rad[i] + p.perturbation_rad * normal(rng));
+        set.ln_a[i] = bounded(set.ln_a[i] + p.perturbation_log_scale * normal(rng), home[0]);
+        set.ln_b[i] = bounded(set.ln_b[i] + p.perturbation_log_scale * normal(rng), home[1]);
+    }
+}
+
+/// A draw from the standard normal distribution.
+pub fn normal(rng: &mut Pcg64Mcg) -> f32 {
+    StandardNormal.sample(rng)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sketch::Sketch;
+    use sketchnav_schemas::seed;
+
+    fn open_floor() -> Grid {
+        Grid::new(&Sketch::new(400, 400, &vec![0; 160_000], 0.0).unwrap(), 1_000_000)
+    }
+
+    #[test]
+    fn the_scales_are_martingales() {
+        let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
+        let parameters = Parameters { scale_limit: 10.0, ..Parameters::paper() };
+        let mut set = ParticleSet::new(20_000);
+        set.ln_a.fill(30.0_f32.ln());
+        set.ln_b.fill(10.0_f32.ln());
+        let motion = Motion { forward_m: 0.0, left_m: 0.0, turn_rad: 0.0, distance_m: 1.0, turned_rad: 0.0 };
+        let mut rng = seed::stream(1, "test");
+        propagate(&mut set, &motion, &frame, &grid, [3.0, 3.0], &parameters, &mut rng);
+        let a: Vec<f64> = set.ln_a.iter().map(|&l| f64::from(l.exp()) / 30.0).collect();
+        let mean = a.iter().sum::<f64>() / a.len() as f64;
+        let variance = a.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / a.len() as f64;
+        assert!((mean - 1.0).abs() < 0.01, "{mean}");
+        assert!((variance.sqrt() - f64::from(parameters.scale_noise)).abs() < 0.01, "{variance}");
+    }
+
+    #[test]
+    fn a_step_is_stretched_by_each_particle_own_scales() {
+        let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
+        let quiet = Parameters {
+            yaw_variance_per_m: 0.0,
+            yaw_variance_per_rad: 0.0,
+            position_noise: 0.0,
+            ..Parameters::paper()
+        };
+        let mut set = ParticleSet::new(16);
+        set.ln_a.fill(30.0_f32.ln());
+        set.ln_b.fill(10.0_f32.ln());
+        set.x_px.fill(100.0);
+        set.y_px.fill(100.0);
+        set.yaw_rad[1] = std::f32::consts::FRAC_PI_2;
+        let motion = Motion { forward_m: 0.5, left_m: 0.0, turn_rad: 0.1, distance_m: 0.5, turned_rad: 0.1 };
+        propagate(&mut set, &motion, &frame, &grid, [3.0, 3.0], &quiet, &mut seed::stream(1, "test"));
+        assert!((set.x_px[0] - 115.0).abs() < 1e-3 && (set.y_px[0] - 100.0).abs() < 1e-3);
+        assert!((set.x_px[1] - 100.0).abs() < 1e-3 && (set.y_px[1] - 105.0).abs() < 1e-3);
+    }
+}

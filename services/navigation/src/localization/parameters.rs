@@ -1,0 +1,280 @@
+//! What can be tuned about the localization, with defaults that were measured in closed loop.
+
+use serde::{Deserialize, Serialize};
+
+/// How the likelihood of a scan is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Likelihood {
+    /// Paper 001, equation (7): the scaled end points in a likelihood field, and Laplace terms on the
+    /// virtual scales of equation (8).
+    Field,
+    /// Measured against ray-cast ranges by the logarithm of their ratio; beams without return count.
+    Visibility,
+}
+
+/// Parameters of the localization: the table `parameters.localizer` of a mission.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// How many particles, 16 to 20 000.
+    pub particles: usize,
+    /// How many beams of a scan are used, 4 to 1440, evenly spread.
+    pub beams: usize,
+    /// How the likelihood of a scan is computed.
+    pub likelihood: Likelihood,
+    /// The beams of a scan are not independent: all together they count as so many.
+    pub independent_beams: f32,
+    /// Travelled distance after which a scan is used, metres.
+    pub update_distance_m: f64,
+    /// Turn after which a scan is used, radians.
+    pub update_turn_rad: f64,
+    /// Resample below this share of effective particles.
+    pub resample_below: f64,
+    /// Most cells of the grid that the filter works on; a larger drawing is reduced.
+    pub grid_cells: usize,
+
+    /// Variance of the heading per metre travelled, rad²/m.
+    pub yaw_variance_per_m: f32,
+    /// Variance of the heading per radian turned, rad²/rad.
+    pub yaw_variance_per_rad: f32,
+    /// Standard deviation of the position after a metre, each axis, m/√m.
+    pub position_noise: f32,
+    /// Standard deviation of the multiplicative Gamma noise of the scales after a metre, 1/√m
+    /// (equation 6: σ of η and ζ, here by distance).
+    pub scale_noise: f32,
+    /// How fast a scale is drawn back to the drawing's mean scale, 1/m; 0 is the paper's martingale.
+    pub scale_reversion_per_m: f32,
+    /// How far the logarithm of a scale may go from the drawing's mean.
+    pub scale_limit: f32,
+    /// Factor on the weight of a particle that crosses a drawn wall; 1 switches it off.
+    pub wall_crossing_factor: f32,
+
+    /// Least spread of the start position, metres.
+    pub start_spread_m: f32,
+    /// Least spread of the start heading, radians.
+    pub start_spread_rad: f32,
+    /// Spread of the logarithm of the scales at the start.
+    pub start_log_scale_spread: f32,
+    /// How much of the two scales' difference in the first scan is believed, 0 to 1.
+    pub start_anisotropy: f32,
+    /// Extent of a building, metres; says the scale where the first scan sees nothing.
+    pub building_size_m: f32,
+
+    /// Standard deviation of the likelihood field, metres.
+    pub field_sigma_m: f32,
+    /// Share of readings that the drawing does not explain.
+    pub field_random: f32,
+    /// Width of the Laplace terms on the virtual scales, as a share of the mean scale (λ and ν of
+    /// equation 7); 0 switches them off.
+    pub field_scale_width: f32,
+
+    /// Width of the Laplace distribution of ln(measured / expected).
+    pub visibility_width: f32,
+    /// Share of readings at the expected range.
+    pub visibility_hit: f32,
+    /// Share of readings in front of it: things that are not drawn.
+    pub visibility_short: f32,
+    /// Share of readings anywhere.
+    pub visibility_random: f32,
+
+    /// Share of particles that resampling perturbs.
+    pub perturbed_share: f32,
+    /// How much more of them where the scans fit worse than they used to.
+    pub perturbed_share_lost: f32,
+    /// Standard deviation of a perturbation of the position, metres.
+    pub perturbation_m: f32,
+    /// Standard deviation of a perturbation of the heading, radians.
+    pub perturbation_rad: f32,
+    /// Standard deviation of a perturbation of the logarithm of the scales.
+    pub perturbation_log_scale: f32,
+
+    /// Radius of the kernel that finds the densest place, metres.
+    pub mode_radius_m: f32,
+    /// Radius of the kernel in heading, radians.
+    pub mode_radius_rad: f32,
+    /// Factor on the density near the last estimate: a rival must be so much denser.
+    pub mode_loyalty: f32,
+
+    /// Mean log likelihood of a beam below which the estimate is doubtful.
+    pub doubtful_below: f32,
+    /// Mean log likelihood of a beam below which the robot is lost.
+    pub lost_below: f32,
+    /// How much better it must get to be believed again.
+    pub hysteresis: f32,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            particles: 500,
+            beams: 48,
+            likelihood: Likelihood::Visibility,
+            independent_beams: 8.0,
+            update_distance_m: 0.2,
+            update_turn_rad: 0.35,
+            resample_below: 0.5,
+            grid_cells: 500_000,
+            yaw_variance_per_m: 0.01,
+            yaw_variance_per_rad: 0.01,
+            position_noise: 0.05,
+            scale_noise: 0.4,
+            scale_reversion_per_m: 0.5,
+            scale_limit: 1.6,
+            wall_crossing_factor: 0.3,
+            start_spread_m: 0.4,
+            start_spread_rad: 0.08,
+            start_log_scale_spread: 0.45,
+            start_anisotropy: 0.5,
+            building_size_m: 25.0,
+            field_sigma_m: 0.25,
+            field_random: 0.1,
+            field_scale_width: 0.3,
+            visibility_width: 0.25,
+            visibility_hit: 0.75,
+            visibility_short: 0.15,
+            visibility_random: 0.1,
+            perturbed_share: 0.05,
+            perturbed_share_lost: 0.3,
+            perturbation_m: 0.4,
+            perturbation_rad: 0.15,
+            perturbation_log_scale: 0.3,
+            mode_radius_m: 0.6,
+            mode_radius_rad: 0.35,
+            mode_loyalty: 1.3,
+            doubtful_below: -1.2,
+            lost_below: -1.9,
+            hysteresis: 0.2,
+        }
+    }
+}
+
+impl Parameters {
+    /// The localization as the paper describes it: likelihood field, virtual scales, martingales.
+    pub fn paper() -> Self {
+        Self {
+            particles: 2000,
+            likelihood: Likelihood::Field,
+            scale_noise: 0.15,
+            scale_reversion_per_m: 0.0,
+            wall_crossing_factor: 1.0,
+            start_log_scale_spread: 0.15,
+            start_anisotropy: 1.0,
+            perturbed_share: 0.0,
+            perturbed_share_lost: 0.0,
+            ..Self::default()
+        }
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`ParameterError`] with the key, what was expected and what was found.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        let counts = [
+            ("particles", "16 to 20000", self.particles, 16..=20_000),
+            ("beams", "4 to 1440", self.beams, 4..=1440),
+            ("grid_cells", "1000 to 4000000", self.grid_cells, 1000..=4_000_000),
+        ];
+        for (key, expected, found, range) in counts {
+            expect(key, expected, found as f64, range.contains(&found))?;
+        }
+        for (key, found) in self.positive() {
+            expect(key, "a number above 0", found, found.is_finite() && found > 0.0)?;
+        }
+        for (key, found) in self.not_negative() {
+            expect(key, "a number of 0 or more", found, found.is_finite() && found >= 0.0)?;
+        }
+        for (key, found) in self.shares() {
+            expect(key, "a share from 0 to 1", found, (0.0..=1.0).contains(&found))?;
+        }
+        for (key, found) in [("doubtful_below", self.doubtful_below), ("lost_below", self.lost_below)] {
+            expect(key, "a finite number", found.into(), found.is_finite())?;
+        }
+        let below = self.lost_below <= self.doubtful_below;
+        expect("lost_below", "no more than doubtful_below", self.lost_below.into(), below)
+    }
+
+    fn positive(&self) -> [(&'static str, f64); 11] {
+        [
+            ("independent_beams", self.independent_beams.into()),
+            ("update_distance_m", self.update_distance_m),
+            ("update_turn_rad", self.update_turn_rad),
+            ("scale_limit", self.scale_limit.into()),
+            ("wall_crossing_factor", self.wall_crossing_factor.into()),
+            ("building_size_m", self.building_size_m.into()),
+            ("field_sigma_m", self.field_sigma_m.into()),
+            ("visibility_width", self.visibility_width.into()),
+            ("mode_radius_m", self.mode_radius_m.into()),
+            ("mode_radius_rad", self.mode_radius_rad.into()),
+            ("mode_loyalty", self.mode_loyalty.into()),
+        ]
+    }
+
+    fn not_negative(&self) -> [(&'static str, f64); 13] {
+        [
+            ("yaw_variance_per_m", self.yaw_variance_per_m.into()),
+            ("yaw_variance_per_rad", self.yaw_variance_per_rad.into()),
+            ("position_noise", self.position_noise.into()),
+            ("scale_noise", self.scale_noise.into()),
+            ("scale_reversion_per_m", self.scale_reversion_per_m.into()),
+            ("start_spread_m", self.start_spread_m.into()),
+            ("start_spread_rad", self.start_spread_rad.into()),
+            ("start_log_scale_spread", self.start_log_scale_spread.into()),
+            ("field_scale_width", self.field_scale_width.into()),
+            ("perturbation_m", self.perturbation_m.into()),
+            ("perturbation_rad", self.perturbation_rad.into()),
+            ("perturbation_log_scale", self.perturbation_log_scale.into()),
+            ("hysteresis", self.hysteresis.into()),
+        ]
+    }
+
+    fn shares(&self) -> [(&'static str, f64); 8] {
+        [
+            ("resample_below", self.resample_below),
+            ("start_anisotropy", self.start_anisotropy.into()),
+            ("field_random", self.field_random.into()),
+            ("visibility_hit", self.visibility_hit.into()),
+            ("visibility_short", self.visibility_short.into()),
+            ("visibility_random", self.visibility_random.into()),
+            ("perturbed_share", self.perturbed_share.into()),
+            ("perturbed_share_lost", self.perturbed_share_lost.into()),
+        ]
+    }
+}
+
+/// A parameter that cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("parameters.localizer.{key}: expected {expected}, found {found}")]
+pub struct ParameterError {
+    /// The key.
+    pub key: &'static str,
+    /// What would be right.
+    pub expected: &'static str,
+    /// What stands there.
+    pub found: f64,
+}
+
+fn expect(key: &'static str, expected: &'static str, found: f64, holds: bool) -> Result<(), ParameterError> {
+    if holds { Ok(()) } else { Err(ParameterError { key, expected, found }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_hold() {
+        assert_eq!(Parameters::default().check(), Ok(()));
+        assert_eq!(Parameters::paper().check(), Ok(()));
+    }
+
+    #[test]
+    fn an_error_names_the_key() {
+        let wrong = Parameters { beams: 1, ..Parameters::default() };
+        let error = wrong.check().unwrap_err().to_string();
+        assert_eq!(error, "parameters.localizer.beams: expected 4 to 1440, found 1");
+        let wrong = Parameters { scale_noise: f32::NAN, ..Parameters::default() };
+        assert_eq!(wrong.check().unwrap_err().key, "scale_noise");
+    }
+}

@@ -1,0 +1,222 @@
+//! The particle set: a structure of arrays, weights, systematic resampling.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::message::{MAX_PARTICLES, Particle, Particles};
+
+use super::scales::ScaledPose;
+
+/// Weighted samples of (x, y, θ, a, b), one array for each coordinate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParticleSet {
+    /// Position, pixels.
+    pub x_px: Vec<f32>,
+    /// Position, pixels, upwards.
+    pub y_px: Vec<f32>,
+    /// Heading, radians in [−π, π).
+    pub yaw_rad: Vec<f32>,
+    /// Natural logarithm of scale a, pixels a metre.
+    pub ln_a: Vec<f32>,
+    /// Natural logarithm of scale b, pixels a metre.
+    pub ln_b: Vec<f32>,
+    /// Logarithm of the weight, up to a constant.
+    pub log_weight: Vec<f32>,
+    /// Normalized weight; valid after [`Self::normalize`].
+    pub weight: Vec<f32>,
+}
+
+impl ParticleSet {
+    /// `count` particles at the origin, of equal weight.
+    pub fn new(count: usize) -> Self {
+        let zeros = || vec![0.0; count];
+        Self {
+            x_px: zeros(),
+            y_px: zeros(),
+            yaw_rad: zeros(),
+            ln_a: zeros(),
+            ln_b: zeros(),
+            log_weight: zeros(),
+            weight: vec![1.0 / count as f32; count],
+        }
+    }
+
+    /// How many particles there are.
+    pub fn len(&self) -> usize {
+        self.x_px.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.x_px.is_empty()
+    }
+
+    /// Makes the weights sum to one from their logarithms, the largest first brought to one so that
+    /// nothing underflows. All weights are equal where no particle has any left.
+    pub fn normalize(&mut self) {
+        let largest = self.log_weight.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        if !largest.is_finite() {
+            self.log_weight.fill(0.0);
+            let equal = 1.0 / self.len() as f32;
+            self.weight.fill(equal);
+            return;
+        }
+        let mut sum = 0.0_f64;
+        for (weight, log_weight) in self.weight.iter_mut().zip(&mut self.log_weight) {
+            *log_weight -= largest;
+            *weight = log_weight.exp();
+            sum += f64::from(*weight);
+        }
+        let inverse = (1.0 / sum) as f32;
+        self.weight.iter_mut().for_each(|weight| *weight *= inverse);
+    }
+
+    /// Kish's effective sample size, 1 / Σ w², of normalized weights.
+    pub fn effective_sample_size(&self) -> f64 {
+        1.0 / self.weight.iter().map(|&w| f64::from(w) * f64::from(w)).sum::<f64>()
+    }
+
+    /// The particle of the largest weight, by its logarithm.
+    pub fn best(&self) -> ScaledPose {
+        let heavier =
+            |best: usize, i: usize| if self.log_weight[i] > self.log_weight[best] { i } else { best };
+        self.pose((1..self.len()).fold(0, heavier))
+    }
+
+    /// Pose and scales of particle `i`.
+    pub fn pose(&self, i: usize) -> ScaledPose {
+        ScaledPose {
+            x_px: self.x_px[i],
+            y_px: self.y_px[i],
+            yaw_rad: self.yaw_rad[i],
+            a_pxpm: self.ln_a[i].exp(),
+            b_pxpm: self.ln_b[i].exp(),
+        }
+    }
+
+    /// Writes every n-th particle into a message, as many as it holds.
+    pub fn sample(&self, message: &mut Particles) {
+        let stride = self.len().div_ceil(MAX_PARTICLES).max(1);
+        let count = self.len().div_ceil(stride);
+        for (slot, i) in message.particles.iter_mut().zip((0..self.len()).step_by(stride)) {
+            *slot = self.particle(i);
+        }
+        message.particles[count..].fill(bytemuck::Zeroable::zeroed());
+        message.count = count as u32;
+        message.total = self.len() as u32;
+    }
+
+    fn particle(&self, i: usize) -> Particle {
+        let ScaledPose { x_px, y_px, yaw_rad, a_pxpm, b_pxpm } = self.pose(i);
+        Particle { x_px, y_px, yaw_rad, scale_a_pxpm: a_pxpm, scale_b_pxpm: b_pxpm, weight: self.weight[i] }
+    }
+}
+
+/// Systematic resampling, with the room it needs.
+#[derive(Debug, Clone)]
+pub struct Resampler {
+    ancestor: Vec<u32>,
+    spare: Vec<f32>,
+}
+
+impl Resampler {
+    /// For sets of `count` particles.
+    pub fn new(count: usize) -> Self {
+        Self { ancestor: vec![0; count], spare: vec![0.0; count] }
+    }
+
+    /// Replaces the set by one of equal weights, each particle as often as its weight says. One
+    /// random number `offset` in [0, 1) serves all (Thrun, Burgard and Fox, table 4.4).
+    pub fn resample(&mut self, set: &mut ParticleSet, offset: f64) {
+        self.choose(&set.weight, offset);
+        let Self { ancestor, spare } = self;
+        let columns = [&mut set.x_px, &mut set.y_px, &mut set.yaw_rad, &mut set.ln_a, &mut set.ln_b];
+        for column in columns {
+            for (value, &from) in spare.iter_mut().zip(&*ancestor) {
+                *value = column[from as usize];
+            }
+            std::mem::swap(column, spare);
+        }
+        set.weight.fill(1.0 / ancestor.len() as f32);
+        set.log_weight.fill(0.0);
+    }
+
+    fn choose(&mut self, weight: &[f32], offset: f64) {
+        let count = weight.len();
+        let mut i = 0;
+        let mut passed = f64::from(weight[0]);
+        for (k, ancestor) in self.ancestor.iter_mut().enumerate() {
+            let pointer = (k as f64 + offset) / count as f64;
+            while pointer >= passed && i + 1 < count {
+                i += 1;
+                passed += f64::from(weight[i]);
+            }
+            *ancestor = i as u32;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+    use proptest::prelude::*;
+
+    fn set_of(log_weights: &[f32]) -> ParticleSet {
+        let mut set = ParticleSet::new(log_weights.len());
+        set.log_weight.copy_from_slice(log_weights);
+        set.x_px.iter_mut().enumerate().for_each(|(i, x)| *x = i as f32);
+        set.normalize();
+        set
+    }
+
+    proptest! {
+        #[test]
+        fn weights_are_normalized(log_weights in proptest::collection::vec(-200.0f32..200.0, 16..300)) {
+            let set = set_of(&log_weights);
+            let sum: f64 = set.weight.iter().map(|&w| f64::from(w)).sum();
+            prop_assert!((sum - 1.0).abs() < 1e-5, "{sum}");
+            let effective = set.effective_sample_size();
+            prop_assert!((0.99..=set.len() as f64 + 0.01).contains(&effective), "{effective}");
+        }
+
+        #[test]
+        fn every_particle_survives_as_often_as_its_weight_says(
+            log_weights in proptest::collection::vec(-6.0f32..0.0, 16..300), offset in 0.0f64..1.0,
+        ) {
+            let before = set_of(&log_weights);
+            let mut after = before.clone();
+            Resampler::new(before.len()).resample(&mut after, offset);
+            prop_assert_eq!(after.len(), before.len());
+            for i in 0..before.len() {
+                let copies = after.x_px.iter().filter(|&&x| x == i as f32).count() as f64;
+                let expected = f64::from(before.weight[i]) * before.len() as f64;
+                prop_assert!((copies - expected).abs() < 1.001, "{i}: {copies} of {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn resampling_is_unbiased() {
+        let before = set_of(&(0..40).map(|i| -0.1 * (i % 7) as f32 - 0.02 * i as f32).collect::<Vec<_>>());
+        let (mut mean, rounds) = (0.0, 1000);
+        for round in 0..rounds {
+            let mut after = before.clone();
+            Resampler::new(40).resample(&mut after, (round as f64 + 0.5) / rounds as f64);
+            mean += after.x_px.iter().map(|&x| f64::from(x)).sum::<f64>() / 40.0 / rounds as f64;
+        }
+        let expected: f64 = before.x_px.iter().zip(&before.weight).map(|(&x, &w)| f64::from(x * w)).sum();
+        assert!((mean - expected).abs() < 1e-3, "{mean} {expected}");
+    }
+
+    #[test]
+    fn a_set_without_weight_gets_equal_weights() {
+        let set = set_of(&[f32::NEG_INFINITY; 20]);
+        assert!(set.weight.iter().all(|&w| w == 0.05));
+    }
+
+    #[test]
+    fn a_sample_of_a_large_set_fits_the_message() {
+        let mut message = Particles::zeroed();
+        ParticleSet::new(1500).sample(&mut message);
+        assert_eq!((message.count, message.total), (500, 1500));
+    }
+}

@@ -1,0 +1,71 @@
+//! A robot drives through a small building and is tracked in drawings of it: stretched differently
+//! along and across, turned, wobbly, with furniture that is not drawn.
+
+mod support;
+
+use sketchnav_navigation::localization::parameters::{Likelihood, Parameters};
+use sketchnav_schemas::codes::Tracking;
+use support::{Drawing, Drive, Outcome};
+
+/// A drawing of 21 pixels a metre along the corridor and 13 across.
+const STRETCHED: Drawing = Drawing { a: 21.0, b: 13.0, turn_rad: 0.0, wobble_px: 0.0 };
+
+fn drive(drawing: Drawing, parameters: Parameters, seed: u64) -> Outcome {
+    Drive::new(drawing, parameters, seed).run()
+}
+
+fn assert_tracked(outcome: &Outcome, error_m: f64, scale_error: f64) {
+    let Outcome { median_error_m, final_error_m, scale_a_error, scale_b_error, .. } = outcome;
+    assert!(*median_error_m < error_m, "median error {median_error_m} m");
+    assert!(*final_error_m < 2.0 * error_m, "final error {final_error_m} m");
+    assert!(scale_a_error.abs() < scale_error, "scale a off by {scale_a_error}");
+    assert!(scale_b_error.abs() < scale_error, "scale b off by {scale_b_error}");
+}
+
+#[test]
+fn the_track_and_the_scales_are_found_in_a_stretched_drawing() {
+    for seed in 1..=3 {
+        let outcome = drive(STRETCHED, Parameters::default(), seed);
+        assert_tracked(&outcome, 0.35, 0.25);
+        assert_eq!(outcome.tracking, Tracking::Tracking);
+    }
+}
+
+#[test]
+fn a_turned_and_wobbly_drawing_is_no_obstacle() {
+    let drawing = Drawing { a: 16.0, b: 24.0, turn_rad: 0.5, wobble_px: 3.0 };
+    for seed in 1..=3 {
+        assert_tracked(&drive(drawing, Parameters::default(), seed), 0.5, 0.3);
+    }
+}
+
+#[test]
+fn the_method_of_the_paper_tracks_too() {
+    for seed in 1..=3 {
+        let outcome = drive(STRETCHED, Parameters::paper(), seed);
+        assert_eq!(Parameters::paper().likelihood, Likelihood::Field);
+        assert_tracked(&outcome, 0.7, 0.35);
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits() {
+    let bits = |seed| drive(STRETCHED, Parameters::default(), seed).trace;
+    assert_eq!(bits(7), bits(7));
+    assert_ne!(bits(7), bits(8));
+}
+
+#[test]
+fn the_filter_goes_on_from_a_checkpoint() {
+    let whole = Drive::new(STRETCHED, Parameters::default(), 5).run();
+    let mut drive = Drive::new(STRETCHED, Parameters::default(), 5);
+    let resumed = drive.run_with(|step, localizer| {
+        if step == 150 {
+            let state = localizer.state().clone();
+            let mut fresh = support::localizer(&STRETCHED, Parameters::default(), 99);
+            fresh.restore(state);
+            *localizer = fresh;
+        }
+    });
+    assert_eq!(whole.trace, resumed.trace);
+}

@@ -1,0 +1,243 @@
+//! A little world for the localization: walls as line segments, a robot on rails with a laser and
+//! odometry that errs, and a drawing of the walls.
+
+use bytemuck::Zeroable;
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use sketchnav_navigation::localization::beams::Mounting;
+use sketchnav_navigation::localization::parameters::Parameters;
+use sketchnav_navigation::localization::{Estimate, Localizer, Start};
+use sketchnav_navigation::sketch::Sketch;
+use sketchnav_schemas::codes::{Tracking, WALL};
+use sketchnav_schemas::geometry::{Base, Odom, Pose, World, wrap_angle};
+use sketchnav_schemas::message::LaserScan;
+use sketchnav_schemas::seed;
+
+type Segment = [[f64; 2]; 2];
+
+/// A corridor of 16 m with three rooms on either side; metres.
+fn walls() -> Vec<Segment> {
+    let mut walls = vec![
+        [[0.0, 0.0], [16.0, 0.0]],
+        [[16.0, 0.0], [16.0, 12.0]],
+        [[16.0, 12.0], [0.0, 12.0]],
+        [[0.0, 12.0], [0.0, 0.0]],
+    ];
+    for x in [5.0, 10.5] {
+        walls.push([[x, 0.0], [x, 5.0]]);
+        walls.push([[x + 0.5, 7.0], [x + 0.5, 12.0]]);
+    }
+    for (y, doors) in [(5.0, [2.0, 8.0, 13.5]), (7.0, [3.5, 7.0, 14.0])] {
+        let mut from = 0.0;
+        for door in doors {
+            walls.push([[from, y], [door - 0.5, y]]);
+            from = door + 0.5;
+        }
+        walls.push([[from, y], [16.0, y]]);
+    }
+    walls
+}
+
+/// Furniture that is not drawn: middle and radius of discs, metres.
+const FURNITURE: [[f64; 3]; 5] =
+    [[1.0, 1.0, 0.4], [7.0, 1.2, 0.5], [11.5, 10.5, 0.5], [15.2, 6.0, 0.3], [4.4, 11.0, 0.6]];
+
+/// The robot's way: out of a room, along the corridor, through two others and back.
+const WAY: [[f64; 2]; 15] = [
+    [2.0, 2.5],
+    [2.0, 6.0],
+    [7.0, 6.0],
+    [7.0, 9.0],
+    [9.0, 10.0],
+    [7.0, 9.0],
+    [7.0, 6.0],
+    [8.0, 6.0],
+    [8.0, 3.0],
+    [8.0, 6.0],
+    [13.5, 6.0],
+    [13.5, 3.0],
+    [13.5, 6.0],
+    [14.0, 6.0],
+    [14.0, 9.0],
+];
+
+/// How somebody drew the building: pixels a metre along and across, turned, with shaky corners.
+#[derive(Debug, Clone, Copy)]
+pub struct Drawing {
+    /// Scale along the corridor.
+    pub a: f64,
+    /// Scale across.
+    pub b: f64,
+    /// How the paper lay.
+    pub turn_rad: f64,
+    /// How far corners are off.
+    pub wobble_px: f64,
+}
+
+impl Drawing {
+    fn px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.turn_rad.sin_cos();
+        let (x, y) = ((x - 8.0) * self.a, (y - 6.0) * self.b);
+        [250.0 + cos * x - sin * y, 250.0 + sin * x + cos * y]
+    }
+
+    fn sketch(&self) -> Sketch {
+        let size = 500;
+        let mut rng = seed::stream(11, "wobble");
+        let mut cells = vec![0u8; size * size];
+        for wall in walls() {
+            let [from, to] =
+                wall.map(|corner| self.px(corner).map(|c| c + self.wobble_px * normal(&mut rng)));
+            let steps = ((to[0] - from[0]).hypot(to[1] - from[1]) * 2.0).ceil();
+            for k in 0..=steps as usize {
+                let t = k as f64 / steps;
+                let at = [0, 1].map(|i| (from[i] + t * (to[i] - from[i])) as usize);
+                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    cells[(at[1] + dy) * size + at[0] + dx] = WALL;
+                }
+            }
+        }
+        Sketch::new(size, size, &cells, self.turn_rad).unwrap()
+    }
+}
+
+/// The localizer at the way's beginning in a drawing.
+pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Localizer {
+    let [x, y] = drawing.px(WAY[0]);
+    let pose = Pose::new(x, y, std::f64::consts::FRAC_PI_2 + drawing.turn_rad);
+    let start = Start { pose, spread_px: 5.0, spread_rad: 0.1 };
+    Localizer::new(&drawing.sketch(), Mounting::default(), parameters, start, seed).unwrap()
+}
+
+/// What came of a drive.
+pub struct Outcome {
+    pub median_error_m: f64,
+    pub final_error_m: f64,
+    /// Mean of the logarithm of estimated over true scale, the last two thirds of the way.
+    pub scale_a_error: f64,
+    pub scale_b_error: f64,
+    pub tracking: Tracking,
+    pub trace: Vec<[u64; 5]>,
+}
+
+/// A drive along [`WAY`].
+pub struct Drive {
+    drawing: Drawing,
+    localizer: Localizer,
+    rng: Pcg64Mcg,
+    truth: Pose<World>,
+    odometry: Pose<Odom>,
+}
+
+impl Drive {
+    pub fn new(drawing: Drawing, parameters: Parameters, seed: u64) -> Self {
+        let truth = Pose::new(WAY[0][0], WAY[0][1], std::f64::consts::FRAC_PI_2);
+        let localizer = localizer(&drawing, parameters, seed);
+        Self {
+            drawing,
+            localizer,
+            rng: seed::stream(seed, "drive"),
+            truth,
+            odometry: Pose::new(0.0, 0.0, 0.0),
+        }
+    }
+
+    pub fn run(mut self) -> Outcome {
+        self.run_with(|_, _| ())
+    }
+
+    /// Drives; `meddle` is called after each step.
+    pub fn run_with(&mut self, mut meddle: impl FnMut(usize, &mut Localizer)) -> Outcome {
+        let (mut errors, mut scales, mut trace, mut last) = (vec![], vec![], vec![], None);
+        for waypoint in WAY {
+            while (waypoint[0] - self.truth.x).hypot(waypoint[1] - self.truth.y) > 0.1 {
+                self.advance(waypoint);
+                let scan = self.scan();
+                let estimate = self.localizer.step(&self.odometry, &scan);
+                errors.push(self.error_m(&estimate));
+                scales.push([estimate.scale_a_pxpm / self.drawing.a, estimate.scale_b_pxpm / self.drawing.b]);
+                trace.push(bits(&estimate));
+                meddle(trace.len(), &mut self.localizer);
+                last = Some(estimate);
+            }
+        }
+        let final_error_m = *errors.last().unwrap();
+        errors.sort_by(f64::total_cmp);
+        let late = &scales[scales.len() / 3..];
+        let mean = |i: usize| late.iter().map(|s| s[i].ln()).sum::<f64>() / late.len() as f64;
+        Outcome {
+            median_error_m: errors[errors.len() / 2],
+            final_error_m,
+            scale_a_error: mean(0),
+            scale_b_error: mean(1),
+            tracking: last.unwrap().tracking,
+            trace,
+        }
+    }
+
+    /// A tenth of a second at half a metre a second; turns first where the waypoint is to the side.
+    fn advance(&mut self, [x, y]: [f64; 2]) {
+        let bearing = wrap_angle((y - self.truth.y).atan2(x - self.truth.x) - self.truth.yaw_rad);
+        let forward = if bearing.abs() > 0.4 { 0.0 } else { 0.05 };
+        let step = Pose::<Base>::new(forward, 0.0, bearing.clamp(-0.1, 0.1));
+        self.truth = self.truth.compose(&step);
+        let slip = if self.rng.random::<f64>() < 0.02 { 0.7 } else { 1.0 };
+        let noisy = Pose::<Base>::new(
+            step.x * (1.02 + 0.05 * normal(&mut self.rng)) * slip,
+            0.002 * normal(&mut self.rng),
+            step.yaw_rad * (1.0 + 0.05 * normal(&mut self.rng))
+                + 0.06 * step.x.sqrt() * normal(&mut self.rng),
+        );
+        self.odometry = self.odometry.compose(&noisy);
+    }
+
+    /// 240°, 5.6 m, 121 beams.
+    fn scan(&mut self) -> LaserScan {
+        let walls = walls();
+        let mut scan = LaserScan::zeroed();
+        (scan.beam_count, scan.range_min_m, scan.range_max_m) = (121, 0.02, 5.6);
+        (scan.angle_min_rad, scan.angle_max_rad) = (-120_f32.to_radians(), 120_f32.to_radians());
+        scan.angle_increment_rad = 2_f32.to_radians();
+        for i in 0..121 {
+            let direction = self.truth.yaw_rad + f64::from(scan.angle_rad(i));
+            let range = range([self.truth.x, self.truth.y], direction, &walls) + 0.02 * normal(&mut self.rng);
+            scan.ranges_m[i] = if range > 5.6 { f32::INFINITY } else { range as f32 };
+        }
+        scan.ranges_m[17] = f32::NAN;
+        scan
+    }
+
+    fn error_m(&self, estimate: &Estimate) -> f64 {
+        let [x, y] = self.drawing.px([self.truth.x, self.truth.y]);
+        let (sin, cos) = self.drawing.turn_rad.sin_cos();
+        let (dx, dy) = (estimate.pose.x - x, estimate.pose.y - y);
+        ((cos * dx + sin * dy) / self.drawing.a).hypot((cos * dy - sin * dx) / self.drawing.b)
+    }
+}
+
+fn bits(e: &Estimate) -> [u64; 5] {
+    [e.pose.x, e.pose.y, e.pose.yaw_rad, e.scale_a_pxpm, e.fit].map(f64::to_bits)
+}
+
+/// Distance to the first wall or piece of furniture.
+fn range(from: [f64; 2], direction: f64, walls: &[Segment]) -> f64 {
+    let (dy, dx) = direction.sin_cos();
+    let to_walls = walls.iter().filter_map(|[p, q]| {
+        let (ex, ey) = (q[0] - p[0], q[1] - p[1]);
+        let (px, py) = (p[0] - from[0], p[1] - from[1]);
+        let across = dx * ey - dy * ex;
+        let (t, u) = ((px * ey - py * ex) / across, (px * dy - py * dx) / across);
+        (t > 0.0 && (0.0..=1.0).contains(&u)).then_some(t)
+    });
+    let to_discs = FURNITURE.iter().filter_map(|[x, y, radius]| {
+        let along = (x - from[0]) * dx + (y - from[1]) * dy;
+        let away = ((x - from[0]) * dy - (y - from[1]) * dx).abs();
+        (along > 0.0 && away < *radius).then(|| along - (radius * radius - away * away).sqrt())
+    });
+    to_walls.chain(to_discs).fold(f64::INFINITY, f64::min)
+}
+
+fn normal(rng: &mut Pcg64Mcg) -> f64 {
+    StandardNormal.sample(rng)
+}

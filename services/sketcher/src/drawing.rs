@@ -1,0 +1,124 @@
+//! A drawing that was read: its cells, its frame, its walls' direction.
+
+use image::GrayImage;
+use sketchnav_schemas::codes::{FREE, WALL};
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::seed;
+
+use crate::error::{Broken, SketchError};
+use crate::settings::Options;
+use crate::strokes::Marks;
+use crate::{direction, pen};
+
+/// A filled drawing shows no pen; a slip of the brush is this share of the diagonal.
+const BRUSH_SHARE: f64 = 0.004;
+
+/// What kind of drawing it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Walls are lines on clean paper.
+    Lines,
+    /// Free space is one tone, everything solid the other.
+    Filled,
+    /// Strokes on paper under uneven light.
+    Photograph,
+    /// A strokes file.
+    Strokes,
+}
+
+/// The walls as they were drawn, before gaps are closed.
+pub(crate) struct Walls {
+    /// 255 where a wall is; rows from the bottom up.
+    pub mask: GrayImage,
+    /// Sketch pixels an image pixel.
+    pub scale: f64,
+    /// The pen's width where the file tells it, sketch pixels.
+    pub pen_width_px: Option<f64>,
+    pub kind: Kind,
+    pub marks: Marks,
+}
+
+/// A drawing as a grid, with what else was drawn into it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawing {
+    /// Name of the file, for errors.
+    pub file: String,
+    /// What kind of drawing it is.
+    pub kind: Kind,
+    /// Width of the grid.
+    pub width_px: u32,
+    /// Height of the grid.
+    pub height_px: u32,
+    /// [`FREE`] or [`WALL`], row 0 at the bottom; `width_px * height_px` of them.
+    pub cells: Vec<u8>,
+    /// Sketch pixels an image pixel: below 1 where the file is larger than the canvas.
+    pub scale: f64,
+    /// Width of the pen's strokes, sketch pixels (of a filled drawing: how fine its edges are).
+    pub pen_width_px: f64,
+    /// Direction of the walls in (−π/4, π/4], counter-clockwise as one looks at the drawing.
+    pub wall_direction_rad: f64,
+    /// What a strokes file marks beside walls, image pixels.
+    pub marks: Marks,
+}
+
+impl Drawing {
+    pub(crate) fn finish(walls: Walls, broken: &Broken, options: &Options) -> Result<Self, SketchError> {
+        let (width_px, height_px) = walls.mask.dimensions();
+        let pen_width_px = walls.pen_width();
+        let settings = &options.settings;
+        let closed = pen::close_gaps(&walls.mask, settings.close_gaps_pen_widths * pen_width_px);
+        let cells: Vec<u8> = closed.iter().map(|&v| if v > 0 { WALL } else { FREE }).collect();
+        if !cells.contains(&WALL) {
+            return Err(broken.no_walls());
+        }
+        if !cells.contains(&FREE) {
+            return Err(SketchError::NoFreeSpace { file: broken.file() });
+        }
+        let mut rng = seed::stream(options.seed, "sketcher/lines");
+        let wall_direction_rad = direction::walls(&closed, settings, &mut rng);
+        let Walls { scale, kind, marks, .. } = walls;
+        let file = broken.file();
+        Ok(Self { file, kind, width_px, height_px, cells, scale, pen_width_px, wall_direction_rad, marks })
+    }
+
+    /// A place in image pixels (column, row; row 0 at the top) in the drawing's frame.
+    pub fn from_image(&self, place: [f64; 2]) -> Point<Sketch> {
+        Point::new(place[0] * self.scale, f64::from(self.height_px) - place[1] * self.scale)
+    }
+
+    /// A place of the drawing's frame in image pixels (column, row; row 0 at the top).
+    pub fn to_image(&self, point: &Point<Sketch>) -> [f64; 2] {
+        [point.x / self.scale, (f64::from(self.height_px) - point.y) / self.scale]
+    }
+
+    /// Length of the diagonal, sketch pixels.
+    pub fn diagonal_px(&self) -> f64 {
+        diagonal(self.width_px, self.height_px)
+    }
+
+    /// The cell at a point, `None` outside the drawing.
+    pub fn cell(&self, point: &Point<Sketch>) -> Option<u8> {
+        self.index(point).map(|i| self.cells[i])
+    }
+
+    /// Index of the cell at a point.
+    pub(crate) fn index(&self, point: &Point<Sketch>) -> Option<usize> {
+        let (width, height) = (f64::from(self.width_px), f64::from(self.height_px));
+        let within = (0.0..width).contains(&point.x) && (0.0..height).contains(&point.y);
+        within.then(|| point.y as usize * self.width_px as usize + point.x as usize)
+    }
+}
+
+impl Walls {
+    fn pen_width(&self) -> f64 {
+        let brush = (BRUSH_SHARE * diagonal(self.mask.width(), self.mask.height())).max(1.0);
+        match self.kind {
+            Kind::Filled => brush,
+            _ => self.pen_width_px.or_else(|| pen::stroke_width(&self.mask)).unwrap_or(brush),
+        }
+    }
+}
+
+fn diagonal(width: u32, height: u32) -> f64 {
+    f64::from(width).hypot(height.into())
+}

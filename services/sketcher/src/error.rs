@@ -1,0 +1,175 @@
+//! What can be wrong with a drawing: what was expected, what was found and where.
+
+/// What is wrong with a drawing, its marks, or the sketcher's parameters. Places are image pixels
+/// (column, row) of the file as the person sees it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SketchError {
+    /// The file holds nothing.
+    #[error("{file}: expected a drawing, found an empty file")]
+    Empty {
+        /// The file.
+        file: String,
+    },
+    /// No type that is known.
+    #[error("{file}: expected PNG, JPEG, SVG or strokes in JSON, found {found}")]
+    Unsupported {
+        /// The file.
+        file: String,
+        /// What its first bytes look like.
+        found: String,
+    },
+    /// A known type, truncated or garbled.
+    #[error("{file}: expected a whole {kind} file: {reason}")]
+    Broken {
+        /// The file.
+        file: String,
+        /// Its type.
+        kind: &'static str,
+        /// What the decoder says.
+        reason: String,
+    },
+    /// More than the sketcher is willing to decode.
+    #[error("{file}: expected at most {limit}, found {found}")]
+    TooLarge {
+        /// The file.
+        file: String,
+        /// What is allowed.
+        limit: String,
+        /// What it is.
+        found: String,
+    },
+    /// A value in a strokes file that cannot be.
+    #[error("{file}: {key}: expected {expected}, found {found}")]
+    Strokes {
+        /// The file.
+        file: String,
+        /// Where in the file.
+        key: String,
+        /// What would be right.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// A blank page.
+    #[error("{file}: expected walls, found a page of one tone")]
+    NoWalls {
+        /// The file.
+        file: String,
+    },
+    /// Walls everywhere.
+    #[error("{file}: expected free space between the walls, found none")]
+    NoFreeSpace {
+        /// The file.
+        file: String,
+    },
+    /// Neither the mission nor the drawing says where the robot starts.
+    #[error("start.sketch: expected the start in image pixels of {file}, found none in mission or drawing")]
+    NoStart {
+        /// The drawing.
+        file: String,
+    },
+    /// Nothing says which way the robot looks at the start.
+    #[error(
+        "start.sketch_heading_deg: expected degrees, or a drawn route as first task that leads more than {threshold_px:.0} px away; found neither"
+    )]
+    NoHeading {
+        /// How far a route must lead to tell the heading, image pixels.
+        threshold_px: f64,
+    },
+    /// A place beyond the drawing's edge.
+    #[error("{what} at ({:.0}, {:.0}): expected a place in {file}, {width} x {height} px", place[0], place[1])]
+    Outside {
+        /// The start, or the task.
+        what: String,
+        /// Where.
+        place: [f64; 2],
+        /// The drawing.
+        file: String,
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+    },
+    /// A place inside a wall.
+    #[error("{what} at ({:.0}, {:.0}) of {file}: expected free space, found a wall; the nearest free place is ({:.0}, {:.0})", place[0], place[1], nearest[0], nearest[1])]
+    InWall {
+        /// The start, or the task.
+        what: String,
+        /// Where.
+        place: [f64; 2],
+        /// The drawing.
+        file: String,
+        /// The free place that is nearest.
+        nearest: [f64; 2],
+    },
+    /// A place that no free way leads to.
+    #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free way from the start at ({:.0}, {:.0}), found walls all around", place[0], place[1], start[0], start[1])]
+    Unreachable {
+        /// The task.
+        what: String,
+        /// Where.
+        place: [f64; 2],
+        /// The drawing.
+        file: String,
+        /// Where the way begins.
+        start: [f64; 2],
+    },
+    /// More tasks or points than a route message holds, or none.
+    #[error("{key}: expected {expected}, found {found}")]
+    Count {
+        /// Tasks or points.
+        key: &'static str,
+        /// What would be right.
+        expected: String,
+        /// How many there are.
+        found: usize,
+    },
+    /// A parameter that is not known or cannot be.
+    #[error("parameters.sketcher{key}: {reason}")]
+    Setting {
+        /// `.key`, or nothing where the reason names it.
+        key: String,
+        /// What was expected and found.
+        reason: String,
+    },
+    /// The memory for the cells has the wrong size.
+    #[error("sketch cells: expected room for {expected} bytes, found {found}")]
+    Cells {
+        /// Width times height.
+        expected: usize,
+        /// Length of the slice.
+        found: usize,
+    },
+}
+
+/// Makes the errors of one file.
+pub(crate) struct Broken<'a> {
+    /// Name of the file.
+    pub file: &'a str,
+}
+
+impl Broken<'_> {
+    pub(crate) fn file(&self) -> String {
+        self.file.to_owned()
+    }
+
+    pub(crate) fn decode(&self, kind: &'static str, reason: impl std::fmt::Display) -> SketchError {
+        SketchError::Broken { file: self.file(), kind, reason: reason.to_string() }
+    }
+
+    pub(crate) fn too_large(&self, limit: String, found: String) -> SketchError {
+        SketchError::TooLarge { file: self.file(), limit, found }
+    }
+
+    pub(crate) fn no_walls(&self) -> SketchError {
+        SketchError::NoWalls { file: self.file() }
+    }
+
+    pub(crate) fn unsupported(&self, bytes: &[u8]) -> SketchError {
+        if bytes.is_empty() {
+            return SketchError::Empty { file: self.file() };
+        }
+        let first: String = bytes.iter().take(8).flat_map(|b| b.escape_ascii()).map(char::from).collect();
+        SketchError::Unsupported { file: self.file(), found: format!("a file that begins with {first:?}") }
+    }
+}

@@ -1,0 +1,296 @@
+//! Where the robot starts and where it shall go: what the mission or the drawing says in image
+//! pixels, checked against the drawing and turned into its frame.
+//!
+//! Whatever is placed lies in the drawing, in free space, and can be reached from the start over free
+//! cells, as far as the drawing tells. A drawn route alone may brush a wall by a pen's width: its ends
+//! may not.
+
+use sketchnav_schemas::codes::FREE;
+use sketchnav_schemas::geometry::{Point, Pose, Sketch};
+use sketchnav_schemas::message::{MAX_ROUTE_POINTS, MAX_TASKS};
+use sketchnav_schemas::mission::{Mission, Task};
+
+use crate::drawing::Drawing;
+use crate::error::SketchError;
+use crate::settings::Settings;
+use crate::strokes::Marks;
+
+/// Time for a task that only the drawing names, seconds of simulation.
+const MARKED_TIME_LIMIT_S: f64 = 180.0;
+
+/// What a person wants, in image pixels.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Intent {
+    /// Where the robot starts.
+    pub start: Option<[f64; 2]>,
+    /// Which way it looks there, degrees counter-clockwise from "to the right".
+    pub heading_deg: Option<f64>,
+    /// Where it shall go, in order.
+    pub errands: Vec<Errand>,
+}
+
+/// A task in image pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Errand {
+    /// Name, for people.
+    pub name: String,
+    /// One point for a goal, more for a drawn route; image pixels.
+    pub points: Vec<[f64; 2]>,
+    /// Simulation time after which the task has failed.
+    pub time_limit_s: f64,
+}
+
+/// A start and tasks that hold in the drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Places {
+    /// Where the robot starts.
+    pub start: Pose<Sketch>,
+    /// Standard deviation of the start mark.
+    pub start_spread_px: f64,
+    /// Standard deviation of the start heading.
+    pub start_spread_rad: f64,
+    /// Where it shall go, in order.
+    pub errands: Vec<PlacedErrand>,
+}
+
+/// A task in the drawing's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlacedErrand {
+    /// Name, for people.
+    pub name: String,
+    /// One point for a goal, more for a drawn route.
+    pub points: Vec<Point<Sketch>>,
+    /// Simulation time after which the task has failed.
+    pub time_limit_s: f64,
+}
+
+impl Intent {
+    /// What a mission says.
+    pub fn of_mission(mission: &Mission) -> Self {
+        let errands = mission.task.iter().map(Errand::of_task).collect();
+        Self { start: mission.start.sketch, heading_deg: mission.start.sketch_heading_deg, errands }
+    }
+
+    /// What a strokes file marks: its goals in order, then its route.
+    pub fn of_marks(marks: &Marks) -> Self {
+        let goals = marks.goals.iter().enumerate().map(|(i, goal)| {
+            let unnamed = goal.name.is_empty();
+            let name = if unnamed { format!("goal {}", i + 1) } else { goal.name.clone() };
+            Errand { name, points: vec![goal.at], time_limit_s: MARKED_TIME_LIMIT_S }
+        });
+        let route = marks.route.iter().map(|points| Errand {
+            name: "route".into(),
+            points: points.clone(),
+            time_limit_s: MARKED_TIME_LIMIT_S,
+        });
+        let start = marks.start.as_ref();
+        Self {
+            start: start.map(|mark| mark.at),
+            heading_deg: start.and_then(|mark| mark.heading_deg),
+            errands: goals.chain(route).collect(),
+        }
+    }
+
+    /// What `self` leaves open is taken from `other`: the start, its heading, the tasks.
+    pub fn or(self, other: Self) -> Self {
+        // A heading belongs to its start: that of another place would be wrong here.
+        let (start, heading_deg) = match (self.start, other.start) {
+            (None, Some(start)) => (Some(start), self.heading_deg.or(other.heading_deg)),
+            (start, _) => (start, self.heading_deg),
+        };
+        let errands = if self.errands.is_empty() { other.errands } else { self.errands };
+        Self { start, heading_deg, errands }
+    }
+
+    /// Checks everything against the drawing and turns it into the drawing's frame.
+    ///
+    /// A start that is not said is the first point of a route that is the first task (paper 004, IV).
+    ///
+    /// # Errors
+    /// [`SketchError`] that names the start or the task, the place in image pixels and what was
+    /// expected: outside the drawing, inside a wall, unreachable; no start, no heading; too many tasks
+    /// or points, or none.
+    pub fn place(&self, drawing: &Drawing, settings: &Settings) -> Result<Places, SketchError> {
+        self.check_counts()?;
+        let route = self.errands.first().filter(|errand| errand.points.len() > 1);
+        let first_point = route.map(|errand| errand.points[0]);
+        let at = self.start.or(first_point).ok_or_else(|| no_start(drawing))?;
+        let start = free(drawing, "start.sketch", at)?;
+        let yaw_rad = match self.heading_deg {
+            Some(degrees) => degrees.to_radians(),
+            None => route_heading(drawing, settings, route)?,
+        };
+        let reached = Reachable::from(drawing, &start);
+        let place = |(i, errand): (usize, &Errand)| errand.place(i + 1, drawing, &reached);
+        Ok(Places {
+            start: Pose::new(start.x, start.y, sketchnav_schemas::geometry::wrap_angle(yaw_rad)),
+            start_spread_px: settings.start_spread_share * drawing.diagonal_px(),
+            start_spread_rad: settings.start_spread_deg.to_radians(),
+            errands: self.errands.iter().enumerate().map(place).collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn check_counts(&self) -> Result<(), SketchError> {
+        let points = self.errands.iter().map(|errand| errand.points.len()).sum();
+        let checks =
+            [("task", self.errands.len(), MAX_TASKS), ("points of all tasks", points, MAX_ROUTE_POINTS)];
+        for (key, found, most) in checks {
+            if !(1..=most).contains(&found) {
+                return Err(SketchError::Count { key, expected: format!("1 to {most}"), found });
+            }
+        }
+        let empty = self.errands.iter().any(|errand| errand.points.is_empty());
+        if empty {
+            let expected = "a point or more".into();
+            return Err(SketchError::Count { key: "points of a task", expected, found: 0 });
+        }
+        Ok(())
+    }
+}
+
+impl Errand {
+    fn of_task(task: &Task) -> Self {
+        let points = task.route.clone().or(task.goal.map(|goal| vec![goal])).unwrap_or_default();
+        Self { name: task.name.clone(), points, time_limit_s: task.time_limit_s }
+    }
+
+    fn place(
+        &self,
+        number: usize,
+        drawing: &Drawing,
+        reached: &Reachable,
+    ) -> Result<PlacedErrand, SketchError> {
+        let name = format!("task {number} ({})", self.name);
+        let last = self.points.len() - 1;
+        let place = |(i, &at): (usize, &[f64; 2])| {
+            let part = if last == 0 { "goal".into() } else { format!("route point {}", i + 1) };
+            let what = format!("{name}: {part}");
+            if i > 0 && i < last { brushing(drawing, &what, at) } else { reached.free(&what, at) }
+        };
+        let points = self.points.iter().enumerate().map(place).collect::<Result<_, _>>()?;
+        Ok(PlacedErrand { name: self.name.clone(), points, time_limit_s: self.time_limit_s })
+    }
+}
+
+fn no_start(drawing: &Drawing) -> SketchError {
+    SketchError::NoStart { file: drawing.file.clone() }
+}
+
+/// A place within the drawing.
+fn inside(drawing: &Drawing, what: &str, at: [f64; 2]) -> Result<(Point<Sketch>, usize), SketchError> {
+    let point = drawing.from_image(at);
+    let index = drawing.index(&point).ok_or_else(|| SketchError::Outside {
+        what: what.to_owned(),
+        place: at,
+        file: drawing.file.clone(),
+        width: (f64::from(drawing.width_px) / drawing.scale).round() as u32,
+        height: (f64::from(drawing.height_px) / drawing.scale).round() as u32,
+    })?;
+    Ok((point, index))
+}
+
+/// A place in free space.
+fn free(drawing: &Drawing, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
+    let (point, index) = inside(drawing, what, at)?;
+    if drawing.cells[index] == FREE { Ok(point) } else { Err(in_wall(drawing, what, at)) }
+}
+
+/// A place in free space, or in a wall but no farther than a pen's width from free space.
+fn brushing(drawing: &Drawing, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
+    let (point, index) = inside(drawing, what, at)?;
+    let near = |point: &Point<Sketch>| {
+        let nearest = nearest_free(drawing, point);
+        nearest.is_some_and(|free| free.distance(point) <= drawing.pen_width_px + 1.0)
+    };
+    if drawing.cells[index] == FREE || near(&point) { Ok(point) } else { Err(in_wall(drawing, what, at)) }
+}
+
+fn in_wall(drawing: &Drawing, what: &str, at: [f64; 2]) -> SketchError {
+    let nearest = nearest_free(drawing, &drawing.from_image(at));
+    SketchError::InWall {
+        what: what.to_owned(),
+        place: at,
+        file: drawing.file.clone(),
+        nearest: nearest.map_or(at, |point| drawing.to_image(&point)),
+    }
+}
+
+/// The middle of the nearest free cell, by rings of growing squares.
+fn nearest_free(drawing: &Drawing, point: &Point<Sketch>) -> Option<Point<Sketch>> {
+    let (width, height) = (i64::from(drawing.width_px), i64::from(drawing.height_px));
+    let (x, y) = (point.x as i64, point.y as i64);
+    let mut best: Option<Point<Sketch>> = None;
+    for ring in 0..width.max(height) {
+        // A corner of this ring may be farther than a side of the next.
+        if best.is_some_and(|found| found.distance(point) < ring as f64 - 0.5) {
+            break;
+        }
+        let sides = (-ring..=ring).flat_map(|k| [(k, -ring), (k, ring), (-ring, k), (ring, k)]);
+        for (dx, dy) in sides {
+            let cell = Point::new((x + dx) as f64 + 0.5, (y + dy) as f64 + 0.5);
+            let nearer = best.is_none_or(|found| cell.distance(point) < found.distance(point));
+            if nearer && drawing.cell(&cell) == Some(FREE) {
+                best = Some(cell);
+            }
+        }
+    }
+    best
+}
+
+/// The direction from a route's first point to its first point beyond a threshold distance, so that a
+/// squiggle at the beginning does not count (paper 004, IV).
+fn route_heading(drawing: &Drawing, settings: &Settings, route: Option<&Errand>) -> Result<f64, SketchError> {
+    let threshold = settings.heading_distance_share * drawing.diagonal_px();
+    let points = route.map_or(&[][..], |errand| &errand.points);
+    let mut points = points.iter().map(|&at| drawing.from_image(at));
+    let heading = points.next().and_then(|first| {
+        let beyond = points.find(|point| point.distance(&first) > threshold)?;
+        Some((beyond.y - first.y).atan2(beyond.x - first.x))
+    });
+    heading.ok_or(SketchError::NoHeading { threshold_px: threshold / drawing.scale })
+}
+
+/// The free cells that a way over sides of free cells joins to the start. Ways over corners do not
+/// count: a line that climbs pixel by pixel is a wall.
+struct Reachable<'a> {
+    drawing: &'a Drawing,
+    start: Point<Sketch>,
+    cells: Vec<bool>,
+}
+
+impl<'a> Reachable<'a> {
+    fn from(drawing: &'a Drawing, start: &Point<Sketch>) -> Self {
+        Self { drawing, start: *start, cells: flood(drawing, start) }
+    }
+
+    fn free(&self, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
+        let point = free(self.drawing, what, at)?;
+        if self.drawing.index(&point).is_some_and(|index| self.cells[index]) {
+            return Ok(point);
+        }
+        Err(SketchError::Unreachable {
+            what: what.to_owned(),
+            place: at,
+            file: self.drawing.file.clone(),
+            start: self.drawing.to_image(&self.start),
+        })
+    }
+}
+
+pub(crate) fn flood(drawing: &Drawing, start: &Point<Sketch>) -> Vec<bool> {
+    let width = drawing.width_px as usize;
+    let mut reached = vec![false; drawing.cells.len()];
+    let mut waiting: Vec<usize> = drawing.index(start).into_iter().collect();
+    while let Some(i) = waiting.pop() {
+        if reached[i] || drawing.cells[i] != FREE {
+            continue;
+        }
+        reached[i] = true;
+        let column = i % width;
+        waiting.extend((column > 0).then(|| i - 1));
+        waiting.extend((column + 1 < width).then_some(i + 1));
+        waiting.extend(i.checked_sub(width));
+        waiting.extend(Some(i + width).filter(|&below| below < drawing.cells.len()));
+    }
+    reached
+}

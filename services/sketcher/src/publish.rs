@@ -1,0 +1,54 @@
+//! Fills the messages in the memory they are sent from; their headers are the sender's.
+
+use sketchnav_schemas::message::{PosePx, Route, RouteTask, SketchMap, Text};
+
+use crate::drawing::Drawing;
+use crate::error::SketchError;
+use crate::places::Places;
+
+/// Fills a sketch message and its cells, row 0 at the bottom.
+///
+/// # Errors
+/// [`SketchError::Cells`] where `cells` is not `width_px * height_px` long.
+pub fn fill_sketch(
+    drawing: &Drawing,
+    places: &Places,
+    map: &mut SketchMap,
+    cells: &mut [u8],
+) -> Result<(), SketchError> {
+    if cells.len() != drawing.cells.len() {
+        return Err(SketchError::Cells { expected: drawing.cells.len(), found: cells.len() });
+    }
+    map.width_px = drawing.width_px;
+    map.height_px = drawing.height_px;
+    map.wall_direction_rad = drawing.wall_direction_rad;
+    map.pen_width_px = drawing.pen_width_px;
+    map.start = PosePx::new(&places.start);
+    map.start_spread_px = places.start_spread_px;
+    map.start_spread_rad = places.start_spread_rad;
+    cells.copy_from_slice(&drawing.cells);
+    Ok(())
+}
+
+/// Fills a route message; what lies behind its counts becomes zero.
+///
+/// Tasks and points beyond what the message holds are left out; [`Intent::place`](crate::Intent::place)
+/// lets no such places through.
+pub fn fill_route(places: &Places, route: &mut Route) {
+    let nothing = RouteTask { name: Text([0; 32]), first_point: 0, point_count: 0, time_limit_s: 0.0 };
+    route.tasks.fill(nothing);
+    route.points_px.fill([0.0; 2]);
+    let mut first_point = 0;
+    for (task, errand) in route.tasks.iter_mut().zip(&places.errands) {
+        let point_count = errand.points.len() as u32;
+        let name = Text::new(&errand.name);
+        *task = RouteTask { name, first_point, point_count, time_limit_s: errand.time_limit_s };
+        first_point += point_count;
+    }
+    let points = places.errands.iter().flat_map(|errand| &errand.points);
+    for (place, point) in route.points_px.iter_mut().zip(points) {
+        *place = [point.x, point.y];
+    }
+    route.task_count = places.errands.len().min(route.tasks.len()) as u32;
+    route.point_count = first_point.min(route.points_px.len() as u32);
+}

@@ -84,8 +84,232 @@ fn the_robot_stops_at_a_wall_and_reports_one_contact() {
 fn a_slide_along_furniture_of_many_faces_is_one_contact() {
     let pillar = "[[furniture]]\ncenter=[3,2.2]\nradius_m=0.3\n";
     let mut world = world(pillar, &perfect(), (1.5, 2.0, 0.0), 1).unwrap();
-    let contacts = drive(&mut world, 60, 0.5, 0.0, 0.0);
+    let contacts = drive(&mut world, 200, 0.5, 0.0, 0.0);
     let kinds: Vec<_> = contacts.iter().map(|c| (c.begins, c.body_kind)).collect();
     let furniture = BodyKind::Furniture.code();
     assert_eq!(kinds, [(1, furniture), (0, furniture), (1, BodyKind::Wall.code())]);
+}
+
+#[test]
+fn nothing_gets_through_walls_or_furniture_at_full_speed() {
+    let desk = "[[furniture]]\npolygon=[[2.2,2.2],[3,2.2],[3,2.25],[2.2,2.25]]\n";
+    let mut robot = perfect();
+    robot.limits.acceleration_mps2 = 20.0;
+    robot.limits.speed_mps = 2.0;
+    let mut world = world(desk, &robot, (1.0, 1.0, 0.0), 1).unwrap();
+    let mut random = sketchnav_schemas::seed::stream(7, "commands");
+    for _ in 0..10_000 {
+        use rand::RngExt;
+        let [vx, vy, yaw_rate] = [(); 3].map(|()| 2.0 * f64::from(random.random_range(-1..=1_i32)));
+        drive(&mut world, 1, vx, vy, yaw_rate);
+        let at = world.robot_pose();
+        let inside = 0.1 + 0.225 - 0.03..=3.9 - 0.225 + 0.03;
+        assert!(inside.contains(&at.x) && inside.contains(&at.y), "{at:?}");
+        let (dx, dy) = (at.x - at.x.clamp(2.2, 3.0), at.y - at.y.clamp(2.2, 2.25));
+        assert!(dx.hypot(dy) > 0.225 - 0.03, "{at:?}");
+    }
+}
+
+#[test]
+fn ranges_in_an_empty_room_are_the_distances_to_its_walls() {
+    let world = world("", &perfect(), (1.3, 2.4, 0.4), 1).unwrap();
+    let scan = scan(&world);
+    assert_eq!(scan.beam_count, 683);
+    for (i, &range) in scan.ranges().iter().enumerate() {
+        let angle = 0.4 + f64::from(scan.angle_rad(i));
+        let to = |at: f64, direction: f64| {
+            let wall = if direction > 0.0 { 3.9 } else { 0.1 };
+            (wall - at) / direction
+        };
+        let expected = to(1.3, angle.cos()).min(to(2.4, angle.sin()));
+        assert!(
+            (f64::from(range) - expected).abs() < 1e-5 * expected.max(1.0),
+            "beam {i}: {range} {expected}"
+        );
+    }
+}
+
+#[test]
+fn ranges_that_are_no_measurement_follow_rep_117() {
+    let mut robot = perfect();
+    (robot.laser.range_min_m, robot.laser.range_max_m, robot.laser.dropout) = (2.0, 2.2, 0.25);
+    let scan = scan(&world("", &robot, (2.0, 2.0, 0.0), 1).unwrap());
+    let count = |is: fn(f32) -> bool| scan.ranges().iter().filter(|r| is(**r)).count();
+    let (near, far, lost) =
+        (count(|r| r == f32::NEG_INFINITY), count(|r| r == f32::INFINITY), count(f32::is_nan));
+    let measured = count(|r| (2.0..=2.2).contains(&r));
+    assert_eq!(near + far + lost + measured, 683);
+    assert!(near > 50 && far > 100 && measured > 50, "{near} {far} {measured}");
+    assert!((120..220).contains(&lost), "{lost}");
+}
+
+#[test]
+fn the_noise_of_the_laser_has_its_mean_and_spread() {
+    let mut robot = perfect();
+    (robot.laser.noise_m, robot.laser.noise_per_m) = (0.01, 0.02);
+    let mut world = world("", &robot, (2.0, 2.0, 0.0), 3).unwrap();
+    // The beam straight ahead: 1.9 m, so a spread of 0.048 m.
+    let mut ranges = Vec::new();
+    for _ in 0..2000 {
+        ranges.push(f64::from(scan(&world).ranges()[341]));
+        world.step(None);
+    }
+    let mean = ranges.iter().sum::<f64>() / 2000.0;
+    let spread = (ranges.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / 2000.0).sqrt();
+    assert!((mean - 1.9).abs() < 0.004, "{mean}");
+    assert!((spread - 0.048).abs() < 0.003, "{spread}");
+}
+
+#[test]
+fn a_scan_can_be_asked_for_again() {
+    let mut world = world("", &robotino(), (2.0, 2.0, 0.0), 3).unwrap();
+    assert_eq!(bytemuck::bytes_of(&scan(&world)), bytemuck::bytes_of(&scan(&world)));
+    let before = scan(&world);
+    world.step(None);
+    assert_ne!(bytemuck::bytes_of(&before), bytemuck::bytes_of(&scan(&world)));
+}
+
+#[test]
+fn odometry_without_noise_is_the_way_from_the_start() {
+    let mut world = world("", &perfect(), (1.0, 1.0, 0.5), 1).unwrap();
+    let start = world.robot_pose();
+    drive(&mut world, 40, 0.4, 0.1, 0.3);
+    let mut odometry: Odometry = bytemuck::Zeroable::zeroed();
+    world.fill_odometry(&mut odometry);
+    let (told, true_way) = (odometry.pose(), start.motion_to(&world.robot_pose()));
+    assert!(
+        (told.x - true_way.x).abs() < 1e-9 && (told.y - true_way.y).abs() < 1e-9,
+        "{told:?} {true_way:?}"
+    );
+    assert!((odometry.twist.vx_mps - 0.4).abs() < 0.01 && (odometry.twist.yaw_rate_radps - 0.3).abs() < 1e-3);
+}
+
+/// Drift is constant within a run and has the given spread over runs; noise grows with the root of
+/// time.
+#[test]
+fn odometry_errs_as_much_as_its_parameters_say() {
+    use sketchnav_schemas::geometry::{Base, Pose};
+    use sketchnav_sim::odometry::DeadReckoning;
+    let mut robot = perfect();
+    robot.odometry.drift_distance = 0.02;
+    robot.odometry.alpha_speed_speed = 0.004;
+    let errors: Vec<f64> = (0..2000)
+        .map(|seed| {
+            let stream = sketchnav_schemas::seed::stream(seed, "test");
+            let mut count = DeadReckoning::new(&robot.odometry, robot.drive, stream);
+            (0..100).for_each(|_| count.step(&Pose::<Base>::new(0.05, 0.0, 0.0), 0.1));
+            count.pose().x - 5.0
+        })
+        .collect();
+    let mean = errors.iter().sum::<f64>() / 2000.0;
+    let spread = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 2000.0).sqrt();
+    // Drift: 2 % of 5 m. Noise: 0.004 · (0.5 m/s)² a second for 10 s.
+    let expected = (0.1_f64.powi(2) + 0.004 * 0.25 * 10.0).sqrt();
+    assert!(mean.abs() < 0.01, "{mean}");
+    assert!((spread / expected - 1.0).abs() < 0.05, "{spread} {expected}");
+}
+
+#[test]
+fn a_robot_at_rest_counts_nothing() {
+    let mut world = world("", &robotino(), (2.0, 2.0, 0.0), 1).unwrap();
+    (0..50).for_each(|_| world.step(None));
+    let mut odometry: Odometry = bytemuck::Zeroable::zeroed();
+    world.fill_odometry(&mut odometry);
+    assert_eq!((odometry.pose.x_m, odometry.pose.y_m, odometry.pose.orientation_z), (0.0, 0.0, 0.0));
+}
+
+#[test]
+fn a_stale_command_stops_the_robot_within_its_limits() {
+    let robot = perfect();
+    let mut world = world("", &robot, (0.5, 2.0, 0.0), 1).unwrap();
+    drive(&mut world, 10, 0.5, 0.0, 0.0);
+    assert!((world.robot_twist().vx_mps - 0.5).abs() < 1e-3);
+    // Half a second in which the last command holds: its own step was one tenth of it.
+    (0..4).for_each(|_| world.step(None));
+    assert!((world.robot_twist().vx_mps - 0.5).abs() < 1e-3);
+    let mut speed = 0.5;
+    for _ in 0..10 {
+        world.step(None);
+        let slower = world.robot_twist().vx_mps;
+        assert!(speed - slower <= robot.limits.acceleration_mps2 * 0.1 + 1e-4);
+        speed = slower;
+    }
+    assert!(speed.abs() < 1e-6, "{speed}");
+}
+
+#[test]
+fn a_command_from_the_future_or_without_sense_is_no_way_to_drive_on() {
+    let mut world = world("", &perfect(), (1.0, 2.0, 0.0), 1).unwrap();
+    let mut future = command(&world, 0.5, 0.0, 0.0);
+    future.header.stamp_ns = u64::MAX;
+    world.step(Some(&future));
+    (0..20).for_each(|_| world.step(None));
+    assert!(world.robot_twist().vx_mps.abs() < 1e-6);
+    drive(&mut world, 5, f64::NAN, f64::INFINITY, 0.0);
+    assert!(world.robot_pose().x.is_finite() && world.robot_twist().vx_mps.abs() < 1e-6);
+}
+
+#[test]
+fn people_block_the_laser_and_wait_for_the_robot() {
+    let walker = "[[person]]\nwaypoints=[[3.5,2],[0.5,2]]\nspeed_mps=1.0\n";
+    let mut world = world(walker, &perfect(), (1.5, 2.0, 0.0), 1).unwrap();
+    assert!((scan(&world).ranges()[341] - 1.75).abs() < 1e-3);
+    let mut contacts = 0;
+    for _ in 0..50 {
+        world.step(None);
+        contacts += world.contacts().len();
+    }
+    let range = scan(&world).ranges()[341];
+    assert!((0.525..0.545).contains(&range), "{range}");
+    assert_eq!(contacts, 0);
+    let touched = drive(&mut world, 20, 0.5, 0.0, 0.0);
+    assert_eq!(touched.iter().map(|c| c.body_kind).collect::<Vec<_>>(), [BodyKind::Person.code()]);
+}
+
+#[test]
+fn a_start_where_the_robot_does_not_fit_is_refused_with_the_place() {
+    let desk = "[[furniture]]\nname='desk'\ncenter=[2,2]\nsize=[1,1]\n";
+    for (x, y, kind, distance) in
+        [(2.0, 2.0, "furniture", "0.000"), (3.8, 3.0, "wall", "0.100"), (9.0, 9.0, "", "")]
+    {
+        let refused = world(desk, &robotino(), (x, y, 0.0), 1).map(|_| ()).map_err(|error| error.to_string());
+        match refused {
+            Err(error) => assert!(error.contains(&format!("found a {kind} {distance} m away")), "{error}"),
+            Ok(()) => assert_eq!(kind, "", "{x} {y}"),
+        }
+    }
+}
+
+/// A busy world: furniture, a person, every kind of noise, walls that are hit.
+fn busy(seed: u64) -> World {
+    let extra = "[[furniture]]\ncenter=[2.8,1.2]\nradius_m=0.3\n[[person]]\nwaypoints=[[3.2,3.2],[0.6,3.2]]\nspeed_mps=0.8\n";
+    world(extra, &robotino(), (1.0, 1.0, 0.3), seed).unwrap()
+}
+
+fn run(world: &mut World, steps: u64) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for _ in 0..steps {
+        let phase = world.steps() as f64;
+        drive(world, 1, 0.4, 0.2 * (phase / 20.0).sin(), 0.5 * (phase / 30.0).cos());
+        bytes.extend(observation(world));
+    }
+    bytes
+}
+
+#[test]
+fn two_runs_give_the_same_bytes_and_another_seed_does_not() {
+    let first = run(&mut busy(5), 300);
+    assert!(first == run(&mut busy(5), 300));
+    assert!(first != run(&mut busy(6), 300));
+}
+
+#[test]
+fn a_world_stored_and_restored_goes_on_with_the_same_bytes() {
+    let mut world = busy(5);
+    for _ in 0..6 {
+        run(&mut world, 41);
+        let stored = postcard::to_allocvec(&world).unwrap();
+        let mut restored: World = postcard::from_bytes(&stored).unwrap();
+        assert!(run(&mut restored, 41) == run(&mut world, 41));
+    }
 }

@@ -1,0 +1,286 @@
+//! What a mission came to, by the true poses rather than by what the planner believed.
+//!
+//! A task is reached where the planner said so *and* the robot truly stood in the task's place
+//! (paper 001, IV: "we considered a task successful if … the robot is able to access them").
+//!
+//! Pure: messages and the mission in, a [`Verdict`] out. Never opens a recording, never prints.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::message::{Contact, GroundTruth, Message, MissionStatus};
+use sketchnav_schemas::mission::{Mission, Task};
+
+/// What became of a mission.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Whether every task was reached.
+    pub success: bool,
+    /// The tasks, in the mission's order.
+    pub tasks: Vec<TaskVerdict>,
+    /// Simulation time of the last message.
+    pub sim_seconds: f64,
+}
+
+/// What became of a task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TaskVerdict {
+    /// The task's name.
+    pub name: String,
+    /// Whether the planner said that it is there and truly was.
+    pub reached: bool,
+    /// What the planner said last, in the words of [`TaskState`]; `not begun` where it said nothing.
+    /// `reached` beside a `reached` of `false`: it stopped in the wrong place.
+    pub state: String,
+    /// The planner's reason, in its own words.
+    pub reason: String,
+    /// Simulation time from the task's begin to its end.
+    pub time_s: f64,
+    /// Length of the true path.
+    pub path_m: f64,
+    /// From the true position at the task's end to the middle of its place; `None` where the task
+    /// never began.
+    pub final_error_m: Option<f64>,
+    /// How often the robot began to touch something.
+    pub collisions: u32,
+}
+
+/// When a task was driven and how it stood last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TaskSpan {
+    /// Simulation time of the first status message of the task that does not say `waiting`.
+    pub begin_ns: u64,
+    /// Simulation time of the status message that ended it, or of its last one.
+    pub end_ns: u64,
+    /// What that message said.
+    pub state: TaskState,
+}
+
+impl TaskSpan {
+    /// Those of `messages`, which are in the order of their stamps, that lie within the span.
+    pub fn of<'a, T: Message>(&self, messages: &'a [T]) -> &'a [T] {
+        let first = messages.partition_point(|m| m.header().stamp_ns < self.begin_ns);
+        let end = messages.partition_point(|m| m.header().stamp_ns <= self.end_ns);
+        &messages[first.min(end)..end]
+    }
+}
+
+/// Whether a task in this state is over.
+pub const fn is_end(state: TaskState) -> bool {
+    use TaskState::{Aborted, Blocked, Lost, Reached, TimedOut};
+    matches!(state, Reached | Blocked | Lost | TimedOut | Aborted)
+}
+
+/// The span of each of the `task_count` tasks, `None` for one that never began.
+///
+/// `status` is the whole channel in order. `Finished` speaks about the mission and belongs to no task.
+pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan>> {
+    let mut spans: Vec<Option<TaskSpan>> = vec![None; task_count];
+    for message in status {
+        let Some(state) = TaskState::from_code(message.state) else { continue };
+        let Some(span) = spans.get_mut(message.task as usize) else { continue };
+        if matches!(state, TaskState::Waiting | TaskState::Finished) {
+            continue;
+        }
+        let now_ns = message.header.stamp_ns;
+        let span = span.get_or_insert(TaskSpan { begin_ns: now_ns, end_ns: now_ns, state });
+        if !is_end(span.state) {
+            (span.end_ns, span.state) = (now_ns, state);
+        }
+    }
+    spans
+}
+
+/// Judges a mission by the whole `truth`, `status` and `contact` channels, each in order.
+pub fn judge(
+    mission: &Mission,
+    truth: &[GroundTruth],
+    status: &[MissionStatus],
+    contacts: &[Contact],
+) -> Verdict {
+    let spans = spans(mission.task.len(), status);
+    let judged = mission.task.iter().zip(&spans).enumerate().map(|(index, (task, span))| match span {
+        Some(span) => judge_task(task, span, truth, contacts, reason_of(index, span, status)),
+        None => not_begun(task),
+    });
+    let tasks: Vec<_> = judged.collect();
+    let last_truth = truth.last().map_or(0, |m| m.header.stamp_ns);
+    let last_status = status.last().map_or(0, |m| m.header.stamp_ns);
+    Verdict {
+        success: tasks.iter().all(|task| task.reached),
+        tasks,
+        sim_seconds: seconds(last_truth.max(last_status)),
+    }
+}
+
+fn judge_task(
+    task: &Task,
+    span: &TaskSpan,
+    truth: &[GroundTruth],
+    contacts: &[Contact],
+    reason: String,
+) -> TaskVerdict {
+    let driven = span.of(truth);
+    let at_end = truth_at(truth, span.end_ns).map(|m| m.pose());
+    let there = at_end.is_some_and(|pose| task.there.contains(pose.x, pose.y));
+    let [x, y] = task.there.middle();
+    TaskVerdict {
+        name: task.name.clone(),
+        reached: span.state == TaskState::Reached && there,
+        state: span.state.word().to_owned(),
+        reason,
+        time_s: seconds(span.end_ns - span.begin_ns),
+        path_m: path_length_m(driven),
+        final_error_m: at_end.map(|pose| (pose.x - x).hypot(pose.y - y)),
+        collisions: span.of(contacts).iter().filter(|contact| contact.begins == 1).count() as u32,
+    }
+}
+
+fn not_begun(task: &Task) -> TaskVerdict {
+    TaskVerdict {
+        name: task.name.clone(),
+        reached: false,
+        state: "not begun".to_owned(),
+        reason: String::new(),
+        time_s: 0.0,
+        path_m: 0.0,
+        final_error_m: None,
+        collisions: 0,
+    }
+}
+
+fn reason_of(index: usize, span: &TaskSpan, status: &[MissionStatus]) -> String {
+    let last = span.of(status).iter().rev().find(|m| m.task as usize == index);
+    last.map_or_else(String::new, |m| m.reason.as_str().to_owned())
+}
+
+/// The true pose at `stamp_ns`: of that very step where it was sent, else the last before it.
+fn truth_at(truth: &[GroundTruth], stamp_ns: u64) -> Option<&GroundTruth> {
+    let after = truth.partition_point(|m| m.header.stamp_ns <= stamp_ns);
+    truth[..after].last()
+}
+
+fn path_length_m(truth: &[GroundTruth]) -> f64 {
+    truth.windows(2).map(|pair| pair[0].pose().position().distance(&pair[1].pose().position())).sum()
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 / 1e9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+    use sketchnav_schemas::geometry::{Pose, World};
+    use sketchnav_schemas::message::{Header, PoseM, Text};
+
+    const MISSION: &str = r#"
+        name = "two rooms"
+        robot = "robotino"
+        world = { floor_plan = "floor.toml" }
+        start = { world = [0, 0], world_heading_deg = 0 }
+        sketch = { file = "sketch.svg" }
+        [[task]]
+        name = "a"
+        goal = [1, 1]
+        there = { center = [2, 0], radius_m = 0.5 }
+        [[task]]
+        name = "b"
+        goal = [2, 2]
+        there = { polygon = [[4, -1], [6, -1], [6, 1], [4, 1]] }
+    "#;
+
+    fn header(step: u64) -> Header {
+        Header { seq: step, stamp_ns: step * 100_000_000, source_seq: step }
+    }
+
+    /// One pose a step, 0.1 m a step to the right.
+    fn drive(steps: u64) -> Vec<GroundTruth> {
+        let pose = |k: u64| PoseM::new(&Pose::<World>::new(k as f64 * 0.1, 0.0, 0.0));
+        (0..steps).map(|k| GroundTruth { header: header(k), pose: pose(k), ..Zeroable::zeroed() }).collect()
+    }
+
+    fn say(step: u64, task: u32, state: TaskState) -> MissionStatus {
+        let (header, reason) = (header(step), Text::new("because"));
+        MissionStatus { header, task, task_count: 2, state: state.code(), reason, ..Zeroable::zeroed() }
+    }
+
+    fn touch(step: u64, begins: u32) -> Contact {
+        Contact { header: header(step), begins, ..Zeroable::zeroed() }
+    }
+
+    fn mission() -> Mission {
+        Mission::parse(MISSION).unwrap()
+    }
+
+    #[test]
+    fn a_mission_whose_tasks_all_end_in_their_places_succeeds() {
+        let status = [
+            say(0, 0, TaskState::Waiting),
+            say(1, 0, TaskState::Driving),
+            say(20, 0, TaskState::Reached),
+            say(21, 1, TaskState::Driving),
+            say(50, 1, TaskState::Reached),
+            say(51, 1, TaskState::Finished),
+        ];
+        let contacts = [touch(20, 1), touch(22, 0), touch(30, 1), touch(40, 1)];
+        let verdict = judge(&mission(), &drive(52), &status, &contacts);
+        assert!(verdict.success);
+        assert!((verdict.sim_seconds - 5.1).abs() < 1e-9);
+        let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
+        assert!((a.time_s - 1.9).abs() < 1e-9 && (a.path_m - 1.9).abs() < 1e-9, "{a:?}");
+        assert!(a.final_error_m.unwrap() < 1e-9 && b.final_error_m.unwrap() < 1e-9);
+        assert_eq!((a.collisions, b.collisions), (1, 2));
+        assert_eq!((a.state.as_str(), a.reason.as_str()), ("reached", "because"));
+    }
+
+    #[test]
+    fn a_robot_that_stops_in_the_wrong_place_has_not_reached_it() {
+        let status =
+            [say(1, 0, TaskState::Driving), say(10, 0, TaskState::Reached), say(45, 1, TaskState::Reached)];
+        let verdict = judge(&mission(), &drive(50), &status, &[]);
+        assert!(!verdict.success && !verdict.tasks[0].reached && verdict.tasks[1].reached);
+        assert_eq!(verdict.tasks[0].state, "reached");
+        assert!((verdict.tasks[0].final_error_m.unwrap() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_robot_that_is_there_but_does_not_know_it_has_not_reached_it() {
+        let status = [say(1, 0, TaskState::Driving), say(20, 0, TaskState::TimedOut)];
+        let verdict = judge(&mission(), &drive(21), &status, &[]);
+        assert!(!verdict.tasks[0].reached);
+        assert_eq!(verdict.tasks[0].state, "timed out");
+    }
+
+    #[test]
+    fn what_comes_after_a_tasks_end_does_not_change_it() {
+        let status = [
+            say(1, 0, TaskState::Driving),
+            say(9, 0, TaskState::Lost),
+            say(20, 0, TaskState::Reached),
+            say(21, 9, TaskState::Driving),
+        ];
+        let spans = spans(2, &status);
+        let lost = TaskSpan { begin_ns: 100_000_000, end_ns: 900_000_000, state: TaskState::Lost };
+        assert_eq!(spans, [Some(lost), None]);
+    }
+
+    #[test]
+    fn a_mission_cut_short_is_judged_as_far_as_it_went() {
+        let status = [say(1, 0, TaskState::Driving), say(12, 0, TaskState::Driving)];
+        let verdict = judge(&mission(), &drive(13), &status, &[]);
+        let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
+        assert_eq!((a.state.as_str(), b.state.as_str()), ("driving", "not begun"));
+        assert!((a.time_s - 1.1).abs() < 1e-9 && b.final_error_m.is_none());
+        let empty = judge(&mission(), &[], &[], &[]);
+        assert!(!empty.success && empty.tasks.len() == 2 && empty.sim_seconds == 0.0);
+    }
+
+    #[test]
+    fn a_verdict_survives_json() {
+        let status = [say(1, 0, TaskState::Driving), say(20, 0, TaskState::Reached)];
+        let verdict = judge(&mission(), &drive(30), &status, &[]);
+        let text = serde_json::to_string(&verdict).unwrap();
+        assert_eq!(serde_json::from_str::<Verdict>(&text).unwrap(), verdict);
+    }
+}

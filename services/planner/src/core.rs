@@ -1,0 +1,375 @@
+//! The planner without its process: a pure function from messages to messages, and its state.
+//!
+//! Each estimate, with the scan that caused it, is a step: [`Core::step`] decides, then
+//! [`Core::write_plan`] (where the step planned), [`Core::write_command`] and [`Core::write_status`]
+//! write the step's messages straight into the memory they are sent from. Their headers' `seq` is
+//! left to whoever sends them.
+//!
+//! Knows no clock, file, thread or channel; draws no random numbers; allocates only when a sketch,
+//! a route or a configuration arrives.
+//!
+//! - [`driving`]: from the estimate to the velocity; [`standstill`]: recovery;
+//! - [`agenda`]: the tasks; [`report`]: the reasons, in words.
+
+pub mod agenda;
+pub mod driving;
+pub mod report;
+pub mod standstill;
+
+use serde::{Deserialize, Serialize};
+use sketchnav_navigation::planning::chart::Chart;
+use sketchnav_navigation::planning::parameters::{ParameterError, Parameters};
+use sketchnav_navigation::sketch::Sketch;
+use sketchnav_schemas::codes::{Order, TaskState, Tracking};
+use sketchnav_schemas::geometry::{Base, Odom, Pose};
+use sketchnav_schemas::message::{
+    Header, LaserScan, MAX_GLOBAL_POINTS, MAX_LOCAL_POINTS, MissionCommand, MissionStatus, Odometry, Plan,
+    PoseEstimate, Route, SketchMap, Text, VelocityCommand,
+};
+use sketchnav_schemas::robot::{Laser, Robot};
+use sketchnav_schemas::run::RunConfig;
+
+use self::agenda::Task;
+use self::driving::{Driver, Verdict};
+use self::report::Reason;
+
+/// What the planner cannot work with.
+#[derive(Debug, thiserror::Error)]
+pub enum PlannerError {
+    /// The mission's table `parameters.planner` has a key that is not known or a value of the wrong type.
+    #[error("parameters.planner: {0}")]
+    Table(String),
+    /// A parameter that cannot be.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The cells behind a sketch are not as many as its size says.
+    #[error("sketch: expected {width} × {height} cells, found {found}")]
+    Cells {
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+        /// How many cells there are.
+        found: usize,
+    },
+}
+
+/// What a step made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// Whether there is a new plan to send.
+    pub planned: bool,
+    /// Whether the mission is over: the command says so.
+    pub last: bool,
+}
+
+/// Where the mission stands.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+enum Phase {
+    /// Not begun.
+    Waiting,
+    /// A task is under way.
+    Driving,
+    /// A person stopped the robot.
+    Paused,
+    /// A task has ended and was reported; the next step begins the next one.
+    Ended,
+    /// Nothing is left to do.
+    Over,
+}
+
+/// What the core remembers from step to step, beside the driver's own state.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Mission {
+    phase: Phase,
+    ordered: bool,
+    task: usize,
+    reached: u32,
+    state: u32,
+    reason: Reason,
+    elapsed_s: f64,
+    path_m: f64,
+    last_stamp_ns: Option<u64>,
+    last_odometry: Option<Pose<Odom>>,
+    speed_mps: f64,
+    stamp_ns: u64,
+    source_seq: u64,
+}
+
+/// The planner's core.
+#[derive(Debug)]
+pub struct Core {
+    nominal_dt_s: f64,
+    base_from_laser: Pose<Base>,
+    wall_direction_rad: f64,
+    tasks: Option<Vec<Task>>,
+    driver: Driver,
+    mission: Mission,
+}
+
+impl Core {
+    /// For a run: its robot and the parameters of its mission.
+    ///
+    /// # Errors
+    /// [`PlannerError`] where the mission's table `parameters.planner` is not as it should be.
+    pub fn new(config: &RunConfig) -> Result<Self, PlannerError> {
+        let parameters = parameters(config)?;
+        let Robot { laser, .. } = &config.robot;
+        Ok(Self {
+            nominal_dt_s: 1.0 / laser.rate_hz,
+            base_from_laser: mounting(laser),
+            wall_direction_rad: 0.0,
+            tasks: None,
+            driver: Driver::new(parameters, &config.robot),
+            mission: Mission::default(),
+        })
+    }
+
+    /// Takes over the drawing and its cells.
+    ///
+    /// # Errors
+    /// [`PlannerError::Cells`] where the cells are not as many as the message says.
+    pub fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
+        let (width, height) = (map.width_px, map.height_px);
+        let sketch = Sketch::new(width as usize, height as usize, cells, map.wall_direction_rad)
+            .filter(|sketch| sketch.width() > 0 && sketch.height() > 0)
+            .ok_or(PlannerError::Cells { width, height, found: cells.len() })?;
+        self.wall_direction_rad = map.wall_direction_rad;
+        self.driver.on_sketch(&sketch);
+        Ok(())
+    }
+
+    /// Takes over the tasks.
+    pub fn on_route(&mut self, route: &Route) {
+        self.tasks = Some(agenda::tasks(route));
+    }
+
+    /// Does what a person orders; an order that is not known is ignored.
+    pub fn on_order(&mut self, order: &MissionCommand) {
+        let mission = &mut self.mission;
+        match (Order::from_code(order.order), mission.phase) {
+            (Some(Order::Start), _) => mission.ordered = true,
+            (Some(Order::Pause), Phase::Driving) => mission.phase = Phase::Paused,
+            (Some(Order::Resume), Phase::Paused) => mission.phase = Phase::Driving,
+            (Some(Order::Abort), phase) if phase != Phase::Over => {
+                mission.phase = Phase::Over;
+                mission.set(TaskState::Aborted, Reason::GivenUp);
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether the sketch, the route and the order to start have come.
+    pub fn is_ready(&self) -> bool {
+        self.mission.ordered && self.tasks.is_some() && self.driver.has_sketch()
+    }
+
+    /// Takes a step: the estimate, the scan that caused it and the odometry of that time.
+    pub fn step(&mut self, estimate: &PoseEstimate, scan: &LaserScan, odometry: &Odometry) -> Step {
+        let dt_s = self.take_time(estimate, odometry);
+        let robot = estimate.odometry();
+        self.driver.observe(&robot, &robot.compose(&self.base_from_laser), scan);
+        let known = Tracking::from_code(estimate.tracking).is_some_and(|t| t != Tracking::Waiting);
+        let chart = Chart::new(estimate, self.wall_direction_rad).filter(|_| known);
+        self.begin_what_is_due(chart.as_ref());
+        match (self.mission.phase, &chart) {
+            (Phase::Driving, Some(chart)) => self.drive(chart, estimate, dt_s),
+            (Phase::Driving, None) => self.hold(TaskState::Driving, Reason::NoPose, dt_s),
+            (Phase::Paused, _) => self.hold(TaskState::Paused, Reason::Stopped, dt_s),
+            (Phase::Waiting, _) => self.hold(TaskState::Waiting, self.missing(), dt_s),
+            (Phase::Ended | Phase::Over, _) => self.driver.stop(dt_s),
+        }
+        Step { planned: self.driver.planned(), last: self.mission.phase == Phase::Over }
+    }
+
+    /// Writes the plan of the step that planned.
+    pub fn write_plan(&self, plan: &mut Plan) {
+        plan.header = self.header();
+        plan.task = self.mission.task as u32;
+        plan.follows_route = self.driver.follows_route().into();
+        let target = self.driver.target_px();
+        plan.target_px = [target.x, target.y];
+        let global = self.driver.global_path().iter().map(|p| [p.x as f32, p.y as f32]);
+        plan.global_count = thin(global, &mut plan.global_px) as u32;
+        let local = self.driver.local_path_px().map(|p| [p.x as f32, p.y as f32]);
+        plan.local_count = thin(local, &mut plan.local_px) as u32;
+    }
+
+    /// Writes the step's command.
+    pub fn write_command(&self, command: &mut VelocityCommand) {
+        let last = (self.mission.phase == Phase::Over).into();
+        *command = VelocityCommand { header: self.header(), twist: self.driver.command(), last, reserved: 0 };
+    }
+
+    /// Writes how the mission stands after the step.
+    pub fn write_status(&self, status: &mut MissionStatus) {
+        let (mission, tasks) = (&self.mission, self.tasks.as_deref().unwrap_or_default());
+        *status = MissionStatus {
+            header: self.header(),
+            task: mission.task as u32,
+            task_count: tasks.len() as u32,
+            state: mission.state,
+            reached_count: mission.reached,
+            task_time_s: mission.elapsed_s,
+            task_path_m: mission.path_m,
+            remaining_m: self.driver.remaining_m(),
+            speed_mps: mission.speed_mps,
+            name: tasks.get(mission.task).map_or(Text([0; 32]), |task| task.name),
+            reason: mission.reason.text(),
+        };
+    }
+
+    fn header(&self) -> Header {
+        Header { seq: 0, stamp_ns: self.mission.stamp_ns, source_seq: self.mission.source_seq }
+    }
+
+    /// Takes over the step's time and way; returns the time since the last step, seconds.
+    fn take_time(&mut self, estimate: &PoseEstimate, odometry: &Odometry) -> f64 {
+        let mission = &mut self.mission;
+        let stamp = estimate.header.stamp_ns;
+        let since = mission.last_stamp_ns.map(|last| stamp.saturating_sub(last) as f64 * 1e-9);
+        let dt_s = since.unwrap_or(self.nominal_dt_s);
+        let robot = estimate.odometry();
+        let way = mission.last_odometry.map_or(0.0, |last| last.position().distance(&robot.position()));
+        if mission.phase == Phase::Driving {
+            mission.elapsed_s += dt_s;
+            mission.path_m += way;
+        }
+        (mission.last_stamp_ns, mission.last_odometry) = (Some(stamp), Some(robot));
+        (mission.stamp_ns, mission.source_seq) = (stamp, estimate.header.source_seq);
+        mission.speed_mps = odometry.twist.vx_mps.hypot(odometry.twist.vy_mps);
+        dt_s
+    }
+
+    fn missing(&self) -> Reason {
+        match (self.driver.has_sketch(), &self.tasks, self.mission.ordered) {
+            (false, ..) => Reason::NoSketch,
+            (_, None, _) => Reason::NoRoute,
+            (_, _, false) => Reason::NoOrder,
+            _ => Reason::NoPose,
+        }
+    }
+
+    fn hold(&mut self, state: TaskState, reason: Reason, dt_s: f64) {
+        self.mission.set(state, reason);
+        self.driver.stop(dt_s);
+    }
+
+    /// Begins the first task when all is there, the next one when one has ended, as soon as there
+    /// is a pose; ends the mission after the last.
+    fn begin_what_is_due(&mut self, chart: Option<&Chart>) {
+        let next = match self.mission.phase {
+            Phase::Waiting if self.is_ready() => self.mission.task,
+            Phase::Ended => self.mission.task + 1,
+            _ => return,
+        };
+        let tasks = self.tasks.as_deref().unwrap_or_default();
+        match (tasks.get(next), chart) {
+            (None, _) => {
+                let reason = Reason::Tasks(self.mission.reached, tasks.len() as u32);
+                self.mission.phase = Phase::Over;
+                self.mission.set(TaskState::Finished, reason);
+            }
+            (Some(task), Some(chart)) => {
+                self.driver.begin(task, chart);
+                self.mission.begin(next);
+            }
+            (Some(_), None) => (self.mission.phase, self.mission.task) = (Phase::Waiting, next),
+        }
+    }
+
+    fn drive(&mut self, chart: &Chart, estimate: &PoseEstimate, dt_s: f64) {
+        let lost = Tracking::from_code(estimate.tracking) == Some(Tracking::Lost);
+        let limit_s = self.tasks.as_deref().unwrap_or_default()[self.mission.task].time_limit_s;
+        match self.driver.drive(chart, lost, self.mission.elapsed_s, dt_s) {
+            Verdict::Ended(state, reason) => self.end(state, reason),
+            Verdict::Driving(_) if self.mission.elapsed_s >= limit_s => {
+                self.driver.stop(dt_s);
+                self.end(TaskState::TimedOut, Reason::TimeLimit(limit_s));
+            }
+            Verdict::Driving(reason) => self.mission.set(TaskState::Driving, reason),
+        }
+    }
+
+    fn end(&mut self, state: TaskState, reason: Reason) {
+        self.mission.phase = Phase::Ended;
+        self.mission.reached += u32::from(state == TaskState::Reached);
+        self.mission.set(state, reason);
+    }
+}
+
+impl Default for Mission {
+    fn default() -> Self {
+        Self {
+            phase: Phase::Waiting,
+            ordered: false,
+            task: 0,
+            reached: 0,
+            state: TaskState::Waiting.code(),
+            reason: Reason::None,
+            elapsed_s: 0.0,
+            path_m: 0.0,
+            last_stamp_ns: None,
+            last_odometry: None,
+            speed_mps: 0.0,
+            stamp_ns: 0,
+            source_seq: 0,
+        }
+    }
+}
+
+impl Mission {
+    fn set(&mut self, state: TaskState, reason: Reason) {
+        (self.state, self.reason) = (state.code(), reason);
+    }
+
+    fn begin(&mut self, task: usize) {
+        (self.phase, self.task) = (Phase::Driving, task);
+        (self.elapsed_s, self.path_m) = (0.0, 0.0);
+    }
+}
+
+fn parameters(config: &RunConfig) -> Result<Parameters, PlannerError> {
+    let table = config.mission.parameters.planner.clone();
+    let parameters: Parameters =
+        table.try_into().map_err(|error: toml::de::Error| PlannerError::Table(error.message().to_owned()))?;
+    parameters.check()?;
+    Ok(parameters)
+}
+
+fn mounting(laser: &Laser) -> Pose<Base> {
+    Pose::new(laser.mount_x_m, laser.mount_y_m, laser.mount_yaw_deg.to_radians())
+}
+
+/// Writes `points` into `out`, evenly thinned where there are too many, the last one always in;
+/// what lies behind is zero. Returns how many were written.
+fn thin<const N: usize>(points: impl ExactSizeIterator<Item = [f32; 2]>, out: &mut [[f32; 2]; N]) -> usize {
+    *out = [[0.0; 2]; N];
+    let (len, count) = (points.len(), points.len().min(N));
+    let mut written = 0;
+    for (i, point) in points.enumerate() {
+        let due = if count > 1 { written * (len - 1) / (count - 1) } else { 0 };
+        if written < count && i == due {
+            out[written] = point;
+            written += 1;
+        }
+    }
+    written
+}
+
+const _: () = assert!(MAX_GLOBAL_POINTS == 1024 && MAX_LOCAL_POINTS == 256);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thinning_keeps_both_ends() {
+        let mut out = [[9.0; 2]; 4];
+        let points = (0..10).map(|i| [i as f32, 0.0]);
+        assert_eq!(thin(points, &mut out), 4);
+        assert_eq!(out.map(|p| p[0]), [0.0, 3.0, 6.0, 9.0]);
+        assert_eq!(thin((0..2).map(|i| [i as f32, 0.0]), &mut out), 2);
+        assert_eq!(out.map(|p| p[0]), [0.0, 1.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,493 @@
+//! Driving to a goal or along a drawn route: from the chart of the estimate to a velocity.
+//!
+//! Every `plan_period_s` the way is planned anew: down the cost field, or along the drawn route, to
+//! a target in the local window, and to that by the local planner (paper 001, III-C; paper 004,
+//! III-A). Where the target is shut off or in an obstacle, because the drawing is wrong by some
+//! tens of centimetres, the robot goes to that cell in reach from which the least is left to go.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_navigation::planning::chart::Chart;
+use sketchnav_navigation::planning::cost_field::{self, Blockage, CostField};
+use sketchnav_navigation::planning::local::{self, LocalPlanner, Room};
+use sketchnav_navigation::planning::obstacles::Obstacles;
+use sketchnav_navigation::planning::parameters::Parameters;
+use sketchnav_navigation::planning::pursuit::{Body, Pursuit};
+use sketchnav_navigation::planning::route::DrawnRoute;
+use sketchnav_navigation::sketch::Sketch as Drawing;
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
+use sketchnav_schemas::message::{LaserScan, Twist};
+use sketchnav_schemas::robot::Robot;
+
+use super::agenda::Task;
+use super::report::Reason;
+use super::standstill::{Maneuver, Next, Progress, Standstills};
+
+/// Most blockages remembered of a task.
+const MAX_BLOCKAGES: usize = 16;
+/// What a way through a blockage costs more, times the length: it sends the robot some tens of
+/// metres around.
+const BLOCKAGE_WEIGHT: f64 = 30.0;
+/// A blockage's radius, metres.
+const BLOCKAGE_M: f64 = 0.6;
+/// Distance of a drawn route's waypoints, metres by the scale at its begin.
+const WAYPOINT_M: f64 = 0.05;
+/// A local way may be so many times as long as the drawing's, ...
+const DETOUR_FACTOR: f64 = 2.0;
+/// ... and so much longer, metres, before the rest of the way is weighed against it.
+const DETOUR_M: f64 = 2.0;
+/// What a straight line to the next waypoint counts for where the waypoint is out of reach.
+const STRAIGHT_WEIGHT: f64 = 2.0;
+/// The shortest time between two plans, seconds.
+const SHORTEST_PERIOD_S: f64 = 0.2;
+/// How much of the local path is watched for new obstacles, points.
+const WATCHED: usize = 18;
+/// Share of the speed at which a lost robot goes on, so that the localizer sees more.
+const LOST_SHARE: f64 = 0.5;
+
+/// What drives the robot at the moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Guide {
+    /// The cost field, to the goal.
+    Goal,
+    /// The cost field, to the first point of the drawn route.
+    ToRoute,
+    /// The drawn route.
+    Route,
+}
+
+/// How a step ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Verdict {
+    /// The task goes on.
+    Driving(Reason),
+    /// The task has ended.
+    Ended(TaskState, Reason),
+}
+
+/// The driver's state during a task.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Errand {
+    guide: Guide,
+    goal: Point<Sketch>,
+    progress: Progress,
+    standstills: Standstills,
+    maneuver: Option<Maneuver>,
+    blocked: Vec<Blockage>,
+    lost_s: f64,
+    plan_due_s: f64,
+    planned_s: f64,
+    detour: bool,
+    remaining_m: f64,
+    target_px: Point<Sketch>,
+}
+
+/// Drives the robot; see the module.
+#[derive(Debug)]
+pub struct Driver {
+    parameters: Parameters,
+    room: Room,
+    turn_rate_radps: f64,
+    radius_m: f64,
+    field: Option<CostField>,
+    obstacles: Obstacles,
+    local: LocalPlanner,
+    pursuit: Pursuit,
+    route: DrawnRoute,
+    errand: Errand,
+    global_path: Vec<Point<Sketch>>,
+    local_path: Vec<Point<Odom>>,
+    chart: Option<Chart>,
+    planned: bool,
+}
+
+impl Driver {
+    /// At rest, without a drawing.
+    pub fn new(parameters: Parameters, robot: &Robot) -> Self {
+        let mut limits = robot.limits;
+        limits.yaw_rate_radps *= parameters.turn_share;
+        let hard_m = robot.radius_m + parameters.margin_m;
+        Self {
+            room: Room { hard_m, soft_m: hard_m + parameters.berth_m },
+            turn_rate_radps: limits.yaw_rate_radps,
+            radius_m: robot.radius_m,
+            field: None,
+            obstacles: Obstacles::new(parameters.memory_s),
+            local: LocalPlanner::default(),
+            pursuit: Pursuit::new(Body { radius_m: robot.radius_m, drive: robot.drive, limits }),
+            route: DrawnRoute::default(),
+            errand: Errand::new(Guide::Goal, Point::new(0.0, 0.0), Point::new(0.0, 0.0)),
+            global_path: Vec::with_capacity(cost_field::MAX_PATH),
+            local_path: Vec::with_capacity(local::MAX_PATH + 1),
+            chart: None,
+            planned: false,
+            parameters,
+        }
+    }
+
+    /// Takes over the drawing.
+    pub fn on_sketch(&mut self, drawing: &Drawing) {
+        self.field = Some(CostField::new(drawing));
+    }
+
+    /// Whether there is a drawing.
+    pub fn has_sketch(&self) -> bool {
+        self.field.is_some()
+    }
+
+    /// Takes in a scan made at `sensor` by a robot at `robot`.
+    pub fn observe(&mut self, robot: &Pose<Odom>, sensor: &Pose<Odom>, scan: &LaserScan) {
+        self.planned = false;
+        self.obstacles.observe(robot, self.radius_m, sensor, scan);
+    }
+
+    /// Begins a task from where `chart` says that the robot is.
+    pub fn begin(&mut self, task: &Task, chart: &Chart) {
+        let start = task.points.first().copied().unwrap_or(task.end());
+        let far = chart.distance_m(chart.robot_px().position(), start) > self.parameters.route_window_m;
+        let guide = match (task.is_route(), far) {
+            (false, _) => Guide::Goal,
+            (true, true) => Guide::ToRoute,
+            (true, false) => Guide::Route,
+        };
+        if task.is_route() {
+            self.route.begin(task.points.iter().copied(), WAYPOINT_M * chart.mean_scale_pxpm());
+        }
+        let blocked = std::mem::take(&mut self.errand.blocked);
+        self.errand = Errand::new(
+            guide,
+            if guide == Guide::ToRoute { start } else { task.end() },
+            chart.robot_m().position(),
+        );
+        self.errand.take_room(blocked);
+        self.solve(chart);
+    }
+
+    /// Brakes.
+    pub fn stop(&mut self, dt_s: f64) {
+        self.pursuit.stop(dt_s);
+    }
+
+    /// Drives on for `dt_s` seconds; `now_s` is the time since the task began.
+    pub fn drive(&mut self, chart: &Chart, lost: bool, now_s: f64, dt_s: f64) -> Verdict {
+        self.chart = Some(*chart);
+        self.errand.lost_s = if lost { self.errand.lost_s + dt_s } else { 0.0 };
+        if self.errand.guide != Guide::Goal {
+            self.keep_to_route(chart, now_s);
+        }
+        if let Some((state, reason)) = self.verdict(chart, lost) {
+            self.stop(dt_s);
+            return Verdict::Ended(state, reason);
+        }
+        if self.errand.maneuver.is_some() {
+            return self.recover(chart, now_s, dt_s);
+        }
+        self.plan_when_due(chart, now_s);
+        if self.is_standstill(chart, now_s) {
+            return self.begin_recovery(chart, now_s, dt_s);
+        }
+        let share = self.parameters.speed_share * if lost { LOST_SHARE } else { 1.0 };
+        self.pursuit.follow(&self.local_path, &chart.robot_m(), &self.obstacles, share, dt_s);
+        Verdict::Driving(if self.errand.detour { Reason::Detour } else { Reason::None })
+    }
+
+    /// The last command.
+    pub fn command(&self) -> Twist {
+        self.pursuit.last()
+    }
+
+    /// Whether this step planned.
+    pub fn planned(&self) -> bool {
+        self.planned
+    }
+
+    /// Whether the task follows a drawn route.
+    pub fn follows_route(&self) -> bool {
+        self.errand.guide != Guide::Goal
+    }
+
+    /// The place in the drawing that the local path leads to.
+    pub fn target_px(&self) -> Point<Sketch> {
+        self.errand.target_px
+    }
+
+    /// The way that remains, metres by the local scale.
+    pub fn remaining_m(&self) -> f64 {
+        self.errand.remaining_m
+    }
+
+    /// The way through the drawing, or what remains of the drawn route.
+    pub fn global_path(&self) -> &[Point<Sketch>] {
+        if self.errand.guide == Guide::Route { self.route.remaining() } else { &self.global_path }
+    }
+
+    /// The local path, in the drawing.
+    pub fn local_path_px(&self) -> impl ExactSizeIterator<Item = Point<Sketch>> + '_ {
+        let chart = self.chart;
+        let path = if chart.is_some() { self.local_path.as_slice() } else { &[] };
+        path.iter().map(move |&place| chart.map_or(Point::new(0.0, 0.0), |chart| chart.to_sketch(place)))
+    }
+
+    /// Tracks the robot's place on the drawn route, from its first point on.
+    fn keep_to_route(&mut self, chart: &Chart, now_s: f64) {
+        let (robot, window_m) = (chart.robot_px().position(), self.parameters.route_window_m);
+        let near_start =
+            self.route.start().is_none_or(|start| chart.distance_m(robot, start) < 0.6 * window_m);
+        if self.errand.guide == Guide::ToRoute && near_start {
+            self.errand.guide = Guide::Route;
+            self.errand.goal = self.route.end().unwrap_or(robot);
+            self.errand.plan_due_s = now_s;
+            self.errand.progress = Progress::new(now_s, chart.robot_m().position());
+        }
+        if self.errand.guide == Guide::Route {
+            self.route.track(chart, window_m);
+        }
+    }
+
+    fn verdict(&self, chart: &Chart, lost: bool) -> Option<(TaskState, Reason)> {
+        if lost {
+            let too_long = self.errand.lost_s >= self.parameters.lost_s;
+            return too_long.then_some((TaskState::Lost, Reason::Lost(self.errand.lost_s)));
+        }
+        let off_m = self.goal_within(chart, self.parameters.arrival_radius_m)?;
+        Some((TaskState::Reached, Reason::Arrived(off_m)))
+    }
+
+    /// The distance to the task's end, metres, where it is within `radius_m` and no drawn wall lies
+    /// between.
+    fn goal_within(&self, chart: &Chart, radius_m: f64) -> Option<f64> {
+        let on_last_piece = match self.errand.guide {
+            Guide::Goal => true,
+            Guide::ToRoute => false,
+            Guide::Route => self.route.is_last_piece(chart, self.parameters.route_window_m.max(radius_m)),
+        };
+        let (field, robot) = (self.field.as_ref()?, chart.robot_px().position());
+        let goal = if self.errand.guide == Guide::Goal { field.goal()? } else { self.errand.goal };
+        let off_m = chart.distance_m(robot, goal);
+        (on_last_piece && off_m <= radius_m && field.sees(robot, goal)).then_some(off_m)
+    }
+
+    /// Solves the cost field for the errand's goal and what was found to be shut.
+    fn solve(&mut self, chart: &Chart) {
+        if let Some(field) = &mut self.field {
+            field.solve(self.errand.goal, chart.mean_scale_pxpm(), &self.errand.blocked, &self.parameters);
+        }
+    }
+
+    fn plan_when_due(&mut self, chart: &Chart, now_s: f64) {
+        let obstructed = now_s - self.errand.planned_s >= SHORTEST_PERIOD_S && self.is_obstructed(chart);
+        // Half a step's grace: sums of steps are not exact.
+        if now_s + 0.02 >= self.errand.plan_due_s || obstructed {
+            self.errand.planned_s = now_s;
+            self.errand.plan_due_s = now_s + self.parameters.plan_period_s;
+            self.planned = true;
+            self.plan(chart);
+        }
+    }
+
+    /// Whether something new lies on the next metre of the local path.
+    fn is_obstructed(&self, chart: &Chart) -> bool {
+        let robot = chart.robot_m().position();
+        let next = self.local_path.iter().filter(|p| p.distance(&robot) < 1.0).take(WATCHED);
+        let mut places = next.filter(|p| p.distance(&robot) > self.radius_m);
+        places.any(|&p| self.obstacles.clearance_m(p, self.radius_m) < self.radius_m)
+    }
+
+    fn plan(&mut self, chart: &Chart) {
+        self.local.prepare(&self.obstacles, chart.robot_m().position(), self.room);
+        if self.errand.guide == Guide::Route { self.plan_on_route(chart) } else { self.plan_to_goal(chart) }
+    }
+
+    fn plan_to_goal(&mut self, chart: &Chart) {
+        let Some(field) = &self.field else { return };
+        field.descend(chart.robot_px().position(), &mut self.global_path);
+        let window_px = self.parameters.window_radius_m * chart.mean_scale_pxpm();
+        let inside = |p: Point<Sketch>| self.local.contains(chart.to_odom(p));
+        let index = farthest_in_window(&self.global_path, window_px, inside);
+        let target = self.global_path[index];
+        let scale = chart.mean_scale_pxpm();
+        let drawn_m = length(&self.global_path[..=index]) / scale;
+        self.errand.remaining_m = length(&self.global_path) / scale;
+        self.errand.target_px = target;
+        let rest_m = |place| field.raw_cost_px(chart.to_sketch(place)) / scale;
+        self.errand.detour = !go(&mut self.local, chart, target, drawn_m, rest_m, &mut self.local_path);
+    }
+
+    fn plan_on_route(&mut self, chart: &Chart) {
+        let (local, look_ahead_m) = (&self.local, self.parameters.route_look_ahead_m);
+        let is_free = |waypoint| local.is_free(chart.to_odom(waypoint));
+        let robot = chart.robot_px().position();
+        let target = self.route.next(chart, look_ahead_m, is_free).unwrap_or(robot);
+        self.errand.remaining_m = self.route.remaining_px() / chart.mean_scale_pxpm();
+        self.errand.target_px = target;
+        let target_m = chart.to_odom(target);
+        let rest_m = |place: Point<Odom>| STRAIGHT_WEIGHT * place.distance(&target_m);
+        let drawn_m = chart.distance_m(robot, target);
+        self.errand.detour = !go(&mut self.local, chart, target, drawn_m, rest_m, &mut self.local_path);
+    }
+
+    fn is_standstill(&mut self, chart: &Chart, now_s: f64) -> bool {
+        let robot = chart.robot_px().position();
+        let cost_px = match (self.errand.guide, &self.field) {
+            (Guide::Route, _) => self.route.remaining_px(),
+            (_, Some(field)) => field.cost_px(robot),
+            (_, None) => f64::INFINITY,
+        };
+        let (place, scale) = (chart.robot_m().position(), chart.mean_scale_pxpm());
+        self.errand.progress.is_standstill(now_s, place, cost_px, scale, &self.parameters)
+    }
+
+    /// A standstill near the goal is an arrival; too many of them are a blocked way.
+    fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> Verdict {
+        self.stop(dt_s);
+        if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m) {
+            return Verdict::Ended(TaskState::Reached, Reason::NearEnough(off_m));
+        }
+        let place = chart.robot_m().position();
+        let shut = self.shut_place(chart);
+        if !self.errand.standstills.count(place, &self.parameters) {
+            return Verdict::Ended(TaskState::Blocked, self.why_blocked(chart, shut));
+        }
+        if self.errand.detour || self.errand.standstills.here > 1 {
+            self.block(shut, chart);
+        }
+        self.errand.maneuver = Some(Maneuver::begin(now_s, place));
+        Verdict::Driving(Reason::Recovering(self.errand.standstills.total))
+    }
+
+    fn why_blocked(&self, chart: &Chart, shut: Point<Sketch>) -> Reason {
+        let robot = chart.robot_px().position();
+        let drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));
+        if drawn || self.errand.guide == Guide::Route {
+            Reason::Shut(shut, self.errand.standstills.total)
+        } else {
+            Reason::NoDrawnWay(self.errand.goal)
+        }
+    }
+
+    /// The first place on the way where the laser sees no room; somewhat ahead where there is none.
+    fn shut_place(&self, chart: &Chart) -> Point<Sketch> {
+        let robot = chart.robot_px().position();
+        let ahead = |p: &&Point<Sketch>| chart.distance_m(robot, **p) > 0.3;
+        let near = |p: &&Point<Sketch>| chart.distance_m(robot, **p) > 0.8;
+        let shut = |p: &&Point<Sketch>| {
+            let place = chart.to_odom(**p);
+            self.local.contains(place) && !self.local.is_free(place)
+        };
+        let path = self.global_path();
+        let found = path.iter().filter(ahead).find(shut).or(path.iter().find(near));
+        found.copied().unwrap_or(robot)
+    }
+
+    fn block(&mut self, place: Point<Sketch>, chart: &Chart) {
+        if self.errand.guide != Guide::Route && self.errand.blocked.len() < MAX_BLOCKAGES {
+            let radius_px = BLOCKAGE_M * chart.mean_scale_pxpm();
+            self.errand.blocked.push(Blockage { place, radius_px, weight: BLOCKAGE_WEIGHT });
+            self.solve(chart);
+        }
+    }
+
+    fn recover(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> Verdict {
+        let (robot, count) = (chart.robot_m(), self.errand.standstills.total);
+        let Some(maneuver) = &mut self.errand.maneuver else { return Verdict::Driving(Reason::None) };
+        match maneuver.step(now_s, &robot, count, self.turn_rate_radps) {
+            Next::Drive(twist) => {
+                self.pursuit.command(twist, &robot, &self.obstacles, dt_s);
+            }
+            Next::LookAnew(turn) => {
+                self.obstacles.clear();
+                self.errand.maneuver = Some(turn);
+                self.stop(dt_s);
+            }
+            Next::Done => {
+                self.errand.maneuver = None;
+                self.errand.plan_due_s = now_s;
+                self.errand.progress = Progress::new(now_s, robot.position());
+                self.stop(dt_s);
+            }
+        }
+        Verdict::Driving(Reason::Recovering(count))
+    }
+}
+
+impl Errand {
+    fn new(guide: Guide, goal: Point<Sketch>, robot: Point<Odom>) -> Self {
+        Self {
+            guide,
+            goal,
+            progress: Progress::new(0.0, robot),
+            standstills: Standstills::default(),
+            maneuver: None,
+            blocked: Vec::new(),
+            lost_s: 0.0,
+            plan_due_s: 0.0,
+            planned_s: 0.0,
+            detour: false,
+            remaining_m: 0.0,
+            target_px: goal,
+        }
+    }
+
+    /// Takes over the room of the last errand's list, so that nothing is allocated while driving.
+    fn take_room(&mut self, mut blocked: Vec<Blockage>) {
+        blocked.clear();
+        blocked.reserve_exact(MAX_BLOCKAGES);
+        self.blocked = blocked;
+    }
+}
+
+/// Finds the local way to `target`, which is `drawn_m` away by the drawing; where it is out of
+/// reach or much farther than that, the way to the place from which the least is left to go.
+/// Returns whether the target was in reach.
+fn go(
+    local: &mut LocalPlanner,
+    chart: &Chart,
+    target: Point<Sketch>,
+    drawn_m: f64,
+    rest_m: impl Fn(Point<Odom>) -> f64,
+    path: &mut Vec<Point<Odom>>,
+) -> bool {
+    let (robot, place) = (chart.robot_m().position(), chart.to_odom(target));
+    local.search(robot, Some(place));
+    let most_m = DETOUR_FACTOR * drawn_m + DETOUR_M;
+    let in_reach = local.is_free(place) && local.cost_m(place).is_some_and(|cost_m| cost_m <= most_m);
+    let end = if in_reach { Some(place) } else { local.best(rest_m) };
+    local.path(end.unwrap_or(robot), path);
+    in_reach
+}
+
+/// The farthest waypoint of the path in the window around its first point, the first one where
+/// several are as far (paper 001, III-C). The path counts only until it first leaves the window:
+/// where it comes back, behind a wall, the laser sees no way to it.
+fn farthest_in_window(
+    path: &[Point<Sketch>],
+    window_px: f64,
+    inside: impl Fn(Point<Sketch>) -> bool,
+) -> usize {
+    let in_window = |p: &&Point<Sketch>| path[0].distance(p) <= window_px && inside(**p);
+    let mut best = (0, 0.0);
+    for (index, point) in path.iter().take_while(in_window).enumerate() {
+        let distance = path[0].distance(point);
+        if distance > best.1 {
+            best = (index, distance);
+        }
+    }
+    best.0
+}
+
+fn length(path: &[Point<Sketch>]) -> f64 {
+    path.windows(2).map(|pair| pair[0].distance(&pair[1])).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_target_is_the_farthest_waypoint_before_the_path_leaves_the_window() {
+        let path =
+            [[0.0, 0.0], [3.0, 0.0], [5.0, 0.0], [9.0, 0.0], [0.0, 6.0]].map(|p| Point::new(p[0], p[1]));
+        assert_eq!(farthest_in_window(&path, 7.0, |_| true), 2);
+        assert_eq!(farthest_in_window(&path, 20.0, |_| true), 3);
+    }
+}

@@ -1,0 +1,111 @@
+//! Why a task stands as it does, in words, without an allocation.
+
+use std::fmt::{self, Write};
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::message::Text;
+
+/// Why the state is what it is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Reason {
+    /// Nothing to say.
+    None,
+    /// The sketch is missing.
+    NoSketch,
+    /// The route is missing.
+    NoRoute,
+    /// The order to start is missing.
+    NoOrder,
+    /// The localizer has no pose yet.
+    NoPose,
+    /// At the goal, so many metres off.
+    Arrived(f64),
+    /// Near the goal, so many metres off, and no way leads nearer.
+    NearEnough(f64),
+    /// Going around something, on another way than the drawing's.
+    Detour,
+    /// Getting out of a standstill, for the so-manieth time.
+    Recovering(u32),
+    /// The way is shut here, after so many attempts.
+    Shut(Point<Sketch>, u32),
+    /// The drawing shows no way to the goal, and there is none.
+    NoDrawnWay(Point<Sketch>),
+    /// The scans did not fit anywhere near for so many seconds.
+    Lost(f64),
+    /// The time limit, seconds.
+    TimeLimit(f64),
+    /// A person gave it up.
+    GivenUp,
+    /// A person stopped it.
+    Stopped,
+    /// So many tasks of so many were reached.
+    Tasks(u32, u32),
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => Ok(()),
+            Self::NoSketch => f.write_str("waiting for the sketch"),
+            Self::NoRoute => f.write_str("waiting for the route"),
+            Self::NoOrder => f.write_str("waiting for the order to start"),
+            Self::NoPose => f.write_str("waiting for the localizer"),
+            Self::Arrived(m) => write!(f, "{m:.2} m from the goal"),
+            Self::NearEnough(m) => write!(f, "{m:.2} m from the goal, no way leads nearer"),
+            Self::Detour => f.write_str("going around something that is not in the drawing"),
+            Self::Recovering(n) => write!(f, "no progress: backing up and looking around ({n})"),
+            Self::Shut(p, n) => {
+                write!(f, "no way past ({:.0}, {:.0}) px, {n} attempts: the laser sees it shut", p.x, p.y)
+            }
+            Self::NoDrawnWay(p) => {
+                write!(f, "the drawing shows no way to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
+            }
+            Self::Lost(s) => write!(f, "the scans fit nowhere near for {s:.0} s"),
+            Self::TimeLimit(s) => write!(f, "the time limit of {s:.0} s passed"),
+            Self::GivenUp => f.write_str("given up by a person"),
+            Self::Stopped => f.write_str("stopped by a person"),
+            Self::Tasks(reached, all) => write!(f, "{reached} of {all} tasks reached"),
+        }
+    }
+}
+
+impl Reason {
+    /// The words, cut to the message's field.
+    pub fn text(&self) -> Text<96> {
+        let mut words = Words { bytes: [0; 96], len: 0 };
+        // A text that is too long is cut: the writer never fails.
+        let _ = write!(words, "{self}");
+        Text(words.bytes)
+    }
+}
+
+struct Words {
+    bytes: [u8; 96],
+    len: usize,
+}
+
+impl Write for Words {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let mut end = text.len().min(self.bytes.len() - self.len);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        self.bytes[self.len..self.len + end].copy_from_slice(&text.as_bytes()[..end]);
+        self.len += end;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reason_fits_its_field() {
+        let far = Point::new(-1234.0, 1234.0);
+        for reason in [Reason::Shut(far, 10), Reason::NoDrawnWay(far), Reason::Recovering(10)] {
+            assert_eq!(reason.text().as_str(), reason.to_string());
+        }
+    }
+}

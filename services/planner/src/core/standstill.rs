@@ -1,0 +1,189 @@
+//! When the robot gets no farther, and what to do about it.
+//!
+//! A standstill is a robot that has not moved, or one that drives around without coming nearer to
+//! its goal. The way out: back up, forget what the laser saw, turn and look anew.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_navigation::planning::parameters::Parameters;
+use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
+use sketchnav_schemas::message::Twist;
+
+/// How far to back up, metres.
+const BACK_M: f64 = 0.35;
+/// How fast, m/s.
+const BACK_MPS: f64 = 0.12;
+/// For how long at most, seconds.
+const BACK_S: f64 = 4.0;
+/// How far to turn, radians.
+const TURN_RAD: f64 = 2.2;
+/// For how long at most, seconds.
+const TURN_S: f64 = 8.0;
+/// A cost-to-go that grows by more than this in one step comes from an estimate that jumped, metres.
+const JUMP_M: f64 = 1.0;
+/// Coming nearer by less than this is none, metres.
+const NEARER_M: f64 = 0.1;
+/// A standstill this far from the last one is another one, metres.
+const ELSEWHERE_M: f64 = 2.0;
+
+/// Watches whether the robot gets on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    anchor: Point<Odom>,
+    anchored_s: f64,
+    best_px: f64,
+    last_px: f64,
+    bettered_s: f64,
+}
+
+impl Progress {
+    /// Begins to watch.
+    pub fn new(now_s: f64, robot: Point<Odom>) -> Self {
+        Self {
+            anchor: robot,
+            anchored_s: now_s,
+            best_px: f64::INFINITY,
+            last_px: f64::INFINITY,
+            bettered_s: now_s,
+        }
+    }
+
+    /// Whether the robot, at `robot` with the cost-to-go `cost_px`, is at a standstill.
+    pub fn is_standstill(
+        &mut self,
+        now_s: f64,
+        robot: Point<Odom>,
+        cost_px: f64,
+        scale_pxpm: f64,
+        parameters: &Parameters,
+    ) -> bool {
+        if robot.distance(&self.anchor) > parameters.stall_distance_m {
+            (self.anchor, self.anchored_s) = (robot, now_s);
+        }
+        let jumped = cost_px > self.last_px + JUMP_M * scale_pxpm;
+        self.last_px = cost_px;
+        if cost_px < self.best_px - NEARER_M * scale_pxpm || jumped {
+            (self.best_px, self.bettered_s) = (cost_px, now_s);
+        }
+        now_s - self.anchored_s > parameters.stall_s || now_s - self.bettered_s > parameters.detour_s
+    }
+}
+
+/// A way out of a standstill.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Maneuver {
+    /// Drive backwards.
+    BackUp {
+        /// From here.
+        from: Point<Odom>,
+        /// At the latest until then, seconds.
+        until_s: f64,
+    },
+    /// Turn on the spot.
+    Turn {
+        /// So far yet, radians, counter-clockwise.
+        left_rad: f64,
+        /// The last heading, radians.
+        yaw_rad: f64,
+        /// At the latest until then, seconds.
+        until_s: f64,
+    },
+}
+
+/// What a maneuver wants next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Next {
+    /// Drive like this.
+    Drive(Twist),
+    /// Forget what the laser saw, and turn.
+    LookAnew(Maneuver),
+    /// Go on to the goal.
+    Done,
+}
+
+impl Maneuver {
+    /// Begins with backing up.
+    pub fn begin(now_s: f64, robot: Point<Odom>) -> Self {
+        Self::BackUp { from: robot, until_s: now_s + BACK_S }
+    }
+
+    /// Takes a step; `count` says which way to turn.
+    pub fn step(&mut self, now_s: f64, robot: &Pose<Odom>, count: u32, turn_rate_radps: f64) -> Next {
+        match self {
+            Self::BackUp { from, until_s } => {
+                if now_s < *until_s && robot.position().distance(from) < BACK_M {
+                    return Next::Drive(Twist { vx_mps: -BACK_MPS, vy_mps: 0.0, yaw_rate_radps: 0.0 });
+                }
+                let left_rad = if count % 2 == 1 { TURN_RAD } else { -TURN_RAD };
+                Next::LookAnew(Self::Turn { left_rad, yaw_rad: robot.yaw_rad, until_s: now_s + TURN_S })
+            }
+            Self::Turn { left_rad, yaw_rad, until_s } => {
+                let side = left_rad.signum();
+                *left_rad -= wrap_angle(robot.yaw_rad - *yaw_rad);
+                *yaw_rad = robot.yaw_rad;
+                if now_s < *until_s && *left_rad * side > 0.1 {
+                    return Next::Drive(Twist {
+                        vx_mps: 0.0,
+                        vy_mps: 0.0,
+                        yaw_rate_radps: side * turn_rate_radps,
+                    });
+                }
+                Next::Done
+            }
+        }
+    }
+}
+
+/// Counts the standstills of a task.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Standstills {
+    /// Of the whole task.
+    pub total: u32,
+    /// At about the last place.
+    pub here: u32,
+    place: Option<Point<Odom>>,
+}
+
+impl Standstills {
+    /// Counts one; false where there were too many.
+    pub fn count(&mut self, robot: Point<Odom>, parameters: &Parameters) -> bool {
+        let elsewhere = self.place.is_none_or(|place| place.distance(&robot) > ELSEWHERE_M);
+        self.here = if elsewhere { 1 } else { self.here + 1 };
+        self.place = Some(robot);
+        self.total += 1;
+        self.here <= parameters.recoveries && self.total <= parameters.recoveries_per_task
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_that_does_not_move_is_at_a_standstill() {
+        let parameters = Parameters::default();
+        let mut progress = Progress::new(0.0, Point::new(0.0, 0.0));
+        let mut at = |s: f64| progress.is_standstill(s, Point::new(0.1, 0.0), 9.0, 20.0, &parameters);
+        assert!(!at(6.9) && at(7.1));
+    }
+
+    #[test]
+    fn a_robot_that_circles_is_at_a_standstill() {
+        let parameters = Parameters::default();
+        let mut progress = Progress::new(0.0, Point::new(0.0, 0.0));
+        let ended = (0..400).find(|i| {
+            let s = f64::from(*i) * 0.1;
+            let place = Point::new(s.cos(), s.sin());
+            progress.is_standstill(s, place, 900.0 + 50.0 * s.sin(), 20.0, &parameters)
+        });
+        assert!((300..390).contains(&ended.unwrap()), "{ended:?}");
+    }
+
+    #[test]
+    fn standstills_at_another_place_count_anew() {
+        let parameters = Parameters::default();
+        let mut standstills = Standstills::default();
+        let counted: Vec<_> = (0..4).map(|_| standstills.count(Point::new(0.0, 0.0), &parameters)).collect();
+        assert_eq!(counted, [true, true, true, false]);
+        assert!(standstills.count(Point::new(5.0, 0.0), &parameters));
+    }
+}

@@ -1,0 +1,143 @@
+//! The planner drives a kinematic robot, with a perfect estimate, in small buildings.
+
+mod support;
+
+use sketchnav_schemas::codes::TaskState::{Blocked, Finished, Reached, TimedOut};
+
+use support::*;
+
+/// A corridor 2 m wide along y = 1, 12 m long; above it two rooms 4 m deep with a door each, 0.9 m
+/// wide, at x = 3 and x = `second_door`.
+fn two_rooms(second_door: f64) -> Vec<Line> {
+    vec![
+        [0.0, 0.0, 12.0, 0.0],
+        [12.0, 0.0, 12.0, 6.0],
+        [12.0, 6.0, 0.0, 6.0],
+        [0.0, 6.0, 0.0, 0.0],
+        [6.0, 2.0, 6.0, 6.0],
+        [0.0, 2.0, 2.55, 2.0],
+        [3.45, 2.0, second_door - 0.45, 2.0],
+        [second_door + 0.45, 2.0, 12.0, 2.0],
+    ]
+}
+
+const SIZE: [f64; 2] = [12.0, 6.0];
+const START: [f64; 3] = [1.0, 1.0, 0.0];
+
+#[test]
+fn it_visits_two_rooms_through_their_doors() {
+    for robot in [ROBOTINO, TURTLEBOT] {
+        let scene = Scene::faithful(two_rooms(9.0), SIZE, START);
+        let outcome = Drive::new(scene, robot, &[&[[2.0, 4.5]], &[[10.5, 4.5]]], 180.0).run(300.0);
+        assert_eq!(outcome.states(), [Reached, Reached, Finished], "{:?}", outcome.ends);
+        assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
+        assert!(outcome.passes(&[[3.0, 2.0], [2.0, 4.5], [3.0, 2.0], [9.0, 2.0], [10.5, 4.5]], 0.5));
+        assert!(outcome.length_m() < 24.0, "{}", outcome.length_m());
+    }
+}
+
+#[test]
+fn it_finds_the_door_that_is_not_where_the_drawing_says() {
+    for drawn_at in [8.3, 9.7] {
+        let mut scene = Scene::faithful(two_rooms(9.0), SIZE, START);
+        scene.drawn = two_rooms(drawn_at);
+        let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
+        assert_eq!(outcome.states(), [Reached, Finished], "{drawn_at}: {:?}", outcome.ends);
+        assert!(outcome.closest_m > 0.0, "{drawn_at}: {}", outcome.closest_m);
+    }
+}
+
+#[test]
+fn it_goes_around_what_is_not_drawn() {
+    let mut scene = Scene::faithful(two_rooms(9.0), SIZE, START);
+    scene.discs = vec![[5.0, 0.9, 0.35], [8.0, 1.4, 0.25], [9.4, 3.6, 0.3]];
+    let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
+    assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
+    assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
+}
+
+#[test]
+fn it_says_blocked_where_the_door_is_shut() {
+    let mut scene = Scene::faithful(two_rooms(9.0), SIZE, START);
+    scene.walls.push([8.4, 2.0, 9.6, 2.0]);
+    let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]], &[[2.0, 4.5]]], 180.0).run(400.0);
+    assert_eq!(outcome.states(), [Blocked, Reached, Finished], "{:?}", outcome.ends);
+    assert!(outcome.ends[0].1.contains("no way past"), "{:?}", outcome.ends[0]);
+    assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
+}
+
+#[test]
+fn it_takes_the_other_door_where_the_nearer_one_is_shut() {
+    let mut walls = two_rooms(9.0);
+    walls[4] = [6.0, 3.5, 6.0, 6.0];
+    let mut scene = Scene::faithful(walls, SIZE, START);
+    scene.walls.push([8.4, 2.0, 9.6, 2.0]);
+    let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
+    assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
+}
+
+#[test]
+fn it_says_where_the_drawing_shows_no_way() {
+    let mut walls = two_rooms(9.0);
+    walls.push([8.5, 2.0, 9.5, 2.0]);
+    let scene = Scene::faithful(walls, SIZE, START);
+    let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
+    assert_eq!(outcome.states(), [Blocked, Finished], "{:?}", outcome.ends);
+    assert!(outcome.ends[0].1.starts_with("the drawing shows no way to (230, 155) px"), "{:?}", outcome.ends);
+}
+
+#[test]
+fn it_keeps_to_the_time_limit() {
+    let scene = Scene::faithful(two_rooms(9.0), SIZE, START);
+    let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 5.0).run(100.0);
+    assert_eq!(outcome.states(), [TimedOut, Finished], "{:?}", outcome.ends);
+    assert!((outcome.seconds - 5.0).abs() < 0.3, "{}", outcome.seconds);
+}
+
+/// A hall of 8 × 8 m and a figure of eight in it, whose line crosses itself at (4, 4).
+#[test]
+fn it_follows_a_route_that_crosses_itself_in_the_right_order() {
+    let hall = vec![[0.0, 0.0, 8.0, 0.0], [8.0, 0.0, 8.0, 8.0], [8.0, 8.0, 0.0, 8.0], [0.0, 8.0, 0.0, 0.0]];
+    let eight = [[1.0, 4.0], [4.0, 4.0], [7.0, 4.0], [7.0, 7.0], [4.0, 7.0], [4.0, 4.0], [4.0, 1.0]];
+    for discs in [vec![], vec![[5.5, 4.1, 0.3]]] {
+        let mut scene = Scene::faithful(hall.clone(), [8.0, 8.0], [1.0, 4.0, 0.0]);
+        scene.discs = discs;
+        let outcome = Drive::new(scene, ROBOTINO, &[&eight], 180.0).run(200.0);
+        assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
+        assert!(outcome.passes(&eight[..6], 0.9), "{:?}", outcome.way);
+        assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
+    }
+}
+
+#[test]
+fn it_drives_to_the_begin_of_a_route_that_begins_elsewhere() {
+    let scene = Scene::faithful(two_rooms(9.0), SIZE, START);
+    let line = [[9.0, 1.0], [9.0, 3.0], [10.5, 4.5]];
+    let outcome = Drive::new(scene, ROBOTINO, &[&line], 180.0).run(200.0);
+    assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
+    assert!(outcome.passes(&line[..2], 0.6));
+}
+
+#[test]
+fn equal_inputs_give_equal_bytes() {
+    let drive = || {
+        let mut scene = Scene::faithful(two_rooms(9.0), SIZE, START);
+        scene.discs = vec![[5.0, 0.9, 0.35]];
+        Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0).all_bytes
+    };
+    assert!(drive() == drive());
+}
+
+#[test]
+fn commands_stay_within_the_limits() {
+    let limits = config(ROBOTINO, "").robot.limits;
+    let scene = Scene::faithful(two_rooms(9.0), SIZE, [1.0, 1.0, 3.0]);
+    let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
+    for pair in outcome.commands.windows(2) {
+        let [a, b] = [pair[0].twist, pair[1].twist];
+        assert!(b.vx_mps.hypot(b.vy_mps) <= limits.speed_mps + 1e-9);
+        assert!(b.yaw_rate_radps.abs() <= limits.yaw_rate_radps + 1e-9);
+        let turned = (b.yaw_rate_radps - a.yaw_rate_radps).abs();
+        assert!(turned <= 0.1 * limits.yaw_acceleration_radps2 + 1e-9);
+    }
+}

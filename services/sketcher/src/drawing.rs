@@ -39,7 +39,7 @@ pub(crate) struct Walls {
 }
 
 /// A drawing as a grid, with what else was drawn into it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Drawing {
     /// Name of the file, for errors.
     pub file: String,
@@ -106,6 +106,22 @@ impl Drawing {
         let (width, height) = (f64::from(self.width_px), f64::from(self.height_px));
         let within = (0.0..width).contains(&point.x) && (0.0..height).contains(&point.y);
         within.then(|| point.y as usize * self.width_px as usize + point.x as usize)
+    }
+}
+
+/// Without the cells, of which there are millions.
+impl std::fmt::Debug for Drawing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Drawing")
+            .field("file", &self.file)
+            .field("kind", &self.kind)
+            .field("width_px", &self.width_px)
+            .field("height_px", &self.height_px)
+            .field("scale", &self.scale)
+            .field("pen_width_px", &self.pen_width_px)
+            .field("wall_direction_rad", &self.wall_direction_rad)
+            .field("marks", &self.marks)
+            .finish_non_exhaustive()
     }
 }
 

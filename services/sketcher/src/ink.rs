@@ -7,7 +7,7 @@
 //!
 //! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*: free space in one
 //! tone, the outside and everything solid in the other. The tone along the border is paper in the one
-//! and solid in the other; how wide the other tone runs decides which.
+//! and solid in the other; how much of the other tone lies deep inside it decides which.
 //!
 //! Sources: Otsu 1979 (threshold); Bradley and Roth 2007 (adaptive threshold by integral image).
 
@@ -24,8 +24,11 @@ const CLEAN_SHARE: f64 = 0.9;
 /// Fewest levels between the two tones of a clean picture, and between ink and paper at all.
 const CLEAN_CONTRAST: usize = 64;
 const LEAST_CONTRAST: f64 = 24.0;
-/// Strokes are narrower than this share of the diagonal, from edge to edge.
-const WIDEST_STROKE_SHARE: f64 = 0.04;
+/// What is farther from its edge than this share of the diagonal is no stroke,
+const DEEP_SHARE: f64 = 0.02;
+/// and where more than this share of a tone's area is so, the tone is free space: some pillars and
+/// tables may be filled, but not most of what is drawn.
+const DEEP_AREA_SHARE: f64 = 0.3;
 /// The window whose mean is the paper's brightness, a share of the longer side.
 const PAPER_WINDOW_SHARE: f64 = 0.125;
 /// The level of bare paper in a levelled picture.
@@ -132,9 +135,10 @@ fn border_is(mask: &GrayImage) -> bool {
     2 * inside > all
 }
 
+/// Whether little of the mask lies deep inside it.
 fn is_strokes(mask: &GrayImage) -> bool {
     let diagonal = f64::from(mask.width()).hypot(mask.height().into());
-    pen::stroke_width(mask).is_some_and(|width| width <= (WIDEST_STROKE_SHARE * diagonal).max(3.0))
+    pen::share_deeper(mask, (DEEP_SHARE * diagonal).max(2.0)) < DEEP_AREA_SHARE
 }
 
 fn photograph(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
@@ -153,13 +157,11 @@ fn photograph(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     Some(Ink { walls, kind: Kind::Photograph })
 }
 
-/// Strokes are the pixels that stand out from their surroundings; which tone most of them have.
+/// Strokes are few and stand out far from their surroundings, paper is plenty and near them: the
+/// skew of the differences tells which side the strokes are on.
 fn strokes_are_dark(picture: &GrayImage, around: &GrayImage) -> bool {
-    let count = |sign: f64| {
-        let pairs = picture.iter().zip(around.iter()).map(|(&v, &m)| (f64::from(v), f64::from(m)));
-        pairs.filter(|(v, m)| sign * (v - m) > 2.0 * STROKE_SHARE * m).count()
-    };
-    count(-1.0) >= count(1.0)
+    let pairs = picture.iter().zip(around.iter()).map(|(&v, &m)| (f64::from(v), f64::from(m).max(1.0)));
+    pairs.map(|(v, m)| ((v - m) / m).powi(3)).sum::<f64>() <= 0.0
 }
 
 /// The picture with the paper at one level everywhere and the strokes below it.

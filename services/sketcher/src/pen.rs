@@ -10,19 +10,30 @@ use imageproc::region_labelling::{Connectivity, connected_components};
 /// Width of the strokes in a mask, pixels: twice the median distance from a ridge of the distance
 /// transform to the paper, within a pixel. `None` where the mask is empty or full.
 pub(crate) fn stroke_width(mask: &GrayImage) -> Option<f64> {
-    let mut paper = mask.clone();
-    paper.iter_mut().for_each(|v| *v = 255 - *v);
-    if !paper.iter().any(|&v| v > 0) {
-        return None;
-    }
-    let depth = euclidean_squared_distance_transform(&paper);
-    let mut ridges = ridge_depths(depth.as_raw(), mask.width() as usize);
+    let depth = squared_depths(mask)?;
+    let mut ridges = ridge_depths(&depth, mask.width() as usize);
     if ridges.is_empty() {
         return None;
     }
     let middle = ridges.len() / 2;
     let (_, median, _) = ridges.select_nth_unstable_by(middle, f64::total_cmp);
     Some(2.0 * median.sqrt() - 1.0)
+}
+
+/// The share of a mask's pixels that are farther than `depth_px` from its edge; 0 for an empty one.
+pub(crate) fn share_deeper(mask: &GrayImage, depth_px: f64) -> f64 {
+    let Some(depths) = squared_depths(mask) else { return 0.0 };
+    let inside = depths.iter().filter(|&&depth| depth > 0.0).count();
+    let deeper = depths.iter().filter(|&&depth| depth > depth_px * depth_px).count();
+    deeper as f64 / inside.max(1) as f64
+}
+
+/// Squared distance of each pixel of a mask to the nearest outside it; `None` where nothing is outside.
+fn squared_depths(mask: &GrayImage) -> Option<Vec<f64>> {
+    let mut paper = mask.clone();
+    paper.iter_mut().for_each(|v| *v = 255 - *v);
+    let any = paper.iter().any(|&v| v > 0);
+    any.then(|| euclidean_squared_distance_transform(&paper).into_raw())
 }
 
 /// Squared depths of the pixels that are as deep as their eight neighbours.
@@ -45,7 +56,8 @@ pub(crate) fn close_gaps(walls: &GrayImage, width_px: f64) -> GrayImage {
     if width_px < 1.0 {
         return walls.clone();
     }
-    let reach = (width_px / 2.0).powi(2);
+    // A quarter of a pixel more: the middle of an even stroke lies between two rows of cells.
+    let reach = (width_px / 2.0 + 0.25).powi(2);
     let distance = euclidean_squared_distance_transform(walls);
     let mask = |far: bool| if far { Luma([255]) } else { Luma([0]) };
     let (width, height) = walls.dimensions();

@@ -57,6 +57,9 @@ fn decode(
     broken: &Broken,
 ) -> Result<(DynamicImage, Orientation), SketchError> {
     let kind = if format == ImageFormat::Png { "PNG" } else { "JPEG" };
+    if format == ImageFormat::Jpeg && !jpeg_ends(bytes) {
+        return Err(broken.decode(kind, "it ends in the middle of the picture"));
+    }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits());
     let mut decoder = reader.into_decoder().map_err(|error| broken.decode(kind, error))?;
@@ -68,6 +71,12 @@ fn decode(
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let image = DynamicImage::from_decoder(decoder).map_err(|error| broken.decode(kind, error))?;
     Ok((image, orientation))
+}
+
+/// Whether a JPEG's last scan has an end: the decoder would fill the rest of a cut picture with grey.
+fn jpeg_ends(bytes: &[u8]) -> bool {
+    let scan = bytes.windows(2).rposition(|pair| pair == [0xff, 0xda]);
+    scan.is_some_and(|start| bytes[start..].windows(2).any(|pair| pair == [0xff, 0xd9]))
 }
 
 fn limits() -> Limits {

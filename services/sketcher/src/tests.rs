@@ -117,7 +117,8 @@ fn a_photograph_of_a_blackboard_is_read() {
     let photo = photographed(&sheet.building(0.0), 5);
     let drawing = read_page(&photo);
     assert_eq!(drawing.kind, Kind::Photograph);
-    assert!(wrong_share(&drawing, &Sheet::default().building(0.0)) < 0.03);
+    let wrong = wrong_share(&drawing, &Sheet::default().building(0.0));
+    assert!(wrong < 0.03, "{:.2} % of the cells are wrong", 100.0 * wrong);
 }
 
 #[test]
@@ -258,7 +259,7 @@ fn what_cannot_be_is_refused_with_its_name_and_place() {
         (placed(start, goal([200.0, 200.0])), "start.sketch_heading_deg"),
         (
             placed(Some([300.0, 100.0]), route([150.0, 150.0])),
-            "start.sketch at (300, 100) of pad.json: expected free space, found a wall; the nearest free place is (303",
+            "start.sketch at (300, 100) of pad.json: expected free space, found a wall; the nearest free place is (298, 100)",
         ),
         (
             placed(Some([100.0, 1000.0]), route([150.0, 150.0])),

@@ -1,1 +1,22 @@
-//! placeholder
+//! Recordings: one MCAP file a run, every channel in it as ROS 2 messages.
+//!
+//! - [`writer`]: writes one, over any [`std::io::Write`]; [`sequence`]: counts what is missing.
+//! - [`reader`]: reads one message by message, whole or cut off by a kill.
+//! - [`diff`]: the first difference of two; [`info`]: what is in one.
+//! - [`judge`]: how a mission went; [`picture`]: what it looked like.
+//!
+//! Nothing here reads a clock, knows how a message travels between processes, or writes a file by
+//! itself.
+
+pub mod diff;
+pub mod error;
+pub mod info;
+pub mod judge;
+pub mod picture;
+pub mod reader;
+pub mod sequence;
+pub mod writer;
+
+pub use error::RecordingError;
+pub use reader::Recording;
+pub use writer::Writer;

@@ -1,0 +1,231 @@
+//! The first difference of two recordings.
+//!
+//! Compares the messages of each channel byte for byte, in the order of their channel; in which order
+//! the channels are interleaved does not matter. Health is left out, for it measures wall-clock time;
+//! transforms are left out, for they are derived from the odometry. Reads both files side by side
+//! and keeps no more of them than they are apart.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::path::Path;
+
+use serde::Serialize;
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor, HEALTH, TABLE};
+use sketchnav_schemas::layout::Layout;
+use sketchnav_schemas::ros2::Ros2;
+
+use crate::error::RecordingError;
+use crate::reader::{Part, Parts, RawMessage, Recording};
+use crate::writer::topic_name;
+
+/// Where two recordings part.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Difference {
+    /// The channel.
+    pub channel: &'static str,
+    /// The message's number.
+    pub seq: u64,
+    /// Simulation time of the message.
+    pub stamp_s: f64,
+    /// What is different.
+    pub what: What,
+}
+
+/// What is different.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum What {
+    /// The message is in one recording only.
+    OnlyIn(Side),
+    /// A field has two values.
+    Field {
+        /// `pose.x_px`, `ranges_m[3]`, `cells[17]`.
+        field: String,
+        /// Its value in the first recording.
+        a: String,
+        /// Its value in the second recording.
+        b: String,
+    },
+    /// Bytes that are not those of the channel's message type.
+    Bytes {
+        /// The first byte that differs.
+        offset: usize,
+    },
+}
+
+/// One of the two recordings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// The first.
+    A,
+    /// The second.
+    B,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} message {} at {:.3} s: ", self.channel, self.seq, self.stamp_s)?;
+        match &self.what {
+            What::OnlyIn(Side::A) => write!(f, "only in the first recording"),
+            What::OnlyIn(Side::B) => write!(f, "only in the second recording"),
+            What::Field { field, a, b } => write!(f, "{field} is {a} in the first, {b} in the second"),
+            What::Bytes { offset } => write!(f, "byte {offset} differs"),
+        }
+    }
+}
+
+/// The first difference of the recordings `a` and `b`: the one with the earliest simulation time,
+/// among those of one time the first in the table of channels. `None` where they are the same.
+///
+/// # Errors
+/// [`RecordingError`] where one of them cannot be read.
+pub fn diff(a: &Path, b: &Path) -> Result<Option<Difference>, RecordingError> {
+    let (mut a, mut b) = (compared(a)?, compared(b)?);
+    let mut comparison = Comparison::new();
+    loop {
+        let (from_a, from_b) = (a.next().transpose()?, b.next().transpose()?);
+        if from_a.is_none() && from_b.is_none() {
+            return Ok(comparison.finish());
+        }
+        for (side, message) in [(Side::A, from_a), (Side::B, from_b)] {
+            if let Some(message) = message {
+                comparison.take(side, message);
+            }
+        }
+    }
+}
+
+fn compared(path: &Path) -> Result<impl Iterator<Item = Result<RawMessage, RecordingError>>, RecordingError> {
+    let parts: Parts = Recording::open(path)?.parts()?;
+    Ok(parts.filter_map(|part| match part {
+        Ok(Part::Message(message)) => Some(Ok(message)),
+        Ok(_) => None,
+        Err(error) => Some(Err(error)),
+    }))
+}
+
+/// The messages of a channel that wait for their counterpart, and where the channel parted.
+struct Lane {
+    spec: &'static ChannelSpec,
+    topic: String,
+    waiting: [VecDeque<RawMessage>; 2],
+    difference: Option<(u64, Difference)>,
+}
+
+struct Comparison {
+    lanes: Vec<Lane>,
+}
+
+impl Comparison {
+    fn new() -> Self {
+        let compared = TABLE.iter().filter(|spec| spec.recorded && spec.name != HEALTH.spec.name);
+        let lane = |spec: &&'static ChannelSpec| Lane {
+            spec,
+            topic: topic_name(spec.name),
+            waiting: Default::default(),
+            difference: None,
+        };
+        Self { lanes: compared.map(lane).collect() }
+    }
+
+    fn take(&mut self, side: Side, message: RawMessage) {
+        let lane = self.lanes.iter_mut().find(|lane| lane.topic == message.topic.name);
+        if let Some(lane) = lane.filter(|lane| lane.difference.is_none()) {
+            lane.waiting[side as usize].push_back(message);
+            lane.compare();
+        }
+    }
+
+    fn finish(mut self) -> Option<Difference> {
+        self.lanes.iter_mut().for_each(Lane::finish);
+        let differences = self.lanes.into_iter().filter_map(|lane| lane.difference);
+        differences.min_by_key(|(stamp_ns, _)| *stamp_ns).map(|(_, difference)| difference)
+    }
+}
+
+impl Lane {
+    fn compare(&mut self) {
+        let [a, b] = &mut self.waiting;
+        if a.is_empty() || b.is_empty() {
+            return;
+        }
+        let (Some(a), Some(b)) = (a.pop_front(), b.pop_front()) else { return };
+        match a.sequence.cmp(&b.sequence) {
+            std::cmp::Ordering::Less => self.part(&a, What::OnlyIn(Side::A)),
+            std::cmp::Ordering::Greater => self.part(&b, What::OnlyIn(Side::B)),
+            std::cmp::Ordering::Equal if a.cdr != b.cdr => {
+                let what = explain(self.spec, &a, &b);
+                self.part(&a, what);
+            }
+            std::cmp::Ordering::Equal => {}
+        }
+    }
+
+    /// What still waits has no counterpart.
+    fn finish(&mut self) {
+        let [a, b] = &mut self.waiting;
+        let rest = (a.pop_front().map(|m| (m, Side::A))).or(b.pop_front().map(|m| (m, Side::B)));
+        if let (None, Some((message, side))) = (&self.difference, rest) {
+            self.part(&message, What::OnlyIn(side));
+        }
+    }
+
+    fn part(&mut self, message: &RawMessage, what: What) {
+        let (channel, seq) = (self.spec.name, message.sequence.into());
+        let stamp_s = message.stamp_ns as f64 / 1e9;
+        self.difference = Some((message.stamp_ns, Difference { channel, seq, stamp_s, what }));
+        self.waiting = Default::default();
+    }
+}
+
+fn explain(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage) -> What {
+    let offset = a.cdr.iter().zip(&b.cdr).position(|(a, b)| a != b);
+    let bytes = What::Bytes { offset: offset.unwrap_or(a.cdr.len().min(b.cdr.len())) };
+    let mut explain = Explain { channel: spec.name, a, b, what: bytes };
+    match channels::visit(&mut explain) {
+        Ok(()) | Err(Found) => explain.what,
+    }
+}
+
+/// Names the field, once it has come to the channel.
+struct Explain<'a> {
+    channel: &'static str,
+    a: &'a RawMessage,
+    b: &'a RawMessage,
+    what: What,
+}
+
+struct Found;
+
+impl Explain<'_> {
+    fn field<T: Ros2>(&self) -> Option<What> {
+        let (a, cells_a) = self.a.typed::<T>().ok()?;
+        let (b, cells_b) = self.b.typed::<T>().ok()?;
+        let (a, b) = (bytemuck::bytes_of(&a), bytemuck::bytes_of(&b));
+        if let Some(leaf) = Layout::of::<T>().first_difference(a, b) {
+            return Some(What::Field { a: leaf.show(a), b: leaf.show(b), field: leaf.path });
+        }
+        let i = cells_a.iter().zip(&cells_b).position(|(a, b)| a != b)?;
+        let (a, b) = (cells_a[i].to_string(), cells_b[i].to_string());
+        Some(What::Field { field: format!("cells[{i}]"), a, b })
+    }
+}
+
+impl ChannelVisitor for Explain<'_> {
+    type Error = Found;
+
+    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Found> {
+        if channel.spec.name != self.channel {
+            return Ok(());
+        }
+        if let Some(what) = self.field::<T>() {
+            self.what = what;
+        }
+        Err(Found)
+    }
+
+    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Found> {
+        self.fixed(channel)
+    }
+}

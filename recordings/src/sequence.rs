@@ -1,0 +1,69 @@
+//! Counts the messages that the numbers of a channel show to be missing.
+
+use serde::Serialize;
+
+/// What a number says about its message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Seen {
+    /// The next one, or the next after a gap of so many.
+    New {
+        /// How many are missing before it.
+        missing: u64,
+    },
+    /// One that was seen before: a restarted writer sends again what it may have sent already.
+    Again,
+}
+
+/// A hole in the numbers of a channel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Gap {
+    /// The last number before the hole; 0 where the beginning is missing.
+    pub after_seq: u64,
+    /// How many are missing.
+    pub missing: u64,
+}
+
+/// Follows the numbers of a channel that one process writes: 1, 2, 3 …
+#[derive(Debug, Clone, Default)]
+pub struct Sequence {
+    last: u64,
+    missing: u64,
+}
+
+impl Sequence {
+    /// Takes the number of the next message.
+    pub fn see(&mut self, seq: u64) -> Seen {
+        if seq <= self.last {
+            return Seen::Again;
+        }
+        let missing = seq - self.last - 1;
+        self.missing += missing;
+        self.last = seq;
+        Seen::New { missing }
+    }
+
+    /// The largest number so far, 0 where there was none.
+    pub fn last(&self) -> u64 {
+        self.last
+    }
+
+    /// How many numbers up to the largest were never seen.
+    pub fn missing(&self) -> u64 {
+        self.missing
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_counted_and_repetitions_told() {
+        let mut sequence = Sequence::default();
+        assert_eq!(sequence.see(2), Seen::New { missing: 1 });
+        assert_eq!(sequence.see(3), Seen::New { missing: 0 });
+        assert_eq!(sequence.see(3), Seen::Again);
+        assert_eq!(sequence.see(7), Seen::New { missing: 3 });
+        assert_eq!((sequence.last(), sequence.missing()), (7, 4));
+    }
+}

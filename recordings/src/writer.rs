@@ -1,0 +1,299 @@
+//! Writes a recording: each channel a topic, each message its ROS 2 form.
+//!
+//! The file is written once from front to back, never seeked in, so that whatever was flushed stays
+//! readable when the process is killed. Never decides when to flush, never reads a clock.
+//!
+//! Inside: the run as metadata `sketchnav`, its parameters as metadata `parameters`, the resolved run
+//! and mission as attachments `run.json` and `mission.toml`; the channels; at the end the metadata
+//! `missing` and `refused`, which tell by topic how many messages are not there.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use mcap::write::NoSeek;
+use mcap::{Attachment, Compression, WriteOptions, records};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor};
+use sketchnav_schemas::message::Odometry;
+use sketchnav_schemas::ros2::{Ros2, Ros2Error, definitions, transforms};
+use sketchnav_schemas::run::{Pace, RunConfig};
+
+use crate::error::RecordingError;
+use crate::sequence::{Seen, Sequence};
+
+/// Uncompressed size at which a chunk is closed by itself, bytes.
+const CHUNK_BYTES: u64 = 768 * 1024;
+/// Name of the metadata that describes the run.
+pub const RUN_METADATA: &str = "sketchnav";
+/// Name of the attachment that holds the [`RunConfig`].
+pub const RUN_ATTACHMENT: &str = "run.json";
+/// Name of the attachment that holds the mission as it was run, its paths absolute.
+pub const MISSION_ATTACHMENT: &str = "mission.toml";
+
+/// What a reader that comes late is to be given again, in rosbag2's words.
+const LATCHED_QOS: &str = "- history: keep_last
+  depth: 1
+  reliability: reliable
+  durability: transient_local
+  deadline: {sec: 9223372036, nsec: 854775807}
+  lifespan: {sec: 9223372036, nsec: 854775807}
+  liveliness: automatic
+  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
+  avoid_ros_namespace_conventions: false
+";
+
+/// Writes a recording to `W`.
+pub struct Writer<W: Write> {
+    mcap: mcap::Writer<NoSeek<W>>,
+    topics: Vec<Topic>,
+    transform_topic: u16,
+    transform_count: u32,
+    message_count: u64,
+    cdr: Vec<u8>,
+}
+
+/// How a channel stands.
+#[derive(Debug, Clone)]
+pub struct Topic {
+    /// The channel's row of the table.
+    pub spec: &'static ChannelSpec,
+    /// Its numbers; stands still where several processes write, each with numbers of its own.
+    pub sequence: Sequence,
+    /// Messages in the file.
+    pub messages: u64,
+    /// Messages that could not be said in ROS 2.
+    pub refused: u64,
+    id: u16,
+}
+
+impl<W: Write> Writer<W> {
+    /// Begins the recording of `run`. Many small writes go to `sink`: give it a buffered one.
+    ///
+    /// # Errors
+    /// [`RecordingError::Write`] where `sink` fails, [`RecordingError::Run`] where `run` cannot be
+    /// written down.
+    pub fn create(sink: W, run: &RunConfig) -> Result<Self, RecordingError> {
+        let options = WriteOptions::new()
+            .profile("ros2")
+            .library(concat!("sketchnav ", env!("CARGO_PKG_VERSION")))
+            .compression(Some(Compression::Zstd))
+            .compression_threads(0)
+            .chunk_size(Some(CHUNK_BYTES))
+            .disable_seeking(true);
+        let mut mcap = options.create(NoSeek::new(sink)).map_err(RecordingError::Write)?;
+        describe(&mut mcap, run)?;
+        let mut topics = AddTopics { mcap: &mut mcap, topics: Vec::new() };
+        channels::visit(&mut topics)?;
+        let topics = topics.topics;
+        let transform_topic = add_transforms(&mut mcap, run)?;
+        let (cdr, transform_count, message_count) = (Vec::new(), 0, 0);
+        let mut writer = Self { mcap, topics, transform_topic, transform_count, message_count, cdr };
+        writer.flush()?;
+        Ok(writer)
+    }
+
+    /// Appends a message, with the slice behind it where its channel has one. A message that was
+    /// written before is left out.
+    ///
+    /// # Errors
+    /// One that [`RecordingError::is_one_message`] where the message alone is at fault;
+    /// [`RecordingError::Write`] where the sink fails: then nothing more can be written.
+    pub fn write<T: Ros2>(
+        &mut self,
+        channel: Channel<T>,
+        message: &T,
+        cells: &[u8],
+    ) -> Result<Seen, RecordingError> {
+        let (name, header) = (channel.spec.name, message.header());
+        let topic = self.topics.iter_mut().find(|topic| topic.spec.name == name);
+        let topic = topic.ok_or(RecordingError::NotRecorded { channel: name })?;
+        self.cdr.clear();
+        if let Err(source) = message.to_cdr(cells, &mut self.cdr) {
+            topic.refused += 1;
+            return Err(RecordingError::Message { topic: topic_name(name), seq: header.seq, source });
+        }
+        let seen = topic.see(header.seq);
+        if seen == Seen::Again {
+            return Ok(seen);
+        }
+        topic.messages += 1;
+        let id = topic.id;
+        let sequence = header.seq as u32; // `to_cdr` refuses larger ones
+        self.append(id, sequence, header.stamp_ns)?;
+        if name == channels::ODOMETRY.spec.name {
+            self.write_transform(bytemuck::bytes_of(message))?;
+        }
+        Ok(seen)
+    }
+
+    fn append(&mut self, id: u16, sequence: u32, time_ns: u64) -> Result<(), RecordingError> {
+        let header =
+            records::MessageHeader { channel_id: id, sequence, log_time: time_ns, publish_time: time_ns };
+        self.mcap.write_to_known_channel(&header, &self.cdr).map_err(RecordingError::Write)?;
+        self.message_count += 1;
+        Ok(())
+    }
+
+    fn write_transform(&mut self, odometry: &[u8]) -> Result<(), RecordingError> {
+        let odometry: &Odometry = bytemuck::from_bytes(odometry);
+        self.cdr.clear();
+        let said = transforms::base_in_odom(odometry, &mut self.cdr);
+        said.map_err(|source| transform_error("/tf", source))?;
+        self.transform_count += 1;
+        self.append(self.transform_topic, self.transform_count, odometry.header.stamp_ns)
+    }
+
+    /// Closes the chunk and flushes the sink: everything written so far survives a kill.
+    ///
+    /// # Errors
+    /// [`RecordingError::Write`] where the sink fails.
+    pub fn flush(&mut self) -> Result<(), RecordingError> {
+        self.mcap.flush().map_err(RecordingError::Write)
+    }
+
+    /// Messages written so far, transforms included.
+    pub fn message_count(&self) -> u64 {
+        self.message_count
+    }
+
+    /// The channels, in the order of the table.
+    pub fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    /// Ends the recording with its index and gives the sink back, flushed.
+    ///
+    /// # Errors
+    /// [`RecordingError::Write`] where the sink fails; what was flushed before stays readable.
+    pub fn finish(mut self) -> Result<W, RecordingError> {
+        let missing = self.topics.iter().map(|t| (topic_name(t.spec.name), t.sequence.missing().to_string()));
+        let refused = self.topics.iter().map(|t| (topic_name(t.spec.name), t.refused.to_string()));
+        for (name, metadata) in [("missing", missing.collect()), ("refused", refused.collect())] {
+            write_metadata(&mut self.mcap, name, metadata)?;
+        }
+        self.mcap.finish().map_err(RecordingError::Write)?;
+        let mut sink = self.mcap.into_inner().into_inner();
+        sink.flush().map_err(|error| RecordingError::Write(error.into()))?;
+        Ok(sink)
+    }
+}
+
+impl Topic {
+    fn see(&mut self, seq: u64) -> Seen {
+        let has_one_writer = self.spec.writer.is_some();
+        if has_one_writer { self.sequence.see(seq) } else { Seen::New { missing: 0 } }
+    }
+}
+
+/// A channel's topic: its name with a slash before it.
+pub fn topic_name(channel: &str) -> String {
+    format!("/{channel}")
+}
+
+type Mcap<W> = mcap::Writer<NoSeek<W>>;
+
+fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), RecordingError> {
+    let pace = match run.pace {
+        Pace::Lockstep => "lockstep".to_owned(),
+        Pace::RealTime { speed } => format!("real time × {speed}"),
+    };
+    let facts = [
+        ("mission", run.mission.name.clone()),
+        ("robot", run.robot.name.clone()),
+        ("seed", run.seed.to_string()),
+        ("pace", pace),
+        ("system", run.system.clone()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+    ];
+    write_metadata(mcap, RUN_METADATA, facts.map(|(key, value)| (key.to_owned(), value)).into())?;
+    write_metadata(mcap, "parameters", parameters(run)?)?;
+    let json = serde_json::to_vec_pretty(run)
+        .map_err(|error| RecordingError::Run { what: "configuration", reason: error.to_string() })?;
+    attach(mcap, RUN_ATTACHMENT, "application/json", json)?;
+    let mission = to_toml("mission", &run.mission)?;
+    attach(mcap, MISSION_ATTACHMENT, "application/toml", mission.into_bytes())
+}
+
+fn parameters(run: &RunConfig) -> Result<BTreeMap<String, String>, RecordingError> {
+    let given = &run.mission.parameters;
+    let tables =
+        [("sketcher", &given.sketcher), ("localizer", &given.localizer), ("planner", &given.planner)];
+    tables.into_iter().map(|(name, table)| Ok((name.to_owned(), to_toml("parameters", table)?))).collect()
+}
+
+fn to_toml(what: &'static str, value: &impl serde::Serialize) -> Result<String, RecordingError> {
+    toml::to_string(value).map_err(|error| RecordingError::Run { what, reason: error.to_string() })
+}
+
+fn write_metadata<W: Write>(
+    mcap: &mut Mcap<W>,
+    name: &str,
+    metadata: BTreeMap<String, String>,
+) -> Result<(), RecordingError> {
+    mcap.write_metadata(&records::Metadata { name: name.to_owned(), metadata }).map_err(RecordingError::Write)
+}
+
+fn attach<W: Write>(
+    mcap: &mut Mcap<W>,
+    name: &str,
+    media_type: &str,
+    data: Vec<u8>,
+) -> Result<(), RecordingError> {
+    let (name, media_type) = (name.to_owned(), media_type.to_owned());
+    mcap.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data: data.into() })
+        .map_err(RecordingError::Write)
+}
+
+/// Declares a topic for every channel, so that a reader knows of them before the first message.
+struct AddTopics<'a, W: Write> {
+    mcap: &'a mut Mcap<W>,
+    topics: Vec<Topic>,
+}
+
+impl<W: Write> ChannelVisitor for AddTopics<'_, W> {
+    type Error = RecordingError;
+
+    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
+        let spec = channel.spec;
+        if !spec.recorded {
+            return Ok(());
+        }
+        let mut metadata = BTreeMap::from([("layout".to_owned(), T::type_name())]);
+        if spec.history == 1 {
+            metadata.insert("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned());
+        }
+        let id = add_topic(self.mcap, &topic_name(spec.name), T::TYPE, &metadata)?;
+        self.topics.push(Topic { spec, sequence: Sequence::default(), messages: 0, refused: 0, id });
+        Ok(())
+    }
+
+    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
+        self.fixed(channel)
+    }
+}
+
+fn add_topic<W: Write>(
+    mcap: &mut Mcap<W>,
+    topic: &str,
+    ros2_type: &str,
+    metadata: &BTreeMap<String, String>,
+) -> Result<u16, RecordingError> {
+    let text = definitions::schema(ros2_type);
+    let schema = mcap.add_schema(ros2_type, "ros2msg", text.as_bytes()).map_err(RecordingError::Write)?;
+    mcap.add_channel(schema, topic, "cdr", metadata).map_err(RecordingError::Write)
+}
+
+/// Declares `/tf`, writes the one message of `/tf_static`; gives the id of `/tf`.
+fn add_transforms<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<u16, RecordingError> {
+    let latched = BTreeMap::from([("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned())]);
+    let id = add_topic(mcap, "/tf_static", transforms::TYPE, &latched)?;
+    let mut cdr = Vec::new();
+    let said = transforms::laser_in_base(&run.robot.laser, &mut cdr);
+    said.map_err(|source| transform_error("/tf_static", source))?;
+    let header = records::MessageHeader { channel_id: id, sequence: 1, log_time: 0, publish_time: 0 };
+    mcap.write_to_known_channel(&header, &cdr).map_err(RecordingError::Write)?;
+    add_topic(mcap, "/tf", transforms::TYPE, &BTreeMap::new())
+}
+
+fn transform_error(topic: &str, source: Ros2Error) -> RecordingError {
+    RecordingError::Message { topic: topic.to_owned(), seq: 0, source }
+}

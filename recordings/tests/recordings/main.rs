@@ -1,0 +1,8 @@
+//! Recordings as their users meet them: files that are written, cut, damaged, compared, decoded by
+//! other people's tools.
+
+mod common;
+mod difference;
+mod golden;
+mod python;
+mod round_trip;

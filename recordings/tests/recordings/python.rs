@@ -1,0 +1,30 @@
+//! Other people's tools decode every message type: rosbags and mcap-ros2-support, from the file alone.
+//! Needs a Python with both, named by `SKETCHNAV_PYTHON` or found as `python3`; skipped otherwise.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::common;
+
+fn python() -> Option<PathBuf> {
+    let python = std::env::var_os("SKETCHNAV_PYTHON").map_or_else(|| "python3".into(), PathBuf::from);
+    let has_packages = Command::new(&python).args(["-c", "import rosbags, mcap_ros2"]).output();
+    has_packages.is_ok_and(|output| output.status.success()).then_some(python)
+}
+
+#[test]
+fn python_decodes_every_message_type() {
+    let Some(python) = python() else {
+        eprintln!("skipped: no Python with rosbags 0.11.9 and mcap-ros2-support 0.6.0 (SKETCHNAV_PYTHON)");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("samples.mcap");
+    common::record_samples(&path, 3, 4);
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/decode_recording.py");
+    let output = Command::new(python).arg(script).arg(&path).output().unwrap();
+    let (told, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{told}{errors}");
+    let expected = common::counts(&path).into_iter().map(|(topic, count)| format!("{topic} {count}\n"));
+    assert_eq!(told, expected.collect::<String>());
+}

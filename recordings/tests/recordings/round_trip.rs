@@ -1,0 +1,212 @@
+//! What was written is read again: every message type, files that a kill cut off, gaps, repetitions.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use sketchnav_recordings::info::info;
+use sketchnav_recordings::reader::Recording;
+use sketchnav_recordings::sequence::{Gap, Seen};
+use sketchnav_recordings::{RecordingError, Writer};
+use sketchnav_schemas::channels::{self, Channel, ChannelVisitor};
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::samples::sample;
+use sketchnav_schemas::seed::stream;
+
+use super::common;
+
+struct ReadSamples<'a> {
+    recording: &'a Recording,
+    count: u64,
+    random: rand_pcg::Pcg64Mcg,
+}
+
+impl ChannelVisitor for ReadSamples<'_> {
+    type Error = RecordingError;
+    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
+        let count = self.count * u64::from(channel.spec.recorded);
+        let read: Vec<_> = self.recording.channel(channel)?.collect::<Result<_, _>>()?;
+        assert_eq!(read.len() as u64, count, "{}", channel.spec.name);
+        for (seq, (message, cells)) in (1..).zip(read) {
+            let (expected, expected_cells) = sample::<T>(&mut self.random, seq);
+            assert!(bytemuck::bytes_of(&message) == bytemuck::bytes_of(&expected), "{}", channel.spec.name);
+            assert_eq!(cells, expected_cells, "{}", channel.spec.name);
+        }
+        Ok(())
+    }
+    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
+        self.fixed(channel)
+    }
+}
+
+#[test]
+fn every_message_of_every_channel_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("samples.mcap");
+    common::record_samples(&path, 1, 5);
+    let recording = Recording::open(&path).unwrap();
+    let random = stream(1, "samples");
+    channels::visit(&mut ReadSamples { recording: &recording, count: 5, random }).unwrap();
+}
+
+#[test]
+fn the_run_is_in_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("story.mcap");
+    common::record_story(&path, 20);
+    let recording = Recording::open(&path).unwrap();
+    assert_eq!(recording.run().unwrap(), common::run_config());
+    assert_eq!(recording.fact("sketchnav", "seed"), Some("42"));
+    assert_eq!(recording.fact("parameters", "localizer"), Some("particles = 2000\n"));
+    let mission = String::from_utf8(recording.attachments()["mission.toml"].clone()).unwrap();
+    assert_eq!(sketchnav_schemas::mission::Mission::parse(&mission).unwrap(), common::run_config().mission);
+    let info = info(&path).unwrap();
+    assert!(info.clean_end && info.missing == 0 && info.run["mission"] == "two rooms", "{info:?}");
+    let scan = info.topics.iter().find(|t| t.topic == "/scan").unwrap();
+    assert_eq!((scan.messages, scan.rate_hz.map(f64::round)), (20, Some(10.0)));
+    assert_eq!(common::counts(&path)["/tf"], 20);
+    assert_eq!(common::counts(&path)["/tf_static"], 1);
+}
+
+#[test]
+fn a_file_cut_anywhere_is_read_up_to_its_last_whole_chunk() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("story.mcap");
+    let mut writer = common::create(&path);
+    common::write_beginning(&mut writer);
+    let mut flushed = Vec::new();
+    for step in 1..=30 {
+        common::write_step(&mut writer, step);
+        if step % 10 == 0 {
+            writer.flush().unwrap();
+            flushed.push((std::fs::metadata(&path).unwrap().len(), step));
+        }
+    }
+    writer.finish().unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    for cut in (0..whole.len()).step_by(97).chain(flushed.iter().map(|(bytes, _)| *bytes as usize)) {
+        std::fs::write(&path, &whole[..cut]).unwrap();
+        let expected = flushed.iter().rfind(|(bytes, _)| *bytes as usize <= cut);
+        check_cut(&path, cut, expected.map_or(0, |(_, step)| *step));
+    }
+}
+
+fn check_cut(path: &Path, cut: usize, least: u64) {
+    match info(path) {
+        Ok(info) => {
+            assert!(!info.clean_end, "cut at {cut}");
+            let scans = info.topics.iter().find(|t| t.topic == "/scan").map_or(0, |t| t.messages);
+            assert!(scans >= least, "cut at {cut}: {scans} scans of {least} flushed");
+            let read = Recording::open(path).unwrap().channel(channels::SCAN).unwrap();
+            assert_eq!(read.map(Result::unwrap).count() as u64, scans, "cut at {cut}");
+        }
+        Err(error) => assert!(cut <= 16, "cut at {cut}: {error}"),
+    }
+}
+
+#[test]
+fn a_damaged_byte_is_noticed_or_harmless() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("story.mcap");
+    common::record_story(&path, 10);
+    let whole = std::fs::read(&path).unwrap();
+    for at in (0..whole.len()).step_by(41) {
+        let mut damaged = whole.clone();
+        damaged[at] ^= 0x55;
+        std::fs::write(&path, &damaged).unwrap();
+        let read = Recording::open(&path).and_then(|recording| recording.channel(channels::SCAN));
+        for (step, scan) in (1..).zip(read.into_iter().flatten().map_while(Result::ok)) {
+            assert_eq!(scan.0, common::scan(step), "byte {at} damaged");
+        }
+    }
+}
+
+#[test]
+fn gaps_and_repetitions_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gaps.mcap");
+    let mut writer = common::create(&path);
+    let seen = [1, 2, 2, 5, 4, 6].map(|n| writer.write(channels::SCAN, &common::scan(n), &[]).unwrap());
+    let new = |missing| Seen::New { missing };
+    assert_eq!(seen, [new(0), new(0), Seen::Again, new(2), Seen::Again, new(0)]);
+    let topic = writer.topics().iter().find(|t| t.spec.name == "scan").unwrap();
+    assert_eq!((topic.messages, topic.sequence.missing()), (4, 2));
+    writer.finish().unwrap();
+    let info = info(&path).unwrap();
+    let scan = info.topics.iter().find(|t| t.topic == "/scan").unwrap();
+    assert_eq!(scan.gaps, [Gap { after_seq: 2, missing: 2 }]);
+    assert_eq!((info.missing, scan.messages), (2, 4));
+}
+
+#[test]
+fn a_malformed_message_is_refused_and_the_recording_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("refused.mcap");
+    let mut writer = common::create(&path);
+    let mut scan = common::scan(1);
+    scan.beam_count = 5000;
+    let error = writer.write(channels::SCAN, &scan, &[]).unwrap_err();
+    assert!(error.is_one_message(), "{error}");
+    assert_eq!(
+        error.to_string(),
+        "/scan, message 1: ranges_m: expected a count within the capacity, found 5000"
+    );
+    writer.write(channels::SCAN, &common::scan(2), &[]).unwrap();
+    writer.finish().unwrap();
+    assert_eq!(common::counts(&path)["/scan"], 1);
+}
+
+/// Takes so many bytes, then the disk is full.
+struct FullDisk {
+    file: std::fs::File,
+    room: usize,
+}
+
+impl Write for FullDisk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.room == 0 {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        let written = self.file.write(&bytes[..bytes.len().min(self.room)])?;
+        self.room -= written;
+        Ok(written)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+#[test]
+fn a_full_disk_leaves_what_was_flushed_readable() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("full.mcap");
+    let disk = FullDisk { file: std::fs::File::create(&path).unwrap(), room: 40_000 };
+    let mut writer = Writer::create(disk, &common::run_config()).unwrap();
+    let (mut step, mut flushed) = (0, 0);
+    let error = loop {
+        step += 1;
+        let (scan, _) = sample(&mut stream(step, "noise"), step);
+        let written = writer.write(channels::SCAN, &scan, &[]).and_then(|_| writer.flush());
+        match written {
+            Ok(()) => flushed = step,
+            Err(error) => break error,
+        }
+    };
+    assert!(matches!(error, RecordingError::Write(_)) && !error.is_one_message(), "{error}");
+    assert!(writer.write(channels::SCAN, &common::scan(step + 1), &[]).is_err(), "nothing after a failure");
+    drop(writer);
+    assert!(flushed > 0 && common::counts(&path)["/scan"] >= flushed);
+    assert!(!info(&path).unwrap().clean_end);
+}
+
+#[test]
+fn what_is_no_recording_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("text.mcap");
+    let missing = Recording::open(&path).unwrap_err();
+    assert!(matches!(missing, RecordingError::File { .. }) && missing.to_string().contains("text.mcap"));
+    std::fs::write(&path, "this is no recording, but long enough").unwrap();
+    let error = Recording::open(&path).unwrap_err();
+    assert!(matches!(error, RecordingError::Damaged { .. }), "{error}");
+    std::fs::write(&path, "").unwrap();
+    assert!(Recording::open(&path).is_err());
+}

@@ -3,8 +3,10 @@
 //! A cell's occupancy is p = (255 − v)/255 of its grey value v (v/255 where `negate` is set); above
 //! `occupied_thresh` it is occupied, below `free_thresh` free, else unknown (mode `trinary`).
 //! **Whatever is not free is solid here**: nobody knows that one could drive through an unknown cell,
-//! and people draw furniture in grey. Furniture drawn so lightly that the map calls it free becomes
-//! solid when `free_thresh` is lowered. Beyond the picture everything is solid.
+//! and people draw furniture with grey outlines. Beyond the picture everything is solid. What is drawn
+//! so lightly that the map calls it free (the inside of a cupboard, the thin legs of a chair) stays
+//! free, though a grey outline keeps the robot and the laser out of it; lowering `free_thresh` in the
+//! YAML makes it solid.
 
 use serde::Deserialize;
 

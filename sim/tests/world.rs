@@ -311,5 +311,44 @@ fn a_world_stored_and_restored_goes_on_with_the_same_bytes() {
         let stored = postcard::to_allocvec(&world).unwrap();
         let mut restored: World = postcard::from_bytes(&stored).unwrap();
         assert!(run(&mut restored, 41) == run(&mut world, 41));
+        assert!(postcard::to_allocvec(&restored).unwrap() == postcard::to_allocvec(&world).unwrap());
     }
+}
+
+/// The floor of Building 079 with furniture drawn in grey: the robot fits into the corridor and not
+/// onto a cupboard's outline.
+#[test]
+fn a_real_map_becomes_a_world() {
+    let data = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/maps");
+    let path = data.join("Freiburg79_scan_furnitures.yaml");
+    if !path.exists() {
+        eprintln!("skipped: {} is not at hand", path.display());
+        return;
+    }
+    let floor = sketchnav_sim::files::map_file(&path).unwrap();
+    let start = |column: f64, row: f64| {
+        let pose = Pose::<WorldFrame>::new(column * 0.0605, (544.0 - row) * 0.0605, 0.0);
+        World::new(floor.clone(), &robotino(), pose, 1)
+    };
+    let world = start(400.0, 312.0).unwrap();
+    let seen = scan(&world).ranges().iter().filter(|r| r.is_finite()).count();
+    assert!(seen > 400, "{seen}");
+    let cupboard = start(448.0, 355.0).map(|_| ()).unwrap_err().to_string();
+    assert!(cupboard.contains("expected 0.225 m of free floor"), "{cupboard}");
+}
+
+#[test]
+fn errors_of_files_name_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let yaml = folder.path().join("floor.yaml");
+    let text =
+        "image: gone.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
+    std::fs::write(&yaml, text).unwrap();
+    let error = sketchnav_sim::files::map_file(&yaml).unwrap_err().to_string();
+    assert!(error.contains("floor.yaml") && error.contains("gone.pgm: cannot be read"), "{error}");
+    std::fs::write(folder.path().join("gone.pgm"), b"P5\n4 4\n255\n").unwrap();
+    let error = sketchnav_sim::files::map_file(&yaml).unwrap_err().to_string();
+    assert!(error.contains("gone.pgm: expected a PGM or PNG picture"), "{error}");
+    let error = sketchnav_sim::files::robot("nobody").unwrap_err().to_string();
+    assert!(error.starts_with("nobody: cannot be read"), "{error}");
 }

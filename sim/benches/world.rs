@@ -1,0 +1,121 @@
+//! How long the world takes: a step of physics, a scan by the segment grid, the same rays by parry's
+//! tree of the same segments and by rapier's query pipeline.
+
+use std::hint::black_box;
+use std::path::PathBuf;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use nalgebra::Vector2;
+use rapier2d::parry::query::RayCast;
+use rapier2d::parry::shape::Polyline;
+use rapier2d::prelude::*;
+use sketchnav_schemas::geometry::{Pose, World as WorldFrame};
+use sketchnav_schemas::message::{Header, LaserScan, Twist, VelocityCommand};
+use sketchnav_sim::raycast::SegmentGrid;
+use sketchnav_sim::{World, WorldDescription, files, floor_plan, robots};
+
+const BEAMS: u32 = 683;
+const RANGE_M: f64 = 5.6;
+
+/// A corridor of 30 m with ten rooms on each side, a desk in each.
+fn building() -> WorldDescription {
+    let mut text = String::from("name='offices'\nwall_thickness_m=0.15\n");
+    text += "[[wall]]\nclosed=true\npoints=[[0,0],[30,0],[30,12],[0,12]]\n";
+    for y in [5, 7] {
+        text += &format!("[[wall]]\npoints=[[0,{y}],[30,{y}]]\n");
+    }
+    for room in 0..10 {
+        let x = 3 * room;
+        for (low, high, wall) in [(0, 5, 5), (7, 12, 7)] {
+            text += &format!("[[wall]]\npoints=[[{x},{low}],[{x},{high}]]\n");
+            text += &format!("[[door]]\nat=[{x}.9,{wall}]\nwidth_m=0.9\n");
+            text += &format!("[[furniture]]\ncenter=[{x}.9,{low}.6]\nsize=[1.2,0.6]\n");
+        }
+    }
+    floor_plan::parse(&text).expect("a floor plan that holds")
+}
+
+/// The map of Building 079, where it is at hand.
+fn building_079() -> Option<WorldDescription> {
+    let map = "../../shared/data/maps/Freiburg79_scan_furnitures.yaml";
+    files::map_file(&PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(map)).ok()
+}
+
+fn rays() -> Vec<(f64, f64)> {
+    let step = 240_f64.to_radians() / f64::from(BEAMS - 1);
+    (0..BEAMS).map(|i| (f64::from(i) * step - 2.0).sin_cos()).map(|(sin, cos)| (cos, sin)).collect()
+}
+
+fn casts(criterion: &mut Criterion, name: &str, description: &WorldDescription, from: (f64, f64)) {
+    let furniture = description.furniture.iter().flat_map(|solid| solid.edges());
+    let faces: Vec<_> = description.outline.iter().copied().chain(furniture).collect();
+    let mut group = criterion.benchmark_group(format!("{name}: 683 rays, {} faces", faces.len()));
+    let (rays, origin) = (rays(), Vector::new(from.0 as f32, from.1 as f32));
+
+    let grid = SegmentGrid::new(faces.clone());
+    let start = Vector2::new(from.0, from.1);
+    group.bench_function("grid", |b| {
+        b.iter(|| rays.iter().filter_map(|r| grid.cast(start, Vector2::new(r.0, r.1), RANGE_M)).sum::<f64>());
+    });
+
+    let ray = |r: &(f64, f64)| Ray::new(origin, Vector::new(r.0 as f32, r.1 as f32));
+    let vertices = faces.iter().flatten().map(|p| Vector::new(p[0] as f32, p[1] as f32)).collect();
+    let indices = (0..faces.len() as u32).map(|i| [2 * i, 2 * i + 1]).collect();
+    let polyline = Polyline::new(vertices, Some(indices));
+    group.bench_function("parry polyline", |b| {
+        b.iter(|| {
+            rays.iter().filter_map(|r| polyline.cast_local_ray(&ray(r), RANGE_M as f32, true)).sum::<f32>()
+        });
+    });
+
+    let mut rapier = PhysicsWorld::new();
+    for solid in description.walls.iter().chain(&description.furniture) {
+        let corners: Vec<_> = solid.corners().iter().map(|c| Vector::new(c[0] as f32, c[1] as f32)).collect();
+        rapier.insert_collider(ColliderBuilder::convex_polyline(corners).expect("a convex solid"), None);
+    }
+    rapier.detect_collisions(&(), &());
+    let query = rapier.broad_phase.as_query_pipeline(
+        rapier.narrow_phase.query_dispatcher(),
+        &rapier.bodies,
+        &rapier.colliders,
+        QueryFilter::default(),
+    );
+    group.bench_function("rapier query pipeline", |b| {
+        b.iter(|| {
+            let hits = rays.iter().filter_map(|r| query.cast_ray(&ray(r), RANGE_M as f32, true));
+            hits.map(|(_, range)| range).sum::<f32>()
+        });
+    });
+    group.finish();
+}
+
+fn steps(criterion: &mut Criterion, name: &str, description: &WorldDescription, from: (f64, f64)) {
+    let robot = robots::find("robotino").ok().flatten().expect("a robot that ships");
+    let start = Pose::<WorldFrame>::new(from.0, from.1, 0.0);
+    let mut world = World::new(description.clone(), &robot, start, 1).expect("a world that holds");
+    let mut scan: Box<LaserScan> = bytemuck::zeroed_box();
+    criterion.bench_function(&format!("{name}: scan"), |b| b.iter(|| world.fill_scan(black_box(&mut scan))));
+    criterion.bench_function(&format!("{name}: step"), |b| {
+        b.iter(|| {
+            let header = Header { seq: 0, stamp_ns: world.stamp_ns(), source_seq: 0 };
+            let twist = Twist { vx_mps: 0.3, vy_mps: 0.0, yaw_rate_radps: 0.6 };
+            world.step(Some(&VelocityCommand { header, twist, last: 0, reserved: 0 }));
+        });
+    });
+}
+
+fn all(criterion: &mut Criterion) {
+    let worlds = [("offices", Some(building()), (10.0, 6.0)), ("building 079", building_079(), (18.0, 18.0))];
+    for (name, description, from) in worlds {
+        match description {
+            Some(description) => {
+                casts(criterion, name, &description, from);
+                steps(criterion, name, &description, from);
+            }
+            None => eprintln!("skipped: {name}, whose map is not at hand"),
+        }
+    }
+}
+
+criterion_group!(benches, all);
+criterion_main!(benches);

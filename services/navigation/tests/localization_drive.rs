@@ -3,12 +3,15 @@
 
 mod support;
 
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
 use sketchnav_navigation::localization::parameters::{Likelihood, Parameters};
 use sketchnav_schemas::codes::Tracking;
 use support::{Drawing, Drive, Outcome};
 
 /// A drawing of 21 pixels a metre along the corridor and 13 across.
-const STRETCHED: Drawing = Drawing { a: 21.0, b: 13.0, turn_rad: 0.0, wobble_px: 0.0 };
+const STRETCHED: Drawing = Drawing { size: [500, 500], a: 21.0, b: 13.0, turn_rad: 0.0, wobble_px: 0.0 };
 
 fn drive(drawing: Drawing, parameters: Parameters, seed: u64) -> Outcome {
     Drive::new(drawing, parameters, seed).run()
@@ -33,7 +36,7 @@ fn the_track_and_the_scales_are_found_in_a_stretched_drawing() {
 
 #[test]
 fn a_turned_and_wobbly_drawing_is_no_obstacle() {
-    let drawing = Drawing { a: 16.0, b: 24.0, turn_rad: 0.5, wobble_px: 3.0 };
+    let drawing = Drawing { size: [500, 500], a: 16.0, b: 24.0, turn_rad: 0.5, wobble_px: 3.0 };
     for seed in 1..=3 {
         assert_tracked(&drive(drawing, Parameters::default(), seed), 0.5, 0.3);
     }
@@ -68,4 +71,42 @@ fn the_filter_goes_on_from_a_checkpoint() {
         }
     });
     assert_eq!(whole.trace, resumed.trace);
+}
+
+/// Counts what this thread asks of the heap.
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call goes to the system's allocator unchanged; the counter is a cell without destructor.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+#[test]
+fn a_running_filter_allocates_nothing() {
+    for parameters in [Parameters::default(), Parameters::paper()] {
+        let mut drive = Drive::new(STRETCHED, parameters, 1);
+        let (odometry, scan) = drive.advance(support::WAY[1]);
+        drive.localizer.step(&odometry, &scan);
+        for _ in 0..30 {
+            let (odometry, scan) = drive.advance(support::WAY[1]);
+            let before = ALLOCATIONS.get();
+            drive.localizer.step(&odometry, &scan);
+            assert_eq!(ALLOCATIONS.get(), before);
+        }
+    }
 }

@@ -44,7 +44,7 @@ const FURNITURE: [[f64; 3]; 5] =
     [[1.0, 1.0, 0.4], [7.0, 1.2, 0.5], [11.5, 10.5, 0.5], [15.2, 6.0, 0.3], [4.4, 11.0, 0.6]];
 
 /// The robot's way: out of a room, along the corridor, through two others and back.
-const WAY: [[f64; 2]; 15] = [
+pub const WAY: [[f64; 2]; 15] = [
     [2.0, 2.5],
     [2.0, 6.0],
     [7.0, 6.0],
@@ -65,6 +65,8 @@ const WAY: [[f64; 2]; 15] = [
 /// How somebody drew the building: pixels a metre along and across, turned, with shaky corners.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawing {
+    /// Width and height, pixels.
+    pub size: [usize; 2],
     /// Scale along the corridor.
     pub a: f64,
     /// Scale across.
@@ -79,13 +81,14 @@ impl Drawing {
     fn px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.turn_rad.sin_cos();
         let (x, y) = ((x - 8.0) * self.a, (y - 6.0) * self.b);
-        [250.0 + cos * x - sin * y, 250.0 + sin * x + cos * y]
+        let [width, height] = self.size.map(|s| s as f64 / 2.0);
+        [width + cos * x - sin * y, height + sin * x + cos * y]
     }
 
     fn sketch(&self) -> Sketch {
-        let size = 500;
+        let [width, height] = self.size;
         let mut rng = seed::stream(11, "wobble");
-        let mut cells = vec![0u8; size * size];
+        let mut cells = vec![0u8; width * height];
         for wall in walls() {
             let [from, to] =
                 wall.map(|corner| self.px(corner).map(|c| c + self.wobble_px * normal(&mut rng)));
@@ -94,11 +97,11 @@ impl Drawing {
                 let t = k as f64 / steps;
                 let at = [0, 1].map(|i| (from[i] + t * (to[i] - from[i])) as usize);
                 for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    cells[(at[1] + dy) * size + at[0] + dx] = WALL;
+                    cells[(at[1] + dy) * width + at[0] + dx] = WALL;
                 }
             }
         }
-        Sketch::new(size, size, &cells, self.turn_rad).unwrap()
+        Sketch::new(width, height, &cells, self.turn_rad).unwrap()
     }
 }
 
@@ -124,7 +127,7 @@ pub struct Outcome {
 /// A drive along [`WAY`].
 pub struct Drive {
     drawing: Drawing,
-    localizer: Localizer,
+    pub localizer: Localizer,
     rng: Pcg64Mcg,
     truth: Pose<World>,
     odometry: Pose<Odom>,
@@ -152,9 +155,8 @@ impl Drive {
         let (mut errors, mut scales, mut trace, mut last) = (vec![], vec![], vec![], None);
         for waypoint in WAY {
             while (waypoint[0] - self.truth.x).hypot(waypoint[1] - self.truth.y) > 0.1 {
-                self.advance(waypoint);
-                let scan = self.scan();
-                let estimate = self.localizer.step(&self.odometry, &scan);
+                let (odometry, scan) = self.advance(waypoint);
+                let estimate = self.localizer.step(&odometry, &scan);
                 errors.push(self.error_m(&estimate));
                 scales.push([estimate.scale_a_pxpm / self.drawing.a, estimate.scale_b_pxpm / self.drawing.b]);
                 trace.push(bits(&estimate));
@@ -177,7 +179,7 @@ impl Drive {
     }
 
     /// A tenth of a second at half a metre a second; turns first where the waypoint is to the side.
-    fn advance(&mut self, [x, y]: [f64; 2]) {
+    pub fn advance(&mut self, [x, y]: [f64; 2]) -> (Pose<Odom>, LaserScan) {
         let bearing = wrap_angle((y - self.truth.y).atan2(x - self.truth.x) - self.truth.yaw_rad);
         let forward = if bearing.abs() > 0.4 { 0.0 } else { 0.05 };
         let step = Pose::<Base>::new(forward, 0.0, bearing.clamp(-0.1, 0.1));
@@ -190,10 +192,11 @@ impl Drive {
                 + 0.06 * step.x.sqrt() * normal(&mut self.rng),
         );
         self.odometry = self.odometry.compose(&noisy);
+        (self.odometry, self.scan())
     }
 
     /// 240°, 5.6 m, 121 beams.
-    fn scan(&mut self) -> LaserScan {
+    pub fn scan(&mut self) -> LaserScan {
         let walls = walls();
         let mut scan = LaserScan::zeroed();
         (scan.beam_count, scan.range_min_m, scan.range_max_m) = (121, 0.02, 5.6);

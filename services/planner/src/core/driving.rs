@@ -107,6 +107,7 @@ impl Driver {
         let mut limits = robot.limits;
         limits.yaw_rate_radps *= parameters.turn_share;
         let hard_m = robot.radius_m + parameters.margin_m;
+        let nowhere = Point::new(0.0, 0.0);
         Self {
             room: Room { hard_m, soft_m: hard_m + parameters.berth_m },
             turn_rate_radps: limits.yaw_rate_radps,
@@ -116,7 +117,12 @@ impl Driver {
             local: LocalPlanner::default(),
             pursuit: Pursuit::new(Body { radius_m: robot.radius_m, drive: robot.drive, limits }),
             route: DrawnRoute::default(),
-            errand: Errand::new(Guide::Goal, Point::new(0.0, 0.0), Point::new(0.0, 0.0)),
+            errand: Errand::new(
+                Guide::Goal,
+                nowhere,
+                Point::new(0.0, 0.0),
+                Vec::with_capacity(MAX_BLOCKAGES),
+            ),
             global_path: Vec::with_capacity(cost_field::MAX_PATH),
             local_path: Vec::with_capacity(local::MAX_PATH + 1),
             chart: None,
@@ -153,13 +159,9 @@ impl Driver {
         if task.is_route() {
             self.route.begin(task.points.iter().copied(), WAYPOINT_M * chart.mean_scale_pxpm());
         }
+        let goal = if guide == Guide::ToRoute { start } else { task.end() };
         let blocked = std::mem::take(&mut self.errand.blocked);
-        self.errand = Errand::new(
-            guide,
-            if guide == Guide::ToRoute { start } else { task.end() },
-            chart.robot_m().position(),
-        );
-        self.errand.take_room(blocked);
+        self.errand = Errand::new(guide, goal, chart.robot_m().position(), blocked);
         self.solve(chart);
     }
 
@@ -411,14 +413,16 @@ impl Driver {
 }
 
 impl Errand {
-    fn new(guide: Guide, goal: Point<Sketch>, robot: Point<Odom>) -> Self {
+    /// `blocked` is emptied: its room serves again, so that nothing is allocated while driving.
+    fn new(guide: Guide, goal: Point<Sketch>, robot: Point<Odom>, mut blocked: Vec<Blockage>) -> Self {
+        blocked.clear();
         Self {
             guide,
             goal,
             progress: Progress::new(0.0, robot),
             standstills: Standstills::default(),
             maneuver: None,
-            blocked: Vec::new(),
+            blocked,
             lost_s: 0.0,
             plan_due_s: 0.0,
             planned_s: 0.0,
@@ -426,13 +430,6 @@ impl Errand {
             remaining_m: 0.0,
             target_px: goal,
         }
-    }
-
-    /// Takes over the room of the last errand's list, so that nothing is allocated while driving.
-    fn take_room(&mut self, mut blocked: Vec<Blockage>) {
-        blocked.clear();
-        blocked.reserve_exact(MAX_BLOCKAGES);
-        self.blocked = blocked;
     }
 }
 

@@ -1,10 +1,8 @@
-//! The planner drives a kinematic robot, with a perfect estimate, in small buildings.
-
-mod support;
+//! Where it goes, and what it says when it cannot.
 
 use sketchnav_schemas::codes::TaskState::{Blocked, Finished, Reached, TimedOut};
 
-use support::*;
+use crate::support::*;
 
 /// A corridor 2 m wide along y = 1, 12 m long; above it two rooms 4 m deep with a door each, 0.9 m
 /// wide, at x = 3 and x = `second_door`.

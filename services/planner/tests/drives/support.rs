@@ -1,8 +1,6 @@
 //! A small kinematic world: straight walls, round obstacles, a disc for a robot, and a drawing whose
 //! estimate is perfect, so that a test of the planner tests the planner.
 
-#![allow(dead_code)] // each test file uses its own part
-
 use bytemuck::Zeroable;
 use sketchnav_planner::core::{Core, Step};
 use sketchnav_schemas::codes::{FREE, Order, TaskState, Tracking, WALL};
@@ -89,11 +87,11 @@ impl Scene {
         (map, cells)
     }
 
-    fn range(&self, x: f64, y: f64, angle: f64, most: f64) -> f64 {
+    fn range(&self, x: f64, y: f64, angle: f64) -> f64 {
         let (dx, dy) = (angle.cos(), angle.sin());
         let walls = self.walls.iter().filter_map(|w| to_wall(x, y, dx, dy, w));
         let discs = self.discs.iter().filter_map(|d| to_disc(x, y, dx, dy, d));
-        walls.chain(discs).fold(f64::INFINITY, f64::min).min(if most > 0.0 { f64::INFINITY } else { 0.0 })
+        walls.chain(discs).fold(f64::INFINITY, f64::min)
     }
 
     /// Free space around a place, metres.
@@ -210,7 +208,7 @@ impl Drive {
             let angle = self.truth.yaw_rad + laser.mount_yaw_deg.to_radians() + f64::from(scan.angle_rad(i));
             // A centimetre of noise that is the same on every machine.
             let noise = 0.01 * (((self.seq * 7919 + i as u64 * 104_729) % 1000) as f64 / 500.0 - 1.0);
-            let range = self.scene.range(x, y, angle, laser.range_max_m) + noise;
+            let range = self.scene.range(x, y, angle) + noise;
             scan.ranges_m[i] = if range > laser.range_max_m { f32::INFINITY } else { range as f32 };
         }
     }

@@ -1,0 +1,5 @@
+//! The planner drives a kinematic robot, with a perfect estimate, in small buildings.
+
+mod driving;
+mod frugal;
+mod support;

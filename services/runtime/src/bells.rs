@@ -62,6 +62,11 @@ impl Bells {
         &self.slot(process).bell
     }
 
+    /// What the process's bell shows.
+    pub(crate) fn rings(&self, process: Process) -> u32 {
+        self.slot(process).bell.load(SeqCst)
+    }
+
     /// Wakes the process, or keeps it from falling asleep.
     pub(crate) fn ring(&self, process: Process) {
         let slot = self.slot(process);
@@ -85,13 +90,13 @@ impl Bells {
     }
 
     /// Sleeps until the process's bell shows another number than `seen`; the number it shows then, or
-    /// `None` when the time is over or a signal came.
+    /// `None` when the time is over.
     pub(crate) fn wait(&self, process: Process, seen: u32, timeout: Duration) -> Option<u32> {
         let slot = self.slot(process);
         slot.sleeping.store(1, SeqCst);
-        sleep(&slot.bell, seen, timeout);
+        let rung = sleep_until_changed(&slot.bell, seen, timeout);
         slot.sleeping.store(0, SeqCst);
-        Some(slot.bell.load(SeqCst)).filter(|&now| now != seen)
+        rung.then(|| self.rings(process))
     }
 
     fn slot(&self, process: Process) -> &'static Slot {
@@ -99,11 +104,26 @@ impl Bells {
     }
 }
 
-/// Sleeps while `word` holds `value`, at most `timeout`. May return early.
-pub(crate) fn sleep(word: &AtomicU32, value: u32, timeout: Duration) {
-    if timeout.is_zero() || word.load(SeqCst) != value {
-        return;
+/// Sleeps until `word` no longer holds `value` or the time is over; whether it changed. A signal
+/// that is handled elsewhere (SIGCONT, say) does not end the sleep.
+pub(crate) fn sleep_until_changed(word: &AtomicU32, value: u32, timeout: Duration) -> bool {
+    if word.load(SeqCst) != value {
+        return true;
     }
+    let end = Instant::now() + timeout;
+    let mut left = timeout;
+    while !left.is_zero() {
+        sleep(word, value, left);
+        if word.load(SeqCst) != value {
+            return true;
+        }
+        left = end.saturating_duration_since(Instant::now());
+    }
+    false
+}
+
+/// Sleeps while `word` holds `value`, at most `timeout`. May return early.
+fn sleep(word: &AtomicU32, value: u32, timeout: Duration) {
     let timeout = libc::timespec {
         tv_sec: timeout.as_secs().min(i32::MAX as u64) as libc::time_t,
         tv_nsec: timeout.subsec_nanos() as libc::c_long,
@@ -116,19 +136,6 @@ pub(crate) fn sleep(word: &AtomicU32, value: u32, timeout: Duration) {
 pub(crate) fn wake(word: &AtomicU32) {
     // SAFETY: a plain system call on a valid address; errno is not read afterwards.
     unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAKE, i32::MAX) };
-}
-
-/// Sleeps on `word` until it no longer holds `value` or the time is over; whether it changed.
-pub(crate) fn sleep_until_changed(word: &AtomicU32, value: u32, timeout: Duration) -> bool {
-    let end = Instant::now() + timeout;
-    while word.load(SeqCst) == value {
-        let left = end.saturating_duration_since(Instant::now());
-        if left.is_zero() {
-            return false;
-        }
-        sleep(word, value, left);
-    }
-    true
 }
 
 #[cfg(test)]

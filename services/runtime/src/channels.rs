@@ -167,3 +167,44 @@ fn found_type(node: &Node, spec: &ChannelSpec) -> Option<String> {
     let message = if spec.max_slice_bytes == 0 { &types.payload } else { &types.user_header };
     Some(message.type_name().to_string())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::rc::Rc;
+
+    use super::*;
+    use crate::reader::Reader;
+    use crate::system::System;
+    use crate::writer::Writer;
+    use sketchnav_schemas::channels::SCAN;
+    use sketchnav_schemas::codes::Process;
+
+    use sketchnav_schemas::message::{LaserScan, Odometry};
+
+    #[test]
+    fn two_builds_that_disagree_about_a_message_cannot_meet() {
+        let root = tempfile::tempdir().unwrap();
+        let mut run: sketchnav_schemas::run::RunConfig =
+            serde_json::from_str(include_str!("../tests/run.json")).unwrap();
+        run.system = "mismatch".into();
+        let system = Rc::new(System::create_in(root.path().into(), &run).unwrap());
+        let node = Node::join(system.clone(), Process::Supervisor).unwrap();
+        let channels = Channels::create(&node).unwrap();
+
+        let spec = SCAN.spec;
+        Writer::<LaserScan>::open(&node, spec).unwrap();
+        let expected = format!(
+            "channel \"scan\" of system \"mismatch\" carries {}, this program expects {}",
+            type_name::<LaserScan>(),
+            type_name::<Odometry>()
+        );
+        let errors = [
+            Reader::<Odometry>::open(&node, spec).err().unwrap().to_string(),
+            Writer::<Odometry>::open(&node, spec).err().unwrap().to_string(),
+        ];
+        assert!(errors.iter().all(|error| error.starts_with(&expected)), "{errors:?}");
+
+        drop((channels, node));
+        Rc::into_inner(system).unwrap().remove().unwrap();
+    }
+}

@@ -6,7 +6,8 @@
 //! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
 //!
 //! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references
-//! into the same file of `/dev/shm`. Sending and receiving allocate nothing.
+//! into the same file of `/dev/shm`. Receiving allocates nothing, and sending nothing but iceoryx2's own
+//! handle of a loan.
 //!
 //! Nothing here knows what a message means, and no process creates a channel but the supervisor: a
 //! process that dies while it creates one would wedge it for good (iceoryx2 0.10).
@@ -26,7 +27,7 @@ mod system;
 mod wire;
 mod writer;
 
-pub use allocations::{CountingAllocator, allocations_of_this_thread};
+pub use allocations::{CountingAllocator, allocations_of_this_thread, loan_handles_of_this_thread};
 pub use channels::Channels;
 pub use error::Error;
 pub use health::{HealthReporter, Step};

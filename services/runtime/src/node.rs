@@ -73,7 +73,7 @@ impl Node {
             writers: RefCell::default(),
             inner,
             process,
-            seen_ring: Cell::new(0),
+            seen_ring: Cell::new(bells.rings(process)),
             seen_joined: Cell::new(bells.readers_joined(process)),
             system,
             bells,

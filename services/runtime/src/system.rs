@@ -45,8 +45,11 @@ impl System {
     /// # Errors
     /// A name that is none, a system of that name that lives, a root that is not this user's.
     pub fn create(run: &RunConfig) -> Result<Self> {
+        Self::create_in(root::of_this_user()?, run)
+    }
+
+    pub(crate) fn create_in(root: PathBuf, run: &RunConfig) -> Result<Self> {
         check_name(&run.system)?;
-        let root = root::of_this_user()?;
         let _guard = root::guard(&root)?;
         sweep(&root)?;
         let mut system = Self::at(root, &run.system);

@@ -11,6 +11,7 @@ use iceoryx2::sample_mut::SampleMut;
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::message::Message;
 
+use crate::allocations::loan_handle;
 use crate::bells::Bells;
 use crate::channels::{open_fixed, open_sliced, writer_error};
 use crate::node::Node;
@@ -66,7 +67,7 @@ impl<T: Message> Writer<T> {
     /// # Errors
     /// [`Error::SharedMemory`] where no memory is left.
     pub fn loan(&mut self) -> Result<Loan<'_, T>> {
-        let mut sample = self.port.loan_uninit().map_err(self.outbox.failed())?;
+        let mut sample = loan_handle(|| self.port.loan_uninit()).map_err(self.outbox.failed())?;
         let message: *mut Wire<T> = sample.payload_mut().as_mut_ptr();
         // SAFETY: the sample is ours alone until it is sent, and all zero is a message (`Pod`).
         let sample = unsafe {
@@ -162,7 +163,8 @@ impl<T: Message> SliceWriter<T> {
         if length > spec.max_slice_bytes {
             return Err(Error::SliceTooLong { channel: spec.name, max: spec.max_slice_bytes, found: length });
         }
-        let mut sample = self.port.loan_slice_uninit(length).map_err(self.outbox.failed())?;
+        let loaned = loan_handle(|| self.port.loan_slice_uninit(length));
+        let mut sample = loaned.map_err(self.outbox.failed())?;
         sample.payload_mut().fill(MaybeUninit::zeroed());
         // SAFETY: every byte was just written.
         let sample = unsafe { sample.assume_init() };

@@ -1,17 +1,15 @@
-//! How long the world takes: a step of physics, a scan by the segment grid, the same rays by parry's
-//! tree of the same segments and by rapier's query pipeline.
+//! How long the world takes: a step of physics, a scan, and its rays by the tree of
+//! faces and by rapier's query pipeline.
 
 use std::hint::black_box;
 use std::path::PathBuf;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector2;
-use rapier2d::parry::query::RayCast;
-use rapier2d::parry::shape::Polyline;
 use rapier2d::prelude::*;
 use sketchnav_schemas::geometry::{Pose, World as WorldFrame};
 use sketchnav_schemas::message::{Header, LaserScan, Twist, VelocityCommand};
-use sketchnav_sim::raycast::SegmentGrid;
+use sketchnav_sim::raycast::Faces;
 use sketchnav_sim::{World, WorldDescription, files, floor_plan, robots};
 
 const BEAMS: u32 = 683;
@@ -52,22 +50,13 @@ fn casts(criterion: &mut Criterion, name: &str, description: &WorldDescription, 
     let mut group = criterion.benchmark_group(format!("{name}: 683 rays, {} faces", faces.len()));
     let (rays, origin) = (rays(), Vector::new(from.0 as f32, from.1 as f32));
 
-    let grid = SegmentGrid::new(faces.clone());
+    let tree = Faces::new(&faces);
     let start = Vector2::new(from.0, from.1);
-    group.bench_function("grid", |b| {
-        b.iter(|| rays.iter().filter_map(|r| grid.cast(start, Vector2::new(r.0, r.1), RANGE_M)).sum::<f64>());
+    group.bench_function("tree of faces", |b| {
+        b.iter(|| rays.iter().filter_map(|r| tree.cast(start, Vector2::new(r.0, r.1), RANGE_M)).sum::<f64>());
     });
 
     let ray = |r: &(f64, f64)| Ray::new(origin, Vector::new(r.0 as f32, r.1 as f32));
-    let vertices = faces.iter().flatten().map(|p| Vector::new(p[0] as f32, p[1] as f32)).collect();
-    let indices = (0..faces.len() as u32).map(|i| [2 * i, 2 * i + 1]).collect();
-    let polyline = Polyline::new(vertices, Some(indices));
-    group.bench_function("parry polyline", |b| {
-        b.iter(|| {
-            rays.iter().filter_map(|r| polyline.cast_local_ray(&ray(r), RANGE_M as f32, true)).sum::<f32>()
-        });
-    });
-
     let mut rapier = PhysicsWorld::new();
     for solid in description.walls.iter().chain(&description.furniture) {
         let corners: Vec<_> = solid.corners().iter().map(|c| Vector::new(c[0] as f32, c[1] as f32)).collect();

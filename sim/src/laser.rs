@@ -10,7 +10,7 @@ use sketchnav_schemas::geometry::{Base, Pose, World};
 use sketchnav_schemas::message::LaserScan;
 use sketchnav_schemas::robot::Laser;
 
-use crate::raycast::{SegmentGrid, hit_disc};
+use crate::raycast::{Faces, cast_disc};
 
 /// Random numbers between the first of one scan and the first of the next: more than any scan draws,
 /// and odd, so that no bits of the generator's state stay the same from scan to scan.
@@ -48,7 +48,7 @@ impl Scanner {
     pub fn fill(
         &self,
         robot: &Pose<World>,
-        walls: &SegmentGrid,
+        faces: &Faces,
         discs: impl Iterator<Item = Disc> + Clone,
         index: u64,
         scan: &mut LaserScan,
@@ -58,11 +58,14 @@ impl Scanner {
         stream.advance(u128::from(index) * DRAWS_PER_SCAN);
         let sensor = robot.compose(&self.mount());
         let (from, turn) = (sensor.position().coords(), Rotation2::new(sensor.yaw_rad));
+        // Noise may bring what lies just out of range into it.
+        let reach_m = self.model.range_max_m * 1.25;
         for (range_m, beam) in scan.ranges_m.iter_mut().zip(&self.beams) {
             let direction = turn * beam;
-            let wall_m = walls.cast(from, direction, self.model.range_max_m).unwrap_or(f64::INFINITY);
-            let disc_m = |(center, radius_m): Disc| hit_disc(center.into(), radius_m, from, direction);
-            let true_m = discs.clone().map(disc_m).fold(wall_m, f64::min);
+            let disc_m =
+                |(center, radius_m): Disc| cast_disc(center.into(), radius_m, from, direction, reach_m);
+            let moving = discs.clone().filter_map(disc_m);
+            let true_m = moving.chain(faces.cast(from, direction, reach_m)).fold(f64::INFINITY, f64::min);
             *range_m = self.measure(true_m, &mut stream) as f32;
         }
         scan.ranges_m[self.beams.len()..].fill(0.0);

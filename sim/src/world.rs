@@ -19,7 +19,7 @@ use crate::laser::Scanner;
 use crate::odometry::DeadReckoning;
 use crate::people::Walker;
 use crate::physics::{Physics, Touching, TruePose};
-use crate::raycast::SegmentGrid;
+use crate::raycast::Faces;
 
 /// A command older than this stops the robot, nanoseconds of simulation time.
 pub const COMMAND_LIMIT_NS: u64 = 500_000_000;
@@ -32,7 +32,7 @@ const STOP: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
 pub struct World {
     outline: Vec<Segment>,
     furniture: Vec<Convex>,
-    grid: SegmentGrid,
+    faces: Faces,
     robot: Robot,
     scanner: Scanner,
     odometry: DeadReckoning,
@@ -90,11 +90,11 @@ impl World {
         let physics = Physics::new(&description, robot, at, period_s / f64::from(substeps))?;
         let stream = |name| seed::stream(seed, name);
         let WorldDescription { outline, furniture, people, .. } = description;
-        let faces = outline.iter().copied().chain(furniture.iter().flat_map(Convex::edges)).collect();
+        let faces: Vec<_> = outline.iter().copied().chain(furniture.iter().flat_map(Convex::edges)).collect();
         Ok(Self {
             outline,
             furniture,
-            grid: SegmentGrid::new(faces),
+            faces: Faces::new(&faces),
             robot: robot.clone(),
             scanner: Scanner::new(&robot.laser, stream("world/laser")),
             odometry: DeadReckoning::new(&robot.odometry, robot.drive, stream("world/odometry")),
@@ -202,7 +202,7 @@ impl World {
     /// Writes what the laser sees; all but the header. As often as it is asked, the same scan.
     pub fn fill_scan(&self, scan: &mut LaserScan) {
         let people = self.people.iter().map(|person| (person.position().into(), person.radius_m()));
-        self.scanner.fill(&self.robot_pose(), &self.grid, people, self.steps, scan);
+        self.scanner.fill(&self.robot_pose(), &self.faces, people, self.steps, scan);
     }
 
     /// The contacts that began or ended during the last step, at most [`MAX_CONTACTS`]; headers zero.

@@ -1,0 +1,162 @@
+//! A process of the system.
+
+use std::fs::OpenOptions;
+use std::io;
+use std::os::fd::{FromRawFd, OwnedFd};
+use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child as StdChild, Command, ExitStatus, Stdio};
+use std::time::Instant;
+
+use nix::errno::Errno;
+use nix::libc;
+use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+use nix::sys::prctl::set_pdeathsig;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::{Pid, getpid, getppid};
+use sketchnav_schemas::codes::Process;
+
+use crate::{Death, Error, Result};
+
+/// Last bytes of a log that an error shows.
+const LAST_BYTES: usize = 2000;
+const LAST_LINES: usize = 12;
+
+/// How a process is started.
+#[derive(Debug)]
+pub struct ProcessLine {
+    /// Which process it is.
+    pub process: Process,
+    /// Its command line. Its input, output, group and parent's death are the supervisor's to set.
+    pub command: Command,
+}
+
+impl ProcessLine {
+    /// This very program as `serve PROCESS --system NAME`.
+    ///
+    /// # Errors
+    /// Where the program's own path is unknown.
+    pub fn serve(process: Process, system: &str) -> Result<Self> {
+        let program = std::env::current_exe().map_err(|source| Error::Spawn {
+            process,
+            program: "this program".into(),
+            source,
+        })?;
+        let mut command = Command::new(program);
+        command.args(["serve", process.word(), "--system", system]);
+        Ok(Self { process, command })
+    }
+}
+
+/// A process of the system that was started.
+#[derive(Debug)]
+pub(crate) struct Child {
+    pub(crate) process: Process,
+    child: StdChild,
+    log: PathBuf,
+    /// How it ended, where it has.
+    ended: Option<(ExitStatus, Instant)>,
+}
+
+impl Child {
+    pub(crate) fn spawn(line: &mut ProcessLine, log: PathBuf) -> Result<Self> {
+        let process = line.process;
+        let program = line.command.get_program().to_string_lossy().into_owned();
+        let child = spawn(line, &log).map_err(|source| Error::Spawn { process, program, source })?;
+        Ok(Self { process, child, log, ended: None })
+    }
+
+    /// How and when it ended, where it has.
+    pub(crate) fn ended(&mut self) -> Result<Option<(ExitStatus, Instant)>> {
+        if self.ended.is_none() {
+            let status = self.child.try_wait().map_err(self.waiting())?;
+            self.ended = status.map(|status| (status, Instant::now()));
+        }
+        Ok(self.ended)
+    }
+
+    /// What there is to say about its end.
+    pub(crate) fn death(&self, status: ExitStatus) -> Death {
+        Death { process: self.process, pid: self.child.id(), status, last_lines: last_lines(&self.log) }
+    }
+
+    pub(crate) fn signal(&mut self, signal: Signal) -> Result<()> {
+        if self.ended()?.is_none() {
+            // Not waited for yet, so the id is still its own.
+            let _ = kill(Pid::from_raw(self.child.id() as i32), signal);
+        }
+        Ok(())
+    }
+
+    /// Waits for its end; whether it came before `limit`.
+    pub(crate) fn wait_until(&mut self, limit: Instant) -> Result<bool> {
+        if self.ended()?.is_some() {
+            return Ok(true);
+        }
+        let pidfd = pidfd(self.child.id()).map_err(self.waiting())?;
+        loop {
+            let left = limit.saturating_duration_since(Instant::now());
+            let timeout = PollTimeout::try_from(left).unwrap_or(PollTimeout::MAX);
+            match poll(&mut [PollFd::new(std::os::fd::AsFd::as_fd(&pidfd), PollFlags::POLLIN)], timeout) {
+                Ok(_) | Err(Errno::EINTR) => {}
+                Err(error) => return Err(self.waiting()(error.into())),
+            }
+            if self.ended()?.is_some() {
+                return Ok(true);
+            }
+            if left.is_zero() {
+                return Ok(false);
+            }
+        }
+    }
+
+    /// Kills it and waits for its end.
+    pub(crate) fn kill(&mut self) -> Result<()> {
+        self.signal(Signal::SIGKILL)?;
+        let status = self.child.wait().map_err(self.waiting())?;
+        self.ended.get_or_insert((status, Instant::now()));
+        Ok(())
+    }
+
+    fn waiting(&self) -> impl FnOnce(io::Error) -> Error + use<> {
+        let process = self.process;
+        move |source| Error::Wait { process, source }
+    }
+}
+
+fn spawn(line: &mut ProcessLine, log: &Path) -> io::Result<StdChild> {
+    let log = OpenOptions::new().append(true).create(true).mode(0o600).open(log)?;
+    let supervisor = getpid();
+    // The recorder may still close its file; the others have nothing to save.
+    let last = if line.process == Process::Recorder { Signal::SIGTERM } else { Signal::SIGKILL };
+    line.command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log).process_group(0);
+    // SAFETY: between fork and exec the closure makes two system calls and nothing else.
+    unsafe {
+        line.command.pre_exec(move || {
+            set_pdeathsig(last)?;
+            // The supervisor may have died before the line above.
+            if getppid() == supervisor { Ok(()) } else { Err(Errno::ESRCH.into()) }
+        });
+    }
+    line.command.spawn()
+}
+
+/// A descriptor that becomes readable when the child ends.
+fn pidfd(pid: u32) -> io::Result<OwnedFd> {
+    // SAFETY: a system call without pointers.
+    let fd = unsafe { libc::syscall(libc::SYS_pidfd_open, pid, 0) };
+    if fd < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    // SAFETY: the kernel has just made the descriptor for us alone.
+    Ok(unsafe { OwnedFd::from_raw_fd(fd as i32) })
+}
+
+/// The last lines of a log; nothing where it cannot be read.
+fn last_lines(log: &Path) -> String {
+    let bytes = std::fs::read(log).unwrap_or_default();
+    let text = String::from_utf8_lossy(&bytes[bytes.len().saturating_sub(LAST_BYTES)..]).into_owned();
+    let lines: Vec<_> = text.trim_end().lines().collect();
+    lines[lines.len().saturating_sub(LAST_LINES)..].join("\n")
+}

@@ -1,0 +1,83 @@
+//! What may go wrong while a system runs.
+
+use std::fmt::{Display, Formatter};
+use std::process::ExitStatus;
+
+use nix::sys::signal::Signal;
+use sketchnav_schemas::codes::Process;
+use std::os::unix::process::ExitStatusExt;
+
+/// Exit code of a process that was given bad input.
+const BAD_INPUT: i32 = 2;
+
+/// What may go wrong while a system runs.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The system could not be made or joined.
+    #[error(transparent)]
+    Runtime(#[from] sketchnav_runtime::Error),
+    /// A process could not be started.
+    #[error("{process}: starting {program:?}: {source}")]
+    Spawn {
+        /// Which.
+        process: Process,
+        /// The program.
+        program: String,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// A process could not be waited for.
+    #[error("{process}: waiting for its end: {source}")]
+    Wait {
+        /// Which.
+        process: Process,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// A process died before the mission's end, or failed at it.
+    #[error("{0}")]
+    Died(Death),
+    /// Processes had to be killed because they did not end when asked to.
+    #[error("did not end within their time and were killed: {}", .0.iter().map(|p| p.word()).collect::<Vec<_>>().join(", "))]
+    Killed(Vec<Process>),
+}
+
+impl Error {
+    /// Whether a process was given bad input (its exit code is 2), which the user can mend.
+    pub fn is_bad_input(&self) -> bool {
+        matches!(self, Self::Died(death) if death.status.code() == Some(BAD_INPUT))
+    }
+}
+
+/// How a process died.
+#[derive(Debug, Clone)]
+pub struct Death {
+    /// Which.
+    pub process: Process,
+    /// Its process id.
+    pub pid: u32,
+    /// How it ended.
+    pub status: ExitStatus,
+    /// The last lines that it printed.
+    pub last_lines: String,
+}
+
+impl Display for Death {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        let Self { process, pid, .. } = self;
+        match (self.status.code(), self.status.signal()) {
+            (Some(0), _) => write!(f, "{process} (process {pid}) ended before the mission")?,
+            (Some(code), _) => write!(f, "{process} (process {pid}) ended with exit code {code}")?,
+            (None, signal) => {
+                let signal = signal.unwrap_or_default();
+                let name = Signal::try_from(signal).map_or("unknown", Signal::as_str);
+                write!(f, "{process} (process {pid}) was killed by signal {signal} ({name})")?;
+            }
+        }
+        if self.last_lines.is_empty() {
+            return f.write_str("; it printed nothing");
+        }
+        write!(f, "; its last words:\n{}", self.last_lines)
+    }
+}

@@ -1,0 +1,268 @@
+//! The life of a system.
+
+use std::collections::BTreeMap;
+use std::os::unix::process::ExitStatusExt;
+use std::process::ExitStatus;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::Signal;
+use sketchnav_runtime::{Channels, Node, Reader, System, Wake, Writer};
+use sketchnav_schemas::channels::{ESTIMATE, HEALTH, MISSION, STATUS};
+use sketchnav_schemas::codes::{Order, Process, TaskState};
+use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, PoseEstimate};
+use sketchnav_schemas::run::RunConfig;
+
+use crate::child::{Child, ProcessLine};
+use crate::{Error, Result};
+
+/// How often the supervisor looks at its channels and children. Within it, no more statuses may come
+/// than their channel holds.
+const LOOK_EVERY: Duration = Duration::from_millis(10);
+/// A process that has ended well may have done so because of a last command whose status is on its way.
+const EARLY_END: Duration = Duration::from_secs(2);
+/// Clearing what a killed process left in shared memory.
+const CLEARING: Duration = Duration::from_millis(500);
+
+/// How long processes may take to end when they are asked to.
+#[derive(Debug, Clone, Copy)]
+pub struct Grace {
+    /// World, sketcher, localizer, planner.
+    pub services: Duration,
+    /// The recorder, which writes what is left and closes its file.
+    pub recorder: Duration,
+}
+
+impl Default for Grace {
+    fn default() -> Self {
+        Self { services: Duration::from_secs(5), recorder: Duration::from_secs(30) }
+    }
+}
+
+/// How the mission goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// It goes on.
+    Running,
+    /// The planner has ended it: finished or aborted.
+    Ended,
+    /// SIGINT, SIGTERM or SIGHUP asks the supervisor to end.
+    Interrupted,
+}
+
+/// A system that runs. Dropped, it is shut down as [`Supervisor::shut_down`] does.
+///
+/// To be started from a thread that lives as long as the system: when it ends, the kernel ends the
+/// processes it has started.
+pub struct Supervisor {
+    grace: Grace,
+    children: Vec<Child>,
+    ports: Option<Ports>,
+    channels: Option<Channels>,
+    node: Option<Node>,
+    system: Option<Rc<System>>,
+    status: Option<MissionStatus>,
+    estimate: Option<PoseEstimate>,
+    ended_tasks: BTreeMap<u32, MissionStatus>,
+    health: BTreeMap<u32, Health>,
+}
+
+struct Ports {
+    mission: Writer<MissionCommand>,
+    status: Reader<MissionStatus>,
+    estimate: Reader<PoseEstimate>,
+    health: Reader<Health>,
+}
+
+impl Supervisor {
+    /// Makes the system `run.system`, starts its processes and orders the mission to start. What dead
+    /// systems left behind is cleared first.
+    ///
+    /// # Errors
+    /// Where the system runs already, or a process cannot be started; nothing is left of it then.
+    pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
+        let mut supervisor = Self::prepare(run, grace)?;
+        for mut line in lines {
+            supervisor.spawn(&mut line)?;
+        }
+        supervisor.order(Order::Start, 0)?;
+        Ok(supervisor)
+    }
+
+    /// Looks at what has come and who has died until `timeout` is over or the mission no longer runs.
+    ///
+    /// # Errors
+    /// [`Error::Died`] where a process ended before the mission did.
+    pub fn poll(&mut self, timeout: Duration) -> Result<Progress> {
+        let end = Instant::now() + timeout;
+        loop {
+            self.receive()?;
+            if self.mission_ended() {
+                return Ok(Progress::Ended);
+            }
+            self.check_children()?;
+            let left = end.saturating_duration_since(Instant::now());
+            match self.node.as_ref().map(|node| node.nap(left.min(LOOK_EVERY))) {
+                Some(Wake::Terminate) => return Ok(Progress::Interrupted),
+                _ if left.is_zero() => return Ok(Progress::Running),
+                _ => {}
+            }
+        }
+    }
+
+    /// Sends an order to the planner. `task`: the task that it is about, where the order names one.
+    pub fn order(&mut self, order: Order, task: u32) -> Result<()> {
+        if let Some(ports) = &mut self.ports {
+            let stamp_ns = self.status.map_or(0, |status| status.header.stamp_ns);
+            ports.mission.send(|message| {
+                message.header.stamp_ns = stamp_ns;
+                message.order = order.code();
+                message.task = task;
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The planner's last word on the mission.
+    pub fn status(&self) -> Option<&MissionStatus> {
+        self.status.as_ref()
+    }
+
+    /// The localizer's last estimate.
+    pub fn estimate(&self) -> Option<&PoseEstimate> {
+        self.estimate.as_ref()
+    }
+
+    /// The last status of every task that has ended, in order.
+    pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
+        self.ended_tasks.values()
+    }
+
+    /// What `process` last said about itself.
+    pub fn health(&self, process: Process) -> Option<&Health> {
+        self.health.get(&process.code())
+    }
+
+    /// Ends the services, then the recorder, who has by then everything that was sent; removes the
+    /// channels and the system. Everything is removed whatever fails. What the supervisor has heard
+    /// stays to be asked for; a second call does nothing.
+    ///
+    /// # Errors
+    /// [`Error::Died`] where a process failed at its end; [`Error::Killed`] where one did not end.
+    pub fn shut_down(&mut self) -> Result<()> {
+        let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
+        let recorder = self.end_children(|process| process == Process::Recorder, self.grace.recorder);
+        let received = self.receive();
+        self.children.clear();
+        if let Some(node) = &self.node {
+            node.clear_dead(CLEARING);
+        }
+        (self.ports, self.channels, self.node) = (None, None, None);
+        let removed = self.system.take().and_then(Rc::into_inner).map_or(Ok(()), System::remove);
+        services.and(recorder).and(received).and(removed.map_err(Error::from))
+    }
+
+    fn prepare(run: &RunConfig, grace: Grace) -> Result<Self> {
+        let system = Rc::new(System::create(run)?);
+        let mut supervisor = Self {
+            grace,
+            children: Vec::new(),
+            ports: None,
+            channels: None,
+            node: None,
+            system: Some(system.clone()),
+            status: None,
+            estimate: None,
+            ended_tasks: BTreeMap::new(),
+            health: BTreeMap::new(),
+        };
+        let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
+        supervisor.channels = Some(Channels::create(node)?);
+        supervisor.ports = Some(Ports {
+            mission: node.writer(MISSION)?,
+            status: node.reader(STATUS)?,
+            estimate: node.reader(ESTIMATE)?,
+            health: node.reader(HEALTH)?,
+        });
+        Ok(supervisor)
+    }
+
+    fn spawn(&mut self, line: &mut ProcessLine) -> Result<()> {
+        if let Some(system) = &self.system {
+            self.children.push(Child::spawn(line, system.log_path(line.process))?);
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Result<()> {
+        let Some(ports) = &mut self.ports else { return Ok(()) };
+        while let Some(status) = ports.status.receive()? {
+            if TaskState::from_code(status.state).is_some_and(ends_task) {
+                self.ended_tasks.insert(status.task, *status);
+            }
+            self.status = Some(*status);
+        }
+        while let Some(estimate) = ports.estimate.receive()? {
+            self.estimate = Some(*estimate);
+        }
+        while let Some(health) = ports.health.receive()? {
+            self.health.insert(health.process, *health);
+        }
+        Ok(())
+    }
+
+    fn mission_ended(&self) -> bool {
+        let state = self.status.and_then(|status| TaskState::from_code(status.state));
+        matches!(state, Some(TaskState::Finished | TaskState::Aborted))
+    }
+
+    fn check_children(&mut self) -> Result<()> {
+        for child in &mut self.children {
+            if let Some((status, when)) = child.ended()?
+                && (!status.success() || when.elapsed() > EARLY_END)
+            {
+                return Err(Error::Died(child.death(status)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks the processes of a kind to end, kills those that do not, and waits for all.
+    fn end_children(&mut self, kind: impl Fn(Process) -> bool, grace: Duration) -> Result<()> {
+        let limit = Instant::now() + grace;
+        let mut result = Ok(());
+        let mut killed = Vec::new();
+        let mut children: Vec<_> = self.children.iter_mut().filter(|child| kind(child.process)).collect();
+        for child in &mut children {
+            result = result.and(child.signal(Signal::SIGTERM));
+        }
+        for child in children {
+            if !child.wait_until(limit).unwrap_or(false) {
+                killed.push(child.process);
+                result = result.and(child.kill());
+            } else if let Some((status, _)) = child.ended()?
+                && failed_at_end(status)
+            {
+                result = result.and(Err(Error::Died(child.death(status))));
+            }
+        }
+        if killed.is_empty() { result } else { result.and(Err(Error::Killed(killed))) }
+    }
+}
+
+/// Whether the planner says this of a task that has ended.
+fn ends_task(state: TaskState) -> bool {
+    matches!(state, TaskState::Reached | TaskState::Blocked | TaskState::Lost | TaskState::TimedOut)
+}
+
+/// A process that was asked to end before it could listen is no failure.
+fn failed_at_end(status: ExitStatus) -> bool {
+    !status.success() && status.signal() != Some(Signal::SIGTERM as i32)
+}
+
+impl Drop for Supervisor {
+    fn drop(&mut self) {
+        // Whoever wants to know calls `shut_down`.
+        let _ = self.shut_down();
+    }
+}

@@ -85,7 +85,8 @@ impl<W: Write> Writer<W> {
         channels::visit(&mut topics)?;
         let topics = topics.topics;
         let transform_topic = add_transforms(&mut mcap, run)?;
-        let (cdr, transform_count, message_count) = (Vec::new(), 0, 0);
+        let (cdr, transform_count) = (Vec::new(), 0);
+        let message_count = 1; // of /tf_static
         let mut writer = Self { mcap, topics, transform_topic, transform_count, message_count, cdr };
         writer.flush()?;
         Ok(writer)

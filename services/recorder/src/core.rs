@@ -1,0 +1,139 @@
+//! What the recorder does with messages: writes them down, counts, says what is safe.
+//!
+//! Takes the messages in passes: every channel drained once, in the order of the table. The scans come
+//! first in it, so that at the end of a pass everything that was sent before its last scan is written.
+//! When the disk is full it goes on without writing: the robot drives on, and the world in lockstep,
+//! which waits for the recorder, is not stopped. Never opens a file, reads a clock or prints.
+
+use std::io::Write;
+
+use sketchnav_recordings::{RecordingError, Writer};
+use sketchnav_schemas::channels::{Channel, RECORDED_EVERY, SCAN};
+use sketchnav_schemas::message::{Header, Recorded};
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::RunConfig;
+
+/// The recorder's state.
+pub struct Core<W: Write> {
+    /// `None` from the moment that it failed.
+    writer: Option<Writer<W>>,
+    report: Report,
+    newest_scan: Header,
+    acknowledged_scan: u64,
+}
+
+/// What became of the messages so far.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Report {
+    /// Messages in the file, transforms included.
+    pub messages: u64,
+    /// Messages that their numbers show to be missing.
+    pub missing: u64,
+    /// Messages that were refused as malformed.
+    pub refused: u64,
+    /// Messages that came after the file had failed.
+    pub unrecorded: u64,
+    /// Why the file failed; `None` where it did not.
+    pub failure: Option<String>,
+}
+
+impl<W: Write> Core<W> {
+    /// Begins the recording of `run` in `sink`, which should be buffered.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where not even the beginning can be written.
+    pub fn new(sink: W, run: &RunConfig) -> Result<Self, RecordingError> {
+        let writer = Some(Writer::create(sink, run)?);
+        let newest_scan = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
+        Ok(Self { writer, report: Report::default(), newest_scan, acknowledged_scan: 0 })
+    }
+
+    /// Writes a message down.
+    ///
+    /// # Errors
+    /// A malformed message; or the sink has failed, which is said once: later messages are counted
+    /// and dropped. In either case the recorder goes on.
+    pub fn record<T: Ros2>(
+        &mut self,
+        channel: Channel<T>,
+        message: &T,
+        cells: &[u8],
+    ) -> Result<(), RecordingError> {
+        if channel.spec.name == SCAN.spec.name {
+            self.newest_scan = *message.header();
+        }
+        let Some(writer) = &mut self.writer else {
+            self.report.unrecorded += 1;
+            return Ok(());
+        };
+        match writer.write(channel, message, cells) {
+            Ok(_) => Ok(()),
+            Err(error) if error.is_one_message() => {
+                self.report.refused += 1;
+                Err(error)
+            }
+            Err(error) => {
+                self.report.unrecorded += 1;
+                Err(self.fail(error))
+            }
+        }
+    }
+
+    /// Ends a pass over all channels. Gives what to tell the world, where so many scans came since the
+    /// last time that it is due: they are flushed then.
+    ///
+    /// # Errors
+    /// The sink has failed, which is said once.
+    pub fn end_pass(&mut self) -> Result<Option<Recorded>, RecordingError> {
+        let newest = self.newest_scan;
+        if newest.seq < self.acknowledged_scan + RECORDED_EVERY {
+            return Ok(None);
+        }
+        self.flush()?;
+        self.acknowledged_scan = newest.seq;
+        let header = Header { seq: 0, stamp_ns: newest.stamp_ns, source_seq: newest.seq };
+        Ok(Some(Recorded { header, message_count: self.report().messages }))
+    }
+
+    /// Makes everything so far survive a kill.
+    ///
+    /// # Errors
+    /// The sink has failed, which is said once.
+    pub fn flush(&mut self) -> Result<(), RecordingError> {
+        match self.writer.as_mut().map_or(Ok(()), Writer::flush) {
+            Ok(()) => Ok(()),
+            Err(error) => Err(self.fail(error)),
+        }
+    }
+
+    /// Lets go of the sink: it may be mended when this returns.
+    fn fail(&mut self, error: RecordingError) -> RecordingError {
+        self.report = self.report();
+        self.report.failure = Some(error.to_string());
+        self.writer = None;
+        error
+    }
+
+    /// How it stands.
+    pub fn report(&self) -> Report {
+        let mut report = self.report.clone();
+        if let Some(writer) = &self.writer {
+            report.messages = writer.message_count();
+            report.missing = writer.topics().iter().map(|topic| topic.sequence.missing()).sum();
+        }
+        report
+    }
+
+    /// Ends the recording; the sink, flushed, where it has not failed.
+    pub fn finish(mut self) -> (Report, Option<W>) {
+        let mut report = self.report();
+        let Some(writer) = self.writer.take() else { return (report, None) };
+        match writer.finish() {
+            Ok(sink) => (report, Some(sink)),
+            Err(error) => {
+                report.failure = Some(error.to_string());
+                (report, None)
+            }
+        }
+    }
+}

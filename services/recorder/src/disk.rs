@@ -1,0 +1,96 @@
+//! The file of a recording: begun without harm to an earlier one, cut back to what is whole when the
+//! disk is full.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Seek};
+use std::path::{Path, PathBuf};
+
+/// The other handle on the file that the recording is written to.
+pub struct Disk {
+    /// Shares the writing handle's position.
+    file: File,
+    whole_bytes: u64,
+}
+
+impl Disk {
+    /// Begins the file at `path`, in a folder that is made if it is missing. A file that is there
+    /// already, of a recorder that was killed perhaps, is kept beside it as `NAME.1.mcap` and so on.
+    ///
+    /// # Errors
+    /// As the system says.
+    pub fn create(path: &Path) -> io::Result<(Self, BufWriter<File>)> {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        if path.exists() {
+            std::fs::rename(path, free_name(path))?;
+        }
+        let file = OpenOptions::new().write(true).create_new(true).open(path)?;
+        let sink = BufWriter::new(file.try_clone()?);
+        Ok((Self { file, whole_bytes: 0 }, sink))
+    }
+
+    /// Notes that everything written so far is whole: call it after a flush.
+    ///
+    /// # Errors
+    /// As the system says.
+    pub fn mark_whole(&mut self) -> io::Result<()> {
+        self.whole_bytes = self.file.stream_position()?;
+        Ok(())
+    }
+
+    /// Hands everything that is whole to the device, in case the power fails.
+    ///
+    /// # Errors
+    /// As the system says.
+    pub fn sync(&self) -> io::Result<()> {
+        self.file.sync_data()
+    }
+
+    /// Cuts off what was being written when the disk was full.
+    ///
+    /// # Errors
+    /// As the system says.
+    pub fn cut_back(&self) -> io::Result<()> {
+        self.file.set_len(self.whole_bytes)
+    }
+}
+
+fn free_name(path: &Path) -> PathBuf {
+    let numbered = (1..).map(|n: u32| path.with_extension(format!("{n}.mcap")));
+    numbered.into_iter().find(|name| !name.exists()).unwrap_or_else(|| path.with_extension("old.mcap"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    #[test]
+    fn an_earlier_recording_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("runs/demo.mcap");
+        for _ in 0..3 {
+            let (_, mut sink) = Disk::create(&path).unwrap();
+            sink.write_all(b"something").unwrap();
+        }
+        for name in ["demo.mcap", "demo.1.mcap", "demo.2.mcap"] {
+            assert_eq!(std::fs::read(path.with_file_name(name)).unwrap(), b"something", "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_whole_can_be_cut_off() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("demo.mcap");
+        let (mut disk, mut sink) = Disk::create(&path).unwrap();
+        sink.write_all(b"whole").unwrap();
+        sink.flush().unwrap();
+        disk.mark_whole().unwrap();
+        sink.write_all(b"half").unwrap();
+        drop(sink);
+        disk.cut_back().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"whole");
+    }
+}

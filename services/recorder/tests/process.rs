@@ -1,0 +1,72 @@
+//! The recorder in a system of its own, beside a world that is played by the test.
+
+use std::path::Path;
+use std::rc::Rc;
+
+use sketchnav_recorder::Recorder;
+use sketchnav_recordings::info::info;
+use sketchnav_recordings::reader::Recording;
+use sketchnav_runtime::{Channels, Node, System};
+use sketchnav_schemas::channels::{ODOMETRY, RECORDED, SCAN, SKETCH};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::Header;
+use sketchnav_schemas::run::RunConfig;
+
+fn run(recording: &Path) -> RunConfig {
+    let mut run: RunConfig = serde_json::from_str(include_str!("run.json")).unwrap();
+    run.system = format!("recorder-{}", std::process::id());
+    run.recording = Some(recording.to_str().unwrap().to_owned());
+    run
+}
+
+fn header(seq: u64) -> Header {
+    Header { seq: 0, stamp_ns: seq * 100_000_000, source_seq: seq }
+}
+
+#[test]
+fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("runs/test.mcap");
+    let run = run(&path);
+    let system = Rc::new(System::create(&run).unwrap());
+    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
+    let channels = Channels::create(&supervisor).unwrap();
+    let world = Node::join(System::open(&run.system).unwrap(), Process::World).unwrap();
+    let sketcher = Node::join(System::open(&run.system).unwrap(), Process::Sketcher).unwrap();
+    let recorder_node = Node::join(System::open(&run.system).unwrap(), Process::Recorder).unwrap();
+    let mut recorder = Recorder::open(&recorder_node).unwrap();
+
+    let (mut scans, mut odometry) = (world.writer(SCAN).unwrap(), world.writer(ODOMETRY).unwrap());
+    let mut recorded = world.reader(RECORDED).unwrap();
+    let mut sketches = sketcher.slice_writer(SKETCH).unwrap();
+    let mut sketch = sketches.loan(6).unwrap();
+    (sketch.message_mut().width_px, sketch.message_mut().height_px) = (3, 2);
+    sketch.bytes_mut().copy_from_slice(&[0, 100, 0, 0, 0, 100]);
+    sketch.send().unwrap();
+    let mut step = |seq| {
+        odometry.send(|message| message.header = header(seq)).unwrap();
+        scans.send(|message| message.header = header(seq)).unwrap();
+    };
+
+    for seq in 1..=40 {
+        step(seq);
+        recorder.pass().unwrap();
+    }
+    let mut told = Vec::new();
+    while let Some(message) = recorded.receive().unwrap() {
+        told.push(message.header.source_seq);
+    }
+    assert_eq!(told, [16, 32]);
+    (41..=45).for_each(step); // sent, and not looked at before the end
+    recorder.end().unwrap();
+
+    let info = info(&path).unwrap();
+    assert!(info.clean_end && info.missing == 0, "{info:?}");
+    let drawn: Vec<_> = Recording::open(&path).unwrap().channel(SKETCH).unwrap().collect();
+    assert_eq!(Recording::open(&path).unwrap().channel(SCAN).unwrap().count(), 45);
+    assert_eq!(drawn[0].as_ref().unwrap().1, [0, 100, 0, 0, 0, 100]);
+
+    drop((scans, odometry, recorded, sketches));
+    drop((world, sketcher, recorder_node, channels, supervisor));
+    Rc::into_inner(system).unwrap().remove().unwrap();
+}

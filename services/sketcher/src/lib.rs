@@ -11,8 +11,8 @@
 //! write (mission file, strokes) are image pixels, row 0 at the top, until
 //! [`Drawing::from_image`] turns them.
 //!
-//! The library never opens a file, reads a clock or sends a message; the same bytes, options and seed
-//! give the same drawing to the bit. Source: paper 001, III-B (directions) and paper 004, IV (canvas,
+//! But for [`run`], the process around it, nothing here opens a file, reads a clock or sends a message;
+//! the same bytes, options and seed give the same drawing to the bit. Source: paper 001, III-B (directions) and paper 004, IV (canvas,
 //! obstacles, drawn routes).
 
 #[cfg(test)]
@@ -25,6 +25,7 @@ mod ink;
 mod pen;
 mod places;
 mod preview;
+mod process;
 mod publish;
 mod raster;
 mod settings;
@@ -35,7 +36,8 @@ pub use drawing::{Drawing, Kind};
 pub use error::SketchError;
 pub use places::{Errand, Intent, PlacedErrand, Places};
 pub use preview::preview;
-pub use publish::{fill_route, fill_sketch};
+pub use process::{run, understand};
+pub use publish::{fill_cells, fill_route, fill_sketch};
 pub use settings::{Options, Settings};
 pub use strokes::{GoalMark, Marks, StartMark};
 

@@ -3,9 +3,13 @@
 //! A gap narrower than the stroke is a slip of the hand, not a door: a morphological closing with a
 //! disc as wide as the stroke fills it. Distances are exact and Euclidean.
 
-use image::{GrayImage, Luma};
+use image::imageops::{crop_imm, replace};
+use image::{GrayImage, ImageBuffer, Luma};
 use imageproc::distance_transform::euclidean_squared_distance_transform;
 use imageproc::region_labelling::{Connectivity, connected_components};
+
+/// Squared distances, pixels².
+type Distances = ImageBuffer<Luma<f64>, Vec<f64>>;
 
 /// Width of the strokes in a mask, pixels: twice the median distance from a ridge of the distance
 /// transform to the paper, within a pixel. `None` where the mask is empty or full.
@@ -51,19 +55,32 @@ fn ridge_depths(depth: &[f64], width: usize) -> Vec<f64> {
     (0..depth.len()).filter(|&i| depth[i] > 0.0 && deepest(i)).map(|i| depth[i]).collect()
 }
 
-/// Fills what a disc of diameter `width_px` cannot enter between the walls.
-pub(crate) fn close_gaps(walls: &GrayImage, width_px: f64) -> GrayImage {
+/// Fills what a disc of diameter `width_px` cannot enter between the walls. `beyond`: whether there are
+/// walls beyond the page's edge.
+pub(crate) fn close_gaps(walls: &GrayImage, width_px: f64, beyond: bool) -> GrayImage {
     if width_px < 1.0 {
         return walls.clone();
     }
     // A quarter of a pixel more: the middle of an even stroke lies between two rows of cells.
-    let reach = (width_px / 2.0 + 0.25).powi(2);
-    let distance = euclidean_squared_distance_transform(walls);
-    let mask = |far: bool| if far { Luma([255]) } else { Luma([0]) };
+    let reach = width_px / 2.0 + 0.25;
+    if !beyond {
+        return closed(walls, reach);
+    }
+    let (width, height, rim) = (walls.width(), walls.height(), reach.ceil() as u32 + 1);
+    let mut page = GrayImage::from_pixel(width + 2 * rim, height + 2 * rim, Luma([255]));
+    replace(&mut page, walls, rim.into(), rim.into());
+    crop_imm(&closed(&page, reach), rim, rim, width, height).to_image()
+}
+
+/// The morphological closing with a disc of radius `reach`.
+fn closed(walls: &GrayImage, reach: f64) -> GrayImage {
     let (width, height) = walls.dimensions();
-    let open = GrayImage::from_fn(width, height, |x, y| mask(distance.get_pixel(x, y).0[0] > reach));
+    let far = |squared: &Distances, x, y| squared.get_pixel(x, y).0[0] > reach * reach;
+    let mask = |inside: bool| Luma([if inside { 255 } else { 0 }]);
+    let distance = euclidean_squared_distance_transform(walls);
+    let open = GrayImage::from_fn(width, height, |x, y| mask(far(&distance, x, y)));
     let depth = euclidean_squared_distance_transform(&open);
-    GrayImage::from_fn(width, height, |x, y| mask(depth.get_pixel(x, y).0[0] > reach))
+    GrayImage::from_fn(width, height, |x, y| mask(far(&depth, x, y)))
 }
 
 /// Drops specks: connected ink of less than four strokes' widths squared.
@@ -108,8 +125,8 @@ mod tests {
     fn a_hairline_gap_closes_and_a_door_stays() {
         let width = stroke_width(&stroke(5, 1)).expect("a stroke");
         assert_eq!(width, 5.0);
-        assert!(!gap_is_open(&close_gaps(&stroke(5, 1), width)));
-        let door = close_gaps(&stroke(5, 30), width);
+        assert!(!gap_is_open(&close_gaps(&stroke(5, 1), width, false)));
+        let door = close_gaps(&stroke(5, 30), width, false);
         assert_eq!(door, stroke(5, 30));
     }
 
@@ -132,7 +149,7 @@ mod tests {
         fn gaps_close_below_the_pen_width_and_stay_from_two_widths_on(width in 3_u32..15, gap in 1_u32..30) {
             let measured = stroke_width(&stroke(width, gap)).expect("a stroke");
             prop_assert!((measured - f64::from(width)).abs() <= 1.0, "{measured} for {width}");
-            let closed = close_gaps(&stroke(width, gap), f64::from(width));
+            let closed = close_gaps(&stroke(width, gap), f64::from(width), false);
             if gap < width {
                 prop_assert!(!gap_is_open(&closed));
             } else if gap >= 2 * width {
@@ -141,9 +158,9 @@ mod tests {
         }
 
         #[test]
-        fn closing_only_adds_walls(bits in prop::collection::vec(prop::bool::weighted(0.1), 900), width in 1.0..9.0) {
+        fn closing_only_adds_walls(bits in prop::collection::vec(prop::bool::weighted(0.1), 900), width in 1.0..9.0, beyond: bool) {
             let walls = GrayImage::from_fn(30, 30, |x, y| Luma([if bits[(y * 30 + x) as usize] { 255 } else { 0 }]));
-            let closed = close_gaps(&walls, width);
+            let closed = close_gaps(&walls, width, beyond);
             prop_assert!(walls.iter().zip(closed.iter()).all(|(&before, &after)| after >= before));
         }
     }

@@ -6,19 +6,8 @@ use crate::drawing::Drawing;
 use crate::error::SketchError;
 use crate::places::Places;
 
-/// Fills a sketch message and its cells, row 0 at the bottom.
-///
-/// # Errors
-/// [`SketchError::Cells`] where `cells` is not `width_px * height_px` long.
-pub fn fill_sketch(
-    drawing: &Drawing,
-    places: &Places,
-    map: &mut SketchMap,
-    cells: &mut [u8],
-) -> Result<(), SketchError> {
-    if cells.len() != drawing.cells.len() {
-        return Err(SketchError::Cells { expected: drawing.cells.len(), found: cells.len() });
-    }
+/// Fills a sketch message; its cells follow by [`fill_cells`].
+pub fn fill_sketch(drawing: &Drawing, places: &Places, map: &mut SketchMap) {
     map.width_px = drawing.width_px;
     map.height_px = drawing.height_px;
     map.wall_direction_rad = drawing.wall_direction_rad;
@@ -26,6 +15,16 @@ pub fn fill_sketch(
     map.start = PosePx::new(&places.start);
     map.start_spread_px = places.start_spread_px;
     map.start_spread_rad = places.start_spread_rad;
+}
+
+/// Fills the cells of a sketch message, row 0 at the bottom.
+///
+/// # Errors
+/// [`SketchError::Cells`] where `cells` is not `width_px * height_px` long.
+pub fn fill_cells(drawing: &Drawing, cells: &mut [u8]) -> Result<(), SketchError> {
+    if cells.len() != drawing.cells.len() {
+        return Err(SketchError::Cells { expected: drawing.cells.len(), found: cells.len() });
+    }
     cells.copy_from_slice(&drawing.cells);
     Ok(())
 }

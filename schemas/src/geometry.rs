@@ -1,6 +1,6 @@
 //! Planar geometry whose frame is part of the type.
 //!
-//! A [`Point`], [`Vector`] or [`Pose`] names the frame that it is expressed in. Metres are the unit
+//! A [`Point`] or a [`Pose`] names the frame that it is expressed in. Metres are the unit
 //! of [`World`], [`Odom`] and [`Base`]; pixels are the unit of [`Sketch`]. Nothing here converts
 //! metres to pixels: only the local scale of a pose estimate joins the two.
 

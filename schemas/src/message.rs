@@ -11,7 +11,7 @@ use crate::geometry::{Odom, Point, Pose, Sketch, World};
 /// A message type: its name on the wire and a description of its layout.
 ///
 /// # Safety
-/// Implemented by [`messages!`] alone, which derives the layout from the declaration.
+/// Implemented by `messages!` alone, which derives the layout from the declaration.
 pub unsafe trait Message: Pod {
     /// `sketchnav/<Type>/<version>`.
     const NAME: &'static str;

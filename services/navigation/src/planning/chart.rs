@@ -57,6 +57,12 @@ impl Chart {
         (self.scales_pxpm[0] * self.scales_pxpm[1]).sqrt()
     }
 
+    /// The smaller of the two scales, pixels a metre: a length in pixels divided by it is no less
+    /// than the way in metres.
+    pub fn least_scale_pxpm(&self) -> f64 {
+        self.scales_pxpm[0].min(self.scales_pxpm[1])
+    }
+
     /// Where a place of the drawing lies in the odometry frame.
     pub fn to_odom(&self, place: Point<Sketch>) -> Point<Odom> {
         let offset = [place.x - self.robot_px.x, place.y - self.robot_px.y];

@@ -27,7 +27,7 @@ pub struct Blockage {
     pub place: Point<SketchFrame>,
     /// Its radius, pixels.
     pub radius_px: f64,
-    /// What a way through it costs in addition, times the length.
+    /// What a way through it costs at least, times the length.
     pub weight: f64,
 }
 
@@ -162,7 +162,7 @@ impl CostField {
         for row in 1..self.rows - 1 {
             for cell in row * self.columns + 1..(row + 1) * self.columns - 1 {
                 if self.middle(cell).distance(&blockage.place) <= blockage.radius_px {
-                    self.weight[cell] += blockage.weight as f32;
+                    self.weight[cell] = self.weight[cell].max(blockage.weight as f32);
                 }
             }
         }

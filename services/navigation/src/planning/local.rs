@@ -12,11 +12,11 @@ use super::weighted_grid::{Frontier, Weights, chamfer};
 /// Most points of a local path.
 pub const MAX_PATH: usize = 512;
 /// Ways longer than this are not looked for, metres of cost.
-const MOST_COST_M: f32 = 14.0;
+const MOST_COST_M: f32 = 30.0;
 /// What an unseen cell costs more, times the length.
 const UNSEEN: f32 = 0.5;
 /// What coming near an obstacle costs more at most, times the length.
-const NEAR: f32 = 6.0;
+const NEAR: f32 = 8.0;
 /// What leaving an obstacle's neighbourhood costs, times the length.
 const ESCAPE: f32 = 15.0;
 /// How far such an escape may lead, metres.
@@ -83,12 +83,6 @@ impl LocalPlanner {
         }
     }
 
-    /// What the way to `place` costs, metres; `None` where there is none or it is not in the grid.
-    pub fn cost_m(&self, place: Point<Odom>) -> Option<f64> {
-        let cost = self.frontier.costs()[index_of(self.corner, place)?];
-        cost.is_finite().then_some(f64::from(cost))
-    }
-
     /// Whether the place is in the grid and the robot has room there.
     pub fn is_free(&self, place: Point<Odom>) -> bool {
         index_of(self.corner, place).is_some_and(|index| self.weight[index] < ESCAPE)
@@ -99,20 +93,28 @@ impl LocalPlanner {
         index_of(self.corner, place).is_some()
     }
 
-    /// Of the cells that can be reached, the one with the least sum of way and `rest_m`, the rest
-    /// of the way from there, metres; the first one where several are equal.
-    pub fn best(&self, mut rest_m: impl FnMut(Point<Odom>) -> f64) -> Option<Point<Odom>> {
+    /// Of the cells that can be reached, the one with the least sum of `share` times the length of
+    /// the cheapest way there and `rest_m`, the rest of the way from there, metres; the first one
+    /// where several are equal. Length and not cost: a narrow passage must not keep the robot from getting on.
+    pub fn best(&self, share: f64, mut rest_m: impl FnMut(Point<Odom>) -> f64) -> Option<Point<Odom>> {
         let mut best = (None, f64::INFINITY);
-        for (index, &cost) in self.frontier.costs().iter().enumerate() {
-            if cost.is_finite() && self.weight[index] < ESCAPE {
+        let (costs, lengths) = (self.frontier.costs(), self.frontier.lengths());
+        for index in 0..costs.len() {
+            if costs[index].is_finite() && self.weight[index] < ESCAPE {
                 let place = cell_at(self.corner, index).middle();
-                let sum = f64::from(cost) + rest_m(place);
+                let sum = share * f64::from(lengths[index]) + rest_m(place);
                 if sum < best.1 {
                     best = (Some(place), sum);
                 }
             }
         }
         best.0
+    }
+
+    /// Length of the cheapest way to `place`, metres; `None` where there is none.
+    pub fn length_m(&self, place: Point<Odom>) -> Option<f64> {
+        let index = index_of(self.corner, place)?;
+        self.frontier.costs()[index].is_finite().then(|| f64::from(self.frontier.lengths()[index]))
     }
 
     /// Writes the cheapest way from the robot to `target`, one point a cell, both ends included;
@@ -227,7 +229,7 @@ mod tests {
     fn where_the_target_is_shut_off_the_best_cell_is_before_the_wall() {
         let planner = plan(&wall_with_gap(0.0), Point::new(2.5, 0.0));
         let goal = Point::new(3.0, 0.0);
-        let best = planner.best(|place| 20.0 * place.distance(&goal).min(3.0)).unwrap();
+        let best = planner.best(1.0, |place| 20.0 * place.distance(&goal).min(3.0)).unwrap();
         assert!(planner.is_free(best) && !planner.is_free(Point::new(1.5, 0.0)));
     }
 }

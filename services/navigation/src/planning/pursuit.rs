@@ -13,6 +13,10 @@ use super::obstacles::Obstacles;
 
 /// The farthest point of the path to head for, metres.
 const LOOK_AHEAD_M: f64 = 0.7;
+/// The same after obstacles forbade the way to a farther one, metres: then the robot keeps to the path.
+const SHORT_AHEAD_M: f64 = 0.15;
+/// Free space beyond the robot's radius that a shortcut to a point of the path needs, metres.
+const SHORTCUT_M: f64 = 0.06;
 /// Turn rate a radian of heading error, 1/s.
 const TURN_GAIN: f64 = 2.0;
 /// A differential drive turns on the spot from this error on, radians, ...
@@ -41,13 +45,16 @@ pub struct Body {
     pub limits: Limits,
 }
 
-/// A follower of local paths; remembers its last command and whether it turns on the spot.
+/// A follower of local paths; remembers its last command, and whether it turns on the
+/// spot or was stopped by an obstacle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Pursuit {
     body: Body,
     /// The last command: vx, vy in m/s, turn rate in rad/s.
     last: [f64; 3],
     turning: bool,
+    /// Whether obstacles have forbidden the last wish.
+    cramped: bool,
 }
 
 const STILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
@@ -55,7 +62,7 @@ const STILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
 impl Pursuit {
     /// At rest.
     pub fn new(body: Body) -> Self {
-        Self { body, last: [0.0; 3], turning: false }
+        Self { body, last: [0.0; 3], turning: false, cramped: false }
     }
 
     /// The last command.
@@ -94,7 +101,9 @@ impl Pursuit {
     /// Goes with `wish` as far as the limits and the obstacles allow.
     pub fn command(&mut self, wish: Twist, robot: &Pose<Odom>, obstacles: &Obstacles, dt_s: f64) -> Twist {
         let reachable = self.within_limits(wish, dt_s);
-        self.remember(self.safe(reachable, robot, obstacles))
+        let safe = self.safe(reachable, robot, obstacles);
+        self.cramped = safe.vx_mps.hypot(safe.vy_mps) < 0.99 * reachable.vx_mps.hypot(reachable.vy_mps);
+        self.remember(safe)
     }
 
     /// Brakes.
@@ -116,10 +125,12 @@ impl Pursuit {
         let nearest = (0..path.len()).min_by(by_distance)?;
         let ahead = &path[nearest..];
         let rest_m = ahead.windows(2).map(|w| w[0].distance(&w[1])).sum::<f64>();
-        let mut target = *ahead.get(1).unwrap_or(&ahead[0]);
-        for &point in &ahead[1..] {
-            let far = point.distance(&robot) > LOOK_AHEAD_M;
-            if far || !self.has_room(robot, point, obstacles) {
+        let most_m = if self.cramped { SHORT_AHEAD_M } else { LOOK_AHEAD_M };
+        let mut target = ahead[0];
+        for &point in ahead {
+            let distance = point.distance(&robot);
+            let needs_room = distance > SHORT_AHEAD_M;
+            if distance > most_m || (needs_room && !self.has_room(robot, point, obstacles)) {
                 break;
             }
             target = point;
@@ -128,7 +139,7 @@ impl Pursuit {
     }
 
     fn has_room(&self, from: Point<Odom>, to: Point<Odom>, obstacles: &Obstacles) -> bool {
-        let least = self.body.radius_m + SAFETY_M;
+        let least = self.body.radius_m + SHORTCUT_M;
         let steps = (from.distance(&to) / 0.1).ceil().max(1.0) as usize;
         (1..=steps).all(|i| {
             let share = i as f64 / steps as f64;

@@ -14,6 +14,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Frontier {
     cost: Vec<f32>,
+    length: Vec<f32>,
     heap: Vec<u32>,
     place: Vec<u32>,
 }
@@ -21,12 +22,22 @@ pub struct Frontier {
 impl Frontier {
     /// For a grid of `cells` cells; all costs infinite.
     pub fn new(cells: usize) -> Self {
-        Self { cost: vec![f32::INFINITY; cells], heap: Vec::with_capacity(cells), place: vec![NONE; cells] }
+        Self {
+            cost: vec![f32::INFINITY; cells],
+            length: vec![0.0; cells],
+            heap: Vec::with_capacity(cells),
+            place: vec![NONE; cells],
+        }
     }
 
     /// The cost of every cell: infinite where no way was found yet.
     pub fn costs(&self) -> &[f32] {
         &self.cost
+    }
+
+    /// The length of the cheapest way to every cell that has a finite cost.
+    pub fn lengths(&self) -> &[f32] {
+        &self.length
     }
 
     fn reset(&mut self) {
@@ -35,10 +46,11 @@ impl Frontier {
         self.heap.clear();
     }
 
-    /// Lowers the cell's cost to `cost` where that is less.
-    fn lower(&mut self, cell: usize, cost: f32) {
+    /// Lowers the cell's cost to `cost` where that is less, by a way of this length.
+    fn lower(&mut self, cell: usize, cost: f32, length: f32) {
         if cost < self.cost[cell] {
             self.cost[cell] = cost;
+            self.length[cell] = length;
             if self.place[cell] == NONE {
                 self.place[cell] = self.heap.len() as u32;
                 self.heap.push(cell as u32);
@@ -109,7 +121,7 @@ pub struct Weights<'a> {
 }
 
 impl Weights<'_> {
-    /// The cost of the step from `cell` to each neighbour. A diagonal step brushes the two cells
+    /// The cost of the step from `cell` to each neighbour, the four straight ones first. A diagonal step brushes the two cells
     /// beside it, so it costs the mean of all four: it never slips between two walls.
     fn edges(&self, cell: usize) -> [(usize, f32); 8] {
         let (w, s) = (self.weight, self.stride);
@@ -133,14 +145,16 @@ impl Weights<'_> {
     /// until every way up to `limit` is known. The seed must not lie on the border.
     pub fn flood(&self, frontier: &mut Frontier, seed: usize, stop: Option<usize>, limit: f32) {
         frontier.reset();
-        frontier.lower(seed, 0.0);
+        frontier.lower(seed, 0.0, 0.0);
+        let (straight, diagonal) = (self.cell_length, self.cell_length * std::f32::consts::SQRT_2);
         while let Some(cell) = frontier.pop() {
             let cost = frontier.cost[cell];
             if Some(cell) == stop || cost > limit {
                 break;
             }
-            for (to, step) in self.edges(cell) {
-                frontier.lower(to, cost + step);
+            let length = frontier.length[cell];
+            for (i, (to, step)) in self.edges(cell).into_iter().enumerate() {
+                frontier.lower(to, cost + step, length + if i < 4 { straight } else { diagonal });
             }
         }
     }
@@ -160,13 +174,13 @@ impl Weights<'_> {
 }
 
 /// The distance of every cell to the nearest cell of `solid`, between the cells' middles, at most
-/// `cap`; by two passes of the chamfer (1, √2) (G. Borgefors, 1986), at most 8 % too long.
+/// `cap`; by two passes of the chamfer (0.955, 1.369) (G. Borgefors, 1986), which errs by 4.5 % at most.
 /// Cells on the border keep what `solid` says of them.
 pub fn chamfer(solid: impl Fn(usize) -> bool, stride: usize, cell_length: f32, cap: f32, out: &mut [f32]) {
     for (cell, distance) in out.iter_mut().enumerate() {
         *distance = if solid(cell) { 0.0 } else { cap };
     }
-    let (side, corner) = (cell_length, cell_length * std::f32::consts::SQRT_2);
+    let (side, corner) = (0.955 * cell_length, 1.369 * cell_length);
     let rows = out.len() / stride;
     for row in 1..rows - 1 {
         for cell in row * stride + 1..(row + 1) * stride - 1 {
@@ -273,7 +287,8 @@ mod tests {
     fn chamfer_measures_straight_and_diagonal_distances() {
         let mut out = vec![0.0; SIDE * SIDE];
         chamfer(|cell| cell == 4 * SIDE + 4, SIDE, 0.5, 10.0, &mut out);
-        assert_eq!(out[4 * SIDE + 6], 1.0);
-        assert!((out[6 * SIDE + 6] - 2f32.sqrt()).abs() < 1e-6);
+        for (column, row, exact) in [(6, 4, 1.0), (6, 6, 2f32.sqrt()), (6, 5, 1.25f32.sqrt())] {
+            assert!((out[row * SIDE + column] / exact - 1.0).abs() < 0.046);
+        }
     }
 }

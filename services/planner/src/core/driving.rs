@@ -3,7 +3,10 @@
 //! Every `plan_period_s` the way is planned anew: down the cost field, or along the drawn route, to
 //! a target in the local window, and to that by the local planner (paper 001, III-C; paper 004,
 //! III-A). Where the target is shut off or in an obstacle, because the drawing is wrong by some
-//! tens of centimetres, the robot goes to that cell in reach from which the least is left to go.
+//! tens of centimetres, the robot goes to the farthest waypoint before it that is in reach; where
+//! none is, to that cell in reach from which the least is left to go.
+
+use std::iter::once;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_navigation::planning::chart::Chart;
@@ -33,9 +36,14 @@ const BLOCKAGE_M: f64 = 0.6;
 /// Distance of a drawn route's waypoints, metres by the scale at its begin.
 const WAYPOINT_M: f64 = 0.05;
 /// A local way may be so many times as long as the drawing's, ...
-const DETOUR_FACTOR: f64 = 2.0;
+const DETOUR_FACTOR: f64 = 1.5;
 /// ... and so much longer, metres, before the rest of the way is weighed against it.
-const DETOUR_M: f64 = 2.0;
+const DETOUR_M: f64 = 1.5;
+/// A waypoint nearer than this does not get the robot on, metres.
+const LEAST_STEP_M: f64 = 0.4;
+/// What the length of a local way counts for against the rest of the way. Less than 1: where the
+/// estimated scale is too large, the rest is undervalued, and going on must still pay.
+const LENGTH_SHARE: f64 = 0.7;
 /// What a straight line to the next waypoint counts for where the waypoint is out of reach.
 const STRAIGHT_WEIGHT: f64 = 2.0;
 /// The shortest time between two plans, seconds.
@@ -74,6 +82,8 @@ struct Errand {
     standstills: Standstills,
     maneuver: Option<Maneuver>,
     blocked: Vec<Blockage>,
+    /// Whether the drawing shows a way.
+    drawn: bool,
     lost_s: f64,
     plan_due_s: f64,
     planned_s: f64,
@@ -163,6 +173,8 @@ impl Driver {
         let blocked = std::mem::take(&mut self.errand.blocked);
         self.errand = Errand::new(guide, goal, chart.robot_m().position(), blocked);
         self.solve(chart);
+        let robot = chart.robot_px().position();
+        self.errand.drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));
     }
 
     /// Brakes.
@@ -306,13 +318,24 @@ impl Driver {
         let window_px = self.parameters.window_radius_m * chart.mean_scale_pxpm();
         let inside = |p: Point<Sketch>| self.local.contains(chart.to_odom(p));
         let index = farthest_in_window(&self.global_path, window_px, inside);
-        let target = self.global_path[index];
         let scale = chart.mean_scale_pxpm();
-        let drawn_m = length(&self.global_path[..=index]) / scale;
         self.errand.remaining_m = length(&self.global_path) / scale;
-        self.errand.target_px = target;
-        let rest_m = |place| field.raw_cost_px(chart.to_sketch(place)) / scale;
-        self.errand.detour = !go(&mut self.local, chart, target, drawn_m, rest_m, &mut self.local_path);
+        let robot = chart.robot_m().position();
+        self.local.search(robot, Some(chart.to_odom(self.global_path[index])));
+        let in_reach = |&i: &usize| {
+            let drawn_m = length(&self.global_path[..=i]) / scale;
+            is_in_reach(&self.local, chart.to_odom(self.global_path[i]), drawn_m)
+        };
+        let nearest = chart.to_sketch(robot);
+        let gets_on = |i: &usize| chart.distance_m(nearest, self.global_path[*i]) > LEAST_STEP_M;
+        let found = once(index).chain((0..index).rev().take_while(gets_on)).find(in_reach);
+        let least_scale = chart.least_scale_pxpm();
+        let rest_m = |place| field.raw_cost_px(chart.to_sketch(place)) / least_scale;
+        let end = found.map(|i| chart.to_odom(self.global_path[i]));
+        self.errand.target_px = self.global_path[found.unwrap_or(index)];
+        self.errand.detour = found != Some(index);
+        let end = end.or_else(|| self.local.best(LENGTH_SHARE, rest_m)).unwrap_or(robot);
+        self.local.path(end, &mut self.local_path);
     }
 
     fn plan_on_route(&mut self, chart: &Chart) {
@@ -322,10 +345,13 @@ impl Driver {
         let target = self.route.next(chart, look_ahead_m, is_free).unwrap_or(robot);
         self.errand.remaining_m = self.route.remaining_px() / chart.mean_scale_pxpm();
         self.errand.target_px = target;
-        let target_m = chart.to_odom(target);
+        let (place, target_m) = (chart.robot_m().position(), chart.to_odom(target));
+        self.local.search(place, Some(target_m));
+        let in_reach = is_in_reach(&self.local, target_m, chart.distance_m(robot, target));
         let rest_m = |place: Point<Odom>| STRAIGHT_WEIGHT * place.distance(&target_m);
-        let drawn_m = chart.distance_m(robot, target);
-        self.errand.detour = !go(&mut self.local, chart, target, drawn_m, rest_m, &mut self.local_path);
+        let end = if in_reach { Some(target_m) } else { self.local.best(LENGTH_SHARE, rest_m) };
+        self.errand.detour = !in_reach;
+        self.local.path(end.unwrap_or(place), &mut self.local_path);
     }
 
     fn is_standstill(&mut self, chart: &Chart, now_s: f64) -> bool {
@@ -348,7 +374,7 @@ impl Driver {
         let place = chart.robot_m().position();
         let shut = self.shut_place(chart);
         if !self.errand.standstills.count(place, &self.parameters) {
-            return Verdict::Ended(TaskState::Blocked, self.why_blocked(chart, shut));
+            return Verdict::Ended(TaskState::Blocked, self.why_blocked(shut));
         }
         if self.errand.detour || self.errand.standstills.here > 1 {
             self.block(shut, chart);
@@ -357,10 +383,8 @@ impl Driver {
         Verdict::Driving(Reason::Recovering(self.errand.standstills.total))
     }
 
-    fn why_blocked(&self, chart: &Chart, shut: Point<Sketch>) -> Reason {
-        let robot = chart.robot_px().position();
-        let drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));
-        if drawn || self.errand.guide == Guide::Route {
+    fn why_blocked(&self, shut: Point<Sketch>) -> Reason {
+        if self.errand.drawn || self.errand.guide == Guide::Route {
             Reason::Shut(shut, self.errand.standstills.total)
         } else {
             Reason::NoDrawnWay(self.errand.goal)
@@ -423,6 +447,7 @@ impl Errand {
             standstills: Standstills::default(),
             maneuver: None,
             blocked,
+            drawn: false,
             lost_s: 0.0,
             plan_due_s: 0.0,
             planned_s: 0.0,
@@ -433,24 +458,11 @@ impl Errand {
     }
 }
 
-/// Finds the local way to `target`, which is `drawn_m` away by the drawing; where it is out of
-/// reach or much farther than that, the way to the place from which the least is left to go.
-/// Returns whether the target was in reach.
-fn go(
-    local: &mut LocalPlanner,
-    chart: &Chart,
-    target: Point<Sketch>,
-    drawn_m: f64,
-    rest_m: impl Fn(Point<Odom>) -> f64,
-    path: &mut Vec<Point<Odom>>,
-) -> bool {
-    let (robot, place) = (chart.robot_m().position(), chart.to_odom(target));
-    local.search(robot, Some(place));
+/// Whether the local planner found a way to `target`, `drawn_m` away by the drawing, that is not much
+/// longer than the drawing's.
+fn is_in_reach(local: &LocalPlanner, target: Point<Odom>, drawn_m: f64) -> bool {
     let most_m = DETOUR_FACTOR * drawn_m + DETOUR_M;
-    let in_reach = local.is_free(place) && local.cost_m(place).is_some_and(|cost_m| cost_m <= most_m);
-    let end = if in_reach { Some(place) } else { local.best(rest_m) };
-    local.path(end.unwrap_or(robot), path);
-    in_reach
+    local.is_free(target) && local.length_m(target).is_some_and(|length| length <= most_m)
 }
 
 /// The farthest waypoint of the path in the window around its first point, the first one where

@@ -31,6 +31,7 @@ fn it_visits_two_rooms_through_their_doors() {
         assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
         assert!(outcome.passes(&[[3.0, 2.0], [2.0, 4.5], [3.0, 2.0], [9.0, 2.0], [10.5, 4.5]], 0.5));
         assert!(outcome.length_m() < 24.0, "{}", outcome.length_m());
+        assert_eq!(outcome.standstills, 0);
     }
 }
 
@@ -41,16 +42,24 @@ fn it_finds_the_door_that_is_not_where_the_drawing_says() {
         scene.drawn = two_rooms(drawn_at);
         let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
         assert_eq!(outcome.states(), [Reached, Finished], "{drawn_at}: {:?}", outcome.ends);
+        assert_eq!(outcome.standstills, 0, "{drawn_at}");
         assert!(outcome.closest_m > 0.0, "{drawn_at}: {}", outcome.closest_m);
     }
 }
 
 #[test]
 fn it_goes_around_what_is_not_drawn() {
+    for robot in [ROBOTINO, TURTLEBOT] {
+        go_around(robot);
+    }
+}
+
+fn go_around(robot: &str) {
     let mut scene = Scene::faithful(two_rooms(9.0), SIZE, START);
     scene.discs = vec![[5.0, 0.9, 0.35], [8.0, 1.4, 0.25], [9.4, 3.6, 0.3]];
-    let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
+    let outcome = Drive::new(scene, robot, &[&[[10.5, 4.5]]], 180.0).run(200.0);
     assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
+    assert_eq!(outcome.standstills, 0);
     assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
 }
 
@@ -90,6 +99,21 @@ fn it_keeps_to_the_time_limit() {
     let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 5.0).run(100.0);
     assert_eq!(outcome.states(), [TimedOut, Finished], "{:?}", outcome.ends);
     assert!((outcome.seconds - 5.0).abs() < 0.3, "{}", outcome.seconds);
+}
+
+/// Following the local path at 0.7 m ahead cut the corner of a door's jamb: the safety check stopped
+/// the robot there, and it stood for seven seconds, backed up and tried again, before every door that
+/// it came to from the side.
+#[test]
+fn it_does_not_stick_at_a_door_jamb() {
+    for x in [6.6, 7.5, 8.4, 9.6, 10.5, 11.4] {
+        for y in [0.5, 1.0, 1.5] {
+            let scene = Scene::faithful(two_rooms(9.0), SIZE, [x, y, 0.0]);
+            let outcome = Drive::new(scene, ROBOTINO, &[&[[9.0 + (9.0 - x), 4.5]]], 60.0).run(100.0);
+            assert_eq!((outcome.states(), outcome.standstills), (vec![Reached, Finished], 0), "{x} {y}");
+            assert!(outcome.closest_m > 0.02, "{x} {y}: {}", outcome.closest_m);
+        }
+    }
 }
 
 /// A hall of 8 × 8 m and a figure of eight in it, whose line crosses itself at (4, 4).

@@ -48,6 +48,8 @@ pub struct Outcome {
     pub commands: Vec<VelocityCommand>,
     pub seconds: f64,
     pub plans: usize,
+    /// How often it began to recover from a standstill.
+    pub standstills: usize,
     pub all_bytes: Vec<u8>,
 }
 
@@ -243,6 +245,7 @@ impl Drive {
     pub fn run(mut self, most_s: f64) -> Outcome {
         let mut outcome = Outcome { closest_m: f64::INFINITY, ..Outcome::default() };
         let mut plan: Box<Plan> = Box::new(Zeroable::zeroed());
+        let mut recovering = false;
         let (mut command, mut status) = (VelocityCommand::zeroed(), MissionStatus::zeroed());
         while outcome.seconds < most_s {
             self.sense();
@@ -260,6 +263,9 @@ impl Drive {
             if state >= TaskState::Reached {
                 outcome.ends.push((state, status.reason.as_str().to_owned()));
             }
+            let recovers = status.reason.as_str().starts_with("no progress");
+            outcome.standstills += usize::from(recovers && !recovering);
+            recovering = recovers;
             outcome.commands.push(command);
             if command.last == 1 {
                 break;

@@ -23,6 +23,9 @@ pub const BUILDING: [[f64; 4]; 12] = [
     [40.0, 22.0, 100.0, 22.0],
 ];
 
+/// From one place to another, image pixels.
+pub type Line = ((f64, f64), (f64, f64));
+
 /// A page of ink and paper.
 pub struct Sheet {
     pub width: u32,
@@ -55,13 +58,13 @@ impl Sheet {
     }
 
     /// Lines from place to place, image pixels.
-    pub fn lines(&self, lines: &[((f64, f64), (f64, f64))]) -> GrayImage {
+    pub fn lines(&self, lines: &[Line]) -> GrayImage {
         let mut page = GrayImage::from_pixel(self.width, self.height, Luma([self.paper]));
         let mut rng = seed::stream(7, "hand");
         for (from, to) in lines {
             let length = (to.0 - from.0).hypot(to.1 - from.1).max(1.0);
             let normal = ((from.1 - to.1) / length, (to.0 - from.0) / length);
-            let phase: f64 = rng.random_range(0.0..6.28);
+            let phase: f64 = rng.random_range(0.0..std::f64::consts::TAU);
             for step in 0..=(2.0 * length) as u32 {
                 let along = f64::from(step) / 2.0;
                 let stray = self.wobble * (along / 25.0 + phase).sin();

@@ -205,7 +205,7 @@ fn box_mean(picture: &GrayImage, radius: u32, counts: impl Fn(usize) -> bool) ->
         let at = |x: usize, y: usize, part: usize| u64::from(integral[y * stride + x][part]);
         let sum =
             |part| at(right, high, part) + at(left, low, part) - at(left, high, part) - at(right, low, part);
-        let n = sum(1);
-        Luma([if n == 0 { picture.as_raw()[y * width + x] } else { (sum(0) / n) as u8 }])
+        let mean = sum(0).checked_div(sum(1));
+        Luma([mean.map_or(picture.as_raw()[y * width + x], |mean| mean as u8)])
     })
 }

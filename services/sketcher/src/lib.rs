@@ -29,7 +29,7 @@ mod process;
 mod publish;
 mod raster;
 mod settings;
-mod strokes;
+pub mod strokes;
 mod vector;
 
 pub use drawing::{Drawing, Kind};
@@ -46,7 +46,7 @@ use image::ImageFormat;
 use drawing::Walls;
 use error::Broken;
 
-/// Reads a drawing: PNG, JPEG, SVG or strokes in JSON, told apart by their content.
+/// Reads a drawing: PNG, JPEG, SVG or [`strokes`] in JSON, told apart by their content.
 ///
 /// `file` is the file's name, for the errors. A drawing of more than
 /// [`MAX_SKETCH_CELLS`](sketchnav_schemas::channels::MAX_SKETCH_CELLS) pixels is scaled down; points

@@ -19,6 +19,10 @@ pub const CELL_M: f64 = 0.055;
 pub const REACH_M: f64 = (SIDE / 2 - 2) as f64 * CELL_M;
 
 const MASK: i32 = SIDE as i32 - 1;
+/// Ends of neighbouring beams farther apart than this are not joined, metres: less than a door.
+const JOIN_M: f64 = 0.5;
+/// Cosine of the largest bend of a wall between ends that are joined.
+const STRAIGHT_COS: f64 = 0.97;
 /// Evidence: 0 nothing known, 1 free, more: seen as an obstacle.
 const FREE: u8 = 1;
 const OCCUPIED: u8 = 3;
@@ -179,13 +183,29 @@ impl Obstacles {
     }
 
     fn mark_ends(&mut self, sensor: &Pose<Odom>, scan: &LaserScan) {
+        let mut before = [None, None];
         for (i, &range) in scan.ranges().iter().enumerate() {
             let valid = range >= scan.range_min_m && range <= scan.range_max_m;
-            if valid {
-                let (sin, cos) = (sensor.yaw_rad + f64::from(scan.angle_rad(i))).sin_cos();
-                let range = f64::from(range);
-                self.hit(Cell::of(Point::new(sensor.x + range * cos, sensor.y + range * sin)));
+            let end = valid.then(|| end_of_beam(sensor, f64::from(scan.angle_rad(i)), f64::from(range)));
+            if let Some(end) = end {
+                self.hit(Cell::of(end));
             }
+            if let [Some(first), Some(second)] = before
+                && let Some(end) = end
+                && is_one_wall(first, second, end)
+            {
+                self.mark_between(second, end);
+            }
+            before = [before[1], end];
+        }
+    }
+
+    fn mark_between(&mut self, from: Point<Odom>, to: Point<Odom>) {
+        let steps = (from.distance(&to) / CELL_M).ceil();
+        for step in 1..steps as u32 {
+            let share = f64::from(step) / steps;
+            let x = from.x + share * (to.x - from.x);
+            self.hit(Cell::of(Point::new(x, from.y + share * (to.y - from.y))));
         }
     }
 
@@ -212,6 +232,18 @@ impl Obstacles {
             }
         }
     }
+}
+
+fn end_of_beam(sensor: &Pose<Odom>, angle_rad: f64, range_m: f64) -> Point<Odom> {
+    let (sin, cos) = (sensor.yaw_rad + angle_rad).sin_cos();
+    Point::new(sensor.x + range_m * cos, sensor.y + range_m * sin)
+}
+
+/// Whether three ends of neighbouring beams lie on one straight wall, seen along its length: then
+/// what lies between the last two is wall, too.
+fn is_one_wall(first: Point<Odom>, second: Point<Odom>, third: Point<Odom>) -> bool {
+    let (a, b) = (second.coords() - first.coords(), third.coords() - second.coords());
+    b.norm() <= JOIN_M && a.dot(&b) >= STRAIGHT_COS * a.norm() * b.norm()
 }
 
 fn slot(cell: Cell) -> usize {
@@ -259,6 +291,26 @@ mod tests {
     fn watch(obstacles: &mut Obstacles, x: f64, stamp_s: u64, ranges: &[f32]) {
         let robot = Pose::new(x, 0.0, 0.0);
         obstacles.observe(&robot, 0.2, &robot, &scan(stamp_s, ranges));
+    }
+
+    /// A laser of a degree a beam that looks along a wall hits it every half metre: the planner found
+    /// its way through the wall, between the hits, and turned back and forth in the door.
+    #[test]
+    fn a_wall_seen_along_its_length_has_no_holes() {
+        let mut obstacles = Obstacles::new(10.0);
+        let mut along = scan(1, &[]);
+        along.angle_increment_rad = 0.0175;
+        along.beam_count = 60;
+        // The wall y = 0.3 m, from 11 degrees to 70 degrees.
+        for i in 0..60 {
+            along.ranges_m[i] = (0.3 / (0.0175 * (i as f64 + 7.0)).sin()) as f32;
+        }
+        let robot = Pose::new(0.0, 0.0, 7.0 * 0.0175);
+        obstacles.observe(&robot, 0.1, &robot, &along);
+        for x in 3..38 {
+            let wall = [5, 6].iter().any(|&y| obstacles.is_occupied(Cell { x, y }));
+            assert!(wall, "{x}");
+        }
     }
 
     const AHEAD: Cell = Cell { x: 36, y: 0 };

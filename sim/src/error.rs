@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use sketchnav_schemas::codes::BodyKind;
+use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
 
 /// Why a world cannot be made.
@@ -30,6 +31,9 @@ pub enum SimError {
     /// A robot file that does not hold.
     #[error("{0}")]
     Robot(#[from] RobotError),
+    /// A mission file that does not hold.
+    #[error("{0}")]
+    Mission(#[from] MissionError),
     /// A file that cannot be opened or read.
     #[error("cannot be read: {0}")]
     Read(#[from] std::io::Error),

@@ -1,4 +1,4 @@
-//! Opens the files of a world: the one place of this crate that does.
+//! Opens the files of a world and of a robot.
 
 use std::path::Path;
 
@@ -65,6 +65,14 @@ pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
 pub fn robot(name_or_path: &str) -> Result<Robot, SimError> {
     if let Some(robot) = robots::find(name_or_path)? {
         return Ok(robot);
+    }
+    if !name_or_path.ends_with(".toml") {
+        let known: Vec<_> = robots::names().collect();
+        return Err(SimError::Value {
+            key: "robot".into(),
+            expected: "the name of a robot that ships, or a robot file (.toml)",
+            found: format!("{name_or_path:?} (known: {})", known.join(", ")),
+        });
     }
     let parse = |text: String| Ok(Robot::parse(&text)?);
     let text = std::fs::read_to_string(name_or_path).map_err(SimError::from);

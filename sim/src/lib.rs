@@ -8,7 +8,8 @@
 //! - [`description`]: what stands where; made by [`floor_plan`] or [`ros_map`].
 //! - [`world`], [`physics`], [`drive`], [`people`]: how it moves.
 //! - [`laser`], [`raycast`], [`odometry`]: what the robot measures.
-//! - [`robots`]: the robots that ship. [`files`] alone opens files.
+//! - [`robots`]: the robots that ship. [`mission_file`] and [`files`] alone
+//!   open files.
 
 pub mod convex;
 pub mod description;
@@ -17,6 +18,7 @@ mod error;
 pub mod files;
 pub mod floor_plan;
 pub mod laser;
+pub mod mission_file;
 pub mod odometry;
 pub mod people;
 pub mod physics;

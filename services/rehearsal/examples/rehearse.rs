@@ -1,0 +1,99 @@
+//! Drives missions in one process and prints how each task ended.
+//!
+//! `cargo run --release -p sketchnav-rehearsal --example rehearse -- MISSION… [--seeds A..B] [--verbose]`
+
+use std::path::Path;
+use std::time::Instant;
+
+use sketchnav_recordings::judge::judge;
+use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::{Pace, RunConfig};
+
+#[derive(Default)]
+struct Log {
+    truth: Vec<GroundTruth>,
+    status: Vec<MissionStatus>,
+    contacts: Vec<Contact>,
+    estimates: Vec<PoseEstimate>,
+}
+
+impl Tap for Log {
+    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
+        let bytes = bytemuck::bytes_of(message);
+        match channel.spec.name {
+            "truth" => self.truth.push(*bytemuck::from_bytes(bytes)),
+            "status" => self.status.push(*bytemuck::from_bytes(bytes)),
+            "contact" => self.contacts.push(*bytemuck::from_bytes(bytes)),
+            "estimate" => self.estimates.push(*bytemuck::from_bytes(bytes)),
+            _ => {}
+        }
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut seeds = 1..=1;
+    let mut missions = Vec::new();
+    let mut verbose = false;
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--seeds" => {
+                let text = arguments.next().ok_or("--seeds: expected A..B")?;
+                let (a, b) = text.split_once("..").ok_or("--seeds: expected A..B")?;
+                seeds = a.parse()?..=b.parse()?;
+            }
+            "--verbose" => verbose = true,
+            _ => missions.push(argument),
+        }
+    }
+    for path in &missions {
+        for seed in seeds.clone() {
+            rehearse(path, seed, verbose)?;
+        }
+    }
+    Ok(())
+}
+
+fn rehearse(path: &str, seed: u64, verbose: bool) -> Result<(), Box<dyn std::error::Error>> {
+    let (mission, robot) = sketchnav_sim::mission_file::load(Path::new(path))?;
+    let run =
+        RunConfig { system: "rehearsal".into(), mission, robot, seed, pace: Pace::Lockstep, recording: None };
+    let mut log = Log::default();
+    let began = Instant::now();
+    Rehearsal::new(&run)?.run(&mut log)?;
+    let wall_s = began.elapsed().as_secs_f64();
+    let verdict = judge(&run.mission, &log.truth, &log.status, &log.contacts);
+    let reached = verdict.tasks.iter().filter(|task| task.reached).count();
+    println!(
+        "{path} seed {seed}: {reached} of {}, {:.0} s, {:.0} × real time",
+        verdict.tasks.len(),
+        verdict.sim_seconds,
+        verdict.sim_seconds / wall_s
+    );
+    for task in verdict.tasks.iter().filter(|task| verbose || !task.reached) {
+        println!("    {task:?}");
+    }
+    if verbose {
+        for (estimate, truth) in log.estimates.iter().zip(&log.truth).step_by(50) {
+            let (e, t) = (estimate.pose.pose(), truth.pose());
+            println!(
+                "    {:6.1} s: sketch ({:7.1}, {:7.1}) {:6.1}°, scales {:5.1} {:5.1}, fit {:6.2}, ess {:6.1} | world ({:6.2}, {:6.2}) {:6.1}°",
+                estimate.header.stamp_ns as f64 / 1e9,
+                e.x,
+                e.y,
+                e.yaw_rad.to_degrees(),
+                estimate.scale_a_pxpm,
+                estimate.scale_b_pxpm,
+                estimate.fit,
+                estimate.effective_sample_size,
+                t.x,
+                t.y,
+                t.yaw_rad.to_degrees(),
+            );
+        }
+    }
+    Ok(())
+}

@@ -8,7 +8,7 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use sketchnav_navigation::localization::parameters::{Likelihood, Parameters};
 use sketchnav_schemas::geometry::{Odom, Pose};
-use support::{Drawing, Drive};
+use support::{Drawing, Drive, WAY};
 
 /// The paper's canvas would show the little building at some 100 pixels a metre.
 const DRAWINGS: [(&str, Drawing); 2] = [
@@ -22,15 +22,15 @@ fn update(criterion: &mut Criterion) {
         let parameters = Parameters { likelihood, ..Parameters::default() };
         group.throughput(Throughput::Elements((parameters.particles * parameters.beams) as u64));
         for (size, drawing) in DRAWINGS {
-            let scan = Drive::new(drawing, parameters.clone(), 1).scan();
-            let mut localizer = support::localizer(&drawing, parameters.clone(), 1);
+            let mut drive = Drive::new(drawing, parameters.clone(), 1);
+            let (_, scan) = drive.advance(WAY[1]);
             let mut away = false;
             group.bench_function(format!("{likelihood:?}/{size}"), |bencher| {
                 bencher.iter(|| {
                     // There and back again, so that every scan is used.
                     away = !away;
                     let odometry = Pose::<Odom>::new(if away { 0.25 } else { 0.0 }, 0.0, 0.0);
-                    black_box(localizer.step(&odometry, &scan))
+                    black_box(drive.localizer.step(&odometry, &scan))
                 });
             });
         }

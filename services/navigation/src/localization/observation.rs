@@ -8,6 +8,8 @@ use super::parameters::Parameters;
 
 /// Rays are followed up to so many times the sensor's longest range: beyond, all is one.
 const LOOK_BEYOND: f32 = 1.5;
+/// Thickest wall that a robot may be believed to stand in, metres of the local metric.
+const LEAVE_WALL_M: f32 = 0.4;
 
 /// Range from the sensor to the first drawn wall along beam `i`, metres of the local metric, at most
 /// [`LOOK_BEYOND`] times the longest range. `place_px` is the robot's.
@@ -15,8 +17,8 @@ const LOOK_BEYOND: f32 = 1.5;
 pub fn expected_range(grid: &Grid, beams: &Beams, i: usize, place_px: [f32; 2], metric: &PxFromBase) -> f32 {
     let origin = metric.apply(beams.origin_m[0], beams.origin_m[1]);
     let direction = metric.apply(beams.forward[i], beams.left[i]);
-    let (x, y) = (place_px[0] + origin[0], place_px[1] + origin[1]);
-    grid.cast(x, y, direction[0], direction[1], beams.range_max_m * LOOK_BEYOND)
+    let from = [place_px[0] + origin[0], place_px[1] + origin[1]];
+    grid.cast(from, direction, LEAVE_WALL_M, beams.range_max_m * LOOK_BEYOND)
 }
 
 /// The visibility model: ln p of a beam by the logarithm of measured over expected range.

@@ -125,7 +125,7 @@ impl Default for Parameters {
             start_spread_m: 0.4,
             start_spread_rad: 0.08,
             start_log_scale_spread: 0.45,
-            start_anisotropy: 0.5,
+            start_anisotropy: 0.0,
             building_size_m: 25.0,
             field_sigma_m: 0.25,
             field_random: 0.1,

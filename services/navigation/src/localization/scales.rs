@@ -1,7 +1,7 @@
 //! Virtual measurements of the two scales (paper 001, equation 8): what the scales would have to be
 //! for the ray-traced end points to be those of the scan.
 
-use super::beams::{Beams, SHORTEST_M};
+use super::beams::Beams;
 use super::grid::Grid;
 use super::metric::ScaleFrame;
 use super::observation::expected_range;
@@ -45,24 +45,25 @@ const ROUNDS: usize = 3;
 /// the outliers.
 pub fn virtual_scales(grid: &Grid, frame: &ScaleFrame, beams: &Beams, pose: &ScaledPose) -> VirtualScales {
     let metric = frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
-    let ratio = |i: usize| {
-        let expected = expected_range(grid, beams, i, [pose.x_px, pose.y_px], &metric);
-        // What lies beyond the range could not have returned: it says that the scale is too small.
-        (expected.max(SHORTEST_M) / beams.range_m[i]).ln()
-    };
+    let expected = |i: usize| expected_range(grid, beams, i, [pose.x_px, pose.y_px], &metric);
+    // Inside a wall nothing can be traced.
+    let ratio = |i: usize| Some(expected(i) / beams.range_m[i]).filter(|&r| r > 0.0).map(f32::ln);
     let along_a = |i: usize| frame.share_of_a(pose.yaw_rad + beams.angle_rad[i]);
     let a = trimmed_mean(beams, ratio, along_a);
     let b = trimmed_mean(beams, ratio, |i| 1.0 - along_a(i));
     VirtualScales { a_pxpm: a.map(|ln| pose.a_pxpm * ln.exp()), b_pxpm: b.map(|ln| pose.b_pxpm * ln.exp()) }
 }
 
-fn trimmed_mean(beams: &Beams, value: impl Fn(usize) -> f32, share: impl Fn(usize) -> f32) -> Option<f32> {
+fn trimmed_mean(
+    beams: &Beams,
+    value: impl Fn(usize) -> Option<f32>,
+    share: impl Fn(usize) -> f32,
+) -> Option<f32> {
     let mut mean = None;
     for _ in 0..ROUNDS {
         let (mut sum, mut weights) = (0.0, 0.0);
         for i in (0..beams.len()).filter(|&i| beams.returned[i] && share(i) > LOOKS_ALONG) {
-            let v = value(i);
-            if mean.is_none_or(|m: f32| (v - m).abs() < OUTLIER) {
+            if let Some(v) = value(i).filter(|v| mean.is_none_or(|m: f32| (v - m).abs() < OUTLIER)) {
                 sum += share(i) * v;
                 weights += share(i);
             }

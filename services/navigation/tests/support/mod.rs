@@ -7,9 +7,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use sketchnav_navigation::localization::beams::Mounting;
 use sketchnav_navigation::localization::parameters::Parameters;
-use sketchnav_navigation::localization::{Estimate, Localizer, Start};
+use sketchnav_navigation::localization::{Localizer, Start};
 use sketchnav_navigation::sketch::Sketch;
-use sketchnav_schemas::codes::{Tracking, WALL};
+use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Base, Odom, Pose, World, wrap_angle};
 use sketchnav_schemas::message::LaserScan;
 use sketchnav_schemas::seed;
@@ -78,7 +78,7 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    fn px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub fn px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.turn_rad.sin_cos();
         let (x, y) = ((x - 8.0) * self.a, (y - 6.0) * self.b);
         let [width, height] = self.size.map(|s| s as f64 / 2.0);
@@ -113,23 +113,11 @@ pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Locali
     Localizer::new(&drawing.sketch(), Mounting::default(), parameters, start, seed).unwrap()
 }
 
-/// What came of a drive.
-pub struct Outcome {
-    pub median_error_m: f64,
-    pub final_error_m: f64,
-    /// Mean of the logarithm of estimated over true scale, the last two thirds of the way.
-    pub scale_a_error: f64,
-    pub scale_b_error: f64,
-    pub tracking: Tracking,
-    pub trace: Vec<[u64; 5]>,
-}
-
-/// A drive along [`WAY`].
+/// A robot on its way along [`WAY`].
 pub struct Drive {
-    drawing: Drawing,
     pub localizer: Localizer,
     rng: Pcg64Mcg,
-    truth: Pose<World>,
+    pub truth: Pose<World>,
     odometry: Pose<Odom>,
 }
 
@@ -137,45 +125,7 @@ impl Drive {
     pub fn new(drawing: Drawing, parameters: Parameters, seed: u64) -> Self {
         let truth = Pose::new(WAY[0][0], WAY[0][1], std::f64::consts::FRAC_PI_2);
         let localizer = localizer(&drawing, parameters, seed);
-        Self {
-            drawing,
-            localizer,
-            rng: seed::stream(seed, "drive"),
-            truth,
-            odometry: Pose::new(0.0, 0.0, 0.0),
-        }
-    }
-
-    pub fn run(mut self) -> Outcome {
-        self.run_with(|_, _| ())
-    }
-
-    /// Drives; `meddle` is called after each step.
-    pub fn run_with(&mut self, mut meddle: impl FnMut(usize, &mut Localizer)) -> Outcome {
-        let (mut errors, mut scales, mut trace, mut last) = (vec![], vec![], vec![], None);
-        for waypoint in WAY {
-            while (waypoint[0] - self.truth.x).hypot(waypoint[1] - self.truth.y) > 0.1 {
-                let (odometry, scan) = self.advance(waypoint);
-                let estimate = self.localizer.step(&odometry, &scan);
-                errors.push(self.error_m(&estimate));
-                scales.push([estimate.scale_a_pxpm / self.drawing.a, estimate.scale_b_pxpm / self.drawing.b]);
-                trace.push(bits(&estimate));
-                meddle(trace.len(), &mut self.localizer);
-                last = Some(estimate);
-            }
-        }
-        let final_error_m = *errors.last().unwrap();
-        errors.sort_by(f64::total_cmp);
-        let late = &scales[scales.len() / 3..];
-        let mean = |i: usize| late.iter().map(|s| s[i].ln()).sum::<f64>() / late.len() as f64;
-        Outcome {
-            median_error_m: errors[errors.len() / 2],
-            final_error_m,
-            scale_a_error: mean(0),
-            scale_b_error: mean(1),
-            tracking: last.unwrap().tracking,
-            trace,
-        }
+        Self { localizer, rng: seed::stream(seed, "drive"), truth, odometry: Pose::new(0.0, 0.0, 0.0) }
     }
 
     /// A tenth of a second at half a metre a second; turns first where the waypoint is to the side.
@@ -196,7 +146,7 @@ impl Drive {
     }
 
     /// 240°, 5.6 m, 121 beams.
-    pub fn scan(&mut self) -> LaserScan {
+    fn scan(&mut self) -> LaserScan {
         let walls = walls();
         let mut scan = LaserScan::zeroed();
         (scan.beam_count, scan.range_min_m, scan.range_max_m) = (121, 0.02, 5.6);
@@ -210,17 +160,6 @@ impl Drive {
         scan.ranges_m[17] = f32::NAN;
         scan
     }
-
-    fn error_m(&self, estimate: &Estimate) -> f64 {
-        let [x, y] = self.drawing.px([self.truth.x, self.truth.y]);
-        let (sin, cos) = self.drawing.turn_rad.sin_cos();
-        let (dx, dy) = (estimate.pose.x - x, estimate.pose.y - y);
-        ((cos * dx + sin * dy) / self.drawing.a).hypot((cos * dy - sin * dx) / self.drawing.b)
-    }
-}
-
-fn bits(e: &Estimate) -> [u64; 5] {
-    [e.pose.x, e.pose.y, e.pose.yaw_rad, e.scale_a_pxpm, e.fit].map(f64::to_bits)
 }
 
 /// Distance to the first wall or piece of furniture.

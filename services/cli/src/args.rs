@@ -6,9 +6,18 @@ use clap::{Args, Parser, Subcommand};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::Pace;
 
+/// The processes that a system is made of, beside its supervisor.
+pub const SERVICES: [Process; 5] =
+    [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
+
 /// Drives a robot through a building by a hand-drawn map.
 #[derive(Debug, Parser)]
-#[command(name = "sketchnav", version, about, after_help = "Example: sketchnav run my-floor.toml --seed 3 --out results\nWithout a subcommand the demo mission runs.")]
+#[command(
+    name = "sketchnav",
+    version,
+    about,
+    after_help = "Example: sketchnav run my-floor.toml --seed 3 --out results\nWithout a subcommand the demo mission runs."
+)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -19,7 +28,9 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run a mission: start its processes, drive to its goals, record everything.
-    #[command(after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json")]
+    #[command(
+        after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json"
+    )]
     Run {
         /// The mission file (TOML); the README says how to write one.
         mission: PathBuf,
@@ -36,6 +47,7 @@ pub enum Command {
     #[command(after_help = "Example: sketchnav serve localizer --system lab")]
     Serve {
         /// world, sketcher, localizer, planner or recorder.
+        #[arg(value_parser = parse_service)]
         process: Process,
         /// The system's name, as `sketchnav ps` lists it.
         #[arg(long)]
@@ -60,7 +72,9 @@ pub enum Command {
         tap: Tap,
     },
     /// Compare two recordings, every message of every channel byte for byte (health is left out).
-    #[command(after_help = "Exit codes: 0 identical, 1 different, 2 unreadable.\nExample: sketchnav diff a.mcap b.mcap")]
+    #[command(
+        after_help = "Exit codes: 0 identical, 1 different, 2 unreadable.\nExample: sketchnav diff a.mcap b.mcap"
+    )]
     Diff {
         /// A recording.
         a: PathBuf,
@@ -99,9 +113,22 @@ pub struct RunOptions {
     /// The system's name; several systems run side by side without seeing each other.
     #[arg(long)]
     pub system: Option<String>,
-    /// Do not record (then there are no pictures, and the table knows only what the planner believes).
-    #[arg(long, hide = true)]
-    pub no_recording: bool,
+    /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
+    #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
+    pub without: Vec<Process>,
+}
+
+impl Default for RunOptions {
+    fn default() -> Self {
+        Self {
+            speed: Pace::Lockstep,
+            seed: 1,
+            out: "out".into(),
+            json: false,
+            system: None,
+            without: Vec::new(),
+        }
+    }
 }
 
 /// A look at a channel of a running system.
@@ -115,6 +142,13 @@ pub struct Tap {
     /// Stop after so many messages.
     #[arg(long)]
     pub count: Option<u64>,
+}
+
+fn parse_service(word: &str) -> Result<Process, String> {
+    match word.parse() {
+        Ok(process) if SERVICES.contains(&process) => Ok(process),
+        _ => Err(format!("expected one of {}", SERVICES.map(Process::word).join(", "))),
+    }
 }
 
 fn parse_speed(text: &str) -> Result<Pace, String> {

@@ -1,1 +1,40 @@
-fn main() {}
+//! The `sketchnav` command: one executable, a subcommand for each process and tool.
+
+mod args;
+mod failure;
+mod folder;
+mod mission;
+mod report;
+mod serve;
+mod systems;
+mod tap;
+mod tools;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Cli, Command};
+use failure::{Failure, Outcome, exit_code};
+
+/// Counts what each step allocates, for `health`.
+#[global_allocator]
+static ALLOCATOR: sketchnav_runtime::CountingAllocator = sketchnav_runtime::CountingAllocator;
+
+fn main() -> ExitCode {
+    exit_code(dispatch(Cli::parse()))
+}
+
+fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
+    match cli.command {
+        None => mission::demo(&args::RunOptions::default()),
+        Some(Command::Demo { options }) => mission::demo(&options),
+        Some(Command::Run { mission, options }) => mission::run(&mission, &options),
+        Some(Command::Serve { process, system }) => serve::serve(process, &system),
+        Some(Command::Ps { json }) => systems::ps(json),
+        Some(Command::Echo { tap }) => tap::echo(&tap),
+        Some(Command::Hz { tap }) => tap::hz(&tap),
+        Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
+        Some(Command::Info { file, json }) => tools::info(&file, json),
+    }
+}

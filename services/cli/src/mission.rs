@@ -1,0 +1,153 @@
+//! Runs a mission: starts its system, shows how it goes, reports.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, anyhow};
+use indicatif::{ProgressBar, ProgressStyle};
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::message::MissionStatus;
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine, Progress, Supervisor};
+
+use crate::args::{RunOptions, SERVICES};
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::folder::{create, plain_name};
+use crate::report;
+
+/// How often the progress line changes.
+const REFRESH: Duration = Duration::from_millis(100);
+
+/// The demo: its files are part of the program.
+const DEMO: [(&str, &[u8]); 3] = [
+    ("building-a.toml", include_bytes!("../../../sim/missions/building/building-a.toml")),
+    ("building.floor.toml", include_bytes!("../../../sim/missions/building/building.floor.toml")),
+    ("sketch-a.svg", include_bytes!("../../../sim/missions/building/sketch-a.svg")),
+];
+
+/// Writes the demo's files beside its results, to be changed and run again, and runs it.
+pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
+    let folder = options.out.join("demo");
+    std::fs::create_dir_all(&folder)
+        .with_context(|| format!("{}: expected a folder to write to", folder.display()))
+        .or_input()?;
+    for (name, content) in DEMO {
+        let path = folder.join(name);
+        std::fs::write(&path, content).with_context(|| path.display().to_string()).or_input()?;
+    }
+    run(&folder.join(DEMO[0].0), options)
+}
+
+/// Runs the mission in the file `path`.
+pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
+    let (mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
+    let name = plain_name(&mission.name);
+    let folder = create(&options.out, &name).or_input()?;
+    let recording = folder.join(format!("{name}.mcap"));
+    let run = RunConfig {
+        system: options.system.clone().unwrap_or_else(|| format!("{name}-{}", std::process::id())),
+        mission,
+        robot,
+        seed: options.seed,
+        pace: options.speed,
+        recording: Some(recording.into_os_string().into_string().map_err(|path| {
+            Failure::Input(anyhow!("{}: expected a path in UTF-8", PathBuf::from(path).display()))
+        })?),
+    };
+    drive(&run, options, &folder)
+}
+
+fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome, Failure> {
+    let began = Instant::now();
+    let mut supervisor = start(run, options).map_err(classify)?;
+    let watched = watch(&mut supervisor, run, options.json);
+    let wall = began.elapsed();
+    let ended = supervisor.shut_down();
+    let progress = match watched {
+        Ok(progress) => progress,
+        Err(error) => {
+            eprintln!("the recording so far: {}", run.recording.as_deref().unwrap_or_default());
+            return Err(classify(error));
+        }
+    };
+    let report = report::Report::new(run, &supervisor, wall, folder)?;
+    report.print(options.json)?;
+    ended.map_err(classify)?;
+    match progress {
+        Progress::Interrupted => Err(Failure::Other(anyhow!("interrupted before the mission ended"))),
+        _ if report.success() => Ok(Outcome::Success),
+        _ => Ok(Outcome::Short),
+    }
+}
+
+fn start(run: &RunConfig, options: &RunOptions) -> Result<Supervisor, SystemError> {
+    let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
+    let lines: Result<Vec<_>, _> = services.map(|process| ProcessLine::serve(process, &run.system)).collect();
+    for process in &options.without {
+        eprintln!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
+    }
+    Supervisor::start(run, lines?, Grace::default())
+}
+
+fn classify(error: SystemError) -> Failure {
+    if error.is_bad_input() { Failure::Input(error.into()) } else { Failure::Other(error.into()) }
+}
+
+/// Follows the mission to its end.
+fn watch(supervisor: &mut Supervisor, run: &RunConfig, quiet: bool) -> Result<Progress, SystemError> {
+    let line = progress_line(run, quiet);
+    let began = Instant::now();
+    let mut told = 0;
+    loop {
+        let progress = supervisor.poll(REFRESH)?;
+        for status in supervisor.ended_tasks().skip(told) {
+            tell(&line, quiet, &task_ended(status));
+            told += 1;
+        }
+        line.set_position(told as u64);
+        if let Some(status) = supervisor.status() {
+            line.set_message(on_the_way(status, began.elapsed()));
+        }
+        if progress != Progress::Running {
+            line.finish_and_clear();
+            return Ok(progress);
+        }
+    }
+}
+
+fn progress_line(run: &RunConfig, quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{prefix:.bold} {bar:20.cyan/dim} {pos}/{len}  {msg}");
+    let line = ProgressBar::new(run.mission.task.len() as u64);
+    line.set_prefix(run.mission.name.clone());
+    line.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Above the progress line; where there is no terminal, on standard error.
+fn tell(line: &ProgressBar, quiet: bool, text: &str) {
+    match (quiet, line.is_hidden()) {
+        (true, _) => {}
+        (false, true) => eprintln!("{text}"),
+        (false, false) => line.println(text),
+    }
+}
+
+fn task_ended(status: &MissionStatus) -> String {
+    let state = TaskState::from_code(status.state).map_or("?", TaskState::word);
+    let (name, reason) = (status.name.as_str(), status.reason.as_str());
+    let (time, path) = (status.task_time_s, status.task_path_m);
+    format!("  {:>2}. {name:<12} {state:<9} {time:6.1} s {path:6.1} m  {reason}", status.task + 1)
+}
+
+fn on_the_way(status: &MissionStatus, wall: Duration) -> String {
+    let simulated_s = status.header.stamp_ns as f64 / 1e9;
+    let (name, reason) = (status.name.as_str(), status.reason.as_str());
+    format!(
+        "{name}: {reason}; {:.1} m to go at {:.2} m/s; {simulated_s:.0} s simulated, {:.0} × real time",
+        status.remaining_m,
+        status.speed_mps,
+        simulated_s / wall.as_secs_f64().max(1e-3),
+    )
+}

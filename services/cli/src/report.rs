@@ -1,0 +1,285 @@
+//! What a run came to: read from its recording, judged, drawn, printed.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::Context;
+use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
+use serde::Serialize;
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::judge::{self, TaskSpan, TaskVerdict, Verdict};
+use sketchnav_recordings::picture::{self, FloorPicture, Outcome, SketchPicture, TaskPicture};
+use sketchnav_schemas::channels::{CONTACT, Channel, ESTIMATE, PARTICLES, ROUTE, SKETCH, STATUS, TRUTH};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
+use sketchnav_schemas::message::{
+    Contact, GroundTruth, MissionStatus, Particles, PoseEstimate, Route, SketchMap,
+};
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_supervisor::Supervisor;
+
+use crate::args::SERVICES;
+use crate::failure::Failure;
+
+/// A run's figures; `--json` prints just this.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    mission: String,
+    seed: u64,
+    success: bool,
+    tasks: Vec<TaskVerdict>,
+    sim_seconds: f64,
+    wall_seconds: f64,
+    real_time_factor: f64,
+    lost_messages: u64,
+    recording: String,
+    pictures: Vec<PathBuf>,
+    processes: Vec<ProcessFigures>,
+}
+
+/// What a process said about itself at its end.
+#[derive(Debug, Serialize)]
+struct ProcessFigures {
+    process: &'static str,
+    steps: u64,
+    busy_s: f64,
+    step_allocations: u64,
+    lost_messages: u64,
+    refused_messages: u64,
+}
+
+impl Report {
+    /// Reads the recording of `run`, judges it, and draws it into `folder`.
+    pub fn new(
+        run: &RunConfig,
+        supervisor: &Supervisor,
+        wall: Duration,
+        folder: &Path,
+    ) -> Result<Self, Failure> {
+        let recording = run.recording.as_deref().unwrap_or_default();
+        let log = Log::read(Path::new(recording))
+            .with_context(|| format!("{recording}: the recording of this run"))?;
+        let verdict = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts);
+        let missing =
+            sketchnav_recordings::info::info(Path::new(recording)).context(recording.to_owned())?.missing;
+        let pictures = draw(run, &log, &verdict, folder)?;
+        let processes: Vec<_> = SERVICES.into_iter().filter_map(|p| figures(p, supervisor)).collect();
+        let lost: u64 = processes.iter().map(|p| p.lost_messages).sum();
+        Ok(Self {
+            mission: run.mission.name.clone(),
+            seed: run.seed,
+            success: verdict.success,
+            tasks: verdict.tasks,
+            sim_seconds: verdict.sim_seconds,
+            wall_seconds: wall.as_secs_f64(),
+            real_time_factor: verdict.sim_seconds / wall.as_secs_f64(),
+            // The recorder counts its own losses too; a file that lacks more has lost them on disk.
+            lost_messages: lost.max(missing),
+            recording: recording.to_owned(),
+            pictures,
+            processes,
+        })
+    }
+
+    /// Whether every task was reached.
+    pub fn success(&self) -> bool {
+        self.success
+    }
+
+    /// Prints the table, or one JSON object.
+    pub fn print(&self, json: bool) -> Result<(), Failure> {
+        if json {
+            println!("{}", serde_json::to_string(self).context("the report as JSON")?);
+            return Ok(());
+        }
+        println!("{}", self.table());
+        let reached = self.tasks.iter().filter(|task| task.reached).count();
+        println!(
+            "{reached} of {} tasks reached in {:.0} s simulated, {:.1} s on the clock ({:.0} × real time); {} messages lost",
+            self.tasks.len(),
+            self.sim_seconds,
+            self.wall_seconds,
+            self.real_time_factor,
+            self.lost_messages,
+        );
+        println!("recording  {}", self.recording);
+        for picture in &self.pictures {
+            println!("picture    {}", picture.display());
+        }
+        Ok(())
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new();
+        table.load_style(UTF8_FULL_CONDENSED);
+        table.set_header([
+            "task",
+            "reached",
+            "time",
+            "path",
+            "final error",
+            "collisions",
+            "the planner said",
+        ]);
+        for task in &self.tasks {
+            table.add_row([
+                task.name.clone(),
+                if task.reached { "yes".into() } else { "no".into() },
+                format!("{:.1} s", task.time_s),
+                format!("{:.1} m", task.path_m),
+                task.final_error_m.map_or("–".into(), |error| format!("{error:.2} m")),
+                task.collisions.to_string(),
+                format!("{}: {}", task.state, task.reason),
+            ]);
+        }
+        for column in 2..6 {
+            if let Some(column) = table.column_mut(column) {
+                column.set_cell_alignment(CellAlignment::Right);
+            }
+        }
+        table
+    }
+}
+
+fn figures(process: sketchnav_schemas::codes::Process, supervisor: &Supervisor) -> Option<ProcessFigures> {
+    let health = supervisor.health(process)?;
+    Some(ProcessFigures {
+        process: process.word(),
+        steps: health.steps,
+        busy_s: health.busy_ns as f64 / 1e9,
+        step_allocations: health.step_allocations,
+        lost_messages: health.lost_messages,
+        refused_messages: health.refused_messages,
+    })
+}
+
+/// The channels that the report needs.
+struct Log {
+    truth: Vec<GroundTruth>,
+    status: Vec<MissionStatus>,
+    contacts: Vec<Contact>,
+    estimates: Vec<PoseEstimate>,
+    particles: Vec<Particles>,
+    route: Option<Box<Route>>,
+    sketch: Option<(SketchMap, Vec<u8>)>,
+}
+
+impl Log {
+    fn read(path: &Path) -> anyhow::Result<Self> {
+        let recording = Recording::open(path)?;
+        Ok(Self {
+            truth: all(&recording, TRUTH)?,
+            status: all(&recording, STATUS)?,
+            contacts: all(&recording, CONTACT)?,
+            estimates: all(&recording, ESTIMATE)?,
+            particles: all(&recording, PARTICLES)?,
+            route: recording.channel(ROUTE)?.next().transpose()?.map(|(route, _)| Box::new(route)),
+            sketch: recording.channel(SKETCH)?.next().transpose()?,
+        })
+    }
+}
+
+fn all<T: Ros2>(recording: &Recording, channel: Channel<T>) -> anyhow::Result<Vec<T>> {
+    recording.channel(channel)?.map(|message| Ok(message?.0)).collect()
+}
+
+fn draw(run: &RunConfig, log: &Log, verdict: &Verdict, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let spans = judge::spans(run.mission.task.len(), &log.status);
+    let mut pictures = Vec::new();
+    if let Some((map, cells)) = &log.sketch {
+        let tasks = sketch_tasks(run, log, verdict, &spans);
+        let svg = picture::sketch(&SketchPicture {
+            title: &format!(
+                "{}, seed {}: the sketch, and where the robot believed to be",
+                run.mission.name, run.seed
+            ),
+            width_px: map.width_px,
+            height_px: map.height_px,
+            cells,
+            start: map.start.pose(),
+            tasks: &tasks,
+        })?;
+        pictures.push(write(folder.join("sketch.svg"), &svg)?);
+    }
+    pictures.push(write(folder.join("floor.svg"), &floor(run, log, verdict, &spans)?)?);
+    Ok(pictures)
+}
+
+fn write(path: PathBuf, svg: &str) -> anyhow::Result<PathBuf> {
+    std::fs::write(&path, svg).with_context(|| path.display().to_string())?;
+    Ok(path)
+}
+
+fn sketch_tasks(
+    run: &RunConfig,
+    log: &Log,
+    verdict: &Verdict,
+    spans: &[Option<TaskSpan>],
+) -> Vec<TaskPicture<Sketch>> {
+    let task = |i: usize| {
+        let route = log.route.as_deref();
+        let marks = route.and_then(|route| Some(route.points(route.tasks().get(i)?).collect()));
+        let particles = of(&spans[i], &log.particles).last().map(cloud);
+        TaskPicture {
+            name: verdict.tasks[i].name.clone(),
+            marks: marks.unwrap_or_default(),
+            place: Vec::new(),
+            trail: of(&spans[i], &log.estimates).iter().map(|e| e.pose.pose().position()).collect(),
+            particles: particles.unwrap_or_default(),
+            outcome: outcome(&spans[i], &verdict.tasks[i]),
+        }
+    };
+    (0..run.mission.task.len()).map(task).collect()
+}
+
+fn cloud(particles: &Particles) -> Vec<Point<Sketch>> {
+    let count = (particles.count as usize).min(particles.particles.len());
+    particles.particles[..count].iter().map(|p| Point::new(p.x_px.into(), p.y_px.into())).collect()
+}
+
+fn of<'a, T: sketchnav_schemas::message::Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T] {
+    span.as_ref().map_or(&[], |span| span.of(messages))
+}
+
+fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> Outcome {
+    match (span, verdict.reached) {
+        (None, _) => Outcome::NotBegun,
+        (Some(_), true) => Outcome::Reached,
+        (Some(_), false) => Outcome::Failed,
+    }
+}
+
+fn floor(
+    run: &RunConfig,
+    log: &Log,
+    verdict: &Verdict,
+    spans: &[Option<TaskSpan>],
+) -> anyhow::Result<String> {
+    let description = sketchnav_sim::files::world(&run.mission.world)?;
+    let point = |p: &[f64; 2]| Point::<World>::new(p[0], p[1]);
+    let walls: Vec<_> = description.outline.iter().map(|s| [point(&s[0]), point(&s[1])]).collect();
+    let corners = |piece: &sketchnav_sim::convex::Convex| piece.corners().iter().map(point).collect();
+    let furniture: Vec<Vec<_>> = description.furniture.iter().map(corners).collect();
+    let tasks = run.mission.task.iter().enumerate().map(|(i, task)| TaskPicture {
+        name: task.name.clone(),
+        marks: vec![point(&task.there.middle())],
+        place: picture::place_outline(&task.there),
+        trail: of(&spans[i], &log.truth).iter().map(|t| t.pose().position()).collect(),
+        particles: Vec::new(),
+        outcome: outcome(&spans[i], &verdict.tasks[i]),
+    });
+    let began = log.contacts.iter().filter(|contact| contact.begins == 1);
+    let contacts: Vec<_> = began.map(|contact| Point::new(contact.x_m, contact.y_m)).collect();
+    let start = &run.mission.start;
+    Ok(picture::floor(&FloorPicture {
+        title: &format!(
+            "{}, seed {}: the true floor, and where the robot truly was",
+            run.mission.name, run.seed
+        ),
+        walls: &walls,
+        furniture: &furniture,
+        start: Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians()),
+        tasks: &tasks.collect::<Vec<_>>(),
+        contacts: &contacts,
+    }))
+}

@@ -1,0 +1,89 @@
+//! What runs on this machine.
+
+use anyhow::Context;
+use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
+use serde::Serialize;
+use sketchnav_runtime::System;
+use sketchnav_schemas::run::Pace;
+
+use crate::failure::{Failure, Outcome};
+
+#[derive(Serialize)]
+struct Row {
+    system: String,
+    mission: String,
+    seed: u64,
+    pace: Pace,
+    processes: Vec<Member>,
+}
+
+#[derive(Serialize)]
+struct Member {
+    process: String,
+    pid: u32,
+}
+
+/// Lists the systems of this user and their processes.
+pub fn ps(json: bool) -> Result<Outcome, Failure> {
+    let systems = System::list().context("looking for systems")?;
+    // A system that ends while we look is not there any more.
+    let rows: Vec<_> = systems.iter().filter_map(|system| row(system).ok()).collect();
+    if json {
+        println!("{}", serde_json::to_string(&rows).context("the list as JSON")?);
+    } else if rows.is_empty() {
+        println!("no system runs; `sketchnav demo` starts one");
+    } else {
+        println!("{}", table(&rows));
+    }
+    Ok(Outcome::Success)
+}
+
+fn row(system: &System) -> anyhow::Result<Row> {
+    let run = system.run_config()?;
+    let processes = system.processes()?.into_iter().map(|(process, pid)| Member { process, pid });
+    Ok(Row {
+        system: system.name().to_owned(),
+        mission: run.mission.name,
+        seed: run.seed,
+        pace: run.pace,
+        processes: processes.collect(),
+    })
+}
+
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_FULL_CONDENSED);
+    table.set_header(["system", "mission", "seed", "process", "pid"]);
+    for row in rows {
+        for (i, member) in row.processes.iter().enumerate() {
+            let first = |text: String| if i == 0 { text } else { String::new() };
+            table.add_row([
+                first(row.system.clone()),
+                first(row.mission.clone()),
+                first(row.seed.to_string()),
+                member.process.clone(),
+                member.pid.to_string(),
+            ]);
+        }
+    }
+    table
+}
+
+/// The system of that name; without a name, the only one that runs.
+pub fn find(name: Option<&str>) -> Result<System, Failure> {
+    if let Some(name) = name {
+        return System::open(name).map_err(|error| Failure::Input(error.into()));
+    }
+    let mut systems = System::list().context("looking for systems")?;
+    match systems.len() {
+        1 => Ok(systems.remove(0)),
+        0 => Err(Failure::Input(anyhow::anyhow!("no system runs; `sketchnav demo` starts one"))),
+        _ => {
+            let names: Vec<_> = systems.iter().map(System::name).collect();
+            Err(Failure::Input(anyhow::anyhow!(
+                "several systems run; say --system {}",
+                names.join(" or --system ")
+            )))
+        }
+    }
+}

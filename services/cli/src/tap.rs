@@ -1,0 +1,179 @@
+//! Looks at the channels of a running system without disturbing it.
+
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, anyhow};
+use sketchnav_runtime::{Node, System, Wake};
+use sketchnav_schemas::channels::{self, Channel, ChannelVisitor, TABLE};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::ros2::Ros2;
+
+use crate::args::Tap;
+use crate::failure::{Failure, Outcome};
+use crate::systems;
+
+/// How often to look: messages wake no observer.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
+/// How often to see whether the system still runs, and to print a rate.
+const SECOND: Duration = Duration::from_secs(1);
+
+/// Prints each message as a JSON object: its number, time and cause, and its ROS 2 form.
+pub fn echo(tap: &Tap) -> Result<Outcome, Failure> {
+    follow(tap, &mut Echo)
+}
+
+/// Prints the rate once a second, and the whole at the end.
+pub fn hz(tap: &Tap) -> Result<Outcome, Failure> {
+    let mut rate = Rate::default();
+    let followed = follow(tap, &mut rate);
+    rate.print("in all");
+    followed
+}
+
+/// What is done with the messages of a channel.
+trait Listener {
+    fn hear<T: Ros2>(&mut self, message: &T, cells: &[u8]) -> anyhow::Result<()>;
+    /// Called once a second, with the messages lost so far.
+    fn tick(&mut self, lost: u64);
+}
+
+struct Echo;
+
+impl Listener for Echo {
+    fn hear<T: Ros2>(&mut self, message: &T, cells: &[u8]) -> anyhow::Result<()> {
+        let header = message.header();
+        let form = serde_json::to_value(message.to_ros2(cells)?)?;
+        let line = serde_json::json!({
+            "seq": header.seq, "stamp_ns": header.stamp_ns, "source_seq": header.source_seq, "message": form,
+        });
+        println!("{line}");
+        Ok(())
+    }
+
+    fn tick(&mut self, _lost: u64) {}
+}
+
+/// Messages, in wall-clock time and in simulation time.
+#[derive(Default)]
+struct Rate {
+    first: Option<(Instant, u64)>,
+    last: Option<(Instant, u64)>,
+    count: u64,
+    lost: u64,
+}
+
+impl Listener for Rate {
+    fn hear<T: Ros2>(&mut self, message: &T, _cells: &[u8]) -> anyhow::Result<()> {
+        let now = (Instant::now(), message.header().stamp_ns);
+        self.first.get_or_insert(now);
+        self.last = Some(now);
+        self.count += 1;
+        Ok(())
+    }
+
+    fn tick(&mut self, lost: u64) {
+        self.lost = lost;
+        self.print("so far");
+    }
+}
+
+impl Rate {
+    fn print(&self, when: &str) {
+        let (Some((first, first_ns)), Some((last, last_ns))) = (self.first, self.last) else {
+            println!("{when}: no message");
+            return;
+        };
+        let intervals = self.count.saturating_sub(1) as f64;
+        let wall = intervals / (last - first).as_secs_f64().max(1e-9);
+        let simulated = intervals / (last_ns.saturating_sub(first_ns) as f64 / 1e9).max(1e-9);
+        let (count, lost) = (self.count, self.lost);
+        if intervals == 0.0 {
+            println!("{when}: 1 message");
+        } else {
+            println!(
+                "{when}: {wall:.1} messages a second, {simulated:.2} a simulated second; {count} seen, {lost} missed"
+            );
+        }
+    }
+}
+
+fn follow(tap: &Tap, listener: &mut impl Listener) -> Result<Outcome, Failure> {
+    if !TABLE.iter().any(|spec| spec.name == tap.channel) {
+        let known: Vec<_> = TABLE.iter().map(|spec| spec.name).collect();
+        return Err(Failure::Input(anyhow!(
+            "channel {:?}: expected one of {}",
+            tap.channel,
+            known.join(", ")
+        )));
+    }
+    let system = systems::find(tap.system.as_deref())?;
+    let name = system.name().to_owned();
+    let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
+    channels::visit(&mut Follow { tap, name, node, listener })?;
+    Ok(Outcome::Success)
+}
+
+struct Follow<'a, L> {
+    tap: &'a Tap,
+    name: String,
+    node: Node,
+    listener: &'a mut L,
+}
+
+impl<L: Listener> Follow<'_, L> {
+    /// Calls `look` until the count is full, the system is gone or the user has enough. `look` hands on
+    /// one message, tells whether there was one, and how many were lost.
+    fn run(&mut self, mut look: impl FnMut(&mut L) -> anyhow::Result<(bool, u64)>) -> anyhow::Result<()> {
+        let (mut seen, mut tick) = (0, Instant::now());
+        loop {
+            let lost = loop {
+                let (there, lost) = look(self.listener)?;
+                if !there {
+                    break lost;
+                }
+                seen += 1;
+                if self.tap.count == Some(seen) {
+                    return Ok(());
+                }
+            };
+            if tick.elapsed() >= SECOND {
+                tick = Instant::now();
+                self.listener.tick(lost);
+                if System::open(&self.name).is_err() {
+                    return Ok(());
+                }
+            }
+            if self.node.nap(LOOK_EVERY) == Wake::Terminate {
+                return Ok(());
+            }
+        }
+    }
+}
+
+impl<L: Listener> ChannelVisitor for Follow<'_, L> {
+    type Error = anyhow::Error;
+
+    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> anyhow::Result<()> {
+        if channel.spec.name != self.tap.channel {
+            return Ok(());
+        }
+        let mut reader = self.node.reader(channel)?;
+        self.run(|listener| {
+            let message = reader.receive()?;
+            message.as_ref().map_or(Ok(()), |message| listener.hear::<T>(message, &[]))?;
+            Ok((message.is_some(), reader.lost()))
+        })
+    }
+
+    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> anyhow::Result<()> {
+        if channel.spec.name != self.tap.channel {
+            return Ok(());
+        }
+        let mut reader = self.node.slice_reader(channel)?;
+        self.run(|listener| {
+            let message = reader.receive()?;
+            message.as_ref().map_or(Ok(()), |sample| listener.hear(sample.message(), sample.bytes()))?;
+            Ok((message.is_some(), reader.lost()))
+        })
+    }
+}

@@ -140,6 +140,10 @@ impl Node {
     ///
     /// The recorder and observers are not woken by messages; they wait a few milliseconds and look.
     pub fn wait(&self, timeout: Duration) -> Wake {
+        // A request from before is in `seen_ring` already; a later one rings the bell again.
+        if signals::end_requested() {
+            return Wake::Terminate;
+        }
         self.serve_new_readers();
         let rung = self.bells.wait(self.process, self.seen_ring.get(), timeout);
         if signals::end_requested() {

@@ -16,15 +16,20 @@ static REQUESTED: AtomicU32 = AtomicU32::new(0);
 /// The bell of the node that was joined last; it is never unmapped.
 static BELL: AtomicPtr<AtomicU32> = AtomicPtr::new(null_mut());
 
-/// Catches the signals and has them ring `bell` too.
+const SIGNALS: [Signal; 3] = [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP];
+
+/// Catches the signals, has them ring `bell` too, and lets through what was held back until now: the
+/// supervisor starts a process with SIGTERM blocked, so that none is ended before it can listen.
 pub(crate) fn install(bell: &'static AtomicU32) {
     BELL.store(std::ptr::from_ref(bell).cast_mut(), SeqCst);
     let action = SigAction::new(SigHandler::Handler(on_signal), SaFlags::empty(), SigSet::empty());
-    for signal in [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP] {
-        // SAFETY: the handler uses atomics and one futex call alone, which are async-signal-safe.
+    for signal in SIGNALS {
+        // SAFETY: the handler uses atomics and futex calls alone, which are async-signal-safe.
         // The call fails for invalid signals only.
         let _ = unsafe { sigaction(signal, &action) };
     }
+    // As above: it fails for an invalid set only.
+    let _ = SigSet::from_iter(SIGNALS).thread_unblock();
 }
 
 /// Whether one of the signals has come.

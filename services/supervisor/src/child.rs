@@ -13,7 +13,7 @@ use nix::errno::Errno;
 use nix::libc;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::prctl::set_pdeathsig;
-use nix::sys::signal::{Signal, kill};
+use nix::sys::signal::{SigSet, Signal, kill};
 use nix::unistd::{Pid, getpid, getppid};
 use sketchnav_schemas::codes::Process;
 
@@ -131,9 +131,12 @@ fn spawn(line: &mut ProcessLine, log: &Path) -> io::Result<StdChild> {
     // The recorder may still close its file; the others have nothing to save.
     let last = if line.process == Process::Recorder { Signal::SIGTERM } else { Signal::SIGKILL };
     line.command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log).process_group(0);
-    // SAFETY: between fork and exec the closure makes two system calls and nothing else.
+    let term = SigSet::from(Signal::SIGTERM);
+    // SAFETY: between fork and exec the closure makes three system calls and nothing else.
     unsafe {
         line.command.pre_exec(move || {
+            // Held back until the process has joined the system and listens.
+            term.thread_block()?;
             set_pdeathsig(last)?;
             // The supervisor may have died before the line above.
             if getppid() == supervisor { Ok(()) } else { Err(Errno::ESRCH.into()) }

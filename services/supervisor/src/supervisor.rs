@@ -1,8 +1,6 @@
 //! The life of a system.
 
 use std::collections::BTreeMap;
-use std::os::unix::process::ExitStatusExt;
-use std::process::ExitStatus;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -16,9 +14,9 @@ use sketchnav_schemas::run::RunConfig;
 use crate::child::{Child, ProcessLine};
 use crate::{Error, Result};
 
-/// How often the supervisor looks at its channels and children. Within it, no more statuses may come
-/// than their channel holds.
-const LOOK_EVERY: Duration = Duration::from_millis(10);
+/// How often the supervisor looks at its channels and children. A lockstep world, which waits for the
+/// recorder, sends no more statuses in that time than their channel holds.
+const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// A process that has ended well may have done so because of a last command whose status is on its way.
 const EARLY_END: Duration = Duration::from_secs(2);
 /// Clearing what a killed process left in shared memory.
@@ -133,7 +131,8 @@ impl Supervisor {
         self.estimate.as_ref()
     }
 
-    /// The last status of every task that has ended, in order.
+    /// The last status of every task that has ended, in order: for people to watch. The supervisor looks
+    /// now and then; the recording alone has every status for sure.
     pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
         self.ended_tasks.values()
     }
@@ -241,7 +240,7 @@ impl Supervisor {
                 killed.push(child.process);
                 result = result.and(child.kill());
             } else if let Some((status, _)) = child.ended()?
-                && failed_at_end(status)
+                && !status.success()
             {
                 result = result.and(Err(Error::Died(child.death(status))));
             }
@@ -253,11 +252,6 @@ impl Supervisor {
 /// Whether the planner says this of a task that has ended.
 fn ends_task(state: TaskState) -> bool {
     matches!(state, TaskState::Reached | TaskState::Blocked | TaskState::Lost | TaskState::TimedOut)
-}
-
-/// A process that was asked to end before it could listen is no failure.
-fn failed_at_end(status: ExitStatus) -> bool {
-    !status.success() && status.signal() != Some(Signal::SIGTERM as i32)
 }
 
 impl Drop for Supervisor {

@@ -12,7 +12,7 @@ const LOOK_BEYOND: f32 = 1.5;
 const LEAVE_WALL_M: f32 = 0.4;
 
 /// Range from the sensor to the first drawn wall along beam `i`, metres of the local metric, at most
-/// [`LOOK_BEYOND`] times the longest range. `place_px` is the robot's.
+/// `LOOK_BEYOND` times the longest range. `place_px` is the robot's.
 #[inline]
 pub fn expected_range(grid: &Grid, beams: &Beams, i: usize, place_px: [f32; 2], metric: &PxFromBase) -> f32 {
     let origin = metric.apply(beams.origin_m[0], beams.origin_m[1]);

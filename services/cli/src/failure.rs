@@ -49,6 +49,28 @@ pub fn exit_code(result: Result<Outcome, Failure>) -> ExitCode {
 }
 
 fn report(error: &anyhow::Error, code: u8) -> ExitCode {
-    eprintln!("error: {error:#}");
+    eprintln!("error: {}", story(error));
     ExitCode::from(code)
+}
+
+/// The error and its causes; a cause that the text has told already is not told again.
+fn story(error: &anyhow::Error) -> String {
+    error.chain().skip(1).fold(error.to_string(), |story, cause| {
+        let cause = cause.to_string();
+        if story.contains(&cause) { story } else { format!("{story}: {cause}") }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A missing file was told three times over: "m.toml: cannot be read: No such file …: cannot be …".
+    #[test]
+    fn a_cause_is_told_once() {
+        let missing = sketchnav_sim::mission_file::load("/nowhere/m.toml".as_ref()).unwrap_err();
+        let story = story(&anyhow::Error::from(missing).context("the mission"));
+        assert!(story.starts_with("the mission: /nowhere/m.toml: "), "{story}");
+        assert_eq!(story.matches("No such file").count(), 1, "{story}");
+    }
 }

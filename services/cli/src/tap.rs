@@ -32,6 +32,8 @@ pub fn hz(tap: &Tap) -> Result<Outcome, Failure> {
 
 /// What is done with the messages of a channel.
 trait Listener {
+    /// Whether the channel's history, which comes all at once, counts.
+    const HISTORY: bool;
     fn hear<T: Ros2>(&mut self, message: &T, cells: &[u8]) -> anyhow::Result<()>;
     /// Called once a second, with the messages lost so far.
     fn tick(&mut self, lost: u64);
@@ -40,6 +42,8 @@ trait Listener {
 struct Echo;
 
 impl Listener for Echo {
+    const HISTORY: bool = true;
+
     fn hear<T: Ros2>(&mut self, message: &T, cells: &[u8]) -> anyhow::Result<()> {
         let header = message.header();
         let form = serde_json::to_value(message.to_ros2(cells)?)?;
@@ -63,6 +67,9 @@ struct Rate {
 }
 
 impl Listener for Rate {
+    /// The times at which it is handed over tell no rate.
+    const HISTORY: bool = false;
+
     fn hear<T: Ros2>(&mut self, message: &T, _cells: &[u8]) -> anyhow::Result<()> {
         let now = (Instant::now(), message.header().stamp_ns);
         self.first.get_or_insert(now);
@@ -122,20 +129,28 @@ struct Follow<'a, L> {
 
 impl<L: Listener> Follow<'_, L> {
     /// Calls `look` until the count is full, the system is gone or the user has enough. `look` hands on
-    /// one message, tells whether there was one, and how many were lost.
-    fn run(&mut self, mut look: impl FnMut(&mut L) -> anyhow::Result<(bool, u64)>) -> anyhow::Result<()> {
+    /// one message to the listener, where there is one for it, tells whether one came, and how many were
+    /// lost.
+    fn run(
+        &mut self,
+        mut look: impl FnMut(Option<&mut L>) -> anyhow::Result<(bool, u64)>,
+    ) -> anyhow::Result<()> {
         let (mut seen, mut tick) = (0, Instant::now());
+        let mut counts = L::HISTORY;
         loop {
+            let mut came = false;
             let lost = loop {
-                let (there, lost) = look(self.listener)?;
+                let (there, lost) = look(counts.then_some(&mut *self.listener))?;
                 if !there {
                     break lost;
                 }
-                seen += 1;
+                came = true;
+                seen += u64::from(counts);
                 if self.tap.count == Some(seen) {
                     return Ok(());
                 }
             };
+            counts |= came;
             if tick.elapsed() >= SECOND {
                 tick = Instant::now();
                 self.listener.tick(lost);
@@ -160,7 +175,9 @@ impl<L: Listener> ChannelVisitor for Follow<'_, L> {
         let mut reader = self.node.reader(channel)?;
         self.run(|listener| {
             let message = reader.receive()?;
-            message.as_ref().map_or(Ok(()), |message| listener.hear::<T>(message, &[]))?;
+            if let (Some(message), Some(listener)) = (&message, listener) {
+                listener.hear::<T>(message, &[])?;
+            }
             Ok((message.is_some(), reader.lost()))
         })
     }
@@ -172,7 +189,9 @@ impl<L: Listener> ChannelVisitor for Follow<'_, L> {
         let mut reader = self.node.slice_reader(channel)?;
         self.run(|listener| {
             let message = reader.receive()?;
-            message.as_ref().map_or(Ok(()), |sample| listener.hear(sample.message(), sample.bytes()))?;
+            if let (Some(sample), Some(listener)) = (&message, listener) {
+                listener.hear(sample.message(), sample.bytes())?;
+            }
             Ok((message.is_some(), reader.lost()))
         })
     }

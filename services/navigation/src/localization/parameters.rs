@@ -110,7 +110,7 @@ impl Default for Parameters {
             particles: 500,
             beams: 48,
             likelihood: Likelihood::Visibility,
-            independent_beams: 8.0,
+            independent_beams: 5.0,
             update_distance_m: 0.2,
             update_turn_rad: 0.35,
             resample_below: 0.5,
@@ -154,6 +154,7 @@ impl Parameters {
     pub fn paper() -> Self {
         Self {
             particles: 2000,
+            independent_beams: 8.0,
             likelihood: Likelihood::Field,
             scale_noise: 0.15,
             scale_reversion_per_m: 0.0,

@@ -1,0 +1,138 @@
+//! The localizer's core in its messages.
+
+use bytemuck::Zeroable;
+use sketchnav_localizer::core::{Core, CoreError, at_the_origin};
+use sketchnav_schemas::codes::{FREE, Tracking, WALL};
+use sketchnav_schemas::geometry::Pose;
+use sketchnav_schemas::message::{LaserScan, Particles, PoseEstimate, PosePx, SketchMap};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::run::{Pace, RunConfig};
+
+const MISSION: &str = r#"
+name = "test"
+robot = "test"
+[world]
+floor_plan = "none.toml"
+[start]
+world = [0, 0]
+world_heading_deg = 0
+[sketch]
+file = "none.png"
+[[task]]
+name = "0 → 1"
+goal = [1, 1]
+there = { center = [0, 0], radius_m = 1 }
+"#;
+
+const ROBOT: &str = r#"
+name = "test"
+radius_m = 0.2
+mass_kg = 10
+drive = "differential"
+limits = { speed_mps = 1, yaw_rate_radps = 1, acceleration_mps2 = 1, yaw_acceleration_radps2 = 1 }
+[laser]
+model = "test"
+field_of_view_deg = 240
+beams = 61
+range_min_m = 0.02
+range_max_m = 5.6
+rate_hz = 10
+noise_m = 0.01
+noise_per_m = 0
+dropout = 0
+[odometry]
+alpha_speed_speed = 0
+alpha_speed_turn = 0
+alpha_turn_speed = 0
+alpha_turn_turn = 0
+drift_distance = 0
+drift_yaw_radpm = 0
+slips_per_m = 0
+"#;
+
+fn core(parameters: &str) -> Result<Core, CoreError> {
+    let mission = Mission::parse(&format!("{MISSION}{parameters}")).unwrap();
+    Core::new(&RunConfig {
+        system: "test".into(),
+        mission,
+        robot: Robot::parse(ROBOT).unwrap(),
+        seed: 1,
+        pace: Pace::Lockstep,
+        recording: None,
+    })
+}
+
+/// A room of 80 × 60 px, and the robot in its middle.
+fn room() -> (SketchMap, Vec<u8>) {
+    let mut map = SketchMap::zeroed();
+    (map.width_px, map.height_px) = (100, 80);
+    map.start = PosePx::new(&Pose::new(50.0, 40.0, 0.0));
+    let free = |i: usize| (10..90).contains(&(i % 100)) && (10..70).contains(&(i / 100));
+    (map, (0..8000).map(|i| if free(i) { FREE } else { WALL }).collect())
+}
+
+/// The room as the laser sees it at 20 px a metre.
+fn scan(seq: u64) -> LaserScan {
+    let mut scan = LaserScan::zeroed();
+    (scan.header.seq, scan.header.stamp_ns) = (seq, (seq - 1) * 100_000_000);
+    (scan.beam_count, scan.range_min_m, scan.range_max_m) = (61, 0.02, 5.6);
+    (scan.angle_min_rad, scan.angle_increment_rad) = (-120_f32.to_radians(), 4_f32.to_radians());
+    for i in 0..61 {
+        let (sin, cos) = scan.angle_rad(i).sin_cos();
+        scan.ranges_m[i] = (2.0 / cos.abs()).min(1.5 / sin.abs());
+    }
+    scan
+}
+
+#[test]
+fn without_a_sketch_it_waits() {
+    let (mut core, mut out) = (core("").unwrap(), PoseEstimate::zeroed());
+    core.step(&at_the_origin(), &scan(4), &mut out, None);
+    assert_eq!((out.tracking, out.header.source_seq), (Tracking::Waiting.code(), 4));
+}
+
+#[test]
+fn each_scan_is_answered_and_the_scales_are_found() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    core.on_sketch(&map, &cells).unwrap();
+    let mut out = PoseEstimate::zeroed();
+    for seq in 1..=5 {
+        core.step(&at_the_origin(), &scan(seq), &mut out, None);
+        assert_eq!((out.header.source_seq, out.header.stamp_ns), (seq, (seq - 1) * 100_000_000));
+        assert_eq!(out.tracking, Tracking::Tracking.code());
+    }
+    assert!((out.pose.x_px - 50.0).abs() < 5.0 && (out.pose.y_px - 40.0).abs() < 5.0, "{:?}", out.pose);
+    for scale in [out.scale_a_pxpm, out.scale_b_pxpm] {
+        assert!((scale / 20.0).ln().abs() < 0.2, "{scale}");
+    }
+}
+
+#[test]
+fn particles_are_due_once_a_second() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    assert!(!core.particles_due(0));
+    core.on_sketch(&map, &cells).unwrap();
+    let (mut out, mut particles) = (PoseEstimate::zeroed(), Particles::zeroed());
+    let mut sent = vec![];
+    for seq in 1..=25 {
+        let due = core.particles_due(scan(seq).header.stamp_ns);
+        core.step(&at_the_origin(), &scan(seq), &mut out, due.then_some(&mut particles));
+        sent.extend(due.then_some(particles.header.source_seq));
+    }
+    assert_eq!(sent, [1, 11, 21]);
+    assert_eq!((particles.count, particles.total), (500, out.particle_count));
+}
+
+#[test]
+fn errors_name_what_is_wrong() {
+    let error =
+        |parameters: &str| core(&format!("[parameters.localizer]\n{parameters}")).unwrap_err().to_string();
+    assert!(error("particels = 5").contains("particels"), "{}", error("particels = 5"));
+    assert!(error("particles = 5").contains("particles: expected 16 to 20000, found 5"));
+    let (mut map, cells) = room();
+    map.start = PosePx::new(&Pose::new(500.0, 40.0, 0.0));
+    let outside = core("").unwrap().on_sketch(&map, &cells).unwrap_err().to_string();
+    assert!(outside.contains("100 × 80") && outside.contains("500.0"), "{outside}");
+    assert!(matches!(core("").unwrap().on_sketch(&map, &cells[1..]), Err(CoreError::Cells { .. })));
+}

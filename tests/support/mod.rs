@@ -1,0 +1,284 @@
+//! What the tests of whole process trees share: a user's place of its own, commands run in it, and a
+//! look at what they left behind.
+//!
+//! Every test has its own root (`XDG_RUNTIME_DIR`), so no test sees the systems of another. Nothing here
+//! waits for a length of time: a condition is asked for again, or a process's end awaited; the limits
+//! keep a test from hanging for ever and decide nothing else.
+#![allow(dead_code, reason = "each test file uses its own part of this one")]
+
+pub mod room;
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+use sketchnav_schemas::message::fingerprint;
+use tempfile::TempDir;
+
+/// Longest that anything may take before it is taken to hang.
+const LIMIT: Duration = Duration::from_secs(180);
+/// The processes of a system, without the supervisor.
+pub const SERVICES: [&str; 5] = ["localizer", "planner", "recorder", "sketcher", "world"];
+
+/// A user's place: a root for systems, and a folder for files.
+pub struct Place {
+    runtime: TempDir,
+    files: TempDir,
+}
+
+/// A command that has ended.
+pub struct Ended {
+    /// Its exit code; `None` where a signal ended it.
+    pub code: Option<i32>,
+    /// Its standard output.
+    pub out: String,
+    /// Its standard error.
+    pub err: String,
+}
+
+/// A command that runs; dropped, it is killed.
+pub struct Running {
+    child: Option<Child>,
+    pid: u32,
+}
+
+impl Place {
+    /// A new one, empty.
+    pub fn new() -> Self {
+        let runtime = tempfile::tempdir().unwrap();
+        fs::set_permissions(runtime.path(), fs::Permissions::from_mode(0o700)).unwrap();
+        Self { runtime, files: tempfile::tempdir().unwrap() }
+    }
+
+    /// The folder for missions and recordings.
+    pub fn files(&self) -> &Path {
+        self.files.path()
+    }
+
+    /// `sketchnav`, with these arguments divided by spaces, in this place.
+    pub fn command(&self, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sketchnav"));
+        command.args(arguments.split_whitespace());
+        self.settle(&mut command);
+        command
+    }
+
+    /// Gives any command this place's root and folder.
+    pub fn settle(&self, command: &mut Command) {
+        command.current_dir(self.files()).env("XDG_RUNTIME_DIR", self.runtime.path());
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    }
+
+    /// Runs `sketchnav` to its end.
+    pub fn run(&self, arguments: &str) -> Ended {
+        self.start(arguments).end()
+    }
+
+    /// Starts `sketchnav`.
+    pub fn start(&self, arguments: &str) -> Running {
+        Running::spawn(self.command(arguments))
+    }
+
+    /// Runs a mission in lockstep as the system `name` and hands back its report, and the exit code.
+    pub fn mission(&self, arguments: &str, name: &str) -> (Value, i32) {
+        let ended = self.run(&format!("{arguments} --json --system {name}"));
+        let code = ended.code.unwrap_or(-1);
+        assert!(code == 0 || code == 1, "{arguments}: {ended}");
+        (ended.json(), code)
+    }
+
+    /// The running systems as `ps --json` lists them.
+    pub fn ps(&self) -> Vec<Value> {
+        match self.run("ps --json").json() {
+            Value::Array(systems) => systems,
+            other => panic!("expected a list, found {other}"),
+        }
+    }
+
+    /// Names and ids of the processes of the system `name`; empty where it does not run.
+    pub fn processes(&self, name: &str) -> Vec<(String, u32)> {
+        let systems = self.ps();
+        let system = systems.iter().find(|system| system["system"] == name);
+        let members = system.and_then(|system| system["processes"].as_array().cloned()).unwrap_or_default();
+        let pair = |member: &Value| {
+            (member["process"].as_str().unwrap().to_owned(), member["pid"].as_u64().unwrap() as u32)
+        };
+        members.iter().map(pair).collect()
+    }
+
+    /// The id of a process of the system `name`.
+    pub fn pid(&self, name: &str, process: &str) -> u32 {
+        let processes = self.processes(name);
+        processes.iter().find(|(found, _)| found == process).map_or_else(|| panic!("{processes:?}"), |p| p.1)
+    }
+
+    /// Waits until all processes of the system `name` have joined it and the planner has spoken.
+    pub fn wait_until_driving(&self, running: &mut Running, name: &str) {
+        self.wait_until_joined(running, name, &SERVICES);
+        let heard = self.run(&format!("echo status --count 3 --system {name}"));
+        assert_eq!(heard.code, Some(0), "{heard}");
+        assert_eq!(heard.out.lines().count(), 3, "{heard}");
+    }
+
+    /// Waits until these processes of the system `name` have joined it.
+    pub fn wait_until_joined(&self, running: &mut Running, name: &str, wanted: &[&str]) {
+        wait_until(&format!("{wanted:?} in system {name}"), || {
+            running.must_live();
+            let found = self.processes(name);
+            wanted.iter().all(|wanted| found.iter().any(|(process, _)| process == wanted))
+        });
+    }
+
+    /// What there is of the system `name` in files: its folder, its shared memory.
+    fn files_of(&self, name: &str) -> Vec<String> {
+        let folder = self.runtime.path().join("sketchnav").join(name);
+        let path = folder.to_string_lossy().into_owned();
+        let prefix = format!("sketchnav_{name}_{:08x}_", fingerprint(&path) as u32);
+        let shared = names("/dev/shm").into_iter().filter(|file| file.starts_with(&prefix));
+        let mut remains: Vec<_> = shared.map(|file| format!("/dev/shm/{file}")).collect();
+        remains.extend(folder.exists().then_some(path));
+        remains
+    }
+
+    /// Fails where anything is left of the system `name`, or a process of any system lives.
+    pub fn assert_nothing_left(&self, name: &str) {
+        self.assert_no_system_left(name);
+        assert_eq!(self.living(), []);
+    }
+
+    /// Fails where anything is left of the system `name`; others may live.
+    pub fn assert_no_system_left(&self, name: &str) {
+        assert_eq!(self.files_of(name), Vec::<String>::new());
+        let option = format!("--system {name} ");
+        let living = self.living().into_iter().filter(|(_, line)| line.contains(&option));
+        assert_eq!(living.collect::<Vec<_>>(), []);
+    }
+
+    /// Every `sketchnav` process that was started in this place, told by its environment.
+    pub fn living(&self) -> Vec<(u32, String)> {
+        let mark = format!("XDG_RUNTIME_DIR={}", self.runtime.path().display());
+        let is_ours = |pid: &u32| {
+            let environment = fs::read(format!("/proc/{pid}/environ")).unwrap_or_default();
+            environment.split(|&byte| byte == 0).any(|variable| variable == mark.as_bytes())
+        };
+        let pids = names("/proc").into_iter().filter_map(|name| name.parse::<u32>().ok());
+        pids.filter(is_ours).map(|pid| (pid, command_line(pid))).collect()
+    }
+}
+
+impl Running {
+    /// Starts the command.
+    pub fn spawn(mut command: Command) -> Self {
+        let child = command.spawn().unwrap();
+        Self { pid: child.id(), child: Some(child) }
+    }
+
+    /// Its process id.
+    pub fn pid(&self) -> u32 {
+        self.pid
+    }
+
+    /// Sends it a signal.
+    pub fn signal(&self, signal: Signal) {
+        send(self.pid, signal);
+    }
+
+    /// Fails where it has ended, with what it said.
+    pub fn must_live(&mut self) {
+        let ended = self.child.as_mut().and_then(|child| child.try_wait().unwrap()).is_some();
+        assert!(!ended, "ended early: {}", self.collect());
+    }
+
+    /// Waits for its end.
+    pub fn end(mut self) -> Ended {
+        self.collect()
+    }
+
+    fn collect(&mut self) -> Ended {
+        let child = self.child.take().unwrap();
+        let (tell, told) = mpsc::channel();
+        thread::spawn(move || tell.send(child.wait_with_output()));
+        match told.recv_timeout(LIMIT) {
+            Ok(output) => output.unwrap().into(),
+            Err(_) => {
+                send(self.pid, Signal::SIGKILL);
+                panic!("process {} did not end within {LIMIT:?}", self.pid);
+            }
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.child {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+impl From<Output> for Ended {
+    fn from(output: Output) -> Self {
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        Self { code: output.status.code(), out: text(&output.stdout), err: text(&output.stderr) }
+    }
+}
+
+impl Ended {
+    /// Its standard output as one JSON value.
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|error| panic!("no JSON ({error}): {self}"))
+    }
+}
+
+impl std::fmt::Display for Ended {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "exit code {:?}\n--- output\n{}\n--- errors\n{}", self.code, self.out, self.err)
+    }
+}
+
+/// Sends a signal to a process that a test has started.
+pub fn send(pid: u32, signal: Signal) {
+    kill(Pid::from_raw(pid as i32), signal).unwrap();
+}
+
+/// Asks again and again until `holds`.
+pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
+    let began = Instant::now();
+    while !holds() {
+        assert!(began.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");
+        thread::yield_now();
+    }
+}
+
+/// The repository's folder.
+pub fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The real data beside the repository; a notice and nothing where it is missing.
+pub fn shared_data(file: &str) -> Option<PathBuf> {
+    let path = repository().join("../shared/data").join(file);
+    if !path.exists() {
+        eprintln!("skipped: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+fn names(folder: &str) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect()
+}
+
+fn command_line(pid: u32) -> String {
+    let line = fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+    String::from_utf8_lossy(&line).replace('\0', " ")
+}

@@ -1,0 +1,74 @@
+//! A small mission: two rooms of three by four metres with a door between them, drawn at 100 pixels a
+//! metre, and one task from the left room into the right one.
+
+use std::fs;
+use std::path::Path;
+
+/// The name of its mission file.
+pub const MISSION: &str = "room.toml";
+/// The name of its drawing.
+pub const DRAWING: &str = "room.svg";
+/// The name of its floor plan.
+pub const FLOOR: &str = "room.floor.toml";
+
+const MISSION_TEXT: &str = r#"name = "room"
+robot = "robotino"
+
+[world]
+floor_plan = "room.floor.toml"
+
+[start]
+world = [1.0, 1.0]
+world_heading_deg = 0
+sketch = [120, 320]
+sketch_heading_deg = 0
+
+[sketch]
+file = "room.svg"
+
+[[task]]
+name = "next door"
+goal = [500, 120]
+there = { center = [4.8, 3.0], radius_m = 1.2 }
+time_limit_s = 60
+"#;
+
+const DRAWING_TEXT: &str = r##"<svg xmlns="http://www.w3.org/2000/svg" width="640" height="440">
+<rect width="640" height="440" fill="#ffffff"/>
+<g fill="none" stroke="#202020" stroke-width="6">
+<rect x="20" y="20" width="600" height="400"/>
+<line x1="320" y1="20" x2="320" y2="160"/>
+<line x1="320" y1="280" x2="320" y2="420"/>
+</g>
+</svg>
+"##;
+
+const FLOOR_TEXT: &str = r#"name = "room"
+wall_thickness_m = 0.1
+
+[[wall]]
+closed = true
+points = [[0, 0], [6, 0], [6, 4], [0, 4]]
+
+[[wall]]
+points = [[3, 0], [3, 4]]
+
+[[door]]
+at = [3, 2]
+width_m = 1.2
+"#;
+
+/// Writes the mission and its files into a folder.
+pub fn write(folder: &Path) {
+    for (file, text) in [(MISSION, MISSION_TEXT), (DRAWING, DRAWING_TEXT), (FLOOR, FLOOR_TEXT)] {
+        fs::write(folder.join(file), text).unwrap();
+    }
+}
+
+/// Replaces the one place in a file that reads `old`.
+pub fn replace(folder: &Path, file: &str, old: &str, new: &str) {
+    let path = folder.join(file);
+    let text = fs::read_to_string(&path).unwrap();
+    assert_eq!(text.matches(old).count(), 1, "{file}: {old}");
+    fs::write(path, text.replace(old, new)).unwrap();
+}

@@ -63,8 +63,13 @@ pub enum RecordingError {
         channel: &'static str,
     },
     /// The file cannot be written: the disk is full, most likely.
-    #[error("the recording cannot be written: {0}")]
+    #[error("the recording cannot be written: {0}{why}", why = cause(.0))]
     Write(mcap::McapError),
+}
+
+/// What the system says, which the error itself keeps to its source: no space left, say.
+fn cause(error: &mcap::McapError) -> String {
+    std::error::Error::source(error).map_or(String::new(), |source| format!(": {source}"))
 }
 
 impl RecordingError {

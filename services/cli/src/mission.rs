@@ -70,7 +70,11 @@ fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome
             return Err(classify(error));
         }
     };
-    let report = report::Report::new(run, &supervisor, wall, folder)?;
+    let report = match report::Report::new(run, &supervisor, wall, folder) {
+        Ok(report) => report,
+        // What the processes say about their end is nearer to the cause: a full disk, say.
+        Err(failure) => return Err(ended.err().map_or(failure, classify)),
+    };
     report.print(options.json)?;
     ended.map_err(classify)?;
     match progress {

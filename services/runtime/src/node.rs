@@ -65,10 +65,11 @@ impl Node {
     /// [`Error::ProcessRunsAlready`] where the system has such a process.
     pub fn join(system: impl Into<Rc<System>>, process: Process) -> Result<Self> {
         let system = system.into();
+        let bells = Bells::map(&system.bells())?;
+        // Before others can see it: who is seen may be asked to end.
+        signals::install(bells.word(process));
         let presence = system.enter(process)?;
         let inner = shared_memory_node(&system, process)?;
-        let bells = Bells::map(&system.bells())?;
-        signals::install(bells.word(process));
         Ok(Self {
             writers: RefCell::default(),
             inner,

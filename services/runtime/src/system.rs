@@ -15,6 +15,8 @@
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::time::Duration;
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
@@ -27,6 +29,8 @@ use crate::{Error, Result, root};
 
 const SHARED_MEMORY: &str = "/dev/shm";
 const MAX_NAME: usize = 32;
+/// How long a process may take to end when its system goes.
+const LAST_WORD: Duration = Duration::from_secs(1);
 
 /// A system's folder and what belongs to it.
 #[derive(Debug)]
@@ -260,16 +264,26 @@ fn sweep(root: &Path) -> Result<Vec<String>> {
     Ok(swept)
 }
 
-/// Kills the process that holds the lock file, where one does, and waits for its end.
+/// Ends the process that holds the lock file, where one does, and waits for its end. It is asked first:
+/// an observer has a last word to say.
 fn end_owner(path: &Path) -> std::io::Result<()> {
     if !lock::is_held(path)? {
         return Ok(());
     }
-    if let Ok(pid) = lock::owner(path).parse::<i32>() {
-        // It may have ended by itself a moment ago.
-        let _ = kill(Pid::from_raw(pid), Signal::SIGKILL);
+    // The lock cannot be waited for with a limit.
+    let (tell, told) = mpsc::channel();
+    let lock = path.to_path_buf();
+    std::thread::spawn(move || tell.send(Lock::take(&lock).map(drop)));
+    for signal in [Signal::SIGTERM, Signal::SIGKILL] {
+        if let Ok(pid) = lock::owner(path).parse::<i32>() {
+            // It may have ended by itself a moment ago.
+            let _ = kill(Pid::from_raw(pid), signal);
+        }
+        if let Ok(taken) = told.recv_timeout(LAST_WORD) {
+            return taken;
+        }
     }
-    Lock::take(path).map(drop)
+    told.recv().map_err(std::io::Error::other)?
 }
 
 fn named_owner(name: &str, path: &Path) -> Option<(String, u32)> {

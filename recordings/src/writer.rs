@@ -1,12 +1,14 @@
 //! Writes a recording: each channel a topic, each message its ROS 2 form.
 //!
 //! The file is written once from front to back, never seeked in, so that whatever was flushed stays
-//! readable when the process is killed. Never decides when to flush, never reads a clock.
+//! readable when the process is killed. Never decides when to flush, never reads a clock, and allocates
+//! nothing for a message once each channel had one; the mcap crate does for every chunk.
 //!
 //! Inside: the run as metadata `sketchnav`, its parameters as metadata `parameters`, the resolved run
 //! and mission as attachments `run.json` and `mission.toml`; the channels; at the end the metadata
 //! `missing` and `refused`, which tell by topic how many messages are not there.
 
+use std::any::Any;
 use std::collections::BTreeMap;
 use std::io::Write;
 
@@ -22,6 +24,8 @@ use crate::sequence::{Seen, Sequence};
 
 /// Uncompressed size at which a chunk is closed by itself, bytes.
 const CHUNK_BYTES: u64 = 768 * 1024;
+/// No form in CDR is so many times as long as the largest message: points gain a third coordinate.
+const CDR_GROWTH: usize = 2;
 /// Name of the metadata that describes the run.
 pub const RUN_METADATA: &str = "sketchnav";
 /// Name of the attachment that holds the [`RunConfig`].
@@ -45,11 +49,17 @@ const LATCHED_QOS: &str = "- history: keep_last
 pub struct Writer<W: Write> {
     mcap: mcap::Writer<NoSeek<W>>,
     topics: Vec<Topic>,
+    /// Of each topic the form of its last message: the next one is put into its memory.
+    forms: Vec<Spare>,
     transform_topic: u16,
+    transform_form: transforms::Form,
     transform_count: u32,
     message_count: u64,
     cdr: Vec<u8>,
 }
+
+/// Some [`Ros2::Form`].
+type Spare = Box<dyn Any + Send>;
 
 /// How a channel stands.
 #[derive(Debug, Clone)]
@@ -81,13 +91,20 @@ impl<W: Write> Writer<W> {
             .disable_seeking(true);
         let mut mcap = options.create(NoSeek::new(sink)).map_err(RecordingError::Write)?;
         describe(&mut mcap, run)?;
-        let mut topics = AddTopics { mcap: &mut mcap, topics: Vec::new() };
-        channels::visit(&mut topics)?;
-        let topics = topics.topics;
+        let mut added = AddTopics { mcap: &mut mcap, topics: Vec::new(), forms: Vec::new(), largest: 0 };
+        channels::visit(&mut added)?;
+        let AddTopics { topics, forms, largest, .. } = added;
         let transform_topic = add_transforms(&mut mcap, run)?;
-        let (cdr, transform_count) = (Vec::new(), 0);
-        let message_count = 1; // of /tf_static
-        let mut writer = Self { mcap, topics, transform_topic, transform_count, message_count, cdr };
+        let mut writer = Self {
+            mcap,
+            topics,
+            forms,
+            transform_topic,
+            transform_form: transforms::Form::default(),
+            transform_count: 0,
+            message_count: 1, // of /tf_static
+            cdr: Vec::with_capacity(CDR_GROWTH * largest),
+        };
         writer.flush()?;
         Ok(writer)
     }
@@ -105,10 +122,12 @@ impl<W: Write> Writer<W> {
         cells: &[u8],
     ) -> Result<Seen, RecordingError> {
         let (name, header) = (channel.spec.name, message.header());
-        let topic = self.topics.iter_mut().find(|topic| topic.spec.name == name);
-        let topic = topic.ok_or(RecordingError::NotRecorded { channel: name })?;
+        let mut topics = self.topics.iter_mut().zip(&mut self.forms);
+        let found = topics.find(|(topic, _)| topic.spec.name == name);
+        let found = found.and_then(|(topic, form)| Some((topic, form.downcast_mut::<T::Form>()?)));
+        let (topic, form) = found.ok_or(RecordingError::NotRecorded { channel: name })?;
         self.cdr.clear();
-        if let Err(source) = message.to_cdr(cells, &mut self.cdr) {
+        if let Err(source) = message.to_cdr_by(cells, form, &mut self.cdr) {
             topic.refused += 1;
             return Err(RecordingError::Message { topic: topic_name(name), seq: header.seq, source });
         }
@@ -137,7 +156,7 @@ impl<W: Write> Writer<W> {
     fn write_transform(&mut self, odometry: &[u8]) -> Result<(), RecordingError> {
         let odometry: &Odometry = bytemuck::from_bytes(odometry);
         self.cdr.clear();
-        let said = transforms::base_in_odom(odometry, &mut self.cdr);
+        let said = transforms::base_in_odom(odometry, &mut self.transform_form, &mut self.cdr);
         said.map_err(|source| transform_error("/tf", source))?;
         self.transform_count += 1;
         self.append(self.transform_topic, self.transform_count, odometry.header.stamp_ns)
@@ -248,6 +267,9 @@ fn attach<W: Write>(
 struct AddTopics<'a, W: Write> {
     mcap: &'a mut Mcap<W>,
     topics: Vec<Topic>,
+    forms: Vec<Spare>,
+    /// Size of the largest message without the slice behind it, bytes.
+    largest: usize,
 }
 
 impl<W: Write> ChannelVisitor for AddTopics<'_, W> {
@@ -264,6 +286,8 @@ impl<W: Write> ChannelVisitor for AddTopics<'_, W> {
         }
         let id = add_topic(self.mcap, &topic_name(spec.name), T::TYPE, &metadata)?;
         self.topics.push(Topic { spec, sequence: Sequence::default(), messages: 0, refused: 0, id });
+        self.forms.push(Box::new(T::Form::default()));
+        self.largest = self.largest.max(size_of::<T>());
         Ok(())
     }
 

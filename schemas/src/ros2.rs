@@ -26,15 +26,25 @@ pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 /// A message with a ROS 2 form.
 pub trait Ros2: Message {
     /// The form as a struct whose fields are those of the `.msg`, in its order.
-    type Form: Serialize + DeserializeOwned;
+    type Form: Default + Serialize + DeserializeOwned + Send + 'static;
     /// `package/msg/Type`.
     const TYPE: &'static str;
 
-    /// The ROS 2 form. `cells` is the slice behind the message; empty where the channel has none.
+    /// The ROS 2 form, put into the memory of `spare`: an earlier form of any content, or the default.
+    /// Allocates only where `spare` has less room than the message can fill. `cells` is the slice
+    /// behind the message; empty where the channel has none.
     ///
     /// # Errors
     /// [`Ros2Error`] where the message holds what the form cannot.
-    fn to_ros2(&self, cells: &[u8]) -> Result<Self::Form, Ros2Error>;
+    fn to_ros2_in(&self, cells: &[u8], spare: Self::Form) -> Result<Self::Form, Ros2Error>;
+
+    /// The ROS 2 form in memory of its own: see [`Ros2::to_ros2_in`].
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where the message holds what the form cannot.
+    fn to_ros2(&self, cells: &[u8]) -> Result<Self::Form, Ros2Error> {
+        self.to_ros2_in(cells, Self::Form::default())
+    }
 
     /// The message number `seq` and the slice behind it.
     ///
@@ -52,14 +62,24 @@ pub trait Ros2: Message {
     /// # Errors
     /// [`Ros2Error`] where the message would not come back the same; `out` is then of no use.
     fn to_cdr(&self, cells: &[u8], out: &mut Vec<u8>) -> Result<(), Ros2Error> {
-        encode(&self.to_ros2(cells)?, out)
+        self.to_cdr_by(cells, &mut Self::Form::default(), out)
+    }
+
+    /// The same by way of `form`, whose memory is used again: with the form of an earlier message and
+    /// room in `out` nothing is allocated.
+    ///
+    /// # Errors
+    /// As [`Ros2::to_cdr`].
+    fn to_cdr_by(&self, cells: &[u8], form: &mut Self::Form, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
+        *form = self.to_ros2_in(cells, std::mem::take(form))?;
+        encode(form, out)
     }
 
     /// The message number `seq` out of `bytes`, and the slice behind it.
     ///
     /// # Errors
     /// [`Ros2Error`] where `bytes` are not what [`Ros2::to_cdr`] would have written. Allocates no
-    /// more than a few times the length of `bytes`.
+    /// more than a few times the length of `bytes` and the size of the message.
     fn from_cdr(bytes: &[u8], seq: u64) -> Result<(Self, Vec<u8>), Ros2Error> {
         let (message, cells) = Self::from_ros2(decode::<Self::Form>(bytes)?, seq)?;
         let mut again = Vec::with_capacity(bytes.len());

@@ -26,10 +26,10 @@ impl Ros2 for LaserScan {
     type Form = LaserScanForm;
     const TYPE: &'static str = "sensor_msgs/msg/LaserScan";
 
-    fn to_ros2(&self, cells: &[u8]) -> Result<LaserScanForm, Ros2Error> {
+    fn to_ros2_in(&self, cells: &[u8], spare: LaserScanForm) -> Result<LaserScanForm, Ros2Error> {
         no_cells(cells)?;
         Ok(LaserScanForm {
-            header: reading_form(&self.header, "laser")?,
+            header: reading_form(&self.header, "laser", spare.header)?,
             angle_min: self.angle_min_rad,
             angle_max: self.angle_max_rad,
             angle_increment: self.angle_increment_rad,
@@ -37,7 +37,7 @@ impl Ros2 for LaserScan {
             scan_time: self.scan_time_s,
             range_min: self.range_min_m,
             range_max: self.range_max_m,
-            ranges: counted("ranges_m", &self.ranges_m, self.beam_count)?.to_vec(),
+            ranges: list("ranges_m", &self.ranges_m, self.beam_count, spare.ranges, |range, _| Ok(*range))?,
             intensities: Vec::new(),
         })
     }
@@ -59,10 +59,10 @@ impl Ros2 for LaserScan {
     }
 }
 
-fn odometry_form(header: HeaderForm, pose: Pose, twist: TwistForm) -> OdometryForm {
+fn odometry_form(header: HeaderForm, child_frame_id: String, pose: Pose, twist: TwistForm) -> OdometryForm {
     OdometryForm {
         header,
-        child_frame_id: "base_link".to_owned(),
+        child_frame_id,
         pose: PoseWithCovariance { pose, covariance: [0.0; 36] },
         twist: TwistWithCovariance { twist, covariance: [0.0; 36] },
     }
@@ -74,10 +74,11 @@ macro_rules! odometry {
             type Form = OdometryForm;
             const TYPE: &'static str = "nav_msgs/msg/Odometry";
 
-            fn to_ros2(&self, cells: &[u8]) -> Result<OdometryForm, Ros2Error> {
+            fn to_ros2_in(&self, cells: &[u8], spare: OdometryForm) -> Result<OdometryForm, Ros2Error> {
                 no_cells(cells)?;
-                let header = reading_form(&self.header, $frame)?;
-                Ok(odometry_form(header, pose_m_form(&self.pose), twist_form(&self.twist)))
+                let header = reading_form(&self.header, $frame, spare.header)?;
+                let child = string("base_link", spare.child_frame_id);
+                Ok(odometry_form(header, child, pose_m_form(&self.pose), twist_form(&self.twist)))
             }
 
             fn from_ros2(form: OdometryForm, seq: u64) -> Read<Self> {
@@ -95,10 +96,10 @@ impl Ros2 for Contact {
     type Form = ContactForm;
     const TYPE: &'static str = "sketchnav_msgs/msg/Contact";
 
-    fn to_ros2(&self, cells: &[u8]) -> Result<ContactForm, Ros2Error> {
+    fn to_ros2_in(&self, cells: &[u8], spare: ContactForm) -> Result<ContactForm, Ros2Error> {
         no_cells(cells)?;
         Ok(ContactForm {
-            header: header_form(&self.header, "world")?,
+            header: header_form(&self.header, "world", spare.header)?,
             source_seq: self.header.source_seq,
             position: point(self.x_m, self.y_m),
             impulse_ns: self.impulse_ns,
@@ -120,7 +121,7 @@ impl Ros2 for Contact {
 }
 
 impl SketchMap {
-    fn grid(&self, header: HeaderForm, cells: &[u8]) -> Result<OccupancyGrid, Ros2Error> {
+    fn grid(&self, cells: &[u8], spare: OccupancyGrid) -> Result<OccupancyGrid, Ros2Error> {
         let size = u64::from(self.width_px) * u64::from(self.height_px);
         let count = cells.len() as u64;
         expect(size == count, "cells", "width_px × height_px cells behind the message", count)?;
@@ -131,7 +132,11 @@ impl SketchMap {
             height: self.height_px,
             origin: pose(0.0, 0.0, 0.0, 1.0),
         };
-        Ok(OccupancyGrid { header, info, data: bytemuck::cast_slice(cells).to_vec() })
+        let header = header_form(&self.header, "sketch", spare.header)?;
+        let mut data = spare.data;
+        data.clear();
+        data.extend_from_slice(bytemuck::cast_slice(cells));
+        Ok(OccupancyGrid { header, info, data })
     }
 }
 
@@ -139,11 +144,10 @@ impl Ros2 for SketchMap {
     type Form = SketchMapForm;
     const TYPE: &'static str = "sketchnav_msgs/msg/SketchMap";
 
-    fn to_ros2(&self, cells: &[u8]) -> Result<SketchMapForm, Ros2Error> {
-        let header = header_form(&self.header, "sketch")?;
+    fn to_ros2_in(&self, cells: &[u8], spare: SketchMapForm) -> Result<SketchMapForm, Ros2Error> {
         Ok(SketchMapForm {
-            grid: self.grid(header.clone(), cells)?,
-            header,
+            header: header_form(&self.header, "sketch", spare.header)?,
+            grid: self.grid(cells, spare.grid)?,
             source_seq: self.header.source_seq,
             wall_direction_rad: self.wall_direction_rad,
             pen_width_px: self.pen_width_px,
@@ -168,9 +172,9 @@ impl Ros2 for SketchMap {
     }
 }
 
-fn task_form(task: &RouteTask) -> Result<RouteTaskForm, Ros2Error> {
+fn task_form(task: &RouteTask, spare: RouteTaskForm) -> Result<RouteTaskForm, Ros2Error> {
     Ok(RouteTaskForm {
-        name: text_form("tasks.name", &task.name)?,
+        name: text_form("tasks.name", &task.name, spare.name)?,
         first_point: task.first_point,
         point_count: task.point_count,
         time_limit_s: task.time_limit_s,
@@ -190,15 +194,14 @@ impl Ros2 for Route {
     type Form = RouteForm;
     const TYPE: &'static str = "sketchnav_msgs/msg/Route";
 
-    fn to_ros2(&self, cells: &[u8]) -> Result<RouteForm, Ros2Error> {
+    fn to_ros2_in(&self, cells: &[u8], spare: RouteForm) -> Result<RouteForm, Ros2Error> {
         no_cells(cells)?;
-        let tasks = counted("tasks", &self.tasks, self.task_count)?;
-        let points = counted("points_px", &self.points_px, self.point_count)?;
+        let point_form = |p: &[f64; 2], _| Ok(point(p[0], p[1]));
         Ok(RouteForm {
-            header: header_form(&self.header, "sketch")?,
+            header: header_form(&self.header, "sketch", spare.header)?,
             source_seq: self.header.source_seq,
-            tasks: tasks.iter().map(task_form).collect::<Result<_, _>>()?,
-            points_px: points.iter().map(|p| point(p[0], p[1])).collect(),
+            tasks: list("tasks", &self.tasks, self.task_count, spare.tasks, task_form)?,
+            points_px: list("points_px", &self.points_px, self.point_count, spare.points_px, point_form)?,
         })
     }
 
@@ -216,10 +219,10 @@ impl Ros2 for PoseEstimate {
     type Form = PoseEstimateForm;
     const TYPE: &'static str = "sketchnav_msgs/msg/PoseEstimate";
 
-    fn to_ros2(&self, cells: &[u8]) -> Result<PoseEstimateForm, Ros2Error> {
+    fn to_ros2_in(&self, cells: &[u8], spare: PoseEstimateForm) -> Result<PoseEstimateForm, Ros2Error> {
         no_cells(cells)?;
         Ok(PoseEstimateForm {
-            header: header_form(&self.header, "sketch")?,
+            header: header_form(&self.header, "sketch", spare.header)?,
             source_seq: self.header.source_seq,
             pose: pose_px_form(&self.pose),
             scale_a_pxpm: self.scale_a_pxpm,
@@ -249,9 +252,9 @@ impl Ros2 for PoseEstimate {
     }
 }
 
-fn particle_form(p: &Particle) -> ParticleForm {
+fn particle_form(p: &Particle, _: ParticleForm) -> Result<ParticleForm, Ros2Error> {
     let Particle { x_px, y_px, yaw_rad, scale_a_pxpm, scale_b_pxpm, weight } = *p;
-    ParticleForm { x_px, y_px, yaw_rad, scale_a_pxpm, scale_b_pxpm, weight }
+    Ok(ParticleForm { x_px, y_px, yaw_rad, scale_a_pxpm, scale_b_pxpm, weight })
 }
 
 fn particle(form: &ParticleForm) -> Result<Particle, Ros2Error> {
@@ -263,14 +266,13 @@ impl Ros2 for Particles {
     type Form = ParticlesForm;
     const TYPE: &'static str = "sketchnav_msgs/msg/Particles";
 
-    fn to_ros2(&self, cells: &[u8]) -> Result<ParticlesForm, Ros2Error> {
+    fn to_ros2_in(&self, cells: &[u8], spare: ParticlesForm) -> Result<ParticlesForm, Ros2Error> {
         no_cells(cells)?;
-        let particles = counted("particles", &self.particles, self.count)?;
         Ok(ParticlesForm {
-            header: header_form(&self.header, "sketch")?,
+            header: header_form(&self.header, "sketch", spare.header)?,
             source_seq: self.header.source_seq,
             total: self.total,
-            particles: particles.iter().map(particle_form).collect(),
+            particles: list("particles", &self.particles, self.count, spare.particles, particle_form)?,
         })
     }
 
@@ -286,18 +288,17 @@ impl Ros2 for Plan {
     type Form = PlanForm;
     const TYPE: &'static str = "sketchnav_msgs/msg/Plan";
 
-    fn to_ros2(&self, cells: &[u8]) -> Result<PlanForm, Ros2Error> {
+    fn to_ros2_in(&self, cells: &[u8], spare: PlanForm) -> Result<PlanForm, Ros2Error> {
         no_cells(cells)?;
-        let global = counted("global_px", &self.global_px, self.global_count)?;
-        let local = counted("local_px", &self.local_px, self.local_count)?;
+        let point_form = |p: &[f32; 2], _| Ok(point32(p));
         Ok(PlanForm {
-            header: header_form(&self.header, "sketch")?,
+            header: header_form(&self.header, "sketch", spare.header)?,
             source_seq: self.header.source_seq,
             task: self.task,
             follows_route: self.follows_route,
             target_px: point(self.target_px[0], self.target_px[1]),
-            global_px: global.iter().map(point32).collect(),
-            local_px: local.iter().map(point32).collect(),
+            global_px: list("global_px", &self.global_px, self.global_count, spare.global_px, point_form)?,
+            local_px: list("local_px", &self.local_px, self.local_count, spare.local_px, point_form)?,
         })
     }
 
@@ -319,11 +320,11 @@ impl Ros2 for VelocityCommand {
     type Form = VelocityCommandForm;
     const TYPE: &'static str = "sketchnav_msgs/msg/VelocityCommand";
 
-    fn to_ros2(&self, cells: &[u8]) -> Result<VelocityCommandForm, Ros2Error> {
+    fn to_ros2_in(&self, cells: &[u8], spare: VelocityCommandForm) -> Result<VelocityCommandForm, Ros2Error> {
         no_cells(cells)?;
         expect(self.reserved == 0, "reserved", "0", self.reserved.into())?;
         Ok(VelocityCommandForm {
-            header: header_form(&self.header, "base_link")?,
+            header: header_form(&self.header, "base_link", spare.header)?,
             source_seq: self.header.source_seq,
             twist: twist_form(&self.twist),
             last: self.last,
@@ -343,9 +344,9 @@ macro_rules! plain {
             type Form = $form;
             const TYPE: &'static str = $type;
 
-            fn to_ros2(&self, cells: &[u8]) -> Result<$form, Ros2Error> {
+            fn to_ros2_in(&self, cells: &[u8], spare: $form) -> Result<$form, Ros2Error> {
                 no_cells(cells)?;
-                let header = header_form(&self.header, "")?;
+                let header = header_form(&self.header, "", spare.header)?;
                 Ok($form { header, source_seq: self.header.source_seq, $($field: self.$field,)* })
             }
 
@@ -370,10 +371,10 @@ impl Ros2 for MissionStatus {
     type Form = MissionStatusForm;
     const TYPE: &'static str = "sketchnav_msgs/msg/MissionStatus";
 
-    fn to_ros2(&self, cells: &[u8]) -> Result<MissionStatusForm, Ros2Error> {
+    fn to_ros2_in(&self, cells: &[u8], spare: MissionStatusForm) -> Result<MissionStatusForm, Ros2Error> {
         no_cells(cells)?;
         Ok(MissionStatusForm {
-            header: header_form(&self.header, "")?,
+            header: header_form(&self.header, "", spare.header)?,
             source_seq: self.header.source_seq,
             task: self.task,
             task_count: self.task_count,
@@ -383,8 +384,8 @@ impl Ros2 for MissionStatus {
             task_path_m: self.task_path_m,
             remaining_m: self.remaining_m,
             speed_mps: self.speed_mps,
-            name: text_form("name", &self.name)?,
-            reason: text_form("reason", &self.reason)?,
+            name: text_form("name", &self.name, spare.name)?,
+            reason: text_form("reason", &self.reason, spare.reason)?,
         })
     }
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 macro_rules! forms {
     ($($(#[$meta:meta])* $name:ident { $($field:ident: $type:ty,)* })*) => {$(
         $(#[$meta])*
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
         pub struct $name { $(pub(super) $field: $type,)* }
     )*};
 }

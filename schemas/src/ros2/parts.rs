@@ -16,18 +16,25 @@ pub fn expect(holds: bool, field: &'static str, expected: &'static str, found: u
     if holds { Ok(()) } else { Err(Ros2Error::Value { field, expected, found }) }
 }
 
+/// `text` in the memory of `spare`.
+pub fn string(text: &str, mut spare: String) -> String {
+    spare.clear();
+    spare.push_str(text);
+    spare
+}
+
 /// The stamp with `frame`.
-pub fn header_form(header: &Header, frame: &str) -> Result<HeaderForm, Ros2Error> {
+pub fn header_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
     let expected = "a recorded message's number: 1 to 4294967295";
     expect((1..=u32::MAX.into()).contains(&header.seq), "header.seq", expected, header.seq)?;
-    Ok(HeaderForm { stamp: time(header.stamp_ns)?, frame_id: frame.to_owned() })
+    Ok(HeaderForm { stamp: time(header.stamp_ns)?, frame_id: string(frame, spare.frame_id) })
 }
 
 /// The same for a sensor reading, which is its own cause.
-pub fn reading_form(header: &Header, frame: &str) -> Result<HeaderForm, Ros2Error> {
+pub fn reading_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
     let expected = "header.seq, for a reading is its own cause";
     expect(header.source_seq == header.seq, "header.source_seq", expected, header.source_seq)?;
-    header_form(header, frame)
+    header_form(header, frame, spare)
 }
 
 fn time(stamp_ns: u64) -> Result<Time, Ros2Error> {
@@ -102,7 +109,7 @@ pub fn point32(p: &[f32; 2]) -> Point32 {
 
 /// The entries of `all` that count; refuses a count above the capacity and entries behind the count
 /// that are not zero, for these do not travel.
-pub fn counted<'a, T: bytemuck::Pod>(
+fn counted<'a, T: bytemuck::Pod>(
     field: &'static str,
     all: &'a [T],
     count: u32,
@@ -122,6 +129,24 @@ pub fn counted<'a, T: bytemuck::Pod>(
     }
 }
 
+/// The entries of `all` that count, each turned into its form, in the memory of `spare`, which then has
+/// room for all. Refuses what [`counted`] refuses.
+pub fn list<T: bytemuck::Pod, F: Default>(
+    field: &'static str,
+    all: &[T],
+    count: u32,
+    mut spare: Vec<F>,
+    convert: impl Fn(&T, F) -> Result<F, Ros2Error>,
+) -> Result<Vec<F>, Ros2Error> {
+    let entries = counted(field, all, count)?;
+    spare.reserve_exact(all.len().saturating_sub(spare.len()));
+    spare.resize_with(entries.len(), F::default);
+    for (form, entry) in spare.iter_mut().zip(entries) {
+        *form = convert(entry, std::mem::take(form))?;
+    }
+    Ok(spare)
+}
+
 /// Fills the start of `all` and gives the count; refuses what does not fit.
 pub fn fill<T, F>(
     field: &'static str,
@@ -137,11 +162,16 @@ pub fn fill<T, F>(
     Ok(forms.len() as u32)
 }
 
-/// The text as a string; refuses what would not come back the same.
-pub fn text_form<const N: usize>(field: &'static str, text: &Text<N>) -> Result<String, Ros2Error> {
-    let string = text.as_str();
-    let holds = Text::<N>::new(string) == *text;
-    if holds { Ok(string.to_owned()) } else { Err(Ros2Error::Text { field }) }
+/// The text as a string in the memory of `spare`, which then has room for any; refuses what would not
+/// come back the same.
+pub fn text_form<const N: usize>(
+    field: &'static str,
+    text: &Text<N>,
+    mut spare: String,
+) -> Result<String, Ros2Error> {
+    spare.reserve_exact(N.saturating_sub(spare.len()));
+    let holds = Text::<N>::new(text.as_str()) == *text;
+    if holds { Ok(string(text.as_str(), spare)) } else { Err(Ros2Error::Text { field }) }
 }
 
 /// Refuses a slice behind a message that has none.

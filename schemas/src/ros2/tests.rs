@@ -49,6 +49,21 @@ impl Check for ComesBack {
     }
 }
 
+/// A form that is used again must keep nothing of the message before.
+struct FormsAreUsedAgain(u64);
+impl Check for FormsAreUsedAgain {
+    fn check<T: Ros2>(&self) {
+        let random = &mut stream(self.0, T::NAME);
+        let mut form = T::Form::default();
+        for seq in 1..=4 {
+            let (message, cells) = sample::<T>(random, seq);
+            let mut out = Vec::new();
+            message.to_cdr_by(&cells, &mut form, &mut out).unwrap();
+            assert!(out == cdr(&message, &cells), "{}: message {seq} is not the same", T::NAME);
+        }
+    }
+}
+
 struct SurvivesDamage {
     seed: u64,
     at: prop::sample::Index,
@@ -86,6 +101,11 @@ proptest! {
     #[test]
     fn every_message_comes_back_bit_for_bit(seed: u64) {
         every(ComesBack(seed));
+    }
+
+    #[test]
+    fn a_form_that_is_used_again_says_the_same(seed: u64) {
+        every(FormsAreUsedAgain(seed));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use ros2_interfaces_jazzy_serde::{
     tf2_msgs::msg::TFMessage,
 };
 
-use super::parts::header_form;
+use super::parts::{header_form, string};
 use super::{Ros2Error, encode};
 use crate::message::{Header, Odometry, PoseM, orientation};
 use crate::robot::Laser;
@@ -14,12 +14,18 @@ use crate::robot::Laser;
 /// The ROS 2 type of both topics.
 pub const TYPE: &str = "tf2_msgs/msg/TFMessage";
 
-/// Appends the transform odom → base_link at the time of `odometry`, in CDR, to `out`.
+/// The form of the messages of both topics.
+pub type Form = TFMessage;
+
+/// Appends the transform odom → base_link at the time of `odometry`, in CDR, to `out`, by way of
+/// `form`, whose memory is used again.
 ///
 /// # Errors
 /// [`Ros2Error`] where the header cannot be said in ROS 2.
-pub fn base_in_odom(odometry: &Odometry, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
-    encode(&transform(&odometry.header, "odom", "base_link", &odometry.pose)?, out)
+pub fn base_in_odom(odometry: &Odometry, form: &mut Form, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
+    let spare = std::mem::take(form);
+    *form = transform(&odometry.header, "odom", "base_link", &odometry.pose, spare)?;
+    encode(form, out)
 }
 
 /// Appends the transform base_link → laser of a mounted `laser`, in CDR, to `out`.
@@ -30,17 +36,26 @@ pub fn laser_in_base(laser: &Laser, out: &mut Vec<u8>) -> Result<(), Ros2Error> 
     let (orientation_z, orientation_w) = orientation(laser.mount_yaw_deg.to_radians());
     let mount = PoseM { x_m: laser.mount_x_m, y_m: laser.mount_y_m, orientation_z, orientation_w };
     let latched = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
-    encode(&transform(&latched, "base_link", "laser", &mount)?, out)
+    encode(&transform(&latched, "base_link", "laser", &mount, Form::default())?, out)
 }
 
-fn transform(header: &Header, parent: &str, child: &str, pose: &PoseM) -> Result<TFMessage, Ros2Error> {
-    let transform = TransformStamped {
-        header: header_form(header, parent)?,
-        child_frame_id: child.to_owned(),
+fn transform(
+    header: &Header,
+    parent: &str,
+    child: &str,
+    pose: &PoseM,
+    spare: Form,
+) -> Result<Form, Ros2Error> {
+    let mut transforms = spare.transforms;
+    let spare = transforms.pop().unwrap_or_default();
+    transforms.clear();
+    transforms.push(TransformStamped {
+        header: header_form(header, parent, spare.header)?,
+        child_frame_id: string(child, spare.child_frame_id),
         transform: Transform {
             translation: Vector3 { x: pose.x_m, y: pose.y_m, z: 0.0 },
             rotation: Quaternion { x: 0.0, y: 0.0, z: pose.orientation_z, w: pose.orientation_w },
         },
-    };
-    Ok(TFMessage { transforms: vec![transform] })
+    });
+    Ok(Form { transforms })
 }

@@ -166,6 +166,7 @@ impl Mission {
     /// [`MissionError`] with the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, MissionError> {
         let mission: Self = toml::from_str(text)?;
+        check_finite("", &toml::Value::Table(toml::from_str(text)?))?;
         mission.check()?;
         Ok(mission)
     }
@@ -178,7 +179,10 @@ impl Mission {
         let points: usize = self.task.iter().map(Task::point_count).sum();
         let expected = "at most 8192 points of all goals and routes";
         check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
-        check_numbers("start.world", &self.start.world)?;
+        let start = &self.start;
+        check_heading("start.world_heading_deg", start.world_heading_deg)?;
+        check_heading("start.sketch_heading_deg", start.sketch_heading_deg.unwrap_or_default())?;
+        check_name("name", &self.name)?;
         self.task.iter().enumerate().try_for_each(|(i, task)| task.check(i + 1))
     }
 }
@@ -195,12 +199,9 @@ impl Task {
         if let Some(route) = &self.route {
             check(route.len() >= 2, || key(".route"), "2 points or more", || route.len().to_string())?;
         }
-        for point in self.route.iter().flatten().chain(&self.goal) {
-            check_numbers(&key(""), point)?;
-        }
+        check_name(&key(".name"), &self.name)?;
         let limit = self.time_limit_s;
-        let holds = limit.is_finite() && limit > 0.0;
-        check(holds, || key(".time_limit_s"), "a number above 0", || limit.to_string())?;
+        check(limit > 0.0, || key(".time_limit_s"), "a number above 0", || limit.to_string())?;
         self.there.check(&key(".there"))
     }
 }
@@ -242,9 +243,30 @@ fn inside(polygon: &[[f64; 2]], x: f64, y: f64) -> bool {
     crossed.count() % 2 == 1
 }
 
-fn check_numbers(key: &str, point: &[f64; 2]) -> Result<(), MissionError> {
-    let holds = point.iter().all(|v| v.is_finite());
-    check(holds, || key.to_owned(), "finite numbers", || format!("{point:?}"))
+/// TOML knows `nan` and `inf`; no key of a mission does.
+fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
+    match value {
+        toml::Value::Float(number) => {
+            check(number.is_finite(), || key.to_owned(), "a finite number", || number.to_string())
+        }
+        toml::Value::Array(items) => {
+            items.iter().enumerate().try_for_each(|(i, item)| check_finite(&format!("{key}[{i}]"), item))
+        }
+        toml::Value::Table(table) => table.iter().try_for_each(|(name, item)| {
+            check_finite(&if key.is_empty() { name.clone() } else { format!("{key}.{name}") }, item)
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn check_heading(key: &str, degrees: f64) -> Result<(), MissionError> {
+    check(degrees.abs() <= 360.0, || key.to_owned(), "degrees from -360 to 360", || degrees.to_string())
+}
+
+/// Names are printed on terminals, which obey control characters.
+fn check_name(key: &str, name: &str) -> Result<(), MissionError> {
+    let holds = !name.is_empty() && !name.contains(char::is_control);
+    check(holds, || key.to_owned(), "a name without control characters", || format!("{name:?}"))
 }
 
 fn check(
@@ -254,4 +276,55 @@ fn check(
     found: impl FnOnce() -> String,
 ) -> Result<(), MissionError> {
     if holds { Ok(()) } else { Err(MissionError::Value { key: key(), expected, found: found() }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MISSION: &str = r#"
+        name = "m"
+        robot = "robotino"
+        world = { map = "floor.yaml" }
+        start = { world = [1.0, 1.0], world_heading_deg = 90, sketch = [1, 1], sketch_heading_deg = 90 }
+        sketch = { file = "s.png" }
+        [[task]]
+        name = "kitchen"
+        goal = [3, 4]
+        there = { center = [1.0, 2.0], radius_m = 1.0 }
+    "#;
+
+    fn refusal(from: &str, to: &str) -> String {
+        assert!(MISSION.contains(from));
+        Mission::parse(&MISSION.replace(from, to)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_sound_mission_is_read() {
+        assert_eq!(Mission::parse(MISSION).unwrap().task[0].time_limit_s, 180.0);
+    }
+
+    #[test]
+    fn a_number_that_is_none_is_named_wherever_it_stands() {
+        // One of these once reached the services as `null` in a file of ours.
+        for (from, to, key) in [
+            ("world_heading_deg = 90", "world_heading_deg = nan", "start.world_heading_deg"),
+            ("sketch = [1, 1]", "sketch = [nan, 1]", "start.sketch[0]"),
+            ("radius_m = 1.0", "radius_m = inf", "task[0].there.radius_m"),
+        ] {
+            let error = refusal(from, to);
+            assert!(error.contains(key) && error.contains("finite"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_heading_beyond_a_turn_is_refused() {
+        // 1e300 degrees once kept the world busy for ever.
+        assert!(refusal("world_heading_deg = 90", "world_heading_deg = 1e300").contains("-360 to 360"));
+    }
+
+    #[test]
+    fn a_name_may_not_steer_the_terminal() {
+        assert!(refusal("\"kitchen\"", "\"\\u001b[31m\"").contains("control"));
+    }
 }

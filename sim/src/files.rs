@@ -52,6 +52,11 @@ pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
     let info = yaml.and_then(parse).map_err(|error| error.in_file(path))?;
     let picture_path = path.with_file_name(&info.image);
     let decode = |bytes: Vec<u8>| OccupancyMap::decode(&info, &bytes);
+    if !picture_path.is_file() {
+        let found = picture_path.display().to_string();
+        let missing = SimError::Value { key: "image".into(), expected: "an existing file", found };
+        return Err(missing.in_file(path));
+    }
     let picture = std::fs::read(&picture_path).map_err(SimError::from);
     let map = picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();

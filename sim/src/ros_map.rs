@@ -12,8 +12,11 @@ use serde::Deserialize;
 
 use crate::convex::Convex;
 use crate::description::WorldDescription;
-use crate::error::{SimError, check, check_finite};
+use crate::error::{SimError, check};
 use crate::raster::{CellBox, Raster};
+
+/// Farther from the origin a millimetre is lost in the physics' single precision.
+const FARTHEST_ORIGIN_M: f64 = 1e4;
 
 /// The YAML of a map. Keys that are not known are left to whoever wrote them.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -78,8 +81,10 @@ impl MapInfo {
     fn check(&self) -> Result<(), SimError> {
         let resolution = self.resolution;
         check(!self.image.is_empty(), "image", "the path of a picture", &self.image)?;
-        check(resolution.is_finite() && resolution > 0.0, "resolution", "a number above 0", resolution)?;
-        check_finite("origin", &self.origin)?;
+        check(resolution > 0.0, "resolution", "a number above 0", resolution)?;
+        check((1e-3..=10.0).contains(&resolution), "resolution", "0.001 to 10 metres a pixel", resolution)?;
+        let near = self.origin.iter().all(|v| v.abs() <= FARTHEST_ORIGIN_M);
+        check(near, "origin", "numbers within ten kilometres", self.origin)?;
         check(self.origin[2] == 0.0, "origin", "a yaw of 0 (a turned map is not supported)", self.origin[2])?;
         let known = matches!(self.negate, Negate::Bool(_) | Negate::Number(0 | 1));
         check(known, "negate", "0 or 1", self.negate)?;

@@ -72,6 +72,24 @@ struct Event {
     touch: Touch,
 }
 
+/// Outside the outermost walls there is nothing to be seen, and nowhere to go.
+fn check_within_walls(start: &Pose<WorldFrame>, outline: &[Segment]) -> Result<(), SimError> {
+    let extent = |axis: usize| {
+        let along = outline.iter().flatten().map(|corner| corner[axis]);
+        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+    };
+    let ((left, right), (bottom, top)) = (extent(0), extent(1));
+    let within = (left..=right).contains(&start.x) && (bottom..=top).contains(&start.y);
+    let walls = format!(
+        "({}, {}) m, outside the walls, which reach from ({left:.2}, {bottom:.2}) to ({right:.2}, {top:.2}) m",
+        start.x, start.y
+    );
+    if within {
+        return Ok(());
+    }
+    Err(SimError::Value { key: "start.world".into(), expected: "a place within the walls", found: walls })
+}
+
 impl World {
     /// A world in which the robot stands at `start`, at time 0, before its first scan.
     ///
@@ -84,6 +102,7 @@ impl World {
         seed: u64,
     ) -> Result<Self, SimError> {
         check_finite("start", &[start.x, start.y, start.yaw_rad])?;
+        check_within_walls(&start, &description.outline)?;
         let period_s = 1.0 / robot.laser.rate_hz;
         let substeps = substeps(robot, period_s);
         let at = TruePose { at: start.position().coords(), yaw_rad: start.yaw_rad };

@@ -24,6 +24,17 @@ pub struct Cli {
     pub command: Option<Command>,
 }
 
+impl Cli {
+    /// Whether a program reads standard output.
+    pub fn wants_json(&self) -> bool {
+        match &self.command {
+            Some(Command::Run { options, .. } | Command::Demo { options }) => options.json,
+            Some(Command::Ps { json } | Command::Diff { json, .. } | Command::Info { json, .. }) => *json,
+            _ => false,
+        }
+    }
+}
+
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -151,13 +162,16 @@ fn parse_service(word: &str) -> Result<Process, String> {
     }
 }
 
+/// Beyond this no machine keeps up; `max` is for those who want all that there is.
+const MAX_SPEED: f64 = 100.0;
+
 fn parse_speed(text: &str) -> Result<Pace, String> {
     if text == "max" {
         return Ok(Pace::Lockstep);
     }
     match text.parse::<f64>() {
-        Ok(speed) if speed.is_finite() && speed > 0.0 => Ok(Pace::RealTime { speed }),
-        _ => Err("expected `max` or a number above 0".into()),
+        Ok(speed) if speed > 0.0 && speed <= MAX_SPEED => Ok(Pace::RealTime { speed }),
+        _ => Err(format!("expected `max`, or a number above 0 and up to {MAX_SPEED}")),
     }
 }
 
@@ -175,7 +189,7 @@ mod tests {
     fn speed_is_max_or_a_positive_number() {
         assert_eq!(parse_speed("max"), Ok(Pace::Lockstep));
         assert_eq!(parse_speed("2"), Ok(Pace::RealTime { speed: 2.0 }));
-        for wrong in ["0", "-1", "nan", "inf", "fast", ""] {
+        for wrong in ["0", "-1", "nan", "inf", "1e6", "fast", ""] {
             assert!(parse_speed(wrong).is_err(), "{wrong}");
         }
     }

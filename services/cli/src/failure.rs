@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use crate::output::{self, out, say};
+
 /// Why a command did not do what it was asked to.
 #[derive(Debug)]
 pub enum Failure {
@@ -9,6 +11,8 @@ pub enum Failure {
     Input(anyhow::Error),
     /// Anything else: exit 3.
     Other(anyhow::Error),
+    /// As `Other`, and the command has printed all the same what it could: exit 3.
+    Reported(anyhow::Error),
 }
 
 /// What a command comes to.
@@ -38,18 +42,28 @@ impl<T, E: Into<anyhow::Error>> OrInput<T> for Result<T, E> {
     }
 }
 
-/// Prints a failure and gives the exit code.
-pub fn exit_code(result: Result<Outcome, Failure>) -> ExitCode {
+/// Prints a failure and gives the exit code. With `json` standard output gets an object too, so that a
+/// program always finds one there.
+pub fn exit_code(result: Result<Outcome, Failure>, json: bool) -> ExitCode {
     match result {
         Ok(Outcome::Success) => ExitCode::from(0),
         Ok(Outcome::Short) => ExitCode::from(1),
-        Err(Failure::Input(error)) => report(&error, 2),
-        Err(Failure::Other(error)) => report(&error, 3),
+        Err(Failure::Input(error)) => report(&error, 2, json),
+        Err(Failure::Other(error)) => report(&error, 3, json),
+        Err(Failure::Reported(error)) => report(&error, 3, false),
     }
 }
 
-fn report(error: &anyhow::Error, code: u8) -> ExitCode {
-    eprintln!("error: {}", story(error));
+fn report(error: &anyhow::Error, code: u8, json: bool) -> ExitCode {
+    if output::is_unheard(error) {
+        return ExitCode::from(0);
+    }
+    let story = story(error);
+    if json {
+        // Where standard output is what failed, standard error alone tells.
+        let _ = out!("{}", serde_json::json!({ "error": story, "exit": code }));
+    }
+    say!("error: {story}");
     ExitCode::from(code)
 }
 

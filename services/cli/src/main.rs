@@ -4,6 +4,7 @@ mod args;
 mod failure;
 mod folder;
 mod mission;
+mod output;
 mod report;
 mod serve;
 mod systems;
@@ -22,7 +23,9 @@ use failure::{Failure, Outcome, exit_code};
 static ALLOCATOR: sketchnav_runtime::CountingAllocator = sketchnav_runtime::CountingAllocator;
 
 fn main() -> ExitCode {
-    exit_code(dispatch(Cli::parse()))
+    let cli = Cli::parse();
+    let json = cli.wants_json();
+    exit_code(dispatch(cli), json)
 }
 
 fn dispatch(cli: Cli) -> Result<Outcome, Failure> {

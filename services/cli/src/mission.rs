@@ -13,6 +13,7 @@ use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine, Progress, S
 use crate::args::{RunOptions, SERVICES};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::{create, plain_name};
+use crate::output::say;
 use crate::report;
 
 /// How often the progress line changes.
@@ -54,7 +55,12 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
             Failure::Input(anyhow!("{}: expected a path in UTF-8", PathBuf::from(path).display()))
         })?),
     };
-    drive(&run, options, &folder)
+    let outcome = drive(&run, options, &folder);
+    if let Err(Failure::Input(_)) = outcome {
+        // Nothing has happened that would be worth keeping.
+        let _ = std::fs::remove_dir_all(&folder);
+    }
+    outcome
 }
 
 fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome, Failure> {
@@ -65,8 +71,9 @@ fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome
     let ended = supervisor.shut_down();
     let progress = match watched {
         Ok(progress) => progress,
+        Err(error) if error.is_bad_input() => return Err(classify(error)),
         Err(error) => {
-            eprintln!("the recording so far: {}", run.recording.as_deref().unwrap_or_default());
+            say!("the recording so far: {}", run.recording.as_deref().unwrap_or_default());
             return Err(classify(error));
         }
     };
@@ -76,9 +83,9 @@ fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome
         Err(failure) => return Err(ended.err().map_or(failure, classify)),
     };
     report.print(options.json)?;
-    ended.map_err(classify)?;
+    ended.map_err(|error| Failure::Reported(error.into()))?;
     match progress {
-        Progress::Interrupted => Err(Failure::Other(anyhow!("interrupted before the mission ended"))),
+        Progress::Interrupted => Err(Failure::Reported(anyhow!("interrupted before the mission ended"))),
         _ if report.success() => Ok(Outcome::Success),
         _ => Ok(Outcome::Short),
     }
@@ -88,13 +95,17 @@ fn start(run: &RunConfig, options: &RunOptions) -> Result<Supervisor, SystemErro
     let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
     let lines: Result<Vec<_>, _> = services.map(|process| ProcessLine::serve(process, &run.system)).collect();
     for process in &options.without {
-        eprintln!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
+        say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
     }
     Supervisor::start(run, lines?, Grace::default())
 }
 
 fn classify(error: SystemError) -> Failure {
-    if error.is_bad_input() { Failure::Input(error.into()) } else { Failure::Other(error.into()) }
+    let is_input = match &error {
+        SystemError::Runtime(cause) => cause.is_about_the_name(),
+        _ => error.is_bad_input(),
+    };
+    if is_input { Failure::Input(error.into()) } else { Failure::Other(error.into()) }
 }
 
 /// Follows the mission to its end.
@@ -133,7 +144,7 @@ fn progress_line(run: &RunConfig, quiet: bool) -> ProgressBar {
 fn tell(line: &ProgressBar, quiet: bool, text: &str) {
     match (quiet, line.is_hidden()) {
         (true, _) => {}
-        (false, true) => eprintln!("{text}"),
+        (false, true) => say!("{text}"),
         (false, false) => line.println(text),
     }
 }

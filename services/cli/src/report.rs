@@ -20,6 +20,7 @@ use sketchnav_supervisor::Supervisor;
 
 use crate::args::SERVICES;
 use crate::failure::Failure;
+use crate::output::out;
 
 /// A run's figures; `--json` prints just this.
 #[derive(Debug, Serialize)]
@@ -89,22 +90,22 @@ impl Report {
     /// Prints the table, or one JSON object.
     pub fn print(&self, json: bool) -> Result<(), Failure> {
         if json {
-            println!("{}", serde_json::to_string(self).context("the report as JSON")?);
+            out!("{}", serde_json::to_string(self).context("the report as JSON")?)?;
             return Ok(());
         }
-        println!("{}", self.table());
+        out!("{}", self.table())?;
         let reached = self.tasks.iter().filter(|task| task.reached).count();
-        println!(
+        out!(
             "{reached} of {} tasks reached in {:.0} s simulated, {:.1} s on the clock ({:.0} × real time); {} messages lost",
             self.tasks.len(),
             self.sim_seconds,
             self.wall_seconds,
             self.real_time_factor,
             self.lost_messages,
-        );
-        println!("recording  {}", self.recording);
+        )?;
+        out!("recording  {}", self.recording)?;
         for picture in &self.pictures {
-            println!("picture    {}", picture.display());
+            out!("picture    {}", picture.display())?;
         }
         Ok(())
     }

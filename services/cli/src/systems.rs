@@ -7,6 +7,7 @@ use sketchnav_runtime::System;
 use sketchnav_schemas::run::Pace;
 
 use crate::failure::{Failure, Outcome};
+use crate::output::out;
 
 #[derive(Serialize)]
 struct Row {
@@ -29,11 +30,11 @@ pub fn ps(json: bool) -> Result<Outcome, Failure> {
     // A system that ends while we look is not there any more.
     let rows: Vec<_> = systems.iter().filter_map(|system| row(system).ok()).collect();
     if json {
-        println!("{}", serde_json::to_string(&rows).context("the list as JSON")?);
+        out!("{}", serde_json::to_string(&rows).context("the list as JSON")?)?;
     } else if rows.is_empty() {
-        println!("no system runs; `sketchnav demo` starts one");
+        out!("no system runs; `sketchnav demo` starts one")?;
     } else {
-        println!("{}", table(&rows));
+        out!("{}", table(&rows))?;
     }
     Ok(Outcome::Success)
 }

@@ -10,6 +10,7 @@ use sketchnav_schemas::ros2::Ros2;
 
 use crate::args::Tap;
 use crate::failure::{Failure, Outcome};
+use crate::output::out;
 use crate::systems;
 
 /// How often to look: messages wake no observer.
@@ -26,8 +27,9 @@ pub fn echo(tap: &Tap) -> Result<Outcome, Failure> {
 pub fn hz(tap: &Tap) -> Result<Outcome, Failure> {
     let mut rate = Rate::default();
     let followed = follow(tap, &mut rate);
-    rate.print("in all");
-    followed
+    let outcome = followed?;
+    rate.print("in all")?;
+    Ok(outcome)
 }
 
 /// What is done with the messages of a channel.
@@ -36,7 +38,7 @@ trait Listener {
     const HISTORY: bool;
     fn hear<T: Ros2>(&mut self, message: &T, cells: &[u8]) -> anyhow::Result<()>;
     /// Called once a second, with the messages lost so far.
-    fn tick(&mut self, lost: u64);
+    fn tick(&mut self, lost: u64) -> anyhow::Result<()>;
 }
 
 struct Echo;
@@ -50,11 +52,12 @@ impl Listener for Echo {
         let line = serde_json::json!({
             "seq": header.seq, "stamp_ns": header.stamp_ns, "source_seq": header.source_seq, "message": form,
         });
-        println!("{line}");
-        Ok(())
+        out!("{line}")
     }
 
-    fn tick(&mut self, _lost: u64) {}
+    fn tick(&mut self, _lost: u64) -> anyhow::Result<()> {
+        Ok(())
+    }
 }
 
 /// Messages, in wall-clock time and in simulation time.
@@ -78,28 +81,27 @@ impl Listener for Rate {
         Ok(())
     }
 
-    fn tick(&mut self, lost: u64) {
+    fn tick(&mut self, lost: u64) -> anyhow::Result<()> {
         self.lost = lost;
-        self.print("so far");
+        self.print("so far")
     }
 }
 
 impl Rate {
-    fn print(&self, when: &str) {
+    fn print(&self, when: &str) -> anyhow::Result<()> {
         let (Some((first, first_ns)), Some((last, last_ns))) = (self.first, self.last) else {
-            println!("{when}: no message");
-            return;
+            return out!("{when}: no message");
         };
         let intervals = self.count.saturating_sub(1) as f64;
         let wall = intervals / (last - first).as_secs_f64().max(1e-9);
         let simulated = intervals / (last_ns.saturating_sub(first_ns) as f64 / 1e9).max(1e-9);
         let (count, lost) = (self.count, self.lost);
         if intervals == 0.0 {
-            println!("{when}: 1 message");
+            out!("{when}: 1 message")
         } else {
-            println!(
+            out!(
                 "{when}: {wall:.1} messages a second, {simulated:.2} a simulated second; {count} seen, {lost} missed"
-            );
+            )
         }
     }
 }
@@ -153,7 +155,7 @@ impl<L: Listener> Follow<'_, L> {
             counts |= came;
             if tick.elapsed() >= SECOND {
                 tick = Instant::now();
-                self.listener.tick(lost);
+                self.listener.tick(lost)?;
                 if System::open(&self.name).is_err() {
                     return Ok(());
                 }

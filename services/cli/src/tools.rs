@@ -7,17 +7,18 @@ use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use sketchnav_recordings::info::Info;
 
 use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::out;
 
 /// Compares two recordings.
 pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
     let difference = sketchnav_recordings::diff::diff(a, b).or_input()?;
     if json {
         let object = serde_json::json!({ "identical": difference.is_none(), "difference": difference });
-        println!("{object}");
+        out!("{object}")?;
     } else {
         match &difference {
-            None => println!("identical: every message of every channel (health left out)"),
-            Some(difference) => println!("different: {difference}"),
+            None => out!("identical: every message of every channel (health left out)")?,
+            Some(difference) => out!("different: {difference}")?,
         }
     }
     Ok(if difference.is_none() { Outcome::Success } else { Outcome::Short })
@@ -27,23 +28,20 @@ pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
 pub fn info(file: &Path, json: bool) -> Result<Outcome, Failure> {
     let info = sketchnav_recordings::info::info(file).or_input()?;
     if json {
-        println!("{}", serde_json::to_string(&info).context("the info as JSON")?);
+        out!("{}", serde_json::to_string(&info).context("the info as JSON")?)?;
     } else {
-        print(&info);
+        print(&info)?;
     }
     Ok(Outcome::Success)
 }
 
-fn print(info: &Info) {
-    println!("{}  ({:.1} MB)", info.path, info.bytes as f64 / 1e6);
+fn print(info: &Info) -> anyhow::Result<()> {
+    out!("{}  ({:.1} MB)", info.path, info.bytes as f64 / 1e6)?;
     for (key, value) in &info.run {
-        println!("{key:<10} {value}");
+        out!("{key:<10} {value}")?;
     }
     let end = if info.clean_end { "ended cleanly" } else { "cut off; what is there is whole" };
-    println!(
-        "{:.1} s simulated, {} messages, {} missing; {end}",
-        info.duration_s, info.messages, info.missing
-    );
+    out!("{:.1} s simulated, {} messages, {} missing; {end}", info.duration_s, info.messages, info.missing)?;
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);
     table.set_header(["topic", "type", "messages", "rate", "missing"]);
@@ -56,10 +54,11 @@ fn print(info: &Info) {
             topic.missing.to_string(),
         ]);
     }
-    println!("{table}");
+    out!("{table}")?;
     for topic in &info.topics {
         for gap in &topic.gaps {
-            println!("{}: {gap:?}", topic.topic);
+            out!("{}: {gap:?}", topic.topic)?;
         }
     }
+    Ok(())
 }

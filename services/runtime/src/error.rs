@@ -16,6 +16,20 @@ pub enum Error {
         /// The longest name.
         max: usize,
     },
+    /// A folder and a name that together make paths too long for iceoryx2.
+    #[error(
+        "{}: too long by {excess} characters for a system called {name:?}; set XDG_RUNTIME_DIR to a shorter \
+         folder, or choose a name half as much shorter",
+        root.display()
+    )]
+    PathTooLong {
+        /// The folder of all systems.
+        root: PathBuf,
+        /// The system.
+        name: String,
+        /// How much is too much.
+        excess: usize,
+    },
     /// The folder of all systems is not the user's own.
     #[error(
         "{}: expected a folder of user {uid} that nobody else may enter (mode 0700, no link), found {found}; \
@@ -133,6 +147,11 @@ pub enum Error {
 }
 
 impl Error {
+    /// Whether another name for the system would help.
+    pub fn is_about_the_name(&self) -> bool {
+        matches!(self, Self::BadName { .. } | Self::PathTooLong { .. } | Self::AlreadyRunning { .. })
+    }
+
     /// For `map_err` on a file operation.
     pub(crate) fn file(path: impl Into<PathBuf>, doing: &'static str) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();

@@ -29,6 +29,9 @@ use crate::{Error, Result, root};
 
 const SHARED_MEMORY: &str = "/dev/shm";
 const MAX_NAME: usize = 32;
+/// Longest root plus twice the name, bytes: iceoryx2 0.10 builds paths of at most 255 bytes out of the
+/// system's folder and the prefix, each of which holds the name, and panics beyond (measured).
+const MAX_ROOT_AND_NAMES: usize = 110;
 /// How long a process may take to end when its system goes.
 const LAST_WORD: Duration = Duration::from_secs(1);
 
@@ -54,6 +57,7 @@ impl System {
 
     pub(crate) fn create_in(root: PathBuf, run: &RunConfig) -> Result<Self> {
         check_name(&run.system)?;
+        check_length(&root, &run.system)?;
         let _guard = root::guard(&root)?;
         sweep(&root)?;
         let mut system = Self::at(root, &run.system);
@@ -236,6 +240,14 @@ impl System {
         }
         removed(&self.folder, fs::remove_dir_all(&self.folder))
     }
+}
+
+fn check_length(root: &Path, name: &str) -> Result<()> {
+    let excess = (root.as_os_str().len() + 2 * name.len()).saturating_sub(MAX_ROOT_AND_NAMES);
+    if excess == 0 {
+        return Ok(());
+    }
+    Err(Error::PathTooLong { root: root.to_path_buf(), name: name.into(), excess })
 }
 
 fn check_name(name: &str) -> Result<()> {

@@ -218,7 +218,7 @@ impl Supervisor {
     fn check_children(&mut self) -> Result<()> {
         for child in &mut self.children {
             if let Some((status, when)) = child.ended()?
-                && (!status.success() || when.elapsed() > EARLY_END)
+                && (!status.success() || child.process == Process::Recorder || when.elapsed() > EARLY_END)
             {
                 return Err(Error::Died(child.death(status)));
             }
@@ -233,6 +233,12 @@ impl Supervisor {
         let mut killed = Vec::new();
         let mut children: Vec<_> = self.children.iter_mut().filter(|child| kind(child.process)).collect();
         for child in &mut children {
+            // What a recorder that ended before its time has missed, nobody else has.
+            if child.process == Process::Recorder
+                && let Some((status, _)) = child.ended()?
+            {
+                result = result.and(Err(Error::Died(child.death(status))));
+            }
             result = result.and(child.signal(Signal::SIGTERM));
         }
         for child in children {

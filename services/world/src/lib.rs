@@ -95,16 +95,19 @@ impl<'a> Shell<'a> {
         answered && scan < self.recorded_scan + LOCKSTEP_WINDOW
     }
 
-    /// A step when its time has come, whatever command there is.
+    /// A step when its time has come, whatever command there is, until the last one.
     fn real_time(&mut self, speed: f64) -> anyhow::Result<()> {
         let pacer = Pacer::start(speed);
         self.observe()?;
         loop {
+            self.receive()?;
+            let is_over = self.held.is_some_and(|command| command.last == 1);
             let due = pacer.until(self.world.stamp_ns() + self.world.period_ns());
-            if due.is_zero() {
-                self.receive()?;
+            if due.is_zero() && !is_over {
                 self.step()?;
-            } else if self.node.nap(due.min(LOOK_UP)) == Wake::Terminate {
+            }
+            let nap = if is_over { LOOK_UP } else { due.min(LOOK_UP) };
+            if self.node.nap(nap) == Wake::Terminate {
                 return self.end();
             }
             self.health.report_if_due(self.world.stamp_ns())?;

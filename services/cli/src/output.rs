@@ -1,0 +1,37 @@
+//! Prints without panicking: whoever read our output may have gone, and the disk behind it may be full.
+
+use std::fmt::Arguments;
+use std::io::{self, Write};
+
+/// A line on standard output.
+///
+/// # Errors
+/// Where nobody takes it; see [`is_unheard`].
+pub fn line(text: Arguments<'_>) -> anyhow::Result<()> {
+    let mut out = io::stdout().lock();
+    writeln!(out, "{text}")?;
+    Ok(out.flush()?)
+}
+
+/// A line on standard error; where nobody takes it, nobody misses it.
+pub fn aside(text: Arguments<'_>) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+/// Whether the error is that the reader of our output has gone, as `head` does when it has enough.
+pub fn is_unheard(error: &anyhow::Error) -> bool {
+    let pipe = |cause: &io::Error| cause.kind() == io::ErrorKind::BrokenPipe;
+    error.chain().any(|cause| cause.downcast_ref::<io::Error>().is_some_and(pipe))
+}
+
+/// Prints a line on standard output, as `println!` does, and says where that fails.
+macro_rules! out {
+    ($($text:tt)*) => { $crate::output::line(format_args!($($text)*)) };
+}
+
+/// Prints a line on standard error, as `eprintln!` does, without panicking.
+macro_rules! say {
+    ($($text:tt)*) => { $crate::output::aside(format_args!($($text)*)) };
+}
+
+pub(crate) use {out, say};

@@ -5,8 +5,10 @@ mod support;
 use serde_json::Value;
 use support::{Place, repository, room};
 
-/// Buffers that find their size in the first steps; what a mission's length would add is far more.
-const A_HANDFUL: u64 = 8;
+/// Once in a mission: buffers find their size, and iceoryx2 connects a reader that comes while the first
+/// steps are under way (some 80 allocations each, the recorder among them). One allocation a step would
+/// be 2,000 in the long mission.
+const TO_BEGIN_WITH: u64 = 400;
 /// rapier allocates inside its step and frees it again: at most 8 times a physics step, ten of which
 /// make a step of the world (`sim/tests/allocations.rs`).
 const MOST_A_STEP_OF_THE_WORLD: u64 = 80;
@@ -27,16 +29,16 @@ fn allocates_no_more_than_it_may(report: &Value, least_steps: u64) {
     for name in ["localizer", "planner"] {
         let service = process(report, name);
         assert!(service.steps >= least_steps, "{name}: {} steps", service.steps);
-        assert!(service.allocations <= A_HANDFUL, "{name}: {} allocations", service.allocations);
+        assert!(service.allocations <= TO_BEGIN_WITH, "{name}: {} allocations", service.allocations);
     }
     let world = process(report, "world");
     let most = MOST_A_STEP_OF_THE_WORLD * world.steps;
     assert!(world.allocations <= most, "world: {} in {} steps", world.allocations, world.steps);
 }
 
-/// A short mission and one of ten times its length: the same handful for both.
+/// A short mission and one of many times its length: the same bound for both.
 #[test]
-fn the_navigators_allocate_a_handful_however_long_the_mission() {
+fn the_navigators_allocate_no_more_in_a_longer_mission() {
     let place = Place::new();
     room::write(place.files());
     let (short, _) = place.mission("run room.toml", "short");

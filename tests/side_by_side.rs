@@ -63,7 +63,7 @@ fn a_second_system_of_the_same_name_is_refused_and_the_first_drives_on() {
     let mut first = drive(&place, "lab");
     room::write(place.files());
     let second = place.run("run room.toml --json --system lab");
-    assert_eq!(second.code, Some(3), "{second}");
+    assert_eq!(second.code, Some(2), "{second}");
     let supervisor = first.pid().to_string();
     for words in ["\"lab\" is running already", &supervisor] {
         assert!(second.err.contains(words), "{second}");

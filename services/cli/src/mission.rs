@@ -101,11 +101,15 @@ fn start(run: &RunConfig, options: &RunOptions) -> Result<Supervisor, SystemErro
 }
 
 fn classify(error: SystemError) -> Failure {
-    let is_input = match &error {
-        SystemError::Runtime(cause) => cause.is_about_the_name(),
-        _ => error.is_bad_input(),
-    };
-    if is_input { Failure::Input(error.into()) } else { Failure::Other(error.into()) }
+    match &error {
+        // What a service says of its input is for the user; that a process said it is not.
+        SystemError::Died(death) if error.is_bad_input() => {
+            let words = death.last_lines.trim_start_matches("error: ");
+            Failure::Input(anyhow!("{}: {words}", death.process))
+        }
+        SystemError::Runtime(cause) if cause.is_about_the_name() => Failure::Input(error.into()),
+        _ => Failure::Other(error.into()),
+    }
 }
 
 /// Follows the mission to its end.

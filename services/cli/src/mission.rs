@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use sketchnav_schemas::codes::TaskState;
-use sketchnav_schemas::message::MissionStatus;
+use sketchnav_schemas::message::{MissionStatus, PoseEstimate};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine, Progress, Supervisor};
 
@@ -125,7 +125,7 @@ fn watch(supervisor: &mut Supervisor, run: &RunConfig, quiet: bool) -> Result<Pr
         }
         line.set_position(told as u64);
         if let Some(status) = supervisor.status() {
-            line.set_message(on_the_way(status, began.elapsed()));
+            line.set_message(on_the_way(status, supervisor.estimate(), began.elapsed()));
         }
         if progress != Progress::Running {
             line.finish_and_clear();
@@ -139,9 +139,9 @@ fn progress_line(run: &RunConfig, quiet: bool) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{prefix:.bold} {bar:20.cyan/dim} {pos}/{len}  {msg}");
-    let line = ProgressBar::new(run.mission.task.len() as u64);
-    line.set_prefix(run.mission.name.clone());
-    line.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    ProgressBar::new(run.mission.task.len() as u64)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_prefix(run.mission.name.clone())
 }
 
 /// Above the progress line; where there is no terminal, on standard error.
@@ -160,11 +160,15 @@ fn task_ended(status: &MissionStatus) -> String {
     format!("  {:>2}. {name:<12} {state:<9} {time:6.1} s {path:6.1} m  {reason}", status.task + 1)
 }
 
-fn on_the_way(status: &MissionStatus, wall: Duration) -> String {
+fn on_the_way(status: &MissionStatus, estimate: Option<&PoseEstimate>, wall: Duration) -> String {
     let simulated_s = status.header.stamp_ns as f64 / 1e9;
+    let state = TaskState::from_code(status.state).map_or("?", TaskState::word);
     let (name, reason) = (status.name.as_str(), status.reason.as_str());
+    let how = if reason.is_empty() { state } else { reason };
+    let place =
+        estimate.map_or(String::new(), |e| format!("at ({:.0}, {:.0}) px, ", e.pose.x_px, e.pose.y_px));
     format!(
-        "{name}: {reason}; {:.1} m to go at {:.2} m/s; {simulated_s:.0} s simulated, {:.0} × real time",
+        "{name}: {how}; {place}{:.1} m to go at {:.2} m/s; {simulated_s:.0} s simulated, {:.0} × real time",
         status.remaining_m,
         status.speed_mps,
         simulated_s / wall.as_secs_f64().max(1e-3),

@@ -8,7 +8,7 @@ pub mod core;
 use std::time::Duration;
 
 use anyhow::Context;
-use sketchnav_runtime::{HealthReporter, Node, Reader, Sample, Step, Wake, Writer};
+use sketchnav_runtime::{HealthReporter, Node, Step, UpTo, Wake, Writer};
 use sketchnav_schemas::channels::{ESTIMATE, ODOMETRY, PARTICLES, SCAN, SKETCH};
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate};
 
@@ -25,7 +25,7 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
     let mut core = Core::new(&node.run_config()?)?;
     let mut health = HealthReporter::new(node)?;
     let mut scans = node.reader(SCAN)?;
-    let mut odometry = OdometryInput { reader: node.reader(ODOMETRY)?, newest: None, next: None };
+    let mut odometry = UpTo::new(node.reader(ODOMETRY)?);
     let mut output = Output { estimates: node.writer(ESTIMATE)?, particles: node.writer(PARTICLES)? };
     let mut stamp_ns = 0;
     if wait_for_sketch(node, &mut core, &mut health)? {
@@ -61,28 +61,6 @@ fn wait_for_sketch(node: &Node, core: &mut Core, health: &mut HealthReporter) ->
     }
 }
 
-/// Dead reckoning, read as far as the scans have come.
-struct OdometryInput {
-    reader: Reader<Odometry>,
-    newest: Option<Sample<Odometry>>,
-    next: Option<Sample<Odometry>>,
-}
-
-impl OdometryInput {
-    /// Makes `newest` the newest reading whose stamp is not after `stamp_ns`.
-    fn advance_to(&mut self, stamp_ns: u64) -> anyhow::Result<()> {
-        loop {
-            if self.next.is_none() {
-                self.next = self.reader.receive()?;
-            }
-            match self.next.take_if(|next| next.header.stamp_ns <= stamp_ns) {
-                Some(reading) => self.newest = Some(reading),
-                None => return Ok(()),
-            }
-        }
-    }
-}
-
 struct Output {
     estimates: Writer<PoseEstimate>,
     particles: Writer<Particles>,
@@ -90,11 +68,11 @@ struct Output {
 
 impl Output {
     /// Fills the messages where they lie in shared memory; the particles go before the estimate.
-    fn answer(&mut self, core: &mut Core, odometry: &OdometryInput, scan: &LaserScan) -> anyhow::Result<()> {
+    fn answer(&mut self, core: &mut Core, odometry: &UpTo<Odometry>, scan: &LaserScan) -> anyhow::Result<()> {
         let due = core.particles_due(scan.header.stamp_ns);
         let mut particles = due.then(|| self.particles.loan()).transpose()?;
         let mut estimate = self.estimates.loan()?;
-        match &odometry.newest {
+        match odometry.newest() {
             Some(reading) => core.step(reading, scan, &mut estimate, particles.as_deref_mut()),
             None => core.step(&at_the_origin(), scan, &mut estimate, particles.as_deref_mut()),
         }

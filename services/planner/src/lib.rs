@@ -9,11 +9,10 @@ pub mod core;
 use std::time::Duration;
 
 use anyhow::Context;
-use sketchnav_runtime::{HealthReporter, Node, Reader, Sample, SliceReader, Step, Wake, Writer};
+use sketchnav_runtime::{HealthReporter, Node, Reader, SliceReader, Step, UpTo, Wake, Writer};
 use sketchnav_schemas::channels::{COMMAND, ESTIMATE, MISSION, ODOMETRY, PLAN, ROUTE, SCAN, SKETCH, STATUS};
 use sketchnav_schemas::message::{
-    LaserScan, Message, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap,
-    VelocityCommand,
+    LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, VelocityCommand,
 };
 use sketchnav_schemas::run::Pace;
 
@@ -82,48 +81,22 @@ impl Wishes {
 /// What the robot knows: the estimates, and the scans and odometry that they come from.
 struct Senses {
     estimates: Reader<PoseEstimate>,
-    scans: UpToNow<LaserScan>,
-    odometry: UpToNow<Odometry>,
+    scans: UpTo<LaserScan>,
+    odometry: UpTo<Odometry>,
 }
 
 impl Senses {
     fn open(node: &Node) -> anyhow::Result<Self> {
         Ok(Self {
             estimates: node.reader(ESTIMATE)?,
-            scans: UpToNow::new(node.reader(SCAN)?),
-            odometry: UpToNow::new(node.reader(ODOMETRY)?),
+            scans: UpTo::new(node.reader(SCAN)?),
+            odometry: UpTo::new(node.reader(ODOMETRY)?),
         })
     }
 
     fn advance_to(&mut self, stamp_ns: u64) -> anyhow::Result<()> {
         self.scans.advance_to(stamp_ns)?;
-        self.odometry.advance_to(stamp_ns)
-    }
-}
-
-/// A channel, read as far as the estimates have come.
-struct UpToNow<T: Message> {
-    reader: Reader<T>,
-    newest: Option<Sample<T>>,
-    next: Option<Sample<T>>,
-}
-
-impl<T: Message> UpToNow<T> {
-    fn new(reader: Reader<T>) -> Self {
-        Self { reader, newest: None, next: None }
-    }
-
-    /// Makes `newest` the newest message whose stamp is not after `stamp_ns`.
-    fn advance_to(&mut self, stamp_ns: u64) -> anyhow::Result<()> {
-        loop {
-            if self.next.is_none() {
-                self.next = self.reader.receive()?;
-            }
-            match self.next.take_if(|next| next.header().stamp_ns <= stamp_ns) {
-                Some(message) => self.newest = Some(message),
-                None => return Ok(()),
-            }
-        }
+        Ok(self.odometry.advance_to(stamp_ns)?)
     }
 }
 
@@ -145,7 +118,7 @@ impl Output {
     /// Fills the messages where they lie in shared memory. An estimate whose scan or odometry was
     /// lost has no answer: the world stops a robot that nobody commands.
     fn answer(&mut self, core: &mut Core, senses: &Senses, estimate: &PoseEstimate) -> anyhow::Result<()> {
-        let (Some(scan), Some(odometry)) = (&senses.scans.newest, &senses.odometry.newest) else {
+        let (Some(scan), Some(odometry)) = (senses.scans.newest(), senses.odometry.newest()) else {
             return Ok(());
         };
         if core.step(estimate, scan, odometry).planned {

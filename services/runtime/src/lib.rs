@@ -24,6 +24,7 @@ mod reader;
 mod root;
 mod signals;
 mod system;
+mod up_to;
 mod wire;
 mod writer;
 
@@ -35,6 +36,7 @@ pub use node::{Node, Wake};
 pub use pacer::Pacer;
 pub use reader::{Reader, Sample, SliceReader, SliceSample};
 pub use system::System;
+pub use up_to::UpTo;
 pub use writer::{Loan, SliceLoan, SliceWriter, Writer};
 
 /// What a function of this crate returns.

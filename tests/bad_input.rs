@@ -319,7 +319,7 @@ fn bad_usage_is_refused() {
 /// recording is carried out of it afterwards. 500 kB hold a part of the mission.
 const ON_A_TINY_DISK: &str = "mkdir tiny && mount -t tmpfs -o size=500k tmpfs tiny || exit 77\n\
     \"$0\" demo --json --system full --out tiny\ncode=$?\n\
-    cp -r tiny/building-a-001 saved\nexit $code";
+    cp -r tiny/demo-001 saved\nexit $code";
 
 fn on_a_tiny_disk(place: &Place) -> Option<Ended> {
     let mut command = Command::new("unshare");

@@ -21,7 +21,7 @@ fn start(place: &Place, name: &str, options: &str) -> Running {
 
 /// The recording of the only run in the folder `out`.
 fn recording(place: &Place, out: &str) -> PathBuf {
-    place.files().join(out).join("building-a-001/building-a.mcap")
+    place.files().join(out).join("demo-001/building-a.mcap")
 }
 
 /// The recording can be read and holds the beginning of the mission.

@@ -126,14 +126,15 @@ impl<W: Write> Writer<W> {
         let found = topics.find(|(topic, _)| topic.spec.name == name);
         let found = found.and_then(|(topic, form)| Some((topic, form.downcast_mut::<T::Form>()?)));
         let (topic, form) = found.ok_or(RecordingError::NotRecorded { channel: name })?;
+        // A message that is refused has come: it is not missing too.
+        let seen = topic.see(header.seq);
+        if seen == Seen::Again {
+            return Ok(seen);
+        }
         self.cdr.clear();
         if let Err(source) = message.to_cdr_by(cells, form, &mut self.cdr) {
             topic.refused += 1;
             return Err(RecordingError::Message { topic: topic_name(name), seq: header.seq, source });
-        }
-        let seen = topic.see(header.seq);
-        if seen == Seen::Again {
-            return Ok(seen);
         }
         topic.messages += 1;
         let id = topic.id;

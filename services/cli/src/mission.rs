@@ -7,6 +7,8 @@ use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{MissionStatus, PoseEstimate};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine, Progress, Supervisor};
 
@@ -28,22 +30,24 @@ const DEMO: [(&str, &[u8]); 3] = [
 
 /// Writes the demo's files beside its results, to be changed and run again, and runs it.
 pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
-    let folder = options.out.join("demo");
-    std::fs::create_dir_all(&folder)
-        .with_context(|| format!("{}: expected a folder to write to", folder.display()))
-        .or_input()?;
+    let folder = create(&options.out, "demo").or_input()?;
     for (name, content) in DEMO {
         let path = folder.join(name);
         std::fs::write(&path, content).with_context(|| path.display().to_string()).or_input()?;
     }
-    run(&folder.join(DEMO[0].0), options)
+    let (mission, robot) = sketchnav_sim::mission_file::load(&folder.join(DEMO[0].0)).or_input()?;
+    run_in(&folder, mission, robot, options)
 }
 
 /// Runs the mission in the file `path`.
 pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let (mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
+    let folder = create(&options.out, &plain_name(&mission.name)).or_input()?;
+    run_in(&folder, mission, robot, options)
+}
+
+fn run_in(folder: &Path, mission: Mission, robot: Robot, options: &RunOptions) -> Result<Outcome, Failure> {
     let name = plain_name(&mission.name);
-    let folder = create(&options.out, &name).or_input()?;
     let recording = folder.join(format!("{name}.mcap"));
     let run = RunConfig {
         system: options.system.clone().unwrap_or_else(|| format!("{name}-{}", std::process::id())),
@@ -55,23 +59,24 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
             Failure::Input(anyhow!("{}: expected a path in UTF-8", PathBuf::from(path).display()))
         })?),
     };
-    let outcome = drive(&run, options, &folder);
-    if let Err(Failure::Input(_)) = outcome {
-        // Nothing has happened that would be worth keeping.
-        let _ = std::fs::remove_dir_all(&folder);
-    }
-    outcome
+    drive(&run, options, folder)
 }
 
 fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let mut supervisor = start(run, options).map_err(classify)?;
+    let mut supervisor = start(run, options).map_err(|error| {
+        discard(folder);
+        classify(error)
+    })?;
     let watched = watch(&mut supervisor, run, options.json);
     let wall = began.elapsed();
     let ended = supervisor.shut_down();
     let progress = match watched {
         Ok(progress) => progress,
-        Err(error) if error.is_bad_input() => return Err(classify(error)),
+        Err(error) if supervisor.status().is_none() => {
+            discard(folder);
+            return Err(classify(error));
+        }
         Err(error) => {
             say!("the recording so far: {}", run.recording.as_deref().unwrap_or_default());
             return Err(classify(error));
@@ -89,6 +94,12 @@ fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome
         _ if report.success() => Ok(Outcome::Success),
         _ => Ok(Outcome::Short),
     }
+}
+
+/// Takes away the folder of a run that never began.
+fn discard(folder: &Path) {
+    // What cannot be removed is in nobody's way: the next run gets a folder of its own.
+    let _ = std::fs::remove_dir_all(folder);
 }
 
 fn start(run: &RunConfig, options: &RunOptions) -> Result<Supervisor, SystemError> {

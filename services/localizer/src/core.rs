@@ -6,7 +6,7 @@ use sketchnav_navigation::localization::parameters::Parameters;
 use sketchnav_navigation::localization::{Estimate, LocalizationError, Localizer, Start};
 use sketchnav_navigation::sketch::Sketch;
 use sketchnav_schemas::codes::Tracking;
-use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
+use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PosePx, SketchMap};
 use sketchnav_schemas::robot::Laser;
 use sketchnav_schemas::run::RunConfig;
 
@@ -118,11 +118,4 @@ fn write_estimate(estimate: &Estimate, out: &mut PoseEstimate) {
     out.effective_sample_size = estimate.effective_sample_size;
     out.fit = estimate.fit;
     out.tracking = estimate.tracking.code();
-}
-
-/// Where odometry begins, for scans that come before the first reading.
-pub fn at_the_origin() -> Odometry {
-    let mut odometry: Odometry = bytemuck::Zeroable::zeroed();
-    odometry.pose = PoseM::new(&sketchnav_schemas::geometry::Pose::<()>::new(0.0, 0.0, 0.0));
-    odometry
 }

@@ -1,18 +1,19 @@
 //! The process that finds the robot in the drawing: a thin shell around [`core::Core`].
 //!
 //! It answers every scan with one estimate, and once a simulated second with a sample of the
-//! particles before it. Scans that come before the sketch wait.
+//! particles before it. Scans that come before the sketch wait, and a scan waits for the odometry of its
+//! moment.
 
 pub mod core;
 
 use std::time::Duration;
 
 use anyhow::Context;
-use sketchnav_runtime::{HealthReporter, Node, Step, UpTo, Wake, Writer};
+use sketchnav_runtime::{HealthReporter, Node, Reader, Sample, Step, UpTo, Wake, Writer};
 use sketchnav_schemas::channels::{ESTIMATE, ODOMETRY, PARTICLES, SCAN, SKETCH};
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate};
 
-use crate::core::{Core, at_the_origin};
+use crate::core::Core;
 
 /// Longest sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(250);
@@ -27,14 +28,18 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
     let mut scans = node.reader(SCAN)?;
     let mut odometry = UpTo::new(node.reader(ODOMETRY)?);
     let mut output = Output { estimates: node.writer(ESTIMATE)?, particles: node.writer(PARTICLES)? };
-    let mut stamp_ns = 0;
+    let (mut stamp_ns, mut waiting) = (0, None);
     if wait_for_sketch(node, &mut core, &mut health)? {
         loop {
-            while let Some(scan) = scans.receive()? {
-                let step = Step::begin();
+            while let Some(scan) = next(&mut waiting, &mut scans)? {
                 stamp_ns = scan.header.stamp_ns;
-                odometry.advance_to(stamp_ns)?;
-                output.answer(&mut core, &odometry, &scan)?;
+                if !odometry.advance_to(stamp_ns)? {
+                    waiting = Some(scan);
+                    break;
+                }
+                let Some(reading) = odometry.newest() else { continue };
+                let step = Step::begin();
+                output.answer(&mut core, reading, &scan)?;
                 health.end(step);
             }
             health.report_if_due(stamp_ns)?;
@@ -61,6 +66,17 @@ fn wait_for_sketch(node: &Node, core: &mut Core, health: &mut HealthReporter) ->
     }
 }
 
+/// The scan that waits for its odometry, or the next one.
+fn next(
+    waiting: &mut Option<Sample<LaserScan>>,
+    scans: &mut Reader<LaserScan>,
+) -> anyhow::Result<Option<Sample<LaserScan>>> {
+    match waiting.take() {
+        None => Ok(scans.receive()?),
+        scan => Ok(scan),
+    }
+}
+
 struct Output {
     estimates: Writer<PoseEstimate>,
     particles: Writer<Particles>,
@@ -68,14 +84,11 @@ struct Output {
 
 impl Output {
     /// Fills the messages where they lie in shared memory; the particles go before the estimate.
-    fn answer(&mut self, core: &mut Core, odometry: &UpTo<Odometry>, scan: &LaserScan) -> anyhow::Result<()> {
+    fn answer(&mut self, core: &mut Core, odometry: &Odometry, scan: &LaserScan) -> anyhow::Result<()> {
         let due = core.particles_due(scan.header.stamp_ns);
         let mut particles = due.then(|| self.particles.loan()).transpose()?;
         let mut estimate = self.estimates.loan()?;
-        match odometry.newest() {
-            Some(reading) => core.step(reading, scan, &mut estimate, particles.as_deref_mut()),
-            None => core.step(&at_the_origin(), scan, &mut estimate, particles.as_deref_mut()),
-        }
+        core.step(odometry, scan, &mut estimate, particles.as_deref_mut());
         if let Some(particles) = particles {
             particles.send_quietly()?;
         }

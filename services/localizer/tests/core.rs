@@ -1,10 +1,10 @@
 //! The localizer's core in its messages.
 
 use bytemuck::Zeroable;
-use sketchnav_localizer::core::{Core, CoreError, at_the_origin};
+use sketchnav_localizer::core::{Core, CoreError};
 use sketchnav_schemas::codes::{FREE, Tracking, WALL};
 use sketchnav_schemas::geometry::Pose;
-use sketchnav_schemas::message::{LaserScan, Particles, PoseEstimate, PosePx, SketchMap};
+use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pace, RunConfig};
@@ -83,6 +83,11 @@ fn scan(seq: u64) -> LaserScan {
         scan.ranges_m[i] = (2.0 / cos.abs()).min(1.5 / sin.abs());
     }
     scan
+}
+
+/// A robot that has not moved.
+fn at_the_origin() -> Odometry {
+    Odometry { pose: PoseM::new(&Pose::<()>::new(0.0, 0.0, 0.0)), ..Odometry::zeroed() }
 }
 
 #[test]

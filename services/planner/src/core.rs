@@ -23,8 +23,8 @@ use sketchnav_navigation::sketch::Sketch;
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Base, Odom, Pose};
 use sketchnav_schemas::message::{
-    Header, LaserScan, MAX_GLOBAL_POINTS, MAX_LOCAL_POINTS, MissionCommand, MissionStatus, Odometry, Plan,
-    PoseEstimate, Route, SketchMap, Text, VelocityCommand,
+    Header, LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, Text,
+    VelocityCommand,
 };
 use sketchnav_schemas::robot::{Laser, Robot};
 use sketchnav_schemas::run::RunConfig;
@@ -139,9 +139,11 @@ impl Core {
         Ok(())
     }
 
-    /// Takes over the tasks.
+    /// Takes over the tasks, until the first has begun; then they stand.
     pub fn on_route(&mut self, route: &Route) {
-        self.tasks = Some(agenda::tasks(route));
+        if self.mission.phase == Phase::Waiting {
+            self.tasks = Some(agenda::tasks(route));
+        }
     }
 
     /// Does what a person orders; an order that is not known is ignored.
@@ -356,8 +358,6 @@ fn thin<const N: usize>(points: impl ExactSizeIterator<Item = [f32; 2]>, out: &m
     }
     written
 }
-
-const _: () = assert!(MAX_GLOBAL_POINTS == 1024 && MAX_LOCAL_POINTS == 256);
 
 #[cfg(test)]
 mod tests {

@@ -9,7 +9,7 @@ pub mod core;
 use std::time::Duration;
 
 use anyhow::Context;
-use sketchnav_runtime::{HealthReporter, Node, Reader, SliceReader, Step, UpTo, Wake, Writer};
+use sketchnav_runtime::{HealthReporter, Node, Reader, Sample, SliceReader, Step, UpTo, Wake, Writer};
 use sketchnav_schemas::channels::{COMMAND, ESTIMATE, MISSION, ODOMETRY, PLAN, ROUTE, SCAN, SKETCH, STATUS};
 use sketchnav_schemas::message::{
     LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, VelocityCommand,
@@ -36,10 +36,9 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
     loop {
         wishes.pass_on(&mut core)?;
         while core.is_ready() || config.pace != Pace::Lockstep {
-            let Some(estimate) = senses.estimates.receive()? else { break };
+            let Some(estimate) = senses.next()? else { break };
             let step = Step::begin();
             stamp_ns = estimate.header.stamp_ns;
-            senses.advance_to(stamp_ns)?;
             output.answer(&mut core, &senses, &estimate)?;
             health.end(step);
             wishes.pass_on(&mut core)?;
@@ -81,6 +80,8 @@ impl Wishes {
 /// What the robot knows: the estimates, and the scans and odometry that they come from.
 struct Senses {
     estimates: Reader<PoseEstimate>,
+    /// An estimate whose scan or odometry has not come yet.
+    waiting: Option<Sample<PoseEstimate>>,
     scans: UpTo<LaserScan>,
     odometry: UpTo<Odometry>,
 }
@@ -89,14 +90,27 @@ impl Senses {
     fn open(node: &Node) -> anyhow::Result<Self> {
         Ok(Self {
             estimates: node.reader(ESTIMATE)?,
+            waiting: None,
             scans: UpTo::new(node.reader(SCAN)?),
             odometry: UpTo::new(node.reader(ODOMETRY)?),
         })
     }
 
-    fn advance_to(&mut self, stamp_ns: u64) -> anyhow::Result<()> {
-        self.scans.advance_to(stamp_ns)?;
-        Ok(self.odometry.advance_to(stamp_ns)?)
+    /// The next estimate whose scan and odometry are here too. Which of them comes first is chance:
+    /// a reader that joins late gets each channel's history when its writer comes to it.
+    fn next(&mut self) -> anyhow::Result<Option<Sample<PoseEstimate>>> {
+        let estimate = match self.waiting.take() {
+            None => self.estimates.receive()?,
+            estimate => estimate,
+        };
+        let Some(estimate) = estimate else { return Ok(None) };
+        let stamp_ns = estimate.header.stamp_ns;
+        let scan_is_here = self.scans.advance_to(stamp_ns)?;
+        if self.odometry.advance_to(stamp_ns)? && scan_is_here {
+            return Ok(Some(estimate));
+        }
+        self.waiting = Some(estimate);
+        Ok(None)
     }
 }
 
@@ -115,8 +129,8 @@ impl Output {
         })
     }
 
-    /// Fills the messages where they lie in shared memory. An estimate whose scan or odometry was
-    /// lost has no answer: the world stops a robot that nobody commands.
+    /// Fills the messages where they lie in shared memory. An estimate has no answer before the first
+    /// scan and odometry: the world stops a robot that nobody commands.
     fn answer(&mut self, core: &mut Core, senses: &Senses, estimate: &PoseEstimate) -> anyhow::Result<()> {
         let (Some(scan), Some(odometry)) = (senses.scans.newest(), senses.odometry.newest()) else {
             return Ok(());

@@ -55,7 +55,8 @@ fn missing_and_malformed_messages_are_counted() {
     let sketch = SketchMap { header: scan(1).header, width_px: 2, height_px: 2, ..Zeroable::zeroed() };
     let error = core.record(SKETCH, &sketch, &[0, 0, 0]).unwrap_err();
     assert!(error.is_one_message() && error.to_string().starts_with("/sketch, message 1: cells"), "{error}");
-    core.record(SKETCH, &sketch, &[0, 0, 0, 0]).unwrap();
+    let next = SketchMap { header: scan(2).header, ..sketch };
+    core.record(SKETCH, &next, &[0, 0, 0, 0]).unwrap();
     let (report, sink) = core.finish();
     assert_eq!((report.messages, report.missing, report.refused, report.unrecorded), (4, 2, 1, 0));
     assert!(sink.unwrap().starts_with(b"\x89MCAP0\r\n"));

@@ -19,17 +19,20 @@ impl<T: Message> UpTo<T> {
         Self { reader, newest: None, next: None }
     }
 
-    /// Goes on to `stamp_ns`, simulation time.
-    pub fn advance_to(&mut self, stamp_ns: u64) -> Result<()> {
+    /// Goes on to `stamp_ns`, simulation time. Whether the moment is settled: its message is here, or a
+    /// later one shows that it will not come. Where it is not, ask again when something has come.
+    pub fn advance_to(&mut self, stamp_ns: u64) -> Result<bool> {
         loop {
             if self.next.is_none() {
                 self.next = self.reader.receive()?;
             }
             match self.next.take_if(|next| next.header().stamp_ns <= stamp_ns) {
                 Some(message) => self.newest = Some(message),
-                None => return Ok(()),
+                None => break,
             }
         }
+        let is_here = self.newest().is_some_and(|newest| newest.header().stamp_ns == stamp_ns);
+        Ok(is_here || self.next.is_some())
     }
 
     /// The newest message whose stamp is not after the moment; `None` before the first.

@@ -1,4 +1,4 @@
-//! The chart that joins the drawing and the metres around the robot (paper 001, equations 3 and 4).
+//! The chart that joins the drawing and the metres around the robot (paper 001, equations 2 and 3).
 //!
 //! Near the estimated pose the drawing is an affine image of the floor: turned by the heading,
 //! stretched by a along the walls' direction φ and by b across. The chart is valid for a few metres

@@ -1,56 +1,58 @@
-//! A service allocates nothing per step once it runs: the processes count it and say so in the report.
+//! A service allocates nothing per step once it runs: the processes count it and say so in `health`.
 
 mod support;
 
-use serde_json::Value;
-use support::{Place, repository, room};
+use std::path::Path;
 
-/// Once in a mission: buffers find their size, and iceoryx2 connects a reader that comes while the first
-/// steps are under way (some 80 allocations each, the recorder among them). One allocation a step would
-/// be 2,000 in the long mission.
-const TO_BEGIN_WITH: u64 = 400;
+use serde_json::Value;
+use sketchnav_recordings::Recording;
+use sketchnav_schemas::channels::HEALTH;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::Health;
+use support::{Place, repository};
+
+/// By then everybody has joined: iceoryx2 allocates while it connects a reader, once each.
+const RUNNING_AFTER_STEPS: u64 = 300;
 /// rapier allocates inside its step and frees it again: at most 8 times a physics step, ten of which
 /// make a step of the world (`sim/tests/allocations.rs`).
 const MOST_A_STEP_OF_THE_WORLD: u64 = 80;
 
-struct Process {
-    steps: u64,
-    allocations: u64,
+/// What `process` said about itself while it ran, in order.
+fn reports(report: &Value, process: Process) -> Vec<Health> {
+    let recording = Recording::open(Path::new(report["recording"].as_str().unwrap())).unwrap();
+    let said = recording.channel(HEALTH).unwrap().map(|message| message.unwrap().0);
+    said.filter(|health| health.process == process.code() && health.steps >= RUNNING_AFTER_STEPS).collect()
 }
 
-fn process(report: &Value, name: &str) -> Process {
-    let processes = report["processes"].as_array().unwrap();
-    let found = processes.iter().find(|process| process["process"] == name);
-    let number = |key: &str| found.unwrap()[key].as_u64().unwrap();
-    Process { steps: number("steps"), allocations: number("step_allocations") }
+/// Steps and allocations between the first and the last report.
+fn between(report: &Value, process: Process) -> (u64, u64) {
+    let reports = reports(report, process);
+    let (first, last) = (reports.first().unwrap(), reports.last().unwrap());
+    (last.steps - first.steps, last.step_allocations - first.step_allocations)
 }
 
-fn allocates_no_more_than_it_may(report: &Value, least_steps: u64) {
-    for name in ["localizer", "planner"] {
-        let service = process(report, name);
-        assert!(service.steps >= least_steps, "{name}: {} steps", service.steps);
-        assert!(service.allocations <= TO_BEGIN_WITH, "{name}: {} allocations", service.allocations);
+/// Health comes once a second on the clock, so the missions of this file run by the clock too.
+fn navigators_allocate_nothing(report: &Value) {
+    for process in [Process::Localizer, Process::Planner] {
+        let (steps, allocations) = between(report, process);
+        assert!(steps >= RUNNING_AFTER_STEPS, "{process}: {steps} steps to judge by");
+        assert_eq!(allocations, 0, "{process}, {steps} steps");
     }
-    let world = process(report, "world");
-    let most = MOST_A_STEP_OF_THE_WORLD * world.steps;
-    assert!(world.allocations <= most, "world: {} in {} steps", world.allocations, world.steps);
 }
 
-/// A short mission and one of many times its length: the same bound for both.
 #[test]
-fn the_navigators_allocate_no_more_in_a_longer_mission() {
+fn a_running_navigator_allocates_nothing_and_the_world_no_more_than_rapier_does() {
     let place = Place::new();
-    room::write(place.files());
-    let (short, _) = place.mission("run room.toml", "short");
-    allocates_no_more_than_it_may(&short, 50);
-    let (long, _) = place.mission("demo", "long");
-    allocates_no_more_than_it_may(&long, 1500);
+    let (report, _) = place.mission("demo --speed 40", "counted");
+    navigators_allocate_nothing(&report);
+    let (steps, allocations) = between(&report, Process::World);
+    assert!(allocations <= MOST_A_STEP_OF_THE_WORLD * steps, "world: {allocations} in {steps} steps");
 }
 
 #[test]
-fn following_a_drawn_route_allocates_nothing_more() {
+fn following_a_drawn_route_allocates_nothing_either() {
     let place = Place::new();
     let mission = repository().join("sim/missions/laboratory/laboratory-route.toml");
-    let (report, _) = place.mission(&format!("run {}", mission.display()), "route");
-    allocates_no_more_than_it_may(&report, 300);
+    let (report, _) = place.mission(&format!("run {} --speed 25", mission.display()), "route");
+    navigators_allocate_nothing(&report);
 }

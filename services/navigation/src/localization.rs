@@ -31,9 +31,9 @@ use crate::sketch::Sketch;
 use beams::{Beams, Mounting};
 use confidence::Confidence;
 use grid::Grid;
-use metric::ScaleFrame;
+use metric::{PxFromBase, ScaleFrame};
 use mode::{Kernel, Mode, find_mode};
-use motion::{Motion, normal, perturb, propagate};
+use motion::{Motion, Terrain, normal, perturb, propagate};
 use observation::{Field, Visibility};
 use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
@@ -95,7 +95,7 @@ pub struct State {
     particles: ParticleSet,
     rng: Pcg64Mcg,
     /// Mean scales of the drawing, (ln a, ln b).
-    home: [f32; 2],
+    mean_ln_scales: [f32; 2],
     started: bool,
     /// Odometry at the last update (x m, y m, yaw rad).
     updated_at: [f64; 3],
@@ -183,7 +183,7 @@ impl Localizer {
     /// Goes on from a checkpoint of a localizer with the same drawing and parameters.
     pub fn restore(&mut self, state: State) {
         if state.started {
-            self.field = Field::new(&self.grid, &self.parameters, mean_scale(&state.home));
+            self.field = Field::new(&self.grid, &self.parameters, mean_scale(&state.mean_ln_scales));
         }
         self.state = state;
     }
@@ -209,8 +209,9 @@ impl Localizer {
         if motion.distance_m == 0.0 && motion.turned_rad == 0.0 {
             return;
         }
-        let State { particles, rng, home, .. } = &mut self.state;
-        propagate(particles, &motion, &self.frame, &self.grid, *home, &self.parameters, rng);
+        let State { particles, rng, mean_ln_scales, .. } = &mut self.state;
+        let terrain = Terrain { grid: &self.grid, frame: &self.frame, mean_ln_scales: *mean_ln_scales };
+        propagate(particles, &motion, &terrain, &self.parameters, rng);
     }
 
     /// Equation (7), or the visibility model.
@@ -239,14 +240,14 @@ impl Localizer {
         let best = self.state.particles.best();
         let found = virtual_scales(&self.grid, &self.frame, &self.beams, &best);
         let width = self.parameters.field_scale_width;
-        let [home_a, home_b] = self.state.home.map(f32::exp);
+        let [mean_a, mean_b] = self.state.mean_ln_scales.map(f32::exp);
         let set = &mut self.state.particles;
         for i in 0..set.len() {
-            let off = |found: Option<f32>, ln: f32, home: f32| {
-                found.map_or(0.0, |scale| (scale - ln.exp()).abs() / (width * home))
+            let off = |found: Option<f32>, ln: f32, mean: f32| {
+                found.map_or(0.0, |scale| (scale - ln.exp()).abs() / (width * mean))
             };
-            let off_a = off(found.a_pxpm, set.ln_a[i], home_a);
-            set.log_weight[i] -= off_a + off(found.b_pxpm, set.ln_b[i], home_b);
+            let off_a = off(found.a_pxpm, set.ln_a[i], mean_a);
+            set.log_weight[i] -= off_a + off(found.b_pxpm, set.ln_b[i], mean_b);
         }
     }
 
@@ -254,7 +255,7 @@ impl Localizer {
     fn locate(&mut self) {
         let p = &self.parameters;
         let kernel = Kernel {
-            radius_px: p.mode_radius_m * mean_scale(&self.state.home),
+            radius_px: p.mode_radius_m * mean_scale(&self.state.mean_ln_scales),
             radius_rad: p.mode_radius_rad,
         };
         let last = self.state.last_mode();
@@ -267,14 +268,15 @@ impl Localizer {
 
     fn resample(&mut self) {
         let p = &self.parameters;
-        let State { particles, rng, confidence, home, effective_sample_size, .. } = &mut self.state;
+        let State { particles, rng, confidence, mean_ln_scales, effective_sample_size, .. } = &mut self.state;
         if *effective_sample_size >= p.resample_below * particles.len() as f64 {
             return;
         }
         self.resampler.resample(particles, rng.random());
         let share = p.perturbed_share + p.perturbed_share_lost * confidence.decline();
         if share > 0.0 {
-            perturb(particles, share, &self.grid, *home, p, rng);
+            let terrain = Terrain { grid: &self.grid, frame: &self.frame, mean_ln_scales: *mean_ln_scales };
+            perturb(particles, share, &terrain, p, rng);
         }
     }
 
@@ -322,8 +324,8 @@ impl Localizer {
         let pose = &self.start.pose;
         let start = [pose.x as f32, pose.y as f32, pose.yaw_rad as f32];
         let found = initial_scales(&self.grid, &self.frame, &self.beams, start, self.scale_guess_pxpm);
-        self.state.home = shrunk(found.map(f32::ln), self.parameters.start_anisotropy);
-        self.field = Field::new(&self.grid, &self.parameters, mean_scale(&self.state.home));
+        self.state.mean_ln_scales = shrunk(found.map(f32::ln), self.parameters.start_anisotropy);
+        self.field = Field::new(&self.grid, &self.parameters, mean_scale(&self.state.mean_ln_scales));
         self.scatter(start);
         let at = [odometry.x, odometry.y, odometry.yaw_rad];
         (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
@@ -332,18 +334,20 @@ impl Localizer {
     /// Spreads the particles around the start, in free cells where some can be found.
     fn scatter(&mut self, start: [f32; 3]) {
         let p = &self.parameters;
-        let spread_px = (self.start.spread_px as f32).max(p.start_spread_m * mean_scale(&self.state.home));
         let spread_rad = (self.start.spread_rad as f32).max(p.start_spread_rad);
-        let State { particles, rng, home, .. } = &mut self.state;
+        let State { particles, rng, mean_ln_scales: [mean_a, mean_b], .. } = &mut self.state;
+        // The person's own doubt is in pixels, the least one in metres: along the walls and across.
+        let spread_px = |ln_scale: f32| (self.start.spread_px as f32).max(p.start_spread_m * ln_scale.exp());
+        let px_from_draw = self.frame.px_from_frame(spread_px(*mean_a), spread_px(*mean_b));
         for i in 0..particles.len() {
-            let place = free_place(&self.grid, [start[0], start[1]], spread_px, rng);
+            let place = free_place(&self.grid, [start[0], start[1]], &px_from_draw, rng);
             [particles.x_px[i], particles.y_px[i]] = place;
             particles.yaw_rad[i] = metric::wrap(start[2] + spread_rad * normal(rng));
             // A part of the error is common to both axes, the rest is each one's own.
             let shared = 0.6 * normal(rng);
-            let mut spread = |home: f32| home + p.start_log_scale_spread * (shared + 0.8 * normal(rng));
-            particles.ln_a[i] = spread(home[0]);
-            particles.ln_b[i] = spread(home[1]);
+            let mut spread = |mean: f32| mean + p.start_log_scale_spread * (shared + 0.8 * normal(rng));
+            particles.ln_a[i] = spread(*mean_a);
+            particles.ln_b[i] = spread(*mean_b);
         }
     }
 }
@@ -353,7 +357,7 @@ impl State {
         Self {
             particles: ParticleSet::new(particles),
             rng: seed::stream(mission_seed, "localizer"),
-            home: [0.0; 2],
+            mean_ln_scales: [0.0; 2],
             started: false,
             updated_at: [0.0; 3],
             odometry: [0.0; 3],
@@ -425,21 +429,30 @@ fn mean_scale([ln_a, ln_b]: &[f32; 2]) -> f32 {
     ((ln_a + ln_b) / 2.0).exp()
 }
 
-/// The longer side of the box around all walls, pixels; the drawing's own where it has none.
+/// The longer side of the box around all walls, along the walls' direction or across, pixels; the
+/// drawing's own where it has none.
 fn extent_px(sketch: &Sketch) -> f32 {
-    let wall = |column: usize, row: usize| sketch.is_wall_cell(column as i64, row as i64);
-    let column_has = |column: &usize| (0..sketch.height()).any(|row| wall(*column, row));
-    let row_has = |row: &usize| (0..sketch.width()).any(|column| wall(column, *row));
-    let span = |first: Option<usize>, last: Option<usize>| first.zip(last).map(|(f, l)| l - f + 1);
-    let width = span((0..sketch.width()).find(column_has), (0..sketch.width()).rev().find(column_has));
-    let height = span((0..sketch.height()).find(row_has), (0..sketch.height()).rev().find(row_has));
-    width.max(height).unwrap_or(sketch.width().max(sketch.height())) as f32
+    let (sin, cos) = (sketch.wall_direction_rad() as f32).sin_cos();
+    let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+    for (row, column) in (0..sketch.height()).flat_map(|row| (0..sketch.width()).map(move |c| (row, c))) {
+        if sketch.is_wall_cell(column as i64, row as i64) {
+            let (x, y) = (column as f32, row as f32);
+            let place = [cos * x + sin * y, cos * y - sin * x];
+            (0..2).for_each(|axis| {
+                least[axis] = least[axis].min(place[axis]);
+                most[axis] = most[axis].max(place[axis]);
+            });
+        }
+    }
+    let extent = (most[0] - least[0]).max(most[1] - least[1]) + 1.0;
+    if extent.is_finite() { extent } else { sketch.width().max(sketch.height()) as f32 }
 }
 
 /// A place around `middle`, free where ten tries find one.
-fn free_place(grid: &Grid, middle: [f32; 2], spread_px: f32, rng: &mut Pcg64Mcg) -> [f32; 2] {
+fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mut Pcg64Mcg) -> [f32; 2] {
     for _ in 0..10 {
-        let place = middle.map(|m| m + spread_px * normal(rng));
+        let step = px_from_draw.apply(normal(rng), normal(rng));
+        let place = [middle[0] + step[0], middle[1] + step[1]];
         if !grid.is_wall(place[0], place[1]) {
             return place;
         }

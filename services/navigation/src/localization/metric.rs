@@ -28,6 +28,11 @@ impl ScaleFrame {
         }
     }
 
+    /// R(φ)·diag(a, b): what turns lengths along the walls and across into pixels.
+    pub fn px_from_frame(&self, a: f32, b: f32) -> PxFromBase {
+        PxFromBase { xx: self.cos * a, xy: -self.sin * b, yx: self.sin * a, yy: self.cos * b }
+    }
+
     /// Squared cosine of the angle between axis a and direction `yaw_rad`.
     pub fn share_of_a(&self, yaw_rad: f32) -> f32 {
         (yaw_rad - self.direction_rad).cos().powi(2)

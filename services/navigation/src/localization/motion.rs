@@ -25,6 +25,17 @@ pub struct Motion {
     pub turned_rad: f32,
 }
 
+/// What the particles move in.
+#[derive(Debug, Clone, Copy)]
+pub struct Terrain<'a> {
+    /// The drawing.
+    pub grid: &'a Grid,
+    /// The axes along which it is stretched.
+    pub frame: &'a ScaleFrame,
+    /// The drawing's mean scales, (ln a, ln b).
+    pub mean_ln_scales: [f32; 2],
+}
+
 /// Standard deviations of one propagation.
 struct Spread {
     position_m: f32,
@@ -50,41 +61,40 @@ impl Spread {
         }
     }
 
-    /// The logarithm of a scale after the way: drawn back to `home`, times Gamma noise, within limits.
-    fn evolve(&self, ln_scale: f32, home: f32, limit: f32, rng: &mut Pcg64Mcg) -> f32 {
+    /// The logarithm of a scale after the way: drawn back to `mean`, times Gamma noise, within limits.
+    fn evolve(&self, ln_scale: f32, mean: f32, limit: f32, rng: &mut Pcg64Mcg) -> f32 {
         let noise = self.scale.as_ref().map_or(0.0, |gamma| gamma.sample(rng).max(1e-3).ln());
-        let drawn_back = ln_scale - self.reversion * (ln_scale - home);
-        (drawn_back + noise).clamp(home - limit, home + limit)
+        let drawn_back = ln_scale - self.reversion * (ln_scale - mean);
+        (drawn_back + noise).clamp(mean - limit, mean + limit)
     }
 }
 
 /// Moves every particle by `motion` and noise, each with its own scales as they were before; takes
-/// weight from those that cross a drawn wall. `home` holds the mean scales, (ln a, ln b).
+/// weight from those that cross a drawn wall.
 pub fn propagate(
     set: &mut ParticleSet,
     motion: &Motion,
-    frame: &ScaleFrame,
-    grid: &Grid,
-    home: [f32; 2],
+    terrain: &Terrain<'_>,
     parameters: &Parameters,
     rng: &mut Pcg64Mcg,
 ) {
+    let [mean_a, mean_b] = terrain.mean_ln_scales;
     let spread = Spread::new(motion, parameters);
     let crossing = parameters.wall_crossing_factor.ln();
     for i in 0..set.len() {
-        let metric = frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
+        let metric = terrain.frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
         let forward = motion.forward_m + spread.position_m * normal(rng);
         let left = motion.left_m + spread.position_m * normal(rng);
         let step = metric.apply(forward, left);
         let from = [set.x_px[i], set.y_px[i]];
         let to = [from[0] + step[0], from[1] + step[1]];
-        if crossing != 0.0 && grid.crosses_wall(from, to) {
+        if crossing != 0.0 && terrain.grid.crosses_wall(from, to) {
             set.log_weight[i] += crossing;
         }
         (set.x_px[i], set.y_px[i]) = (to[0], to[1]);
         set.yaw_rad[i] = wrap(set.yaw_rad[i] + motion.turn_rad + spread.yaw_rad * normal(rng));
-        set.ln_a[i] = spread.evolve(set.ln_a[i], home[0], parameters.scale_limit, rng);
-        set.ln_b[i] = spread.evolve(set.ln_b[i], home[1], parameters.scale_limit, rng);
+        set.ln_a[i] = spread.evolve(set.ln_a[i], mean_a, parameters.scale_limit, rng);
+        set.ln_b[i] = spread.evolve(set.ln_b[i], mean_b, parameters.scale_limit, rng);
     }
 }
 
@@ -93,25 +103,26 @@ pub fn propagate(
 pub fn perturb(
     set: &mut ParticleSet,
     share: f32,
-    grid: &Grid,
-    home: [f32; 2],
+    terrain: &Terrain<'_>,
     parameters: &Parameters,
     rng: &mut Pcg64Mcg,
 ) {
     let p = parameters;
-    let bounded = |ln: f32, home: f32| ln.clamp(home - p.scale_limit, home + p.scale_limit);
+    let [mean_a, mean_b] = terrain.mean_ln_scales;
+    let bounded = |ln: f32, mean: f32| ln.clamp(mean - p.scale_limit, mean + p.scale_limit);
     for i in 0..set.len() {
         if rng.random::<f32>() >= share {
             continue;
         }
-        let x = set.x_px[i] + p.perturbation_m * set.ln_a[i].exp() * normal(rng);
-        let y = set.y_px[i] + p.perturbation_m * set.ln_b[i].exp() * normal(rng);
-        if !grid.is_wall(x, y) {
+        let metric = terrain.frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
+        let step = metric.apply(p.perturbation_m * normal(rng), p.perturbation_m * normal(rng));
+        let (x, y) = (set.x_px[i] + step[0], set.y_px[i] + step[1]);
+        if !terrain.grid.is_wall(x, y) {
             (set.x_px[i], set.y_px[i]) = (x, y);
         }
         set.yaw_rad[i] = wrap(set.yaw_rad[i] + p.perturbation_rad * normal(rng));
-        set.ln_a[i] = bounded(set.ln_a[i] + p.perturbation_log_scale * normal(rng), home[0]);
-        set.ln_b[i] = bounded(set.ln_b[i] + p.perturbation_log_scale * normal(rng), home[1]);
+        set.ln_a[i] = bounded(set.ln_a[i] + p.perturbation_log_scale * normal(rng), mean_a);
+        set.ln_b[i] = bounded(set.ln_b[i] + p.perturbation_log_scale * normal(rng), mean_b);
     }
 }
 
@@ -130,6 +141,36 @@ mod tests {
         Grid::new(&Sketch::new(400, 400, &vec![0; 160_000], 0.0).unwrap(), 1_000_000)
     }
 
+    fn terrain<'a>(grid: &'a Grid, frame: &'a ScaleFrame) -> Terrain<'a> {
+        Terrain { grid, frame, mean_ln_scales: [3.0, 3.0] }
+    }
+
+    /// A drawing is stretched along its walls, not along the picture's edges. The perturbation once took
+    /// the picture's axes: in a drawing tilted by 45° it threw particles equally far along and across a
+    /// corridor that is drawn nine times too long.
+    #[test]
+    fn a_perturbation_is_stretched_along_the_walls() {
+        let (grid, frame) = (open_floor(), ScaleFrame::new(std::f64::consts::FRAC_PI_4));
+        let mut set = ParticleSet::new(20_000);
+        set.x_px.fill(200.0);
+        set.y_px.fill(200.0);
+        set.ln_a.fill(45.0_f32.ln());
+        set.ln_b.fill(5.0_f32.ln());
+        let parameters = Parameters { perturbation_m: 1.0, ..Parameters::default() };
+        perturb(&mut set, 1.0, &terrain(&grid, &frame), &parameters, &mut seed::stream(1, "test"));
+        // In the axes of the walls: u = (x + y)/√2, v = (y − x)/√2, standard deviations 45 and 5 px.
+        let spread = |sign: f32| {
+            let along = |(x, y): (&f32, &f32)| ((y - 200.0) + sign * (x - 200.0)) / 2.0_f32.sqrt();
+            (set.x_px.iter().zip(&set.y_px).map(|p| along(p).powi(2)).sum::<f32>() / 20_000.0).sqrt()
+        };
+        assert!(
+            (spread(1.0) - 45.0).abs() < 1.0 && (spread(-1.0) - 5.0).abs() < 0.2,
+            "{} {}",
+            spread(1.0),
+            spread(-1.0)
+        );
+    }
+
     #[test]
     fn the_scales_are_martingales() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
@@ -139,7 +180,7 @@ mod tests {
         set.ln_b.fill(10.0_f32.ln());
         let motion = Motion { forward_m: 0.0, left_m: 0.0, turn_rad: 0.0, distance_m: 1.0, turned_rad: 0.0 };
         let mut rng = seed::stream(1, "test");
-        propagate(&mut set, &motion, &frame, &grid, [3.0, 3.0], &parameters, &mut rng);
+        propagate(&mut set, &motion, &terrain(&grid, &frame), &parameters, &mut rng);
         let a: Vec<f64> = set.ln_a.iter().map(|&l| f64::from(l.exp()) / 30.0).collect();
         let mean = a.iter().sum::<f64>() / a.len() as f64;
         let variance = a.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / a.len() as f64;
@@ -163,7 +204,7 @@ mod tests {
         set.y_px.fill(100.0);
         set.yaw_rad[1] = std::f32::consts::FRAC_PI_2;
         let motion = Motion { forward_m: 0.5, left_m: 0.0, turn_rad: 0.1, distance_m: 0.5, turned_rad: 0.1 };
-        propagate(&mut set, &motion, &frame, &grid, [3.0, 3.0], &quiet, &mut seed::stream(1, "test"));
+        propagate(&mut set, &motion, &terrain(&grid, &frame), &quiet, &mut seed::stream(1, "test"));
         assert!((set.x_px[0] - 115.0).abs() < 1e-3 && (set.y_px[0] - 100.0).abs() < 1e-3);
         assert!((set.x_px[1] - 100.0).abs() < 1e-3 && (set.y_px[1] - 105.0).abs() < 1e-3);
     }

@@ -5,6 +5,8 @@
 //!
 //! Pure: messages and the mission in, a [`Verdict`] out. Never opens a recording, never prints.
 
+pub mod homotopy;
+
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{Contact, GroundTruth, Message, MissionStatus};

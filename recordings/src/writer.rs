@@ -220,6 +220,7 @@ fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), Recordi
     let facts = [
         ("mission", run.mission.name.clone()),
         ("robot", run.robot.name.clone()),
+        ("method", run.mission.method.to_string()),
         ("seed", run.seed.to_string()),
         ("pace", pace),
         ("system", run.system.clone()),

@@ -4,7 +4,7 @@
 //! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form.
 //! - [`channels`]: who writes what, who may read it.
 //! - [`geometry`]: frames and units.
-//! - [`mission`], [`floor_plan`], [`robot`]: the files that people write.
+//! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`method`]: a choice in them.
 //! - [`run`]: what a process is told at its start; [`seed`]: random streams.
 //!
 //! Nothing here opens a file, reads a clock or knows how a message travels.
@@ -15,6 +15,7 @@ pub mod floor_plan;
 pub mod geometry;
 pub mod layout;
 pub mod message;
+pub mod method;
 pub mod mission;
 pub mod robot;
 pub mod ros2;

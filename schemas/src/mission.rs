@@ -1,9 +1,11 @@
 //! Missions: which world, which robot, which drawing, where to go.
 
+use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Serialize};
 
 use crate::floor_plan::{Furniture, Person};
 use crate::message::{MAX_ROUTE_POINTS, MAX_TASKS};
+use crate::method::Method;
 
 /// A mission file. Parsed from TOML by [`Mission::parse`]; paths are relative to the file's folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,6 +18,9 @@ pub struct Mission {
     pub description: String,
     /// `robotino`, `turtlebot3`, or the path of a robot file.
     pub robot: String,
+    /// How the robot finds its way.
+    #[serde(default)]
+    pub method: Method,
     /// Where it truly happens.
     pub world: WorldSource,
     /// Where the robot starts.
@@ -139,6 +144,19 @@ pub struct Parameters {
     /// Of the planner.
     #[serde(default)]
     pub planner: toml::Table,
+}
+
+/// `base` with the values that `table` has in their place: what [`Parameters`] are for.
+///
+/// # Errors
+/// A key that `base` does not have, or a value of the wrong type.
+pub fn overlaid<T: Serialize + DeserializeOwned>(
+    base: &T,
+    table: &toml::Table,
+) -> Result<T, toml::de::Error> {
+    let mut whole = toml::Table::try_from(base).map_err(toml::de::Error::custom)?;
+    whole.extend(table.clone());
+    whole.try_into()
 }
 
 /// What is wrong with a mission.
@@ -302,6 +320,32 @@ mod tests {
     #[test]
     fn a_sound_mission_is_read() {
         assert_eq!(Mission::parse(MISSION).unwrap().task[0].time_limit_s, 180.0);
+    }
+
+    #[test]
+    fn the_method_is_ours_where_none_is_named() {
+        assert_eq!(Mission::parse(MISSION).unwrap().method, Method::Ours);
+        let named = MISSION.replace("robot =", "method = \"one-scale\"\nrobot =");
+        assert_eq!(Mission::parse(&named).unwrap().method, Method::OneScale);
+        let error = refusal("robot =", "method = \"theirs\"\nrobot =");
+        assert!(error.contains("`fixed-scale`") && error.contains("theirs"), "{error}");
+    }
+
+    #[test]
+    fn a_table_changes_single_values() {
+        #[derive(Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Some {
+            length_m: f32,
+            count: usize,
+        }
+        let base = Some { length_m: 0.1, count: 3 };
+        let with = |text: &str| overlaid(&base, &toml::from_str(text).unwrap());
+        assert_eq!(with("").unwrap(), base);
+        assert_eq!(with("count = 5").unwrap(), Some { length_m: 0.1, count: 5 });
+        let error = with("lenght_m = 5").unwrap_err().to_string();
+        assert!(error.contains("lenght_m") && error.contains("`length_m`"), "{error}");
+        assert!(with("count = true").unwrap_err().to_string().contains("boolean"));
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::method::Method;
 use sketchnav_schemas::run::Pace;
 
 /// The processes that a system is made of, beside its supervisor.
@@ -115,6 +116,9 @@ pub struct RunOptions {
     /// The mission's seed.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// How the robot finds its way: ours, paper, fixed-scale or one-scale; else the mission says.
+    #[arg(long)]
+    pub method: Option<Method>,
     /// Folder for the recording and the pictures; made if it is missing.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
@@ -134,6 +138,7 @@ impl Default for RunOptions {
         Self {
             speed: Pace::Lockstep,
             seed: 1,
+            method: None,
             out: "out".into(),
             json: false,
             system: None,

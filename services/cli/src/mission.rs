@@ -46,7 +46,13 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     run_in(&folder, mission, robot, options)
 }
 
-fn run_in(folder: &Path, mission: Mission, robot: Robot, options: &RunOptions) -> Result<Outcome, Failure> {
+fn run_in(
+    folder: &Path,
+    mut mission: Mission,
+    robot: Robot,
+    options: &RunOptions,
+) -> Result<Outcome, Failure> {
+    mission.method = options.method.unwrap_or(mission.method);
     let name = plain_name(&mission.name);
     let recording = folder.join(format!("{name}.mcap"));
     let run = RunConfig {

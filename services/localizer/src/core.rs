@@ -7,6 +7,7 @@ use sketchnav_navigation::localization::{Estimate, LocalizationError, Localizer,
 use sketchnav_navigation::sketch::Sketch;
 use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PosePx, SketchMap};
+use sketchnav_schemas::mission::overlaid;
 use sketchnav_schemas::robot::Laser;
 use sketchnav_schemas::run::RunConfig;
 
@@ -50,7 +51,8 @@ impl Core {
     /// # Errors
     /// [`CoreError`] with the key.
     pub fn new(run: &RunConfig) -> Result<Self, CoreError> {
-        let parameters: Parameters = run.mission.parameters.localizer.clone().try_into()?;
+        let mission = &run.mission;
+        let parameters = overlaid(&Parameters::of(mission.method), &mission.parameters.localizer)?;
         parameters.check().map_err(LocalizationError::from)?;
         let (laser, seed) = (run.robot.laser.clone(), run.seed);
         Ok(Self { parameters, laser, seed, localizer: None, particles_due_ns: 0 })

@@ -18,6 +18,7 @@ pub mod observation;
 pub mod parameters;
 pub mod particles;
 pub mod scales;
+pub mod start;
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -31,24 +32,15 @@ use crate::sketch::Sketch;
 use beams::{Beams, Mounting};
 use confidence::Confidence;
 use grid::Grid;
-use metric::{PxFromBase, ScaleFrame};
+use metric::ScaleFrame;
 use mode::{Kernel, Mode, find_mode};
-use motion::{Motion, Terrain, normal, perturb, propagate};
+use motion::{Motion, Terrain, perturb, propagate};
 use observation::{Field, Visibility};
 use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
-use scales::{ScaledPose, initial_scales, virtual_scales};
-
-/// Where the person says that the robot starts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Start {
-    /// The pose in the drawing.
-    pub pose: Pose<SketchFrame>,
-    /// What the position may be off by, pixels.
-    pub spread_px: f64,
-    /// What the heading may be off by, radians.
-    pub spread_rad: f64,
-}
+use scales::{ScaledPose, least_squares};
+pub use start::Start;
+use start::extent_px;
 
 /// Where the robot is in the drawing, after a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,8 +95,10 @@ pub struct State {
     odometry: [f64; 3],
     travelled_m: f64,
     turned_rad: f64,
-    /// The mode at the last update (x, y, yaw, a, b).
-    mode: [f32; 5],
+    /// The mode at the last update.
+    mode: ScaledPose,
+    /// The heaviest particle of the last update.
+    best: ScaledPose,
     covariance: Vec<f64>,
     effective_sample_size: f64,
     confidence: Confidence,
@@ -139,7 +133,7 @@ impl Localizer {
         mission_seed: u64,
     ) -> Result<Self, LocalizationError> {
         parameters.check()?;
-        check_start(sketch, &start)?;
+        start.check(sketch)?;
         let grid = Grid::new(sketch, parameters.grid_cells);
         let scale_guess_pxpm = extent_px(sketch) / parameters.building_size_m;
         Ok(Self {
@@ -196,26 +190,27 @@ impl Localizer {
 
     /// One update of the Bayes filter (equation 4).
     fn update(&mut self) {
-        self.propagate();
-        self.reweight();
+        let best = self.dead_reckoned(self.state.best);
+        let motion = self.state.take_motion();
+        if motion.distance_m > 0.0 || motion.turned_rad > 0.0 {
+            self.propagate(&motion);
+        }
+        self.reweight(&best);
         self.state.particles.normalize();
+        self.state.best = self.state.particles.best();
         self.locate();
         self.resample();
     }
 
     /// Equation (6).
-    fn propagate(&mut self) {
-        let motion = self.state.take_motion();
-        if motion.distance_m == 0.0 && motion.turned_rad == 0.0 {
-            return;
-        }
+    fn propagate(&mut self, motion: &Motion) {
         let State { particles, rng, mean_ln_scales, .. } = &mut self.state;
         let terrain = Terrain { grid: &self.grid, frame: &self.frame, mean_ln_scales: *mean_ln_scales };
-        propagate(particles, &motion, &terrain, &self.parameters, rng);
+        propagate(particles, motion, &terrain, &self.parameters, rng);
     }
 
-    /// Equation (7), or the visibility model.
-    fn reweight(&mut self) {
+    /// Equation (7), or the visibility model. `best` is the predicted pose of the best particle.
+    fn reweight(&mut self, best: &ScaledPose) {
         let count = self.beams.len() as f32;
         let per_beam = (self.parameters.independent_beams / count.max(1.0)).min(1.0);
         let Self { grid, beams, frame, visibility, field, state, .. } = self;
@@ -231,23 +226,19 @@ impl Localizer {
                 };
         }
         if likelihood == Likelihood::Field && self.parameters.field_scale_width > 0.0 {
-            self.reweight_scales();
+            self.reweight_scales(best);
         }
     }
 
-    /// The Laplace terms of equation (7) on the virtual scales, ray-traced from the best particle.
-    fn reweight_scales(&mut self) {
-        let best = self.state.particles.best();
-        let found = virtual_scales(&self.grid, &self.frame, &self.beams, &best);
-        let width = self.parameters.field_scale_width;
-        let [mean_a, mean_b] = self.state.mean_ln_scales.map(f32::exp);
+    /// The Laplace terms of equation (7) on the virtual scales, ray-traced from the predicted pose of the
+    /// best particle.
+    fn reweight_scales(&mut self, best: &ScaledPose) {
+        let p = &self.parameters;
+        let found = least_squares(&self.grid, &self.frame, &self.beams, best, p.scales);
+        let widths = self.state.mean_ln_scales.map(|ln| p.field_scale_width * ln.exp());
         let set = &mut self.state.particles;
         for i in 0..set.len() {
-            let off = |found: Option<f32>, ln: f32, mean: f32| {
-                found.map_or(0.0, |scale| (scale - ln.exp()).abs() / (width * mean))
-            };
-            let off_a = off(found.a_pxpm, set.ln_a[i], mean_a);
-            set.log_weight[i] -= off_a + off(found.b_pxpm, set.ln_b[i], mean_b);
+            set.log_weight[i] += found.log_likelihood([set.ln_a[i], set.ln_b[i]], widths);
         }
     }
 
@@ -291,7 +282,7 @@ impl Localizer {
     /// The mode of the last update, dead-reckoned to now.
     fn estimate(&self) -> Estimate {
         let s = &self.state;
-        let pose = self.dead_reckoned();
+        let pose = self.dead_reckoned(s.mode);
         let mut covariance = [0.0; 25];
         covariance.copy_from_slice(&s.covariance);
         Estimate {
@@ -305,50 +296,34 @@ impl Localizer {
         }
     }
 
-    fn dead_reckoned(&self) -> ScaledPose {
-        let mode = self.state.mode_pose();
+    /// A pose of the last update, moved on by the odometry since then.
+    fn dead_reckoned(&self, from: ScaledPose) -> ScaledPose {
         let motion = self.state.motion();
-        let metric = self.frame.px_from_base(mode.yaw_rad, mode.a_pxpm, mode.b_pxpm);
+        let metric = self.frame.px_from_base(from.yaw_rad, from.a_pxpm, from.b_pxpm);
         let step = metric.apply(motion.forward_m, motion.left_m);
         ScaledPose {
-            x_px: mode.x_px + step[0],
-            y_px: mode.y_px + step[1],
-            yaw_rad: metric::wrap(mode.yaw_rad + motion.turn_rad),
-            ..mode
+            x_px: from.x_px + step[0],
+            y_px: from.y_px + step[1],
+            yaw_rad: metric::wrap(from.yaw_rad + motion.turn_rad),
+            ..from
         }
     }
 
     /// Draws the first particles: the pose as the person marked it, the scales as the first scan
-    /// suggests (equation 8).
+    /// suggests, and once the noise of the motion model (paper 001, IV: "sampled according to the state
+    /// model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
-        let pose = &self.start.pose;
-        let start = [pose.x as f32, pose.y as f32, pose.yaw_rad as f32];
-        let found = initial_scales(&self.grid, &self.frame, &self.beams, start, self.scale_guess_pxpm);
-        self.state.mean_ln_scales = shrunk(found.map(f32::ln), self.parameters.start_anisotropy);
-        self.field = Field::new(&self.grid, &self.parameters, mean_scale(&self.state.mean_ln_scales));
-        self.scatter(start);
+        let (p, start) = (&self.parameters, &self.start);
+        let best = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
+        self.state.best = best;
+        self.state.mean_ln_scales = [best.a_pxpm.ln(), best.b_pxpm.ln()];
+        self.field = Field::new(&self.grid, p, mean_scale(&self.state.mean_ln_scales));
+        let State { particles, rng, mean_ln_scales, .. } = &mut self.state;
+        let terrain = Terrain { grid: &self.grid, frame: &self.frame, mean_ln_scales: *mean_ln_scales };
+        start.scatter(particles, &terrain, p, rng);
+        self.propagate(&Motion::default());
         let at = [odometry.x, odometry.y, odometry.yaw_rad];
         (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
-    }
-
-    /// Spreads the particles around the start, in free cells where some can be found.
-    fn scatter(&mut self, start: [f32; 3]) {
-        let p = &self.parameters;
-        let spread_rad = (self.start.spread_rad as f32).max(p.start_spread_rad);
-        let State { particles, rng, mean_ln_scales: [mean_a, mean_b], .. } = &mut self.state;
-        // The person's own doubt is in pixels, the least one in metres: along the walls and across.
-        let spread_px = |ln_scale: f32| (self.start.spread_px as f32).max(p.start_spread_m * ln_scale.exp());
-        let px_from_draw = self.frame.px_from_frame(spread_px(*mean_a), spread_px(*mean_b));
-        for i in 0..particles.len() {
-            let place = free_place(&self.grid, [start[0], start[1]], &px_from_draw, rng);
-            [particles.x_px[i], particles.y_px[i]] = place;
-            particles.yaw_rad[i] = metric::wrap(start[2] + spread_rad * normal(rng));
-            // A part of the error is common to both axes, the rest is each one's own.
-            let shared = 0.6 * normal(rng);
-            let mut spread = |mean: f32| mean + p.start_log_scale_spread * (shared + 0.8 * normal(rng));
-            particles.ln_a[i] = spread(*mean_a);
-            particles.ln_b[i] = spread(*mean_b);
-        }
     }
 }
 
@@ -363,7 +338,8 @@ impl State {
             odometry: [0.0; 3],
             travelled_m: 0.0,
             turned_rad: 0.0,
-            mode: [0.0; 5],
+            mode: ScaledPose::default(),
+            best: ScaledPose::default(),
             covariance: vec![0.0; 25],
             effective_sample_size: 0.0,
             confidence: Confidence::default(),
@@ -396,66 +372,17 @@ impl State {
         motion
     }
 
-    fn mode_pose(&self) -> ScaledPose {
-        let [x_px, y_px, yaw_rad, a_pxpm, b_pxpm] = self.mode;
-        ScaledPose { x_px, y_px, yaw_rad, a_pxpm, b_pxpm }
-    }
-
     fn last_mode(&self) -> Option<ScaledPose> {
-        (self.confidence.tracking() != Tracking::Waiting).then(|| self.mode_pose())
+        (self.confidence.tracking() != Tracking::Waiting).then_some(self.mode)
     }
 
     fn set_mode(&mut self, mode: &Mode) {
-        let ScaledPose { x_px, y_px, yaw_rad, a_pxpm, b_pxpm } = mode.pose;
-        self.mode = [x_px, y_px, yaw_rad, a_pxpm, b_pxpm];
+        self.mode = mode.pose;
         self.covariance.copy_from_slice(&mode.covariance);
     }
-}
-
-fn check_start(sketch: &Sketch, start: &Start) -> Result<(), LocalizationError> {
-    let (x, y, width, height) = (start.pose.x, start.pose.y, sketch.width(), sketch.height());
-    let inside = (0.0..width as f64).contains(&x) && (0.0..height as f64).contains(&y);
-    if inside { Ok(()) } else { Err(LocalizationError::StartOutside { x, y, width, height }) }
-}
-
-/// Both scales drawn to their mean: `anisotropy` 1 leaves them, 0 makes them equal.
-fn shrunk([ln_a, ln_b]: [f32; 2], anisotropy: f32) -> [f32; 2] {
-    let mean = (ln_a + ln_b) / 2.0;
-    [mean + anisotropy * (ln_a - mean), mean + anisotropy * (ln_b - mean)]
 }
 
 /// The geometric mean of the two scales, pixels a metre.
 fn mean_scale([ln_a, ln_b]: &[f32; 2]) -> f32 {
     ((ln_a + ln_b) / 2.0).exp()
-}
-
-/// The longer side of the box around all walls, along the walls' direction or across, pixels; the
-/// drawing's own where it has none.
-fn extent_px(sketch: &Sketch) -> f32 {
-    let (sin, cos) = (sketch.wall_direction_rad() as f32).sin_cos();
-    let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-    for (row, column) in (0..sketch.height()).flat_map(|row| (0..sketch.width()).map(move |c| (row, c))) {
-        if sketch.is_wall_cell(column as i64, row as i64) {
-            let (x, y) = (column as f32, row as f32);
-            let place = [cos * x + sin * y, cos * y - sin * x];
-            (0..2).for_each(|axis| {
-                least[axis] = least[axis].min(place[axis]);
-                most[axis] = most[axis].max(place[axis]);
-            });
-        }
-    }
-    let extent = (most[0] - least[0]).max(most[1] - least[1]) + 1.0;
-    if extent.is_finite() { extent } else { sketch.width().max(sketch.height()) as f32 }
-}
-
-/// A place around `middle`, free where ten tries find one.
-fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mut Pcg64Mcg) -> [f32; 2] {
-    for _ in 0..10 {
-        let step = px_from_draw.apply(normal(rng), normal(rng));
-        let place = [middle[0] + step[0], middle[1] + step[1]];
-        if !grid.is_wall(place[0], place[1]) {
-            return place;
-        }
-    }
-    middle
 }

@@ -26,6 +26,7 @@ use sketchnav_schemas::message::{
     Header, LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, Text,
     VelocityCommand,
 };
+use sketchnav_schemas::mission::overlaid;
 use sketchnav_schemas::robot::{Laser, Robot};
 use sketchnav_schemas::run::RunConfig;
 
@@ -332,9 +333,9 @@ impl Mission {
 }
 
 fn parameters(config: &RunConfig) -> Result<Parameters, PlannerError> {
-    let table = config.mission.parameters.planner.clone();
-    let parameters: Parameters =
-        table.try_into().map_err(|error: toml::de::Error| PlannerError::Table(error.message().to_owned()))?;
+    let mission = &config.mission;
+    let parameters = overlaid(&Parameters::of(mission.method), &mission.parameters.planner)
+        .map_err(|error| PlannerError::Table(error.message().to_owned()))?;
     parameters.check()?;
     Ok(parameters)
 }

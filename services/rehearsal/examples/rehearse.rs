@@ -1,6 +1,7 @@
 //! Drives missions in one process and prints how each task ended.
 //!
-//! `cargo run --release -p sketchnav-rehearsal --example rehearse -- MISSION… [--seeds A..B] [--verbose]`
+//! `cargo run --release -p sketchnav-rehearsal --example rehearse -- MISSION… [--seeds A..B]
+//! [--method M] [--set 'particles = 800'] [--verbose]`; `--set` changes parameters of the localizer.
 
 use std::path::Path;
 use std::time::Instant;
@@ -9,6 +10,8 @@ use sketchnav_recordings::judge::judge;
 use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::Channel;
 use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
 
@@ -37,6 +40,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut seeds = 1..=1;
     let mut missions = Vec::new();
     let mut verbose = false;
+    let mut method = None;
+    let mut set = String::new();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
@@ -45,20 +50,33 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let (a, b) = text.split_once("..").ok_or("--seeds: expected A..B")?;
                 seeds = a.parse()?..=b.parse()?;
             }
+            "--method" => method = Some(arguments.next().ok_or("--method: expected a method")?.parse()?),
+            "--set" => set = set + &arguments.next().ok_or("--set: expected KEY = VALUE")? + "\n",
             "--verbose" => verbose = true,
             _ => missions.push(argument),
         }
     }
+    let (mut reached, mut tasks) = (0, 0);
     for path in &missions {
         for seed in seeds.clone() {
-            rehearse(path, seed, verbose)?;
+            let (mut mission, robot) = sketchnav_sim::mission_file::load(Path::new(path))?;
+            mission.method = method.unwrap_or(mission.method);
+            mission.parameters.localizer.extend(toml::from_str::<toml::Table>(&set)?);
+            let (sum, of) = rehearse(path, mission, robot, seed, verbose)?;
+            (reached, tasks) = (reached + sum, tasks + of);
         }
     }
+    println!("{reached} of {tasks} tasks");
     Ok(())
 }
 
-fn rehearse(path: &str, seed: u64, verbose: bool) -> Result<(), Box<dyn std::error::Error>> {
-    let (mission, robot) = sketchnav_sim::mission_file::load(Path::new(path))?;
+fn rehearse(
+    path: &str,
+    mission: Mission,
+    robot: Robot,
+    seed: u64,
+    verbose: bool,
+) -> Result<(usize, usize), Box<dyn std::error::Error>> {
     let run =
         RunConfig { system: "rehearsal".into(), mission, robot, seed, pace: Pace::Lockstep, recording: None };
     let mut log = Log::default();
@@ -95,5 +113,5 @@ fn rehearse(path: &str, seed: u64, verbose: bool) -> Result<(), Box<dyn std::err
             );
         }
     }
-    Ok(())
+    Ok((reached, verdict.tasks.len()))
 }

@@ -90,7 +90,7 @@ impl Beams {
         }
     }
 
-    fn push(&mut self, angle_rad: f32, measured_m: f32) {
+    pub(super) fn push(&mut self, angle_rad: f32, measured_m: f32) {
         let range_m = measured_m.min(self.range_max_m);
         self.angle_rad.push(angle_rad);
         self.forward.push(angle_rad.cos());

@@ -28,6 +28,13 @@ impl ScaleFrame {
         }
     }
 
+    /// R(θ − φ)·(x, y): a vector in the robot's axes by the frame's, the projections π_a and π_b of
+    /// equation (8).
+    pub fn frame_from_base(&self, yaw_rad: f32, x: f32, y: f32) -> [f32; 2] {
+        let (sin, cos) = (yaw_rad - self.direction_rad).sin_cos();
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+
     /// R(φ)·diag(a, b): what turns lengths along the walls and across into pixels.
     pub fn px_from_frame(&self, a: f32, b: f32) -> PxFromBase {
         PxFromBase { xx: self.cos * a, xy: -self.sin * b, yx: self.sin * a, yy: self.cos * b }

@@ -7,11 +7,11 @@ use rand_pcg::Pcg64Mcg;
 
 use super::grid::Grid;
 use super::metric::{ScaleFrame, wrap};
-use super::parameters::Parameters;
+use super::parameters::{Parameters, Scales};
 use super::particles::ParticleSet;
 
 /// Odometry between two updates, in the robot's axes at the first.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
     /// Forward, metres.
     pub forward_m: f32,
@@ -50,10 +50,11 @@ impl Spread {
     fn new(motion: &Motion, p: &Parameters) -> Self {
         let yaw_variance =
             p.yaw_variance_per_m * motion.distance_m + p.yaw_variance_per_rad * motion.turned_rad;
-        let scale_variance = p.scale_noise * p.scale_noise * motion.distance_m;
+        let scale_variance = p.step_scale_noise.powi(2) + p.scale_noise.powi(2) * motion.distance_m;
+        let position_variance = p.step_noise_m.powi(2) + p.position_noise.powi(2) * motion.distance_m;
         Self {
-            position_m: p.position_noise * motion.distance_m.sqrt(),
-            yaw_rad: yaw_variance.sqrt(),
+            position_m: position_variance.sqrt(),
+            yaw_rad: (p.step_noise_rad.powi(2) + yaw_variance).sqrt(),
             scale: Gamma::new(1.0 / scale_variance.max(1e-9), scale_variance.max(1e-9))
                 .ok()
                 .filter(|_| scale_variance > 1e-9),
@@ -94,7 +95,10 @@ pub fn propagate(
         (set.x_px[i], set.y_px[i]) = (to[0], to[1]);
         set.yaw_rad[i] = wrap(set.yaw_rad[i] + motion.turn_rad + spread.yaw_rad * normal(rng));
         set.ln_a[i] = spread.evolve(set.ln_a[i], mean_a, parameters.scale_limit, rng);
-        set.ln_b[i] = spread.evolve(set.ln_b[i], mean_b, parameters.scale_limit, rng);
+        set.ln_b[i] = match parameters.scales {
+            Scales::Two => spread.evolve(set.ln_b[i], mean_b, parameters.scale_limit, rng),
+            Scales::One => set.ln_a[i],
+        };
     }
 }
 
@@ -122,7 +126,10 @@ pub fn perturb(
         }
         set.yaw_rad[i] = wrap(set.yaw_rad[i] + p.perturbation_rad * normal(rng));
         set.ln_a[i] = bounded(set.ln_a[i] + p.perturbation_log_scale * normal(rng), mean_a);
-        set.ln_b[i] = bounded(set.ln_b[i] + p.perturbation_log_scale * normal(rng), mean_b);
+        set.ln_b[i] = match p.scales {
+            Scales::Two => bounded(set.ln_b[i] + p.perturbation_log_scale * normal(rng), mean_b),
+            Scales::One => set.ln_a[i],
+        };
     }
 }
 
@@ -171,32 +178,77 @@ mod tests {
         );
     }
 
+    fn sample(of: impl Iterator<Item = f32> + Clone) -> (f64, f64) {
+        let n = of.clone().count() as f64;
+        let mean = of.clone().map(f64::from).sum::<f64>() / n;
+        let variance = of.map(|v| (f64::from(v) - mean).powi(2)).sum::<f64>() / n;
+        (mean, variance.sqrt())
+    }
+
+    /// η and ζ of Γ(σ⁻², σ²), equation (6): mean σ⁻²·σ² = 1, variance σ⁻²·σ⁴ = σ², independent; the
+    /// scales are 30 and 10 in the mean whatever happens.
     #[test]
     fn the_scales_are_martingales() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
-        let parameters = Parameters { scale_limit: 10.0, ..Parameters::paper() };
-        let mut set = ParticleSet::new(20_000);
-        set.ln_a.fill(30.0_f32.ln());
-        set.ln_b.fill(10.0_f32.ln());
-        let motion = Motion { forward_m: 0.0, left_m: 0.0, turn_rad: 0.0, distance_m: 1.0, turned_rad: 0.0 };
-        let mut rng = seed::stream(1, "test");
-        propagate(&mut set, &motion, &terrain(&grid, &frame), &parameters, &mut rng);
-        let a: Vec<f64> = set.ln_a.iter().map(|&l| f64::from(l.exp()) / 30.0).collect();
-        let mean = a.iter().sum::<f64>() / a.len() as f64;
-        let variance = a.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / a.len() as f64;
-        assert!((mean - 1.0).abs() < 0.01, "{mean}");
-        assert!((variance.sqrt() - f64::from(parameters.scale_noise)).abs() < 0.01, "{variance}");
+        for (parameters, motion) in [
+            (Parameters { step_scale_noise: 0.15, ..Parameters::paper() }, Motion::default()),
+            // The same by distance: 0.1/√m over 2.25 m.
+            (
+                Parameters { step_scale_noise: 0.0, scale_noise: 0.1, ..Parameters::paper() },
+                Motion { distance_m: 2.25, ..Motion::default() },
+            ),
+        ] {
+            let mut set = ParticleSet::new(20_000);
+            set.ln_a.fill(30.0_f32.ln());
+            set.ln_b.fill(10.0_f32.ln());
+            propagate(&mut set, &motion, &terrain(&grid, &frame), &parameters, &mut seed::stream(1, "test"));
+            let (mean_a, deviation_a) = sample(set.ln_a.iter().map(|ln| ln.exp()));
+            let (mean_b, deviation_b) = sample(set.ln_b.iter().map(|ln| ln.exp()));
+            assert!((mean_a - 30.0).abs() < 0.1 && (mean_b - 10.0).abs() < 0.05, "{mean_a} {mean_b}");
+            assert!((deviation_a - 4.5).abs() < 0.1 && (deviation_b - 1.5).abs() < 0.05, "{deviation_a}");
+            let together = set.ln_a.iter().zip(&set.ln_b).map(|(a, b)| (a.exp() - 30.0) * (b.exp() - 10.0));
+            assert!(sample(together).0.abs() < 0.2, "they hang together");
+        }
     }
 
     #[test]
+    fn one_scale_stays_one() {
+        let (grid, frame) = (open_floor(), ScaleFrame::new(0.3));
+        let mut set = ParticleSet::new(100);
+        let parameters = Parameters { perturbation_log_scale: 0.3, ..Parameters::one_scale() };
+        let mut rng = seed::stream(1, "test");
+        propagate(&mut set, &Motion::default(), &terrain(&grid, &frame), &parameters, &mut rng);
+        perturb(&mut set, 1.0, &terrain(&grid, &frame), &parameters, &mut rng);
+        assert_eq!(set.ln_a, set.ln_b);
+        assert!(sample(set.ln_a.iter().copied()).1 > 0.1);
+    }
+
+    /// ε of equation (6) is in metres: σ₁ = σ₂ = 0.1 m ahead and to the left are 3 px along the walls
+    /// and 1 px across by the scales 30 and 10; σ₃ = 0.2 rad.
+    #[test]
+    fn the_noise_of_a_step_goes_through_the_scales() {
+        let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
+        let parameters = Parameters { step_noise_m: 0.1, step_noise_rad: 0.2, ..Parameters::paper() };
+        let mut set = ParticleSet::new(20_000);
+        set.ln_a.fill(30.0_f32.ln());
+        set.ln_b.fill(10.0_f32.ln());
+        let motion = Motion::default();
+        propagate(&mut set, &motion, &terrain(&grid, &frame), &parameters, &mut seed::stream(1, "test"));
+        for (column, deviation) in [(&set.x_px, 3.0), (&set.y_px, 1.0), (&set.yaw_rad, 0.2)] {
+            let found = sample(column.iter().copied());
+            assert!(
+                found.0.abs() < 0.03 * deviation && (found.1 / deviation - 1.0).abs() < 0.03,
+                "{found:?}"
+            );
+        }
+    }
+
+    /// Equation (6) with the scales 30 along the walls and 10 across: 0.5 m ahead are 15 px for who heads
+    /// along the walls and 5 px for who heads across.
+    #[test]
     fn a_step_is_stretched_by_each_particle_own_scales() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
-        let quiet = Parameters {
-            yaw_variance_per_m: 0.0,
-            yaw_variance_per_rad: 0.0,
-            position_noise: 0.0,
-            ..Parameters::paper()
-        };
+        let quiet = Parameters { step_noise_m: 0.0, step_noise_rad: 0.0, ..Parameters::paper() };
         let mut set = ParticleSet::new(16);
         set.ln_a.fill(30.0_f32.ln());
         set.ln_b.fill(10.0_f32.ln());

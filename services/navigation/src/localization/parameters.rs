@@ -1,6 +1,7 @@
 //! What can be tuned about the localization, with defaults that were measured in closed loop.
 
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::method::Method;
 
 /// How the likelihood of a scan is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -11,6 +12,26 @@ pub enum Likelihood {
     Field,
     /// Measured against ray-cast ranges by the logarithm of their ratio; beams without return count.
     Visibility,
+}
+
+/// How many local scales there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scales {
+    /// Two: along the walls and across, each on its own (paper 001, equation 3).
+    Two,
+    /// One for both directions, as in the paper's predecessor [1].
+    One,
+}
+
+/// How the first scan says the scales.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StartScales {
+    /// The least squares of equation (8).
+    LeastSquares,
+    /// Means of the logarithms without the outliers: what stands in front of the walls is one.
+    TrimmedMean,
 }
 
 /// Parameters of the localization: the table `parameters.localizer` of a mission.
@@ -34,14 +55,21 @@ pub struct Parameters {
     /// Most cells of the grid that the filter works on; a larger drawing is reduced.
     pub grid_cells: usize,
 
+    /// How many local scales there are.
+    pub scales: Scales,
+    /// Standard deviation of ε along the robot's axes and across, m an update (equation 6: σ₁, σ₂).
+    pub step_noise_m: f32,
+    /// Standard deviation of ε in the heading, rad an update (equation 6: σ₃).
+    pub step_noise_rad: f32,
+    /// Standard deviation of the Gamma noise η and ζ of the scales, an update (equation 6: σ of Γ).
+    pub step_scale_noise: f32,
     /// Variance of the heading per metre travelled, rad²/m.
     pub yaw_variance_per_m: f32,
     /// Variance of the heading per radian turned, rad²/rad.
     pub yaw_variance_per_rad: f32,
     /// Standard deviation of the position after a metre, each axis, m/√m.
     pub position_noise: f32,
-    /// Standard deviation of the multiplicative Gamma noise of the scales after a metre, 1/√m
-    /// (equation 6: σ of η and ζ, here by distance).
+    /// Standard deviation of the multiplicative Gamma noise of the scales after a metre, 1/√m.
     pub scale_noise: f32,
     /// How fast a scale is drawn back to the drawing's mean scale, 1/m; 0 is the paper's martingale.
     pub scale_reversion_per_m: f32,
@@ -56,6 +84,8 @@ pub struct Parameters {
     pub start_spread_rad: f32,
     /// Spread of the logarithm of the scales at the start.
     pub start_log_scale_spread: f32,
+    /// How the scales are found in the first scan.
+    pub start_scales: StartScales,
     /// How much of the two scales' difference in the first scan is believed, 0 to 1.
     pub start_anisotropy: f32,
     /// Extent of a building, metres; says the scale where the first scan sees nothing.
@@ -115,6 +145,10 @@ impl Default for Parameters {
             update_turn_rad: 0.35,
             resample_below: 0.5,
             grid_cells: 500_000,
+            scales: Scales::Two,
+            step_noise_m: 0.0,
+            step_noise_rad: 0.0,
+            step_scale_noise: 0.0,
             yaw_variance_per_m: 0.01,
             yaw_variance_per_rad: 0.01,
             position_noise: 0.05,
@@ -125,6 +159,7 @@ impl Default for Parameters {
             start_spread_m: 0.4,
             start_spread_rad: 0.08,
             start_log_scale_spread: 0.45,
+            start_scales: StartScales::TrimmedMean,
             start_anisotropy: 0.0,
             building_size_m: 25.0,
             field_sigma_m: 0.25,
@@ -150,21 +185,72 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// The localization as the paper describes it: likelihood field, virtual scales, martingales.
+    /// The set that a method begins with.
+    pub fn of(method: Method) -> Self {
+        match method {
+            Method::Ours => Self::default(),
+            Method::Paper => Self::paper(),
+            Method::FixedScale => Self::fixed_scale(),
+            Method::OneScale => Self::one_scale(),
+        }
+    }
+
+    /// Paper 001, equations 2 to 8, as written. Where it gives no value, ours was chosen as its authors
+    /// say that they chose theirs (paper 004, V-B): those of odometry and sensor where the drawing is the
+    /// true floor plan, the scales' variances between following the drawing and false matches.
     pub fn paper() -> Self {
         Self {
+            // Not given.
             particles: 2000,
-            independent_beams: 8.0,
+            // N of equation (7): not given.
+            beams: 48,
+            // Equation (7), a product over all beams: they count as independent.
+            independent_beams: 1440.0,
             likelihood: Likelihood::Field,
-            scale_noise: 0.15,
+            // III-A: "finally resampled", in each iteration.
+            resample_below: 1.0,
+            // Equation (6), independent of the way driven: σ₁ = σ₂, σ₃ and Γ(σ⁻², σ²); not given.
+            step_noise_m: 0.03,
+            step_noise_rad: 0.05,
+            step_scale_noise: 0.07,
+            position_noise: 0.0,
+            yaw_variance_per_m: 0.0,
+            yaw_variance_per_rad: 0.0,
+            scale_noise: 0.0,
+            // Equation (6): martingales on all of ℝ₊; e⁴ is no bound but for the arithmetic.
             scale_reversion_per_m: 0.0,
+            scale_limit: 4.0,
+            // The drawn walls do not stop a particle.
             wall_crossing_factor: 1.0,
-            start_log_scale_spread: 0.15,
+            // IV: "estimated … applying the least-square approximation".
+            start_scales: StartScales::LeastSquares,
             start_anisotropy: 1.0,
+            start_log_scale_spread: 0.15,
+            // σ of equation (7), λ and ν: not given.
+            field_sigma_m: 0.25,
+            field_random: 0.1,
+            field_scale_width: 0.3,
+            // There is no recovery in the paper.
             perturbed_share: 0.0,
             perturbed_share_lost: 0.0,
             ..Self::default()
         }
+    }
+
+    /// The paper's special case of one scale, as the first scan says it, that never changes.
+    pub fn fixed_scale() -> Self {
+        Self {
+            scales: Scales::One,
+            step_scale_noise: 0.0,
+            start_log_scale_spread: 0.0,
+            field_scale_width: 0.0,
+            ..Self::paper()
+        }
+    }
+
+    /// The paper's special case of one local scale, tracked: its predecessor [1].
+    pub fn one_scale() -> Self {
+        Self { scales: Scales::One, ..Self::paper() }
     }
 
     /// Checks every value.
@@ -212,8 +298,11 @@ impl Parameters {
         ]
     }
 
-    fn not_negative(&self) -> [(&'static str, f64); 13] {
+    fn not_negative(&self) -> [(&'static str, f64); 16] {
         [
+            ("step_noise_m", self.step_noise_m.into()),
+            ("step_noise_rad", self.step_noise_rad.into()),
+            ("step_scale_noise", self.step_scale_noise.into()),
             ("yaw_variance_per_m", self.yaw_variance_per_m.into()),
             ("yaw_variance_per_rad", self.yaw_variance_per_rad.into()),
             ("position_noise", self.position_noise.into()),
@@ -266,8 +355,9 @@ mod tests {
 
     #[test]
     fn the_defaults_hold() {
-        assert_eq!(Parameters::default().check(), Ok(()));
-        assert_eq!(Parameters::paper().check(), Ok(()));
+        for method in Method::ALL {
+            assert_eq!(Parameters::of(method).check(), Ok(()), "{method}");
+        }
     }
 
     #[test]

@@ -1,13 +1,15 @@
-//! Virtual measurements of the two scales (paper 001, equation 8): what the scales would have to be
-//! for the ray-traced end points to be those of the scan.
+//! Virtual measurements of the scales (paper 001, equation 8): what they would have to be for the
+//! ray-traced end points to be those of the scan; and how likely that makes others (equation 7).
 
 use super::beams::Beams;
 use super::grid::Grid;
 use super::metric::ScaleFrame;
 use super::observation::expected_range;
+use super::parameters::Scales;
+use serde::{Deserialize, Serialize};
 
 /// A pose with scales, as a particle has it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ScaledPose {
     /// Position, pixels.
     pub x_px: f32,
@@ -21,13 +23,70 @@ pub struct ScaledPose {
     pub b_pxpm: f32,
 }
 
-/// Scales that ray tracing suggests; `None` along an axis that no beam looks along.
+/// Scales that ray tracing suggests; `None` along an axis that no beam looks along. Where there is but
+/// one scale it is `a_pxpm`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VirtualScales {
     /// a′ of equation (8), pixels a metre.
     pub a_pxpm: Option<f32>,
     /// b′ of equation (8), pixels a metre.
     pub b_pxpm: Option<f32>,
+}
+
+/// Sum of squared projections of the end points below which an axis is not observed, m².
+const SEEN_M2: f32 = 1.0;
+
+/// Solves equation (8) at `pose`: min over A, B of Σ [π_a(pᵢ − A zᵢ)]² + [π_b(pᵢ − B zᵢ)]², hence
+/// A = Σ π_a(pᵢ) π_a(zᵢ) / Σ π_a(zᵢ)², B likewise. zᵢ are the measured end points around the robot,
+/// metres, pᵢ the ray-traced ones, pixels, in the direction that `pose`'s scales give the beam. (The
+/// paper goes on to call the average of the ratios π_a(pᵢ)/π_a(zᵢ) the solution; that is another
+/// estimate, without bound for a beam across the axis. Coded is the equation.) With one scale both
+/// sums go together.
+pub fn least_squares(
+    grid: &Grid,
+    frame: &ScaleFrame,
+    beams: &Beams,
+    pose: &ScaledPose,
+    scales: Scales,
+) -> VirtualScales {
+    let metric = frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
+    let (mut products, mut squares) = ([0.0; 2], [0.0; 2]);
+    for i in (0..beams.len()).filter(|&i| beams.returned[i]) {
+        let traced_m = expected_range(grid, beams, i, [pose.x_px, pose.y_px], &metric);
+        if traced_m <= 0.0 {
+            // Inside a wall nothing can be traced.
+            continue;
+        }
+        let end = |range_m: f32| {
+            let forward = beams.origin_m[0] + range_m * beams.forward[i];
+            frame.frame_from_base(pose.yaw_rad, forward, beams.origin_m[1] + range_m * beams.left[i])
+        };
+        let ([p_a, p_b], [z_a, z_b]) = (end(traced_m), end(beams.range_m[i]));
+        products = [products[0] + pose.a_pxpm * p_a * z_a, products[1] + pose.b_pxpm * p_b * z_b];
+        squares = [squares[0] + z_a * z_a, squares[1] + z_b * z_b];
+    }
+    let ratio = |product: f32, square: f32| (square > SEEN_M2).then(|| product / square);
+    match scales {
+        Scales::Two => {
+            let [a_pxpm, b_pxpm] = [0, 1].map(|axis| ratio(products[axis], squares[axis]));
+            VirtualScales { a_pxpm, b_pxpm }
+        }
+        Scales::One => {
+            let one = ratio(products[0] + products[1], squares[0] + squares[1]);
+            VirtualScales { a_pxpm: one, b_pxpm: None }
+        }
+    }
+}
+
+impl VirtualScales {
+    /// ln L_λ,a(a′) + ln L_ν,b(b′) of equation (7), up to a constant: Laplace distributions around the
+    /// scales (ln a, ln b) of a particle, of widths λ and ν, pixels a metre.
+    pub fn log_likelihood(&self, ln_scales: [f32; 2], widths_pxpm: [f32; 2]) -> f32 {
+        let term = |found: Option<f32>, axis: usize| {
+            found.map_or(0.0, |scale| -(scale - ln_scales[axis].exp()).abs() / widths_pxpm[axis])
+        };
+        term(self.a_pxpm, 0) + term(self.b_pxpm, 1)
+    }
 }
 
 /// Beams further than this from an axis say nothing of its scale: squared cosine.
@@ -39,11 +98,11 @@ const OUTLIER: f32 = 0.5;
 /// Rounds of averaging without the outliers.
 const ROUNDS: usize = 3;
 
-/// Solves equation (8) at `pose`: along each axis the mean, in the logarithm, of the ratio of the
+/// A robust relative of equation (8): along each axis the mean, in the logarithm, of the ratio of the
 /// ray-traced to the measured projection. Along a beam, whose direction `pose`'s own scales give, the
 /// ratio of the projections is that of the lengths, times the scale; the mean is taken again without
 /// the outliers.
-pub fn virtual_scales(grid: &Grid, frame: &ScaleFrame, beams: &Beams, pose: &ScaledPose) -> VirtualScales {
+pub fn trimmed_means(grid: &Grid, frame: &ScaleFrame, beams: &Beams, pose: &ScaledPose) -> VirtualScales {
     let metric = frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
     let expected = |i: usize| expected_range(grid, beams, i, [pose.x_px, pose.y_px], &metric);
     // Inside a wall nothing can be traced.
@@ -76,24 +135,59 @@ fn trimmed_mean(
     mean
 }
 
-/// Scales at the start, from the first scan: equation (8) solved again and again, since the
-/// direction of a beam in the drawing depends on the scales. An axis that is not observed takes the
-/// other's scale; `guess_pxpm` where neither is. The result stays within a factor of eight of the guess.
-pub fn initial_scales(
-    grid: &Grid,
-    frame: &ScaleFrame,
-    beams: &Beams,
-    start: [f32; 3],
-    guess_pxpm: f32,
-) -> [f32; 2] {
-    let [x_px, y_px, yaw_rad] = start;
-    let mut pose = ScaledPose { x_px, y_px, yaw_rad, a_pxpm: guess_pxpm, b_pxpm: guess_pxpm };
-    for _ in 0..6 {
-        let found = virtual_scales(grid, frame, beams, &pose);
-        let bounded = |scale: f32| scale.clamp(guess_pxpm / 8.0, guess_pxpm * 8.0);
-        let (a, b) = (found.a_pxpm.map(bounded), found.b_pxpm.map(bounded));
-        pose.a_pxpm = a.or(b).unwrap_or(guess_pxpm);
-        pose.b_pxpm = b.or(a).unwrap_or(guess_pxpm);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sketch::Sketch;
+    use sketchnav_schemas::codes::WALL;
+
+    /// A room from (10, 10) to (70, 50) px, inner sides, in a drawing of 80 × 60.
+    fn room() -> Grid {
+        let inside = |i: usize| (10..70).contains(&(i % 80)) && (10..50).contains(&(i / 80));
+        let cells: Vec<u8> = (0..80 * 60).map(|i| if inside(i) { 0 } else { WALL }).collect();
+        Grid::new(&Sketch::new(80, 60, &cells, 0.0).unwrap(), 1_000_000)
     }
-    [pose.a_pxpm, pose.b_pxpm]
+
+    fn beams(of: &[(f32, f32)]) -> Beams {
+        let mut beams = Beams { range_max_m: 10.0, ..Beams::with_capacity(of.len()) };
+        of.iter().for_each(|&(angle_rad, range_m)| beams.push(angle_rad, range_m));
+        beams
+    }
+
+    const POSE: ScaledPose = ScaledPose { x_px: 40.0, y_px: 30.0, yaw_rad: 0.0, a_pxpm: 10.0, b_pxpm: 10.0 };
+
+    /// From the middle, (40, 30): ahead the wall is drawn 30 px away and measured 2 m, behind 30 px and
+    /// 1 m, to the left 20 px and 4 m. A = (30·2 + 30·1)/(2² + 1²) = 18, B = 20·4/4² = 5; with one scale
+    /// (30·2 + 30·1 + 20·4)/(2² + 1² + 4²) = 170/21. The average of the ratios would be (15 + 30)/2.
+    #[test]
+    fn equation_8_by_hand() {
+        use std::f32::consts::{FRAC_PI_2, PI};
+        let seen = beams(&[(0.0, 2.0), (PI, 1.0), (FRAC_PI_2, 4.0)]);
+        let solve = |scales| least_squares(&room(), &ScaleFrame::new(0.0), &seen, &POSE, scales);
+        let two = solve(Scales::Two);
+        assert!(
+            (two.a_pxpm.unwrap() - 18.0).abs() < 1e-3 && (two.b_pxpm.unwrap() - 5.0).abs() < 1e-3,
+            "{two:?}"
+        );
+        let one = solve(Scales::One);
+        assert!((one.a_pxpm.unwrap() - 170.0 / 21.0).abs() < 1e-3 && one.b_pxpm.is_none(), "{one:?}");
+    }
+
+    /// A beam to the left says nothing of the scale ahead.
+    #[test]
+    fn an_axis_that_no_beam_looks_along_is_not_observed() {
+        let seen = beams(&[(std::f32::consts::FRAC_PI_2, 4.0)]);
+        let found = least_squares(&room(), &ScaleFrame::new(0.0), &seen, &POSE, Scales::Two);
+        assert!(found.a_pxpm.is_none() && found.b_pxpm.is_some());
+    }
+
+    /// a′ = 18, b′ = 5 against a = 12, b = 6 with λ = 3, ν = 2: −|18 − 12|/3 − |5 − 6|/2 = −2.5.
+    #[test]
+    fn the_laplace_terms_of_equation_7_by_hand() {
+        let found = VirtualScales { a_pxpm: Some(18.0), b_pxpm: Some(5.0) };
+        let ln = [12.0_f32.ln(), 6.0_f32.ln()];
+        assert!((found.log_likelihood(ln, [3.0, 2.0]) + 2.5).abs() < 1e-5);
+        let one = VirtualScales { a_pxpm: Some(18.0), b_pxpm: None };
+        assert!((one.log_likelihood(ln, [3.0, 2.0]) + 2.0).abs() < 1e-5);
+    }
 }

@@ -1,6 +1,7 @@
 //! All that can be tuned about planning: the table `parameters.planner` of a mission.
 
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::method::Method;
 
 /// Parameters of the planner. What a mission leaves out keeps its default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -88,6 +89,20 @@ pub struct ParameterError {
 }
 
 impl Parameters {
+    /// The set that a method begins with.
+    pub fn of(method: Method) -> Self {
+        match method {
+            Method::Ours => Self::default(),
+            Method::Paper | Method::FixedScale | Method::OneScale => Self::paper(),
+        }
+    }
+
+    /// Planning as paper 001, III-C, describes it. What it leaves open (the radius ρ, the distance from
+    /// walls, the speeds) is as in ours, so that the methods differ in what they are about.
+    pub fn paper() -> Self {
+        Self::default()
+    }
+
     /// Checks every value.
     ///
     /// # Errors

@@ -1,0 +1,155 @@
+//! Where the filter begins: where the person says that the robot is, and the scales that the first scan
+//! says. It changes nothing once the filter runs.
+
+use rand_pcg::Pcg64Mcg;
+use sketchnav_schemas::geometry::{Pose, Sketch as SketchFrame};
+
+use super::LocalizationError;
+use super::beams::Beams;
+use super::grid::Grid;
+use super::metric::{PxFromBase, ScaleFrame, wrap};
+use super::motion::{Terrain, normal};
+use super::parameters::{Parameters, Scales, StartScales};
+use super::particles::ParticleSet;
+use super::scales::{ScaledPose, least_squares, trimmed_means};
+use crate::sketch::Sketch;
+
+/// Where the person says that the robot starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// The pose in the drawing.
+    pub pose: Pose<SketchFrame>,
+    /// What the position may be off by, pixels.
+    pub spread_px: f64,
+    /// What the heading may be off by, radians.
+    pub spread_rad: f64,
+}
+
+/// How the error of the start's scales is divided: the part that both axes share, and each one's own.
+const SHARED: f32 = 0.6;
+const OWN: f32 = 0.8;
+/// Rounds of solving equation (8): the direction of a beam in the drawing depends on the scales.
+const ROUNDS: usize = 6;
+/// The first scan is not believed a scale that is so many times off the guess.
+const FARTHEST: f32 = 8.0;
+
+impl Start {
+    /// Refuses a start beside the drawing.
+    pub(super) fn check(&self, sketch: &Sketch) -> Result<(), LocalizationError> {
+        let (x, y, width, height) = (self.pose.x, self.pose.y, sketch.width(), sketch.height());
+        let inside = (0.0..width as f64).contains(&x) && (0.0..height as f64).contains(&y);
+        if inside { Ok(()) } else { Err(LocalizationError::StartOutside { x, y, width, height }) }
+    }
+
+    /// The pose with the scales that the first scan suggests; `guess_pxpm` where it sees nothing.
+    pub(super) fn scaled_pose(
+        &self,
+        grid: &Grid,
+        frame: &ScaleFrame,
+        beams: &Beams,
+        guess_pxpm: f32,
+        parameters: &Parameters,
+    ) -> ScaledPose {
+        let pose = ScaledPose {
+            x_px: self.pose.x as f32,
+            y_px: self.pose.y as f32,
+            yaw_rad: self.pose.yaw_rad as f32,
+            a_pxpm: guess_pxpm,
+            b_pxpm: guess_pxpm,
+        };
+        let [a_pxpm, b_pxpm] = initial_scales(grid, frame, beams, pose, parameters);
+        ScaledPose { a_pxpm, b_pxpm, ..pose }
+    }
+
+    /// Spreads the particles around the start, in free cells where some can be found.
+    pub(super) fn scatter(
+        &self,
+        particles: &mut ParticleSet,
+        terrain: &Terrain<'_>,
+        parameters: &Parameters,
+        rng: &mut Pcg64Mcg,
+    ) {
+        let (middle, [mean_a, mean_b]) = ([self.pose.x as f32, self.pose.y as f32], terrain.mean_ln_scales);
+        let spread_rad = (self.spread_rad as f32).max(parameters.start_spread_rad);
+        // The person's own doubt is in pixels, the least one in metres: along the walls and across.
+        let spread_px = |ln: f32| (self.spread_px as f32).max(parameters.start_spread_m * ln.exp());
+        let px_from_draw = terrain.frame.px_from_frame(spread_px(mean_a), spread_px(mean_b));
+        for i in 0..particles.len() {
+            let place = free_place(terrain.grid, middle, &px_from_draw, rng);
+            [particles.x_px[i], particles.y_px[i]] = place;
+            particles.yaw_rad[i] = wrap(self.pose.yaw_rad as f32 + spread_rad * normal(rng));
+            let shared = SHARED * normal(rng);
+            let mut error = || parameters.start_log_scale_spread * (shared + OWN * normal(rng));
+            particles.ln_a[i] = mean_a + error();
+            particles.ln_b[i] = match parameters.scales {
+                Scales::Two => mean_b + error(),
+                Scales::One => particles.ln_a[i],
+            };
+        }
+    }
+}
+
+/// Scales at the start, from the first scan. An axis that is not observed takes the other's scale;
+/// those of `pose`, a guess, where neither is. The result stays within a factor of eight of the guess.
+fn initial_scales(
+    grid: &Grid,
+    frame: &ScaleFrame,
+    beams: &Beams,
+    mut pose: ScaledPose,
+    parameters: &Parameters,
+) -> [f32; 2] {
+    let guess_pxpm = pose.a_pxpm;
+    for _ in 0..ROUNDS {
+        let found = match parameters.start_scales {
+            StartScales::LeastSquares => least_squares(grid, frame, beams, &pose, parameters.scales),
+            StartScales::TrimmedMean => trimmed_means(grid, frame, beams, &pose),
+        };
+        let bounded = |scale: f32| scale.clamp(guess_pxpm / FARTHEST, guess_pxpm * FARTHEST);
+        let (a, b) = (found.a_pxpm.map(bounded), found.b_pxpm.map(bounded));
+        pose.a_pxpm = a.or(b).unwrap_or(guess_pxpm);
+        pose.b_pxpm = b.or(a).unwrap_or(guess_pxpm);
+    }
+    shrunk([pose.a_pxpm, pose.b_pxpm], parameters)
+}
+
+/// Both scales drawn to their geometric mean: an anisotropy of 1 leaves them, 0 makes them equal.
+fn shrunk(scales_pxpm: [f32; 2], parameters: &Parameters) -> [f32; 2] {
+    let anisotropy = match parameters.scales {
+        Scales::Two => parameters.start_anisotropy,
+        Scales::One => 0.0,
+    };
+    let [ln_a, ln_b] = scales_pxpm.map(f32::ln);
+    let mean = (ln_a + ln_b) / 2.0;
+    [ln_a, ln_b].map(|ln| (mean + anisotropy * (ln - mean)).exp())
+}
+
+/// A place around `middle`, free where ten tries find one.
+fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mut Pcg64Mcg) -> [f32; 2] {
+    for _ in 0..10 {
+        let step = px_from_draw.apply(normal(rng), normal(rng));
+        let place = [middle[0] + step[0], middle[1] + step[1]];
+        if !grid.is_wall(place[0], place[1]) {
+            return place;
+        }
+    }
+    middle
+}
+
+/// The longer side of the box around all walls, along the walls' direction or across, pixels; the
+/// drawing's own where it has none.
+pub(super) fn extent_px(sketch: &Sketch) -> f32 {
+    let (sin, cos) = (sketch.wall_direction_rad() as f32).sin_cos();
+    let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+    for (row, column) in (0..sketch.height()).flat_map(|row| (0..sketch.width()).map(move |c| (row, c))) {
+        if sketch.is_wall_cell(column as i64, row as i64) {
+            let (x, y) = (column as f32, row as f32);
+            let place = [cos * x + sin * y, cos * y - sin * x];
+            (0..2).for_each(|axis| {
+                least[axis] = least[axis].min(place[axis]);
+                most[axis] = most[axis].max(place[axis]);
+            });
+        }
+    }
+    let extent = (most[0] - least[0]).max(most[1] - least[1]) + 1.0;
+    if extent.is_finite() { extent } else { sketch.width().max(sketch.height()) as f32 }
+}

@@ -66,12 +66,6 @@ impl TaskSpan {
     }
 }
 
-/// Whether a task in this state is over.
-pub const fn is_end(state: TaskState) -> bool {
-    use TaskState::{Aborted, Blocked, Lost, Reached, TimedOut};
-    matches!(state, Reached | Blocked | Lost | TimedOut | Aborted)
-}
-
 /// The span of each of the `task_count` tasks, `None` for one that never began.
 ///
 /// `status` is the whole channel in order. `Finished` speaks about the mission and belongs to no task.
@@ -85,7 +79,7 @@ pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan
         }
         let now_ns = message.header.stamp_ns;
         let span = span.get_or_insert(TaskSpan { begin_ns: now_ns, end_ns: now_ns, state });
-        if !is_end(span.state) {
+        if !span.state.is_end() {
             (span.end_ns, span.state) = (now_ns, state);
         }
     }

@@ -121,3 +121,10 @@ codes! {
         Finished = 8 "finished",
     }
 }
+
+impl TaskState {
+    /// Whether a task in this state is over. [`TaskState::Finished`] speaks of the mission.
+    pub const fn is_end(self) -> bool {
+        matches!(self, Self::Reached | Self::Blocked | Self::Lost | Self::TimedOut | Self::Aborted)
+    }
+}

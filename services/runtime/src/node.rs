@@ -65,6 +65,9 @@ impl Node {
     /// [`Error::ProcessRunsAlready`] where the system has such a process.
     pub fn join(system: impl Into<Rc<System>>, process: Process) -> Result<Self> {
         let system = system.into();
+        // An observer comes when it likes, also while the system is being cleared: it is in before, and
+        // asked to end, or it is late, and finds no system.
+        let _guard = (process == Process::Observer).then(|| system.hold()).transpose()?;
         let bells = Bells::map(&system.bells())?;
         // Before others can see it: who is seen may be asked to end.
         signals::install(bells.word(process));
@@ -172,6 +175,11 @@ impl Node {
     /// Whether SIGTERM, SIGINT or SIGHUP has asked the process to end.
     pub fn end_requested(&self) -> bool {
         signals::end_requested()
+    }
+
+    /// How many such signals have come: who sends a second one does not want to wait.
+    pub fn end_requests(&self) -> u32 {
+        signals::requests()
     }
 
     /// Messages that all readers of this process have lost so far.

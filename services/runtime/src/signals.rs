@@ -12,6 +12,7 @@ use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction
 
 use crate::bells::wake;
 
+/// How many of the signals have come.
 static REQUESTED: AtomicU32 = AtomicU32::new(0);
 /// The bell of the node that was joined last; it is never unmapped.
 static BELL: AtomicPtr<AtomicU32> = AtomicPtr::new(null_mut());
@@ -34,7 +35,12 @@ pub(crate) fn install(bell: &'static AtomicU32) {
 
 /// Whether one of the signals has come.
 pub(crate) fn end_requested() -> bool {
-    REQUESTED.load(SeqCst) != 0
+    requests() != 0
+}
+
+/// How many of the signals have come.
+pub(crate) fn requests() -> u32 {
+    REQUESTED.load(SeqCst)
 }
 
 /// The word that is zero until one of the signals comes.
@@ -44,7 +50,7 @@ pub(crate) fn word() -> &'static AtomicU32 {
 
 extern "C" fn on_signal(_: libc::c_int) {
     let errno = nix::errno::Errno::last_raw();
-    REQUESTED.store(1, SeqCst);
+    REQUESTED.fetch_add(1, SeqCst);
     wake(&REQUESTED);
     // SAFETY: null, or a word in a page that is never unmapped.
     if let Some(bell) = unsafe { BELL.load(SeqCst).as_ref() } {

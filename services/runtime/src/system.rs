@@ -82,9 +82,13 @@ impl System {
         if system.is_alive()? {
             return Ok(system);
         }
-        let running: Vec<_> = Self::list()?.into_iter().map(|s| s.name).collect();
-        let running = if running.is_empty() { "none".into() } else { running.join(", ") };
-        Err(Error::NotRunning { name: name.into(), running })
+        Err(system.not_running())
+    }
+
+    fn not_running(&self) -> Error {
+        let names = |systems: Vec<Self>| systems.into_iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
+        let running = Self::list().map(names).ok().filter(|names| !names.is_empty());
+        Error::NotRunning { name: self.name.clone(), running: running.unwrap_or_else(|| "none".into()) }
     }
 
     /// The systems of this user whose supervisor lives, by name.
@@ -151,6 +155,15 @@ impl System {
             }
         }
         Ok(found)
+    }
+
+    /// As long as the lock is held, nobody takes the system away.
+    ///
+    /// # Errors
+    /// [`Error::NotRunning`] where it has gone already.
+    pub(crate) fn hold(&self) -> Result<Lock> {
+        let guard = root::guard(&self.root)?;
+        if self.is_alive()? { Ok(guard) } else { Err(self.not_running()) }
     }
 
     pub(crate) fn iceoryx2_config(&self) -> PathBuf {

@@ -7,7 +7,7 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child as StdChild, Command, ExitStatus, Stdio};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use nix::errno::Errno;
 use nix::libc;
@@ -19,6 +19,9 @@ use sketchnav_schemas::codes::Process;
 
 use crate::{Death, Error, Result};
 
+/// How often to ask whether it has become urgent: a signal may reach another thread than the one that
+/// waits.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Last bytes of a log that an error shows.
 const LAST_BYTES: usize = 2000;
 const LAST_LINES: usize = 12;
@@ -89,15 +92,16 @@ impl Child {
         Ok(())
     }
 
-    /// Waits for its end; whether it came before `limit`.
-    pub(crate) fn wait_until(&mut self, limit: Instant) -> Result<bool> {
+    /// Waits for its end; whether it came before `limit`, and before a signal that came meanwhile made
+    /// `is_urgent` true.
+    pub(crate) fn wait_until(&mut self, limit: Instant, is_urgent: impl Fn() -> bool) -> Result<bool> {
         if self.ended()?.is_some() {
             return Ok(true);
         }
         let pidfd = pidfd(self.child.id()).map_err(self.waiting())?;
         loop {
             let left = limit.saturating_duration_since(Instant::now());
-            let timeout = PollTimeout::try_from(left).unwrap_or(PollTimeout::MAX);
+            let timeout = PollTimeout::try_from(left.min(LOOK_EVERY)).unwrap_or(PollTimeout::MAX);
             match poll(&mut [PollFd::new(std::os::fd::AsFd::as_fd(&pidfd), PollFlags::POLLIN)], timeout) {
                 Ok(_) | Err(Errno::EINTR) => {}
                 Err(error) => return Err(self.waiting()(error.into())),
@@ -105,7 +109,7 @@ impl Child {
             if self.ended()?.is_some() {
                 return Ok(true);
             }
-            if left.is_zero() {
+            if left.is_zero() || is_urgent() {
                 return Ok(false);
             }
         }

@@ -19,6 +19,8 @@ use crate::{Error, Result};
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// A process that has ended well may have done so because of a last command whose status is on its way.
 const EARLY_END: Duration = Duration::from_secs(2);
+/// A signal that comes so long after the shutdown began is somebody who does not want to wait.
+const PATIENCE: Duration = Duration::from_secs(1);
 /// Clearing what a killed process left in shared memory.
 const CLEARING: Duration = Duration::from_millis(500);
 
@@ -144,7 +146,8 @@ impl Supervisor {
 
     /// Ends the services, then the recorder, who has by then everything that was sent; removes the
     /// channels and the system. Everything is removed whatever fails. What the supervisor has heard
-    /// stays to be asked for; a second call does nothing.
+    /// stays to be asked for; a second call does nothing. A further SIGINT, SIGTERM or SIGHUP, a second
+    /// after the shutdown began or later, kills what has not ended yet.
     ///
     /// # Errors
     /// [`Error::Died`] where a process failed at its end; [`Error::Killed`] where one did not end.
@@ -196,7 +199,7 @@ impl Supervisor {
     fn receive(&mut self) -> Result<()> {
         let Some(ports) = &mut self.ports else { return Ok(()) };
         while let Some(status) = ports.status.receive()? {
-            if TaskState::from_code(status.state).is_some_and(ends_task) {
+            if TaskState::from_code(status.state).is_some_and(TaskState::is_end) {
                 self.ended_tasks.insert(status.task, *status);
             }
             self.status = Some(*status);
@@ -226,9 +229,14 @@ impl Supervisor {
         Ok(())
     }
 
+    fn end_requests(&self) -> u32 {
+        self.node.as_ref().map_or(0, Node::end_requests)
+    }
+
     /// Asks the processes of a kind to end, kills those that do not, and waits for all.
     fn end_children(&mut self, kind: impl Fn(Process) -> bool, grace: Duration) -> Result<()> {
-        let limit = Instant::now() + grace;
+        let (begun, asked) = (Instant::now(), self.end_requests());
+        let limit = begun + grace;
         let mut result = Ok(());
         let mut killed = Vec::new();
         let mut children: Vec<_> = self.children.iter_mut().filter(|child| kind(child.process)).collect();
@@ -241,8 +249,10 @@ impl Supervisor {
             }
             result = result.and(child.signal(Signal::SIGTERM));
         }
+        let node = self.node.as_ref();
+        let is_urgent = || begun.elapsed() > PATIENCE && node.is_some_and(|n| n.end_requests() > asked);
         for child in children {
-            if !child.wait_until(limit).unwrap_or(false) {
+            if !child.wait_until(limit, is_urgent).unwrap_or(false) {
                 killed.push(child.process);
                 result = result.and(child.kill());
             } else if let Some((status, _)) = child.ended()?
@@ -253,11 +263,6 @@ impl Supervisor {
         }
         if killed.is_empty() { result } else { result.and(Err(Error::Killed(killed))) }
     }
-}
-
-/// Whether the planner says this of a task that has ended.
-fn ends_task(state: TaskState) -> bool {
-    matches!(state, TaskState::Reached | TaskState::Blocked | TaskState::Lost | TaskState::TimedOut)
 }
 
 impl Drop for Supervisor {

@@ -22,7 +22,8 @@ const STEPS: u64 = 1000;
 const LONG: Duration = Duration::from_secs(600);
 const ROLE: &str = "TEST_ROLE";
 const SYSTEM: &str = "TEST_SYSTEM";
-/// `finish`, `endless`, or a process and what it does: `planner-exits`, `world-dies`, `world-stays`.
+/// `finish`, `endless`, or a process and what it does: `planner-exits`, `world-dies`, `world-stays` (for two seconds' grace),
+/// `world-stays-long`.
 const PLOT: &str = "TEST_PLOT";
 const NOTES: &str = "TEST_NOTES";
 
@@ -84,7 +85,7 @@ fn supervisor() {
 
 /// In lockstep: a scan, then the command for it, never far ahead of the recorder.
 fn world() {
-    if variable(PLOT) == "world-stays" {
+    if variable(PLOT).starts_with("world-stays") {
         // Asked to end, it does not listen.
         // SAFETY: ignoring a signal touches no memory.
         unsafe { nix::sys::signal::signal(Signal::SIGTERM, nix::sys::signal::SigHandler::SigIgn) }.unwrap();
@@ -340,6 +341,31 @@ fn a_process_that_does_not_listen_is_killed() {
     play.signal(Signal::SIGTERM);
     assert_eq!(play.line(), "Interrupted");
     let said = play.line();
+    assert!(said.contains("did not end within their time and were killed: world"), "{said}");
+    stage.nothing_is_left();
+}
+
+/// A process that did not end once held the terminal for its whole grace, however often one asked.
+#[test]
+fn whoever_asks_again_does_not_wait() {
+    let stage = Stage::new("again");
+    let mut play = stage.play("world-stays-long");
+    assert_eq!(play.line(), "started");
+    play.until_steps(&stage);
+    play.signal(Signal::SIGINT);
+    assert_eq!(play.line(), "Interrupted");
+    let pid = Pid::from_raw(play.supervisor.id() as i32);
+    let (done, is_done) = std::sync::mpsc::channel::<()>();
+    let asking = std::thread::spawn(move || {
+        while is_done.recv_timeout(Duration::from_millis(100))
+            == Err(std::sync::mpsc::RecvTimeoutError::Timeout)
+        {
+            kill(pid, Signal::SIGINT).unwrap();
+        }
+    });
+    let said = play.line();
+    drop(done);
+    asking.join().unwrap();
     assert!(said.contains("did not end within their time and were killed: world"), "{said}");
     stage.nothing_is_left();
 }

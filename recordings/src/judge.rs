@@ -5,6 +5,7 @@
 //!
 //! Pure: messages and the mission in, a [`Verdict`] out. Never opens a recording, never prints.
 
+pub mod anchors;
 pub mod homotopy;
 
 use serde::{Deserialize, Serialize};

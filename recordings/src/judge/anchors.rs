@@ -1,0 +1,129 @@
+//! The file that says which places of drawings are which places of floors.
+//!
+//! ```toml
+//! [floor.court]                 # metres
+//! crate = [2.0, 2.6]
+//! table = [4.4, 2.2]
+//! [drawing.court-01]            # image pixels: column, row
+//! crate = [580, 752]
+//! ```
+//! What a drawing leaves out is left out of its table. Only the judge knows this file: no navigator
+//! may read it.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use sketchnav_schemas::geometry::{Point, Sketch};
+
+use super::homotopy::Anchor;
+
+/// Named places.
+type Places = BTreeMap<String, [f64; 2]>;
+
+/// The parsed file.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Anchors {
+    floor: BTreeMap<String, Places>,
+    drawing: BTreeMap<String, Places>,
+}
+
+/// What is wrong with the file.
+#[derive(Debug, thiserror::Error)]
+pub enum AnchorsError {
+    /// No TOML, a key that is not known, a value of the wrong type.
+    #[error("{0}")]
+    Toml(#[from] toml::de::Error),
+    /// A table that is asked for and is not there.
+    #[error("anchors: expected a table [{0}]")]
+    Table(String),
+    /// A place that the drawing has and the floor has not.
+    #[error("anchors: drawing.{drawing}.{name}: expected a place of floor.{floor}")]
+    Place {
+        /// The drawing.
+        drawing: String,
+        /// The floor.
+        floor: String,
+        /// The place's name.
+        name: String,
+    },
+    /// A coordinate that is no number.
+    #[error("anchors: drawing.{drawing}.{name}: expected finite numbers")]
+    Number {
+        /// The drawing.
+        drawing: String,
+        /// The place's name.
+        name: String,
+    },
+}
+
+impl Anchors {
+    /// Reads the file's text.
+    ///
+    /// # Errors
+    /// [`AnchorsError::Toml`].
+    pub fn parse(text: &str) -> Result<Self, AnchorsError> {
+        Ok(toml::from_str(text)?)
+    }
+
+    /// The names of the drawings, in alphabetical order.
+    pub fn drawings(&self) -> impl Iterator<Item = &str> {
+        self.drawing.keys().map(String::as_str)
+    }
+
+    /// The anchors of a drawing of a floor, in the alphabetical order of their names. `from_image` turns
+    /// image pixels into the drawing's frame.
+    ///
+    /// # Errors
+    /// [`AnchorsError`] where floor or drawing have no table, or a place of the drawing is not on the floor.
+    pub fn of(
+        &self,
+        drawing: &str,
+        floor: &str,
+        from_image: impl Fn([f64; 2]) -> Point<Sketch>,
+    ) -> Result<Vec<Anchor>, AnchorsError> {
+        let drawn =
+            self.drawing.get(drawing).ok_or_else(|| AnchorsError::Table(format!("drawing.{drawing}")))?;
+        let built = self.floor.get(floor).ok_or_else(|| AnchorsError::Table(format!("floor.{floor}")))?;
+        let join = |(name, &at): (&String, &[f64; 2])| {
+            let [drawing, floor, name] = [drawing, floor, name].map(str::to_owned);
+            let Some(&[x, y]) = built.get(&name) else {
+                return Err(AnchorsError::Place { drawing, floor, name });
+            };
+            let finite = [x, y, at[0], at[1]].iter().all(|v| v.is_finite());
+            let anchor = Anchor { world: Point::new(x, y), drawing: from_image(at) };
+            if finite { Ok(anchor) } else { Err(AnchorsError::Number { drawing, name }) }
+        };
+        drawn.iter().map(join).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "[floor.hall]\ncrate = [2.0, 3.0]\ntable = [4.0, 1.0]\n[drawing.a]\ntable = [40, 90]\n[drawing.b]\nlamp = [1, 1]\n[drawing.c]\ncrate = [nan, 1]\n";
+
+    fn from_image([column, row]: [f64; 2]) -> Point<Sketch> {
+        Point::new(column, 100.0 - row)
+    }
+
+    #[test]
+    fn what_is_drawn_is_joined_to_what_stands_there() {
+        let anchors = Anchors::parse(FILE).unwrap();
+        assert_eq!(anchors.drawings().collect::<Vec<_>>(), ["a", "b", "c"]);
+        let table = Anchor { world: Point::new(4.0, 1.0), drawing: Point::new(40.0, 10.0) };
+        assert_eq!(anchors.of("a", "hall", from_image).unwrap(), [table]);
+    }
+
+    #[test]
+    fn what_cannot_be_joined_is_named() {
+        let anchors = Anchors::parse(FILE).unwrap();
+        let refusal = |drawing, floor| anchors.of(drawing, floor, from_image).unwrap_err().to_string();
+        assert_eq!(refusal("b", "hall"), "anchors: drawing.b.lamp: expected a place of floor.hall");
+        assert_eq!(refusal("c", "hall"), "anchors: drawing.c.crate: expected finite numbers");
+        assert_eq!(refusal("z", "hall"), "anchors: expected a table [drawing.z]");
+        assert_eq!(refusal("a", "yard"), "anchors: expected a table [floor.yard]");
+        assert!(Anchors::parse("[room.hall]").is_err());
+    }
+}

@@ -176,17 +176,17 @@ fn another_robot_drives_the_laboratory_to_its_end() {
 #[test]
 fn every_mission_that_ships_can_be_opened() {
     let mut count = 0;
-    for folder in ["building", "laboratory"] {
+    for folder in ["building", "laboratory", "routes"] {
         for entry in std::fs::read_dir(ships(folder)).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            if name.ends_with(".toml") && !name.ends_with(".floor.toml") {
+            if name.ends_with(".toml") && !name.ends_with(".floor.toml") && name != "anchors.toml" {
                 can_be_opened(&path);
                 count += 1;
             }
         }
     }
-    assert!(count >= 7, "{count} missions");
+    assert!(count >= 32, "{count} missions");
 }
 
 fn can_be_opened(path: &Path) {

@@ -42,11 +42,20 @@ pub fn floor_plan_file(path: &Path) -> Result<WorldDescription, SimError> {
     std::fs::read_to_string(path).map_err(SimError::from).and_then(parse).map_err(|error| error.in_file(path))
 }
 
+/// A map of map_server as walls.
+///
+/// # Errors
+/// As [`occupancy_map`].
+pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    Ok(occupancy_map(path)?.describe(&name))
+}
+
 /// A map of map_server: the YAML, and the picture that it names.
 ///
 /// # Errors
 /// [`SimError::InFile`] with the YAML or the picture.
-pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
+pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
     let parse = |text: String| MapInfo::parse(&text);
     let yaml = std::fs::read_to_string(path).map_err(SimError::from);
     let info = yaml.and_then(parse).map_err(|error| error.in_file(path))?;
@@ -58,9 +67,7 @@ pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
         return Err(missing.in_file(path));
     }
     let picture = std::fs::read(&picture_path).map_err(SimError::from);
-    let map = picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))?;
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    Ok(map.describe(&name))
+    picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
 /// The robot of that name, or the one in the file of that path.

@@ -127,6 +127,21 @@ impl OccupancyMap {
         Ok(Self { raster, resolution_m: info.resolution, origin_m: [x, y] })
     }
 
+    /// Its cells, row 0 at the bottom.
+    pub fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
+    /// Metres a cell.
+    pub fn resolution_m(&self) -> f64 {
+        self.resolution_m
+    }
+
+    /// Lower left corner of the lower left cell, metres, frame `World`.
+    pub fn origin_m(&self) -> [f64; 2] {
+        self.origin_m
+    }
+
     /// The map as walls.
     pub fn describe(&self, name: &str) -> WorldDescription {
         let outline = self.raster.outline().into_iter().map(|segment| segment.map(|p| self.corner(p)));

@@ -29,6 +29,7 @@ impl Cli {
     /// Whether a program reads standard output.
     pub fn wants_json(&self) -> bool {
         match &self.command {
+            Some(Command::Eval { options, .. }) => options.json,
             Some(Command::Run { options, .. } | Command::Demo { options }) => options.json,
             Some(Command::Ps { json } | Command::Diff { json, .. } | Command::Info { json, .. }) => *json,
             _ => false,
@@ -54,6 +55,16 @@ pub enum Command {
     Demo {
         #[command(flatten)]
         options: RunOptions,
+    },
+    /// Run an experiment: drive every trial of a suite, count how the tasks ended.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav eval people --sample 4 --verbose"
+    )]
+    Eval {
+        /// people.
+        suite: String,
+        #[command(flatten)]
+        options: EvalOptions,
     },
     /// Run one process of a system by hand, or a real robot's driver beside the others.
     #[command(after_help = "Example: sketchnav serve localizer --system lab")]
@@ -105,6 +116,52 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
+}
+
+/// How to run a suite.
+#[derive(Debug, Clone, Args)]
+pub struct EvalOptions {
+    /// ours, paper, fixed-scale or one-scale; several, separated by commas, are driven side by side.
+    #[arg(long = "method", default_value = "ours", value_delimiter = ',')]
+    pub methods: Vec<Method>,
+    /// Repetitions of each trial, each with a seed of its own; left out, as many as the suite has.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub trials: Option<u32>,
+    /// From which all seeds are derived.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Trials at a time; left out, as many as the machine has cores. The results do not depend on it.
+    #[arg(long)]
+    pub jobs: Option<usize>,
+    /// Only these drawings, separated by commas.
+    #[arg(long, value_delimiter = ',')]
+    pub drawings: Vec<String>,
+    /// At most so many trials of each drawing, the same ones every time.
+    #[arg(long)]
+    pub sample: Option<usize>,
+    /// Only this trial, as `--verbose` and `--json` name it.
+    #[arg(long, value_name = "TRIAL")]
+    pub only: Option<String>,
+    /// Lists each task that failed, and why.
+    #[arg(long)]
+    pub verbose: bool,
+    /// Draws each trial into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub pictures: Option<PathBuf>,
+    /// Folder of the maps and drawings that are not part of the project.
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// One JSON object on standard output instead of tables.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl EvalOptions {
+    /// Trials at a time.
+    pub fn jobs(&self) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.jobs.unwrap_or_else(cores).max(1)
+    }
 }
 
 /// How to run a mission.

@@ -40,6 +40,11 @@ pub enum RehearsalError {
 pub trait Tap {
     /// A message; `cells` is the slice behind it, empty where its channel has none.
     fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]);
+
+    /// Whether it has seen enough: asked after each step, `true` ends the rehearsal there.
+    fn has_enough(&self) -> bool {
+        false
+    }
 }
 
 /// Where a channel's messages are made, one after the other, in the same place.
@@ -113,13 +118,13 @@ impl Rehearsal {
         })
     }
 
-    /// Drives the whole mission.
+    /// Drives the mission to its end, or until the tap has seen enough.
     ///
     /// # Errors
     /// [`RehearsalError`] where the sketch does not suit the services.
     pub fn run(mut self, tap: &mut impl Tap) -> Result<(), RehearsalError> {
         self.begin(tap)?;
-        while !self.step(tap) {
+        while !self.step(tap) && !tap.has_enough() {
             self.world.step(Some(&self.command.message));
         }
         Ok(())

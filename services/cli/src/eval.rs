@@ -1,0 +1,192 @@
+//! Experiments: runs a suite, prints its table.
+
+mod table;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, anyhow};
+use indicatif::{ProgressBar, ProgressStyle};
+use sketchnav_eval::jobs::{Job, run_all};
+use sketchnav_eval::statistics::Tally;
+use sketchnav_eval::suites::{Folders, Suite, load};
+use sketchnav_eval::{EvalError, Outcome as Ended};
+
+use crate::args::EvalOptions;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::{out, say};
+
+/// Runs the suite `name`.
+pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
+    let mut suite = load(name, &folders(options)).map_err(classify)?;
+    choose(&mut suite, options)?;
+    let jobs = jobs(&suite, options)?;
+    let began = Instant::now();
+    let outcomes = drive(&jobs, options)?;
+    let wall = began.elapsed();
+    if options.json {
+        out!("{}", json(&suite, options, &outcomes, wall)?)?;
+    } else {
+        print(&suite, options, &outcomes, wall)?;
+    }
+    Ok(Outcome::Success)
+}
+
+fn folders(options: &EvalOptions) -> Folders {
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let data = options.data.clone().unwrap_or_else(|| project.join("../shared/data"));
+    Folders { project: project.to_path_buf(), data }
+}
+
+/// What the suite cannot read is the user's to mend.
+fn classify(error: EvalError) -> Failure {
+    Failure::Input(error.into())
+}
+
+/// Keeps the trials that the user wants.
+fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
+    let drawings = suite.drawings();
+    if let Some(unknown) = options.drawings.iter().find(|wanted| !drawings.contains(wanted)) {
+        let error = anyhow!("drawing {unknown:?}: expected one of {}", drawings.join(", "));
+        return if suite.trials.is_empty() { Ok(()) } else { Err(Failure::Input(error)) };
+    }
+    if !options.drawings.is_empty() {
+        suite.trials.retain(|trial| options.drawings.contains(&trial.drawing));
+    }
+    if let Some(count) = options.sample {
+        suite.sample(count);
+    }
+    Ok(())
+}
+
+fn jobs<'a>(suite: &'a Suite, options: &EvalOptions) -> Result<Vec<Job<'a>>, Failure> {
+    let repetitions = 1..=options.trials.unwrap_or(suite.repetitions);
+    let all = options.methods.iter().flat_map(|&method| {
+        let repetitions = repetitions.clone();
+        let trials = repetitions.flat_map(|n| suite.trials.iter().map(move |trial| (trial, n)));
+        trials.map(move |(trial, n)| Job::new(trial, method, n, options.seed))
+    });
+    let Some(only) = &options.only else { return Ok(all.collect()) };
+    let (name, repetition) = only.split_once('#').unwrap_or((only, "1"));
+    let repetition: u32 = repetition.parse().with_context(|| format!("--only {only}")).or_input()?;
+    let trial = suite.trials.iter().find(|trial| trial.name == name);
+    let trial =
+        trial.ok_or_else(|| anyhow!("--only {only}: no trial of that name in this suite")).or_input()?;
+    Ok(options.methods.iter().map(|&method| Job::new(trial, method, repetition, options.seed)).collect())
+}
+
+fn drive(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Ended>, Failure> {
+    let bar = progress_bar(jobs.len(), options.json);
+    let so_far = std::sync::Mutex::new(Vec::new());
+    let progress = |ended: &[Ended]| {
+        let mut so_far = so_far.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        so_far.extend_from_slice(ended);
+        let tally = Tally::of(so_far.iter());
+        bar.set_message(format!("{} of {} reached", tally.reached, tally.attempts));
+        bar.inc(1);
+    };
+    let outcomes = run_all(jobs, options.jobs(), &progress).map_err(classify)?;
+    bar.finish_and_clear();
+    if let Some(folder) = &options.pictures {
+        draw(jobs, folder)?;
+    }
+    Ok(outcomes)
+}
+
+fn progress_bar(length: usize, quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:30.cyan/dim} {pos}/{len} trials, {msg}; {eta} to go");
+    ProgressBar::new(length as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Drives each once more, to draw it: the same bits, and no log is kept of thousands of trials.
+fn draw(jobs: &[Job<'_>], folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
+    for job in jobs {
+        let runs = sketchnav_eval::run::drive(job.trial, job.method, job.seed).map_err(classify)?;
+        for driven in &runs {
+            let name = format!("{}-{}-{}", job.trial.name, job.repetition, job.method).replace('/', "-");
+            for (what, svg) in sketchnav_eval::picture::draw(job.trial, driven).map_err(classify)? {
+                let path = folder.join(format!("{name}-{}-{what}.svg", driven.first_task + 1));
+                std::fs::write(&path, svg).with_context(|| path.display().to_string())?;
+                say!("picture    {}", path.display());
+            }
+        }
+    }
+    Ok(())
+}
+
+fn print(suite: &Suite, options: &EvalOptions, outcomes: &[Ended], wall: Duration) -> anyhow::Result<()> {
+    out!("{}: {}", suite.name, suite.title)?;
+    for notice in &suite.notices {
+        out!("note: {notice}")?;
+    }
+    if outcomes.is_empty() {
+        return out!("nothing to drive");
+    }
+    for &method in &options.methods {
+        let of_method: Vec<_> = outcomes.iter().filter(|ended| ended.method == method).collect();
+        out!("\nmethod {method}, seed {}", options.seed)?;
+        out!("{}", table::by_drawing(suite, &of_method))?;
+    }
+    if options.verbose {
+        print_failures(outcomes)?;
+    }
+    out!("{} tasks in {:.0} s", outcomes.len(), wall.as_secs_f64())
+}
+
+fn print_failures(outcomes: &[Ended]) -> anyhow::Result<()> {
+    for ended in outcomes.iter().filter(|ended| !ended.is_success()) {
+        let [x, y, _] = ended.end.unwrap_or([f64::NAN; 3]);
+        out!(
+            "{} {}, seed {}: {}: {}: {} after {:.0} s and {:.1} m at ({x:.2}, {y:.2}) m, {:.1} m off: {}",
+            ended.id,
+            ended.method,
+            ended.seed,
+            ended.task,
+            ended.kind.word(),
+            if ended.collisions > 0 {
+                format!("{} collisions", ended.collisions)
+            } else {
+                "no collision".into()
+            },
+            ended.time_s,
+            ended.path_m,
+            ended.final_error_m.unwrap_or(f64::NAN),
+            ended.reason
+        )?;
+    }
+    Ok(())
+}
+
+fn json(suite: &Suite, options: &EvalOptions, outcomes: &[Ended], wall: Duration) -> anyhow::Result<String> {
+    let methods = options.methods.iter().map(|&method| {
+        let of_method = || outcomes.iter().filter(move |ended| ended.method == method);
+        let drawings = suite.drawings().into_iter().map(|drawing| {
+            let tally = Tally::of(of_method().filter(|ended| ended.drawing == drawing));
+            (drawing, figures(tally))
+        });
+        let drawings: serde_json::Map<_, _> = drawings.collect();
+        serde_json::json!({ "method": method, "total": figures(Tally::of(of_method())), "drawings": drawings })
+    });
+    let object = serde_json::json!({
+        "suite": suite.name,
+        "seed": options.seed,
+        "notices": suite.notices,
+        "methods": methods.collect::<Vec<_>>(),
+        "outcomes": outcomes,
+        "wall_seconds": wall.as_secs_f64(),
+    });
+    Ok(serde_json::to_string(&object)?)
+}
+
+fn figures(tally: Tally) -> serde_json::Value {
+    serde_json::json!({
+        "counts": tally,
+        "rate": tally.rate(),
+        "interval": tally.interval(),
+        "share_of_failures_known": tally.share_that_knows(),
+    })
+}

@@ -1,0 +1,70 @@
+//! What can go wrong with an experiment; a robot that does not arrive is no error.
+
+use std::path::PathBuf;
+
+use sketchnav_rehearsal::RehearsalError;
+use sketchnav_sim::SimError;
+use sketchnav_sketcher::SketchError;
+
+/// Why a suite cannot be loaded or a trial not be driven.
+#[derive(Debug, thiserror::Error)]
+pub enum EvalError {
+    /// A suite that does not exist.
+    #[error("suite {found:?}: expected one of {known}")]
+    Suite {
+        /// What was asked for.
+        found: String,
+        /// All that there are.
+        known: String,
+    },
+    /// A file that cannot be read.
+    #[error("{path}: {cause}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        cause: std::io::Error,
+    },
+    /// A line of a file that is not what it should be.
+    #[error("{path}, line {line}: expected {expected}, found {found:?}")]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Which line, from 1.
+        line: usize,
+        /// What would be right.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// A data file of ours that is not what it should be.
+    #[error("{what}: {cause}")]
+    Data {
+        /// Which.
+        what: &'static str,
+        /// Why.
+        cause: toml::de::Error,
+    },
+    /// The world, the robot or a mission file.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// A drawing.
+    #[error(transparent)]
+    Sketch(#[from] SketchError),
+    /// A picture.
+    #[error(transparent)]
+    Picture(#[from] sketchnav_recordings::picture::PictureError),
+    /// A trial that cannot begin.
+    #[error("trial {trial}: {cause}")]
+    Trial {
+        /// Its name.
+        trial: String,
+        /// Why.
+        cause: Box<RehearsalError>,
+    },
+}
+
+/// Reads a file; the error names it.
+pub(crate) fn read(path: &std::path::Path) -> Result<Vec<u8>, EvalError> {
+    std::fs::read(path).map_err(|cause| EvalError::Io { path: path.to_path_buf(), cause })
+}

@@ -1,0 +1,163 @@
+//! The true floor as a grid: where the robot fits, and the shortest ways. Metres, frame `World`.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use sketchnav_sim::ros_map::OccupancyMap;
+
+/// Steps to the eight neighbours of a cell, and their lengths in thousandths of a cell.
+const STEPS: [(i64, i64, u64); 8] = [
+    (1, 0, 1000),
+    (-1, 0, 1000),
+    (0, 1, 1000),
+    (0, -1, 1000),
+    (1, 1, 1414),
+    (1, -1, 1414),
+    (-1, 1, 1414),
+    (-1, -1, 1414),
+];
+
+/// Where a disc of a given radius fits.
+#[derive(Debug)]
+pub struct Ground {
+    width: i64,
+    height: i64,
+    fits: Vec<bool>,
+    resolution_m: f64,
+    origin_m: [f64; 2],
+}
+
+impl Ground {
+    /// Of a map, for a robot that wants `clearance_m` from its middle to the nearest wall.
+    pub fn new(map: &OccupancyMap, clearance_m: f64) -> Self {
+        let (width, height) = map.raster().size();
+        let (width, height) = (width as i64, height as i64);
+        let resolution_m = map.resolution_m();
+        let reach = (clearance_m / resolution_m).ceil() as i64;
+        let near = |dx: i64, dy: i64| {
+            // From a cell's middle to the nearest point of the other cell.
+            let gap = |d: i64| (d.abs() as f64 - 0.5).max(0.0) * resolution_m;
+            gap(dx).hypot(gap(dy)) < clearance_m
+        };
+        let disc: Vec<_> = (-reach..=reach)
+            .flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)))
+            .filter(|&(dx, dy)| near(dx, dy))
+            .collect();
+        let fits = |i: i64| {
+            let (x, y) = (i % width, i / width);
+            disc.iter().all(|(dx, dy)| !map.raster().is_solid(x + dx, y + dy))
+        };
+        let fits = (0..width * height).map(fits).collect();
+        Self { width, height, fits, resolution_m, origin_m: map.origin_m() }
+    }
+
+    /// The nearest place where the robot fits, among those that `counts` accepts.
+    pub fn nearest(&self, at: [f64; 2], counts: impl Fn([f64; 2]) -> bool) -> Option<[f64; 2]> {
+        let cells = (0..self.fits.len()).filter(|&i| self.fits[i]).map(|i| self.middle(i));
+        let distance = |p: &[f64; 2]| (p[0] - at[0]).hypot(p[1] - at[1]);
+        cells.filter(|&p| counts(p)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
+    /// The shortest way between two places, from cell to cell; `None` where there is none.
+    pub fn way(&self, from: [f64; 2], to: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+        let (from, to) = (self.index(from)?, self.index(to)?);
+        let mut costs = vec![u64::MAX; self.fits.len()];
+        let mut before = vec![usize::MAX; self.fits.len()];
+        let mut open = BinaryHeap::from([Reverse((0, from))]);
+        costs[from] = 0;
+        while let Some(Reverse((cost, cell))) = open.pop() {
+            if cell == to {
+                return Some(self.trace(&before, from, to));
+            }
+            if cost > costs[cell] {
+                continue;
+            }
+            for (next, step) in self.neighbours(cell) {
+                if cost + step < costs[next] {
+                    (costs[next], before[next]) = (cost + step, cell);
+                    open.push(Reverse((cost + step, next)));
+                }
+            }
+        }
+        None
+    }
+
+    fn trace(&self, before: &[usize], from: usize, to: usize) -> Vec<[f64; 2]> {
+        let back = std::iter::successors(Some(to), |&cell| (cell != from).then(|| before[cell]));
+        let mut way: Vec<_> = back.map(|cell| self.middle(cell)).collect();
+        way.reverse();
+        way
+    }
+
+    fn neighbours(&self, cell: usize) -> impl Iterator<Item = (usize, u64)> + '_ {
+        let (x, y) = (cell as i64 % self.width, cell as i64 / self.width);
+        STEPS.iter().filter_map(move |(dx, dy, cost)| {
+            let (x, y) = (x + dx, y + dy);
+            let inside = (0..self.width).contains(&x) && (0..self.height).contains(&y);
+            let next = (y * self.width + x) as usize;
+            (inside && self.fits[next]).then_some((next, *cost))
+        })
+    }
+
+    fn middle(&self, i: usize) -> [f64; 2] {
+        let cell = [i as i64 % self.width, i as i64 / self.width];
+        [0, 1].map(|axis| self.origin_m[axis] + (cell[axis] as f64 + 0.5) * self.resolution_m)
+    }
+
+    fn index(&self, at: [f64; 2]) -> Option<usize> {
+        let [x, y] = [0, 1].map(|axis| ((at[axis] - self.origin_m[axis]) / self.resolution_m).floor() as i64);
+        let inside = (0..self.width).contains(&x) && (0..self.height).contains(&y);
+        inside.then_some((y * self.width + x) as usize)
+    }
+}
+
+/// Length of a way, metres.
+pub fn length_m(way: &[[f64; 2]]) -> f64 {
+    way.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
+}
+
+/// The direction, degrees, in which a way leaves: towards its first point `ahead_m` away, or its end.
+pub fn departure_deg(way: &[[f64; 2]], ahead_m: f64) -> Option<f64> {
+    let from = way.first()?;
+    let far = |p: &&[f64; 2]| (p[0] - from[0]).hypot(p[1] - from[1]) >= ahead_m;
+    let to = way.iter().find(far).or(way.last().filter(|last| *last != from))?;
+    Some((to[1] - from[1]).atan2(to[0] - from[0]).to_degrees())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sketchnav_sim::ros_map::MapInfo;
+
+    /// Seven by five cells of half a metre, a wall in the middle with a gap at the top.
+    fn ground(clearance_m: f64) -> Ground {
+        let yaml =
+            "image: m\nresolution: 0.5\norigin: [10.0, 0.0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
+        let row = |wall: &str| format!("254 254 254 {wall} 254 254 254\n");
+        let pixels = row("254") + &row("254") + &row("0").repeat(3);
+        let info = MapInfo::parse(yaml).unwrap();
+        let map = OccupancyMap::decode(&info, format!("P2\n7 5\n255\n{pixels}").as_bytes()).unwrap();
+        Ground::new(&map, clearance_m)
+    }
+
+    #[test]
+    fn the_shortest_way_leads_around_the_wall() {
+        let way = ground(0.1).way([10.25, 0.25], [13.25, 0.25]).unwrap();
+        assert_eq!((way[0], way[way.len() - 1]), ([10.25, 0.25], [13.25, 0.25]));
+        assert!(way.iter().any(|p| p[1] > 1.5), "{way:?}");
+        assert!((length_m(&way) - (4.0 * 0.5 + 4.0 * 0.707)).abs() < 0.51, "{}", length_m(&way));
+        assert!(departure_deg(&way, 1.0).unwrap() > 30.0);
+    }
+
+    #[test]
+    fn a_large_robot_has_no_way() {
+        assert!(ground(0.8).way([10.25, 0.25], [13.25, 0.25]).is_none());
+    }
+
+    #[test]
+    fn the_nearest_place_keeps_its_distance() {
+        let at = ground(0.4).nearest([10.0, 0.0], |_| true).unwrap();
+        assert_eq!(at, [10.75, 0.75]);
+        assert_eq!(ground(0.4).nearest([10.0, 0.0], |_| false), None);
+    }
+}

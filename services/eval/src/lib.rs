@@ -1,0 +1,26 @@
+//! Experiments: a [`Suite`] is a list of [`Trial`]s, a trial is driven by the same cores as the
+//! processes, in one process, and becomes one [`Outcome`] a task, which [`statistics`] counts.
+//!
+//! ```text
+//! suites::load → Suite ─jobs::run_all→ Vec<Outcome> ─statistics→ tables
+//! ```
+//!
+//! The same suite, method and seed give the same outcomes, whatever the number of threads: a trial's
+//! seed is derived from the suite's seed and the trial's name alone. Never opens shared memory, never
+//! prints.
+
+pub mod error;
+pub mod ground;
+pub mod jobs;
+pub mod outcome;
+pub mod people;
+pub mod picture;
+pub mod run;
+pub mod statistics;
+pub mod suites;
+pub mod trial;
+
+pub use error::EvalError;
+pub use outcome::{Kind, Outcome};
+pub use suites::Suite;
+pub use trial::Trial;

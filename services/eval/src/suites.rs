@@ -1,0 +1,82 @@
+//! The suites by name.
+//!
+//! A suite that needs data which is not part of the project, and does not find it, has no trials and
+//! says so in a notice.
+
+use std::path::PathBuf;
+
+use crate::error::EvalError;
+use crate::people;
+use crate::trial::Trial;
+
+/// Where files lie.
+#[derive(Debug, Clone)]
+pub struct Folders {
+    /// The project: missions and drawings that ship.
+    pub project: PathBuf,
+    /// Maps and drawings that are not part of it.
+    pub data: PathBuf,
+}
+
+/// A list of trials with a heading.
+#[derive(Debug, Default)]
+pub struct Suite {
+    /// Its word on the command line.
+    pub name: String,
+    /// What is done, in a sentence or two.
+    pub title: String,
+    /// What the reader of its figures must know, data that are missing first of all.
+    pub notices: Vec<String>,
+    /// What is driven.
+    pub trials: Vec<Trial>,
+    /// Repetitions where nobody says how many.
+    pub repetitions: u32,
+}
+
+impl Suite {
+    /// The names of its drawings, in the order of the trials.
+    pub fn drawings(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for trial in &self.trials {
+            if !names.contains(&trial.drawing) {
+                names.push(trial.drawing.clone());
+            }
+        }
+        names
+    }
+
+    /// Keeps at most `count` trials of each drawing, spread evenly over them: the same ones every time.
+    pub fn sample(&mut self, count: usize) {
+        let mut kept = Vec::new();
+        for drawing in self.drawings() {
+            let of_drawing: Vec<_> = self.trials.iter().filter(|trial| trial.drawing == drawing).collect();
+            let step = (of_drawing.len() as f64 / count.max(1) as f64).max(1.0);
+            let chosen = (0..count).map_while(|k| of_drawing.get((k as f64 * step + step / 2.0) as usize));
+            kept.extend(chosen.map(|trial| (*trial).clone()));
+        }
+        self.trials = kept;
+    }
+}
+
+/// Loads a suite.
+type Loader = fn(&Folders) -> Result<Suite, EvalError>;
+
+/// The suites: a new one is a line here and a module of its own.
+const SUITES: [(&str, Loader); 1] = [("people", people::suite)];
+
+/// The names of all suites.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    SUITES.iter().map(|(name, _)| *name)
+}
+
+/// Loads the suite of that name.
+///
+/// # Errors
+/// [`EvalError`]: an unknown name, a file that is there and cannot be read.
+pub fn load(name: &str, folders: &Folders) -> Result<Suite, EvalError> {
+    let Some((_, load)) = SUITES.iter().find(|(known, _)| *known == name) else {
+        let known = names().collect::<Vec<_>>().join(", ");
+        return Err(EvalError::Suite { found: name.to_owned(), known });
+    };
+    load(folders)
+}

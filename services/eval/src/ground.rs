@@ -145,7 +145,7 @@ mod tests {
         let way = ground(0.1).way([10.25, 0.25], [13.25, 0.25]).unwrap();
         assert_eq!((way[0], way[way.len() - 1]), ([10.25, 0.25], [13.25, 0.25]));
         assert!(way.iter().any(|p| p[1] > 1.5), "{way:?}");
-        assert!((length_m(&way) - (4.0 * 0.5 + 4.0 * 0.707)).abs() < 0.51, "{}", length_m(&way));
+        assert!((length_m(&way) - 6.0 * 0.5 * 2_f64.sqrt()).abs() < 1e-9, "six steps across: {way:?}");
         assert!(departure_deg(&way, 1.0).unwrap() > 30.0);
     }
 

@@ -4,7 +4,6 @@ use serde::Serialize;
 use sketchnav_recordings::judge::TaskVerdict;
 use sketchnav_schemas::method::Method;
 
-
 /// How a task ended. Only the first is a success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]

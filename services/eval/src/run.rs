@@ -70,7 +70,7 @@ impl Watcher<'_> {
         self.log.status.push(status);
         let Some(state) = TaskState::from_code(status.state) else { return };
         let Some(task) = self.tasks.get(status.task as usize) else { return };
-        if judge::is_end(state) {
+        if state.is_end() {
             let there = self.log.truth.last().map(|truth| truth.pose());
             let there = there.is_some_and(|pose| task.there.contains(pose.x, pose.y));
             self.failed |= state != TaskState::Reached || !there;

@@ -6,7 +6,7 @@
 //! metres apart. Data: M. Mielle et al., "A method to find the robot's place in a hand-drawn map"
 //! (sketch_map_matching).
 //!
-//! - [`matches`]: the annotators' files; [`regions`]: the environment's rooms.
+//! - [`mod@matches`]: the annotators' files; [`regions`]: the environment's rooms.
 
 pub mod matches;
 pub mod regions;

@@ -20,7 +20,7 @@ pub enum Likelihood {
 pub enum Scales {
     /// Two: along the walls and across, each on its own (paper 001, equation 3).
     Two,
-    /// One for both directions, as in the paper's predecessor [1].
+    /// One for both directions, as in the paper's predecessor, its reference 1.
     One,
 }
 
@@ -248,7 +248,7 @@ impl Parameters {
         }
     }
 
-    /// The paper's special case of one local scale, tracked: its predecessor [1].
+    /// The paper's special case of one local scale, tracked: its predecessor, its reference 1.
     pub fn one_scale() -> Self {
         Self { scales: Scales::One, ..Self::paper() }
     }

@@ -6,6 +6,8 @@ use sketchnav_rehearsal::RehearsalError;
 use sketchnav_sim::SimError;
 use sketchnav_sketcher::SketchError;
 
+use crate::routes::RoutesError;
+
 /// Why a suite cannot be loaded or a trial not be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum EvalError {
@@ -51,6 +53,14 @@ pub enum EvalError {
     /// A drawing.
     #[error(transparent)]
     Sketch(#[from] SketchError),
+    /// Places of a drawing and of its floor that do not fit together.
+    #[error("{path}: {cause}")]
+    Routes {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        cause: RoutesError,
+    },
     /// A picture.
     #[error(transparent)]
     Picture(#[from] sketchnav_recordings::picture::PictureError),

@@ -12,6 +12,8 @@ pub enum Kind {
     Reached,
     /// It said so and was elsewhere.
     WrongArrival,
+    /// It came there by a way that is not the drawn route's: past something on the wrong side.
+    WrongSide,
     /// It said that it does not know where it is.
     Lost,
     /// It said that there is no way.
@@ -24,14 +26,22 @@ pub enum Kind {
 
 impl Kind {
     /// All, successes first.
-    pub const ALL: [Self; 6] =
-        [Self::Reached, Self::WrongArrival, Self::Lost, Self::Blocked, Self::TimedOut, Self::Aborted];
+    pub const ALL: [Self; 7] = [
+        Self::Reached,
+        Self::WrongArrival,
+        Self::WrongSide,
+        Self::Lost,
+        Self::Blocked,
+        Self::TimedOut,
+        Self::Aborted,
+    ];
 
     /// For tables.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Reached => "reached",
             Self::WrongArrival => "wrong arrival",
+            Self::WrongSide => "wrong side",
             Self::Lost => "lost",
             Self::Blocked => "blocked",
             Self::TimedOut => "timed out",
@@ -39,7 +49,7 @@ impl Kind {
         }
     }
 
-    /// Of a judged task.
+    /// Of a judged task, as far as its verdict tells: not by which way the robot came.
     pub fn of(verdict: &TaskVerdict) -> Self {
         match (verdict.reached, verdict.state.as_str()) {
             (true, _) => Self::Reached,

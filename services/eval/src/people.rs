@@ -163,6 +163,7 @@ impl Place {
             restarts: Vec::new(),
             start_error: Some(StartError::OF_PEOPLE),
             paper: paper.drawing.clone(),
+            correspondence: None,
         })
     }
 

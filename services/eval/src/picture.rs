@@ -6,7 +6,8 @@ use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::message::Message;
 
 use crate::error::EvalError;
-use crate::run::Driven;
+use crate::outcome::Kind;
+use crate::run::{Driven, kind_of};
 use crate::trial::Trial;
 
 /// The pictures of a run as SVG, each with what it shows: `sketch`, `floor`.
@@ -16,7 +17,7 @@ use crate::trial::Trial;
 pub fn draw(trial: &Trial, driven: &Driven) -> Result<[(&'static str, String); 2], EvalError> {
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
     let spans = &spans[..driven.verdicts.len()];
-    Ok([("sketch", sketch(trial, driven, spans)?), ("floor", floor(driven, spans)?)])
+    Ok([("sketch", sketch(trial, driven, spans)?), ("floor", floor(trial, driven, spans)?)])
 }
 
 fn sketch(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<String, PictureError> {
@@ -26,7 +27,7 @@ fn sketch(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<
             let task = &driven.run.mission.task[i];
             let points = task.route.clone().or(task.goal.map(|goal| vec![goal])).unwrap_or_default();
             TaskPicture {
-                name: name(driven, i),
+                name: name(trial, driven, spans, i),
                 marks: points.into_iter().map(|at| paper.from_image(at)).collect(),
                 place: Vec::new(),
                 trail: of(&spans[i], &driven.log.estimates)
@@ -34,24 +35,28 @@ fn sketch(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<
                     .map(|e| e.pose.pose().position())
                     .collect(),
                 particles: Vec::new(),
-                outcome: outcome(driven, spans, i),
+                outcome: outcome(trial, driven, spans, i),
             }
         })
         .collect();
     let start = &driven.run.mission.start;
-    let at = start.sketch.map(|at| paper.from_image(at)).unwrap_or(Point::new(0.0, 0.0));
-    let heading_deg = start.sketch_heading_deg.unwrap_or_default();
+    let marked = start
+        .sketch
+        .map(|at| paper.from_image(at))
+        .map(|at| Pose::new(at.x, at.y, start.sketch_heading_deg.unwrap_or_default().to_radians()));
+    // A drawn route is its own start mark.
+    let believed = driven.log.estimates.first().map(|estimate| estimate.pose.pose());
     picture::sketch(&SketchPicture {
         title: &title(driven, "the sketch, and where the robot believed to be"),
         width_px: paper.width_px,
         height_px: paper.height_px,
         cells: &paper.cells,
-        start: Pose::new(at.x, at.y, heading_deg.to_radians()),
+        start: marked.or(believed).unwrap_or(Pose::new(0.0, 0.0, 0.0)),
         tasks: &tasks,
     })
 }
 
-fn floor(driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<String, EvalError> {
+fn floor(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<String, EvalError> {
     let mission = &driven.run.mission;
     let world = sketchnav_sim::files::world(&mission.world)?;
     let point = |p: &[f64; 2]| Point::<World>::new(p[0], p[1]);
@@ -60,12 +65,12 @@ fn floor(driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<String, EvalErro
         world.furniture.iter().map(|piece| piece.corners().iter().map(point).collect()).collect();
     let tasks: Vec<_> = (0..spans.len())
         .map(|i| TaskPicture {
-            name: name(driven, i),
+            name: name(trial, driven, spans, i),
             marks: vec![point(&mission.task[i].there.middle())],
             place: picture::place_outline(&mission.task[i].there),
             trail: of(&spans[i], &driven.log.truth).iter().map(|t| t.pose().position()).collect(),
             particles: Vec::new(),
-            outcome: outcome(driven, spans, i),
+            outcome: outcome(trial, driven, spans, i),
         })
         .collect();
     let began = driven.log.contacts.iter().filter(|contact| contact.begins == 1);
@@ -85,19 +90,19 @@ fn title(driven: &Driven, what: &str) -> String {
     format!("{}, seed {}: {what}", driven.run.mission.name, driven.run.seed)
 }
 
-fn name(driven: &Driven, task: usize) -> String {
-    let verdict = &driven.verdicts[task];
-    format!("{}: {}", verdict.name, crate::outcome::Kind::of(verdict).word())
+fn name(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>], task: usize) -> String {
+    let kind = kind_of(trial, driven, spans[task].as_ref(), task);
+    format!("{}: {}", driven.verdicts[task].name, kind.word())
 }
 
 fn of<'a, T: Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T] {
     span.as_ref().map_or(&[], |span| span.of(messages))
 }
 
-fn outcome(driven: &Driven, spans: &[Option<TaskSpan>], task: usize) -> Outcome {
-    match (&spans[task], driven.verdicts[task].reached) {
+fn outcome(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>], task: usize) -> Outcome {
+    match (&spans[task], kind_of(trial, driven, spans[task].as_ref(), task)) {
         (None, _) => Outcome::NotBegun,
-        (Some(_), true) => Outcome::Reached,
-        (Some(_), false) => Outcome::Failed,
+        (Some(_), Kind::Reached) => Outcome::Reached,
+        (Some(_), _) => Outcome::Failed,
     }
 }

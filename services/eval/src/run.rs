@@ -1,6 +1,6 @@
 //! Drives a trial by the services' own cores and judges it.
 
-use sketchnav_recordings::judge::{self, TaskVerdict};
+use sketchnav_recordings::judge::{self, TaskSpan, TaskVerdict};
 use sketchnav_rehearsal::{Rehearsal, RehearsalError, Tap};
 use sketchnav_schemas::channels::Channel;
 use sketchnav_schemas::codes::TaskState;
@@ -121,6 +121,19 @@ pub fn run(trial: &Trial, method: Method, repetition: u32, seed: u64) -> Result<
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
 }
 
+/// How the run's task `index` ended, its way included.
+pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
+    let kind = Kind::of(&driven.verdicts[index]);
+    let route = driven.run.mission.task[index].route.as_deref();
+    let (Kind::Reached, Some(route), Some(join), Some(span)) = (kind, route, &trial.correspondence, span)
+    else {
+        return kind;
+    };
+    let way: Vec<_> = span.of(&driven.log.truth).iter().map(|truth| truth.pose().position()).collect();
+    let route: Vec<_> = route.iter().map(|&at| trial.paper.from_image(at)).collect();
+    if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
+}
+
 /// The outcomes of a run's tasks.
 pub fn outcomes<'a>(
     trial: &'a Trial,
@@ -138,7 +151,7 @@ pub fn outcomes<'a>(
             seed: driven.run.seed,
             task: verdict.name.clone(),
             task_index: driven.first_task + i,
-            kind: Kind::of(verdict),
+            kind: kind_of(trial, driven, span.as_ref(), i),
             reason: verdict.reason.clone(),
             time_s: verdict.time_s,
             path_m: verdict.path_m,

@@ -29,6 +29,8 @@ pub struct Tally {
     pub reached: usize,
     /// Said to be there and was not.
     pub wrong_arrival: usize,
+    /// Was there, and had come by another way than the drawn route.
+    pub wrong_side: usize,
     /// Said to be lost.
     pub lost: usize,
     /// Said that there is no way.
@@ -59,6 +61,7 @@ impl Tally {
         match kind {
             Kind::Reached => &mut self.reached,
             Kind::WrongArrival => &mut self.wrong_arrival,
+            Kind::WrongSide => &mut self.wrong_side,
             Kind::Lost => &mut self.lost,
             Kind::Blocked => &mut self.blocked,
             Kind::TimedOut => &mut self.timed_out,

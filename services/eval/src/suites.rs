@@ -6,8 +6,8 @@
 use std::path::PathBuf;
 
 use crate::error::EvalError;
-use crate::people;
 use crate::trial::Trial;
+use crate::{people, routes};
 
 /// Where files lie.
 #[derive(Debug, Clone)]
@@ -62,7 +62,7 @@ impl Suite {
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 1] = [("people", people::suite)];
+const SUITES: [(&str, Loader); 2] = [("people", people::suite), ("routes", routes::suite)];
 
 /// The names of all suites.
 pub fn names() -> impl Iterator<Item = &'static str> {

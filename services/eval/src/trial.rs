@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rand::RngExt;
 use rand_distr::{Distribution, Normal};
+use sketchnav_recordings::judge::homotopy::Correspondence;
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::method::Method;
@@ -45,6 +46,9 @@ pub struct Trial {
     pub start_error: Option<StartError>,
     /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn anew.
     pub paper: Arc<Drawing>,
+    /// Which places of the drawing are which places of the floor: then the way, too, must be that of the
+    /// drawn routes. `None` where any way will do.
+    pub correspondence: Option<Arc<Correspondence>>,
 }
 
 impl Trial {

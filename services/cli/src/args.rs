@@ -61,7 +61,7 @@ pub enum Command {
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav eval people --sample 4 --verbose"
     )]
     Eval {
-        /// people.
+        /// building-079, building, laboratory, people or routes.
         suite: String,
         #[command(flatten)]
         options: EvalOptions,

@@ -129,7 +129,7 @@ fn print(suite: &Suite, options: &EvalOptions, outcomes: &[Ended], wall: Duratio
     for &method in &options.methods {
         let of_method: Vec<_> = outcomes.iter().filter(|ended| ended.method == method).collect();
         out!("\nmethod {method}, seed {}", options.seed)?;
-        out!("{}", table::by_drawing(suite, &of_method))?;
+        out!("{}", table::of_suite(suite, &of_method))?;
     }
     if options.verbose {
         print_failures(outcomes)?;
@@ -163,7 +163,8 @@ fn print_failures(outcomes: &[Ended]) -> anyhow::Result<()> {
 
 fn json(suite: &Suite, options: &EvalOptions, outcomes: &[Ended], wall: Duration) -> anyhow::Result<String> {
     let methods = options.methods.iter().map(|&method| {
-        let of_method = || outcomes.iter().filter(move |ended| ended.method == method);
+        let counted = |ended: &&Ended| suite.counts(ended);
+        let of_method = || outcomes.iter().filter(move |ended| ended.method == method).filter(counted);
         let drawings = suite.drawings().into_iter().map(|drawing| {
             let tally = Tally::of(of_method().filter(|ended| ended.drawing == drawing));
             (drawing, figures(tally))

@@ -61,6 +61,12 @@ pub enum EvalError {
         /// Why.
         cause: RoutesError,
     },
+    /// Tasks between which no way leads on the true floor.
+    #[error("mission {mission}: expected ways between the places of its tasks, found none")]
+    NoWay {
+        /// Its name.
+        mission: String,
+    },
     /// A picture.
     #[error(transparent)]
     Picture(#[from] sketchnav_recordings::picture::PictureError),

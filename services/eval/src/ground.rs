@@ -3,6 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use sketchnav_sim::convex::Convex;
+use sketchnav_sim::description::WorldDescription;
 use sketchnav_sim::ros_map::OccupancyMap;
 
 /// Steps to the eight neighbours of a cell, and their lengths in thousandths of a cell.
@@ -49,6 +51,24 @@ impl Ground {
         };
         let fits = (0..width * height).map(fits).collect();
         Self { width, height, fits, resolution_m, origin_m: map.origin_m() }
+    }
+
+    /// Of any world, cut into cells of `resolution_m`; who walks there is not in the way.
+    pub fn of_world(world: &WorldDescription, resolution_m: f64, clearance_m: f64) -> Self {
+        let corners = || world.outline.iter().flatten();
+        let extent = |axis: usize| {
+            let along = corners().map(|corner| corner[axis]);
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+        };
+        let ((left, right), (bottom, top)) = (extent(0), extent(1));
+        let cells = |length: f64| (length / resolution_m).ceil().max(0.0) as i64;
+        let (width, height) = (cells(right - left), cells(top - bottom));
+        let origin_m = [left, bottom];
+        let mut ground = Self { width, height, fits: Vec::new(), resolution_m, origin_m };
+        let solids: Vec<_> = world.walls.iter().chain(&world.furniture).collect();
+        let fits = |i| solids.iter().all(|solid| gap_m(solid, ground.middle(i)) >= clearance_m);
+        ground.fits = (0..(width * height) as usize).map(fits).collect();
+        ground
     }
 
     /// The nearest place where the robot fits, among those that `counts` accepts.
@@ -111,6 +131,24 @@ impl Ground {
     }
 }
 
+/// How far a place is from a solid, metres; 0 inside.
+fn gap_m(solid: &Convex, at: [f64; 2]) -> f64 {
+    let outside =
+        |[a, b]: [[f64; 2]; 2]| (b[0] - a[0]) * (at[1] - a[1]) - (b[1] - a[1]) * (at[0] - a[0]) < 0.0;
+    if !solid.edges().any(outside) {
+        return 0.0;
+    }
+    solid.edges().map(|[a, b]| to_edge_m(&a, &b, at)).fold(f64::INFINITY, f64::min)
+}
+
+/// How far a place is from a straight line between two others, metres.
+pub fn to_edge_m(a: &[f64; 2], b: &[f64; 2], at: [f64; 2]) -> f64 {
+    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
+    let length = along[0] * along[0] + along[1] * along[1];
+    let t = if length > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
+    (to[0] - t * along[0]).hypot(to[1] - t * along[1])
+}
+
 /// Length of a way, metres.
 pub fn length_m(way: &[[f64; 2]]) -> f64 {
     way.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
@@ -147,6 +185,20 @@ mod tests {
         assert!(way.iter().any(|p| p[1] > 1.5), "{way:?}");
         assert!((length_m(&way) - 6.0 * 0.5 * 2_f64.sqrt()).abs() < 1e-9, "six steps across: {way:?}");
         assert!(departure_deg(&way, 1.0).unwrap() > 30.0);
+    }
+
+    #[test]
+    fn boxes_keep_the_robot_at_its_distance() {
+        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]];
+        let outline = (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]).collect();
+        let furniture = vec![Convex::rectangle([2.0, 0.5], [1.0, 1.0], 0.0)];
+        let world = WorldDescription { outline, furniture, ..Default::default() };
+        let ground = Ground::of_world(&world, 0.1, 0.3);
+        let at = ground.nearest([2.0, 0.5], |_| true).unwrap();
+        assert!((gap_m(&world.furniture[0], at) - 0.3).abs() < 0.1, "{at:?}");
+        assert_eq!(gap_m(&world.furniture[0], [2.1, 0.6]), 0.0);
+        let way = ground.way([0.55, 0.55], [3.45, 0.55]).unwrap();
+        assert!(way.iter().any(|p| p[1] > 1.29) && way.iter().all(|p| gap_m(&world.furniture[0], *p) >= 0.3));
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub mod jobs;
 pub mod outcome;
 pub mod people;
 pub mod picture;
+pub mod protocol;
 pub mod routes;
 pub mod run;
 pub mod statistics;

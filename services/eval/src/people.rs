@@ -24,7 +24,7 @@ use sketchnav_sketcher::{Drawing, Options};
 use crate::error::{EvalError, read};
 use crate::ground::{Ground, departure_deg, length_m};
 use crate::suites::{Folders, Suite};
-use crate::trial::{StartError, Trial, wrap_deg};
+use crate::trial::{StartError, Trial, time_limit_s, wrap_deg};
 use matches::{Match, Reading};
 use regions::Regions;
 
@@ -33,9 +33,6 @@ const TITLE: &str = "Ten people's drawings of one environment; from each matched
 const START_CLEARANCE_M: f64 = 0.1;
 /// The robot begins looking along its way, as far ahead.
 const LOOK_AHEAD_M: f64 = 1.0;
-/// Time to get going, and for each metre of the shortest way: 3 % and 20 % of what the robot could drive in it.
-const TIME_LIMIT_S: f64 = 60.0;
-const TIME_LIMIT_S_PER_M: f64 = 10.0;
 
 /// What all drawings of the suite share.
 struct Place {
@@ -153,7 +150,7 @@ impl Place {
             goal: Some(to.sketch),
             route: None,
             there: self.regions.union(&to.regions, to.world),
-            time_limit_s: TIME_LIMIT_S + TIME_LIMIT_S_PER_M * length_m(&way),
+            time_limit_s: time_limit_s(length_m(&way)),
         };
         Some(Trial {
             mission: self.mission(&name, paper, start, task),

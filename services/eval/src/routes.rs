@@ -47,7 +47,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let anchors = Anchors::parse(&text).map_err(|cause| in_file(&path, cause.into()))?;
     let trials = anchors.drawings().map(|name| trial(&folder, &anchors, name)).collect::<Result<_, _>>()?;
     let (name, title, notices) = ("routes".into(), TITLE.into(), vec![PAPER.into()]);
-    Ok(Suite { name, title, notices, trials, repetitions: REPETITIONS })
+    Ok(Suite { name, title, notices, trials, repetitions: REPETITIONS, ..Suite::default() })
 }
 
 fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalError> {

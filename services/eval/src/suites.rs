@@ -6,8 +6,9 @@
 use std::path::PathBuf;
 
 use crate::error::EvalError;
+use crate::outcome::Outcome;
 use crate::trial::Trial;
-use crate::{people, routes};
+use crate::{people, protocol, routes};
 
 /// Where files lie.
 #[derive(Debug, Clone)]
@@ -31,6 +32,22 @@ pub struct Suite {
     pub trials: Vec<Trial>,
     /// Repetitions where nobody says how many.
     pub repetitions: u32,
+    /// The tasks that count, where a published table lists them: its lines. Empty: all tasks count, and the
+    /// table has a line for each drawing.
+    pub legs: Vec<Leg>,
+}
+
+/// A line of a published table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Leg {
+    /// The task's name: `0 → 1`.
+    pub name: String,
+    /// How long the way was there, metres.
+    pub paper_length_m: f64,
+    /// Successes and attempts there, a pair for each drawing.
+    pub paper: Vec<(u32, u32)>,
+    /// How long the shortest way is here.
+    pub length_m: Option<f64>,
 }
 
 impl Suite {
@@ -43,6 +60,11 @@ impl Suite {
             }
         }
         names
+    }
+
+    /// Whether an outcome counts: legs that only lead from one to the next do not.
+    pub fn counts(&self, outcome: &Outcome) -> bool {
+        self.legs.is_empty() || self.legs.iter().any(|leg| leg.name == outcome.task)
     }
 
     /// Keeps at most `count` trials of each drawing, spread evenly over them: the same ones every time.
@@ -62,7 +84,13 @@ impl Suite {
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 2] = [("people", people::suite), ("routes", routes::suite)];
+const SUITES: [(&str, Loader); 5] = [
+    ("building-079", protocol::building_079),
+    ("building", protocol::building),
+    ("laboratory", protocol::laboratory),
+    ("people", people::suite),
+    ("routes", routes::suite),
+];
 
 /// The names of all suites.
 pub fn names() -> impl Iterator<Item = &'static str> {

@@ -14,6 +14,12 @@ use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_schemas::seed;
 use sketchnav_sketcher::Drawing;
 
+/// Time for a task, seconds of simulation, by the shortest way to its place: no robot that drives there
+/// fails for lack of it, and one that looks for its way may drive five times as far.
+pub fn time_limit_s(shortest_way_m: f64) -> f64 {
+    60.0 + 10.0 * shortest_way_m
+}
+
 /// How far beside the truth a person marks the robot's start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartError {

@@ -4,6 +4,7 @@ use serde::Deserialize;
 use sketchnav_schemas::mission::Place;
 
 use crate::error::EvalError;
+use crate::ground::to_edge_m;
 
 /// A mark farther from all regions belongs to none, metres.
 const NEAR_M: f64 = 1.0;
@@ -61,7 +62,8 @@ impl Regions {
         self.region[region].enterable
     }
 
-    /// Several regions as one place whose error is measured from `center`.
+    /// Several regions as one place whose error is measured from `center`. (Where two overlap at a door,
+    /// the strip of a third of a metre belongs to neither.)
     pub fn union(&self, regions: &[usize], center: [f64; 2]) -> Place {
         place(regions.iter().map(|&region| self.region[region].polygon.clone()).collect(), center)
     }
@@ -83,13 +85,6 @@ fn place(polygons: Vec<Vec<[f64; 2]>>, center: [f64; 2]) -> Place {
 fn distance_m(polygon: &[[f64; 2]], at: [f64; 2]) -> f64 {
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
     edges.map(|(a, b)| to_edge_m(a, b, at)).fold(f64::INFINITY, f64::min)
-}
-
-fn to_edge_m(a: &[f64; 2], b: &[f64; 2], at: [f64; 2]) -> f64 {
-    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
-    let length = along[0] * along[0] + along[1] * along[1];
-    let t = if length > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
-    (to[0] - t * along[0]).hypot(to[1] - t * along[1])
 }
 
 #[cfg(test)]

@@ -1,7 +1,12 @@
 //! Drives missions in one process and prints how each task ended.
 //!
 //! `cargo run --release -p sketchnav-rehearsal --example rehearse -- MISSION… [--seeds A..B]
-//! [--method M] [--set 'particles = 800'] [--verbose]`; `--set` changes parameters of the localizer.
+//! [--method M] [--set 'particles = 800'] [--control] [--verbose]`
+//!
+//! `--set` changes parameters of the localizer; `--control` takes the true floor plan for the drawing.
+
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::path::Path;
 use std::time::Instant;
@@ -39,7 +44,8 @@ impl Tap for Log {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut seeds = 1..=1;
     let mut missions = Vec::new();
-    let mut verbose = false;
+    let (mut verbose, mut control) = (false, false);
+    let drawing = std::env::temp_dir().join(format!("control-{}.svg", std::process::id()));
     let mut method = None;
     let mut set = String::new();
     let mut arguments = std::env::args().skip(1);
@@ -52,6 +58,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             "--method" => method = Some(arguments.next().ok_or("--method: expected a method")?.parse()?),
             "--set" => set = set + &arguments.next().ok_or("--set: expected KEY = VALUE")? + "\n",
+            "--control" => control = true,
             "--verbose" => verbose = true,
             _ => missions.push(argument),
         }
@@ -60,6 +67,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for path in &missions {
         for seed in seeds.clone() {
             let (mut mission, robot) = sketchnav_sim::mission_file::load(Path::new(path))?;
+            if control {
+                mission = support::true_to_scale(&mission, &drawing)?;
+            }
             mission.method = method.unwrap_or(mission.method);
             mission.parameters.localizer.extend(toml::from_str::<toml::Table>(&set)?);
             let (sum, of) = rehearse(path, mission, robot, seed, verbose)?;

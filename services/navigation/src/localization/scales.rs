@@ -38,10 +38,11 @@ const SEEN_M2: f32 = 1.0;
 
 /// Solves equation (8) at `pose`: min over A, B of Σ [π_a(pᵢ − A zᵢ)]² + [π_b(pᵢ − B zᵢ)]², hence
 /// A = Σ π_a(pᵢ) π_a(zᵢ) / Σ π_a(zᵢ)², B likewise. zᵢ are the measured end points around the robot,
-/// metres, pᵢ the ray-traced ones, pixels, in the direction that `pose`'s scales give the beam. (The
-/// paper goes on to call the average of the ratios π_a(pᵢ)/π_a(zᵢ) the solution; that is another
-/// estimate, without bound for a beam across the axis. Coded is the equation.) With one scale both
-/// sums go together.
+/// metres, pᵢ the ray-traced ones, pixels. A ray goes the way that the beam went, as the pose turns it:
+/// turned by the pose's own scales, too, it would look the farther along an axis the larger that axis's
+/// scale is believed to be, and a wrong scale would confirm itself. (The paper goes on to call the
+/// average of the ratios π_a(pᵢ)/π_a(zᵢ) the solution; that is another estimate, without bound for a
+/// beam across the axis. Coded is the equation.) With one scale both sums go together.
 pub fn least_squares(
     grid: &Grid,
     frame: &ScaleFrame,
@@ -49,7 +50,8 @@ pub fn least_squares(
     pose: &ScaledPose,
     scales: Scales,
 ) -> VirtualScales {
-    let metric = frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
+    let scale_pxpm = (pose.a_pxpm * pose.b_pxpm).sqrt();
+    let metric = frame.px_from_base(pose.yaw_rad, scale_pxpm, scale_pxpm);
     let (mut products, mut squares) = ([0.0; 2], [0.0; 2]);
     for i in (0..beams.len()).filter(|&i| beams.returned[i]) {
         let traced_m = expected_range(grid, beams, i, [pose.x_px, pose.y_px], &metric);
@@ -62,7 +64,7 @@ pub fn least_squares(
             frame.frame_from_base(pose.yaw_rad, forward, beams.origin_m[1] + range_m * beams.left[i])
         };
         let ([p_a, p_b], [z_a, z_b]) = (end(traced_m), end(beams.range_m[i]));
-        products = [products[0] + pose.a_pxpm * p_a * z_a, products[1] + pose.b_pxpm * p_b * z_b];
+        products = [products[0] + scale_pxpm * p_a * z_a, products[1] + scale_pxpm * p_b * z_b];
         squares = [squares[0] + z_a * z_a, squares[1] + z_b * z_b];
     }
     let ratio = |product: f32, square: f32| (square > SEEN_M2).then(|| product / square);

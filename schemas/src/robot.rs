@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::{Base, Pose};
+
 /// A robot: footprint, limits, laser, odometry. Parsed from TOML by [`Robot::parse`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -77,6 +79,13 @@ pub struct Laser {
     /// Mounting: direction of the sensor's forward axis, degrees counter-clockwise.
     #[serde(default)]
     pub mount_yaw_deg: f64,
+}
+
+impl Laser {
+    /// Where the sensor sits on the robot.
+    pub fn mount(&self) -> Pose<Base> {
+        Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
+    }
 }
 
 /// Noise of dead reckoning: the velocity motion model (Thrun, Burgard and Fox,

@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::geometry::{Base, Pose, World};
+use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::message::LaserScan;
 use sketchnav_schemas::robot::Laser;
 
@@ -56,7 +56,7 @@ impl Scanner {
         self.fill_geometry(scan);
         let mut stream = self.stream.clone();
         stream.advance(u128::from(index) * DRAWS_PER_SCAN);
-        let sensor = robot.compose(&self.mount());
+        let sensor = robot.compose(&self.model.mount());
         let (from, turn) = (sensor.position().coords(), Rotation2::new(sensor.yaw_rad));
         // Noise may bring what lies just out of range into it.
         let reach_m = self.model.range_max_m * 1.25;
@@ -83,11 +83,6 @@ impl Scanner {
         scan.range_min_m = self.model.range_min_m as f32;
         scan.range_max_m = self.model.range_max_m as f32;
         scan.beam_count = beams as u32;
-    }
-
-    fn mount(&self) -> Pose<Base> {
-        let Laser { mount_x_m, mount_y_m, mount_yaw_deg, .. } = self.model;
-        Pose::new(mount_x_m, mount_y_m, mount_yaw_deg.to_radians())
     }
 
     /// What the sensor says of a true range: Gaussian noise with a constant and a proportional part.

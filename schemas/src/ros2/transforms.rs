@@ -8,7 +8,7 @@ use ros2_interfaces_jazzy_serde::{
 
 use super::parts::{header_form, string};
 use super::{Ros2Error, encode};
-use crate::message::{Header, Odometry, PoseM, orientation};
+use crate::message::{Header, Odometry, PoseM};
 use crate::robot::Laser;
 
 /// The ROS 2 type of both topics.
@@ -33,8 +33,7 @@ pub fn base_in_odom(odometry: &Odometry, form: &mut Form, out: &mut Vec<u8>) -> 
 /// # Errors
 /// None that a sound laser causes.
 pub fn laser_in_base(laser: &Laser, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
-    let (orientation_z, orientation_w) = orientation(laser.mount_yaw_deg.to_radians());
-    let mount = PoseM { x_m: laser.mount_x_m, y_m: laser.mount_y_m, orientation_z, orientation_w };
+    let mount = PoseM::new(&laser.mount());
     let latched = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
     encode(&transform(&latched, "base_link", "laser", &mount, Form::default())?, out)
 }

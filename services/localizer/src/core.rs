@@ -4,11 +4,11 @@
 
 use sketchnav_navigation::localization::parameters::Parameters;
 use sketchnav_navigation::localization::{Estimate, LocalizationError, Localizer, Start};
-use sketchnav_navigation::sketch::Sketch;
+use sketchnav_navigation::sketch::{CellsError, Sketch};
 use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PosePx, SketchMap};
 use sketchnav_schemas::mission::overlaid;
-use sketchnav_schemas::robot::Laser;
+use sketchnav_schemas::robot::{Drive, Laser};
 use sketchnav_schemas::run::RunConfig;
 
 /// Simulation time between two samples of the particle set.
@@ -24,15 +24,8 @@ pub enum CoreError {
     #[error(transparent)]
     Localization(#[from] LocalizationError),
     /// The sketch does not hold what it says.
-    #[error("sketch: expected {width} × {height} cells, found {found}")]
-    Cells {
-        /// Width that the message says.
-        width: u32,
-        /// Height that the message says.
-        height: u32,
-        /// Cells behind the message.
-        found: usize,
-    },
+    #[error(transparent)]
+    Cells(#[from] CellsError),
 }
 
 /// The localizer: waits for a sketch, then answers each scan with an estimate.
@@ -40,6 +33,7 @@ pub enum CoreError {
 pub struct Core {
     parameters: Parameters,
     laser: Laser,
+    drive: Drive,
     seed: u64,
     localizer: Option<Localizer>,
     particles_due_ns: u64,
@@ -54,8 +48,8 @@ impl Core {
         let mission = &run.mission;
         let parameters = overlaid(&Parameters::of(mission.method), &mission.parameters.localizer)?;
         parameters.check().map_err(LocalizationError::from)?;
-        let (laser, seed) = (run.robot.laser.clone(), run.seed);
-        Ok(Self { parameters, laser, seed, localizer: None, particles_due_ns: 0 })
+        let (laser, drive, seed) = (run.robot.laser.clone(), run.robot.drive, run.seed);
+        Ok(Self { parameters, laser, drive, seed, localizer: None, particles_due_ns: 0 })
     }
 
     /// Takes in the sketch; `cells` are the bytes behind the message. The filter begins anew.
@@ -63,17 +57,14 @@ impl Core {
     /// # Errors
     /// [`CoreError::Cells`]; [`CoreError::Localization`] where the start is outside the sketch.
     pub fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), CoreError> {
-        let (width, height) = (map.width_px, map.height_px);
-        let sketch = Sketch::new(width as usize, height as usize, cells, map.wall_direction_rad)
-            .ok_or(CoreError::Cells { width, height, found: cells.len() })?;
+        let sketch = Sketch::of_map(map, cells)?;
         let start = Start {
             pose: map.start.pose(),
             spread_px: map.start_spread_px,
             spread_rad: map.start_spread_rad,
         };
-        let mounting = (&self.laser).into();
-        let localizer = Localizer::new(&sketch, mounting, self.parameters.clone(), start, self.seed)?;
-        self.localizer = Some(localizer);
+        let (mounting, drive, parameters) = ((&self.laser).into(), self.drive, self.parameters.clone());
+        self.localizer = Some(Localizer::new(&sketch, mounting, drive, parameters, start, self.seed)?);
         Ok(())
     }
 

@@ -8,6 +8,7 @@
 //! It knows no clock, no file and no truth; after [`Localizer::new`] it allocates nothing; the same
 //! inputs give the same bits.
 
+pub mod adaptive;
 pub mod beams;
 pub mod confidence;
 pub mod grid;
@@ -26,15 +27,17 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::geometry::{Odom, Pose, Sketch as SketchFrame, wrap_angle};
 use sketchnav_schemas::message::LaserScan;
+use sketchnav_schemas::robot::Drive;
 use sketchnav_schemas::seed;
 
 use crate::sketch::Sketch;
+use adaptive::SampleSize;
 use beams::{Beams, Mounting};
 use confidence::Confidence;
 use grid::Grid;
 use metric::ScaleFrame;
 use mode::{Kernel, Mode, find_mode};
-use motion::{Motion, Terrain, perturb, propagate};
+use motion::{Motion, Terrain, inject, perturb, propagate};
 use observation::{Field, Visibility};
 use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
@@ -109,14 +112,17 @@ pub struct State {
 pub struct Localizer {
     parameters: Parameters,
     mounting: Mounting,
+    drive: Drive,
     start: Start,
     grid: Grid,
+    size_px: [f32; 2],
     frame: ScaleFrame,
     scale_guess_pxpm: f32,
     visibility: Visibility,
     field: Field,
     beams: Beams,
     resampler: Resampler,
+    sample_size: SampleSize,
     state: State,
 }
 
@@ -128,6 +134,7 @@ impl Localizer {
     pub fn new(
         sketch: &Sketch,
         mounting: Mounting,
+        drive: Drive,
         parameters: Parameters,
         start: Start,
         mission_seed: u64,
@@ -138,6 +145,7 @@ impl Localizer {
         let scale_guess_pxpm = extent_px(sketch) / parameters.building_size_m;
         Ok(Self {
             mounting,
+            drive,
             start,
             frame: ScaleFrame::new(sketch.wall_direction_rad()),
             scale_guess_pxpm,
@@ -145,6 +153,8 @@ impl Localizer {
             field: Field::new(&grid, &parameters, scale_guess_pxpm),
             beams: Beams::with_capacity(parameters.beams),
             resampler: Resampler::new(parameters.particles),
+            sample_size: SampleSize::new(parameters.particles),
+            size_px: [sketch.width() as f32, sketch.height() as f32],
             state: State::new(parameters.particles, mission_seed),
             grid,
             parameters,
@@ -180,6 +190,7 @@ impl Localizer {
             self.field = Field::new(&self.grid, &self.parameters, mean_scale(&state.mean_ln_scales));
         }
         self.state = state;
+        self.state.particles.reserve(self.parameters.particles);
     }
 
     fn is_due(&self) -> bool {
@@ -205,8 +216,13 @@ impl Localizer {
     /// Equation (6).
     fn propagate(&mut self, motion: &Motion) {
         let State { particles, rng, mean_ln_scales, .. } = &mut self.state;
-        let terrain = Terrain { grid: &self.grid, frame: &self.frame, mean_ln_scales: *mean_ln_scales };
-        propagate(particles, motion, &terrain, &self.parameters, rng);
+        let terrain = Terrain {
+            grid: &self.grid,
+            size_px: self.size_px,
+            frame: &self.frame,
+            mean_ln_scales: *mean_ln_scales,
+        };
+        propagate(particles, motion, self.drive, &terrain, &self.parameters, rng);
     }
 
     /// Equation (7), or the visibility model. `best` is the predicted pose of the best particle.
@@ -264,10 +280,23 @@ impl Localizer {
             return;
         }
         self.resampler.resample(particles, rng.random());
+        if p.least_particles < p.particles {
+            let wanted = self.sample_size.wanted(particles, mean_scale(mean_ln_scales), p);
+            self.resampler.resample_to(particles, wanted, rng.random());
+        }
+        let terrain = Terrain {
+            grid: &self.grid,
+            size_px: self.size_px,
+            frame: &self.frame,
+            mean_ln_scales: *mean_ln_scales,
+        };
         let share = p.perturbed_share + p.perturbed_share_lost * confidence.decline();
         if share > 0.0 {
-            let terrain = Terrain { grid: &self.grid, frame: &self.frame, mean_ln_scales: *mean_ln_scales };
             perturb(particles, share, &terrain, p, rng);
+        }
+        let share = p.injected_share_lost * confidence.decline();
+        if share > 0.0 {
+            inject(particles, share, &terrain, p, rng);
         }
     }
 
@@ -319,7 +348,12 @@ impl Localizer {
         self.state.mean_ln_scales = [best.a_pxpm.ln(), best.b_pxpm.ln()];
         self.field = Field::new(&self.grid, p, mean_scale(&self.state.mean_ln_scales));
         let State { particles, rng, mean_ln_scales, .. } = &mut self.state;
-        let terrain = Terrain { grid: &self.grid, frame: &self.frame, mean_ln_scales: *mean_ln_scales };
+        let terrain = Terrain {
+            grid: &self.grid,
+            size_px: self.size_px,
+            frame: &self.frame,
+            mean_ln_scales: *mean_ln_scales,
+        };
         start.scatter(particles, &terrain, p, rng);
         self.propagate(&Motion::default());
         let at = [odometry.x, odometry.y, odometry.yaw_rad];

@@ -2,6 +2,7 @@
 
 use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Sketch as SketchFrame};
+use sketchnav_schemas::message::SketchMap;
 
 /// The drawing: cells in rows from the bottom up, and the direction of its walls.
 ///
@@ -15,7 +16,30 @@ pub struct Sketch {
     wall_direction_rad: f64,
 }
 
+/// The cells behind a sketch are not as many as its size says, or none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("sketch: expected {width} × {height} cells, found {found}")]
+pub struct CellsError {
+    /// Width that the message says.
+    pub width: u32,
+    /// Height that the message says.
+    pub height: u32,
+    /// Cells behind the message.
+    pub found: usize,
+}
+
 impl Sketch {
+    /// From the message and the cells behind it.
+    ///
+    /// # Errors
+    /// [`CellsError`].
+    pub fn of_map(map: &SketchMap, cells: &[u8]) -> Result<Self, CellsError> {
+        let (width, height) = (map.width_px, map.height_px);
+        Self::new(width as usize, height as usize, cells, map.wall_direction_rad)
+            .filter(|_| !cells.is_empty())
+            .ok_or(CellsError { width, height, found: cells.len() })
+    }
+
     /// From cells as they travel behind a `SketchMap` (row 0 at the bottom; [`WALL`] is wall, all
     /// else free). Returns `None` where the count of cells is not width × height.
     pub fn new(width: usize, height: usize, cells: &[u8], wall_direction_rad: f64) -> Option<Self> {

@@ -148,7 +148,8 @@ static COUNTING: Counting = Counting;
 
 #[test]
 fn a_running_filter_allocates_nothing() {
-    for parameters in [Parameters::default(), Parameters::paper()] {
+    let adaptive = Parameters { particles: 2000, least_particles: 100, ..Parameters::default() };
+    for parameters in [Parameters::default(), Parameters::paper(), adaptive] {
         let mut drive = Drive::new(STRETCHED, parameters, 1);
         let (odometry, scan) = drive.advance(WAY[1]);
         drive.localizer.step(&odometry, &scan);

@@ -19,7 +19,7 @@ pub mod standstill;
 use serde::{Deserialize, Serialize};
 use sketchnav_navigation::planning::chart::Chart;
 use sketchnav_navigation::planning::parameters::{ParameterError, Parameters};
-use sketchnav_navigation::sketch::Sketch;
+use sketchnav_navigation::sketch::{CellsError, Sketch};
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Base, Odom, Pose};
 use sketchnav_schemas::message::{
@@ -27,7 +27,7 @@ use sketchnav_schemas::message::{
     VelocityCommand,
 };
 use sketchnav_schemas::mission::overlaid;
-use sketchnav_schemas::robot::{Laser, Robot};
+use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
 
 use self::agenda::Task;
@@ -43,16 +43,9 @@ pub enum PlannerError {
     /// A parameter that cannot be.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The cells behind a sketch are not as many as its size says.
-    #[error("sketch: expected {width} × {height} cells, found {found}")]
-    Cells {
-        /// Its width.
-        width: u32,
-        /// Its height.
-        height: u32,
-        /// How many cells there are.
-        found: usize,
-    },
+    /// The sketch does not hold what it says.
+    #[error(transparent)]
+    Cells(#[from] CellsError),
 }
 
 /// What a step made.
@@ -118,7 +111,7 @@ impl Core {
         let Robot { laser, .. } = &config.robot;
         Ok(Self {
             nominal_dt_s: 1.0 / laser.rate_hz,
-            base_from_laser: mounting(laser),
+            base_from_laser: laser.mount(),
             wall_direction_rad: 0.0,
             tasks: None,
             driver: Driver::new(parameters, &config.robot),
@@ -131,10 +124,7 @@ impl Core {
     /// # Errors
     /// [`PlannerError::Cells`] where the cells are not as many as the message says.
     pub fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
-        let (width, height) = (map.width_px, map.height_px);
-        let sketch = Sketch::new(width as usize, height as usize, cells, map.wall_direction_rad)
-            .filter(|sketch| sketch.width() > 0 && sketch.height() > 0)
-            .ok_or(PlannerError::Cells { width, height, found: cells.len() })?;
+        let sketch = Sketch::of_map(map, cells)?;
         self.wall_direction_rad = map.wall_direction_rad;
         self.driver.on_sketch(&sketch);
         Ok(())
@@ -338,10 +328,6 @@ fn parameters(config: &RunConfig) -> Result<Parameters, PlannerError> {
         .map_err(|error| PlannerError::Table(error.message().to_owned()))?;
     parameters.check()?;
     Ok(parameters)
-}
-
-fn mounting(laser: &Laser) -> Pose<Base> {
-    Pose::new(laser.mount_x_m, laser.mount_y_m, laser.mount_yaw_deg.to_radians())
 }
 
 /// Writes `points` into `out`, evenly thinned where there are too many, the last one always in;

@@ -16,11 +16,8 @@ pub struct Mounting {
 
 impl From<&Laser> for Mounting {
     fn from(laser: &Laser) -> Self {
-        Self {
-            x_m: laser.mount_x_m as f32,
-            y_m: laser.mount_y_m as f32,
-            yaw_rad: laser.mount_yaw_deg.to_radians() as f32,
-        }
+        let mount = laser.mount();
+        Self { x_m: mount.x as f32, y_m: mount.y as f32, yaw_rad: mount.yaw_rad as f32 }
     }
 }
 

@@ -1,9 +1,16 @@
 //! The evolution of the state (paper 001, equation 6): odometry through the local metric, Gamma
 //! noise on the scales.
+//!
+//! Noise that grows with the way depends on the drive. An omnidirectional one errs ahead, to the left and
+//! in its heading, each on its own; a differential one does not slide sideways: it turns, rolls and turns,
+//! and errs in each (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.6).
+
+use std::f32::consts::TAU;
 
 use rand::RngExt;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use sketchnav_schemas::robot::Drive;
 
 use super::grid::Grid;
 use super::metric::{ScaleFrame, wrap};
@@ -30,6 +37,8 @@ pub struct Motion {
 pub struct Terrain<'a> {
     /// The drawing.
     pub grid: &'a Grid,
+    /// Its width and height, pixels.
+    pub size_px: [f32; 2],
     /// The axes along which it is stretched.
     pub frame: &'a ScaleFrame,
     /// The drawing's mean scales, (ln a, ln b).
@@ -38,7 +47,11 @@ pub struct Terrain<'a> {
 
 /// Standard deviations of one propagation.
 struct Spread {
-    position_m: f32,
+    forward_m: f32,
+    left_m: f32,
+    /// Of the heading before the way, ...
+    first_yaw_rad: f32,
+    /// ... and after it.
     yaw_rad: f32,
     /// Γ(σ⁻², σ²), mean one; `None` where the scales do not change.
     scale: Option<Gamma<f32>>,
@@ -47,14 +60,21 @@ struct Spread {
 }
 
 impl Spread {
-    fn new(motion: &Motion, p: &Parameters) -> Self {
+    fn new(motion: &Motion, drive: Drive, p: &Parameters) -> Self {
         let yaw_variance =
             p.yaw_variance_per_m * motion.distance_m + p.yaw_variance_per_rad * motion.turned_rad;
         let scale_variance = p.step_scale_noise.powi(2) + p.scale_noise.powi(2) * motion.distance_m;
-        let position_variance = p.step_noise_m.powi(2) + p.position_noise.powi(2) * motion.distance_m;
+        let (step_variance, step_yaw_variance) = (p.step_noise_m.powi(2), p.step_noise_rad.powi(2));
+        let way_variance = p.position_noise.powi(2) * motion.distance_m;
+        let (left_share, first_share) = match drive {
+            Drive::Omnidirectional => (1.0, 0.0),
+            Drive::Differential => (0.0, 0.5),
+        };
         Self {
-            position_m: position_variance.sqrt(),
-            yaw_rad: (p.step_noise_rad.powi(2) + yaw_variance).sqrt(),
+            forward_m: (step_variance + way_variance).sqrt(),
+            left_m: (step_variance + left_share * way_variance).sqrt(),
+            first_yaw_rad: (first_share * yaw_variance).sqrt(),
+            yaw_rad: (step_yaw_variance + (1.0 - first_share) * yaw_variance).sqrt(),
             scale: Gamma::new(1.0 / scale_variance.max(1e-9), scale_variance.max(1e-9))
                 .ok()
                 .filter(|_| scale_variance > 1e-9),
@@ -75,17 +95,19 @@ impl Spread {
 pub fn propagate(
     set: &mut ParticleSet,
     motion: &Motion,
+    drive: Drive,
     terrain: &Terrain<'_>,
     parameters: &Parameters,
     rng: &mut Pcg64Mcg,
 ) {
     let [mean_a, mean_b] = terrain.mean_ln_scales;
-    let spread = Spread::new(motion, parameters);
+    let spread = Spread::new(motion, drive, parameters);
     let crossing = parameters.wall_crossing_factor.ln();
     for i in 0..set.len() {
-        let metric = terrain.frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
-        let forward = motion.forward_m + spread.position_m * normal(rng);
-        let left = motion.left_m + spread.position_m * normal(rng);
+        let yaw_rad = set.yaw_rad[i] + spread.first_yaw_rad * normal(rng);
+        let metric = terrain.frame.px_from_base(yaw_rad, set.ln_a[i].exp(), set.ln_b[i].exp());
+        let forward = motion.forward_m + spread.forward_m * normal(rng);
+        let left = motion.left_m + spread.left_m * normal(rng);
         let step = metric.apply(forward, left);
         let from = [set.x_px[i], set.y_px[i]];
         let to = [from[0] + step[0], from[1] + step[1]];
@@ -93,7 +115,7 @@ pub fn propagate(
             set.log_weight[i] += crossing;
         }
         (set.x_px[i], set.y_px[i]) = (to[0], to[1]);
-        set.yaw_rad[i] = wrap(set.yaw_rad[i] + motion.turn_rad + spread.yaw_rad * normal(rng));
+        set.yaw_rad[i] = wrap(yaw_rad + motion.turn_rad + spread.yaw_rad * normal(rng));
         set.ln_a[i] = spread.evolve(set.ln_a[i], mean_a, parameters.scale_limit, rng);
         set.ln_b[i] = match parameters.scales {
             Scales::Two => spread.evolve(set.ln_b[i], mean_b, parameters.scale_limit, rng),
@@ -133,6 +155,44 @@ pub fn perturb(
     }
 }
 
+/// Throws each particle with probability `share` anywhere in the free space, with any heading and scales
+/// about the drawing's mean (Thrun, Burgard and Fox, table 8.3, line 13).
+pub fn inject(
+    set: &mut ParticleSet,
+    share: f32,
+    terrain: &Terrain<'_>,
+    parameters: &Parameters,
+    rng: &mut Pcg64Mcg,
+) {
+    for i in 0..set.len() {
+        if rng.random::<f32>() >= share {
+            continue;
+        }
+        let Some(place) = free_place(terrain, rng) else { continue };
+        [set.x_px[i], set.y_px[i]] = place;
+        set.yaw_rad[i] = wrap(TAU * rng.random::<f32>());
+        [set.ln_a[i], set.ln_b[i]] = start_scales(terrain.mean_ln_scales, parameters, rng);
+    }
+}
+
+/// A free place anywhere in the drawing; `None` where a hundred tries find none.
+fn free_place(terrain: &Terrain<'_>, rng: &mut Pcg64Mcg) -> Option<[f32; 2]> {
+    let mut place = || terrain.size_px.map(|size| size * rng.random::<f32>());
+    std::iter::repeat_with(&mut place).take(100).find(|&[x, y]| !terrain.grid.is_wall(x, y))
+}
+
+/// Scales about the mean, (ln a, ln b): a part of the error is common to both axes, the rest is each
+/// one's own.
+pub fn start_scales(mean_ln_scales: [f32; 2], parameters: &Parameters, rng: &mut Pcg64Mcg) -> [f32; 2] {
+    let shared = 0.6 * normal(rng);
+    let mut error = || parameters.start_log_scale_spread * (shared + 0.8 * normal(rng));
+    let ln_a = mean_ln_scales[0] + error();
+    match parameters.scales {
+        Scales::Two => [ln_a, mean_ln_scales[1] + error()],
+        Scales::One => [ln_a; 2],
+    }
+}
+
 /// A draw from the standard normal distribution.
 pub fn normal(rng: &mut Pcg64Mcg) -> f32 {
     StandardNormal.sample(rng)
@@ -142,14 +202,17 @@ pub fn normal(rng: &mut Pcg64Mcg) -> f32 {
 mod tests {
     use super::*;
     use crate::sketch::Sketch;
+    use sketchnav_schemas::codes::WALL;
     use sketchnav_schemas::seed;
+
+    const OMNI: Drive = Drive::Omnidirectional;
 
     fn open_floor() -> Grid {
         Grid::new(&Sketch::new(400, 400, &vec![0; 160_000], 0.0).unwrap(), 1_000_000)
     }
 
     fn terrain<'a>(grid: &'a Grid, frame: &'a ScaleFrame) -> Terrain<'a> {
-        Terrain { grid, frame, mean_ln_scales: [3.0, 3.0] }
+        Terrain { grid, size_px: [400.0; 2], frame, mean_ln_scales: [3.0, 3.0] }
     }
 
     /// A drawing is stretched along its walls, not along the picture's edges. The perturbation once took
@@ -201,7 +264,14 @@ mod tests {
             let mut set = ParticleSet::new(20_000);
             set.ln_a.fill(30.0_f32.ln());
             set.ln_b.fill(10.0_f32.ln());
-            propagate(&mut set, &motion, &terrain(&grid, &frame), &parameters, &mut seed::stream(1, "test"));
+            propagate(
+                &mut set,
+                &motion,
+                OMNI,
+                &terrain(&grid, &frame),
+                &parameters,
+                &mut seed::stream(1, "test"),
+            );
             let (mean_a, deviation_a) = sample(set.ln_a.iter().map(|ln| ln.exp()));
             let (mean_b, deviation_b) = sample(set.ln_b.iter().map(|ln| ln.exp()));
             assert!((mean_a - 30.0).abs() < 0.1 && (mean_b - 10.0).abs() < 0.05, "{mean_a} {mean_b}");
@@ -211,13 +281,54 @@ mod tests {
         }
     }
 
+    /// 1 m ahead with 0.1/√m: an omnidirectional robot is off by 0.1 m to either side; a differential one
+    /// only by what its heading was off at first: √(0.04/2) rad, 0.141 m.
+    #[test]
+    fn who_cannot_slide_is_off_to_the_side_by_its_heading_alone() {
+        let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
+        let sideways = |drive, yaw_variance_per_m| {
+            let noise = Parameters { position_noise: 0.1, yaw_variance_per_m, ..Parameters::default() };
+            let motion = Motion { forward_m: 1.0, distance_m: 1.0, ..Motion::default() };
+            let mut set = ParticleSet::new(20_000);
+            propagate(
+                &mut set,
+                &motion,
+                drive,
+                &terrain(&grid, &frame),
+                &noise,
+                &mut seed::stream(1, "test"),
+            );
+            let heading = sample(set.yaw_rad.iter().copied()).1;
+            assert!((heading - f64::from(yaw_variance_per_m).sqrt()).abs() < 0.005, "{heading}");
+            sample(set.y_px.iter().copied()).1
+        };
+        assert!((sideways(Drive::Omnidirectional, 0.04) - 0.1).abs() < 0.003);
+        assert_eq!(sideways(Drive::Differential, 0.0), 0.0);
+        assert!((sideways(Drive::Differential, 0.04) - 0.141).abs() < 0.005);
+    }
+
+    #[test]
+    fn what_is_injected_lies_in_the_free_space() {
+        let cells: Vec<u8> = (0..160_000).map(|i| if i % 400 < 300 { WALL } else { 0 }).collect();
+        let grid = Grid::new(&Sketch::new(400, 400, &cells, 0.0).unwrap(), 1_000_000);
+        let mut set = ParticleSet::new(4000);
+        set.x_px.fill(-1.0);
+        let frame = ScaleFrame::new(0.0);
+        let mut rng = seed::stream(1, "test");
+        inject(&mut set, 0.25, &terrain(&grid, &frame), &Parameters::default(), &mut rng);
+        let thrown: Vec<usize> = (0..4000).filter(|&i| set.x_px[i] >= 0.0).collect();
+        assert!((900..1100).contains(&thrown.len()), "{}", thrown.len());
+        assert!(thrown.iter().all(|&i| set.x_px[i] >= 300.0 && set.y_px[i] <= 400.0));
+        assert!((sample(thrown.iter().map(|&i| set.y_px[i])).0 - 200.0).abs() < 20.0);
+    }
+
     #[test]
     fn one_scale_stays_one() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.3));
         let mut set = ParticleSet::new(100);
         let parameters = Parameters { perturbation_log_scale: 0.3, ..Parameters::one_scale() };
         let mut rng = seed::stream(1, "test");
-        propagate(&mut set, &Motion::default(), &terrain(&grid, &frame), &parameters, &mut rng);
+        propagate(&mut set, &Motion::default(), OMNI, &terrain(&grid, &frame), &parameters, &mut rng);
         perturb(&mut set, 1.0, &terrain(&grid, &frame), &parameters, &mut rng);
         assert_eq!(set.ln_a, set.ln_b);
         assert!(sample(set.ln_a.iter().copied()).1 > 0.1);
@@ -233,7 +344,14 @@ mod tests {
         set.ln_a.fill(30.0_f32.ln());
         set.ln_b.fill(10.0_f32.ln());
         let motion = Motion::default();
-        propagate(&mut set, &motion, &terrain(&grid, &frame), &parameters, &mut seed::stream(1, "test"));
+        propagate(
+            &mut set,
+            &motion,
+            OMNI,
+            &terrain(&grid, &frame),
+            &parameters,
+            &mut seed::stream(1, "test"),
+        );
         for (column, deviation) in [(&set.x_px, 3.0), (&set.y_px, 1.0), (&set.yaw_rad, 0.2)] {
             let found = sample(column.iter().copied());
             assert!(
@@ -256,7 +374,7 @@ mod tests {
         set.y_px.fill(100.0);
         set.yaw_rad[1] = std::f32::consts::FRAC_PI_2;
         let motion = Motion { forward_m: 0.5, left_m: 0.0, turn_rad: 0.1, distance_m: 0.5, turned_rad: 0.1 };
-        propagate(&mut set, &motion, &terrain(&grid, &frame), &quiet, &mut seed::stream(1, "test"));
+        propagate(&mut set, &motion, OMNI, &terrain(&grid, &frame), &quiet, &mut seed::stream(1, "test"));
         assert!((set.x_px[0] - 115.0).abs() < 1e-3 && (set.y_px[0] - 100.0).abs() < 1e-3);
         assert!((set.x_px[1] - 100.0).abs() < 1e-3 && (set.y_px[1] - 105.0).abs() < 1e-3);
     }

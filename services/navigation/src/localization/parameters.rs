@@ -38,8 +38,15 @@ pub enum StartScales {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
-    /// How many particles, 16 to 20 000.
+    /// How many particles at most, 16 to 20 000.
     pub particles: usize,
+    /// How many particles at least, where their number follows the belief (Fox 2003), 16 to 20 000; from
+    /// `particles` on it does not.
+    pub least_particles: usize,
+    /// ε, how far the particles' distribution may be from the belief (Kullback-Leibler divergence).
+    pub kld_error: f32,
+    /// Width of the bins that the belief's spread is counted in, metres.
+    pub bin_m: f32,
     /// How many beams of a scan are used, 4 to 1440, evenly spread.
     pub beams: usize,
     /// How the likelihood of a scan is computed.
@@ -112,6 +119,9 @@ pub struct Parameters {
     pub perturbed_share: f32,
     /// How much more of them where the scans fit worse than they used to.
     pub perturbed_share_lost: f32,
+    /// Share of particles thrown anywhere in the drawing's free space where the scans fit worse than they
+    /// used to, times how much worse (Thrun, Burgard and Fox, table 8.3).
+    pub injected_share_lost: f32,
     /// Standard deviation of a perturbation of the position, metres.
     pub perturbation_m: f32,
     /// Standard deviation of a perturbation of the heading, radians.
@@ -138,6 +148,9 @@ impl Default for Parameters {
     fn default() -> Self {
         Self {
             particles: 500,
+            least_particles: 500,
+            kld_error: 0.05,
+            bin_m: 0.5,
             beams: 48,
             likelihood: Likelihood::Visibility,
             independent_beams: 5.0,
@@ -171,6 +184,7 @@ impl Default for Parameters {
             visibility_random: 0.1,
             perturbed_share: 0.05,
             perturbed_share_lost: 0.3,
+            injected_share_lost: 0.0,
             perturbation_m: 0.4,
             perturbation_rad: 0.15,
             perturbation_log_scale: 0.3,
@@ -202,6 +216,7 @@ impl Parameters {
         Self {
             // Not given.
             particles: 2000,
+            least_particles: 2000,
             // N of equation (7): not given.
             beams: 48,
             // Equation (7), a product over all beams: they count as independent.
@@ -233,6 +248,7 @@ impl Parameters {
             // There is no recovery in the paper.
             perturbed_share: 0.0,
             perturbed_share_lost: 0.0,
+            injected_share_lost: 0.0,
             ..Self::default()
         }
     }
@@ -260,6 +276,7 @@ impl Parameters {
     pub fn check(&self) -> Result<(), ParameterError> {
         let counts = [
             ("particles", "16 to 20000", self.particles, 16..=20_000),
+            ("least_particles", "16 to 20000", self.least_particles, 16..=20_000),
             ("beams", "4 to 1440", self.beams, 4..=1440),
             ("grid_cells", "1000 to 4000000", self.grid_cells, 1000..=4_000_000),
         ];
@@ -282,8 +299,10 @@ impl Parameters {
         expect("lost_below", "no more than doubtful_below", self.lost_below.into(), below)
     }
 
-    fn positive(&self) -> [(&'static str, f64); 11] {
+    fn positive(&self) -> [(&'static str, f64); 13] {
         [
+            ("kld_error", self.kld_error.into()),
+            ("bin_m", self.bin_m.into()),
             ("independent_beams", self.independent_beams.into()),
             ("update_distance_m", self.update_distance_m),
             ("update_turn_rad", self.update_turn_rad),
@@ -319,8 +338,9 @@ impl Parameters {
         ]
     }
 
-    fn shares(&self) -> [(&'static str, f64); 8] {
+    fn shares(&self) -> [(&'static str, f64); 9] {
         [
+            ("injected_share_lost", self.injected_share_lost.into()),
             ("resample_below", self.resample_below),
             ("start_anisotropy", self.start_anisotropy.into()),
             ("field_random", self.field_random.into()),

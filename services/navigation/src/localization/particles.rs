@@ -39,6 +39,14 @@ impl ParticleSet {
         }
     }
 
+    /// Makes room for `count` particles in all: the set may grow so far without allocating.
+    pub fn reserve(&mut self, count: usize) {
+        let Self { x_px, y_px, yaw_rad, ln_a, ln_b, log_weight, weight } = self;
+        for column in [x_px, y_px, yaw_rad, ln_a, ln_b, log_weight, weight] {
+            column.reserve_exact(count.saturating_sub(column.len()));
+        }
+    }
+
     /// How many particles there are.
     pub fn len(&self) -> usize {
         self.x_px.len()
@@ -126,26 +134,36 @@ impl Resampler {
     /// Replaces the set by one of equal weights, each particle as often as its weight says. One
     /// random number `offset` in [0, 1) serves all (Thrun, Burgard and Fox, table 4.4).
     pub fn resample(&mut self, set: &mut ParticleSet, offset: f64) {
+        self.resample_to(set, set.len(), offset);
+    }
+
+    /// The same with `count` particles in the new set, at most as many as there is room for.
+    pub fn resample_to(&mut self, set: &mut ParticleSet, count: usize, offset: f64) {
+        self.ancestor.resize(count, 0);
         self.choose(&set.weight, offset);
         let Self { ancestor, spare } = self;
+        spare.resize(count, 0.0);
         let columns = [&mut set.x_px, &mut set.y_px, &mut set.yaw_rad, &mut set.ln_a, &mut set.ln_b];
         for column in columns {
             for (value, &from) in spare.iter_mut().zip(&*ancestor) {
                 *value = column[from as usize];
             }
             std::mem::swap(column, spare);
+            spare.resize(count, 0.0);
         }
-        set.weight.fill(1.0 / ancestor.len() as f32);
-        set.log_weight.fill(0.0);
+        set.weight.clear();
+        set.weight.resize(count, 1.0 / count as f32);
+        set.log_weight.clear();
+        set.log_weight.resize(count, 0.0);
     }
 
     fn choose(&mut self, weight: &[f32], offset: f64) {
-        let count = weight.len();
+        let (from, count) = (weight.len(), self.ancestor.len());
         let mut i = 0;
         let mut passed = f64::from(weight[0]);
         for (k, ancestor) in self.ancestor.iter_mut().enumerate() {
             let pointer = (k as f64 + offset) / count as f64;
-            while pointer >= passed && i + 1 < count {
+            while pointer >= passed && i + 1 < from {
                 i += 1;
                 passed += f64::from(weight[i]);
             }
@@ -191,6 +209,18 @@ mod tests {
                 let expected = f64::from(before.weight[i]) * before.len() as f64;
                 prop_assert!((copies - expected).abs() < 1.001, "{i}: {copies} of {expected}");
             }
+        }
+    }
+
+    #[test]
+    fn a_resampled_set_may_be_larger_or_smaller() {
+        let before = set_of(&[-1.0, 0.0, -2.0, 0.0]);
+        for count in [2, 4, 40] {
+            let mut after = before.clone();
+            Resampler::new(40).resample_to(&mut after, count, 0.5);
+            assert_eq!((after.len(), after.weight.len(), after.log_weight.len()), (count, count, count));
+            let copies = after.x_px.iter().filter(|&&x| x == 1.0).count() as f32;
+            assert!((copies - before.weight[1] * count as f32).abs() < 1.001, "{copies}");
         }
     }
 

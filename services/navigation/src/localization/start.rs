@@ -8,7 +8,7 @@ use super::LocalizationError;
 use super::beams::Beams;
 use super::grid::Grid;
 use super::metric::{PxFromBase, ScaleFrame, wrap};
-use super::motion::{Terrain, normal};
+use super::motion::{Terrain, normal, start_scales};
 use super::parameters::{Parameters, Scales, StartScales};
 use super::particles::ParticleSet;
 use super::scales::{ScaledPose, least_squares, trimmed_means};
@@ -25,9 +25,6 @@ pub struct Start {
     pub spread_rad: f64,
 }
 
-/// How the error of the start's scales is divided: the part that both axes share, and each one's own.
-const SHARED: f32 = 0.6;
-const OWN: f32 = 0.8;
 /// Rounds of solving equation (8): the direction of a beam in the drawing depends on the scales.
 const ROUNDS: usize = 6;
 /// The first scan is not believed a scale that is so many times off the guess.
@@ -78,13 +75,7 @@ impl Start {
             let place = free_place(terrain.grid, middle, &px_from_draw, rng);
             [particles.x_px[i], particles.y_px[i]] = place;
             particles.yaw_rad[i] = wrap(self.pose.yaw_rad as f32 + spread_rad * normal(rng));
-            let shared = SHARED * normal(rng);
-            let mut error = || parameters.start_log_scale_spread * (shared + OWN * normal(rng));
-            particles.ln_a[i] = mean_a + error();
-            particles.ln_b[i] = match parameters.scales {
-                Scales::Two => mean_b + error(),
-                Scales::One => particles.ln_a[i],
-            };
+            [particles.ln_a[i], particles.ln_b[i]] = start_scales([mean_a, mean_b], parameters, rng);
         }
     }
 }

@@ -110,7 +110,15 @@ pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Locali
     let [x, y] = drawing.px(WAY[0]);
     let pose = Pose::new(x, y, std::f64::consts::FRAC_PI_2 + drawing.turn_rad);
     let start = Start { pose, spread_px: 5.0, spread_rad: 0.1 };
-    Localizer::new(&drawing.sketch(), Mounting::default(), parameters, start, seed).unwrap()
+    Localizer::new(
+        &drawing.sketch(),
+        Mounting::default(),
+        sketchnav_schemas::robot::Drive::Omnidirectional,
+        parameters,
+        start,
+        seed,
+    )
+    .unwrap()
 }
 
 /// A robot on its way along [`WAY`].

@@ -1,0 +1,99 @@
+//! How many particles the belief needs (Fox 2003, *Adapting the sample size in particle filters through
+//! KLD-sampling*): so many that, with probability 1 − δ, the particles' distribution over bins is no
+//! farther than ε (Kullback-Leibler) from the belief's.
+//!
+//! The bins are of x, y and θ. The scales have none: they spread about as far wherever the robot is, so
+//! that bins of five dimensions would hold one particle each and the bound would always be the most.
+//! It allocates nothing after [`SampleSize::new`].
+
+use std::f32::consts::TAU;
+
+use super::parameters::Parameters;
+use super::particles::ParticleSet;
+
+/// Upper 1 − δ quantile of the standard normal distribution for δ = 0.01.
+const Z: f64 = 2.326_347_9;
+/// Directions in a turn.
+const DIRECTIONS: f32 = 36.0;
+
+/// Counts bins, with the room it needs.
+#[derive(Debug, Clone)]
+pub struct SampleSize {
+    bins: Vec<u64>,
+}
+
+impl SampleSize {
+    /// For sets of at most `most` particles.
+    pub fn new(most: usize) -> Self {
+        Self { bins: Vec::with_capacity(most) }
+    }
+
+    /// How many particles the belief needs, within the parameters' limits. `set` has equal weights, just
+    /// resampled: how many bins it fills says how far the belief is spread. (Fox draws one particle after
+    /// the other until there are enough for the bins met so far; with systematic resampling all are there
+    /// at once.)
+    pub fn wanted(&mut self, set: &ParticleSet, scale_pxpm: f32, parameters: &Parameters) -> usize {
+        let bin_px = parameters.bin_m * scale_pxpm;
+        self.bins.clear();
+        self.bins
+            .extend((0..set.len()).map(|i| bin(set.x_px[i] / bin_px, set.y_px[i] / bin_px, set.yaw_rad[i])));
+        self.bins.sort_unstable();
+        self.bins.dedup();
+        bound(self.bins.len(), parameters.kld_error.into())
+            .clamp(parameters.least_particles.min(parameters.particles), parameters.particles)
+    }
+}
+
+/// The number of a bin: 24 bits each for column and row, 16 for the direction.
+fn bin(column: f32, row: f32, yaw_rad: f32) -> u64 {
+    let cell = |v: f32| u64::from((v.floor() as i32).wrapping_add(1 << 23) as u32 & 0xff_ffff);
+    let direction = (yaw_rad / TAU * DIRECTIONS).floor().rem_euclid(DIRECTIONS) as u64;
+    cell(column) << 40 | cell(row) << 16 | direction
+}
+
+/// Equation (7) of Fox 2003, the Wilson-Hilferty approximation of the χ² quantile: for k bins
+/// n = (k − 1)/2ε · (1 − 2/9(k − 1) + √(2/9(k − 1))·z)³.
+fn bound(bins: usize, error: f64) -> usize {
+    if bins < 2 {
+        return 1;
+    }
+    let k = (bins - 1) as f64;
+    let c = 2.0 / (9.0 * k);
+    (k / (2.0 * error) * (1.0 - c + c.sqrt() * Z).powi(3)).ceil() as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// k − 1 = 50 and ε = 0.05: c = 2/450 = 0.004444, √c·z = 0.066667·2.326348 = 0.155090;
+    /// (1 − 0.004444 + 0.155090)³ = 1.150645³ = 1.523446; · 50/0.1 = 761.7.
+    #[test]
+    fn the_bound_by_hand() {
+        assert_eq!(bound(51, 0.05), 762);
+        assert_eq!(bound(1, 0.05), 1);
+    }
+
+    #[test]
+    fn a_wide_belief_needs_more_particles() {
+        let parameters = Parameters { particles: 2000, least_particles: 100, ..Parameters::default() };
+        let mut size = SampleSize::new(2000);
+        let mut set = ParticleSet::new(500);
+        assert_eq!(size.wanted(&set, 20.0, &parameters), 100);
+        let mut wanted = Vec::new();
+        for spread_px in [5.0, 20.0, 200.0] {
+            for i in 0..500 {
+                set.x_px[i] = spread_px * (i % 25) as f32 / 25.0;
+                set.y_px[i] = spread_px * (i / 25) as f32 / 20.0;
+            }
+            wanted.push(size.wanted(&set, 20.0, &parameters));
+        }
+        assert!(wanted.is_sorted() && wanted[2] > 4 * wanted[0], "{wanted:?}");
+    }
+
+    #[test]
+    fn headings_on_both_sides_of_the_cut_are_neighbours() {
+        assert_eq!(bin(0.5, 0.5, -std::f32::consts::PI), bin(0.5, 0.5, std::f32::consts::PI));
+        assert_ne!(bin(-0.5, 0.5, 0.0), bin(0.5, 0.5, 0.0));
+    }
+}

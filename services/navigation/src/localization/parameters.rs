@@ -227,7 +227,7 @@ impl Parameters {
             // Equation (6), independent of the way driven: σ₁ = σ₂, σ₃ and Γ(σ⁻², σ²); not given.
             step_noise_m: 0.03,
             step_noise_rad: 0.05,
-            step_scale_noise: 0.07,
+            step_scale_noise: 0.04,
             position_noise: 0.0,
             yaw_variance_per_m: 0.0,
             yaw_variance_per_rad: 0.0,

@@ -40,6 +40,23 @@ pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
     Ok(world)
 }
 
+/// The walls' middle lines between the doors, as one would draw them: metres, frame `World`.
+///
+/// # Errors
+/// As [`describe`].
+pub fn middle_lines(plan: &FloorPlan) -> Result<Vec<Segment>, SimError> {
+    check_plan(plan)?;
+    let lines: Vec<Segment> = plan.wall.iter().flat_map(center_lines).collect();
+    check_doors(plan, &lines)?;
+    let drawn = |line: &Segment| {
+        let gaps = plan.door.iter().filter_map(|door| gap(line, door, plan.wall_thickness_m));
+        let (start, along, length) = direction(line);
+        let piece = move |[a, b]: [f64; 2]| [(start + along * a).into(), (start + along * b).into()];
+        between(gaps.collect(), 0.0, length).into_iter().map(piece)
+    };
+    Ok(lines.iter().flat_map(drawn).collect())
+}
+
 fn check_plan(plan: &FloorPlan) -> Result<(), SimError> {
     let thickness = plan.wall_thickness_m;
     check(thickness.is_finite() && thickness > 0.0, "wall_thickness_m", "a number above 0", thickness)?;
@@ -80,24 +97,28 @@ fn gap(line: &Segment, door: &Door, thickness_m: f64) -> Option<[f64; 2]> {
 }
 
 /// What is left of a wall between its doors.
-fn pieces(line: &Segment, mut gaps: Vec<[f64; 2]>, thickness_m: f64) -> Vec<Convex> {
+fn pieces(line: &Segment, gaps: Vec<[f64; 2]>, thickness_m: f64) -> Vec<Convex> {
     let (start, along, length) = direction(line);
-    let mut from = -thickness_m / 2.0;
-    let mut kept = Vec::new();
-    gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    gaps.push([length + thickness_m / 2.0; 2]);
-    for [begin, end] in gaps {
-        if begin > from {
-            kept.push([from, begin.min(length + thickness_m / 2.0)]);
-        }
-        from = from.max(end);
-    }
     let yaw = along.y.atan2(along.x);
     let solid = |[a, b]: [f64; 2]| {
         let middle = start + along * ((a + b) / 2.0);
         Convex::rectangle(middle.into(), [b - a, thickness_m], yaw)
     };
-    kept.into_iter().map(solid).collect()
+    between(gaps, -thickness_m / 2.0, length + thickness_m / 2.0).into_iter().map(solid).collect()
+}
+
+/// The stretches of [`from`, `to`] that no gap covers.
+fn between(mut gaps: Vec<[f64; 2]>, mut from: f64, to: f64) -> Vec<[f64; 2]> {
+    let mut kept = Vec::new();
+    gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    gaps.push([to; 2]);
+    for [begin, end] in gaps {
+        if begin > from {
+            kept.push([from, begin.min(to)]);
+        }
+        from = from.max(end);
+    }
+    kept
 }
 
 fn direction(line: &Segment) -> (Vector2<f64>, Vector2<f64>, f64) {

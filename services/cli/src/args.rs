@@ -31,6 +31,7 @@ impl Cli {
         match &self.command {
             Some(Command::Eval { options, .. }) => options.json,
             Some(Command::Run { options, .. } | Command::Demo { options }) => options.json,
+            Some(Command::Deform { options, .. }) => options.json,
             Some(Command::Ps { json } | Command::Diff { json, .. } | Command::Info { json, .. }) => *json,
             _ => false,
         }
@@ -65,6 +66,16 @@ pub enum Command {
         suite: String,
         #[command(flatten)]
         options: EvalOptions,
+    },
+    /// Draw a floor as people deform what they draw: out of proportion, doors shifted, no furniture.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav deform sim/missions/building/building.floor.toml --degree 1 --seed 3 -o drawing.png"
+    )]
+    Deform {
+        /// A floor plan (.toml) or a map of map_server (.yaml).
+        map: PathBuf,
+        #[command(flatten)]
+        options: DeformOptions,
     },
     /// Run one process of a system by hand, or a real robot's driver beside the others.
     #[command(after_help = "Example: sketchnav serve localizer --system lab")]
@@ -116,6 +127,23 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
+}
+
+/// How to draw a floor.
+#[derive(Debug, Clone, Args)]
+pub struct DeformOptions {
+    /// 0: the walls traced; 1: deformed as people do; up to 3.
+    #[arg(long, default_value_t = 1.0)]
+    pub degree: f64,
+    /// Another seed, another drawing.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Where to write it: strokes (.json), .svg or .png.
+    #[arg(short, long, default_value = "sketch.json")]
+    pub output: PathBuf,
+    /// One JSON object on standard output instead of text.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// How to run a suite.

@@ -1,6 +1,7 @@
 //! The `sketchnav` command: one executable, a subcommand for each process and tool.
 
 mod args;
+mod deform;
 mod eval;
 mod failure;
 mod folder;
@@ -35,6 +36,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Demo { options }) => mission::demo(&options),
         Some(Command::Run { mission, options }) => mission::run(&mission, &options),
         Some(Command::Eval { suite, options }) => eval::eval(&suite, &options),
+        Some(Command::Deform { map, options }) => deform::deform(&map, &options),
         Some(Command::Serve { process, system }) => serve::serve(process, &system),
         Some(Command::Ps { json }) => systems::ps(json),
         Some(Command::Echo { tap }) => tap::echo(&tap),

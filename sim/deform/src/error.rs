@@ -1,0 +1,38 @@
+//! What can be wrong with a floor that is to be drawn.
+
+use std::path::PathBuf;
+
+use sketchnav_sim::SimError;
+
+/// Why there is no drawing.
+#[derive(Debug, thiserror::Error)]
+pub enum DeformError {
+    /// The floor plan or the map does not hold.
+    #[error(transparent)]
+    World(#[from] SimError),
+    /// A file that is no map.
+    #[error("{}: expected a floor plan (.toml) or a map of map_server (.yaml)", path.display())]
+    Kind {
+        /// The file.
+        path: PathBuf,
+    },
+    /// No room in it.
+    #[error("{name}: expected a room with walls around it, found none of {least_m2} m² or more")]
+    NoRegions {
+        /// The floor's name.
+        name: String,
+        /// Smallest area that counts.
+        least_m2: f64,
+    },
+    /// A degree that cannot be.
+    #[error("degree: expected a number from 0 to {most}, found {found}")]
+    Degree {
+        /// Largest degree.
+        most: f64,
+        /// What was asked for.
+        found: f64,
+    },
+    /// The drawing cannot be painted.
+    #[error("the picture: {0}")]
+    Picture(String),
+}

@@ -1,0 +1,34 @@
+//! Opens the floors that are to be drawn.
+
+use std::path::Path;
+
+use sketchnav_sim::{SimError, files};
+
+use crate::error::DeformError;
+use crate::floor::Floor;
+
+/// A floor plan of the project's own form (TOML), or a map of map_server (YAML).
+///
+/// # Errors
+/// [`DeformError`] with the file and what is wrong with it.
+pub fn floor(path: &Path) -> Result<Floor, DeformError> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("toml") => {
+            let text = std::fs::read_to_string(path).map_err(|error| SimError::from(error).in_file(path))?;
+            let plan = toml::from_str(&text).map_err(|error| SimError::from(error).in_file(path))?;
+            Floor::of_plan(&plan).map_err(|error| in_file(error, path))
+        }
+        Some("yaml" | "yml") => {
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            Floor::of_map(&files::occupancy_map(path)?, &name)
+        }
+        _ => Err(DeformError::Kind { path: path.to_owned() }),
+    }
+}
+
+fn in_file(error: DeformError, path: &Path) -> DeformError {
+    match error {
+        DeformError::World(error) => error.in_file(path).into(),
+        other => other,
+    }
+}

@@ -1,0 +1,109 @@
+//! A floor as one would draw it: the middle lines of its walls between the doors, its rooms and the
+//! openings between them. Furniture is not part of it.
+
+use nalgebra::Vector2;
+use sketchnav_schemas::floor_plan::FloorPlan;
+use sketchnav_schemas::geometry::{Point, World};
+use sketchnav_sim::ros_map::OccupancyMap;
+
+use crate::error::DeformError;
+use crate::grid::Solid;
+use crate::regions::{Doorway, LEAST_AREA_M2, Region, Regions};
+use crate::trace;
+
+/// People who marked corresponding places of a floor and a drawing marked about so many.
+const LEAST_PLACES: usize = 7;
+/// How far a place of a hall is from its walls at least.
+const PLACE_CLEARANCE_M: f64 = 0.6;
+
+/// A floor: what a drawing of it shows. Metres, frame `World`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Floor {
+    /// Name, for people.
+    pub name: String,
+    pub(crate) walls: Vec<Vec<Vector2<f64>>>,
+    pub(crate) regions: Regions,
+    places: Vec<Point<World>>,
+}
+
+impl Floor {
+    /// The floor of a plan.
+    ///
+    /// # Errors
+    /// [`DeformError::World`] where the plan does not hold, [`DeformError::NoRegions`].
+    pub fn of_plan(plan: &FloorPlan) -> Result<Self, DeformError> {
+        let world = sketchnav_sim::floor_plan::describe(plan)?;
+        let regions = Regions::of(&Solid::of_walls(&world));
+        let lines = sketchnav_sim::floor_plan::middle_lines(plan)?;
+        let walls = lines.into_iter().map(|line| line.map(Vector2::from).to_vec()).collect();
+        Self::checked(plan.name.clone(), walls, regions)
+    }
+
+    /// The floor of a map. What stands free within a room and is smaller than two metres is taken for
+    /// furniture and left out.
+    ///
+    /// # Errors
+    /// [`DeformError::NoRegions`].
+    pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Self, DeformError> {
+        let mut solid = Solid::of_map(map);
+        let furnished = Regions::of(&solid);
+        trace::remove_furniture(&mut solid, &furnished);
+        let regions = Regions::of(&solid);
+        let walls = trace::walls(&solid, &regions);
+        Self::checked(name.to_owned(), walls, regions)
+    }
+
+    fn checked(name: String, walls: Vec<Vec<Vector2<f64>>>, regions: Regions) -> Result<Self, DeformError> {
+        if regions.list.is_empty() || walls.is_empty() {
+            return Err(DeformError::NoRegions { name, least_m2: LEAST_AREA_M2 });
+        }
+        let places = places(&regions);
+        Ok(Self { name, walls, regions, places })
+    }
+
+    /// Its rooms, corridors and the parts of its halls.
+    pub fn regions(&self) -> &[Region] {
+        &self.regions.list
+    }
+
+    /// The openings between the regions.
+    pub fn doorways(&self) -> &[Doorway] {
+        &self.regions.doorways
+    }
+
+    /// The index of the region at a place; `None` in walls and outside.
+    pub fn region_at(&self, place: &Point<World>) -> Option<usize> {
+        self.regions.at(place.coords())
+    }
+
+    /// Places that a person would mark on the floor and in a drawing: the middle of every region, and
+    /// where these are few, what lies farthest from all of them, until there are seven.
+    pub fn places(&self) -> &[Point<World>] {
+        &self.places
+    }
+}
+
+fn places(regions: &Regions) -> Vec<Point<World>> {
+    let mut places: Vec<Point<World>> = regions.list.iter().map(|region| region.center).collect();
+    if places.len() >= LEAST_PLACES {
+        return places;
+    }
+    let open = open_places(regions);
+    while places.len() < LEAST_PLACES {
+        let lonely = |p: &Point<World>| places.iter().map(|q| q.distance(p)).fold(f64::INFINITY, f64::min);
+        match open.iter().max_by(|a, b| lonely(a).total_cmp(&lonely(b))) {
+            Some(place) => places.push(*place),
+            None => break,
+        }
+    }
+    places
+}
+
+/// Cells well away from walls.
+fn open_places(regions: &Regions) -> Vec<Point<World>> {
+    let grid = &regions.grid;
+    let closed: Vec<bool> = (0..grid.len()).map(|i| regions.at_cell(i).is_none()).collect();
+    let depth_m = grid.distances_m(&closed);
+    let open = (0..grid.len()).filter(|&i| depth_m[i] >= PLACE_CLEARANCE_M);
+    open.map(|i| grid.middle(i).into()).collect()
+}

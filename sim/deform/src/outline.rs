@@ -1,0 +1,80 @@
+//! The outline of a set of cells as one polygon. Metres, frame `World`.
+
+use crate::grid::Grid;
+
+/// Walks around the set's lowest cell with the cells on the left, until it is back; holes in the set
+/// and pieces apart from that one are not in the outline. Empty where the set is.
+pub(crate) fn polygon(grid: &Grid, belongs: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
+    let Some(first) = (0..grid.len()).find(|&i| belongs(i)) else { return Vec::new() };
+    let inside = |x: i64, y: i64| {
+        let within = (0..grid.width as i64).contains(&x) && (0..grid.height as i64).contains(&y);
+        within && belongs(y as usize * grid.width + x as usize)
+    };
+    let begin = [(first % grid.width) as i64, (first / grid.width) as i64];
+    let (mut at, mut step) = (begin, [1, 0]);
+    let mut corners = Vec::new();
+    loop {
+        let next = turn(at, step, &inside);
+        if next != step || corners.is_empty() {
+            corners.push(at);
+        }
+        step = next;
+        at = [at[0] + step[0], at[1] + step[1]];
+        if at == begin && turn(at, step, &inside) == [1, 0] {
+            break;
+        }
+    }
+    let place = |corner: [i64; 2]| [0, 1].map(|axis| grid.origin[axis] + corner[axis] as f64 * grid.cell_m);
+    corners.into_iter().map(place).collect()
+}
+
+/// Where to go on from a corner that was reached by `step`: right where a cell is there, else straight
+/// on, else left.
+fn turn(at: [i64; 2], step: [i64; 2], inside: &impl Fn(i64, i64) -> bool) -> [i64; 2] {
+    let right = [step[1], -step[0]];
+    let left = [-step[1], step[0]];
+    // The cell that lies left of the edge that begins at `at` and goes by `edge`.
+    let cell = |edge: [i64; 2]| match edge {
+        [1, 0] => inside(at[0], at[1]),
+        [0, 1] => inside(at[0] - 1, at[1]),
+        [-1, 0] => inside(at[0] - 1, at[1] - 1),
+        _ => inside(at[0], at[1] - 1),
+    };
+    [left, step, right].into_iter().rfind(|&edge| edge_is_border(cell, edge)).unwrap_or(left)
+}
+
+/// Whether an edge has a cell of the set on its left and none on its right: that one lies left of the
+/// edge that one gets by turning right.
+fn edge_is_border(cell: impl Fn([i64; 2]) -> bool, edge: [i64; 2]) -> bool {
+    cell(edge) && !cell([edge[1], -edge[0]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector2;
+
+    fn outline(rows: &[&str]) -> Vec<[f64; 2]> {
+        let (width, height) = (rows[0].len(), rows.len());
+        let grid = Grid { width, height, cell_m: 1.0, origin: Vector2::zeros() };
+        let cell = |i: usize| rows[height - 1 - i / width].as_bytes()[i % width] == b'#';
+        polygon(&grid, cell)
+    }
+
+    #[test]
+    fn a_corner_is_walked_around() {
+        let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        assert_eq!(outline(&["#..", "##."]), corners);
+    }
+
+    #[test]
+    fn cells_that_touch_at_a_corner_are_walked_around_and_the_walk_ends() {
+        let outline = outline(&[".##", "##.", "..#"]);
+        assert!(outline.len() >= 4, "{outline:?}");
+    }
+
+    #[test]
+    fn nothing_has_no_outline() {
+        assert!(outline(&["..", ".."]).is_empty());
+    }
+}

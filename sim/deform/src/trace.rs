@@ -11,8 +11,10 @@ use crate::regions::Regions;
 
 /// How deep behind a room's border a wall is looked for; what is solid beyond belongs to no line.
 const DEPTH_M: f64 = 0.15;
-/// A side line that is shorter is the thinning's, not the wall's.
+/// A side line that is shorter is the thinning's, not the wall's; a line apart that is shorter is a speck.
 const SPUR_M: f64 = 0.4;
+/// Part of a room that is narrower than twice this is a slit between two faces of a wall: one line is drawn.
+const SLIT_M: f64 = 0.13;
 /// How far a straightened line may lie beside the cells, and at least so many cells.
 const STRAIGHT_M: f64 = 0.1;
 const STRAIGHT_CELLS: f64 = 1.2;
@@ -22,7 +24,7 @@ const FURNITURE_M: f64 = 2.0;
 /// The middle lines of the walls around the regions.
 pub(crate) fn walls(solid: &Solid, regions: &Regions) -> Vec<Vec<Vector2<f64>>> {
     let grid = &solid.grid;
-    let rooms: Vec<bool> = (0..grid.len()).map(|i| regions.at_cell(i).is_some()).collect();
+    let rooms = without_slits(grid, (0..grid.len()).map(|i| regions.at_cell(i).is_some()).collect());
     let far_m = grid.distances_m(&rooms);
     let depth_m = DEPTH_M.max(1.5 * grid.cell_m);
     // A pocket within a wall is wall.
@@ -36,6 +38,15 @@ pub(crate) fn walls(solid: &Solid, regions: &Regions) -> Vec<Vec<Vector2<f64>>> 
     lines
         .map(|chain| straightened(&chain.iter().map(|&i| grid.middle(i)).collect::<Vec<_>>(), slack_m))
         .collect()
+}
+
+/// The cells of all discs that fit into the rooms.
+fn without_slits(grid: &Grid, rooms: Vec<bool>) -> Vec<bool> {
+    let outside: Vec<bool> = rooms.iter().map(|room| !room).collect();
+    let wide: Vec<bool> = grid.distances_m(&outside).into_iter().map(|depth_m| depth_m > SLIT_M).collect();
+    let reach_m = SLIT_M + grid.cell_m / 2.0;
+    let far_m = grid.distances_m(&wide);
+    rooms.into_iter().zip(far_m).map(|(room, far_m)| room && far_m <= reach_m).collect()
 }
 
 /// Clears what stands around in rooms.
@@ -113,7 +124,9 @@ fn without_spurs(grid: &Grid, ink: &mut [bool], shortest: usize) -> Vec<Vec<usiz
             spur.for_each(|(_, &i)| ink[i] = false);
         }
     }
-    chains(grid, ink).into_iter().map(|chain| chain.cells).collect()
+    let is_speck = |chain: &Chain| chain.ends == [End::Free; 2] && chain.cells.len() < shortest;
+    let lines = chains(grid, ink).into_iter().filter(|chain| !is_speck(chain));
+    lines.map(|chain| chain.cells).collect()
 }
 
 /// How a line ends.

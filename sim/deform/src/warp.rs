@@ -2,9 +2,9 @@
 //!
 //! People draw rectangles as rectangles, in the right order and out of proportion. So along each of the
 //! two wall directions the map is monotone, with a logarithm of the local scale that wanders from patch to
-//! patch and from one part of the floor to another; beside it, rows of rooms are shifted against each other, most of that where few walls run
-//! across (in the corridors), so that walls stay roughly straight; one end is drawn larger than the other. A
-//! little turn and shear of the whole.
+//! patch and from one part of the floor to another. Beside it, rows of rooms are shifted against each other,
+//! most of that where few walls run across (in the corridors), so that walls stay roughly straight; one end
+//! is drawn larger than the other. A little turn and shear of the whole.
 //! It is one to one: what would fold is shifted less.
 
 use nalgebra::{Matrix2, Rotation2, Vector2};

@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use sketchnav_deform::{Deformation, Drawing, Floor, PEOPLE, deform, files};
+use proptest::prelude::{ProptestConfig, prop_assert, proptest};
+use sketchnav_deform::{Deformation, Drawing, Floor, MOST_DEGREE, PEOPLE, deform, files};
 use sketchnav_schemas::codes::FREE;
+use sketchnav_schemas::geometry::Point;
 use sketchnav_sketcher::{Errand, Intent, Options};
 
 const SEEDS: u64 = 60;
@@ -87,6 +89,26 @@ fn a_degree_that_is_none_is_refused() {
     let floor = floor("laboratory");
     for degree in [-0.1, f64::NAN, 99.0] {
         assert!(deform(&floor, degree, 1).is_err(), "{degree}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Nothing is folded over or mirrored: three near places keep their sense of rotation.
+    #[test]
+    fn no_drawing_folds(degree in 0.0..MOST_DEGREE, seed in 0_u64..1 << 32) {
+        const NEAR_M: f64 = 0.3;
+        let floor = floor("building");
+        let drawing = deform(&floor, degree, seed).expect("a degree");
+        for (i, region) in floor.regions().iter().enumerate() {
+            let [a, b, c] = [(0.0, 0.0), (NEAR_M, 0.0), (0.0, NEAR_M)]
+                .map(|(dx, dy)| drawing.to_sketch(&Point::new(region.center.x + dx, region.center.y + dy)));
+            prop_assert!(a.is_some() != drawing.forgotten.contains(&i), "region {i}");
+            let (Some(a), Some(b), Some(c)) = (a, b, c) else { continue };
+            let turn = (b.coords() - a.coords()).perp(&(c.coords() - a.coords()));
+            prop_assert!(turn > 0.0, "region {i}: {turn}");
+        }
     }
 }
 

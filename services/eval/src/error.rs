@@ -50,6 +50,9 @@ pub enum EvalError {
     /// The world, the robot or a mission file.
     #[error(transparent)]
     Sim(#[from] SimError),
+    /// A floor that cannot be drawn.
+    #[error(transparent)]
+    Deform(#[from] sketchnav_deform::DeformError),
     /// A drawing.
     #[error(transparent)]
     Sketch(#[from] SketchError),

@@ -71,11 +71,15 @@ impl Ground {
         ground
     }
 
+    /// All places where the robot fits.
+    pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        (0..self.fits.len()).filter(|&i| self.fits[i]).map(|i| self.middle(i))
+    }
+
     /// The nearest place where the robot fits, among those that `counts` accepts.
     pub fn nearest(&self, at: [f64; 2], counts: impl Fn([f64; 2]) -> bool) -> Option<[f64; 2]> {
-        let cells = (0..self.fits.len()).filter(|&i| self.fits[i]).map(|i| self.middle(i));
         let distance = |p: &[f64; 2]| (p[0] - at[0]).hypot(p[1] - at[1]);
-        cells.filter(|&p| counts(p)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        self.places().filter(|&p| counts(p)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
     /// The shortest way between two places, from cell to cell; `None` where there is none.

@@ -9,6 +9,7 @@
 //! seed is derived from the suite's seed and the trial's name alone. Never opens shared memory, never
 //! prints.
 
+pub mod deformed;
 pub mod error;
 pub mod ground;
 pub mod jobs;

@@ -160,6 +160,7 @@ impl Place {
             restarts: Vec::new(),
             start_error: Some(StartError::OF_PEOPLE),
             paper: paper.drawing.clone(),
+            bytes: None,
             correspondence: None,
         })
     }

@@ -182,6 +182,7 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
         restarts: restarts.ok_or_else(|| no_way(&mission.name))?,
         start_error: Some(StartError::OF_PEOPLE),
         paper: Arc::new(paper),
+        bytes: None,
         correspondence: None,
         mission,
     })

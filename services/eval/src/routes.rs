@@ -64,6 +64,7 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
         restarts: Vec::new(),
         start_error: None,
         paper: Arc::new(paper),
+        bytes: None,
         correspondence: Some(Arc::new(correspondence)),
     })
 }

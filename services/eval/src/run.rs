@@ -102,7 +102,11 @@ fn drive_from(trial: &Trial, method: Method, seed: u64, first_task: usize) -> Re
     let stops_at_failure = !trial.restarts.is_empty();
     let mut watcher =
         Watcher { log: Log::default(), tasks: &run.mission.task, stops_at_failure, failed: false };
-    Rehearsal::new(&run)?.run(&mut watcher)?;
+    let rehearsal = match &trial.bytes {
+        Some(bytes) => Rehearsal::by_bytes(&run, bytes),
+        None => Rehearsal::new(&run),
+    };
+    rehearsal?.run(&mut watcher)?;
     let Watcher { log, .. } = watcher;
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
     if stops_at_failure {

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use crate::error::EvalError;
 use crate::outcome::Outcome;
 use crate::trial::Trial;
-use crate::{people, protocol, routes};
+use crate::{deformed, people, protocol, routes};
 
 /// Where files lie.
 #[derive(Debug, Clone)]
@@ -30,6 +30,8 @@ pub struct Suite {
     pub notices: Vec<String>,
     /// What is driven.
     pub trials: Vec<Trial>,
+    /// What a line of its table is, where it is no drawing: then the trials' `drawing` says that.
+    pub lines: Option<&'static str>,
     /// Repetitions where nobody says how many.
     pub repetitions: u32,
     /// The tasks that count, where a published table lists them: its lines. Empty: all tasks count, and the
@@ -84,9 +86,10 @@ impl Suite {
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 5] = [
+const SUITES: [(&str, Loader); 6] = [
     ("building-079", protocol::building_079),
     ("building", protocol::building),
+    ("deformed", deformed::suite),
     ("laboratory", protocol::laboratory),
     ("people", people::suite),
     ("routes", routes::suite),

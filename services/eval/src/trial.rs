@@ -52,6 +52,8 @@ pub struct Trial {
     pub start_error: Option<StartError>,
     /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn anew.
     pub paper: Arc<Drawing>,
+    /// The drawing's file where it lies in no folder; `None`: the mission names it.
+    pub bytes: Option<Arc<[u8]>>,
     /// Which places of the drawing are which places of the floor: then the way, too, must be that of the
     /// drawn routes. `None` where any way will do.
     pub correspondence: Option<Arc<Correspondence>>,

@@ -99,7 +99,20 @@ impl Rehearsal {
     /// # Errors
     /// [`RehearsalError`] with the file, the key or the place.
     pub fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
-        let (drawing, places) = sketchnav_sketcher::understand(run).map_err(RehearsalError::Sketch)?;
+        let understood = sketchnav_sketcher::understand(run).map_err(RehearsalError::Sketch)?;
+        Self::by(run, understood)
+    }
+
+    /// By a drawing that is in no file: `bytes` stand for the file that the mission names.
+    ///
+    /// # Errors
+    /// As [`Rehearsal::new`].
+    pub fn by_bytes(run: &RunConfig, bytes: &[u8]) -> Result<Self, RehearsalError> {
+        let understood = sketchnav_sketcher::understand_bytes(run, bytes).map_err(RehearsalError::Sketch)?;
+        Self::by(run, understood)
+    }
+
+    fn by(run: &RunConfig, (drawing, places): (Drawing, Places)) -> Result<Self, RehearsalError> {
         Ok(Self {
             world: sketchnav_world::build(run)?,
             localizer: Localizer::new(run)?,

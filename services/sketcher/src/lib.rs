@@ -36,7 +36,7 @@ pub use drawing::{Drawing, Kind};
 pub use error::SketchError;
 pub use places::{Errand, Intent, PlacedErrand, Places};
 pub use preview::preview;
-pub use process::{run, understand};
+pub use process::{run, understand, understand_bytes};
 pub use publish::{fill_cells, fill_route, fill_sketch};
 pub use settings::{Options, Settings};
 pub use strokes::{GoalMark, Marks, StartMark};

@@ -47,10 +47,18 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
 /// # Errors
 /// As [`run`].
 pub fn understand(run: &RunConfig) -> anyhow::Result<(Drawing, Places)> {
-    let (mission, options) = (&run.mission, Options::of_mission(&run.mission, run.seed)?);
-    let file = &mission.sketch.file;
+    let file = &run.mission.sketch.file;
     let bytes = std::fs::read(Path::new(file)).with_context(|| format!("{file}: expected a drawing"))?;
-    let drawing = crate::read(&bytes, file, &options)?;
+    understand_bytes(run, &bytes)
+}
+
+/// As [`understand`], of a drawing that is in no file: `bytes` stand for the file that the mission names.
+///
+/// # Errors
+/// As [`run`].
+pub fn understand_bytes(run: &RunConfig, bytes: &[u8]) -> anyhow::Result<(Drawing, Places)> {
+    let (mission, options) = (&run.mission, Options::of_mission(&run.mission, run.seed)?);
+    let drawing = crate::read(bytes, &mission.sketch.file, &options)?;
     let intent = Intent::of_mission(mission).or(Intent::of_marks(&drawing.marks));
     let places = intent.place(&drawing, &options.settings)?;
     Ok((drawing, places))

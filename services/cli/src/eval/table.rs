@@ -63,7 +63,8 @@ fn paper_rate(suite: &Suite, column: usize) -> Option<f64> {
 /// A line for each drawing, and one for all.
 fn by_drawing(suite: &Suite, outcomes: &[&Outcome]) -> Table {
     let mut table = empty();
-    let mut header = vec!["drawing".to_owned(), "reached".into(), "%".into(), "95 %".into()];
+    let mut header =
+        vec![suite.lines.unwrap_or("drawing").to_owned(), "reached".into(), "%".into(), "95 %".into()];
     header.extend(Kind::ALL[1..].iter().map(|kind| kind.word().to_owned()));
     header.extend(["with collision".into(), "failures known".into()]);
     table.set_header(header);

@@ -57,6 +57,12 @@ impl Regions {
         &self.region[region].name
     }
 
+    /// Names and corners of those that a robot gets in.
+    pub fn enterable(&self) -> impl Iterator<Item = (&str, &[[f64; 2]])> {
+        let regions = self.region.iter().filter(|region| region.enterable);
+        regions.map(|region| (region.name.as_str(), region.polygon.as_slice()))
+    }
+
     /// Whether a robot gets in.
     pub fn is_enterable(&self, region: usize) -> bool {
         self.region[region].enterable

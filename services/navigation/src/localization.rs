@@ -12,6 +12,7 @@ pub mod adaptive;
 pub mod beams;
 pub mod confidence;
 pub mod grid;
+pub mod lanes;
 pub mod metric;
 pub mod mode;
 pub mod motion;
@@ -19,8 +20,12 @@ pub mod observation;
 pub mod parameters;
 pub mod particles;
 pub mod scales;
+pub mod sight;
 pub mod start;
+pub mod weighing;
+pub mod workers;
 
+use fearless_simd::Level;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
@@ -42,8 +47,11 @@ use observation::{Field, Visibility};
 use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
 use scales::{ScaledPose, least_squares};
+use sight::{SIGHT_CELLS, Sight};
 pub use start::Start;
 use start::extent_px;
+use weighing::{FieldOfScan, VisibilityOfScan, weigh};
+use workers::Workers;
 
 /// Where the robot is in the drawing, after a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,7 +127,11 @@ pub struct Localizer {
     frame: ScaleFrame,
     scale_guess_pxpm: f32,
     visibility: Visibility,
+    /// The table of ranges of the visibility model; none where the likelihood field weighs.
+    sight: Option<Sight>,
     field: Field,
+    level: Level,
+    workers: Workers,
     beams: Beams,
     resampler: Resampler,
     sample_size: SampleSize,
@@ -150,7 +162,10 @@ impl Localizer {
             frame: ScaleFrame::new(sketch.wall_direction_rad()),
             scale_guess_pxpm,
             visibility: Visibility::new(&parameters),
+            sight: sight(sketch, &parameters),
             field: Field::new(&grid, &parameters, scale_guess_pxpm),
+            level: Level::new(),
+            workers: Workers::default(),
             beams: Beams::with_capacity(parameters.beams),
             resampler: Resampler::new(parameters.particles),
             sample_size: SampleSize::new(parameters.particles),
@@ -159,6 +174,11 @@ impl Localizer {
             grid,
             parameters,
         })
+    }
+
+    /// Lends the localizer threads. They change how long an update takes and nothing else.
+    pub fn set_workers(&mut self, workers: Workers) {
+        self.workers = workers;
     }
 
     /// Takes in the scan and the odometry of its time; returns where the robot is now.
@@ -229,19 +249,14 @@ impl Localizer {
     fn reweight(&mut self, best: &ScaledPose) {
         let count = self.beams.len() as f32;
         let per_beam = (self.parameters.independent_beams / count.max(1.0)).min(1.0);
-        let Self { grid, beams, frame, visibility, field, state, .. } = self;
-        let likelihood = self.parameters.likelihood;
+        let Self { beams, frame, visibility, sight, field, level, workers, state, .. } = self;
         let set = &mut state.particles;
-        for i in 0..set.len() {
-            let place = [set.x_px[i], set.y_px[i]];
-            let metric = frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
-            set.log_weight[i] += per_beam
-                * match likelihood {
-                    Likelihood::Visibility => visibility.log_likelihood(grid, beams, place, &metric),
-                    Likelihood::Field => field.log_likelihood(grid, beams, place, &metric),
-                };
+        if let Some(sight) = sight {
+            let model = VisibilityOfScan { visibility, sight, beams };
+            return weigh(set, &model, frame, per_beam, *level, workers);
         }
-        if likelihood == Likelihood::Field && self.parameters.field_scale_width > 0.0 {
+        weigh(set, &FieldOfScan { field, beams }, frame, per_beam, *level, workers);
+        if self.parameters.field_scale_width > 0.0 {
             self.reweight_scales(best);
         }
     }
@@ -414,6 +429,12 @@ impl State {
         self.mode = mode.pose;
         self.covariance.copy_from_slice(&mode.covariance);
     }
+}
+
+/// The table of ranges, where the model looks at it.
+fn sight(sketch: &Sketch, p: &Parameters) -> Option<Sight> {
+    let wanted = p.likelihood == Likelihood::Visibility;
+    wanted.then(|| Sight::new(&Grid::new(sketch, p.grid_cells.min(SIGHT_CELLS))))
 }
 
 /// The geometric mean of the two scales, pixels a metre.

@@ -39,6 +39,8 @@ pub struct Beams {
     pub log2_range: Vec<f32>,
     /// Whether the beam came back.
     pub returned: Vec<bool>,
+    /// End points of the beams that came back, in the robot's axes: forward and left, metres.
+    pub end_m: Vec<[f32; 2]>,
     /// The sensor's place in the robot's axes, metres.
     pub origin_m: [f32; 2],
     /// Longest range that the sensor measures, metres.
@@ -56,6 +58,7 @@ impl Beams {
             range_m: room(),
             log2_range: room(),
             returned: Vec::with_capacity(capacity.min(MAX_BEAMS)),
+            end_m: Vec::with_capacity(capacity.min(MAX_BEAMS)),
             origin_m: [0.0; 2],
             range_max_m: 0.0,
         }
@@ -89,12 +92,16 @@ impl Beams {
 
     pub(super) fn push(&mut self, angle_rad: f32, measured_m: f32) {
         let range_m = measured_m.min(self.range_max_m);
+        let (left, forward) = angle_rad.sin_cos();
         self.angle_rad.push(angle_rad);
-        self.forward.push(angle_rad.cos());
-        self.left.push(angle_rad.sin());
+        self.forward.push(forward);
+        self.left.push(left);
         self.range_m.push(range_m);
         self.log2_range.push(range_m.log2());
         self.returned.push(measured_m < self.range_max_m);
+        if measured_m < self.range_max_m {
+            self.end_m.push([self.origin_m[0] + range_m * forward, self.origin_m[1] + range_m * left]);
+        }
     }
 
     fn clear(&mut self) {
@@ -104,6 +111,7 @@ impl Beams {
         self.range_m.clear();
         self.log2_range.clear();
         self.returned.clear();
+        self.end_m.clear();
     }
 }
 

@@ -36,6 +36,21 @@ impl Grid {
         Self { width, height, px_per_cell: reduction as f32, free_radius, distance }
     }
 
+    /// Columns and rows, the ring included.
+    pub fn cells(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
+    /// Whether each cell is wall, row by row from the bottom, the ring included.
+    pub fn walls(&self) -> impl Iterator<Item = bool> + '_ {
+        self.free_radius.iter().map(|&radius| radius == 0)
+    }
+
+    /// The distance step of each cell, row by row from the bottom, the ring included.
+    pub fn distance_steps(&self) -> &[u8] {
+        &self.distance
+    }
+
     /// Pixels along an edge of a cell.
     pub fn px_per_cell(&self) -> f32 {
         self.px_per_cell

@@ -15,6 +15,11 @@ impl ScaleFrame {
         Self { direction_rad, cos: direction_rad.cos(), sin: direction_rad.sin() }
     }
 
+    /// φ, its cosine and its sine.
+    pub fn direction(&self) -> [f32; 3] {
+        [self.direction_rad, self.cos, self.sin]
+    }
+
     /// R(φ)·diag(a, b)·R(−φ)·R(θ): what turns metres in the robot's axes into pixels.
     #[inline]
     pub fn px_from_base(&self, yaw_rad: f32, a_pxpm: f32, b_pxpm: f32) -> PxFromBase {

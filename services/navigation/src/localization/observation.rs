@@ -1,15 +1,18 @@
 //! How likely a scan is from a pose with two scales: the paper's likelihood field (equation 7) and
 //! the visibility model.
 
+use fearless_simd::{f32x16, i32x16, prelude::*};
+
 use super::beams::{Beams, SHORTEST_M};
 use super::grid::Grid;
+use super::lanes;
 use super::metric::PxFromBase;
 use super::parameters::Parameters;
 
 /// Rays are followed up to so many times the sensor's longest range: beyond, all is one.
-const LOOK_BEYOND: f32 = 1.5;
+pub const LOOK_BEYOND: f32 = 1.5;
 /// Thickest wall that a robot may be believed to stand in, metres of the local metric.
-const LEAVE_WALL_M: f32 = 0.4;
+pub const LEAVE_WALL_M: f32 = 0.4;
 
 /// Range from the sensor to the first drawn wall along beam `i`, metres of the local metric, at most
 /// `LOOK_BEYOND` times the longest range. `place_px` is the robot's.
@@ -58,6 +61,15 @@ impl Visibility {
         }
         sum
     }
+
+    /// ln p of sixteen beams by log₂(measured / expected).
+    #[inline(always)]
+    pub fn of<S: Simd>(&self, simd: S, returned: bool, log2_ratio: f32x16<S>) -> f32x16<S> {
+        let table = if returned { &self.returned } else { &self.lost };
+        let at = (log2_ratio + LOG2_SPAN) * (ENTRIES as f32 / (2.0 * LOG2_SPAN));
+        let entry: i32x16<S> = at.max(0.0).to_int();
+        lanes::gather(simd, table, entry)
+    }
 }
 
 #[inline]
@@ -93,7 +105,10 @@ fn fast_log2(x: f32) -> f32 {
 /// from the nearest drawn wall.
 #[derive(Debug, Clone)]
 pub struct Field {
-    log_likelihood: Vec<f32>,
+    cells: [usize; 2],
+    px_per_cell: f32,
+    /// ln p of an end point in each cell.
+    by_cell: Vec<f32>,
 }
 
 impl Field {
@@ -105,18 +120,36 @@ impl Field {
             let hit = (1.0 - parameters.field_random) * (-0.5 * away * away).exp();
             (hit + parameters.field_random.max(1e-3)).ln()
         };
-        Self { log_likelihood: (0..=u8::MAX).map(kernel).collect() }
+        let by_step: Vec<f32> = (0..=u8::MAX).map(kernel).collect();
+        let by_cell = grid.distance_steps().iter().map(|&step| by_step[usize::from(step)]).collect();
+        Self { cells: grid.cells(), px_per_cell: grid.px_per_cell(), by_cell }
     }
 
-    /// Σ ln p over the beams that returned.
-    pub fn log_likelihood(&self, grid: &Grid, beams: &Beams, place_px: [f32; 2], metric: &PxFromBase) -> f32 {
+    /// Columns and rows, the ring around the drawing included.
+    pub fn cells(&self) -> [usize; 2] {
+        self.cells
+    }
+
+    /// Pixels along an edge of a cell.
+    pub fn px_per_cell(&self) -> f32 {
+        self.px_per_cell
+    }
+
+    /// ln p of an end point in each cell, row by row from the bottom.
+    pub fn by_cell(&self) -> &[f32] {
+        &self.by_cell
+    }
+
+    /// Σ ln p over the beams that returned: the plain form of what [`super::weighing`] computes.
+    pub fn log_likelihood(&self, beams: &Beams, place_px: [f32; 2], metric: &PxFromBase) -> f32 {
+        let inverse = 1.0 / self.px_per_cell;
+        let cell = |px: f32, size: usize| ((px * inverse + 1.0) as usize).min(size - 1);
+        let [width, height] = self.cells;
         let mut sum = 0.0;
-        for i in (0..beams.len()).filter(|&i| beams.returned[i]) {
-            let forward = beams.origin_m[0] + beams.range_m[i] * beams.forward[i];
-            let left = beams.origin_m[1] + beams.range_m[i] * beams.left[i];
-            let end = metric.apply(forward, left);
-            let step = grid.distance_step(place_px[0] + end[0], place_px[1] + end[1]);
-            sum += self.log_likelihood[usize::from(step)];
+        for end_m in &beams.end_m {
+            let end = metric.apply(end_m[0], end_m[1]);
+            let (x, y) = (place_px[0] + end[0], place_px[1] + end[1]);
+            sum += self.by_cell[cell(y, height) * width + cell(x, width)];
         }
         sum
     }

@@ -38,9 +38,9 @@ pub enum StartScales {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
-    /// How many particles at most, 16 to 20 000.
+    /// How many particles at most, 16 to 100 000.
     pub particles: usize,
-    /// How many particles at least, where their number follows the belief (Fox 2003), 16 to 20 000; from
+    /// How many particles at least, where their number follows the belief (Fox 2003), 16 to 100 000; from
     /// `particles` on it does not.
     pub least_particles: usize,
     /// ε, how far the particles' distribution may be from the belief (Kullback-Leibler divergence).
@@ -275,8 +275,8 @@ impl Parameters {
     /// [`ParameterError`] with the key, what was expected and what was found.
     pub fn check(&self) -> Result<(), ParameterError> {
         let counts = [
-            ("particles", "16 to 20000", self.particles, 16..=20_000),
-            ("least_particles", "16 to 20000", self.least_particles, 16..=20_000),
+            ("particles", "16 to 100000", self.particles, 16..=100_000),
+            ("least_particles", "16 to 100000", self.least_particles, 16..=100_000),
             ("beams", "4 to 1440", self.beams, 4..=1440),
             ("grid_cells", "1000 to 4000000", self.grid_cells, 1000..=4_000_000),
         ];

@@ -85,7 +85,7 @@ impl Drawing {
         [width + cos * x - sin * y, height + sin * x + cos * y]
     }
 
-    fn sketch(&self) -> Sketch {
+    pub fn sketch(&self) -> Sketch {
         let [width, height] = self.size;
         let mut rng = seed::stream(11, "wobble");
         let mut cells = vec![0u8; width * height];
@@ -155,19 +155,32 @@ impl Drive {
 
     /// 240°, 5.6 m, 121 beams.
     fn scan(&mut self) -> LaserScan {
-        let walls = walls();
-        let mut scan = LaserScan::zeroed();
-        (scan.beam_count, scan.range_min_m, scan.range_max_m) = (121, 0.02, 5.6);
-        (scan.angle_min_rad, scan.angle_max_rad) = (-120_f32.to_radians(), 120_f32.to_radians());
-        scan.angle_increment_rad = 2_f32.to_radians();
-        for i in 0..121 {
-            let direction = self.truth.yaw_rad + f64::from(scan.angle_rad(i));
-            let range = range([self.truth.x, self.truth.y], direction, &walls) + 0.02 * normal(&mut self.rng);
-            scan.ranges_m[i] = if range > 5.6 { f32::INFINITY } else { range as f32 };
-        }
+        let (pose, rng) = ([self.truth.x, self.truth.y, self.truth.yaw_rad], &mut self.rng);
+        let mut scan = scan_from(pose, 121, -120_f32.to_radians(), 5.6, || 0.02 * normal(rng));
         scan.ranges_m[17] = f32::NAN;
         scan
     }
+}
+
+/// A scan of `beams` beams from a pose (x m, y m, yaw rad), the last as far to the left as the first to
+/// the right; each range has an error.
+pub fn scan_from(
+    [x, y, yaw]: [f64; 3],
+    beams: usize,
+    first_rad: f32,
+    range_max_m: f32,
+    mut error_m: impl FnMut() -> f64,
+) -> LaserScan {
+    let walls = walls();
+    let mut scan = LaserScan::zeroed();
+    (scan.beam_count, scan.range_min_m, scan.range_max_m) = (beams as u32, 0.02, range_max_m);
+    (scan.angle_min_rad, scan.angle_max_rad) = (first_rad, -first_rad);
+    scan.angle_increment_rad = -2.0 * first_rad / (beams - 1) as f32;
+    for i in 0..beams {
+        let range = range([x, y], yaw + f64::from(scan.angle_rad(i)), &walls) + error_m();
+        scan.ranges_m[i] = if range > range_max_m.into() { f32::INFINITY } else { range as f32 };
+    }
+    scan
 }
 
 /// Distance to the first wall or piece of furniture.

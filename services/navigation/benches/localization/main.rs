@@ -1,7 +1,8 @@
 //! How long an update of the localization takes, and how many particle-beams a second it weighs.
 
-#[path = "../tests/support/mod.rs"]
+#[path = "../../tests/support/mod.rs"]
 mod support;
+mod weighing;
 
 use std::hint::black_box;
 
@@ -37,5 +38,13 @@ fn update(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, update);
+criterion_group!(
+    benches,
+    weighing::field,
+    weighing::visibility,
+    weighing::scalar,
+    weighing::resampling,
+    weighing::preparing,
+    update
+);
 criterion_main!(benches);

@@ -1,0 +1,147 @@
+//! Sixteen numbers at once: the functions that the filter's inner loops need.
+//!
+//! Every operation is one that IEEE 754 rounds exactly (no fused multiply-add, no estimated
+//! reciprocals, no library call), in an order that is written down here, so that every set of vector
+//! instructions gives the same bits. Coefficients: Cody and Waite 1980, Cephes.
+
+use fearless_simd::{f32x16, i32x16, prelude::*};
+
+/// How many particles go together, whatever the processor: on narrower vectors in several steps.
+pub const LANES: usize = 16;
+
+/// Sixteen elements of `column` from `first` on; past the end the last one again.
+#[inline(always)]
+pub fn load<S: Simd>(simd: S, column: &[f32], first: usize) -> f32x16<S> {
+    match column.get(first..first + LANES) {
+        Some(all) => f32x16::from_slice(simd, all),
+        None => f32x16::from_fn(simd, |lane| column[(first + lane).min(column.len() - 1)]),
+    }
+}
+
+/// The elements of `table` that `index` names; the last one where it names none.
+#[inline(always)]
+pub fn gather<S: Simd>(simd: S, table: &[f32], index: i32x16<S>) -> f32x16<S> {
+    let index: [i32; LANES] = index.into();
+    let last = table.len() - 1;
+    f32x16::from_fn(simd, |lane| table[(index[lane] as u32 as usize).min(last)])
+}
+
+/// Sine and cosine, to 10⁻⁶ for angles up to some ten turns.
+#[inline(always)]
+pub fn sin_cos<S: Simd>(angle_rad: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
+    let quarter = (angle_rad * std::f32::consts::FRAC_2_PI).round_ties_even();
+    let r = angle_rad - quarter * 1.570_312_5 - quarter * 4.837_513e-4 - quarter * 7.549_79e-8;
+    let r2 = r * r;
+    let sine = r + r * r2 * ((r2 * -1.951_529_6e-4 + 8.332_161e-3) * r2 - 1.666_665_5e-1);
+    let tail = (r2 * 2.443_315_7e-5 - 1.388_731_6e-3) * r2 + 4.166_664_6e-2;
+    let cosine = (r2 * -0.5 + 1.0) + r2 * r2 * tail;
+    let quadrant: i32x16<S> = quarter.to_int();
+    let odd = (quadrant & 1).simd_eq(1);
+    let (s, c) = (odd.select(cosine, sine), odd.select(sine, cosine));
+    (negated(s, quadrant & 2), negated(c, (quadrant + 1) & 2))
+}
+
+/// −x where `two` is 2, x where it is 0.
+#[inline(always)]
+fn negated<S: Simd>(x: f32x16<S>, two: i32x16<S>) -> f32x16<S> {
+    (x.bitcast::<i32x16<S>>() ^ (two << 30)).bitcast()
+}
+
+/// eˣ to a relative 2·10⁻⁷ for x from −87 to 88, and that of the nearer end beyond.
+#[inline(always)]
+pub fn exp<S: Simd>(x: f32x16<S>) -> f32x16<S> {
+    let x = x.max(-87.0).min(88.0);
+    let power = (x * std::f32::consts::LOG2_E).round_ties_even();
+    let r = x - power * 0.693_359_4 + power * 2.121_944_4e-4;
+    let p = (r * 1.987_569_1e-4 + 1.398_199_9e-3) * r + 8.333_452e-3;
+    let p = ((p * r + 4.166_579_6e-2) * r + 1.666_666_5e-1) * r + 0.5;
+    let mantissa = p * (r * r) + r + 1.0;
+    let exponent: i32x16<S> = power.to_int();
+    mantissa * ((exponent + 127) << 23).bitcast::<f32x16<S>>()
+}
+
+/// log₂ of positive, normal numbers to 10⁻²: exponent plus a parabola through the mantissa.
+#[inline(always)]
+pub fn fast_log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
+    let bits: i32x16<S> = x.bitcast();
+    let exponent: f32x16<S> = ((bits >> 23) - 127).to_float();
+    let mantissa: f32x16<S> = ((bits & 0x007f_ffff) | 0x3f80_0000).bitcast();
+    let above_one = mantissa - 1.0;
+    exponent + above_one * (above_one * -0.346_555_3 + 1.346_555_3)
+}
+
+/// The direction of (x, y) in `per_turn`-ths of a turn, to 0.0006 turns and not yet rounded, from 0 to
+/// `per_turn`: within an eighth of a turn the arc tangent by a parabola, mirrored into the other seven.
+#[inline(always)]
+pub fn direction<S: Simd>(x: f32x16<S>, y: f32x16<S>, per_turn: f32) -> f32x16<S> {
+    let (along, across) = (x.abs(), y.abs());
+    let ratio = along.min(across) / along.max(across).max(f32::MIN_POSITIVE);
+    let eighth = ratio * (ratio * -0.347_6 + 1.347_6);
+    let quarter = along.simd_lt(across).select(-eighth + 2.0, eighth);
+    let half = x.simd_lt(0.0).select(-quarter + 4.0, quarter);
+    y.simd_lt(0.0).select(-half + 8.0, half) * (per_turn / 8.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fearless_simd::{Level, dispatch};
+
+    /// Applies `f` to `values`, sixteen at a time.
+    macro_rules! over {
+        ($values:expr, $simd:ident, $v:ident => $f:expr) => {{
+            let mut out: Vec<f32> = Vec::new();
+            for chunk in $values.chunks_exact(LANES) {
+                dispatch!(Level::new(), $simd => {
+                    let $v = load($simd, chunk, 0);
+                    out.extend_from_slice(($f).as_slice());
+                });
+            }
+            out
+        }};
+    }
+
+    fn evenly(from: f32, to: f32) -> Vec<f32> {
+        (0..16_000).map(|i| from + (to - from) * i as f32 / 16_000.0).collect()
+    }
+
+    #[test]
+    fn sine_and_cosine_are_those_of_the_library() {
+        let angles = evenly(-60.0, 60.0);
+        let (sines, cosines) =
+            (over!(angles, simd, v => sin_cos(v).0), over!(angles, simd, v => sin_cos(v).1));
+        for ((angle, sine), cosine) in angles.iter().zip(sines).zip(cosines) {
+            let (s, c) = f64::from(*angle).sin_cos();
+            assert!((f64::from(sine) - s).abs() < 1e-6 && (f64::from(cosine) - c).abs() < 1e-6, "{angle}");
+        }
+    }
+
+    #[test]
+    fn the_exponential_is_that_of_the_library() {
+        let values = evenly(-86.0, 86.0);
+        for (x, found) in values.iter().zip(over!(values, simd, v => exp(v))) {
+            assert!((f64::from(found) / f64::from(*x).exp() - 1.0).abs() < 3e-7, "{x}: {found}");
+        }
+    }
+
+    #[test]
+    fn the_fast_logarithm_is_close() {
+        let values = evenly(1e-4, 90.0);
+        for (x, found) in values.iter().zip(over!(values, simd, v => fast_log2(v))) {
+            assert!((found - x.log2()).abs() < 1e-2, "{x}: {found}");
+        }
+    }
+
+    #[test]
+    fn directions_go_round_once() {
+        let turns = evenly(0.0, 1.0);
+        let found = over!(turns, simd, v => {
+            let (sin, cos) = sin_cos(v * std::f32::consts::TAU);
+            direction(cos * 20.0, sin * 20.0, 128.0)
+        });
+        for (turn, found) in turns.iter().zip(found) {
+            let off = (found / 128.0 - turn).rem_euclid(1.0);
+            assert!(off.min(1.0 - off) < 7e-4, "{turn}: {found}");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Who does the work: the thread that asks, or a pool that the shell handed in.
+//!
+//! Nothing here starts a thread. Work is cut into blocks whose bounds do not depend on the number of
+//! threads, so neither does any result.
+
+use std::sync::Arc;
+
+use rayon_core::ThreadPool;
+
+/// The calling thread alone (the default), or a pool of threads.
+#[derive(Debug, Clone, Default)]
+pub struct Workers {
+    pool: Option<Arc<ThreadPool>>,
+}
+
+/// What can be cut in two.
+pub trait Parts: Sized + Send {
+    /// How many elements there are.
+    fn count(&self) -> usize;
+    /// The first `at` elements and the rest.
+    fn cut(self, at: usize) -> (Self, Self);
+}
+
+impl<T: Send> Parts for &mut [T] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        self.split_at_mut(at)
+    }
+}
+
+impl Workers {
+    /// The threads of `pool`. A caller that is one of them does not wait for the others to wake up,
+    /// and nothing is allocated.
+    pub fn of(pool: Arc<ThreadPool>) -> Self {
+        Self { pool: Some(pool) }
+    }
+
+    /// Calls `job` once for each block of `block` elements, the last one shorter, with the index of
+    /// its first element.
+    pub fn each<P: Parts>(&self, parts: P, block: usize, job: impl Fn(usize, P) + Sync) {
+        match &self.pool {
+            None => one_by_one(parts, block, &job),
+            Some(pool) => pool.install(|| halve(0, parts, block, &job)),
+        }
+    }
+}
+
+fn one_by_one<P: Parts>(mut parts: P, block: usize, job: &impl Fn(usize, P)) {
+    let mut first = 0;
+    while parts.count() > block {
+        let (front, rest) = parts.cut(block);
+        job(first, front);
+        (first, parts) = (first + block, rest);
+    }
+    job(first, parts);
+}
+
+fn halve<P: Parts>(first: usize, parts: P, block: usize, job: &(impl Fn(usize, P) + Sync)) {
+    let blocks = parts.count().div_ceil(block);
+    if blocks <= 1 {
+        return job(first, parts);
+    }
+    let middle = blocks / 2 * block;
+    let (front, back) = parts.cut(middle);
+    rayon_core::join(|| halve(first, front, block, job), || halve(first + middle, back, block, job));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayon_core::ThreadPoolBuilder;
+
+    #[test]
+    fn every_element_is_worked_on_once_and_in_the_same_block() {
+        let pool = Arc::new(ThreadPoolBuilder::new().num_threads(3).build().unwrap());
+        for workers in [Workers::default(), Workers::of(pool)] {
+            for count in [0, 1, 9, 10, 11, 95, 100] {
+                let mut blocks = vec![usize::MAX; count];
+                workers.each(&mut blocks[..], 10, |first, part| part.fill(first));
+                let expected: Vec<usize> = (0..count).map(|i| i / 10 * 10).collect();
+                assert_eq!(blocks, expected);
+            }
+        }
+    }
+}

@@ -134,7 +134,7 @@ fn errors_name_what_is_wrong() {
     let error =
         |parameters: &str| core(&format!("[parameters.localizer]\n{parameters}")).unwrap_err().to_string();
     assert!(error("particels = 5").contains("particels"), "{}", error("particels = 5"));
-    assert!(error("particles = 5").contains("particles: expected 16 to 20000, found 5"));
+    assert!(error("particles = 5").contains("particles: expected 16 to 100000, found 5"));
     let (mut map, cells) = room();
     map.start = PosePx::new(&Pose::new(500.0, 40.0, 0.0));
     let outside = core("").unwrap().on_sketch(&map, &cells).unwrap_err().to_string();

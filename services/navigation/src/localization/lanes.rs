@@ -47,17 +47,34 @@ fn negated<S: Simd>(x: f32x16<S>, two: i32x16<S>) -> f32x16<S> {
     (x.bitcast::<i32x16<S>>() ^ (two << 30)).bitcast()
 }
 
-/// eˣ to a relative 2·10⁻⁷ for x from −87 to 88, and that of the nearer end beyond.
+/// eˣ to a relative 2·10⁻⁷ for x from −87 to 88; beyond, e⁸⁸ above and 0 below, for −∞ and NaN too.
 #[inline(always)]
 pub fn exp<S: Simd>(x: f32x16<S>) -> f32x16<S> {
-    let x = x.max(-87.0).min(88.0);
+    let something = x.simd_ge(-87.0);
+    let x = something.select(x, f32x16::splat(x.simd, -87.0)).min(88.0);
     let power = (x * std::f32::consts::LOG2_E).round_ties_even();
     let r = x - power * 0.693_359_4 + power * 2.121_944_4e-4;
     let p = (r * 1.987_569_1e-4 + 1.398_199_9e-3) * r + 8.333_452e-3;
     let p = ((p * r + 4.166_579_6e-2) * r + 1.666_666_5e-1) * r + 0.5;
     let mantissa = p * (r * r) + r + 1.0;
     let exponent: i32x16<S> = power.to_int();
-    mantissa * ((exponent + 127) << 23).bitcast::<f32x16<S>>()
+    let value = mantissa * ((exponent + 127) << 23).bitcast::<f32x16<S>>();
+    something.select(value, f32x16::splat(x.simd, 0.0))
+}
+
+/// [`exp`] of all of `from` into `to`, which is as long.
+#[inline(always)]
+pub fn exp_all<S: Simd>(simd: S, from: &[f32], to: &mut [f32]) {
+    for (k, to) in to.chunks_mut(LANES).enumerate() {
+        to.copy_from_slice(&exp(load(simd, from, k * LANES)).as_slice()[..to.len()]);
+    }
+}
+
+/// The angle's equal in [−π, π), as [`super::metric::wrap`] has it.
+#[inline(always)]
+pub fn wrap<S: Simd>(angle_rad: f32x16<S>) -> f32x16<S> {
+    use std::f32::consts::{PI, TAU};
+    angle_rad - ((angle_rad + PI) / TAU).floor() * TAU
 }
 
 /// log₂ of positive, normal numbers to 10⁻²: exponent plus a parabola through the mantissa.
@@ -80,6 +97,19 @@ pub fn direction<S: Simd>(x: f32x16<S>, y: f32x16<S>, per_turn: f32) -> f32x16<S
     let quarter = along.simd_lt(across).select(-eighth + 2.0, eighth);
     let half = x.simd_lt(0.0).select(-quarter + 4.0, quarter);
     y.simd_lt(0.0).select(-half + 8.0, half) * (per_turn / 8.0)
+}
+
+/// The sets of vector instructions that this processor has.
+#[cfg(test)]
+pub(super) fn levels() -> Vec<fearless_simd::Level> {
+    let best = fearless_simd::Level::new();
+    let mut levels = vec![fearless_simd::Level::baseline(), best];
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    {
+        levels.extend(best.as_sse4_2().map(|token| token.level()));
+        levels.extend(best.as_avx2().map(|token| token.level()));
+    }
+    levels
 }
 
 #[cfg(test)]
@@ -118,10 +148,31 @@ mod tests {
 
     #[test]
     fn the_exponential_is_that_of_the_library() {
-        let values = evenly(-86.0, 86.0);
+        let values: Vec<f32> = evenly(-87.0, 88.0).into_iter().chain(evenly(-1.0, 1.0)).collect();
         for (x, found) in values.iter().zip(over!(values, simd, v => exp(v))) {
-            assert!((f64::from(found) / f64::from(*x).exp() - 1.0).abs() < 3e-7, "{x}: {found}");
+            assert!((f64::from(found) / f64::from(*x).exp() - 1.0).abs() < 2e-7, "{x}: {found}");
         }
+    }
+
+    #[test]
+    fn every_processor_has_the_same_exponential() {
+        let values = evenly(-90.0, 90.0);
+        let bits = |level| {
+            let mut found = vec![0.0; values.len()];
+            dispatch!(level, simd => exp_all(simd, &values, &mut found));
+            found.into_iter().map(f32::to_bits).collect::<Vec<_>>()
+        };
+        assert!(levels().into_iter().all(|level| bits(level) == bits(Level::new())));
+    }
+
+    #[test]
+    fn the_exponential_of_almost_nothing_is_nothing() {
+        let mut values = [-88.0, -1e30, f32::NEG_INFINITY, f32::NAN, 89.0, f32::INFINITY].to_vec();
+        values.resize(LANES, 0.0);
+        let found = over!(values, simd, v => exp(v));
+        assert_eq!(found[..4], [0.0; 4]);
+        assert!(found[4] == found[5] && (found[4].ln() - 88.0).abs() < 1e-4);
+        assert!(found[6..].iter().all(|&one| one == 1.0));
     }
 
     #[test]

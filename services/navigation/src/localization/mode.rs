@@ -1,6 +1,9 @@
 //! The densest place of the particle set. Never a mean over several places: between two modes the
 //! robot is for sure not.
 
+use fearless_simd::{Level, dispatch, f32x16, prelude::*};
+
+use super::lanes::{self, LANES};
 use super::metric::wrap;
 use super::particles::ParticleSet;
 use super::scales::ScaledPose;
@@ -26,7 +29,7 @@ pub struct Kernel {
 }
 
 /// How many particles, drawn evenly by weight, are tried as the densest.
-const CANDIDATES: usize = 64;
+const CANDIDATES: usize = 4 * LANES;
 /// How often the mean of what is near becomes the new middle (mean shift).
 const SHIFTS: usize = 3;
 
@@ -39,12 +42,6 @@ impl Kernel {
         (dx * dx + dy * dy) / (self.radius_px * self.radius_px) + yaw * yaw
     }
 
-    /// Epanechnikov's kernel density.
-    fn density(&self, set: &ParticleSet, pose: &ScaledPose) -> f32 {
-        let near = |i: usize| (1.0 - self.distance2(set, i, pose)).max(0.0);
-        (0..set.len()).map(|i| set.weight[i] * near(i)).sum()
-    }
-
     fn overlap(&self, a: &ScaledPose, b: &ScaledPose) -> bool {
         let (dx, dy) = (a.x_px - b.x_px, a.y_px - b.y_px);
         let yaw = wrap(a.yaw_rad - b.yaw_rad) / self.radius_rad;
@@ -52,22 +49,62 @@ impl Kernel {
     }
 }
 
+/// Candidates and the density around each.
+struct Candidates {
+    particle: [usize; CANDIDATES],
+    density: [f32; CANDIDATES],
+    count: usize,
+}
+
+impl Candidates {
+    /// The particles that hold the middles of [`CANDIDATES`] equal shares of the weight.
+    fn of(set: &ParticleSet) -> Self {
+        let (mut particle, mut count, mut passed, mut next) = ([0; CANDIDATES], 0, 0.0, 0.5);
+        for (i, weight) in set.weight.iter().enumerate() {
+            passed += weight * CANDIDATES as f32;
+            if passed > next && count < CANDIDATES {
+                particle[count] = i;
+                count += 1;
+                next = passed.round() + 0.5;
+            }
+        }
+        Self { particle, density: [0.0; CANDIDATES], count }
+    }
+
+    /// Epanechnikov's kernel density around each.
+    fn weigh(&mut self, level: Level, set: &ParticleSet, kernel: &Kernel) {
+        dispatch!(level, simd => self.weigh_by(simd, set, kernel));
+    }
+
+    #[inline(always)]
+    fn weigh_by<S: Simd>(&mut self, simd: S, set: &ParticleSet, kernel: &Kernel) {
+        let inverse = [1.0 / kernel.radius_px, 1.0 / kernel.radius_rad];
+        for first in (0..self.count).step_by(LANES) {
+            let at = |column: &[f32]| f32x16::from_fn(simd, |lane| column[self.particle[first + lane]]);
+            let (x, y, yaw) = (at(&set.x_px), at(&set.y_px), at(&set.yaw_rad));
+            let mut sum = f32x16::splat(simd, 0.0);
+            for i in 0..set.len() {
+                let (dx, dy) = ((x - set.x_px[i]) * inverse[0], (y - set.y_px[i]) * inverse[0]);
+                let turned = lanes::wrap(yaw - set.yaw_rad[i]) * inverse[1];
+                let near = (-(dx * dx + dy * dy + turned * turned) + 1.0).max(0.0);
+                sum += near * set.weight[i];
+            }
+            self.density[first..first + LANES].copy_from_slice(sum.as_slice());
+        }
+    }
+}
+
 /// The mode of `set`. Near `last`, where the robot was believed to be, the density counts `loyalty`
 /// times, so that two equal rivals do not take turns.
 pub fn find_mode(set: &ParticleSet, kernel: &Kernel, last: Option<&ScaledPose>, loyalty: f32) -> Mode {
+    let mut candidates = Candidates::of(set);
+    candidates.weigh(Level::new(), set, kernel);
     let mut best = (f32::NEG_INFINITY, set.pose(0));
-    let mut passed = 0.0;
-    for i in 0..set.len() {
-        let before = (passed * CANDIDATES as f32).ceil();
-        passed += set.weight[i];
-        if passed * (CANDIDATES as f32) < before && i > 0 {
-            continue;
-        }
-        let pose = set.pose(i);
+    for (&particle, density) in candidates.particle.iter().zip(candidates.density).take(candidates.count) {
+        let pose = set.pose(particle);
         let faith = if last.is_some_and(|l| kernel.overlap(l, &pose)) { loyalty } else { 1.0 };
-        let density = kernel.density(set, &pose) * faith;
-        if density > best.0 {
-            best = (density, pose);
+        if density * faith > best.0 {
+            best = (density * faith, pose);
         }
     }
     let mut pose = best.1;
@@ -162,6 +199,46 @@ mod tests {
             prop_assert!(at_first || at_second, "{}", mode.pose.x_px);
             if (share - 0.5).abs() > 0.1 {
                 prop_assert_eq!(at_first, share > 0.5);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn densities_are_those_of_the_plain_loop(share in 0.05f32..0.95, apart in 0.0f32..40.0, turned in 0.0f32..6.0) {
+            let mut set = two_heaps(share, apart, turned);
+            set.log_weight.iter_mut().enumerate().for_each(|(i, w)| *w = -((i * 13 % 29) as f32) / 9.0);
+            set.normalize();
+            let of = |level| {
+                let mut candidates = Candidates::of(&set);
+                candidates.weigh(level, &set, &KERNEL);
+                candidates
+            };
+            let found = of(Level::new());
+            prop_assert!(lanes::levels().into_iter().all(|level| of(level).density == found.density));
+            prop_assert!(found.count > CANDIDATES / 2 && found.particle[..found.count].is_sorted());
+            for (&particle, density) in found.particle.iter().zip(found.density).take(found.count) {
+                let pose = set.pose(particle);
+                let near = |i: usize| set.weight[i] * (1.0 - KERNEL.distance2(&set, i, &pose)).max(0.0);
+                let plain: f32 = (0..set.len()).map(near).sum();
+                prop_assert!((density - plain).abs() < 1e-4, "{density} {plain}");
+            }
+        }
+
+        #[test]
+        fn candidates_hold_the_middles_of_equal_shares(heavy in 0usize..200, weight in 0.0f32..6.0) {
+            let mut set = two_heaps(0.5, 30.0, 0.0);
+            set.log_weight[heavy] = weight;
+            set.normalize();
+            let found = Candidates::of(&set);
+            let mut end = 0.0;
+            for (i, &weight) in set.weight.iter().enumerate() {
+                let begin = end;
+                end += f64::from(weight) * CANDIDATES as f64;
+                // Sums are rounded: a middle at the very end of a piece may go either way.
+                let middles = |slack: f64| (begin - 0.5 - slack).ceil() < (end - 0.5 + slack).ceil();
+                let tried = found.particle[..found.count].contains(&i);
+                prop_assert!(if tried { middles(1e-3) } else { !middles(-1e-3) }, "{i}: {begin} to {end}");
             }
         }
     }

@@ -15,7 +15,7 @@ use super::sight::{DIRECTIONS, Row, Sight};
 use super::workers::Workers;
 
 /// Particles that a thread takes at a time.
-const BLOCK: usize = 512;
+const BLOCK: usize = 256;
 
 /// Sixteen particles: places in pixels, and the matrices from metres in the robot's axes to pixels.
 pub struct Group<S: Simd> {
@@ -198,6 +198,7 @@ fn codes<S: Simd>(simd: S, rows: &[(&Row, &Row); LANES], direction: f32x16<S>) -
 mod tests {
     use super::*;
     use crate::localization::grid::Grid;
+    use crate::localization::lanes::levels;
     use crate::localization::parameters::Parameters;
     use crate::sketch::Sketch;
     use proptest::prelude::*;
@@ -277,17 +278,6 @@ mod tests {
         set.ln_a.fill_with(|| rng.random_range(1.5..3.5));
         set.ln_b.fill_with(|| rng.random_range(1.5..3.5));
         set
-    }
-
-    fn levels() -> Vec<Level> {
-        let best = Level::new();
-        let mut levels = vec![Level::baseline(), best];
-        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-        {
-            levels.extend(best.as_sse4_2().map(|token| token.level()));
-            levels.extend(best.as_avx2().map(|token| token.level()));
-        }
-        levels
     }
 
     fn bits(values: &[f32]) -> Vec<u32> {

@@ -173,6 +173,9 @@ pub struct EvalOptions {
     /// Lists each task that failed, and why.
     #[arg(long)]
     pub verbose: bool,
+    /// Writes all figures, with some of the tasks as pictures, as one page of HTML.
+    #[arg(short, long, value_name = "HTML")]
+    pub output: Option<PathBuf>,
     /// Draws each trial into this folder.
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,

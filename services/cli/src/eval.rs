@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use sketchnav_eval::jobs::{Job, run_all};
+use sketchnav_eval::report::{Report, examples};
 use sketchnav_eval::statistics::Tally;
 use sketchnav_eval::suites::{Folders, Suite, load};
 use sketchnav_eval::{EvalError, Outcome as Ended};
@@ -24,6 +25,9 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let outcomes = drive(&jobs, options)?;
     let wall = began.elapsed();
+    if let Some(path) = &options.output {
+        report(&suite, &jobs, &outcomes, options, path)?;
+    }
     if options.json {
         out!("{}", json(&suite, options, &outcomes, wall)?)?;
     } else {
@@ -116,6 +120,31 @@ fn draw(jobs: &[Job<'_>], folder: &Path) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+fn report(
+    suite: &Suite,
+    jobs: &[Job<'_>],
+    outcomes: &[Ended],
+    options: &EvalOptions,
+    path: &Path,
+) -> Result<(), Failure> {
+    let examples = examples(suite, jobs, outcomes).map_err(classify)?;
+    let command = command_line();
+    let report =
+        Report { suite, methods: &options.methods, outcomes, examples: &examples, command: &command };
+    std::fs::write(path, report.page()).with_context(|| path.display().to_string()).or_input()?;
+    say!("report     {}", path.display());
+    Ok(())
+}
+
+/// As it was typed, but for where the program lies.
+fn command_line() -> String {
+    let words = std::env::args().skip(1).map(|word| match word.contains(char::is_whitespace) {
+        true => format!("'{word}'"),
+        false => word,
+    });
+    std::iter::once("sketchnav".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
 fn print(suite: &Suite, options: &EvalOptions, outcomes: &[Ended], wall: Duration) -> anyhow::Result<()> {

@@ -2,7 +2,7 @@
 //! processes, in one process, and becomes one [`Outcome`] a task, which [`statistics`] counts.
 //!
 //! ```text
-//! suites::load → Suite ─jobs::run_all→ Vec<Outcome> ─statistics→ tables
+//! suites::load → Suite ─jobs::run_all→ Vec<Outcome> ─statistics→ table, report
 //! ```
 //!
 //! The same suite, method and seed give the same outcomes, whatever the number of threads: a trial's
@@ -17,10 +17,12 @@ pub mod outcome;
 pub mod people;
 pub mod picture;
 pub mod protocol;
+pub mod report;
 pub mod routes;
 pub mod run;
 pub mod statistics;
 pub mod suites;
+pub mod table;
 pub mod trial;
 
 pub use error::EvalError;

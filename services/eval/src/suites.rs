@@ -34,9 +34,42 @@ pub struct Suite {
     pub lines: Option<&'static str>,
     /// Repetitions where nobody says how many.
     pub repetitions: u32,
+    /// What others reached with a suite of the same protocol, where no table lists its tasks.
+    pub paper: Option<Paper>,
+    /// Lines of the table that together are a curve.
+    pub curves: Vec<Curve>,
     /// The tasks that count, where a published table lists them: its lines. Empty: all tasks count, and the
     /// table has a line for each drawing.
     pub legs: Vec<Leg>,
+}
+
+/// A published count.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Paper {
+    /// What was counted: `paper A`.
+    pub name: String,
+    /// Successes.
+    pub reached: u32,
+    /// Of so many.
+    pub attempts: u32,
+}
+
+impl Paper {
+    /// Share of tasks reached, from 0 to 1; `None` without attempts.
+    pub fn rate(&self) -> Option<f64> {
+        (self.attempts > 0).then(|| f64::from(self.reached) / f64::from(self.attempts))
+    }
+}
+
+/// Success against one condition.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Which condition.
+    pub title: String,
+    /// What it is measured in.
+    pub unit: String,
+    /// Its values, and the line (a trial's `drawing`) that was driven with each.
+    pub points: Vec<(f64, String)>,
 }
 
 /// A line of a published table.
@@ -62,6 +95,20 @@ impl Suite {
             }
         }
         names
+    }
+
+    /// What others reached: of a published table its columns.
+    pub fn papers(&self) -> Vec<Paper> {
+        let columns = self.legs.iter().map(|leg| leg.paper.len()).max().unwrap_or_default();
+        let column = |i: usize| {
+            let cells = || self.legs.iter().filter_map(move |leg| leg.paper.get(i));
+            Paper {
+                name: format!("paper {}", char::from(b'A' + i as u8)),
+                reached: cells().map(|(reached, _)| reached).sum(),
+                attempts: cells().map(|(_, attempts)| attempts).sum(),
+            }
+        };
+        self.paper.iter().cloned().chain((0..columns).map(column)).collect()
     }
 
     /// Whether an outcome counts: legs that only lead from one to the next do not.

@@ -28,7 +28,7 @@ use crate::trial::{StartError, Trial, time_limit_s};
 const TITLE: &str = "Drawings of four floors, deformed as people deform (degree 1; 0: the walls traced), seven of each floor at each degree; from a place of one region to a place of another.";
 const DEGREES: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
 /// Of each floor at each degree; also their seeds, from 1.
-const DRAWINGS: u64 = 7;
+pub(crate) const DRAWINGS: u64 = 7;
 /// Trials by each drawing.
 const PAIRS: usize = 4;
 /// Pairs that are tried, to find those.
@@ -43,11 +43,12 @@ const DEPTH: f64 = 0.5;
 const LOOK_AHEAD_M: f64 = 1.0;
 
 /// A floor that is drawn.
-struct Site {
-    name: &'static str,
+pub(crate) struct Site {
+    pub(crate) name: &'static str,
     world: WorldSource,
     floor: Floor,
-    ground: Ground,
+    /// Where the robot fits.
+    pub(crate) ground: Ground,
     robot: Robot,
     regions: Vec<Region>,
 }
@@ -75,19 +76,22 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     for degree in DEGREES {
         for site in &sites {
             for number in 1..=DRAWINGS {
-                site.add_trials(degree, number, &mut suite)?;
+                suite.trials.extend(site.trials(degree, number)?);
             }
         }
     }
     Ok(suite)
 }
 
-fn sites(folders: &Folders, notices: &mut Vec<String>) -> Result<Vec<Site>, EvalError> {
+/// The floors that are part of the project.
+pub(crate) fn shipped(folders: &Folders) -> Result<Vec<Site>, EvalError> {
     let missions = folders.project.join("sim/missions");
-    let mut sites = Vec::new();
-    for name in ["building", "laboratory"] {
-        sites.push(Site::of_plan(name, &missions.join(format!("{name}/{name}.floor.toml")))?);
-    }
+    let plan = |name| Site::of_plan(name, &missions.join(format!("{name}/{name}.floor.toml")));
+    ["building", "laboratory"].into_iter().map(plan).collect()
+}
+
+fn sites(folders: &Folders, notices: &mut Vec<String>) -> Result<Vec<Site>, EvalError> {
+    let mut sites = shipped(folders)?;
     let maps = [
         ("kth", "sketches/kth/world.yaml", "sketches/kth/world.yaml"),
         ("freiburg", "maps/Freiburg79_scan.yaml", "maps/Freiburg79_scan_furnitures.yaml"),
@@ -127,7 +131,8 @@ impl Site {
         Ok(Self { name, world, floor, ground, robot, regions })
     }
 
-    fn add_trials(&self, degree: f64, number: u64, suite: &mut Suite) -> Result<(), EvalError> {
+    /// The trials by a drawing.
+    pub(crate) fn trials(&self, degree: f64, number: u64) -> Result<Vec<Trial>, EvalError> {
         let drawing = sketchnav_deform::deform(&self.floor, degree, number)?;
         let strokes = drawing.strokes_json();
         let name = format!("{}/{degree}/{number}", self.name);
@@ -136,20 +141,20 @@ impl Site {
         let bytes: Arc<[u8]> = strokes.into_bytes().into();
         let mut rng = seed::stream(number, &format!("eval/deformed/{}", self.name));
         let tries = (1..=TRIES).map(|i| (i, self.mission(&drawing, &paper, &name, &mut rng)));
-        for (i, mission) in tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS) {
-            suite.trials.push(Trial {
-                name: format!("{name}/{i}"),
-                drawing: degree.to_string(),
-                mission,
-                robot: self.robot.clone(),
-                restarts: Vec::new(),
-                start_error: Some(StartError::OF_PEOPLE),
-                paper: paper.clone(),
-                bytes: Some(bytes.clone()),
-                correspondence: None,
-            });
-        }
-        Ok(())
+        let trial = |(i, mission)| Trial {
+            name: format!("{name}/{i}"),
+            drawing: degree.to_string(),
+            mission,
+            robot: self.robot.clone(),
+            restarts: Vec::new(),
+            start_error: Some(StartError::OF_PEOPLE),
+            paper: paper.clone(),
+            bytes: Some(bytes.clone()),
+            thinking_scans: 0,
+            variant_of: None,
+            correspondence: None,
+        };
+        Ok(tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS).map(trial).collect())
     }
 
     /// From somewhere to somewhere else; `None` where either is forgotten or no way leads there.

@@ -20,13 +20,14 @@ const STEPS: [(i64, i64, u64); 8] = [
 ];
 
 /// Where a disc of a given radius fits.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Ground {
     width: i64,
     height: i64,
     fits: Vec<bool>,
     resolution_m: f64,
     origin_m: [f64; 2],
+    clearance_m: f64,
 }
 
 impl Ground {
@@ -50,7 +51,7 @@ impl Ground {
             disc.iter().all(|(dx, dy)| !map.raster().is_solid(x + dx, y + dy))
         };
         let fits = (0..width * height).map(fits).collect();
-        Self { width, height, fits, resolution_m, origin_m: map.origin_m() }
+        Self { width, height, fits, resolution_m, origin_m: map.origin_m(), clearance_m }
     }
 
     /// Of any world, cut into cells of `resolution_m`; who walks there is not in the way.
@@ -64,11 +65,23 @@ impl Ground {
         let cells = |length: f64| (length / resolution_m).ceil().max(0.0) as i64;
         let (width, height) = (cells(right - left), cells(top - bottom));
         let origin_m = [left, bottom];
-        let mut ground = Self { width, height, fits: Vec::new(), resolution_m, origin_m };
+        let mut ground = Self { width, height, fits: Vec::new(), resolution_m, origin_m, clearance_m };
         let solids: Vec<_> = world.walls.iter().chain(&world.furniture).collect();
         let fits = |i| solids.iter().all(|solid| gap_m(solid, ground.middle(i)) >= clearance_m);
         ground.fits = (0..(width * height) as usize).map(fits).collect();
         ground
+    }
+
+    /// Puts something else there.
+    pub fn put(&mut self, solid: &Convex) {
+        for i in 0..self.fits.len() {
+            self.fits[i] = self.fits[i] && gap_m(solid, self.middle(i)) >= self.clearance_m;
+        }
+    }
+
+    /// Whether the robot, at a place, has its distance from a solid.
+    pub fn clears(&self, solid: &Convex, at: [f64; 2]) -> bool {
+        gap_m(solid, at) >= self.clearance_m
     }
 
     /// All places where the robot fits.

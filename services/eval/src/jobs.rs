@@ -26,9 +26,10 @@ pub struct Job<'a> {
 
 impl<'a> Job<'a> {
     /// The repetition's seed comes from the suite's seed and the names alone; methods share it, so that
-    /// they are compared in the same world with the same noise.
+    /// they are compared in the same world with the same noise; so do variants of a trial.
     pub fn new(trial: &'a Trial, method: Method, repetition: u32, suite_seed: u64) -> Self {
-        let seed = derived(suite_seed, &format!("eval/{}#{repetition}", trial.name));
+        let name = trial.variant_of.as_ref().unwrap_or(&trial.name);
+        let seed = derived(suite_seed, &format!("eval/{name}#{repetition}"));
         Self { trial, method, repetition, seed }
     }
 }
@@ -68,4 +69,38 @@ pub fn run_all(
 fn take<'a, 'b>(next: &AtomicUsize, jobs: &'b [Job<'a>]) -> Option<(usize, &'b Job<'a>)> {
     let i = next.fetch_add(1, Ordering::Relaxed);
     jobs.get(i).map(|job| (i, job))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::deformed;
+    use crate::sensitivity::variant;
+    use crate::suites::Folders;
+
+    fn trials() -> Vec<Trial> {
+        let project = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let sites = deformed::shipped(&Folders { data: project.join("none"), project }).unwrap();
+        sites[1].trials(0.0, 1).unwrap()
+    }
+
+    #[test]
+    fn outcomes_do_not_depend_on_the_number_of_threads() {
+        let trials = trials();
+        let jobs: Vec<_> = trials.iter().map(|trial| Job::new(trial, Method::default(), 1, 7)).collect();
+        let [one, three] = [1, 3].map(|threads| run_all(&jobs, threads, &|_| {}).unwrap());
+        assert_eq!(one, three);
+        let order: Vec<_> = trials.iter().map(|trial| format!("{}#1", trial.name)).collect();
+        assert_eq!(one.iter().map(|outcome| outcome.id.clone()).collect::<Vec<_>>(), order);
+    }
+
+    #[test]
+    fn methods_and_variants_of_a_trial_share_seeds_and_repetitions_do_not() {
+        let trial = trials().remove(0);
+        let other = variant(&trial, "other");
+        let seed = |trial, method, repetition, suite| Job::new(trial, method, repetition, suite).seed;
+        let first = seed(&trial, Method::Ours, 1, 1);
+        assert_eq!([seed(&trial, Method::Paper, 1, 1), seed(&other, Method::Ours, 1, 1)], [first; 2]);
+        assert!(seed(&trial, Method::Ours, 2, 1) != first && seed(&trial, Method::Ours, 1, 2) != first);
+    }
 }

@@ -9,6 +9,7 @@
 //! seed is derived from the suite's seed and the trial's name alone. Never opens shared memory, never
 //! prints.
 
+pub mod ablation;
 pub mod deformed;
 pub mod error;
 pub mod ground;
@@ -20,10 +21,12 @@ pub mod protocol;
 pub mod report;
 pub mod routes;
 pub mod run;
+pub mod sensitivity;
 pub mod statistics;
 pub mod suites;
 pub mod table;
 pub mod trial;
+mod unmapped;
 
 pub use error::EvalError;
 pub use outcome::{Kind, Outcome};

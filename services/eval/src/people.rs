@@ -161,6 +161,8 @@ impl Place {
             start_error: Some(StartError::OF_PEOPLE),
             paper: paper.drawing.clone(),
             bytes: None,
+            thinking_scans: 0,
+            variant_of: None,
             correspondence: None,
         })
     }

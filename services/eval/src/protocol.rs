@@ -183,6 +183,8 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
         start_error: Some(StartError::OF_PEOPLE),
         paper: Arc::new(paper),
         bytes: None,
+        thinking_scans: 0,
+        variant_of: None,
         correspondence: None,
         mission,
     })
@@ -199,4 +201,47 @@ fn heading(ground: &Ground, from: [f64; 2], to: [f64; 2]) -> Option<Start> {
         sketch: None,
         sketch_heading_deg: Some(heading_deg),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_schemas::method::Method;
+
+    use super::*;
+    use crate::run;
+
+    /// Drawing a of the laboratory, its first two tasks, the mark where the mission says.
+    fn two_tasks() -> Trial {
+        let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut suite = laboratory(&Folders { data: project.join("none"), project }).unwrap();
+        let mut trial = suite.trials.swap_remove(0);
+        trial.mission.task.truncate(2);
+        trial.restarts.truncate(1);
+        trial.start_error = None;
+        trial
+    }
+
+    /// Paper 001, IV: the pose is given at the start and after a failure.
+    #[test]
+    fn after_a_task_that_failed_the_robot_is_put_at_its_goal() {
+        let mut trial = two_tasks();
+        trial.mission.task[0].time_limit_s = 0.5;
+        let (goal, there) = (trial.mission.task[0].goal, trial.mission.task[0].there.clone());
+        let runs = run::drive(&trial, Method::Ours, 3).unwrap();
+        let [first, second] = &runs[..] else { panic!("{} runs", runs.len()) };
+        assert_eq!((first.first_task, first.verdicts.len(), first.verdicts[0].reached), (0, 1, false));
+        assert_eq!((second.first_task, second.verdicts.len()), (1, 1));
+        assert_eq!(second.verdicts[0].name, trial.mission.task[1].name);
+        assert_eq!(second.run.mission.start.sketch, goal);
+        let at = second.log.truth[0].pose();
+        assert!(there.contains(at.x, at.y), "{at:?}");
+        assert_ne!(first.run.seed, second.run.seed);
+    }
+
+    #[test]
+    fn after_a_task_that_was_reached_the_robot_drives_on() {
+        let runs = run::drive(&two_tasks(), Method::Ours, 3).unwrap();
+        assert_eq!((runs.len(), runs[0].verdicts.len()), (1, 2));
+        assert!(runs[0].verdicts[0].reached, "{:?}", runs[0].verdicts);
+    }
 }

@@ -67,6 +67,8 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
         start_error: None,
         paper: Arc::new(paper),
         bytes: None,
+        thinking_scans: 0,
+        variant_of: None,
         correspondence: Some(Arc::new(correspondence)),
     })
 }

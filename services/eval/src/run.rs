@@ -106,7 +106,7 @@ fn drive_from(trial: &Trial, method: Method, seed: u64, first_task: usize) -> Re
         Some(bytes) => Rehearsal::by_bytes(&run, bytes),
         None => Rehearsal::new(&run),
     };
-    rehearsal?.run(&mut watcher)?;
+    rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
     let Watcher { log, .. } = watcher;
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
     if stops_at_failure {

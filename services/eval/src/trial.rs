@@ -54,6 +54,10 @@ pub struct Trial {
     pub paper: Arc<Drawing>,
     /// The drawing's file where it lies in no folder; `None`: the mission names it.
     pub bytes: Option<Arc<[u8]>>,
+    /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.
+    pub thinking_scans: u32,
+    /// The trial of which this one is a variant: both get the same seeds.
+    pub variant_of: Option<String>,
     /// Which places of the drawing are which places of the floor: then the way, too, must be that of the
     /// drawn routes. `None` where any way will do.
     pub correspondence: Option<Arc<Correspondence>>,

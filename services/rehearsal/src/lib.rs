@@ -91,6 +91,8 @@ pub struct Rehearsal {
     plan: Outbox<Plan>,
     command: Outbox<VelocityCommand>,
     status: Outbox<MissionStatus>,
+    /// Scan periods that the cores think about a step.
+    thinking_scans: u32,
 }
 
 impl Rehearsal {
@@ -128,7 +130,15 @@ impl Rehearsal {
             plan: Outbox::new(PLAN),
             command: Outbox::new(COMMAND),
             status: Outbox::new(STATUS),
+            thinking_scans: 0,
         })
+    }
+
+    /// As in real time on a slow machine: the cores need so many scan periods for a step, meanwhile the world
+    /// goes on by the command before, and the scans of that time go by. 0 is lockstep.
+    #[must_use]
+    pub fn thinking_for(self, thinking_scans: u32) -> Self {
+        Self { thinking_scans, ..self }
     }
 
     /// Drives the mission to its end, or until the tap has seen enough.
@@ -137,8 +147,16 @@ impl Rehearsal {
     /// [`RehearsalError`] where the sketch does not suit the services.
     pub fn run(mut self, tap: &mut impl Tap) -> Result<(), RehearsalError> {
         self.begin(tap)?;
+        let mut thought_out = None;
         while !self.step(tap) && !tap.has_enough() {
-            self.world.step(Some(&self.command.message));
+            let newest = Some(*self.command.message);
+            let command =
+                if self.thinking_scans == 0 { newest } else { std::mem::replace(&mut thought_out, newest) };
+            self.world.step(command.as_ref());
+            for _ in 1..self.thinking_scans {
+                self.observe(tap);
+                self.world.step(None);
+            }
         }
         Ok(())
     }

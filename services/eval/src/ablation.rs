@@ -1,0 +1,106 @@
+//! Suite `ablation`: what each part of `ours` adds. A line of [`PARTS`] switches one part off by the
+//! parameters of the mission; all lines drive the same trials with the same seeds.
+
+use sketchnav_schemas::mission::Parameters;
+
+use crate::error::EvalError;
+use crate::sensitivity::variant;
+use crate::suites::{Folders, Suite};
+use crate::{people, protocol};
+
+const TITLE: &str = "What each part of ours adds: a line for each part that is switched off; pairs of the ten people's drawings, and the building's four drawings after the protocol of Table I.";
+/// Pairs of each of the people's drawings.
+const PAIRS: usize = 6;
+
+/// A part of the method, and the parameters without it.
+struct Part {
+    /// Its line in the table.
+    name: &'static str,
+    /// Table `parameters.localizer`.
+    localizer: &'static str,
+    /// Table `parameters.planner`.
+    planner: &'static str,
+}
+
+/// The parts: a new one is a line here.
+const PARTS: [Part; 10] = [
+    Part { name: "whole", localizer: "", planner: "" },
+    // The likelihood field of paper 001, equation 7, without our comparison of ranges.
+    Part { name: "no-visibility", localizer: "likelihood = 'field'", planner: "" },
+    Part { name: "one-scale", localizer: "scales = 'one'", planner: "" },
+    Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
+    Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },
+    Part { name: "first-scan-unsifted", localizer: "start_scales = 'least-squares'", planner: "" },
+    Part { name: "walls-do-not-count", localizer: "wall_crossing_factor = 1.0", planner: "" },
+    Part {
+        name: "no-perturbation",
+        localizer: "perturbed_share = 0.0\nperturbed_share_lost = 0.0",
+        planner: "",
+    },
+    Part { name: "no-loyalty", localizer: "mode_loyalty = 1.0", planner: "" },
+    Part { name: "no-memory", localizer: "", planner: "memory_s = 0.1" },
+];
+
+impl Part {
+    /// As a mission has them.
+    fn parameters(&self) -> Result<Parameters, EvalError> {
+        let table = |text: &str| {
+            text.parse().map_err(|cause| EvalError::Data { what: "parts of the suite ablation", cause })
+        };
+        Ok(Parameters {
+            sketcher: Default::default(),
+            localizer: table(self.localizer)?,
+            planner: table(self.planner)?,
+        })
+    }
+}
+
+/// Loads the suite.
+///
+/// # Errors
+/// As the suites that it takes its trials from.
+pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
+    let (mut people, building) = (people::suite(folders)?, protocol::building(folders)?);
+    people.sample(PAIRS);
+    let mut suite = Suite {
+        name: "ablation".into(),
+        title: TITLE.into(),
+        notices: people.notices.into_iter().filter(|notice| notice.starts_with("skipped")).collect(),
+        repetitions: 1,
+        lines: Some("without"),
+        ..Suite::default()
+    };
+    let trials: Vec<_> = people.trials.into_iter().chain(building.trials).collect();
+    for part in &PARTS {
+        let parameters = part.parameters()?;
+        suite.trials.extend(trials.iter().map(|trial| {
+            let mut changed = variant(trial, part.name);
+            changed.mission.parameters.localizer.extend(parameters.localizer.clone());
+            changed.mission.parameters.planner.extend(parameters.planner.clone());
+            changed
+        }));
+    }
+    Ok(suite)
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_localizer::core::Core as Localizer;
+    use sketchnav_planner::core::Core as Planner;
+
+    use super::*;
+
+    /// A parameter that is renamed would else switch nothing off.
+    #[test]
+    fn every_part_is_known_to_the_services() {
+        let project = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let suite = suite(&Folders { data: project.join("none"), project }).unwrap();
+        assert_eq!(suite.drawings().len(), PARTS.len());
+        for name in suite.drawings() {
+            let trial = suite.trials.iter().find(|trial| trial.drawing == name).unwrap();
+            let run = trial.run(Default::default(), 1, 0);
+            Localizer::new(&run).unwrap_or_else(|error| panic!("{name}: {error}"));
+            Planner::new(&run).unwrap_or_else(|error| panic!("{name}: {error}"));
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Cores that need longer than a scan period: the world goes on by the command before.
+
+use std::path::Path;
+
+use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::message::{GroundTruth, Message, VelocityCommand};
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::{Pace, RunConfig};
+
+const STEPS: usize = 60;
+
+#[derive(Default)]
+struct Log {
+    truth: Vec<GroundTruth>,
+    command: Vec<VelocityCommand>,
+}
+
+impl Tap for Log {
+    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
+        let bytes = bytemuck::bytes_of(message);
+        match channel.spec.name {
+            "truth" => self.truth.push(*bytemuck::from_bytes(bytes)),
+            "command" => self.command.push(*bytemuck::from_bytes(bytes)),
+            _ => {}
+        }
+    }
+
+    fn has_enough(&self) -> bool {
+        self.command.len() >= STEPS
+    }
+}
+
+fn driven(thinking_scans: u32) -> Log {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/laboratory/laboratory-a.toml");
+    let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
+    let (system, pace) = ("rehearsal".into(), Pace::Lockstep);
+    let run = RunConfig { system, mission, robot, seed: 1, pace, recording: None };
+    let mut log = Log::default();
+    Rehearsal::new(&run).unwrap().thinking_for(thinking_scans).run(&mut log).unwrap();
+    log
+}
+
+/// The first truth in which the robot moves.
+fn begins_to_move(log: &Log) -> usize {
+    log.truth.iter().position(|truth| truth.twist.vx_mps.hypot(truth.twist.vy_mps) > 0.01).unwrap()
+}
+
+#[test]
+fn only_each_third_scan_is_answered_and_three_scans_late() {
+    let [prompt, late] = [0, 3].map(driven);
+    assert_eq!((prompt.command.len(), late.command.len()), (STEPS, STEPS));
+    for (i, command) in late.command.iter().enumerate() {
+        assert_eq!(command.header.source_seq as usize, 3 * i + 1);
+    }
+    for (i, truth) in late.truth.iter().enumerate() {
+        assert_eq!(truth.header().seq as usize, i + 1, "none is left out");
+    }
+    let first =
+        |log: &Log| log.command.iter().position(|c| c.twist.vx_mps.hypot(c.twist.vy_mps) > 0.0).unwrap();
+    // A command takes a step to be seen; a late one goes out three steps after its scan.
+    assert_eq!(begins_to_move(&prompt), first(&prompt) + 1);
+    assert_eq!(begins_to_move(&late), 3 * (first(&late) + 1) + 1);
+}

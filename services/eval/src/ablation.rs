@@ -1,4 +1,4 @@
-//! Suite `ablation`: what each part of `ours` adds. A line of [`PARTS`] switches one part off by the
+//! Suite `ablation`: what each part of `ours` adds. A line of `PARTS` switches one part off by the
 //! parameters of the mission; all lines drive the same trials with the same seeds.
 
 use sketchnav_schemas::mission::Parameters;

@@ -108,3 +108,31 @@ fn stream(trial: &Trial, what: &str) -> Pcg64Mcg {
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::deformed;
+    use crate::suites::Folders;
+
+    #[test]
+    fn clutter_leaves_a_way_and_more_of_it_holds_the_same() {
+        let project = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let sites = deformed::shipped(&Folders { data: project.join("none"), project }).unwrap();
+        let trial = sites[1].trials(0.5, 1).unwrap().remove(0);
+        let mut ground = sites[1].ground.clone();
+        let many = clutter(&ground, &trial, 15);
+        assert_eq!((many.len(), &many[..5]), (15, &clutter(&ground, &trial, 5)[..]));
+        for piece in &many {
+            ground.put(&Convex::rectangle(
+                piece.center.unwrap(),
+                piece.size.unwrap(),
+                piece.yaw_deg.to_radians(),
+            ));
+        }
+        let [start, goal] = ends(&trial);
+        assert!(ground.way(start, goal).is_some());
+        let walking = walkers(&sites[1].ground, &trial, 3);
+        assert_eq!((walking.len(), &walking[..1]), (3, &walkers(&sites[1].ground, &trial, 1)[..]));
+    }
+}

@@ -10,7 +10,7 @@ use crate::suites::{Curve, Folders, Suite};
 use crate::trial::Trial;
 use crate::unmapped::{clutter, walkers};
 
-const TITLE: &str = "Success against one condition at a time: drawings of the two floors that ship, deformed at degree 0.5, 28 trials for each value.";
+const TITLE: &str = "Success against one condition at a time: drawings of the two floors that ship, deformed at degree 0.5, two trials by each drawing.";
 const DEGREE: f64 = 0.5;
 /// By each drawing.
 const TRIALS: usize = 2;

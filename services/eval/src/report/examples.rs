@@ -66,12 +66,13 @@ fn example(jobs: &[Job<'_>], ended: &Outcome) -> Result<Option<Example>, EvalErr
     };
     let pictures = picture::draw(job.trial, driven)?.into_iter().map(|(_, svg)| svg).collect();
     let title = format!("{}: {} ({})", ended.task, ended.kind.word(), ended.id);
+    let off = ended.final_error_m.map(|off| format!(", {off:.1} m from the middle of the goal"));
+    let said = if ended.reason.is_empty() { "nothing" } else { &ended.reason };
     let text = format!(
-        "After {:.0} s and {:.1} m, {}{}.",
+        "After {:.0} s and {:.1} m{}. The robot said: {said}.",
         ended.time_s,
         ended.path_m,
-        ended.final_error_m.map_or(String::new(), |off| format!("{off:.1} m from the middle of the goal, ")),
-        if ended.reason.is_empty() { "the robot gave no reason" } else { &ended.reason },
+        off.unwrap_or_default()
     );
     Ok(Some(Example { title, text, pictures }))
 }

@@ -3,9 +3,6 @@
 
 mod support;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use sketchnav_navigation::localization::parameters::{Likelihood, Parameters};
 use sketchnav_navigation::localization::{Estimate, Localizer};
 use sketchnav_schemas::codes::Tracking;
@@ -121,43 +118,4 @@ fn the_filter_goes_on_from_a_checkpoint() {
         }
     });
     assert_eq!(whole.trace, resumed.trace);
-}
-
-/// Counts what this thread asks of the heap.
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call goes to the system's allocator unchanged; the counter is a cell without destructor.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller promises.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promises.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
-#[test]
-fn a_running_filter_allocates_nothing() {
-    let adaptive = Parameters { particles: 2000, least_particles: 100, ..Parameters::default() };
-    for parameters in [Parameters::default(), Parameters::paper(), adaptive] {
-        let mut drive = Drive::new(STRETCHED, parameters, 1);
-        let (odometry, scan) = drive.advance(WAY[1]);
-        drive.localizer.step(&odometry, &scan);
-        for _ in 0..30 {
-            let (odometry, scan) = drive.advance(WAY[1]);
-            let before = ALLOCATIONS.get();
-            drive.localizer.step(&odometry, &scan);
-            assert_eq!(ALLOCATIONS.get(), before);
-        }
-    }
 }

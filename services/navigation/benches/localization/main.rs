@@ -5,33 +5,37 @@ mod support;
 mod weighing;
 
 use std::hint::black_box;
+use std::sync::Arc;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use sketchnav_navigation::localization::parameters::{Likelihood, Parameters};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use rayon_core::ThreadPoolBuilder;
+use sketchnav_navigation::localization::parameters::Parameters;
+use sketchnav_navigation::localization::workers::Workers;
 use sketchnav_schemas::geometry::{Odom, Pose};
-use support::{Drawing, Drive, WAY};
+use support::{Drive, WAY};
 
-/// The paper's canvas would show the little building at some 100 pixels a metre.
-const DRAWINGS: [(&str, Drawing); 2] = [
-    ("500x500", Drawing { size: [500, 500], a: 21.0, b: 13.0, turn_rad: 0.0, wobble_px: 0.0 }),
-    ("2540x1252", Drawing { size: [2540, 1252], a: 140.0, b: 95.0, turn_rad: 0.0, wobble_px: 0.0 }),
-];
-
+/// A whole update of the default method: motion, weighing, mode, resampling, estimate.
 fn update(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("update");
-    for likelihood in [Likelihood::Visibility, Likelihood::Field] {
-        let parameters = Parameters { likelihood, ..Parameters::default() };
-        group.throughput(Throughput::Elements((parameters.particles * parameters.beams) as u64));
-        for (size, drawing) in DRAWINGS {
-            let mut drive = Drive::new(drawing, parameters.clone(), 1);
+    let mut group = criterion.benchmark_group("a whole update, ours");
+    for particles in [1_000, 10_000, 100_000] {
+        let parameters = Parameters { particles, least_particles: particles, ..Parameters::default() };
+        for threads in [1, 2] {
+            let mut drive = Drive::new(weighing::DRAWING, parameters.clone(), 1);
+            let pool = Arc::new(ThreadPoolBuilder::new().num_threads(threads).build().expect("threads"));
+            if threads > 1 {
+                drive.localizer.set_workers(Workers::of(pool.clone()));
+            }
             let (_, scan) = drive.advance(WAY[1]);
             let mut away = false;
-            group.bench_function(format!("{likelihood:?}/{size}"), |bencher| {
-                bencher.iter(|| {
-                    // There and back again, so that every scan is used.
-                    away = !away;
-                    let odometry = Pose::<Odom>::new(if away { 0.25 } else { 0.0 }, 0.0, 0.0);
-                    black_box(drive.localizer.step(&odometry, &scan))
+            let id = BenchmarkId::new(format!("{threads} thread(s)"), particles);
+            group.bench_function(id, |bencher| {
+                pool.install(|| {
+                    bencher.iter(|| {
+                        // There and back again, so that every scan is used.
+                        away = !away;
+                        let odometry = Pose::<Odom>::new(if away { 0.25 } else { 0.0 }, 0.0, 0.0);
+                        black_box(drive.localizer.step(&odometry, &scan))
+                    });
                 });
             });
         }

@@ -27,7 +27,7 @@ use sketchnav_navigation::localization::weighing::{FieldOfScan, Model, Visibilit
 use sketchnav_navigation::localization::workers::Workers;
 use sketchnav_schemas::seed;
 
-const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad: 0.1, wobble_px: 0.0 };
+pub const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad: 0.1, wobble_px: 0.0 };
 const BEAMS: usize = 180;
 const SIZES: [usize; 3] = [2_000, 10_000, 100_000];
 

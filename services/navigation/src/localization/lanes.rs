@@ -18,6 +18,15 @@ pub fn load<S: Simd>(simd: S, column: &[f32], first: usize) -> f32x16<S> {
     }
 }
 
+/// Sixteen elements of `column` from `first` on; 0 past the end.
+#[inline(always)]
+pub fn load_or_zero<S: Simd>(simd: S, column: &[f32], first: usize) -> f32x16<S> {
+    match column.get(first..first + LANES) {
+        Some(all) => f32x16::from_slice(simd, all),
+        None => f32x16::from_fn(simd, |lane| column.get(first + lane).copied().unwrap_or(0.0)),
+    }
+}
+
 /// The elements of `table` that `index` names; the last one where it names none.
 #[inline(always)]
 pub fn gather<S: Simd>(simd: S, table: &[f32], index: i32x16<S>) -> f32x16<S> {

@@ -34,14 +34,6 @@ const CANDIDATES: usize = 4 * LANES;
 const SHIFTS: usize = 3;
 
 impl Kernel {
-    /// Squared distance in radii.
-    #[inline]
-    fn distance2(&self, set: &ParticleSet, i: usize, pose: &ScaledPose) -> f32 {
-        let (dx, dy) = (set.x_px[i] - pose.x_px, set.y_px[i] - pose.y_px);
-        let yaw = wrap(set.yaw_rad[i] - pose.yaw_rad) / self.radius_rad;
-        (dx * dx + dy * dy) / (self.radius_px * self.radius_px) + yaw * yaw
-    }
-
     fn overlap(&self, a: &ScaledPose, b: &ScaledPose) -> bool {
         let (dx, dy) = (a.x_px - b.x_px, a.y_px - b.y_px);
         let yaw = wrap(a.yaw_rad - b.yaw_rad) / self.radius_rad;
@@ -109,28 +101,28 @@ pub fn find_mode(set: &ParticleSet, kernel: &Kernel, last: Option<&ScaledPose>, 
     }
     let mut pose = best.1;
     for _ in 0..SHIFTS {
-        pose = mean_near(set, kernel, &pose).map_or(pose, |(mean, _)| mean);
+        pose = mean_near(Level::new(), set, kernel, &pose).map_or(pose, |(mean, _)| mean);
     }
-    let share = mean_near(set, kernel, &pose).map_or(0.0, |(_, share)| share);
-    Mode { pose, covariance: covariance_near(set, kernel, &pose), share }
+    let share = mean_near(Level::new(), set, kernel, &pose).map_or(0.0, |(_, share)| share);
+    Mode { pose, covariance: covariance_near(Level::new(), set, kernel, &pose), share }
 }
 
 /// Weighted mean of the particles within the kernel's radius (scales in the logarithm), and their
 /// weight; `None` where there is none.
-fn mean_near(set: &ParticleSet, kernel: &Kernel, pose: &ScaledPose) -> Option<(ScaledPose, f64)> {
-    let mut sum = [0.0_f64; 5];
-    let mut weights = 0.0_f64;
-    for i in (0..set.len()).filter(|&i| kernel.distance2(set, i, pose) < 1.0) {
-        let weight = f64::from(set.weight[i]);
-        let yaw = wrap(set.yaw_rad[i] - pose.yaw_rad);
-        let value = [set.x_px[i] - pose.x_px, set.y_px[i] - pose.y_px, yaw, set.ln_a[i], set.ln_b[i]];
-        sum.iter_mut().zip(value).for_each(|(s, v)| *s += weight * f64::from(v));
-        weights += weight;
-    }
+fn mean_near(
+    level: Level,
+    set: &ParticleSet,
+    kernel: &Kernel,
+    pose: &ScaledPose,
+) -> Option<(ScaledPose, f64)> {
+    let sums = dispatch!(level, simd => sum_near(simd, set, kernel, pose, 1.0, |[x, y, yaw, ln_a, ln_b]| {
+        [f32x16::splat(simd, 1.0), x, y, yaw, ln_a, ln_b]
+    }));
+    let weights = sums[0];
     if weights <= 0.0 {
         return None;
     }
-    let [x, y, yaw, ln_a, ln_b] = sum.map(|s| (s / weights) as f32);
+    let [_, x, y, yaw, ln_a, ln_b] = sums.map(|s| (s / weights) as f32);
     let mean = ScaledPose {
         x_px: pose.x_px + x,
         y_px: pose.y_px + y,
@@ -142,29 +134,64 @@ fn mean_near(set: &ParticleSet, kernel: &Kernel, pose: &ScaledPose) -> Option<(S
 }
 
 /// Covariance of (x, y, yaw, a, b) of the particles within twice the kernel's radius.
-fn covariance_near(set: &ParticleSet, kernel: &Kernel, pose: &ScaledPose) -> [f64; 25] {
+fn covariance_near(level: Level, set: &ParticleSet, kernel: &Kernel, pose: &ScaledPose) -> [f64; 25] {
+    let products: [f64; 16] = dispatch!(level, simd => sum_near(simd, set, kernel, pose, 4.0, |[x, y, yaw, ln_a, ln_b]| {
+        let away = [x, y, yaw, lanes::exp(ln_a) - pose.a_pxpm, lanes::exp(ln_b) - pose.b_pxpm];
+        let one = f32x16::splat(simd, 1.0);
+        std::array::from_fn(|k| TRIANGLE[k].map_or(one, |(row, column)| away[row] * away[column]))
+    }));
     let mut covariance = [0.0; 25];
-    let mut weights = 0.0;
-    for i in (0..set.len()).filter(|&i| kernel.distance2(set, i, pose) < 4.0) {
-        let weight = f64::from(set.weight[i]);
-        let other = set.pose(i);
-        let away = [
-            other.x_px - pose.x_px,
-            other.y_px - pose.y_px,
-            wrap(other.yaw_rad - pose.yaw_rad),
-            other.a_pxpm - pose.a_pxpm,
-            other.b_pxpm - pose.b_pxpm,
-        ]
-        .map(f64::from);
-        for (entry, cell) in covariance.iter_mut().enumerate() {
-            *cell += weight * away[entry / 5] * away[entry % 5];
+    for (product, entry) in products.into_iter().zip(TRIANGLE) {
+        if let Some((row, column)) = entry.filter(|_| products[0] > 0.0) {
+            covariance[row * 5 + column] = product / products[0];
+            covariance[column * 5 + row] = product / products[0];
         }
-        weights += weight;
-    }
-    if weights > 0.0 {
-        covariance.iter_mut().for_each(|cell| *cell /= weights);
     }
     covariance
+}
+
+/// The weight, and the entries on and above the diagonal.
+const TRIANGLE: [Option<(usize, usize)>; 16] = {
+    let mut entries = [None; 16];
+    let (mut k, mut row) = (1, 0);
+    while row < 5 {
+        let mut column = row;
+        while column < 5 {
+            entries[k] = Some((row, column));
+            (k, column) = (k + 1, column + 1);
+        }
+        row += 1;
+    }
+    entries
+};
+
+/// The sums of weight times each of `values` over the particles nearer to `pose` than √`reach` radii.
+/// Values are made from (x, y, yaw) relative to `pose` and the logarithms of the scales.
+#[inline(always)]
+fn sum_near<S: Simd, const N: usize>(
+    simd: S,
+    set: &ParticleSet,
+    kernel: &Kernel,
+    pose: &ScaledPose,
+    reach: f32,
+    values: impl Fn([f32x16<S>; 5]) -> [f32x16<S>; N],
+) -> [f64; N] {
+    let inverse = [1.0 / kernel.radius_px, 1.0 / kernel.radius_rad];
+    let nothing = f32x16::splat(simd, 0.0);
+    let mut sums = [nothing; N];
+    for first in (0..set.len()).step_by(LANES) {
+        let column = |column: &[f32]| lanes::load(simd, column, first);
+        let (x, y) = (column(&set.x_px) - pose.x_px, column(&set.y_px) - pose.y_px);
+        let yaw = lanes::wrap(column(&set.yaw_rad) - pose.yaw_rad);
+        let away = [x * inverse[0], y * inverse[0], yaw * inverse[1]];
+        let near = (away[0] * away[0] + away[1] * away[1] + away[2] * away[2]).simd_lt(reach);
+        let weight = lanes::load_or_zero(simd, &set.weight, first);
+        let values = values([x, y, yaw, column(&set.ln_a), column(&set.ln_b)]);
+        for (sum, value) in sums.iter_mut().zip(values) {
+            *sum += near.select(value * weight, nothing);
+        }
+    }
+    sums.map(|sum| sum.as_slice().iter().copied().map(f64::from).sum())
 }
 
 #[cfg(test)]
@@ -173,6 +200,13 @@ mod tests {
     use proptest::prelude::*;
 
     const KERNEL: Kernel = Kernel { radius_px: 10.0, radius_rad: 0.5 };
+
+    /// Squared distance in radii.
+    fn distance2(set: &ParticleSet, i: usize, pose: &ScaledPose) -> f32 {
+        let (dx, dy) = (set.x_px[i] - pose.x_px, set.y_px[i] - pose.y_px);
+        let yaw = wrap(set.yaw_rad[i] - pose.yaw_rad) / KERNEL.radius_rad;
+        (dx * dx + dy * dy) / (KERNEL.radius_px * KERNEL.radius_px) + yaw * yaw
+    }
 
     /// Two heaps of particles, the first of share `share`, `apart` pixels from each other.
     fn two_heaps(share: f32, apart: f32, turned: f32) -> ParticleSet {
@@ -219,10 +253,34 @@ mod tests {
             prop_assert!(found.count > CANDIDATES / 2 && found.particle[..found.count].is_sorted());
             for (&particle, density) in found.particle.iter().zip(found.density).take(found.count) {
                 let pose = set.pose(particle);
-                let near = |i: usize| set.weight[i] * (1.0 - KERNEL.distance2(&set, i, &pose)).max(0.0);
+                let near = |i: usize| set.weight[i] * (1.0 - distance2(&set, i, &pose)).max(0.0);
                 let plain: f32 = (0..set.len()).map(near).sum();
                 prop_assert!((density - plain).abs() < 1e-4, "{density} {plain}");
             }
+        }
+
+        #[test]
+        fn moments_are_those_of_the_plain_loop(
+            share in 0.05f32..0.95, apart in 0.0f32..40.0, turned in 0.0f32..6.0, count in 1usize..200,
+        ) {
+            let mut set = two_heaps(share, apart, turned);
+            set.ln_a.iter_mut().enumerate().for_each(|(i, ln)| *ln += (i * 13 % 29) as f32 / 29.0);
+            set.columns_mut().into_iter().for_each(|column| column.truncate(count));
+            (set.weight, set.log_weight) = (vec![1.0 / count as f32; count], vec![0.0; count]);
+            let pose = set.pose(count / 2);
+            let of = |level| {
+                (mean_near(level, &set, &KERNEL, &pose).unwrap(), covariance_near(level, &set, &KERNEL, &pose))
+            };
+            let ((mean, weight), covariance) = of(Level::new());
+            prop_assert!(lanes::levels().into_iter().all(|level| of(level) == ((mean, weight), covariance)));
+            let near: Vec<usize> = (0..count).filter(|&i| distance2(&set, i, &pose) < 1.0).collect();
+            let mean_x = near.iter().map(|&i| set.x_px[i]).sum::<f32>() / near.len() as f32;
+            prop_assert!((mean.x_px - mean_x).abs() < 1e-3, "{} {mean_x}", mean.x_px);
+            prop_assert!((weight - near.len() as f64 / count as f64).abs() < 1e-5, "{weight}");
+            let near = || (0..count).filter(|&i| distance2(&set, i, &pose) < 4.0).map(|i| set.pose(i));
+            let product = |p: ScaledPose| (p.a_pxpm - pose.a_pxpm) * wrap(p.yaw_rad - pose.yaw_rad);
+            let plain = f64::from(near().map(product).sum::<f32>()) / near().count() as f64;
+            prop_assert!((covariance[13] - plain).abs() < 1e-4 && covariance[13] == covariance[17], "{plain}");
         }
 
         #[test]

@@ -1,10 +1,12 @@
 //! The particle set: a structure of arrays, weights, systematic resampling.
 
-use fearless_simd::{Level, dispatch};
+use std::hint::select_unpredictable;
+
+use fearless_simd::{Level, dispatch, prelude::*, u32x16};
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{MAX_PARTICLES, Particle, Particles};
 
-use super::lanes;
+use super::lanes::{self, LANES};
 use super::scales::ScaledPose;
 
 /// Weighted samples of (x, y, θ, a, b), one array for each coordinate.
@@ -47,6 +49,14 @@ impl ParticleSet {
         for column in [x_px, y_px, yaw_rad, ln_a, ln_b, log_weight, weight] {
             column.reserve_exact(count.saturating_sub(column.len()));
         }
+    }
+
+    fn columns(&self) -> [&[f32]; 5] {
+        [&self.x_px, &self.y_px, &self.yaw_rad, &self.ln_a, &self.ln_b]
+    }
+
+    pub(super) fn columns_mut(&mut self) -> [&mut Vec<f32>; 5] {
+        [&mut self.x_px, &mut self.y_px, &mut self.yaw_rad, &mut self.ln_a, &mut self.ln_b]
     }
 
     /// How many particles there are.
@@ -123,13 +133,14 @@ impl ParticleSet {
 pub struct Resampler {
     /// For each particle of the new set, the one it comes from; one place more than particles.
     ancestor: Vec<u32>,
-    spare: Vec<f32>,
+    /// The columns of the new set.
+    spare: [Vec<f32>; 5],
 }
 
 impl Resampler {
     /// For sets of `count` particles.
     pub fn new(count: usize) -> Self {
-        Self { ancestor: vec![0; count + 1], spare: vec![0.0; count] }
+        Self { ancestor: vec![0; count + 1], spare: std::array::from_fn(|_| vec![0.0; count]) }
     }
 
     /// Replaces the set by one of equal weights, each particle as often as its weight says. One
@@ -141,17 +152,12 @@ impl Resampler {
     /// The same with `count` particles in the new set, at most as many as there is room for.
     pub fn resample_to(&mut self, set: &mut ParticleSet, count: usize, offset: f64) {
         self.ancestor.resize(count + 1, 0);
-        self.choose(&set.weight, offset);
+        self.mark(&set.weight, offset);
         let Self { ancestor, spare } = self;
-        spare.resize(count, 0.0);
-        let columns = [&mut set.x_px, &mut set.y_px, &mut set.yaw_rad, &mut set.ln_a, &mut set.ln_b];
-        for column in columns {
-            for (value, &from) in spare.iter_mut().zip(&*ancestor) {
-                *value = column[from as usize];
-            }
-            std::mem::swap(column, spare);
-            spare.resize(count, 0.0);
-        }
+        spare.iter_mut().for_each(|spare| spare.resize(count, 0.0));
+        dispatch!(Level::new(), simd => fill_up(simd, &mut ancestor[..count]));
+        copy_from(&ancestor[..count], set.columns(), spare.each_mut().map(|spare| &mut spare[..]));
+        set.columns_mut().into_iter().zip(spare).for_each(|(column, spare)| std::mem::swap(column, spare));
         set.weight.clear();
         set.weight.resize(count, 1.0 / count as f32);
         set.log_weight.clear();
@@ -161,30 +167,71 @@ impl Resampler {
     /// Pointer k of the new set, (k + offset) / count, lies in the piece of the first particle with which
     /// the weights' sum exceeds it. There is no branch that depends on a weight, for it would be guessed
     /// wrong at every other particle: each marks the pointer where its piece begins, over the mark of
-    /// those before it with no pointer in theirs, and the last mark up to a pointer is its ancestor. Who
-    /// has no weight marks the place behind the last pointer.
-    fn choose(&mut self, weight: &[f32], offset: f64) {
+    /// those before it with no pointer in theirs, and the last mark up to a pointer is its ancestor
+    /// ([`fill_up`]). Who has no weight marks the place behind the last pointer.
+    fn mark(&mut self, weight: &[f32], offset: f64) {
         let count = self.ancestor.len() - 1;
         self.ancestor.fill(0);
-        let mut passed = 0.0;
-        for (i, &weight) in weight.iter().enumerate() {
-            let begin = ceil(passed * count as f64 - offset).min(count);
-            self.ancestor[if weight > 0.0 { begin } else { count }] = i as u32;
-            passed += f64::from(weight);
-        }
-        let mut latest = 0;
-        for ancestor in &mut self.ancestor {
-            latest = latest.max(*ancestor);
-            *ancestor = latest;
+        // Such that the whole part is the least whole number that is not below the weights so far − offset.
+        let mut passed = (ONE - 1) - (offset * ONE as f64) as u64;
+        let mut pieces = [0; LANES];
+        for (k, weights) in weight.chunks(LANES).enumerate() {
+            pieces.iter_mut().zip(weights).for_each(|(piece, &weight)| *piece = pointers(weight, count));
+            for (lane, &piece) in pieces[..weights.len()].iter().enumerate() {
+                let begin = (passed / ONE).min(count as u64) as usize;
+                self.ancestor[select_unpredictable(piece > 0, begin, count)] = (k * LANES + lane) as u32;
+                passed = passed.wrapping_add(piece);
+            }
         }
     }
 }
 
-/// The least natural number that is not below `x`. (Older processors have no instruction for it.)
+/// Puts the last mark before it where there is none: the greatest up to each place, sixteen at a time by
+/// doubling steps (Hillis and Steele 1986).
+#[inline(always)]
+fn fill_up<S: Simd>(simd: S, marks: &mut [u32]) {
+    let none = u32x16::splat(simd, 0);
+    let mut latest = 0;
+    let (blocks, rest) = marks.as_chunks_mut::<LANES>();
+    for block in blocks {
+        let mut marks = u32x16::from_slice(simd, block);
+        marks = marks.max(none.slide::<15>(marks));
+        marks = marks.max(none.slide::<14>(marks));
+        marks = marks.max(none.slide::<12>(marks));
+        marks = marks.max(none.slide::<8>(marks)).max(latest);
+        marks.store_slice(block);
+        latest = block[LANES - 1];
+    }
+    for mark in rest {
+        latest = latest.max(*mark);
+        *mark = latest;
+    }
+}
+
+/// Column by column the elements that `ancestor` names.
+fn copy_from(ancestor: &[u32], [x, y, yaw, a, b]: [&[f32]; 5], to: [&mut [f32]; 5]) {
+    // One look at each column's length is enough for all that follows.
+    let (old, new) = (x.len(), ancestor.len());
+    let (x, y, yaw, a, b) = (&x[..old], &y[..old], &yaw[..old], &a[..old], &b[..old]);
+    let [to_x, to_y, to_yaw, to_a, to_b] = to;
+    let (to_x, to_y, to_yaw, to_a, to_b) =
+        (&mut to_x[..new], &mut to_y[..new], &mut to_yaw[..new], &mut to_a[..new], &mut to_b[..new]);
+    for k in 0..new {
+        let i = ancestor[k] as usize;
+        (to_x[k], to_y[k], to_yaw[k], to_a[k], to_b[k]) = (x[i], y[i], yaw[i], a[i], b[i]);
+    }
+}
+
+/// One pointer, in numbers of 32 bits behind the point: their sum is exact, however many there are.
+const ONE: u64 = 1 << 32;
+
+/// How many of `count` pointers a weight is worth, rounded to the nearest 2⁻³².
 #[inline]
-fn ceil(x: f64) -> usize {
-    let whole = x as i64;
-    (whole + i64::from(x > whole as f64)) as usize
+fn pointers(weight: f32, count: usize) -> u64 {
+    // In doubles from 2⁵² on the last bit of the mantissa is worth one.
+    const WHOLE: f64 = (1_u64 << 52) as f64;
+    let pointers = f64::from(weight) * (count as f64 * ONE as f64);
+    (pointers + WHOLE).to_bits().wrapping_sub(WHOLE.to_bits())
 }
 
 #[cfg(test)]
@@ -230,16 +277,27 @@ mod tests {
     /// Table 4.4 of Thrun, Burgard and Fox: pointer by pointer, particle by particle, and never past the
     /// last that has any weight.
     fn two_loops(weight: &[f32], count: usize, offset: f64) -> Vec<u32> {
-        let last = weight.iter().rposition(|&w| w > 0.0).unwrap_or(0);
-        let (mut i, mut passed) = (0, f64::from(weight[0]));
+        let scale = count as f64 * 2.0_f64.powi(32);
+        let pieces: Vec<u64> =
+            weight.iter().map(|&w| (f64::from(w) * scale).round_ties_even() as u64).collect();
+        let last = pieces.iter().rposition(|&piece| piece > 0).unwrap_or(0);
+        let (mut i, mut passed) = (0, pieces[0]);
+        let offset = (offset * 2.0_f64.powi(32)) as u64;
         let mut ancestor = |k: usize| {
-            while k as f64 >= passed * count as f64 - offset && i < last {
+            while ((k as u64) << 32) + offset >= passed && i < last {
                 i += 1;
-                passed += f64::from(weight[i]);
+                passed += pieces[i];
             }
             i as u32
         };
         (0..count).map(&mut ancestor).collect()
+    }
+
+    /// Where a set of places 0, 1, 2, … takes its particles from.
+    fn ancestors(set: &ParticleSet, count: usize, offset: f64) -> Vec<u32> {
+        let mut after = set.clone();
+        Resampler::new(count).resample_to(&mut after, count, offset);
+        after.x_px.iter().map(|&x| x as u32).collect()
     }
 
     fn log_weight() -> impl Strategy<Value = f32> {
@@ -256,10 +314,9 @@ mod tests {
             log_weights in proptest::collection::vec(log_weight(), 1..300), count in 1usize..400, offset in offset(),
         ) {
             let set = set_of(&log_weights);
-            let mut resampler = Resampler::new(count);
-            resampler.choose(&set.weight, offset);
-            prop_assert_eq!(&resampler.ancestor[..count], two_loops(&set.weight, count, offset));
-            prop_assert!(resampler.ancestor[..count].iter().all(|&i| set.weight[i as usize] > 0.0));
+            let found = ancestors(&set, count, offset);
+            prop_assert_eq!(&found, &two_loops(&set.weight, count, offset));
+            prop_assert!(found.iter().all(|&i| set.weight[i as usize] > 0.0));
         }
     }
 
@@ -271,15 +328,14 @@ mod tests {
         for heavy in [0, 1, 777, count - 1] {
             let mut log_weights = vec![f32::NEG_INFINITY; count];
             log_weights[heavy] = -3.0;
-            let mut resampler = Resampler::new(count);
-            resampler.choose(&set_of(&log_weights).weight, 0.999_999);
-            assert!(resampler.ancestor[..count].iter().all(|&i| i as usize == heavy), "{heavy}");
+            let found = ancestors(&set_of(&log_weights), count, 0.999_999);
+            assert!(found.iter().all(|&i| i as usize == heavy), "{heavy}");
         }
-        let falling: Vec<f32> =
-            (0..count).map(|i| if i < count / 2 { -1e-3 * (i % 97) as f32 } else { -1e9 }).collect();
-        let mut resampler = Resampler::new(count);
-        resampler.choose(&set_of(&falling).weight, 1.0 - f64::EPSILON / 2.0);
-        assert!(resampler.ancestor[..count].iter().all(|&i| (i as usize) < count / 2));
+        let likely = |i: usize| if i < count / 2 { -1e-3 * (i % 97) as f32 } else { -1e9 };
+        let half = set_of(&(0..count).map(likely).collect::<Vec<_>>());
+        let found = ancestors(&half, count, 1.0 - f64::EPSILON / 2.0);
+        assert!(found.iter().all(|&i| (i as usize) < count / 2));
+        assert_eq!(found, two_loops(&half.weight, count, 1.0 - f64::EPSILON / 2.0));
     }
 
     #[test]

@@ -41,7 +41,7 @@ pub struct Cell {
 impl Cell {
     /// The cell of a place.
     pub fn of(place: Point<Odom>) -> Self {
-        Self { x: (place.x / CELL_M).floor() as i32, y: (place.y / CELL_M).floor() as i32 }
+        Self { x: floor(place.x / CELL_M), y: floor(place.y / CELL_M) }
     }
 
     /// The middle of the cell.
@@ -163,14 +163,16 @@ impl Obstacles {
         let (sin, cos) = (sensor.yaw_rad + angle_rad).sin_cos();
         let steps = (range_m.min(REACH_M * 1.5) * cos.abs().max(sin.abs()) / CELL_M) as usize;
         let (dx, dy) = (cos / cos.abs().max(sin.abs()), sin / cos.abs().max(sin.abs()));
-        let (x0, y0) = (sensor.x / CELL_M, sensor.y / CELL_M);
-        for step in 0..=steps {
-            let along = step as f64;
-            let cell = Cell { x: (x0 + along * dx).floor() as i32, y: (y0 + along * dy).floor() as i32 };
-            if !self.contains(cell) {
+        let (x0, y0) =
+            (sensor.x / CELL_M - f64::from(self.corner.x), sensor.y / CELL_M - f64::from(self.corner.y));
+        let ([mut x, mut y], dx, dy) = ([x0, y0].map(fixed), fixed(dx), fixed(dy));
+        for _ in 0..=steps {
+            let (column, row) = ((x >> FRACTION_BITS) as i32, (y >> FRACTION_BITS) as i32);
+            if column as u32 >= SIDE as u32 || row as u32 >= SIDE as u32 {
                 break;
             }
-            self.miss(slot(cell));
+            self.miss(slot(Cell { x: self.corner.x + column, y: self.corner.y + row }));
+            (x, y) = (x + dx, y + dy);
         }
     }
 
@@ -246,6 +248,21 @@ fn is_one_wall(first: Point<Odom>, second: Point<Odom>, third: Point<Odom>) -> b
     b.norm() <= JOIN_M && a.dot(&b) >= STRAIGHT_COS * a.norm() * b.norm()
 }
 
+/// Bits of a cell's fractions along a beam: its way is walked in whole numbers.
+const FRACTION_BITS: u32 = 32;
+
+fn fixed(cells: f64) -> i64 {
+    (cells * (1_i64 << FRACTION_BITS) as f64) as i64
+}
+
+/// The greatest whole number that is not above `x`, or the nearest that there is. (Older processors have no
+/// instruction for it.)
+#[inline]
+fn floor(x: f64) -> i32 {
+    let whole = x as i32;
+    whole.saturating_sub(i32::from(f64::from(whole) > x))
+}
+
 fn slot(cell: Cell) -> usize {
     (cell.y & MASK) as usize * SIDE + (cell.x & MASK) as usize
 }
@@ -314,6 +331,14 @@ mod tests {
     }
 
     const AHEAD: Cell = Cell { x: 36, y: 0 };
+
+    #[test]
+    fn the_floor_is_that_of_the_library() {
+        let values = (-4000..4000).map(|i| f64::from(i) * 0.0371);
+        for x in values.chain([-0.0, -1.0, 1e12, -1e12, f64::NAN, f64::INFINITY, f64::NEG_INFINITY]) {
+            assert_eq!(floor(x), x.floor() as i32, "{x}");
+        }
+    }
 
     #[test]
     fn a_beam_marks_its_end_and_clears_its_way() {

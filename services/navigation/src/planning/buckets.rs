@@ -1,0 +1,142 @@
+//! A queue of cells by their cost, roughly: a ring of buckets (R. B. Dial, 1969), each a list linked
+//! through its cells.
+//!
+//! Within a bucket there is no order. Where a bucket is no wider than the cheapest step, no cell of it
+//! can make another of it cheaper, and a search that empties one bucket after the other settles every
+//! cell once; where it is wider, a cell that became cheaper comes again. Either way the costs are
+//! Dijkstra's. Every cell is in the queue at most once: its room is known beforehand, nothing is
+//! allocated.
+
+use serde::{Deserialize, Serialize};
+
+/// Buckets of the ring.
+const RING: usize = 4096;
+/// Costs in the queue spread over fewer buckets than the ring has, also where they were rounded.
+const SPREAD: f32 = (RING - 4) as f32;
+const NONE: u32 = u32::MAX;
+/// Marks the number of a bucket where else the number of a cell stands.
+const BUCKET: u32 = 1 << 31;
+
+/// Neighbours in the list of a bucket.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Link {
+    next: u32,
+    /// The bucket, for the first of a list; [`NONE`] for a cell that is in no list.
+    before: u32,
+}
+
+const UNLINKED: Link = Link { next: NONE, before: NONE };
+
+/// The queue.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Buckets {
+    first: Vec<u32>,
+    links: Vec<Link>,
+    count: usize,
+    current: u32,
+    per_cost: f32,
+}
+
+impl Buckets {
+    /// For a grid of `cells` cells, fewer than 2³¹.
+    pub fn new(cells: usize) -> Self {
+        Self { first: vec![NONE; RING], links: vec![UNLINKED; cells], count: 0, current: 0, per_cost: 1.0 }
+    }
+
+    /// Empties it for a search whose steps cost from `least` to `most`.
+    pub fn reset(&mut self, least: f32, most: f32) {
+        if self.count > 0 {
+            self.first.fill(NONE);
+            self.links.fill(UNLINKED);
+        }
+        (self.count, self.current) = (0, 0);
+        self.per_cost = 1.0 / least.max(most / SPREAD);
+    }
+
+    /// The bucket that is being emptied.
+    pub fn current(&self) -> u32 {
+        self.current
+    }
+
+    /// Puts a cell where its cost belongs, wherever it was. The cost is no less than that of the cell
+    /// popped last, and no more than the costliest step above it.
+    pub fn put(&mut self, cell: usize, cost: f32) {
+        self.unlink(cell);
+        let bucket = ((cost * self.per_cost) as u32).max(self.current) as usize % RING;
+        let next = std::mem::replace(&mut self.first[bucket], cell as u32);
+        self.links[cell] = Link { next, before: BUCKET | bucket as u32 };
+        if next != NONE {
+            self.links[next as usize].before = cell as u32;
+        }
+        self.count += 1;
+    }
+
+    /// Takes a cell out of the first bucket that holds one.
+    pub fn pop(&mut self) -> Option<usize> {
+        if self.count == 0 {
+            return None;
+        }
+        while self.first[self.current as usize % RING] == NONE {
+            self.current += 1;
+        }
+        let cell = self.first[self.current as usize % RING] as usize;
+        self.unlink(cell);
+        Some(cell)
+    }
+
+    fn unlink(&mut self, cell: usize) {
+        let Link { next, before } = std::mem::replace(&mut self.links[cell], UNLINKED);
+        match before {
+            NONE => return,
+            bucket if bucket & BUCKET != 0 => self.first[(bucket & !BUCKET) as usize] = next,
+            before => self.links[before as usize].next = next,
+        }
+        if next != NONE {
+            self.links[next as usize].before = before;
+        }
+        self.count -= 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Whatever is put in, and put in again at a lower cost, comes out once, cheapest bucket first.
+        #[test]
+        fn cells_come_out_by_their_costs(puts in prop::collection::vec((0usize..40, 0.0f32..5000.0), 1..120)) {
+            let mut buckets = Buckets::new(40);
+            buckets.reset(1.0, 5000.0);
+            let mut costs = [f32::INFINITY; 40];
+            for (cell, cost) in puts {
+                if cost < costs[cell] {
+                    costs[cell] = cost;
+                    buckets.put(cell, cost);
+                }
+            }
+            let found: Vec<usize> = std::iter::from_fn(|| buckets.pop()).collect();
+            prop_assert_eq!(found.len(), costs.iter().filter(|c| c.is_finite()).count());
+            let width = 5000.0 / SPREAD;
+            prop_assert!(found.windows(2).all(|w| costs[w[0]] < costs[w[1]] + width));
+        }
+    }
+
+    #[test]
+    fn the_ring_goes_round() {
+        let mut buckets = Buckets::new(3);
+        buckets.reset(0.5, 100.0);
+        buckets.put(0, 0.0);
+        let mut cost = 0.0;
+        for round in 0..1000 {
+            assert_eq!(buckets.pop(), Some(round % 2));
+            buckets.put(2, cost + 100.0);
+            cost += 99.0;
+            buckets.put((round + 1) % 2, cost);
+        }
+        buckets.reset(1.0, 1.0);
+        assert_eq!(buckets.pop(), None);
+    }
+}

@@ -6,7 +6,7 @@ mod support;
 use std::path::PathBuf;
 
 use nix::sys::signal::Signal;
-use support::{Ended, Place, Running, SERVICES, room, send, wait_until};
+use support::{Ended, Place, Running, room, send, wait_until};
 
 /// A mission in real time: it cannot be over before the test has done to it what it wants.
 fn drive(place: &Place, name: &str) -> Running {
@@ -138,17 +138,15 @@ fn a_killed_process_ends_the_system(process: &str, signal: Signal, options: &str
 }
 
 #[test]
-fn a_killed_service_ends_the_system_and_is_named() {
-    for process in SERVICES.into_iter().filter(|&process| process != "recorder") {
+fn a_killed_service_that_cannot_go_on_ends_the_system_and_is_named() {
+    for process in ["world", "sketcher"] {
         a_killed_process_ends_the_system(process, Signal::SIGKILL, "--speed 5");
     }
 }
 
 #[test]
-fn a_killed_service_ends_the_system_in_lockstep_too() {
-    for process in ["localizer", "world"] {
-        a_killed_process_ends_the_system(process, Signal::SIGKILL, "--speed max");
-    }
+fn a_killed_world_ends_the_system_in_lockstep_too() {
+    a_killed_process_ends_the_system("world", Signal::SIGKILL, "--speed max");
 }
 
 /// What the recorder had in its hands is lost, what it had written is whole.
@@ -160,7 +158,7 @@ fn a_killed_recorder_ends_the_system_and_its_file_can_be_read() {
 /// What a failed assertion in a library comes to.
 #[test]
 fn an_aborted_service_ends_the_system_and_is_named() {
-    a_killed_process_ends_the_system("planner", Signal::SIGABRT, "--speed 5");
+    a_killed_process_ends_the_system("world", Signal::SIGABRT, "--speed 5");
 }
 
 /// A process that hangs does not hear that it is asked to end: after its time it is killed, and named.

@@ -119,6 +119,12 @@ impl Place {
         processes.iter().find(|(found, _)| found == process).map_or_else(|| panic!("{processes:?}"), |p| p.1)
     }
 
+    /// The ids of the living processes that serve as `process` in the system `name`, joined or not.
+    pub fn serving(&self, name: &str, process: &str) -> Vec<u32> {
+        let call = format!(" serve {process} --system {name} ");
+        self.living().into_iter().filter(|(_, line)| line.contains(&call)).map(|(pid, _)| pid).collect()
+    }
+
     /// Waits until all processes of the system `name` have joined it and the planner has spoken.
     pub fn wait_until_driving(&self, running: &mut Running, name: &str) {
         self.wait_until_joined(running, name, &SERVICES);
@@ -247,6 +253,11 @@ impl std::fmt::Display for Ended {
 /// Sends a signal to a process that a test has started.
 pub fn send(pid: u32, signal: Signal) {
     kill(Pid::from_raw(pid as i32), signal).unwrap();
+}
+
+/// Kills a process that may have ended by itself.
+pub fn kill_if_alive(pid: u32) {
+    let _ = kill(Pid::from_raw(pid as i32), Signal::SIGKILL);
 }
 
 /// Asks again and again until `holds`.

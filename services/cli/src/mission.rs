@@ -133,12 +133,16 @@ fn classify(error: SystemError) -> Failure {
 fn watch(supervisor: &mut Supervisor, run: &RunConfig, quiet: bool) -> Result<Progress, SystemError> {
     let line = progress_line(run, quiet);
     let began = Instant::now();
-    let mut told = 0;
+    let (mut told, mut mourned) = (0, 0);
     loop {
         let progress = supervisor.poll(REFRESH)?;
         for status in supervisor.ended_tasks().skip(told) {
             tell(&line, quiet, &task_ended(status));
             told += 1;
+        }
+        for death in &supervisor.survived()[mourned..] {
+            tell(&line, quiet, &format!("  {}; started again", death.how()));
+            mourned += 1;
         }
         line.set_position(told as u64);
         if let Some(status) = supervisor.status() {

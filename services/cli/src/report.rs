@@ -42,6 +42,7 @@ pub struct Report {
 #[derive(Debug, Serialize)]
 struct ProcessFigures {
     process: &'static str,
+    restarts: u64,
     steps: u64,
     busy_s: f64,
     step_allocations: u64,
@@ -146,6 +147,7 @@ fn figures(process: sketchnav_schemas::codes::Process, supervisor: &Supervisor) 
     let health = supervisor.health(process)?;
     Some(ProcessFigures {
         process: process.word(),
+        restarts: supervisor.restarts(process),
         steps: health.steps,
         busy_s: health.busy_ns as f64 / 1e9,
         step_allocations: health.step_allocations,

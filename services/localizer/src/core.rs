@@ -2,8 +2,9 @@
 //!
 //! It knows no channel and no clock; the same messages give the same estimates, to the bit.
 
+use serde::{Deserialize, Serialize};
 use sketchnav_navigation::localization::parameters::Parameters;
-use sketchnav_navigation::localization::{Estimate, LocalizationError, Localizer, Start};
+use sketchnav_navigation::localization::{self, Estimate, LocalizationError, Localizer, Start};
 use sketchnav_navigation::sketch::{CellsError, Sketch};
 use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PosePx, SketchMap};
@@ -26,6 +27,14 @@ pub enum CoreError {
     /// The sketch does not hold what it says.
     #[error(transparent)]
     Cells(#[from] CellsError),
+}
+
+/// Everything that changes from scan to scan: what a checkpoint holds. `F` is the filter's own state, or
+/// a reference to it where it is only to be written.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct State<F = localization::State> {
+    filter: Option<F>,
+    particles_due_ns: u64,
 }
 
 /// The localizer: waits for a sketch, then answers each scan with an estimate.
@@ -66,6 +75,20 @@ impl Core {
         let (mounting, drive, parameters) = ((&self.laser).into(), self.drive, self.parameters.clone());
         self.localizer = Some(Localizer::new(&sketch, mounting, drive, parameters, start, self.seed)?);
         Ok(())
+    }
+
+    /// The whole changing state, for a checkpoint; nothing is copied.
+    pub fn state(&self) -> State<&localization::State> {
+        let filter = self.localizer.as_ref().map(Localizer::state);
+        State { filter, particles_due_ns: self.particles_due_ns }
+    }
+
+    /// Goes on from a checkpoint. The sketch must have come again, the same as before.
+    pub fn restore(&mut self, state: State) {
+        if let (Some(localizer), Some(filter)) = (&mut self.localizer, state.filter) {
+            localizer.restore(filter);
+        }
+        self.particles_due_ns = state.particles_due_ns;
     }
 
     /// Whether the sketch has come.

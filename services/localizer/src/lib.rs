@@ -2,21 +2,33 @@
 //!
 //! It answers every scan with one estimate, and once a simulated second with a sample of the
 //! particles before it. Scans that come before the sketch wait, and a scan waits for the odometry of its
-//! moment.
+//! moment. Killed, its successor goes on from the last checkpoint and sends each message once.
 
 pub mod core;
 
 use std::time::Duration;
 
 use anyhow::Context;
-use sketchnav_runtime::{HealthReporter, Node, Reader, Sample, Step, UpTo, Wake, Writer};
+use serde::{Deserialize, Serialize};
+use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Reader, Sample, Step, UpTo, Wake, Writer};
 use sketchnav_schemas::channels::{ESTIMATE, ODOMETRY, PARTICLES, SCAN, SKETCH};
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate};
 
-use crate::core::Core;
+use crate::core::{Core, State};
 
 /// Longest sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(250);
+/// The form of [`Positions`] and [`State`].
+const CHECKPOINT: &str = "localizer 1";
+
+/// Where in its channels the localizer stands: the last number that was taken or given.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Positions {
+    scan: u64,
+    odometry: u64,
+    estimate: u64,
+    particles: u64,
+}
 
 /// Runs the localizer in `node`'s system until it is asked to end.
 ///
@@ -25,21 +37,17 @@ const NAP: Duration = Duration::from_millis(250);
 pub fn run(node: &Node) -> anyhow::Result<()> {
     let mut core = Core::new(&node.run_config()?)?;
     let mut health = HealthReporter::new(node)?;
-    let mut scans = node.reader(SCAN)?;
-    let mut odometry = UpTo::new(node.reader(ODOMETRY)?);
-    let mut output = Output { estimates: node.writer(ESTIMATE)?, particles: node.writer(PARTICLES)? };
-    let (mut stamp_ns, mut waiting) = (0, None);
+    let (mut checkpoints, found) = Checkpoints::<(Positions, State)>::open(node, CHECKPOINT)?;
+    let mut ports = Ports::open(node)?;
+    let mut stamp_ns = 0;
     if wait_for_sketch(node, &mut core, &mut health)? {
+        ports.resume(&mut core, found);
         loop {
-            while let Some(scan) = next(&mut waiting, &mut scans)? {
+            while let Some(scan) = ports.next()? {
                 stamp_ns = scan.header.stamp_ns;
-                if !odometry.advance_to(stamp_ns)? {
-                    waiting = Some(scan);
-                    break;
-                }
-                let Some(reading) = odometry.newest() else { continue };
                 let step = Step::begin();
-                output.answer(&mut core, reading, &scan)?;
+                ports.answer(&mut core, &scan)?;
+                checkpoints.after_step(|| (ports.positions(&scan), core.state()))?;
                 health.end(step);
             }
             health.report_if_due(stamp_ns)?;
@@ -66,25 +74,77 @@ fn wait_for_sketch(node: &Node, core: &mut Core, health: &mut HealthReporter) ->
     }
 }
 
-/// The scan that waits for its odometry, or the next one.
-fn next(
-    waiting: &mut Option<Sample<LaserScan>>,
-    scans: &mut Reader<LaserScan>,
-) -> anyhow::Result<Option<Sample<LaserScan>>> {
-    match waiting.take() {
-        None => Ok(scans.receive()?),
-        scan => Ok(scan),
-    }
-}
-
-struct Output {
+struct Ports {
+    scans: Reader<LaserScan>,
+    /// A scan whose odometry has not come yet.
+    waiting: Option<Sample<LaserScan>>,
+    odometry: UpTo<Odometry>,
     estimates: Writer<PoseEstimate>,
     particles: Writer<Particles>,
 }
 
-impl Output {
+impl Ports {
+    fn open(node: &Node) -> anyhow::Result<Self> {
+        Ok(Self {
+            scans: node.reader(SCAN)?,
+            waiting: None,
+            odometry: UpTo::new(node.reader(ODOMETRY)?),
+            estimates: node.writer(ESTIMATE)?,
+            particles: node.writer(PARTICLES)?,
+        })
+    }
+
+    /// Goes on where the predecessor stood. Where its checkpoints cannot be used, the filter begins anew
+    /// at the start that the drawing marks, with the scan after the last one that was answered.
+    fn resume(&mut self, core: &mut Core, found: Found<(Positions, State)>) {
+        let is_lost = found.is_lost();
+        found.refused.iter().for_each(|error| eprintln!("{error}"));
+        if let Some((positions, state)) = found.state {
+            core.restore(state);
+            self.scans.resume_after(positions.scan);
+            self.odometry.resume_after(positions.odometry);
+            self.estimates.resume_after(positions.estimate);
+            self.particles.resume_after(positions.particles);
+        } else if is_lost {
+            let answered = self.estimates.last_kept().map_or(0, |last| last.header.source_seq);
+            eprintln!("no checkpoint can be used: the filter begins anew after scan {answered}");
+            self.scans.resume_after(answered);
+            self.odometry.resume_after(answered);
+            self.estimates.resume_behind_kept();
+            self.particles.resume_behind_kept();
+        }
+    }
+
+    fn positions(&self, scan: &LaserScan) -> Positions {
+        Positions {
+            scan: scan.header.seq,
+            odometry: self.odometry.position(),
+            estimate: self.estimates.last_seq(),
+            particles: self.particles.last_seq(),
+        }
+    }
+
+    /// The next scan whose odometry is here too. One from before all odometry has no answer.
+    fn next(&mut self) -> anyhow::Result<Option<Sample<LaserScan>>> {
+        loop {
+            let scan = match self.waiting.take() {
+                None => self.scans.receive()?,
+                scan => scan,
+            };
+            let Some(scan) = scan else { return Ok(None) };
+            if !self.odometry.advance_to(scan.header.stamp_ns)? {
+                self.waiting = Some(scan);
+                return Ok(None);
+            }
+            if self.odometry.newest().is_some() {
+                return Ok(Some(scan));
+            }
+        }
+    }
+
     /// Fills the messages where they lie in shared memory; the particles go before the estimate.
-    fn answer(&mut self, core: &mut Core, odometry: &Odometry, scan: &LaserScan) -> anyhow::Result<()> {
+    fn answer(&mut self, core: &mut Core, scan: &LaserScan) -> anyhow::Result<()> {
+        let Some(odometry) = self.odometry.newest() else { return Ok(()) };
         let due = core.particles_due(scan.header.stamp_ns);
         let mut particles = due.then(|| self.particles.loan()).transpose()?;
         let mut estimate = self.estimates.loan()?;

@@ -90,6 +90,20 @@ struct Mission {
     source_seq: u64,
 }
 
+/// The planner's state, as it is read back from a checkpoint.
+#[derive(Debug, Clone, Deserialize)]
+pub struct State {
+    mission: Mission,
+    driver: driving::Memory,
+}
+
+/// The same where it lies, to be written: field by field a [`State`].
+#[derive(Debug, Serialize)]
+pub struct StateView<'a> {
+    mission: &'a Mission,
+    driver: driving::MemoryView<'a>,
+}
+
 /// The planner's core.
 #[derive(Debug)]
 pub struct Core {
@@ -152,9 +166,25 @@ impl Core {
         }
     }
 
+    /// The whole changing state, for a checkpoint; the sketch and the route are not in it.
+    pub fn state(&self) -> StateView<'_> {
+        StateView { mission: &self.mission, driver: self.driver.memory() }
+    }
+
+    /// Goes on from a checkpoint. The sketch and the route must have come again, the same as before.
+    pub fn restore(&mut self, state: State) {
+        self.mission = state.mission;
+        self.driver.restore(state.driver);
+    }
+
+    /// Whether the sketch and the route have come.
+    pub fn has_drawing(&self) -> bool {
+        self.tasks.is_some() && self.driver.has_sketch()
+    }
+
     /// Whether the sketch, the route and the order to start have come.
     pub fn is_ready(&self) -> bool {
-        self.mission.ordered && self.tasks.is_some() && self.driver.has_sketch()
+        self.mission.ordered && self.has_drawing()
     }
 
     /// Takes a step: the estimate, the scan that caused it and the odometry of that time.

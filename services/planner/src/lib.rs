@@ -9,17 +9,34 @@ pub mod core;
 use std::time::Duration;
 
 use anyhow::Context;
-use sketchnav_runtime::{HealthReporter, Node, Reader, Sample, SliceReader, Step, UpTo, Wake, Writer};
+use serde::{Deserialize, Serialize};
+use sketchnav_runtime::{
+    Checkpoints, Found, HealthReporter, Node, Reader, Sample, SliceReader, Step, UpTo, Wake, Writer,
+};
 use sketchnav_schemas::channels::{COMMAND, ESTIMATE, MISSION, ODOMETRY, PLAN, ROUTE, SCAN, SKETCH, STATUS};
 use sketchnav_schemas::message::{
     LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, VelocityCommand,
 };
 use sketchnav_schemas::run::Pace;
 
-use crate::core::Core;
+use crate::core::{Core, State};
 
 /// Longest sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(250);
+/// The form of [`Positions`] and [`State`].
+const CHECKPOINT: &str = "planner 1";
+
+/// Where in its channels the planner stands: the last number that was taken or given.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Positions {
+    order: u64,
+    estimate: u64,
+    scan: u64,
+    odometry: u64,
+    plan: u64,
+    command: u64,
+    status: u64,
+}
 
 /// Runs the planner in `node`'s system until it is asked to end.
 ///
@@ -29,23 +46,82 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
     let config = node.run_config()?;
     let mut core = Core::new(&config)?;
     let mut health = HealthReporter::new(node)?;
-    let mut wishes = Wishes::open(node)?;
-    let mut senses = Senses::open(node)?;
-    let mut output = Output::open(node)?;
+    let (mut checkpoints, found) = Checkpoints::<(Positions, State)>::open(node, CHECKPOINT)?;
+    let mut ports = Ports::open(node)?;
     let mut stamp_ns = 0;
+    if !ports.resume(node, &mut core, &mut health, found)? {
+        return Ok(health.report(stamp_ns)?);
+    }
     loop {
-        wishes.pass_on(&mut core)?;
+        ports.wishes.pass_on(&mut core)?;
         while core.is_ready() || config.pace != Pace::Lockstep {
-            let Some(estimate) = senses.next()? else { break };
+            let Some(estimate) = ports.senses.next()? else { break };
             let step = Step::begin();
             stamp_ns = estimate.header.stamp_ns;
-            output.answer(&mut core, &senses, &estimate)?;
+            ports.output.answer(&mut core, &ports.senses, &estimate)?;
+            checkpoints.after_step(|| (ports.positions(&estimate), core.state()))?;
             health.end(step);
-            wishes.pass_on(&mut core)?;
+            ports.wishes.pass_on(&mut core)?;
         }
         health.report_if_due(stamp_ns)?;
         if node.wait(NAP) == Wake::Terminate {
             return Ok(health.report(stamp_ns)?);
+        }
+    }
+}
+
+struct Ports {
+    wishes: Wishes,
+    senses: Senses,
+    output: Output,
+}
+
+impl Ports {
+    fn open(node: &Node) -> anyhow::Result<Self> {
+        Ok(Self { wishes: Wishes::open(node)?, senses: Senses::open(node)?, output: Output::open(node)? })
+    }
+
+    /// Goes on where the predecessor stood, as soon as the drawing and the tasks have come again; false
+    /// where the end comes first. Where its checkpoints cannot be used the mission begins anew, with the
+    /// estimate after the last one that was answered.
+    fn resume(
+        &mut self,
+        node: &Node,
+        core: &mut Core,
+        health: &mut HealthReporter,
+        found: Found<(Positions, State)>,
+    ) -> anyhow::Result<bool> {
+        let is_lost = found.is_lost();
+        found.refused.iter().for_each(|error| eprintln!("{error}"));
+        if let Some((positions, state)) = found.state {
+            self.wishes.orders.resume_after(positions.order);
+            self.senses.resume_after(&positions);
+            self.output.resume_after(&positions);
+            while !core.has_drawing() {
+                self.wishes.pass_on_drawing(core)?;
+                health.report_if_due(0)?;
+                if !core.has_drawing() && node.wait(NAP) == Wake::Terminate {
+                    return Ok(false);
+                }
+            }
+            core.restore(state);
+        } else if is_lost {
+            let answered = self.output.resume_behind_kept();
+            eprintln!("no checkpoint can be used: the mission begins anew after scan {answered}");
+            self.senses.resume_after_scan(answered);
+        }
+        Ok(true)
+    }
+
+    fn positions(&self, estimate: &PoseEstimate) -> Positions {
+        Positions {
+            order: self.wishes.orders.position(),
+            estimate: estimate.header.seq,
+            scan: self.senses.scans.position(),
+            odometry: self.senses.odometry.position(),
+            plan: self.output.plans.last_seq(),
+            command: self.output.commands.last_seq(),
+            status: self.output.statuses.last_seq(),
         }
     }
 }
@@ -64,14 +140,19 @@ impl Wishes {
     }
 
     fn pass_on(&mut self, core: &mut Core) -> anyhow::Result<()> {
+        self.pass_on_drawing(core)?;
+        while let Some(order) = self.orders.receive()? {
+            core.on_order(&order);
+        }
+        Ok(())
+    }
+
+    fn pass_on_drawing(&mut self, core: &mut Core) -> anyhow::Result<()> {
         while let Some(sketch) = self.sketches.receive()? {
             core.on_sketch(sketch.message(), sketch.bytes()).context("the sketch cannot be used")?;
         }
         while let Some(route) = self.routes.receive()? {
             core.on_route(&route);
-        }
-        while let Some(order) = self.orders.receive()? {
-            core.on_order(&order);
         }
         Ok(())
     }
@@ -94,6 +175,19 @@ impl Senses {
             scans: UpTo::new(node.reader(SCAN)?),
             odometry: UpTo::new(node.reader(ODOMETRY)?),
         })
+    }
+
+    fn resume_after(&mut self, positions: &Positions) {
+        self.estimates.resume_after(positions.estimate);
+        self.scans.resume_after(positions.scan);
+        self.odometry.resume_after(positions.odometry);
+    }
+
+    /// An estimate, a scan and a reading of the odometry a step: they bear the same number.
+    fn resume_after_scan(&mut self, seq: u64) {
+        self.estimates.resume_after(seq);
+        self.scans.resume_after(seq);
+        self.odometry.resume_after(seq);
     }
 
     /// The next estimate whose scan and odometry are here too. Which of them comes first is chance:
@@ -127,6 +221,20 @@ impl Output {
             commands: node.writer(COMMAND)?,
             statuses: node.writer(STATUS)?,
         })
+    }
+
+    fn resume_after(&mut self, positions: &Positions) {
+        self.plans.resume_after(positions.plan);
+        self.commands.resume_after(positions.command);
+        self.statuses.resume_after(positions.status);
+    }
+
+    /// The last scan that was answered.
+    fn resume_behind_kept(&mut self) -> u64 {
+        self.plans.resume_behind_kept();
+        self.commands.resume_behind_kept();
+        self.statuses.resume_behind_kept();
+        self.statuses.last_kept().map_or(0, |last| last.header.source_seq)
     }
 
     /// Fills the messages where they lie in shared memory. An estimate has no answer before the first

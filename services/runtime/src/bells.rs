@@ -34,6 +34,8 @@ struct Slot {
     sleeping: AtomicU32,
     /// Counts the readers that came to the process's channels.
     joined: AtomicU32,
+    /// Counts what the process has done that was not done before.
+    progress: AtomicU32,
 }
 
 /// The page of a system. Stays mapped until the process ends: a signal may come at any time.
@@ -87,6 +89,16 @@ impl Bells {
     /// How many readers have come to the process's channels.
     pub(crate) fn readers_joined(&self, process: Process) -> u32 {
         self.slot(process).joined.load(SeqCst)
+    }
+
+    /// Counts something new that the process, or its predecessor, has done.
+    pub(crate) fn note_progress(&self, process: Process) {
+        self.slot(process).progress.fetch_add(1, SeqCst);
+    }
+
+    /// How much the process and its predecessors have done.
+    pub(crate) fn progress(&self, process: Process) -> u32 {
+        self.slot(process).progress.load(SeqCst)
     }
 
     /// Sleeps until the process's bell shows another number than `seen`; the number it shows then, or

@@ -136,6 +136,14 @@ pub enum Error {
         /// What does not fit.
         source: serde_json::Error,
     },
+    /// A checkpoint that cannot be used.
+    #[error("{}: checkpoint refused: {why}", path.display())]
+    BadCheckpoint {
+        /// The slot.
+        path: PathBuf,
+        /// What was expected and what was found.
+        why: String,
+    },
     /// The shared memory layer refused.
     #[error("{what}: {cause}")]
     SharedMemory {

@@ -3,11 +3,16 @@
 //! - [`System`]: a named system's folder, who lives in it, and how it goes away without a trace.
 //! - [`Channels`]: every channel of the table, created and held by the supervisor.
 //! - [`Node`]: a process in a system; opens a [`Writer`] or a [`Reader`] of a channel and waits.
+//! - [`Checkpoints`]: a process's state, for the one that goes on when it was killed.
 //! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
 //!
 //! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references
 //! into the same file of `/dev/shm`. Receiving allocates nothing, and sending nothing but iceoryx2's own
 //! handle of a loan.
+//!
+//! Any process may be killed at any moment. Its writers keep their last messages, its checkpoint says
+//! where in each channel it stood; its successor takes what it missed out of the channels' histories,
+//! computes again what it may have sent already, and sends only what is new: each message exactly once.
 //!
 //! Nothing here knows what a message means, and no process creates a channel but the supervisor: a
 //! process that dies while it creates one would wedge it for good (iceoryx2 0.10).
@@ -15,9 +20,12 @@
 mod allocations;
 mod bells;
 mod channels;
+mod checkpoint;
 mod error;
 mod health;
+mod kept;
 mod lock;
+mod mapping;
 mod node;
 mod pacer;
 mod reader;
@@ -30,6 +38,7 @@ mod writer;
 
 pub use allocations::{CountingAllocator, allocations_of_this_thread, loan_handles_of_this_thread};
 pub use channels::Channels;
+pub use checkpoint::{CHECKPOINT_EVERY, Checkpoints, Found};
 pub use error::Error;
 pub use health::{HealthReporter, Step};
 pub use node::{Node, Wake};

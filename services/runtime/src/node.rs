@@ -198,6 +198,17 @@ impl Node {
         self.inner.blocking_cleanup_dead_nodes(timeout);
     }
 
+    /// Counts something that this process has done and none before it: who restarts a process that dies
+    /// looks whether it gets anywhere. Every new message counts by itself.
+    pub fn note_progress(&self) {
+        self.bells.note_progress(self.process);
+    }
+
+    /// How much `process` and those before it have done; counts on over restarts.
+    pub fn progress(&self, process: Process) -> u32 {
+        self.bells.progress(process)
+    }
+
     pub(crate) fn inner(&self) -> &SharedMemoryNode<ipc::Service> {
         &self.inner
     }

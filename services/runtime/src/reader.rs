@@ -58,6 +58,11 @@ impl Tally {
         Self { last, lost: 0, many_writers: spec.writer.is_none() }
     }
 
+    /// The last number that came; 0 before the first.
+    fn position(&self) -> u64 {
+        self.last.unwrap_or(0)
+    }
+
     /// Counts the number; whether it is new.
     fn accept(&mut self, seq: u64) -> bool {
         if self.many_writers {
@@ -99,6 +104,17 @@ impl<T: Message> Reader<T> {
             }
         }
         Ok(None)
+    }
+
+    /// The number of the last message that came: where a successor is to go on.
+    pub fn position(&self) -> u64 {
+        self.inbox.tally.position()
+    }
+
+    /// Goes on after the message `seq`, which a checkpoint says has come: what the writer kept of
+    /// earlier ones is dropped.
+    pub fn resume_after(&mut self, seq: u64) {
+        self.inbox.tally.last = Some(seq);
     }
 
     /// Messages that the numbers show to be missing.

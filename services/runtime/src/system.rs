@@ -9,6 +9,7 @@
 //!               logs/<process>.log
 //!               shared/           what iceoryx2 keeps in files
 //! /dev/shm/<prefix>*              the messages
+//!          <prefix>kept_<channel>, <prefix>checkpoint_<process>_<slot>   what successors go on with
 //! ```
 //! The prefix has the system's name and a hash of its folder's path: no two systems share a file.
 
@@ -168,6 +169,11 @@ impl System {
 
     pub(crate) fn iceoryx2_config(&self) -> PathBuf {
         self.folder.join("iceoryx2.toml")
+    }
+
+    /// A file of the system in shared memory; it goes when the system does.
+    pub(crate) fn shared_memory(&self, name: &str) -> PathBuf {
+        Path::new(SHARED_MEMORY).join(self.prefix() + name)
     }
 
     pub(crate) fn bells(&self) -> PathBuf {

@@ -35,6 +35,16 @@ impl<T: Message> UpTo<T> {
         Ok(is_here || self.next.is_some())
     }
 
+    /// After which number a successor is to go on, so that it has the newest message too.
+    pub fn position(&self) -> u64 {
+        self.newest().map_or(0, |newest| newest.header().seq - 1)
+    }
+
+    /// As [`Reader::resume_after`].
+    pub fn resume_after(&mut self, seq: u64) {
+        self.reader.resume_after(seq);
+    }
+
     /// The newest message whose stamp is not after the moment; `None` before the first.
     pub fn newest(&self) -> Option<&T> {
         self.newest.as_deref()

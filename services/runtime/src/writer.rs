@@ -9,11 +9,13 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::ipc;
 use iceoryx2::sample_mut::SampleMut;
 use sketchnav_schemas::channels::ChannelSpec;
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Message;
 
 use crate::allocations::loan_handle;
 use crate::bells::Bells;
 use crate::channels::{open_fixed, open_sliced, writer_error};
+use crate::kept::Kept;
 use crate::node::Node;
 use crate::wire::Wire;
 use crate::{Error, Result};
@@ -25,12 +27,20 @@ const MAX_LOANS: usize = 1;
 struct Outbox {
     spec: &'static ChannelSpec,
     bells: Bells,
+    process: Process,
     last_seq: u64,
 }
 
 impl Outbox {
     fn new(node: &Node, spec: &'static ChannelSpec) -> Self {
-        Self { spec, bells: node.bells(), last_seq: 0 }
+        Self { spec, bells: node.bells(), process: node.process(), last_seq: 0 }
+    }
+
+    /// A sign of life is no progress.
+    fn note_progress(&self) {
+        if self.spec.writer.is_some() {
+            self.bells.note_progress(self.process);
+        }
     }
 
     fn ring_readers(&self) {
@@ -44,9 +54,15 @@ impl Outbox {
 }
 
 /// The writing end of a channel of messages of type `T`.
+///
+/// It keeps a copy of its last messages for the process that goes on when this one dies. That one's
+/// writer sends them again, for those who have not had them, and lets what it has kept pass: a message
+/// that is computed anew, with a number that was given already, is not sent again. (A channel that
+/// every process writes has no numbers to tell by, and nothing of it is kept.)
 pub struct Writer<T: Message> {
     port: Rc<Publisher<ipc::Service, Wire<T>, ()>>,
     outbox: Outbox,
+    kept: Option<Kept<T>>,
 }
 
 impl<T: Message> Writer<T> {
@@ -54,7 +70,36 @@ impl<T: Message> Writer<T> {
         let service = open_fixed::<T>(node, spec)?;
         let port = service.publisher_builder().max_loaned_samples(MAX_LOANS).create();
         let port = port.map_err(|error| writer_error(node, spec, &service, error))?;
-        Ok(Self { port: Rc::new(port), outbox: Outbox::new(node, spec) })
+        let kept = spec.writer.is_some().then(|| Kept::open(node, spec)).transpose()?;
+        let mut writer = Self { port: Rc::new(port), outbox: Outbox::new(node, spec), kept };
+        writer.send_kept()?;
+        Ok(writer)
+    }
+
+    /// Sends again what the last writer kept.
+    fn send_kept(&mut self) -> Result<()> {
+        let Some(kept) = self.kept.as_ref().filter(|kept| kept.last_seq() > 0) else { return Ok(()) };
+        for message in kept.iter() {
+            let loaned = loan_handle(|| self.port.loan_uninit()).map_err(self.outbox.failed())?;
+            loaned.write_payload(Wire(*message)).send().map_err(self.outbox.failed())?;
+        }
+        self.outbox.ring_readers();
+        Ok(())
+    }
+
+    /// Goes on with the number after `seq`: 0 at the beginning, or what a checkpoint says.
+    pub fn resume_after(&mut self, seq: u64) {
+        self.outbox.last_seq = seq;
+    }
+
+    /// The last message that this writer or one before it has sent.
+    pub fn last_kept(&self) -> Option<&T> {
+        self.kept.as_ref().and_then(Kept::last)
+    }
+
+    /// Goes on behind what was sent so far, by a process that does not know any more how it came to it.
+    pub fn resume_behind_kept(&mut self) {
+        self.outbox.last_seq = self.kept.as_ref().map_or(0, Kept::last_seq);
     }
 
     pub(crate) fn port(&self) -> Weak<dyn UpdateConnections> {
@@ -74,7 +119,7 @@ impl<T: Message> Writer<T> {
             message.write_bytes(0, 1);
             sample.assume_init()
         };
-        Ok(Loan { sample, outbox: &mut self.outbox })
+        Ok(Loan { sample, outbox: &mut self.outbox, kept: &mut self.kept })
     }
 
     /// Fills a message in shared memory and sends it; its number.
@@ -94,6 +139,7 @@ impl<T: Message> Writer<T> {
 pub struct Loan<'a, T: Message> {
     sample: SampleMut<ipc::Service, Wire<T>, ()>,
     outbox: &'a mut Outbox,
+    kept: &'a mut Option<Kept<T>>,
 }
 
 impl<T: Message> Loan<'_, T> {
@@ -114,9 +160,16 @@ impl<T: Message> Loan<'_, T> {
 impl<'a, T: Message> Loan<'a, T> {
     fn publish(mut self) -> Result<(&'a mut Outbox, u64)> {
         let seq = self.outbox.last_seq + 1;
-        self.header_mut().seq = seq;
-        self.sample.send().map_err(self.outbox.failed())?;
         self.outbox.last_seq = seq;
+        if self.kept.as_ref().is_some_and(|kept| seq <= kept.last_seq()) {
+            return Ok((self.outbox, seq));
+        }
+        self.header_mut().seq = seq;
+        if let Some(kept) = self.kept {
+            kept.keep(&self.sample.payload().0);
+        }
+        self.sample.send().map_err(self.outbox.failed())?;
+        self.outbox.note_progress();
         Ok((self.outbox, seq))
     }
 }
@@ -200,6 +253,7 @@ impl<T: Message> SliceLoan<'_, T> {
         self.message_mut().header_mut().seq = seq;
         self.sample.send().map_err(self.outbox.failed())?;
         self.outbox.last_seq = seq;
+        self.outbox.note_progress();
         self.outbox.ring_readers();
         Ok(seq)
     }

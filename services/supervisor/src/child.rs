@@ -17,6 +17,7 @@ use nix::sys::signal::{SigSet, Signal, kill};
 use nix::unistd::{Pid, getpid, getppid};
 use sketchnav_schemas::codes::Process;
 
+use crate::restarts::Restarts;
 use crate::{Death, Error, Result};
 
 /// How often to ask whether it has become urgent: a signal may reach another thread than the one that
@@ -33,7 +34,12 @@ pub struct ProcessLine {
     pub process: Process,
     /// Its command line. Its input, output, group and parent's death are the supervisor's to set.
     pub command: Command,
+    /// Whether it goes on where it was when it is started again: then its death is survived.
+    pub resumes: bool,
 }
+
+/// The processes that go on from a checkpoint.
+const RESUMING: [Process; 2] = [Process::Localizer, Process::Planner];
 
 impl ProcessLine {
     /// This very program as `serve PROCESS --system NAME`.
@@ -48,7 +54,7 @@ impl ProcessLine {
         })?;
         let mut command = Command::new(program);
         command.args(["serve", process.word(), "--system", system]);
-        Ok(Self { process, command })
+        Ok(Self { process, command, resumes: RESUMING.contains(&process) })
     }
 }
 
@@ -56,18 +62,24 @@ impl ProcessLine {
 #[derive(Debug)]
 pub(crate) struct Child {
     pub(crate) process: Process,
+    line: ProcessLine,
     child: StdChild,
+    born: Instant,
     log: PathBuf,
     /// How it ended, where it has.
     ended: Option<(ExitStatus, Instant)>,
+    restarts: Restarts,
+    /// When it is to be started again, where it is.
+    due: Option<Instant>,
 }
 
 impl Child {
-    pub(crate) fn spawn(line: &mut ProcessLine, log: PathBuf) -> Result<Self> {
+    pub(crate) fn spawn(mut line: ProcessLine, log: PathBuf) -> Result<Self> {
         let process = line.process;
-        let program = line.command.get_program().to_string_lossy().into_owned();
-        let child = spawn(line, &log).map_err(|source| Error::Spawn { process, program, source })?;
-        Ok(Self { process, child, log, ended: None })
+        prepare(&mut line);
+        let child = spawn(&mut line, &log)?;
+        let (born, restarts) = (Instant::now(), Restarts::default());
+        Ok(Self { process, line, child, born, log, ended: None, restarts, due: None })
     }
 
     /// How and when it ended, where it has.
@@ -77,6 +89,38 @@ impl Child {
             self.ended = status.map(|status| (status, Instant::now()));
         }
         Ok(self.ended)
+    }
+
+    /// Whether it goes on where it was when it is started again.
+    pub(crate) fn resumes(&self) -> bool {
+        self.line.resumes
+    }
+
+    /// Whether it is dead and to be started again.
+    pub(crate) fn is_due(&self) -> bool {
+        self.due.is_some()
+    }
+
+    /// How often it was started again.
+    pub(crate) fn restarts(&self) -> u64 {
+        self.restarts.total()
+    }
+
+    /// Has it started again after its death, sooner or later; false where that is given up. `progress`:
+    /// how far it has come over all its lives.
+    pub(crate) fn schedule(&mut self, progress: u32) -> bool {
+        let pause = self.restarts.pause_after_death(self.born.elapsed(), progress);
+        self.due = pause.map(|pause| Instant::now() + pause);
+        self.due.is_some()
+    }
+
+    /// Starts it again where its time has come.
+    pub(crate) fn start_if_due(&mut self) -> Result<()> {
+        if self.due.is_some_and(|due| due <= Instant::now()) {
+            self.child = spawn(&mut self.line, &self.log)?;
+            (self.born, self.ended, self.due) = (Instant::now(), None, None);
+        }
+        Ok(())
     }
 
     /// What there is to say about its end.
@@ -129,12 +173,12 @@ impl Child {
     }
 }
 
-fn spawn(line: &mut ProcessLine, log: &Path) -> io::Result<StdChild> {
-    let log = OpenOptions::new().append(true).create(true).mode(0o600).open(log)?;
+/// Sets what is the same every time it is started.
+fn prepare(line: &mut ProcessLine) {
     let supervisor = getpid();
     // The recorder may still close its file; the others have nothing to save.
     let last = if line.process == Process::Recorder { Signal::SIGTERM } else { Signal::SIGKILL };
-    line.command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log).process_group(0);
+    line.command.stdin(Stdio::null()).process_group(0);
     let term = SigSet::from(Signal::SIGTERM);
     // SAFETY: between fork and exec the closure makes three system calls and nothing else.
     unsafe {
@@ -146,7 +190,18 @@ fn spawn(line: &mut ProcessLine, log: &Path) -> io::Result<StdChild> {
             if getppid() == supervisor { Ok(()) } else { Err(Errno::ESRCH.into()) }
         });
     }
-    line.command.spawn()
+}
+
+fn spawn(line: &mut ProcessLine, log: &Path) -> Result<StdChild> {
+    let open = || {
+        let log = OpenOptions::new().append(true).create(true).mode(0o600).open(log)?;
+        Ok((log.try_clone()?, log))
+    };
+    let started = open().and_then(|(out, err)| line.command.stdout(out).stderr(err).spawn());
+    started.map_err(|source| {
+        let program = line.command.get_program().to_string_lossy().into_owned();
+        Error::Spawn { process: line.process, program, source }
+    })
 }
 
 /// A descriptor that becomes readable when the child ends.

@@ -38,6 +38,9 @@ pub enum Error {
     /// A process died before the mission's end, or failed at it.
     #[error("{0}")]
     Died(Death),
+    /// A process died as often as it was started again, and got nowhere in between.
+    #[error("{0}\nit was started again {1} times and died each time before it got any further: given up")]
+    GivenUp(Death, u64),
     /// Processes had to be killed because they did not end when asked to.
     #[error("did not end within their time and were killed: {}", .0.iter().map(|p| p.word()).collect::<Vec<_>>().join(", "))]
     Killed(Vec<Process>),
@@ -46,7 +49,7 @@ pub enum Error {
 impl Error {
     /// Whether a process was given bad input (its exit code is 2), which the user can mend.
     pub fn is_bad_input(&self) -> bool {
-        matches!(self, Self::Died(death) if death.status.code() == Some(BAD_INPUT))
+        matches!(self, Self::Died(death) if death.is_bad_input())
     }
 }
 
@@ -63,18 +66,35 @@ pub struct Death {
     pub last_lines: String,
 }
 
-impl Display for Death {
-    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+impl Death {
+    /// Whether the process was given bad input: then it dies of it again.
+    pub(crate) fn is_bad_input(&self) -> bool {
+        self.status.code() == Some(BAD_INPUT)
+    }
+
+    /// Who died how, in a line.
+    pub fn how(&self) -> String {
         let Self { process, pid, .. } = self;
         match (self.status.code(), self.status.signal()) {
-            (Some(0), _) => write!(f, "{process} (process {pid}) ended before the mission")?,
-            (Some(code), _) => write!(f, "{process} (process {pid}) ended with exit code {code}")?,
+            (Some(0), _) => format!("{process} (process {pid}) ended before the mission"),
+            (Some(code), _) => format!("{process} (process {pid}) ended with exit code {code}"),
             (None, signal) => {
                 let signal = signal.unwrap_or_default();
                 let name = Signal::try_from(signal).map_or("unknown", Signal::as_str);
-                write!(f, "{process} (process {pid}) was killed by signal {signal} ({name})")?;
+                format!("{process} (process {pid}) was killed by signal {signal} ({name})")
             }
         }
+    }
+
+    /// Whether a signal ended it.
+    pub(crate) fn was_killed(&self) -> bool {
+        self.status.signal().is_some()
+    }
+}
+
+impl Display for Death {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.how())?;
         if self.last_lines.is_empty() {
             return f.write_str("; it printed nothing");
         }

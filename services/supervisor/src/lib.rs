@@ -1,5 +1,5 @@
-//! Owns the processes of a system: creates every channel and holds it, starts the processes, sees one
-//! die, and takes everything down with it, so that no process, no shared memory and no folder is left.
+//! Owns the processes of a system: creates every channel and holds it, starts the processes, starts one
+//! again that died, and takes everything down with it, so that no process, no shared memory and no folder is left.
 //!
 //! ```text
 //! start:     system → channels → processes, in any order → order to start the mission
@@ -11,10 +11,15 @@
 //! decides. Where the supervisor is killed, the kernel ends them (`PR_SET_PDEATHSIG`), and the next
 //! system that starts sweeps what is left.
 //!
-//! The supervisor never looks into what the services do, and a process that dies ends the mission.
+//! A process that dies is started again and goes on from its checkpoint, at once or, where it gets
+//! nowhere, after growing pauses, until it is given up; then the mission ends. One that has no
+//! checkpoint, or that was given bad input, ends the mission with its death.
+//!
+//! The supervisor never looks into what the services do.
 
 mod child;
 mod error;
+mod restarts;
 mod supervisor;
 
 pub use child::ProcessLine;

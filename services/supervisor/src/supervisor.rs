@@ -12,7 +12,7 @@ use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, PoseEsti
 use sketchnav_schemas::run::RunConfig;
 
 use crate::child::{Child, ProcessLine};
-use crate::{Error, Result};
+use crate::{Death, Error, Result};
 
 /// How often the supervisor looks at its channels and children. A lockstep world, which waits for the
 /// recorder, sends no more statuses in that time than their channel holds.
@@ -64,7 +64,9 @@ pub struct Supervisor {
     status: Option<MissionStatus>,
     estimate: Option<PoseEstimate>,
     ended_tasks: BTreeMap<u32, MissionStatus>,
-    health: BTreeMap<u32, Health>,
+    /// By process and process id.
+    health: BTreeMap<(u32, u32), Health>,
+    survived: Vec<Death>,
 }
 
 struct Ports {
@@ -82,8 +84,8 @@ impl Supervisor {
     /// Where the system runs already, or a process cannot be started; nothing is left of it then.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let mut supervisor = Self::prepare(run, grace)?;
-        for mut line in lines {
-            supervisor.spawn(&mut line)?;
+        for line in lines {
+            supervisor.spawn(line)?;
         }
         supervisor.order(Order::Start, 0)?;
         Ok(supervisor)
@@ -92,7 +94,8 @@ impl Supervisor {
     /// Looks at what has come and who has died until `timeout` is over or the mission no longer runs.
     ///
     /// # Errors
-    /// [`Error::Died`] where a process ended before the mission did.
+    /// [`Error::Died`] where a process ended before the mission did and cannot go on where it was;
+    /// [`Error::GivenUp`] where one died again and again.
     pub fn poll(&mut self, timeout: Duration) -> Result<Progress> {
         let end = Instant::now() + timeout;
         loop {
@@ -139,9 +142,20 @@ impl Supervisor {
         self.ended_tasks.values()
     }
 
-    /// What `process` last said about itself.
-    pub fn health(&self, process: Process) -> Option<&Health> {
-        self.health.get(&process.code())
+    /// What `process` last said about itself, its counts summed over its lives.
+    pub fn health(&self, process: Process) -> Option<Health> {
+        let lives = self.health.range((process.code(), 0)..=(process.code(), u32::MAX));
+        lives.map(|(_, health)| *health).reduce(sum)
+    }
+
+    /// The deaths that the system has survived, in order.
+    pub fn survived(&self) -> &[Death] {
+        &self.survived
+    }
+
+    /// How often `process` was started again.
+    pub fn restarts(&self, process: Process) -> u64 {
+        self.survived.iter().filter(|death| death.process == process).count() as u64
     }
 
     /// Ends the services, then the recorder, who has by then everything that was sent; removes the
@@ -177,6 +191,7 @@ impl Supervisor {
             estimate: None,
             ended_tasks: BTreeMap::new(),
             health: BTreeMap::new(),
+            survived: Vec::new(),
         };
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
         supervisor.channels = Some(Channels::create(node)?);
@@ -189,9 +204,10 @@ impl Supervisor {
         Ok(supervisor)
     }
 
-    fn spawn(&mut self, line: &mut ProcessLine) -> Result<()> {
+    fn spawn(&mut self, line: ProcessLine) -> Result<()> {
         if let Some(system) = &self.system {
-            self.children.push(Child::spawn(line, system.log_path(line.process))?);
+            let log = system.log_path(line.process);
+            self.children.push(Child::spawn(line, log)?);
         }
         Ok(())
     }
@@ -208,7 +224,7 @@ impl Supervisor {
             self.estimate = Some(*estimate);
         }
         while let Some(health) = ports.health.receive()? {
-            self.health.insert(health.process, *health);
+            self.health.insert((health.process, health.pid), *health);
         }
         Ok(())
     }
@@ -218,12 +234,23 @@ impl Supervisor {
         matches!(state, Some(TaskState::Finished | TaskState::Aborted))
     }
 
+    /// Starts again what has died and goes on where it was.
     fn check_children(&mut self) -> Result<()> {
         for child in &mut self.children {
-            if let Some((status, when)) = child.ended()?
-                && (!status.success() || child.process == Process::Recorder || when.elapsed() > EARLY_END)
-            {
-                return Err(Error::Died(child.death(status)));
+            child.start_if_due()?;
+            let Some((status, when)) = child.ended()?.filter(|_| !child.is_due()) else { continue };
+            let death = child.death(status);
+            if child.resumes() && !death.is_bad_input() {
+                let Some(node) = &self.node else { continue };
+                // Its places as writer and reader are free for its successor only now.
+                node.clear_dead(CLEARING);
+                if !child.schedule(node.progress(child.process)) {
+                    return Err(Error::GivenUp(death, child.restarts()));
+                }
+                child.start_if_due()?;
+                self.survived.push(death);
+            } else if !status.success() || child.process == Process::Recorder || when.elapsed() > EARLY_END {
+                return Err(Error::Died(death));
             }
         }
         Ok(())
@@ -257,11 +284,24 @@ impl Supervisor {
                 result = result.and(child.kill());
             } else if let Some((status, _)) = child.ended()?
                 && !status.success()
+                && !(child.resumes() && child.death(status).was_killed())
             {
                 result = result.and(Err(Error::Died(child.death(status))));
             }
         }
         if killed.is_empty() { result } else { result.and(Err(Error::Killed(killed))) }
+    }
+}
+
+/// What two lives of a process have done, the later one as the present.
+fn sum(earlier: Health, later: Health) -> Health {
+    Health {
+        steps: earlier.steps + later.steps,
+        busy_ns: earlier.busy_ns + later.busy_ns,
+        step_allocations: earlier.step_allocations + later.step_allocations,
+        lost_messages: earlier.lost_messages + later.lost_messages,
+        refused_messages: earlier.refused_messages + later.refused_messages,
+        ..later
     }
 }
 

@@ -61,7 +61,7 @@ fn supervisor() {
     let mut run: RunConfig = serde_json::from_str(include_str!("../../runtime/tests/run.json")).unwrap();
     run.system = variable(SYSTEM);
     let order = [Process::Recorder, Process::Planner, Process::World, Process::Sketcher];
-    let lines = order.map(|process| ProcessLine { process, command: act(process.word()) });
+    let lines = order.map(|process| ProcessLine { process, command: act(process.word()), resumes: false });
     let services = if variable(PLOT) == "world-stays" { Duration::from_secs(2) } else { LONG };
     let grace = Grace { services, recorder: LONG };
     let mut supervisor = match Supervisor::start(&run, lines.into(), grace) {

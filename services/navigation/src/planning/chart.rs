@@ -4,11 +4,12 @@
 //! stretched by a along the walls' direction φ and by b across. The chart is valid for a few metres
 //! around the robot; farther away the drawing has another scale.
 
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::PoseEstimate;
 
 /// Carries places of the drawing into the odometry frame and back.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Chart {
     robot_px: Pose<Sketch>,
     robot_m: Pose<Odom>,

@@ -4,6 +4,7 @@
 //! berth beyond costs more, and so does one that nobody has seen. A robot that stands too near to
 //! something, pushed or by a drift of odometry, may leave the way it finds.
 
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point};
 
 use super::obstacles::{CELL_M, Cell, Obstacles, SIDE};
@@ -40,6 +41,20 @@ pub struct LocalPlanner {
     frontier: Frontier,
 }
 
+/// What counts from one plan to the next, as it is read back from a checkpoint: where there is room.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Memory {
+    corner: Cell,
+    weight: Vec<f32>,
+}
+
+/// The same where it lies, to be written: field by field a [`Memory`].
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct MemoryView<'a> {
+    corner: Cell,
+    weight: &'a [f32],
+}
+
 impl Default for LocalPlanner {
     fn default() -> Self {
         let cells = SIDE * SIDE;
@@ -53,6 +68,19 @@ impl Default for LocalPlanner {
 }
 
 impl LocalPlanner {
+    /// What it remembers; nothing is copied.
+    pub fn memory(&self) -> MemoryView<'_> {
+        MemoryView { corner: self.corner, weight: &self.weight }
+    }
+
+    /// Goes on from another planner's memory. The ways that it found are to be searched for again.
+    pub fn restore(&mut self, memory: Memory) {
+        self.corner = memory.corner;
+        for (weight, remembered) in self.weight.iter_mut().zip(memory.weight) {
+            *weight = remembered;
+        }
+    }
+
     /// Takes over the obstacles around the robot at `robot`.
     pub fn prepare(&mut self, obstacles: &Obstacles, robot: Point<Odom>, room: Room) {
         self.corner = obstacles.corner();

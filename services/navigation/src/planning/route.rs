@@ -41,6 +41,11 @@ impl DrawnRoute {
         resample(points, self.spacing_px, &mut self.waypoints);
     }
 
+    /// Makes room for the longest route, after one was read back from a checkpoint.
+    pub fn reserve(&mut self) {
+        self.waypoints.reserve(MAX_WAYPOINTS.saturating_sub(self.waypoints.len()));
+    }
+
     /// The waypoints that remain, from the robot's place on.
     pub fn remaining(&self) -> &[Point<Sketch>] {
         &self.waypoints[self.visited.min(self.waypoints.len())..]

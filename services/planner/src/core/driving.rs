@@ -6,6 +6,8 @@
 //! tens of centimetres, the robot goes to the farthest waypoint before it that is in reach; where
 //! none is, to that cell in reach from which the least is left to go.
 
+mod memory;
+
 use std::iter::once;
 
 use serde::{Deserialize, Serialize};
@@ -25,6 +27,7 @@ use sketchnav_schemas::robot::Robot;
 use super::agenda::Task;
 use super::report::Reason;
 use super::standstill::{Maneuver, Next, Progress, Standstills};
+pub use memory::{Memory, MemoryView};
 
 /// Most blockages remembered of a task.
 const MAX_BLOCKAGES: usize = 16;
@@ -92,6 +95,13 @@ struct Errand {
     target_px: Point<Sketch>,
 }
 
+/// For what the cost field was solved last, beside the errand's blockages.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Solved {
+    goal: Point<Sketch>,
+    scale_pxpm: f64,
+}
+
 /// Drives the robot; see the module.
 #[derive(Debug)]
 pub struct Driver {
@@ -100,6 +110,7 @@ pub struct Driver {
     turn_rate_radps: f64,
     radius_m: f64,
     field: Option<CostField>,
+    solved: Option<Solved>,
     obstacles: Obstacles,
     local: LocalPlanner,
     pursuit: Pursuit,
@@ -123,6 +134,7 @@ impl Driver {
             turn_rate_radps: limits.yaw_rate_radps,
             radius_m: robot.radius_m,
             field: None,
+            solved: None,
             obstacles: Obstacles::new(parameters.memory_s),
             local: LocalPlanner::default(),
             pursuit: Pursuit::new(Body { radius_m: robot.radius_m, drive: robot.drive, limits }),
@@ -283,8 +295,13 @@ impl Driver {
 
     /// Solves the cost field for the errand's goal and what was found to be shut.
     fn solve(&mut self, chart: &Chart) {
-        if let Some(field) = &mut self.field {
-            field.solve(self.errand.goal, chart.mean_scale_pxpm(), &self.errand.blocked, &self.parameters);
+        self.solved = Some(Solved { goal: self.errand.goal, scale_pxpm: chart.mean_scale_pxpm() });
+        self.solve_again();
+    }
+
+    fn solve_again(&mut self) {
+        if let (Some(field), Some(Solved { goal, scale_pxpm })) = (&mut self.field, self.solved) {
+            field.solve(goal, scale_pxpm, &self.errand.blocked, &self.parameters);
         }
     }
 

@@ -1,0 +1,290 @@
+//! A process's state, for its successor: two slots in shared memory, written in turn.
+//!
+//! A slot is `version, number, length, checksum, state`. The number is 0 while the slot is written, so a
+//! kill at any moment leaves the other one whole. Of two good slots the one with the larger number
+//! counts; one that is damaged or of another version is refused, and said to be.
+//!
+//! A checkpoint need not be new: a core is deterministic, so from an older state and the inputs since
+//! then its successor comes to the very same outputs. The writers' histories hold several times
+//! [`CHECKPOINT_EVERY`] steps, so that even the older slot will do.
+//!
+//! Writing allocates nothing, unless the state has outgrown its slot.
+
+use std::marker::PhantomData;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering::SeqCst;
+use std::sync::atomic::fence;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use sketchnav_schemas::message::fingerprint;
+
+use crate::mapping::Mapping;
+use crate::node::Node;
+use crate::{Error, Result};
+
+/// A process whose inputs come by scans writes a checkpoint every so many steps.
+pub const CHECKPOINT_EVERY: u32 = 16;
+/// Length of a slot's head: four numbers of eight bytes.
+const HEAD: usize = 32;
+const VERSION: usize = 0;
+const NUMBER: usize = 8;
+const LENGTH: usize = 16;
+const CHECKSUM: usize = 24;
+/// Room for a small state; a slot grows with what it holds.
+const FIRST_LENGTH: usize = 1 << 16;
+
+/// The two slots of a process, for a state that is written as `T` or as a view of one.
+pub struct Checkpoints<T> {
+    version: u64,
+    slots: [Mapping; 2],
+    /// The slot to be written next: never the newest good one.
+    next: usize,
+    number: u64,
+    /// Steps since the last checkpoint.
+    steps: u32,
+    state: PhantomData<fn() -> T>,
+}
+
+/// What a predecessor has left.
+#[derive(Debug)]
+pub struct Found<T> {
+    /// The newest good checkpoint; `None` where there is none.
+    pub state: Option<T>,
+    /// Why slots were refused.
+    pub refused: Vec<Error>,
+}
+
+impl<T> Found<T> {
+    /// Whether there was something and nothing of it can be used: the process begins anew, with what
+    /// it knew lost.
+    pub fn is_lost(&self) -> bool {
+        self.state.is_none() && !self.refused.is_empty()
+    }
+}
+
+impl<T: DeserializeOwned> Checkpoints<T> {
+    /// Opens the slots of the node's process and reads what its predecessor left. `version` names the
+    /// form of the state: whoever changes the form changes it.
+    ///
+    /// # Errors
+    /// [`Error::File`] where shared memory is full or cannot be reached.
+    pub fn open(node: &Node, version: &str) -> Result<(Self, Found<T>)> {
+        let name = |slot| format!("checkpoint_{}_{slot}", node.process());
+        Self::open_at([0, 1].map(|slot| node.system().shared_memory(&name(slot))), version)
+    }
+
+    fn open_at([first, second]: [PathBuf; 2], version: &str) -> Result<(Self, Found<T>)> {
+        let slots = [Mapping::open(&first, FIRST_LENGTH)?, Mapping::open(&second, FIRST_LENGTH)?];
+        let version = fingerprint(&format!("{version} of sketchnav {}", env!("CARGO_PKG_VERSION")));
+        let mut checkpoints = Self { version, slots, next: 0, number: 0, steps: 0, state: PhantomData };
+        let found = checkpoints.read();
+        Ok((checkpoints, found))
+    }
+
+    fn read(&mut self) -> Found<T> {
+        let mut found = Found { state: None, refused: Vec::new() };
+        for slot in 0..self.slots.len() {
+            let number = self.slots[slot].number(NUMBER).load(SeqCst);
+            match self.read_slot(slot) {
+                Ok(Some(state)) if number > self.number => {
+                    (self.number, self.next, found.state) = (number, 1 - slot, Some(state));
+                }
+                Ok(_) => {}
+                Err(error) => found.refused.push(error),
+            }
+        }
+        found
+    }
+
+    /// The state in a slot; `None` where it is empty, or was being written when the process was killed.
+    fn read_slot(&self, slot: usize) -> Result<Option<T>> {
+        let mapping = &self.slots[slot];
+        let bytes = mapping.bytes();
+        let number = |offset: usize| mapping.number(offset).load(SeqCst);
+        if number(NUMBER) == 0 {
+            return Ok(None);
+        }
+        let refuse = |why: String| Error::BadCheckpoint { path: mapping.path().into(), why };
+        if number(VERSION) != self.version {
+            return Err(refuse(format!(
+                "expected version {:016x}, found {:016x}",
+                self.version,
+                number(VERSION)
+            )));
+        }
+        let end = usize::try_from(number(LENGTH)).ok().and_then(|length| length.checked_add(HEAD));
+        let state = end.and_then(|end| bytes.get(HEAD..end)).ok_or_else(|| {
+            refuse(format!(
+                "expected at most {} bytes of state, found {}",
+                bytes.len() - HEAD,
+                number(LENGTH)
+            ))
+        })?;
+        let sum = u64::from(checksum(&bytes[..CHECKSUM], state));
+        if sum != number(CHECKSUM) {
+            let found = number(CHECKSUM);
+            return Err(refuse(format!("expected a state of checksum {found:08x}, found one of {sum:08x}")));
+        }
+        postcard::from_bytes(state).map(Some).map_err(|error| refuse(error.to_string()))
+    }
+
+    /// Counts a step, and writes a checkpoint after every [`CHECKPOINT_EVERY`].
+    ///
+    /// # Errors
+    /// As [`Checkpoints::write`].
+    pub fn after_step<S: Serialize>(&mut self, state: impl FnOnce() -> S) -> Result<()> {
+        self.steps += 1;
+        if self.steps < CHECKPOINT_EVERY { Ok(()) } else { self.write(&state()) }
+    }
+
+    /// Writes a checkpoint: `state` is written as a `T` is.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the state has outgrown its slot and shared memory is full. What was there
+    /// before stays.
+    pub fn write(&mut self, state: &impl Serialize) -> Result<()> {
+        let (number, slot) = (self.number + 1, self.next);
+        self.slots[slot].number(NUMBER).store(0, SeqCst);
+        fence(SeqCst);
+        let length = self.fill(slot, state)?;
+        let mapping = &mut self.slots[slot];
+        mapping.number(VERSION).store(self.version, SeqCst);
+        mapping.number(LENGTH).store(length as u64, SeqCst);
+        let mut head = [0; CHECKSUM];
+        head[VERSION..NUMBER].copy_from_slice(&self.version.to_ne_bytes());
+        head[NUMBER..LENGTH].copy_from_slice(&number.to_ne_bytes());
+        head[LENGTH..].copy_from_slice(&(length as u64).to_ne_bytes());
+        let sum = checksum(&head, &mapping.bytes()[HEAD..HEAD + length]);
+        mapping.number(CHECKSUM).store(sum.into(), SeqCst);
+        fence(SeqCst);
+        mapping.number(NUMBER).store(number, SeqCst);
+        (self.number, self.next, self.steps) = (number, 1 - slot, 0);
+        Ok(())
+    }
+
+    /// Puts the state behind the slot's head; its length in bytes.
+    fn fill(&mut self, slot: usize, state: &impl Serialize) -> Result<usize> {
+        loop {
+            let mapping = &mut self.slots[slot];
+            match postcard::to_slice(state, &mut mapping.bytes_mut()[HEAD..]) {
+                Ok(written) => return Ok(written.len()),
+                Err(postcard::Error::SerializeBufferFull) => mapping.grow(2 * mapping.bytes().len())?,
+                Err(error) => {
+                    return Err(Error::BadCheckpoint {
+                        path: mapping.path().into(),
+                        why: format!("the state cannot be written: {error}"),
+                    });
+                }
+            }
+        }
+    }
+}
+
+fn checksum(head: &[u8], state: &[u8]) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(head);
+    hasher.update(state);
+    hasher.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type State = (u64, Vec<u32>);
+
+    struct Place(tempfile::TempDir);
+
+    impl Place {
+        fn new() -> Self {
+            Self(tempfile::tempdir().unwrap())
+        }
+
+        fn slot(&self, slot: usize) -> PathBuf {
+            self.0.path().join(format!("slot{slot}"))
+        }
+
+        fn open(&self, version: &str) -> (Checkpoints<State>, Found<State>) {
+            Checkpoints::open_at([self.slot(0), self.slot(1)], version).unwrap()
+        }
+
+        /// Writes the states 1 to `count`, the last of them in slot `(count + 1) % 2`.
+        fn write(&self, count: u64) {
+            let (mut checkpoints, _) = self.open("test 1");
+            (1..=count).for_each(|i| checkpoints.write(&state(i)).unwrap());
+        }
+
+        fn flip(&self, slot: usize, byte: usize) {
+            let mut bytes = std::fs::read(self.slot(slot)).unwrap();
+            bytes[byte] ^= 0x10;
+            std::fs::write(self.slot(slot), bytes).unwrap();
+        }
+    }
+
+    fn state(i: u64) -> State {
+        (i, vec![7; i as usize])
+    }
+
+    #[test]
+    fn the_newest_counts() {
+        let place = Place::new();
+        assert_eq!(place.open("test 1").1.state, None);
+        for count in [1, 1, 2, 5] {
+            place.write(count);
+            let found = place.open("test 1").1;
+            assert_eq!((found.state, found.refused.len()), (Some(state(count)), 0));
+        }
+    }
+
+    #[test]
+    fn a_large_state_makes_room_for_itself() {
+        let place = Place::new();
+        let large = (1, vec![u32::MAX; 3 * FIRST_LENGTH]);
+        place.open("test 1").0.write(&large).unwrap();
+        assert_eq!(place.open("test 1").1.state, Some(large));
+    }
+
+    #[test]
+    fn a_kill_while_it_is_written_leaves_the_one_before() {
+        let place = Place::new();
+        place.write(4);
+        let (mut checkpoints, _) = place.open("test 1");
+        // As far as `write` comes before the last line but one.
+        checkpoints.slots[0].number(NUMBER).store(0, SeqCst);
+        checkpoints.fill(0, &state(5)).unwrap();
+        let (mut successor, found) = place.open("test 1");
+        assert_eq!((found.state, found.refused.len()), (Some(state(4)), 0));
+        successor.write(&state(6)).unwrap();
+        assert_eq!(place.open("test 1").1.state, Some(state(6)));
+    }
+
+    #[test]
+    fn wherever_a_byte_is_flipped_the_other_slot_counts() {
+        let place = Place::new();
+        place.write(4);
+        let whole = std::fs::read(place.slot(1)).unwrap();
+        for byte in 0..HEAD + 6 {
+            place.flip(1, byte);
+            let found = place.open("test 1").1;
+            assert_eq!(found.state, Some(state(3)), "byte {byte}");
+            assert!(found.refused[0].to_string().contains("checkpoint refused: expected"), "{found:?}");
+            std::fs::write(place.slot(1), &whole).unwrap();
+        }
+    }
+
+    #[test]
+    fn another_version_is_refused_and_what_was_known_is_lost() {
+        let place = Place::new();
+        place.write(4);
+        let (mut checkpoints, found) = place.open("test 2");
+        assert!(found.is_lost());
+        assert!(
+            found.refused.iter().all(|error| error.to_string().contains("expected version")),
+            "{found:?}"
+        );
+        checkpoints.write(&state(9)).unwrap();
+        let found = place.open("test 2").1;
+        assert_eq!((found.state, found.refused.len()), (Some(state(9)), 1));
+    }
+}

@@ -1,0 +1,120 @@
+//! Processes are killed while a mission runs in lockstep, and nothing is lost: the recording is the same,
+//! byte for byte, as the undisturbed one.
+
+mod support;
+
+use std::path::{Path, PathBuf};
+
+use support::{Place, Running, kill_if_alive, room};
+
+fn recording(report: &serde_json::Value) -> PathBuf {
+    PathBuf::from(report["recording"].as_str().unwrap())
+}
+
+fn undisturbed(place: &Place, mission: &str) -> PathBuf {
+    let (report, code) = place.mission(&format!("{mission} --out undisturbed"), "undisturbed");
+    assert_eq!(code, 0, "{report:#}");
+    recording(&report)
+}
+
+fn start(place: &Place, mission: &str) -> Running {
+    place.start(&format!("{mission} --out disturbed --json --system disturbed"))
+}
+
+/// Nothing lost, nothing left, every message as it would have been; how often `processes` were restarted.
+fn ends_as_if_nothing_had_been(
+    place: &Place,
+    running: Running,
+    undisturbed: &Path,
+    processes: &[&str],
+) -> u64 {
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    place.assert_nothing_left("disturbed");
+    let diff = place.run(&format!("diff {} {}", undisturbed.display(), recording(&report).display()));
+    assert_eq!(diff.code, Some(0), "{diff}");
+    let lives = report["processes"].as_array().unwrap().iter();
+    let lives = lives.filter(|process| processes.contains(&process["process"].as_str().unwrap()));
+    lives.map(|process| process["restarts"].as_u64().unwrap()).sum()
+}
+
+/// Kills one after the other, each a different number of steps after the one before.
+fn killed_one_after_the_other(processes: &[&str]) {
+    let place = Place::new();
+    let undisturbed = undisturbed(&place, "demo");
+    let running = start(&place, "demo");
+    let mut kills = 0;
+    for (i, process) in processes.iter().cycle().take(10).enumerate() {
+        let steps = 3 + 29 * i % 90;
+        let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
+        let pids = place.serving("disturbed", process);
+        if i > 0 && (heard.code != Some(0) || pids.is_empty()) {
+            break;
+        }
+        pids.into_iter().for_each(kill_if_alive);
+        kills += 1;
+    }
+    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, processes);
+    assert!(kills >= 3 && restarts >= 2, "{kills} kills, {restarts} restarts");
+}
+
+#[test]
+fn a_killed_localizer_goes_on_where_it_was() {
+    killed_one_after_the_other(&["localizer"]);
+}
+
+#[test]
+fn a_killed_planner_goes_on_where_it_was() {
+    killed_one_after_the_other(&["planner"]);
+}
+
+#[test]
+fn killed_in_turn_they_go_on() {
+    killed_one_after_the_other(&["localizer", "planner"]);
+}
+
+/// A process that dies before it has joined, or while it opens its channels, leaves nothing that keeps
+/// its successor out.
+#[test]
+fn killed_while_they_start_they_start_again() {
+    let place = Place::new();
+    room::write(place.files());
+    let undisturbed = undisturbed(&place, "run room.toml");
+    let running = start(&place, "run room.toml");
+    let processes = ["localizer", "planner"];
+    let mut killed = [Vec::new(), Vec::new()];
+    while killed.iter().any(|pids| pids.len() < 3) {
+        for (process, killed) in processes.iter().zip(&mut killed).filter(|(_, pids)| pids.len() < 3) {
+            for pid in place.serving("disturbed", process) {
+                if !killed.contains(&pid) {
+                    kill_if_alive(pid);
+                    killed.push(pid);
+                }
+            }
+        }
+    }
+    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &processes);
+    assert_eq!(restarts, 6);
+}
+
+/// Whoever dies each time before it gets anywhere is given up, and the mission ends as failed.
+#[test]
+fn a_process_that_dies_again_and_again_is_given_up() {
+    let place = Place::new();
+    let mut running = start(&place, "demo --speed 5");
+    place.wait_until_driving(&mut running, "disturbed");
+    let (tell, told) = std::sync::mpsc::channel();
+    let waiting = std::thread::spawn(move || tell.send(running.end()));
+    let ended = loop {
+        place.serving("disturbed", "planner").into_iter().for_each(kill_if_alive);
+        if let Ok(ended) = told.try_recv() {
+            break ended;
+        }
+    };
+    waiting.join().unwrap().unwrap();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains("died each time before it got any further: given up"), "{ended}");
+    place.assert_nothing_left("disturbed");
+}

@@ -44,13 +44,14 @@ fn ends_as_if_nothing_had_been(
 fn killed_one_after_the_other(processes: &[&str]) {
     let place = Place::new();
     let undisturbed = undisturbed(&place, "demo");
-    let running = start(&place, "demo");
+    let mut running = start(&place, "demo");
+    place.wait_until_driving(&mut running, "disturbed");
     let mut kills = 0;
     for (i, process) in processes.iter().cycle().take(10).enumerate() {
         let steps = 3 + 29 * i % 90;
         let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
         let pids = place.serving("disturbed", process);
-        if i > 0 && (heard.code != Some(0) || pids.is_empty()) {
+        if heard.code != Some(0) || pids.is_empty() {
             break;
         }
         pids.into_iter().for_each(kill_if_alive);

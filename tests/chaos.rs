@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 use sketchnav_schemas::channels::STATUS;
 use support::{Place, Running, kill_if_alive, room};
 
+/// Who goes on.
+const SERVICES: [&str; 4] = ["localizer", "planner", "world", "sketcher"];
+
 fn recording(report: &serde_json::Value) -> PathBuf {
     PathBuf::from(report["recording"].as_str().unwrap())
 }
@@ -74,9 +77,46 @@ fn a_killed_planner_goes_on_where_it_was() {
     killed_one_after_the_other(&["planner"]);
 }
 
+/// Physics, laser noise, people and contacts go on with the very same bits.
+#[test]
+fn a_killed_world_goes_on_where_it_was() {
+    killed_one_after_the_other(&["world"]);
+}
+
 #[test]
 fn killed_in_turn_they_go_on() {
-    killed_one_after_the_other(&["localizer", "planner"]);
+    killed_one_after_the_other(&SERVICES);
+}
+
+/// At the same moment: nobody is left who could tell the others what they have missed.
+#[test]
+fn killed_all_at_once_they_go_on() {
+    let place = Place::new();
+    let undisturbed = undisturbed(&place, "demo");
+    let mut running = start(&place, "demo");
+    place.wait_until_driving(&mut running, "disturbed");
+    let serving = SERVICES.map(|process| place.serving("disturbed", process));
+    serving.concat().into_iter().for_each(kill_if_alive);
+    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &SERVICES);
+    assert_eq!(restarts, SERVICES.len() as u64);
+}
+
+/// In real time nobody waits: the robot stops, and goes on when its navigators are back.
+#[test]
+fn killed_in_real_time_they_come_to_their_goals() {
+    let place = Place::new();
+    let mut running = start(&place, "demo --speed 10");
+    place.wait_until_driving(&mut running, "disturbed");
+    for process in SERVICES {
+        let steps = (STATUS.spec.history + 50).to_string();
+        let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
+        assert_eq!(heard.code, Some(0), "{heard}");
+        place.serving("disturbed", process).into_iter().for_each(kill_if_alive);
+    }
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.json()["success"], true, "{ended}");
+    place.assert_nothing_left("disturbed");
 }
 
 /// A process that dies before it has joined, or while it opens its channels, leaves nothing that keeps
@@ -87,10 +127,9 @@ fn killed_while_they_start_they_start_again() {
     room::write(place.files());
     let undisturbed = undisturbed(&place, "run room.toml");
     let running = start(&place, "run room.toml");
-    let processes = ["localizer", "planner"];
-    let mut killed = [Vec::new(), Vec::new()];
+    let mut killed = SERVICES.map(|_| Vec::new());
     while killed.iter().any(|pids| pids.len() < 3) {
-        for (process, killed) in processes.iter().zip(&mut killed).filter(|(_, pids)| pids.len() < 3) {
+        for (process, killed) in SERVICES.iter().zip(&mut killed).filter(|(_, pids)| pids.len() < 3) {
             for pid in place.serving("disturbed", process) {
                 if !killed.contains(&pid) {
                     kill_if_alive(pid);
@@ -99,8 +138,8 @@ fn killed_while_they_start_they_start_again() {
             }
         }
     }
-    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &processes);
-    assert_eq!(restarts, 6);
+    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &SERVICES);
+    assert_eq!(restarts, 3 * SERVICES.len() as u64);
 }
 
 /// Whoever dies each time before it gets anywhere is given up, and the mission ends as failed.

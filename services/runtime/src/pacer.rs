@@ -6,18 +6,19 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Clone, Copy)]
 pub struct Pacer {
     started: Instant,
+    started_ns: u64,
     speed: f64,
 }
 
 impl Pacer {
-    /// Simulated time 0 is now; `speed` simulated seconds pass in a second (more than 0).
-    pub fn start(speed: f64) -> Self {
-        Self { started: Instant::now(), speed }
+    /// It is the simulated time `now_ns` now; `speed` simulated seconds pass in a second (more than 0).
+    pub fn start(now_ns: u64, speed: f64) -> Self {
+        Self { started: Instant::now(), started_ns: now_ns, speed }
     }
 
     /// How long until the simulated time `stamp_ns` is due; zero where it has passed.
     pub fn until(&self, stamp_ns: u64) -> Duration {
-        due_after(stamp_ns, self.speed).saturating_sub(self.started.elapsed())
+        due_after(stamp_ns.saturating_sub(self.started_ns), self.speed).saturating_sub(self.started.elapsed())
     }
 }
 

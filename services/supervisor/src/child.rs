@@ -38,8 +38,8 @@ pub struct ProcessLine {
     pub resumes: bool,
 }
 
-/// The processes that go on from a checkpoint.
-const RESUMING: [Process; 2] = [Process::Localizer, Process::Planner];
+/// The processes that go on from a checkpoint, or do the same once more.
+const RESUMING: [Process; 4] = [Process::World, Process::Sketcher, Process::Localizer, Process::Planner];
 
 impl ProcessLine {
     /// This very program as `serve PROCESS --system NAME`.

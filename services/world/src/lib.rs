@@ -1,9 +1,13 @@
 //! The simulated world as a process: moves the bytes between `sketchnav_sim` and the channels, and
 //! decides when the next step is due. A real robot's driver does the same with real sensors.
+//!
+//! Its checkpoint holds the whole world as it is before its sensors speak: what they say follows from it,
+//! so a successor says the same again and goes on.
 
 use std::time::Duration;
 
-use sketchnav_runtime::{HealthReporter, Node, Pacer, Reader, Step, Wake, Writer};
+use serde::{Deserialize, Serialize};
+use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Pacer, Reader, Step, Wake, Writer};
 use sketchnav_schemas::channels::{COMMAND, CONTACT, LOCKSTEP_WINDOW, ODOMETRY, RECORDED, SCAN, TRUTH};
 use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{
@@ -14,6 +18,20 @@ use sketchnav_sim::World;
 
 /// How long to sleep at most before looking whether somebody new listens.
 const LOOK_UP: Duration = Duration::from_millis(20);
+/// The form of [`Positions`] and [`World`].
+const CHECKPOINT: &str = "world 1";
+
+/// Where in its channels the world stands before its sensors speak: the last number that was given, or
+/// the one before the message that counts.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Positions {
+    scan: u64,
+    odometry: u64,
+    truth: u64,
+    contact: u64,
+    command: u64,
+    recorded: u64,
+}
 
 /// Runs the world of the node's system until the process is asked to end.
 ///
@@ -39,6 +57,17 @@ pub fn build(run: &RunConfig) -> Result<World, sketchnav_sim::SimError> {
     World::new(description, &run.robot, pose, run.seed)
 }
 
+/// The world of the newest checkpoint, or a new one.
+fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(Option<Positions>, World)> {
+    let is_lost = found.is_lost();
+    found.refused.iter().for_each(|error| eprintln!("{error}"));
+    match found.state {
+        Some((positions, world)) => Ok((Some(positions), world)),
+        None if is_lost => anyhow::bail!("no checkpoint can be used: nobody knows where the robot is"),
+        None => Ok((None, build(run)?)),
+    }
+}
+
 struct Shell<'a> {
     node: &'a Node,
     world: World,
@@ -49,6 +78,8 @@ struct Shell<'a> {
     command: Reader<VelocityCommand>,
     recorded: Reader<Recorded>,
     health: HealthReporter,
+    checkpoints: Checkpoints<(Positions, World)>,
+    pace: Pace,
     /// The newest command.
     held: Option<VelocityCommand>,
     /// The newest scan that is safe in the file; beyond all scans where nothing records.
@@ -57,9 +88,11 @@ struct Shell<'a> {
 
 impl<'a> Shell<'a> {
     fn open(node: &'a Node, run: &RunConfig) -> anyhow::Result<Self> {
-        Ok(Self {
+        let (checkpoints, found) = Checkpoints::open(node, CHECKPOINT)?;
+        let (positions, world) = resume(run, found)?;
+        let mut shell = Self {
             node,
-            world: build(run)?,
+            world,
             scan: node.writer(SCAN)?,
             odometry: node.writer(ODOMETRY)?,
             truth: node.writer(TRUTH)?,
@@ -67,9 +100,36 @@ impl<'a> Shell<'a> {
             command: node.reader(COMMAND)?,
             recorded: node.reader(RECORDED)?,
             health: HealthReporter::new(node)?,
+            checkpoints,
+            pace: run.pace,
             held: None,
             recorded_scan: if run.recording.is_some() { 0 } else { u64::MAX - LOCKSTEP_WINDOW },
-        })
+        };
+        if let Some(positions) = positions {
+            shell.resume_after(&positions);
+        }
+        Ok(shell)
+    }
+
+    fn resume_after(&mut self, positions: &Positions) {
+        self.scan.resume_after(positions.scan);
+        self.odometry.resume_after(positions.odometry);
+        self.truth.resume_after(positions.truth);
+        self.contact.resume_after(positions.contact);
+        self.command.resume_after(positions.command);
+        self.recorded.resume_after(positions.recorded);
+    }
+
+    /// The command that is held and the recorder's last word are to come again.
+    fn positions(&self) -> Positions {
+        Positions {
+            scan: self.scan.last_seq(),
+            odometry: self.odometry.last_seq(),
+            truth: self.truth.last_seq(),
+            contact: self.contact.last_seq(),
+            command: self.held.map_or(0, |command| command.header.seq - 1),
+            recorded: self.recorded.position().saturating_sub(1),
+        }
     }
 
     /// A step for every command: the next when the one that this scan caused has come and the recorder
@@ -95,9 +155,16 @@ impl<'a> Shell<'a> {
         answered && scan < self.recorded_scan + LOCKSTEP_WINDOW
     }
 
+    /// In lockstep each command is for its own step, also where those of many steps have come: a world that
+    /// goes on from a checkpoint takes the steps since then again.
+    fn has_its_command(&self) -> bool {
+        let scan = self.scan.last_seq();
+        self.pace == Pace::Lockstep && self.held.is_some_and(|command| command.header.source_seq >= scan)
+    }
+
     /// A step when its time has come, whatever command there is, until the last one.
     fn real_time(&mut self, speed: f64) -> anyhow::Result<()> {
-        let pacer = Pacer::start(speed);
+        let pacer = Pacer::start(self.world.stamp_ns(), speed);
         self.observe()?;
         loop {
             self.receive()?;
@@ -115,7 +182,9 @@ impl<'a> Shell<'a> {
     }
 
     fn receive(&mut self) -> anyhow::Result<()> {
-        while let Some(command) = self.command.receive()? {
+        while !self.has_its_command()
+            && let Some(command) = self.command.receive()?
+        {
             self.held = Some(*command);
         }
         while let Some(recorded) = self.recorded.receive()? {
@@ -127,6 +196,12 @@ impl<'a> Shell<'a> {
     fn step(&mut self) -> anyhow::Result<()> {
         let step = Step::begin();
         self.world.step(self.held.as_ref());
+        let positions = self.positions();
+        match self.pace {
+            Pace::Lockstep => self.checkpoints.after_step(|| (positions, &self.world))?,
+            // Which command had come by then is chance: no step can be taken a second time.
+            Pace::RealTime { .. } => self.checkpoints.write(&(positions, &self.world))?,
+        }
         self.observe()?;
         self.health.end(step);
         Ok(())

@@ -7,8 +7,6 @@
 //! Dijkstra's. Every cell is in the queue at most once: its room is known beforehand, nothing is
 //! allocated.
 
-use serde::{Deserialize, Serialize};
-
 /// Buckets of the ring.
 const RING: usize = 4096;
 /// Costs in the queue spread over fewer buckets than the ring has, also where they were rounded.
@@ -18,7 +16,7 @@ const NONE: u32 = u32::MAX;
 const BUCKET: u32 = 1 << 31;
 
 /// Neighbours in the list of a bucket.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy)]
 struct Link {
     next: u32,
     /// The bucket, for the first of a list; [`NONE`] for a cell that is in no list.
@@ -28,7 +26,7 @@ struct Link {
 const UNLINKED: Link = Link { next: NONE, before: NONE };
 
 /// The queue.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct Buckets {
     first: Vec<u32>,
     links: Vec<Link>,

@@ -4,12 +4,10 @@
 //! an infinite weight is impassable. The outermost cells must be impassable: then no neighbour's
 //! index leaves the grid. Ties are broken by index, so equal inputs give equal bits.
 
-use serde::{Deserialize, Serialize};
-
 use super::buckets::Buckets;
 
 /// The tentative costs of all cells and, among them, the cells yet to be settled.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct Frontier {
     cost: Vec<f32>,
     length: Vec<f32>,

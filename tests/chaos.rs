@@ -6,10 +6,7 @@ mod support;
 use std::path::{Path, PathBuf};
 
 use sketchnav_schemas::channels::STATUS;
-use support::{Place, Running, kill_if_alive, room};
-
-/// Who goes on.
-const SERVICES: [&str; 4] = ["localizer", "planner", "world", "sketcher"];
+use support::{Place, Running, SERVICES, kill_if_alive, room};
 
 fn recording(report: &serde_json::Value) -> PathBuf {
     PathBuf::from(report["recording"].as_str().unwrap())
@@ -39,9 +36,16 @@ fn ends_as_if_nothing_had_been(
     place.assert_nothing_left("disturbed");
     let diff = place.run(&format!("diff {} {}", undisturbed.display(), recording(&report).display()));
     assert_eq!(diff.code, Some(0), "{diff}");
-    let lives = report["processes"].as_array().unwrap().iter();
-    let lives = lives.filter(|process| processes.contains(&process["process"].as_str().unwrap()));
-    lives.map(|process| process["restarts"].as_u64().unwrap()).sum()
+    let restarts = |wanted: &[&str]| -> u64 {
+        let lives = report["processes"].as_array().unwrap().iter();
+        let lives = lives.filter(|process| wanted.contains(&process["process"].as_str().unwrap()));
+        lives.map(|process| process["restarts"].as_u64().unwrap()).sum()
+    };
+    let info = place.run(&format!("info {} --json", recording(&report).display())).json();
+    assert_eq!((&info["missing"], &info["clean_end"]), (&0.into(), &true.into()), "{info:#}");
+    // One that was killed before it had begun has left no part.
+    assert!(info["restarts"].as_u64().unwrap() <= restarts(&["recorder"]), "{info:#}");
+    restarts(processes)
 }
 
 /// Kills one after the other, each a different number of steps after the one before.
@@ -81,6 +85,12 @@ fn a_killed_planner_goes_on_where_it_was() {
 #[test]
 fn a_killed_world_goes_on_where_it_was() {
     killed_one_after_the_other(&["world"]);
+}
+
+/// What it had not yet written is fetched again; the recording says what it has survived.
+#[test]
+fn a_killed_recorder_leaves_no_gap() {
+    killed_one_after_the_other(&["recorder"]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod support;
 use std::path::PathBuf;
 
 use nix::sys::signal::Signal;
-use support::{Ended, Place, Running, room, send, wait_until};
+use support::{Place, Running, room, send, wait_until};
 
 /// A mission in real time: it cannot be over before the test has done to it what it wants.
 fn drive(place: &Place, name: &str) -> Running {
@@ -120,33 +120,6 @@ fn after_the_supervisor_was_killed_its_name_is_free_at_once() {
     let (_, code) = place.mission("run room.toml", "again");
     assert_eq!(code, 0);
     place.assert_nothing_left("again");
-}
-
-/// Somebody, or the kernel for want of memory, kills one process: the system ends, and says who died of what.
-fn a_killed_process_ends_the_system(process: &str, signal: Signal, options: &str) -> Ended {
-    let place = Place::new();
-    let running = start(&place, "wounded", options);
-    send(place.pid("wounded", process), signal);
-    let ended = running.end();
-    assert_eq!(ended.code, Some(3), "{process}: {ended}");
-    for words in [process, signal.as_str(), "the recording so far"] {
-        assert!(ended.err.contains(words), "{process}: {ended}");
-    }
-    place.assert_nothing_left("wounded");
-    holds_the_beginning(&place, "wounded");
-    ended
-}
-
-/// What the recorder had in its hands is lost, what it had written is whole.
-#[test]
-fn a_killed_recorder_ends_the_system_and_its_file_can_be_read() {
-    a_killed_process_ends_the_system("recorder", Signal::SIGKILL, "--speed 5");
-}
-
-/// What a failed assertion in a library comes to.
-#[test]
-fn an_aborted_service_ends_the_system_and_is_named() {
-    a_killed_process_ends_the_system("recorder", Signal::SIGABRT, "--speed 5");
 }
 
 /// A process that hangs does not hear that it is asked to end: after its time it is killed, and named.

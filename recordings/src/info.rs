@@ -9,7 +9,7 @@ use sketchnav_schemas::channels::TABLE;
 use crate::error::RecordingError;
 use crate::reader::{Part, RawMessage, Recording};
 use crate::sequence::{Gap, Seen, Sequence};
-use crate::writer::{RUN_METADATA, topic_name};
+use crate::writer::{RECORDER_METADATA, RUN_METADATA, topic_name};
 
 /// Most gaps of a topic that are listed one by one.
 const MAX_GAPS: usize = 16;
@@ -24,6 +24,8 @@ pub struct Info {
     pub bytes: u64,
     /// Whether its writer came to an end; if not, the file is cut off and what is there is whole.
     pub clean_end: bool,
+    /// How often the recorder was killed and started again.
+    pub restarts: u64,
     /// About the run: mission, robot, seed, pace, system, version.
     pub run: BTreeMap<String, String>,
     /// From the first message to the last, simulation time.
@@ -80,7 +82,7 @@ pub fn info(path: &Path) -> Result<Info, RecordingError> {
     for part in recording.parts()? {
         tally.take(part?);
     }
-    let clean_end = tally.clean_end;
+    let (clean_end, restarts) = (tally.clean_end, tally.restarts);
     let run = std::mem::take(&mut tally.run);
     let attachments = std::mem::take(&mut tally.attachments);
     let topics = tally.into_topics();
@@ -88,6 +90,7 @@ pub fn info(path: &Path) -> Result<Info, RecordingError> {
         path: path.display().to_string(),
         bytes,
         clean_end,
+        restarts,
         run,
         duration_s: duration_s(&topics),
         messages: topics.iter().map(|t| t.messages).sum(),
@@ -109,6 +112,7 @@ struct Tally {
     run: BTreeMap<String, String>,
     attachments: Vec<AttachmentInfo>,
     clean_end: bool,
+    restarts: u64,
 }
 
 #[derive(Default)]
@@ -131,6 +135,9 @@ impl Tally {
                 self.topics.entry(message.topic.name.clone()).or_default().take(&message);
             }
             Part::Metadata(name, facts) if name == RUN_METADATA => self.run = facts,
+            Part::Metadata(name, facts) if name == RECORDER_METADATA => {
+                self.restarts = facts.get("restarts").and_then(|n| n.parse().ok()).unwrap_or(0);
+            }
             Part::Metadata(..) => {}
             Part::Attachment(name, data) => self.attachments.push(AttachmentInfo { name, bytes: data.len() }),
             Part::End { clean } => self.clean_end = clean,

@@ -2,6 +2,7 @@
 //!
 //! - [`writer`]: writes one, over any [`std::io::Write`]; [`sequence`]: counts what is missing.
 //! - [`reader`]: reads one message by message, whole or cut off by a kill.
+//! - [`join`](mod@join): makes one of the parts that a killed recorder and its successors leave.
 //! - [`diff`]: the first difference of two; [`info`]: what is in one.
 //! - [`judge`]: how a mission went; [`picture`]: what it looked like.
 //!
@@ -11,6 +12,7 @@
 pub mod diff;
 pub mod error;
 pub mod info;
+pub mod join;
 pub mod judge;
 pub mod picture;
 pub mod reader;
@@ -18,5 +20,6 @@ pub mod sequence;
 pub mod writer;
 
 pub use error::RecordingError;
+pub use join::join;
 pub use reader::Recording;
 pub use writer::Writer;

@@ -31,6 +31,11 @@ pub struct Sequence {
 }
 
 impl Sequence {
+    /// Goes on after `last`: what came before it is not missing.
+    pub fn after(last: u64) -> Self {
+        Self { last, missing: 0 }
+    }
+
     /// Takes the number of the next message.
     pub fn see(&mut self, seq: u64) -> Seen {
         if seq <= self.last {

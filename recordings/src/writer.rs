@@ -6,7 +6,8 @@
 //!
 //! Inside: the run as metadata `sketchnav`, its parameters as metadata `parameters`, the resolved run
 //! and mission as attachments `run.json` and `mission.toml`; the channels; at the end the metadata
-//! `missing` and `refused`, which tell by topic how many messages are not there.
+//! `missing` and `refused`, which tell by topic how many messages are not there, and `recorder`, how often
+//! the recorder was started again, where it was.
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -28,6 +29,8 @@ const CHUNK_BYTES: u64 = 768 * 1024;
 const CDR_GROWTH: usize = 2;
 /// Name of the metadata that describes the run.
 pub const RUN_METADATA: &str = "sketchnav";
+/// Name of the metadata that tells what the recorder survived.
+pub const RECORDER_METADATA: &str = "recorder";
 /// Name of the attachment that holds the [`RunConfig`].
 pub const RUN_ATTACHMENT: &str = "run.json";
 /// Name of the attachment that holds the mission as it was run, its paths absolute.
@@ -55,6 +58,7 @@ pub struct Writer<W: Write> {
     transform_form: transforms::Form,
     transform_count: u32,
     message_count: u64,
+    restarts: u32,
     cdr: Vec<u8>,
 }
 
@@ -103,6 +107,7 @@ impl<W: Write> Writer<W> {
             transform_form: transforms::Form::default(),
             transform_count: 0,
             message_count: 1, // of /tf_static
+            restarts: 0,
             cdr: Vec::with_capacity(CDR_GROWTH * largest),
         };
         writer.flush()?;
@@ -176,6 +181,19 @@ impl<W: Write> Writer<W> {
         self.message_count
     }
 
+    /// Goes on after the messages of an earlier part: of the channels in the order of [`Writer::topics`] the
+    /// last number of each, 0 where it has none.
+    pub fn resume_after(&mut self, positions: impl IntoIterator<Item = u64>) {
+        for (topic, last) in self.topics.iter_mut().zip(positions) {
+            topic.sequence = Sequence::after(last);
+        }
+    }
+
+    /// Has the recording say how often its recorder was killed and started again.
+    pub fn survived(&mut self, restarts: u32) {
+        self.restarts = restarts;
+    }
+
     /// The channels, in the order of the table.
     pub fn topics(&self) -> &[Topic] {
         &self.topics
@@ -190,6 +208,10 @@ impl<W: Write> Writer<W> {
         let refused = self.topics.iter().map(|t| (topic_name(t.spec.name), t.refused.to_string()));
         for (name, metadata) in [("missing", missing.collect()), ("refused", refused.collect())] {
             write_metadata(&mut self.mcap, name, metadata)?;
+        }
+        if self.restarts > 0 {
+            let facts = BTreeMap::from([("restarts".to_owned(), self.restarts.to_string())]);
+            write_metadata(&mut self.mcap, RECORDER_METADATA, facts)?;
         }
         self.mcap.finish().map_err(RecordingError::Write)?;
         let mut sink = self.mcap.into_inner().into_inner();

@@ -40,7 +40,11 @@ fn print(info: &Info) -> anyhow::Result<()> {
     for (key, value) in &info.run {
         out!("{key:<10} {value}")?;
     }
-    let end = if info.clean_end { "ended cleanly" } else { "cut off; what is there is whole" };
+    let end = match (info.clean_end, info.restarts) {
+        (false, _) => "cut off; what is there is whole".to_owned(),
+        (true, 0) => "ended cleanly".to_owned(),
+        (true, restarts) => format!("ended cleanly; the recorder was killed and went on {restarts} times"),
+    };
     out!("{:.1} s simulated, {} messages, {} missing; {end}", info.duration_s, info.messages, info.missing)?;
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);

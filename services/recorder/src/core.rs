@@ -8,10 +8,13 @@
 use std::io::Write;
 
 use sketchnav_recordings::{RecordingError, Writer};
-use sketchnav_schemas::channels::{Channel, RECORDED_EVERY, SCAN};
+use sketchnav_schemas::channels::{Channel, RECORDED_EVERY, SCAN, TABLE};
 use sketchnav_schemas::message::{Header, Recorded};
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
+
+/// The last numbers of the recorded channels, in the order of the table; zeros behind.
+pub type Positions = [u64; TABLE.len()];
 
 /// The recorder's state.
 pub struct Core<W: Write> {
@@ -46,6 +49,26 @@ impl<W: Write> Core<W> {
         let writer = Some(Writer::create(sink, run)?);
         let newest_scan = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         Ok(Self { writer, report: Report::default(), newest_scan, acknowledged_scan: 0 })
+    }
+
+    /// Goes on after an earlier part of the recording, which holds everything up to `positions`, the last
+    /// number of each recorded channel in the order of the table, and of which the world was told the
+    /// scan `acknowledged_scan`.
+    pub fn resume_after(&mut self, positions: &Positions, acknowledged_scan: u64) {
+        if let Some(writer) = &mut self.writer {
+            writer.resume_after(*positions);
+        }
+        (self.newest_scan.seq, self.acknowledged_scan) = (acknowledged_scan, acknowledged_scan);
+    }
+
+    /// The last number of each recorded channel, in the order of the table.
+    pub fn positions(&self) -> Positions {
+        let mut positions = Positions::default();
+        let topics = self.writer.iter().flat_map(|writer| writer.topics());
+        for (position, topic) in positions.iter_mut().zip(topics) {
+            *position = topic.sequence.last();
+        }
+        positions
     }
 
     /// Writes a message down.

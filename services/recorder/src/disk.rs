@@ -13,17 +13,13 @@ pub struct Disk {
 }
 
 impl Disk {
-    /// Begins the file at `path`, in a folder that is made if it is missing. A file that is there
-    /// already, of a recorder that was killed perhaps, is kept beside it as `NAME.1.mcap` and so on.
+    /// Begins the file at `path`, which must not be there, in a folder that is made if it is missing.
     ///
     /// # Errors
     /// As the system says.
     pub fn create(path: &Path) -> io::Result<(Self, BufWriter<File>)> {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder)?;
-        }
-        if path.exists() {
-            std::fs::rename(path, free_name(path))?;
         }
         let file = OpenOptions::new().write(true).create_new(true).open(path)?;
         let sink = BufWriter::new(file.try_clone()?);
@@ -56,6 +52,20 @@ impl Disk {
     }
 }
 
+/// Makes room at `path`: a recording of an earlier run that is there is kept as `NAME.1.mcap` and so on.
+///
+/// # Errors
+/// As the system says.
+pub fn set_aside(path: &Path) -> io::Result<()> {
+    if path.exists() { std::fs::rename(path, free_name(path)) } else { Ok(()) }
+}
+
+/// The file of a recording's part: the first one is the recording itself, `NAME.mcap`, what successors of
+/// a killed recorder write is `NAME.part2.mcap` and so on.
+pub fn part(path: &Path, number: u32) -> PathBuf {
+    if number == 1 { path.to_path_buf() } else { path.with_extension(format!("part{number}.mcap")) }
+}
+
 fn free_name(path: &Path) -> PathBuf {
     let numbered = (1..).map(|n: u32| path.with_extension(format!("{n}.mcap")));
     numbered.into_iter().find(|name| !name.exists()).unwrap_or_else(|| path.with_extension("old.mcap"))
@@ -72,6 +82,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs/demo.mcap");
         for _ in 0..3 {
+            set_aside(&path).unwrap();
             let (_, mut sink) = Disk::create(&path).unwrap();
             sink.write_all(b"something").unwrap();
         }

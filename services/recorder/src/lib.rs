@@ -3,6 +3,9 @@
 //! It is not woken by messages: every few milliseconds it drains all channels, in the order of the
 //! table. In lockstep it tells the world what is safe in the file, so that the world never runs
 //! further ahead than the channels can hold. A full disk does not stop the robot.
+//!
+//! Killed, its successor goes on in a next part, with what came after the last checkpoint, out of the
+//! channels' histories; at the end the parts become one file.
 
 pub mod core;
 pub mod disk;
@@ -13,20 +16,33 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use serde::{Deserialize, Serialize};
 use sketchnav_recordings::RecordingError;
-use sketchnav_runtime::{HealthReporter, Node, Reader, SliceReader, Step, Wake, Writer};
+use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Reader, SliceReader, Step, Wake, Writer};
 use sketchnav_schemas::channels::{self, Channel, ChannelVisitor, RECORDED};
 use sketchnav_schemas::message::Recorded;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
 
-use crate::core::{Core, Report};
-use crate::disk::Disk;
+use crate::core::{Core, Positions, Report};
+use crate::disk::{Disk, part, set_aside};
 
 /// Sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(5);
 /// How often what is written is flushed and handed to the device, at least.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
+/// The form of [`State`].
+const CHECKPOINT: &str = "recorder 1";
+
+/// What a successor needs to know.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct State {
+    /// The part that is being written, from 1.
+    part: u32,
+    /// What is safe in this part and the ones before it.
+    positions: Positions,
+    acknowledged_scan: u64,
+}
 
 /// Records all channels of `node`'s system until it is asked to end; then what was sent by then, too.
 ///
@@ -46,6 +62,9 @@ type FileCore = Core<BufWriter<File>>;
 /// The recorder of a node's system.
 pub struct Recorder<'a> {
     node: &'a Node,
+    run: RunConfig,
+    checkpoints: Checkpoints<State>,
+    state: State,
     core: FileCore,
     disk: Disk,
     inputs: Vec<Box<dyn Input>>,
@@ -57,18 +76,26 @@ pub struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Begins the recording that the node's run names, and reads all channels.
+    /// Begins the recording that the node's run names, or its next part, and reads all channels.
     ///
     /// # Errors
     /// As [`run`].
     pub fn open(node: &'a Node) -> anyhow::Result<Self> {
         let run = node.run_config()?;
-        let (core, disk) = begin(&run)?;
+        let path = path(&run)?;
+        let (mut checkpoints, found) = Checkpoints::open(node, CHECKPOINT)?;
+        let state = resume(path, found).with_context(|| path.display().to_string())?;
+        checkpoints.write(&state)?;
+        let (mut core, disk) = begin(&run, &part(path, state.part))?;
+        core.resume_after(&state.positions, state.acknowledged_scan);
         let mut inputs = OpenInputs { node, inputs: Vec::new() };
         channels::visit(&mut inputs)?;
         let waits = run.pace == Pace::Lockstep;
-        Ok(Self {
+        let mut recorder = Self {
             node,
+            run,
+            checkpoints,
+            state,
             core,
             disk,
             inputs: inputs.inputs,
@@ -76,7 +103,24 @@ impl<'a> Recorder<'a> {
             health: HealthReporter::new(node)?,
             synced: Instant::now(),
             stamp_ns: 0,
-        })
+        };
+        if state.part > 1 {
+            recorder.catch_up()?;
+        }
+        Ok(recorder)
+    }
+
+    /// Takes what the predecessor had not made safe.
+    fn catch_up(&mut self) -> anyhow::Result<()> {
+        for (input, position) in self.inputs.iter_mut().zip(self.state.positions) {
+            for error in input.catch_up(self.node, position, &mut self.core)? {
+                complain(self.node, &self.disk, &error);
+            }
+        }
+        if let Some(writer) = &mut self.acknowledgements {
+            writer.resume_behind_kept();
+        }
+        Ok(())
     }
 
     /// Drains every channel once, and tells the world where that is due.
@@ -103,10 +147,14 @@ impl<'a> Recorder<'a> {
     pub fn end(mut self) -> anyhow::Result<()> {
         self.health.report(self.stamp_ns)?;
         self.drain()?;
-        let (report, _sink) = self.core.finish();
+        let (mut report, _sink) = self.core.finish();
         match report.failure {
             None => self.disk.sync().context("the recording's last part is not on the device")?,
             Some(_) => self.disk.cut_back().context("the recording's last part may be cut off")?,
+        }
+        if self.state.part > 1 && report.failure.is_none() {
+            join(&self.run, self.state.part, &mut report)
+                .context("the recording's parts cannot be joined")?;
         }
         tell(&report)
     }
@@ -124,6 +172,11 @@ impl<'a> Recorder<'a> {
 
     fn acknowledge(&mut self, recorded: &Recorded) -> anyhow::Result<()> {
         self.disk.mark_whole()?;
+        // Before the world is told, who then lets the channels forget.
+        let acknowledged_scan = recorded.header.source_seq;
+        self.state = State { positions: self.core.positions(), acknowledged_scan, ..self.state };
+        self.checkpoints.write(&self.state)?;
+        self.node.note_progress();
         if let Some(writer) = &mut self.acknowledgements {
             writer.send(|message| *message = *recorded)?;
         }
@@ -173,13 +226,49 @@ fn tell(report: &Report) -> anyhow::Result<()> {
     }
 }
 
-fn begin(run: &RunConfig) -> anyhow::Result<(FileCore, Disk)> {
-    let path = run.recording.as_ref().context("run.json: expected the recording's path, found none")?;
-    let (mut disk, sink) =
-        Disk::create(Path::new(path)).with_context(|| format!("{path}: the recording cannot be begun"))?;
-    let core = Core::new(sink, run).with_context(|| path.clone())?;
-    disk.mark_whole().with_context(|| path.clone())?;
+fn path(run: &RunConfig) -> anyhow::Result<&Path> {
+    run.recording.as_ref().map(Path::new).context("run.json: expected the recording's path, found none")
+}
+
+/// Where to go on: in the next part, or, where no checkpoint can be used, in the first that is free, with
+/// whatever the channels still have.
+fn resume(path: &Path, found: Found<State>) -> std::io::Result<State> {
+    let is_lost = found.is_lost();
+    found.refused.iter().for_each(|error| eprintln!("{error}"));
+    match found.state {
+        Some(state) => Ok(State { part: state.part + 1, ..state }),
+        None if is_lost => {
+            let free = (1..u32::MAX).find(|&number| !part(path, number).exists());
+            Ok(State { part: free.unwrap_or(u32::MAX), ..State::default() })
+        }
+        None => set_aside(path).map(|()| State { part: 1, ..State::default() }),
+    }
+}
+
+fn begin(run: &RunConfig, path: &Path) -> anyhow::Result<(FileCore, Disk)> {
+    let name = || path.display().to_string();
+    let created = Disk::create(path);
+    let (mut disk, sink) = created.with_context(|| format!("{}: the recording cannot be begun", name()))?;
+    let core = Core::new(sink, run).with_context(name)?;
+    disk.mark_whole().with_context(name)?;
     Ok((core, disk))
+}
+
+/// Makes one file of the parts. A kill in the middle leaves all of them to be joined once more.
+fn join(run: &RunConfig, parts: u32, report: &mut Report) -> anyhow::Result<()> {
+    let path = path(run)?;
+    let whole = path.with_extension("joined.mcap");
+    let sink = BufWriter::new(File::create(&whole)?);
+    let mut writer = sketchnav_recordings::join((1..=parts).map(|number| part(path, number)), run, sink)?;
+    writer.survived(parts - 1);
+    report.messages = writer.message_count();
+    report.missing = writer.topics().iter().map(|topic| topic.sequence.missing()).sum();
+    writer.finish()?.get_ref().sync_data()?;
+    std::fs::rename(&whole, path)?;
+    for file in (2..=parts).map(|number| part(path, number)).filter(|file| file.exists()) {
+        std::fs::remove_file(file)?;
+    }
+    Ok(())
 }
 
 /// A channel that is recorded.
@@ -189,6 +278,15 @@ trait Input {
         &mut self,
         core: &mut FileCore,
     ) -> sketchnav_runtime::Result<Option<Result<(), RecordingError>>>;
+
+    /// Goes on after the message `position`, first with what is kept of the channel; what the core
+    /// complains about.
+    fn catch_up(
+        &mut self,
+        node: &Node,
+        position: u64,
+        core: &mut FileCore,
+    ) -> sketchnav_runtime::Result<Vec<RecordingError>>;
 }
 
 struct Fixed<T: Ros2> {
@@ -202,6 +300,20 @@ impl<T: Ros2> Input for Fixed<T> {
         core: &mut FileCore,
     ) -> sketchnav_runtime::Result<Option<Result<(), RecordingError>>> {
         Ok(self.reader.receive()?.map(|message| core.record(self.channel, &*message, &[])))
+    }
+
+    fn catch_up(
+        &mut self,
+        node: &Node,
+        position: u64,
+        core: &mut FileCore,
+    ) -> sketchnav_runtime::Result<Vec<RecordingError>> {
+        let mut complaints = Vec::new();
+        self.reader.resume_after(position);
+        self.reader.take_kept(node, |message| {
+            complaints.extend(core.record(self.channel, message, &[]).err());
+        })?;
+        Ok(complaints)
     }
 }
 
@@ -217,6 +329,17 @@ impl<T: Ros2> Input for Sliced<T> {
     ) -> sketchnav_runtime::Result<Option<Result<(), RecordingError>>> {
         let sample = self.reader.receive()?;
         Ok(sample.map(|sample| core.record(self.channel, sample.message(), sample.bytes())))
+    }
+
+    /// Nothing is kept of a sketch: its writer draws it once more.
+    fn catch_up(
+        &mut self,
+        _: &Node,
+        position: u64,
+        _: &mut FileCore,
+    ) -> sketchnav_runtime::Result<Vec<RecordingError>> {
+        self.reader.resume_after(position);
+        Ok(Vec::new())
     }
 }
 

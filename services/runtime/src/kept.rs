@@ -5,7 +5,8 @@
 //! it by its number, whoever has not gets it, and a reader that comes late finds a history. A kill at
 //! any moment leaves at most the entry unreadable that was being written, whose message nobody has.
 //!
-//! Readers of the channel never look here.
+//! Readers of the channel never look here, but for the recorder that goes on after its predecessor's
+//! death: whoever could send it again what it has missed may be dead too, or have ended.
 
 use std::marker::PhantomData;
 use std::path::Path;
@@ -71,6 +72,18 @@ impl<T: Message> Kept<T> {
     pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
         let first = self.last_seq.saturating_sub(self.capacity) + 1;
         (first..=self.last_seq).filter_map(|seq| self.get(seq))
+    }
+
+    /// Copies the messages after `seq`, oldest first, while their writer may be at work: what it writes
+    /// at the same moment is left out.
+    pub(crate) fn copy_after(&self, seq: u64) -> Vec<T> {
+        let first = self.last_seq.saturating_sub(self.capacity).max(seq) + 1;
+        let copy = |seq| {
+            let message = *self.get(seq)?;
+            fence(SeqCst);
+            self.get(seq).map(|_| message)
+        };
+        (first..=self.last_seq).filter_map(copy).collect()
     }
 
     /// The newest message.

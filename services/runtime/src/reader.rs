@@ -10,6 +10,7 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Message;
 
 use crate::channels::{open_fixed, open_sliced};
+use crate::kept::Kept;
 use crate::node::{Counters, Node};
 use crate::wire::Wire;
 use crate::{Error, Result};
@@ -117,6 +118,22 @@ impl<T: Message> Reader<T> {
         self.inbox.tally.last = Some(seq);
     }
 
+    /// Hands `take` what the channel's writer, or one before it, has kept and this reader has not had. For
+    /// a reader that goes on after its predecessor's death: a dead writer sends nothing again.
+    ///
+    /// # Errors
+    /// [`Error::File`] where what was kept cannot be reached.
+    pub fn take_kept(&mut self, node: &Node, mut take: impl FnMut(&T)) -> Result<()> {
+        if self.inbox.spec.writer.is_some() {
+            for message in Kept::<T>::open(node, self.inbox.spec)?.copy_after(self.position()) {
+                if self.inbox.accept(&message) {
+                    take(&message);
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Messages that the numbers show to be missing.
     pub fn lost(&self) -> u64 {
         self.inbox.tally.lost
@@ -158,6 +175,11 @@ impl<T: Message> SliceReader<T> {
             }
         }
         Ok(None)
+    }
+
+    /// As [`Reader::resume_after`].
+    pub fn resume_after(&mut self, seq: u64) {
+        self.inbox.tally.last = Some(seq);
     }
 
     /// Messages that the numbers show to be missing.

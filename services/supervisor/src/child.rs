@@ -38,9 +38,6 @@ pub struct ProcessLine {
     pub resumes: bool,
 }
 
-/// The processes that go on from a checkpoint, or do the same once more.
-const RESUMING: [Process; 4] = [Process::World, Process::Sketcher, Process::Localizer, Process::Planner];
-
 impl ProcessLine {
     /// This very program as `serve PROCESS --system NAME`.
     ///
@@ -54,7 +51,7 @@ impl ProcessLine {
         })?;
         let mut command = Command::new(program);
         command.args(["serve", process.word(), "--system", system]);
-        Ok(Self { process, command, resumes: RESUMING.contains(&process) })
+        Ok(Self { process, command, resumes: true })
     }
 }
 

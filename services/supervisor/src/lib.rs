@@ -12,8 +12,8 @@
 //! system that starts sweeps what is left.
 //!
 //! A process that dies is started again and goes on from its checkpoint, at once or, where it gets
-//! nowhere, after growing pauses, until it is given up; then the mission ends. One that has no
-//! checkpoint, or that was given bad input, ends the mission with its death.
+//! nowhere, after growing pauses, until it is given up; then the mission ends. One that
+//! was given bad input ends the mission with its death.
 //!
 //! The supervisor never looks into what the services do.
 

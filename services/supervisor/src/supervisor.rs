@@ -167,7 +167,7 @@ impl Supervisor {
     /// [`Error::Died`] where a process failed at its end; [`Error::Killed`] where one did not end.
     pub fn shut_down(&mut self) -> Result<()> {
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
-        let recorder = self.end_children(|process| process == Process::Recorder, self.grace.recorder);
+        let recorder = self.end_recorder();
         let received = self.receive();
         self.children.clear();
         if let Some(node) = &self.node {
@@ -237,23 +237,46 @@ impl Supervisor {
     /// Starts again what has died and goes on where it was.
     fn check_children(&mut self) -> Result<()> {
         for child in &mut self.children {
-            child.start_if_due()?;
-            let Some((status, when)) = child.ended()?.filter(|_| !child.is_due()) else { continue };
-            let death = child.death(status);
-            if child.resumes() && !death.is_bad_input() {
-                let Some(node) = &self.node else { continue };
-                // Its places as writer and reader are free for its successor only now.
-                node.clear_dead(CLEARING);
-                if !child.schedule(node.progress(child.process)) {
-                    return Err(Error::GivenUp(death, child.restarts()));
-                }
-                child.start_if_due()?;
+            let Some(node) = &self.node else { return Ok(()) };
+            if let Some(death) = revive(child, node)? {
                 self.survived.push(death);
-            } else if !status.success() || child.process == Process::Recorder || when.elapsed() > EARLY_END {
-                return Err(Error::Died(death));
+            }
+            if let Some((status, when)) = child.ended()?.filter(|_| !child.is_due())
+                && (!status.success() || child.process == Process::Recorder || when.elapsed() > EARLY_END)
+            {
+                return Err(Error::Died(child.death(status)));
             }
         }
         Ok(())
+    }
+
+    /// Ends the recorder. One that is dead, or is killed while it ends, has a successor that writes what
+    /// is left.
+    fn end_recorder(&mut self) -> Result<()> {
+        loop {
+            self.revive_recorder()?;
+            let ended = self.end_children(|process| process == Process::Recorder, self.grace.recorder);
+            if ended.is_err() || !self.recorder_was_killed()? {
+                return ended;
+            }
+        }
+    }
+
+    fn revive_recorder(&mut self) -> Result<()> {
+        let recorder = self.children.iter_mut().find(|child| child.process == Process::Recorder);
+        let (Some(recorder), Some(node)) = (recorder, &self.node) else { return Ok(()) };
+        self.survived.extend(revive(recorder, node)?);
+        while recorder.is_due() {
+            std::thread::sleep(LOOK_EVERY);
+            recorder.start_if_due()?;
+        }
+        Ok(())
+    }
+
+    fn recorder_was_killed(&mut self) -> Result<bool> {
+        let recorder = self.children.iter_mut().find(|child| child.process == Process::Recorder);
+        let Some(recorder) = recorder.filter(|recorder| recorder.resumes()) else { return Ok(false) };
+        Ok(recorder.ended()?.is_some_and(|(status, _)| recorder.death(status).was_killed()))
     }
 
     fn end_requests(&self) -> u32 {
@@ -270,6 +293,7 @@ impl Supervisor {
         for child in &mut children {
             // What a recorder that ended before its time has missed, nobody else has.
             if child.process == Process::Recorder
+                && !child.resumes()
                 && let Some((status, _)) = child.ended()?
             {
                 result = result.and(Err(Error::Died(child.death(status))));
@@ -291,6 +315,25 @@ impl Supervisor {
         }
         if killed.is_empty() { result } else { result.and(Err(Error::Killed(killed))) }
     }
+}
+
+/// Has a process that goes on where it was started again, at once or later; its death, if it is a new one.
+fn revive(child: &mut Child, node: &Node) -> Result<Option<Death>> {
+    child.start_if_due()?;
+    let Some((status, _)) = child.ended()?.filter(|_| child.resumes() && !child.is_due()) else {
+        return Ok(None);
+    };
+    let death = child.death(status);
+    if death.is_bad_input() {
+        return Ok(None);
+    }
+    // Its places as writer and reader are free for its successor only now.
+    node.clear_dead(CLEARING);
+    if !child.schedule(node.progress(child.process)) {
+        return Err(Error::GivenUp(death, child.restarts()));
+    }
+    child.start_if_due()?;
+    Ok(Some(death))
 }
 
 /// What two lives of a process have done, the later one as the present.

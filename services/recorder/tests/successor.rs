@@ -1,0 +1,82 @@
+//! A recorder dies and another one goes on: the parts become one recording without gap or duplicate.
+
+use std::fs::OpenOptions;
+use std::path::Path;
+use std::rc::Rc;
+
+use sketchnav_recorder::Recorder;
+use sketchnav_recordings::info::info;
+use sketchnav_recordings::reader::Recording;
+use sketchnav_runtime::{Channels, Node, System};
+use sketchnav_schemas::channels::{ODOMETRY, RECORDED, SCAN};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::Header;
+use sketchnav_schemas::run::RunConfig;
+
+fn run(recording: &Path) -> RunConfig {
+    let mut run: RunConfig = serde_json::from_str(include_str!("run.json")).unwrap();
+    run.system = format!("successor-{}", std::process::id());
+    run.recording = Some(recording.to_str().unwrap().to_owned());
+    run
+}
+
+fn header(seq: u64) -> Header {
+    Header { seq: 0, stamp_ns: seq * 100_000_000, source_seq: seq }
+}
+
+#[test]
+fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("runs/test.mcap");
+    let run = run(&path);
+    let system = Rc::new(System::create(&run).unwrap());
+    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
+    let channels = Channels::create(&supervisor).unwrap();
+    let open = |process| Node::join(System::open(&run.system).unwrap(), process).unwrap();
+    let world = open(Process::World);
+    let (mut scans, mut odometry) = (world.writer(SCAN).unwrap(), world.writer(ODOMETRY).unwrap());
+    let mut recorded = world.reader(RECORDED).unwrap();
+    let mut step = |seq| {
+        odometry.send(|message| message.header = header(seq)).unwrap();
+        scans.send(|message| message.header = header(seq)).unwrap();
+    };
+
+    let mut seq = 0;
+    for life in 1..=3 {
+        let node = open(Process::Recorder);
+        let mut recorder = Recorder::open(&node).unwrap();
+        for _ in 0..40 {
+            seq += 1;
+            step(seq);
+            recorder.pass().unwrap();
+        }
+        // Some that nobody has looked at when it dies.
+        for _ in 0..5 {
+            seq += 1;
+            step(seq);
+        }
+        drop(recorder);
+        // It was killed: the end of its file is in nobody's hands any more.
+        let part = if life == 1 { path.clone() } else { path.with_extension(format!("part{life}.mcap")) };
+        let file = OpenOptions::new().write(true).open(part).unwrap();
+        file.set_len(file.metadata().unwrap().len() - 50).unwrap();
+    }
+    let node = open(Process::Recorder);
+    Recorder::open(&node).unwrap().end().unwrap();
+
+    let found = info(&path).unwrap();
+    assert_eq!((found.missing, found.clean_end, found.restarts), (0, true, 3), "{found:#?}");
+    let scans = Recording::open(&path).unwrap().channel(SCAN).unwrap();
+    let numbers: Vec<_> = scans.map(|message| message.unwrap().0.header.seq).collect();
+    assert_eq!(numbers, (1..=seq).collect::<Vec<_>>());
+    let mut told = Vec::new();
+    while let Some(message) = recorded.receive().unwrap() {
+        told.push(message.header.source_seq);
+    }
+    assert!(told.is_sorted_by(|a, b| a < b), "{told:?}");
+    let files = std::fs::read_dir(path.parent().unwrap()).unwrap().count();
+    assert_eq!(files, 1, "the parts are gone");
+
+    drop((recorded, node, world, channels, supervisor));
+    Rc::into_inner(system).unwrap().remove().unwrap();
+}

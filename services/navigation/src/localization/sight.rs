@@ -106,8 +106,9 @@ impl Sight {
         for line in sweep.lines() {
             sweep.follow_back(line, wall, |cell, seen| {
                 plane[cell] = sweep.code(seen.range);
+                let Some(leave) = seen.leave else { return };
                 let row = self.leave_row[cell];
-                if let Some(leave) = seen.leave.filter(|_| row > OUTSIDE) {
+                if row > OUTSIDE {
                     self.leave[row as usize][direction] = sweep.leave_code(leave);
                 }
             });

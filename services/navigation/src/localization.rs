@@ -22,6 +22,7 @@ pub mod particles;
 pub mod scales;
 pub mod sight;
 pub mod start;
+mod sweep;
 pub mod weighing;
 pub mod workers;
 

@@ -2,15 +2,14 @@
 //! thousands of times an update.
 //!
 //! For each cell of the reduced drawing and each of [`DIRECTIONS`] directions stands the logarithm of
-//! the range to the first wall, in a byte. The table is filled by sweeping lines across the drawing,
-//! one for each direction and row (or column): a line is followed backwards through every cell that
-//! it touches, so no wall, however thin or slanted, is ever slipped through, and each cell takes the
-//! range from the point of the line in its middle column (or row). An entry is therefore the exact
-//! range from a place in the cell, in a direction at most half a step off.
+//! the range to the first wall, in a byte, filled in by sweeping parallel lines over the drawing
+//! (`sweep.rs`). An entry is the exact range from a place in the cell, in a direction at most half
+//! a step off.
 //!
 //! A cell in a wall also has the way through that wall (see [`Grid::cast`]). It knows no scale.
 
 use super::grid::Grid;
+use super::sweep::{Sweep, Views, Walls, transpose};
 
 /// Directions of the table, evenly around, the first along x.
 pub const DIRECTIONS: usize = 64;
@@ -25,13 +24,7 @@ const SHORTEST_LOG2: f32 = -3.0;
 /// The row of the ways out of the ring around the drawing: none.
 const OUTSIDE: u32 = 1;
 /// The code of a wall that is never left.
-const NEVER: u8 = u8::MAX;
-/// Range codes are looked up by the way along the line in such parts of a cell.
-const PARTS: f32 = 16.0;
-
-/// Where lines pass the middle of the drawing, in parts of a cell: nearly in the cells' middle, but so
-/// that those at 45° do not run from corner to corner, where rounding would choose the side.
-const OFF_CORNERS: f64 = 0.4;
+pub(super) const NEVER: u8 = u8::MAX;
 /// Directions that are swept before they are put into the rows.
 const TOGETHER: usize = 16;
 
@@ -66,10 +59,13 @@ impl Sight {
             leave_row,
         };
         sight.leave[OUTSIDE as usize].fill(NEVER);
+        let walls = Walls::new(wall, width);
+        let mut views = Views::new([width, height]);
         let mut planes = vec![vec![0; width * height]; TOGETHER];
+        let mut by_column = vec![0; width * height];
         for first in (0..DIRECTIONS).step_by(TOGETHER) {
             for (k, plane) in planes.iter_mut().enumerate() {
-                sight.sweep(&wall, first + k, plane);
+                sight.sweep(first + k, &walls, &mut views, plane, &mut by_column);
             }
             sight.interleave(first, &planes);
         }
@@ -101,17 +97,27 @@ impl Sight {
 
     /// Fills `plane` with the codes of the ranges in one direction, and in the table those of the ways
     /// out of walls.
-    fn sweep(&mut self, wall: &[bool], direction: usize, plane: &mut [u8]) {
-        let sweep = Sweep::new(direction, self.width, self.height);
-        for line in sweep.lines() {
-            sweep.follow_back(line, wall, |cell, seen| {
-                plane[cell] = sweep.code(seen.range);
-                let Some(leave) = seen.leave else { return };
-                let row = self.leave_row[cell];
-                if row > OUTSIDE {
-                    self.leave[row as usize][direction] = sweep.leave_code(leave);
-                }
-            });
+    fn sweep(
+        &mut self,
+        direction: usize,
+        walls: &Walls,
+        views: &mut Views,
+        plane: &mut [u8],
+        by_column: &mut [u8],
+    ) {
+        let sweep = Sweep::new(direction, [self.width, self.height]);
+        let Self { leave, leave_row, .. } = self;
+        let mut leave = |cell: usize, code: u8| {
+            let row = leave_row[cell];
+            if row > OUTSIDE {
+                leave[row as usize][direction] = code;
+            }
+        };
+        if sweep.is_upright() {
+            sweep.run(walls, views, plane, &mut leave);
+        } else {
+            sweep.run(walls, views, by_column, &mut leave);
+            transpose(by_column, self.height, plane);
         }
     }
 
@@ -121,182 +127,6 @@ impl Sight {
         for (cell, row) in self.range.iter_mut().enumerate() {
             let part = &mut row[first..first + planes.len()];
             part.iter_mut().zip(planes).for_each(|(code, plane)| *code = plane[cell]);
-        }
-    }
-}
-
-/// Parallel lines in one direction. Positions along the *major* axis, the one that the direction is
-/// nearer to, count forward in the direction; there is one line for each cell of the *minor* axis.
-struct Sweep {
-    steps: Vec<Step>,
-    /// Whether the cells across grow.
-    rises: bool,
-    /// Cells across.
-    across: i32,
-    first_cell: isize,
-    major_stride: isize,
-    minor_stride: isize,
-    /// Codes of ranges, by the way along the major axis in parts of a cell.
-    codes: Vec<u8>,
-}
-
-/// Where line 0 runs at one position of the major axis, and how it goes on to the next.
-#[derive(Clone, Copy)]
-struct Step {
-    /// The cell on the minor axis at the middle.
-    minor: i32,
-    /// The cell between this one and the next, where the line touches a third.
-    between: Option<Between>,
-    /// Where the next position's cell begins.
-    next_entry: f32,
-}
-
-#[derive(Clone, Copy)]
-struct Between {
-    /// Whether it lies at the next position already.
-    ahead: bool,
-    minor: i32,
-    entry: f32,
-}
-
-/// What is seen from a point: ways along the major axis, cells.
-struct Seen {
-    range: f32,
-    /// From within a wall: the way to the last cell of that wall; infinite where it has no end.
-    leave: Option<f32>,
-}
-
-impl Sweep {
-    fn new(direction: usize, width: usize, height: usize) -> Self {
-        let angle = direction as f64 / DIRECTIONS as f64 * std::f64::consts::TAU;
-        let (dy, dx) = angle.sin_cos();
-        let upright = dy.abs() > dx.abs();
-        let (major, minor) = if upright { (dy, dx) } else { (dx, dy) };
-        let (along, across) = if upright { (height, width) } else { (width, height) };
-        let (major_step, minor_stride) = if upright { (width as isize, 1) } else { (1, width as isize) };
-        let backward = major < 0.0;
-        let slope = minor / major.abs();
-        let cells_per_step = 1.0_f64.hypot(slope);
-        let code = |parts: usize| code(parts as f64 / f64::from(PARTS) * cells_per_step);
-        Self {
-            steps: (0..along).map(|position| Step::new(position, along, slope)).collect(),
-            rises: slope >= 0.0,
-            across: across as i32,
-            first_cell: if backward { (along as isize - 1) * major_step } else { 0 },
-            major_stride: if backward { -major_step } else { major_step },
-            minor_stride,
-            codes: (0..(along + 1) * PARTS as usize).map(code).collect(),
-        }
-    }
-
-    /// All lines that touch the drawing, by where they cross position 0.
-    fn lines(&self) -> std::ops::Range<i32> {
-        let minors = || self.steps.iter().map(|step| step.minor);
-        let (lowest, highest) = (minors().min().unwrap_or(0), minors().max().unwrap_or(0));
-        -highest..self.across - lowest
-    }
-
-    /// Follows a line against its direction, and says at each position what is seen there.
-    fn follow_back(&self, line: i32, wall: &[bool], mut say: impl FnMut(usize, Seen)) {
-        let (first, end) = self.within(line);
-        let mut view = View::from_outside();
-        for position in (first..end).rev() {
-            let step = &self.steps[position];
-            if let Some(between) = step.between.filter(|_| position + 1 < end) {
-                let at = position + usize::from(between.ahead);
-                view.enter(wall[self.cell(at, line + between.minor)], between.entry);
-            }
-            let cell = self.cell(position, line + step.minor);
-            let entry = if position > first { self.steps[position - 1].next_entry } else { position as f32 };
-            view.enter(wall[cell], entry);
-            say(cell, view.from(position as f32 + 0.5));
-        }
-    }
-
-    /// The positions at which a line is within the drawing: since its cells across only grow or only
-    /// shrink, they are in one piece.
-    fn within(&self, line: i32) -> (usize, usize) {
-        let bound =
-            |before: &dyn Fn(i32) -> bool| self.steps.partition_point(|step| before(line + step.minor));
-        if self.rises {
-            (bound(&|minor| minor < 0), bound(&|minor| minor < self.across))
-        } else {
-            (bound(&|minor| minor >= self.across), bound(&|minor| minor >= 0))
-        }
-    }
-
-    fn cell(&self, position: usize, minor: i32) -> usize {
-        (self.first_cell + position as isize * self.major_stride + minor as isize * self.minor_stride)
-            as usize
-    }
-
-    fn code(&self, way: f32) -> u8 {
-        self.codes[((way * PARTS) as usize).min(self.codes.len() - 1)]
-    }
-
-    fn leave_code(&self, way: f32) -> u8 {
-        match way {
-            way if way <= 0.0 => 0,
-            f32::INFINITY => NEVER,
-            way => self.code(way).clamp(1, NEVER - 1),
-        }
-    }
-}
-
-impl Step {
-    /// The line near the middle of the cell at half of `along`, with `slope` cells a position.
-    fn new(position: usize, along: usize, slope: f64) -> Self {
-        let middle = (along / 2) as f64 + 0.5;
-        let height = |at: f64| OFF_CORNERS + slope * (at - middle);
-        let minor = |at: f64| height(at).floor() as i32;
-        let (here, border, there) =
-            (minor(position as f64 + 0.5), minor(position as f64 + 1.0), minor(position as f64 + 1.5));
-        let border_at = position as f64 + 1.0;
-        if here == there {
-            return Self { minor: here, between: None, next_entry: border_at as f32 };
-        }
-        let crossing = (middle + (f64::from(here.max(there)) - OFF_CORNERS) / slope) as f32;
-        let ahead = border == here;
-        let (entry, next_entry) =
-            if ahead { (border_at as f32, crossing) } else { (crossing, border_at as f32) };
-        let minor = if ahead { here } else { there };
-        Self { minor: here, between: Some(Between { ahead, minor, entry }), next_entry }
-    }
-}
-
-/// What lies ahead on a line that is followed back.
-struct View {
-    in_wall: bool,
-    /// Where the nearest wall ahead begins.
-    wall: f32,
-    /// In a wall: where its last cell begins, and where the wall behind it does.
-    last_cell: f32,
-    wall_behind: f32,
-}
-
-impl View {
-    /// Outside all is wall.
-    fn from_outside() -> Self {
-        Self { in_wall: true, wall: f32::INFINITY, last_cell: f32::INFINITY, wall_behind: f32::INFINITY }
-    }
-
-    #[inline(always)]
-    fn enter(&mut self, wall: bool, entry: f32) {
-        if wall {
-            if !self.in_wall {
-                (self.last_cell, self.wall_behind) = (entry, self.wall);
-            }
-            self.wall = entry;
-        }
-        self.in_wall = wall;
-    }
-
-    #[inline(always)]
-    fn from(&self, at: f32) -> Seen {
-        if self.in_wall {
-            Seen { range: self.wall_behind - at, leave: Some(self.last_cell - at) }
-        } else {
-            Seen { range: self.wall - at, leave: None }
         }
     }
 }
@@ -318,7 +148,7 @@ fn leave_rows(wall: &[bool], width: usize) -> Vec<u32> {
 }
 
 /// The code of a way of so many cells.
-fn code(cells: f64) -> u8 {
+pub(super) fn code(cells: f64) -> u8 {
     let log2 = cells.log2().max(f64::from(SHORTEST_LOG2));
     ((log2 - f64::from(SHORTEST_LOG2)) * f64::from(PER_OCTAVE)).round() as u8
 }
@@ -326,6 +156,7 @@ fn code(cells: f64) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::localization::sweep::{OFF_CORNERS, PARTS};
     use crate::sketch::Sketch;
     use proptest::prelude::*;
     use sketchnav_schemas::codes::WALL;

@@ -6,7 +6,7 @@ mod support;
 use std::path::{Path, PathBuf};
 
 use sketchnav_schemas::channels::STATUS;
-use support::{Place, Running, SERVICES, kill_if_alive, room};
+use support::{Place, Running, SERVICES, kill_if_alive, repository, room};
 
 fn recording(report: &serde_json::Value) -> PathBuf {
     PathBuf::from(report["recording"].as_str().unwrap())
@@ -85,6 +85,30 @@ fn a_killed_planner_goes_on_where_it_was() {
 #[test]
 fn a_killed_world_goes_on_where_it_was() {
     killed_one_after_the_other(&["world"]);
+}
+
+/// What users are to see: the command's own figures of twenty kills.
+fn chaos_finds_nothing_lost(options: &str) {
+    let place = Place::new();
+    let mission = repository().join("sim/missions/building/building-a.toml");
+    let ended = place.run(&format!("chaos {} --json {options}", mission.display()));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert!(report["kills"].as_u64().unwrap() >= 10, "{report:#}");
+    assert_eq!((&report["success"], &report["identical"]), (&true.into(), &true.into()), "{report:#}");
+    assert_eq!((&report["lost_messages"], &report["orphans"]), (&0.into(), &0.into()), "{report:#}");
+    assert_eq!(report["leftover_files"], serde_json::json!([]), "{report:#}");
+    assert_eq!(place.living(), []);
+}
+
+#[test]
+fn twenty_kills_of_anybody_at_random_moments_lose_nothing() {
+    chaos_finds_nothing_lost("--kills 20 --seed 5");
+}
+
+#[test]
+fn kills_of_processes_that_start_lose_nothing() {
+    chaos_finds_nothing_lost("--kills 20 --seed 6 --at-start-up");
 }
 
 /// What it had not yet written is fetched again; the recording says what it has survived.

@@ -32,6 +32,7 @@ impl Cli {
             Some(Command::Eval { options, .. }) => options.json,
             Some(Command::Run { options, .. } | Command::Demo { options }) => options.json,
             Some(Command::Deform { options, .. }) => options.json,
+            Some(Command::Chaos { options, .. }) => options.json,
             Some(Command::Ps { json } | Command::Diff { json, .. } | Command::Info { json, .. }) => *json,
             _ => false,
         }
@@ -76,6 +77,16 @@ pub enum Command {
         map: PathBuf,
         #[command(flatten)]
         options: DeformOptions,
+    },
+    /// Run a mission twice, kill its processes the second time, and compare the two.
+    #[command(
+        after_help = "Exit codes: 0 nothing was lost, 1 something was, 2 bad input, 3 anything else.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer"
+    )]
+    Chaos {
+        /// The mission file (TOML).
+        mission: PathBuf,
+        #[command(flatten)]
+        options: ChaosOptions,
     },
     /// Run one process of a system by hand, or a real robot's driver beside the others.
     #[command(after_help = "Example: sketchnav serve localizer --system lab")]
@@ -233,6 +244,44 @@ impl Default for RunOptions {
             without: Vec::new(),
         }
     }
+}
+
+/// Whom to kill, how and when.
+#[derive(Debug, Clone, Args)]
+pub struct ChaosOptions {
+    /// How many kills.
+    #[arg(long, default_value_t = 20)]
+    pub kills: u32,
+    /// The mission's seed; the moments of the kills are drawn from it too.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Who may be killed, separated by commas.
+    #[arg(long, value_delimiter = ',', value_parser = parse_service, default_value = "world,sketcher,localizer,planner,recorder")]
+    pub targets: Vec<Process>,
+    /// kill: at once, in the middle of whatever it does; term: it is asked to end.
+    #[arg(long, value_enum, default_value = "kill")]
+    pub signal: KillSignal,
+    /// Kill processes while they start, up to three times in a row.
+    #[arg(long)]
+    pub at_start_up: bool,
+    /// `max`: in lockstep, as fast as it goes; a number: simulated seconds a second (1 is real time).
+    #[arg(long, default_value = "max", value_parser = parse_speed)]
+    pub speed: Pace,
+    /// Folder for both recordings; made if it is missing.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// One JSON object on standard output instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What to kill with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum KillSignal {
+    /// SIGKILL.
+    Kill,
+    /// SIGTERM.
+    Term,
 }
 
 /// A look at a channel of a running system.

@@ -1,6 +1,7 @@
 //! The `sketchnav` command: one executable, a subcommand for each process and tool.
 
 mod args;
+mod chaos;
 mod deform;
 mod eval;
 mod failure;
@@ -37,6 +38,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Run { mission, options }) => mission::run(&mission, &options),
         Some(Command::Eval { suite, options }) => eval::eval(&suite, &options),
         Some(Command::Deform { map, options }) => deform::deform(&map, &options),
+        Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),
         Some(Command::Serve { process, system }) => serve::serve(process, &system),
         Some(Command::Ps { json }) => systems::ps(json),
         Some(Command::Echo { tap }) => tap::echo(&tap),

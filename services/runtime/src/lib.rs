@@ -33,6 +33,7 @@ mod root;
 mod signals;
 mod system;
 mod up_to;
+mod watch;
 mod wire;
 mod writer;
 
@@ -46,6 +47,7 @@ pub use pacer::Pacer;
 pub use reader::{Reader, Sample, SliceReader, SliceSample};
 pub use system::System;
 pub use up_to::UpTo;
+pub use watch::Watch;
 pub use writer::{Loan, SliceLoan, SliceWriter, Writer};
 
 /// What a function of this crate returns.

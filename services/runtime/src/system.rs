@@ -112,6 +112,25 @@ impl System {
         sweep(&root)
     }
 
+    /// What there is in files of the system `name`, whether it lives or not.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the folders cannot be read.
+    pub fn leftovers(name: &str) -> Result<Vec<PathBuf>> {
+        check_name(name)?;
+        let system = Self::at(root::of_this_user()?, name);
+        let mut found = system.shared_files()?;
+        found.extend(system.folder.exists().then(|| system.folder.clone()));
+        Ok(found)
+    }
+
+    fn shared_files(&self) -> Result<Vec<PathBuf>> {
+        let prefix = self.prefix();
+        let mut files = entries(Path::new(SHARED_MEMORY))?;
+        files.retain(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix)));
+        Ok(files)
+    }
+
     /// Takes the system away: whatever process of it still lives, its shared memory, its folder.
     /// For the supervisor, when its processes have ended.
     pub fn remove(mut self) -> Result<()> {
@@ -251,11 +270,8 @@ impl System {
         for path in self.process_locks()? {
             end_owner(&path).map_err(Error::file(path, "ending the process that holds it"))?;
         }
-        let prefix = self.prefix();
-        for path in entries(Path::new(SHARED_MEMORY))? {
-            if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix)) {
-                removed(&path, fs::remove_file(&path))?;
-            }
+        for path in self.shared_files()? {
+            removed(&path, fs::remove_file(&path))?;
         }
         removed(&self.folder, fs::remove_dir_all(&self.folder))
     }

@@ -1,0 +1,173 @@
+//! Runs a mission twice, the second time killing its processes, and compares: `sketchnav chaos`.
+//!
+//! Both runs are programs of their own, so that what is killed is what people run.
+
+mod injector;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use anyhow::{Context, anyhow};
+use serde::Serialize;
+use serde_json::Value;
+use sketchnav_recordings::{diff, info};
+use sketchnav_runtime::System;
+use sketchnav_schemas::channels::TABLE;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::run::Pace;
+
+use crate::args::ChaosOptions;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::folder::create;
+use crate::output::out;
+use injector::{Hit, Injector, Plan};
+
+/// What came of it; `--json` prints just this.
+#[derive(Debug, Serialize)]
+struct Report {
+    kills: usize,
+    by_process: BTreeMap<&'static str, usize>,
+    success: bool,
+    /// Whether every message is the undisturbed run's; `None` in real time, where no two runs agree.
+    identical: Option<bool>,
+    lost_messages: u64,
+    recovery_ms: BTreeMap<&'static str, Recovery>,
+    orphans: usize,
+    leftover_files: Vec<PathBuf>,
+    recording: PathBuf,
+}
+
+/// From the kill to the first thing done that was not done before, milliseconds on the clock.
+#[derive(Debug, Serialize)]
+struct Recovery {
+    median: f64,
+    p99: f64,
+    max: f64,
+}
+
+/// Runs the mission in the file `mission` undisturbed and disturbed.
+pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure> {
+    let folder = create(&options.out, "chaos").or_input()?;
+    let undisturbed = report(start(mission, options, &folder.join("undisturbed"), "calm")?)?;
+    let reference = recording(&undisturbed)?;
+    let mut run = start(mission, options, &folder.join("disturbed"), "chaos")?;
+    let plan = Plan { steps: world_messages(&reference)?, supervisor: run.id(), system: system("chaos") };
+    let hits = Injector::new(options, plan).disturb(&mut run).context("watching the run")?;
+    let disturbed = report(run)?;
+    let report = judge(options, &hits, &reference, &disturbed)?;
+    print(&report, options.json)?;
+    let good = report.success
+        && report.identical != Some(false)
+        && report.orphans == 0
+        && report.leftover_files.is_empty()
+        && (report.lost_messages == 0 || report.identical.is_none());
+    Ok(if good { Outcome::Success } else { Outcome::Short })
+}
+
+fn system(word: &str) -> String {
+    format!("{word}-{}", std::process::id())
+}
+
+fn start(mission: &Path, options: &ChaosOptions, out: &Path, word: &str) -> Result<Child, Failure> {
+    let program = std::env::current_exe().context("this program's own path")?;
+    let speed = match options.speed {
+        Pace::Lockstep => "max".to_owned(),
+        Pace::RealTime { speed } => speed.to_string(),
+    };
+    let mut command = Command::new(program);
+    command.arg("run").arg(mission).arg("--out").arg(out).args(["--json", "--speed", &speed]);
+    command.args(["--seed", &options.seed.to_string(), "--system", &system(word)]);
+    command.stdin(Stdio::null()).stdout(Stdio::piped());
+    Ok(command.spawn().context("starting the mission")?)
+}
+
+/// What a run says at its end.
+fn report(run: Child) -> Result<Value, Failure> {
+    let output = run.wait_with_output().context("waiting for the mission")?;
+    let object: Value = serde_json::from_slice(&output.stdout).context("the mission's report")?;
+    match object.get("error").and_then(Value::as_str) {
+        Some(error) if output.status.code() == Some(2) => Err(Failure::Input(anyhow!("{error}"))),
+        Some(error) => Err(Failure::Other(anyhow!("{error}"))),
+        None => Ok(object),
+    }
+}
+
+fn recording(report: &Value) -> Result<PathBuf, Failure> {
+    let path = report["recording"].as_str().context("the mission's report names no recording")?;
+    Ok(path.into())
+}
+
+/// How much the world does in the whole mission, as its progress counts it.
+fn world_messages(recording: &Path) -> Result<u32, Failure> {
+    let info = info::info(recording).context("the undisturbed recording")?;
+    let is_worlds = |topic: &str| {
+        let spec = TABLE.iter().find(|spec| topic.strip_prefix('/') == Some(spec.name));
+        spec.is_some_and(|spec| spec.writer == Some(Process::World))
+    };
+    let topics = info.topics.iter().filter(|topic| is_worlds(&topic.topic));
+    Ok(topics.map(|topic| topic.messages).sum::<u64>() as u32)
+}
+
+fn judge(
+    options: &ChaosOptions,
+    hits: &[Hit],
+    reference: &Path,
+    disturbed: &Value,
+) -> Result<Report, Failure> {
+    let recording = recording(disturbed)?;
+    let mut by_process = BTreeMap::new();
+    let mut times: BTreeMap<_, Vec<f64>> = BTreeMap::new();
+    for hit in hits {
+        *by_process.entry(hit.process.word()).or_default() += 1;
+        let recovered = hit.recovered.map(|time| time.as_secs_f64() * 1e3);
+        times.entry(hit.process.word()).or_default().extend(recovered);
+    }
+    times.retain(|_, times| !times.is_empty());
+    let identical = match options.speed {
+        Pace::Lockstep => Some(diff::diff(reference, &recording).context("comparing")?.is_none()),
+        Pace::RealTime { .. } => None,
+    };
+    Ok(Report {
+        kills: hits.len(),
+        by_process,
+        success: disturbed["success"] == true,
+        identical,
+        lost_messages: disturbed["lost_messages"].as_u64().unwrap_or_default(),
+        recovery_ms: times.into_iter().map(|(process, times)| (process, recovery(times))).collect(),
+        orphans: injector::orphans(&system("chaos")),
+        leftover_files: System::leftovers(&system("chaos")).context("looking for leftovers")?,
+        recording,
+    })
+}
+
+/// Of some times, at least one.
+fn recovery(mut times: Vec<f64>) -> Recovery {
+    times.sort_by(f64::total_cmp);
+    let share = |share: f64| times[((times.len() - 1) as f64 * share).ceil() as usize];
+    Recovery { median: times[times.len() / 2], p99: share(0.99), max: share(1.0) }
+}
+
+fn print(report: &Report, json: bool) -> Result<(), Failure> {
+    if json {
+        out!("{}", serde_json::to_string(report).context("the report as JSON")?)?;
+        return Ok(());
+    }
+    let Report { kills, success, lost_messages, orphans, .. } = report;
+    let same = match report.identical {
+        Some(true) => "every message as if nothing had been",
+        Some(false) => "messages differ from the undisturbed run's",
+        None => "in real time, where no two runs agree",
+    };
+    let end = if *success { "every task reached" } else { "not every task reached" };
+    out!("{kills} kills: {end}; {same}; {lost_messages} messages lost")?;
+    for (process, count) in &report.by_process {
+        let Some(Recovery { median, p99, max }) = report.recovery_ms.get(process) else { continue };
+        out!(
+            "{process:<10} {count:4} kills, back after {median:.0} ms (median), {p99:.0} (99 %), {max:.0} (most)"
+        )?;
+    }
+    out!("{orphans} orphans, {} files left", report.leftover_files.len())?;
+    out!("recording  {}", report.recording.display())?;
+    Ok(())
+}

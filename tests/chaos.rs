@@ -5,8 +5,9 @@ mod support;
 
 use std::path::{Path, PathBuf};
 
+use nix::sys::signal::Signal;
 use sketchnav_schemas::channels::STATUS;
-use support::{Place, Running, SERVICES, kill_if_alive, repository, room};
+use support::{Place, Running, SERVICES, kill_if_alive, repository, room, send};
 
 fn recording(report: &serde_json::Value) -> PathBuf {
     PathBuf::from(report["recording"].as_str().unwrap())
@@ -193,5 +194,70 @@ fn a_process_that_dies_again_and_again_is_given_up() {
     waiting.join().unwrap().unwrap();
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(ended.err.contains("died each time before it got any further: given up"), "{ended}");
+    place.assert_nothing_left("disturbed");
+}
+
+/// Flips a bit in the state of the process's newest checkpoint, or of both, and kills it.
+fn damage_and_kill(place: &Place, process: &str, slots: usize) {
+    for pid in place.serving("disturbed", process) {
+        send(pid, Signal::SIGSTOP);
+        let mark = format!("checkpoint_{process}_");
+        let files = place.files_of("disturbed").into_iter().filter(|file| file.contains(&mark));
+        let mut files: Vec<_> = files.map(|file| (std::fs::read(&file).unwrap(), file)).collect();
+        let number = |bytes: &[u8]| u64::from_ne_bytes(bytes[8..16].try_into().unwrap());
+        files.sort_by_key(|(bytes, _)| std::cmp::Reverse(number(bytes)));
+        for (bytes, file) in &mut files[..slots] {
+            bytes[100] ^= 1;
+            std::fs::write(file, bytes).unwrap();
+        }
+        kill_if_alive(pid);
+    }
+}
+
+fn drive_on(place: &Place) -> Running {
+    let mut running = start(place, "demo");
+    place.wait_until_driving(&mut running, "disturbed");
+    let steps = STATUS.spec.history + 50;
+    let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
+    assert_eq!(heard.code, Some(0), "{heard}");
+    running
+}
+
+/// The older checkpoint is not as new, and as good.
+#[test]
+fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
+    for process in ["localizer", "planner", "world"] {
+        let place = Place::new();
+        let undisturbed = undisturbed(&place, "demo");
+        let running = drive_on(&place);
+        damage_and_kill(&place, process, 1);
+        let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &[process]);
+        assert_eq!(restarts, 1, "{process}");
+    }
+}
+
+/// What it knew is lost, and the mission goes on with what there is: from its first task.
+#[test]
+fn a_planner_without_any_good_checkpoint_begins_anew() {
+    let place = Place::new();
+    let running = drive_on(&place);
+    damage_and_kill(&place, "planner", 2);
+    let ended = running.end();
+    assert!(matches!(ended.code, Some(0 | 1)), "{ended}");
+    assert_eq!(ended.json()["lost_messages"], 0, "{ended}");
+    place.assert_nothing_left("disturbed");
+}
+
+/// A world that does not know where the robot is cannot go on: the mission ends as failed, and says why.
+#[test]
+fn a_world_without_any_good_checkpoint_is_given_up() {
+    let place = Place::new();
+    let running = drive_on(&place);
+    damage_and_kill(&place, "world", 2);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    for words in ["checkpoint refused: expected a state of checksum", "nobody knows where the robot is"] {
+        assert!(ended.err.contains(words), "{ended}");
+    }
     place.assert_nothing_left("disturbed");
 }

@@ -143,7 +143,7 @@ impl Place {
     }
 
     /// What there is of the system `name` in files: its folder, its shared memory.
-    fn files_of(&self, name: &str) -> Vec<String> {
+    pub fn files_of(&self, name: &str) -> Vec<String> {
         let folder = self.runtime.path().join("sketchnav").join(name);
         let path = folder.to_string_lossy().into_owned();
         let prefix = format!("sketchnav_{name}_{:08x}_", fingerprint(&path) as u32);

@@ -241,9 +241,11 @@ impl Supervisor {
             if let Some(death) = revive(child, node)? {
                 self.survived.push(death);
             }
-            if let Some((status, when)) = child.ended()?.filter(|_| !child.is_due())
-                && (!status.success() || child.process == Process::Recorder || when.elapsed() > EARLY_END)
-            {
+            let Some((status, when)) = child.ended()? else { continue };
+            // One that is due has its turn; one that has died since the line above, in the next look.
+            let is_final = !child.resumes() || child.death(status).is_bad_input();
+            let is_early = !status.success() || child.process == Process::Recorder;
+            if is_final && (is_early || when.elapsed() > EARLY_END) {
                 return Err(Error::Died(child.death(status)));
             }
         }

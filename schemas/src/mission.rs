@@ -1,5 +1,7 @@
 //! Missions: which world, which robot, which drawing, where to go.
 
+use std::str::FromStr;
+
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Serialize};
 
@@ -144,6 +146,25 @@ pub struct Parameters {
     /// Of the planner.
     #[serde(default)]
     pub planner: toml::Table,
+}
+
+impl Parameters {
+    /// Takes over every key of `other`.
+    pub fn extend(&mut self, other: &Self) {
+        let Self { sketcher, localizer, planner } = other;
+        self.sketcher.extend(sketcher.clone());
+        self.localizer.extend(localizer.clone());
+        self.planner.extend(planner.clone());
+    }
+}
+
+/// One line of TOML, `localizer.beams = 48`: what `--set` takes.
+impl FromStr for Parameters {
+    type Err = toml::de::Error;
+
+    fn from_str(line: &str) -> Result<Self, Self::Err> {
+        toml::from_str(line)
+    }
 }
 
 /// `base` with the values that `table` has in their place: what [`Parameters`] are for.

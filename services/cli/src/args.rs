@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::method::Method;
+use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
 /// The processes that a system is made of, beside its supervisor.
@@ -175,6 +176,10 @@ pub struct EvalOptions {
     /// Only these drawings, separated by commas.
     #[arg(long, value_delimiter = ',')]
     pub drawings: Vec<String>,
+    /// Another value of a parameter in all trials: `localizer.beams=60`, `planner.margin_m=0.1`; may be
+    /// repeated.
+    #[arg(long = "set", value_name = "SERVICE.KEY=VALUE")]
+    pub parameters: Vec<Parameters>,
     /// At most so many trials of each drawing, the same ones every time.
     #[arg(long)]
     pub sample: Option<usize>,

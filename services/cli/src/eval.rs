@@ -57,6 +57,9 @@ fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     if !options.drawings.is_empty() {
         suite.trials.retain(|trial| options.drawings.contains(&trial.drawing));
     }
+    for trial in &mut suite.trials {
+        options.parameters.iter().for_each(|set| trial.mission.parameters.extend(set));
+    }
     if let Some(count) = options.sample {
         suite.sample(count);
     }

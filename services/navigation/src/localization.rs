@@ -355,20 +355,20 @@ impl Localizer {
     }
 
     /// Draws the first particles: the pose as the person marked it, the scales as the first scan
-    /// suggests, and once the noise of the motion model (paper 001, IV: "sampled according to the state
+    /// suggests (there; what they are drawn back to is the drawing's mean), and once the noise of the motion model (paper 001, IV: "sampled according to the state
     /// model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);
         let best = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
         self.state.best = best;
-        self.state.mean_ln_scales = [best.a_pxpm.ln(), best.b_pxpm.ln()];
+        self.state.mean_ln_scales = start.mean_ln_scales(&best, self.scale_guess_pxpm, p);
         self.field = Field::new(&self.grid, p, mean_scale(&self.state.mean_ln_scales));
-        let State { particles, rng, mean_ln_scales, .. } = &mut self.state;
+        let State { particles, rng, .. } = &mut self.state;
         let terrain = Terrain {
             grid: &self.grid,
             size_px: self.size_px,
             frame: &self.frame,
-            mean_ln_scales: *mean_ln_scales,
+            mean_ln_scales: [best.a_pxpm.ln(), best.b_pxpm.ln()],
         };
         start.scatter(particles, &terrain, p, rng);
         self.propagate(&Motion::default());

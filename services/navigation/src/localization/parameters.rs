@@ -95,8 +95,12 @@ pub struct Parameters {
     pub start_scales: StartScales,
     /// How much of the two scales' difference in the first scan is believed, 0 to 1.
     pub start_anisotropy: f32,
-    /// Extent of a building, metres; says the scale where the first scan sees nothing.
+    /// Extent of a building, metres: with the extent of the drawing it says a scale.
     pub building_size_m: f32,
+    /// How much of the drawing's mean scale comes from that, 0 to 1 (geometric mean), rather than from the
+    /// first scan: that is a sample of one place, and people draw places at scales far apart. Where the
+    /// first scan sees nothing, all does.
+    pub start_size_share: f32,
 
     /// Standard deviation of the likelihood field, metres.
     pub field_sigma_m: f32,
@@ -147,8 +151,8 @@ pub struct Parameters {
 impl Default for Parameters {
     fn default() -> Self {
         Self {
-            particles: 500,
-            least_particles: 500,
+            particles: 3000,
+            least_particles: 3000,
             kld_error: 0.05,
             bin_m: 0.5,
             beams: 48,
@@ -175,6 +179,7 @@ impl Default for Parameters {
             start_scales: StartScales::TrimmedMean,
             start_anisotropy: 0.0,
             building_size_m: 25.0,
+            start_size_share: 0.5,
             field_sigma_m: 0.25,
             field_random: 0.1,
             field_scale_width: 0.3,
@@ -240,6 +245,7 @@ impl Parameters {
             // IV: "estimated … applying the least-square approximation".
             start_scales: StartScales::LeastSquares,
             start_anisotropy: 1.0,
+            start_size_share: 0.0,
             start_log_scale_spread: 0.15,
             // σ of equation (7), λ and ν: not given.
             field_sigma_m: 0.25,
@@ -338,11 +344,12 @@ impl Parameters {
         ]
     }
 
-    fn shares(&self) -> [(&'static str, f64); 9] {
+    fn shares(&self) -> [(&'static str, f64); 10] {
         [
             ("injected_share_lost", self.injected_share_lost.into()),
             ("resample_below", self.resample_below),
             ("start_anisotropy", self.start_anisotropy.into()),
+            ("start_size_share", self.start_size_share.into()),
             ("field_random", self.field_random.into()),
             ("visibility_hit", self.visibility_hit.into()),
             ("visibility_short", self.visibility_short.into()),

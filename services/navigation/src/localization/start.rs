@@ -58,6 +58,17 @@ impl Start {
         ScaledPose { a_pxpm, b_pxpm, ..pose }
     }
 
+    /// The drawing's mean scales (ln a, ln b): between those of the first scan and that of its size.
+    pub(super) fn mean_ln_scales(
+        &self,
+        first: &ScaledPose,
+        size_pxpm: f32,
+        parameters: &Parameters,
+    ) -> [f32; 2] {
+        let share = parameters.start_size_share;
+        [first.a_pxpm, first.b_pxpm].map(|scale| scale.ln() + share * (size_pxpm / scale).ln())
+    }
+
     /// Spreads the particles around the start, in free cells where some can be found.
     pub(super) fn scatter(
         &self,
@@ -143,4 +154,24 @@ pub(super) fn extent_px(sketch: &Sketch) -> f32 {
     }
     let extent = (most[0] - least[0]).max(most[1] - least[1]) + 1.0;
     if extent.is_finite() { extent } else { sketch.width().max(sketch.height()) as f32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first scan says 10 and 40 px/m, the drawing's size 90: half way between, by their logarithms,
+    /// are √(10·90) = 30 and √(40·90) = 60.
+    #[test]
+    fn the_mean_scale_is_between_the_first_scans_and_the_drawings() {
+        let start = Start { pose: Pose::new(0.0, 0.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };
+        let first = ScaledPose { a_pxpm: 10.0, b_pxpm: 40.0, ..ScaledPose::default() };
+        let mean = |start_size_share| {
+            let parameters = Parameters { start_size_share, ..Parameters::default() };
+            start.mean_ln_scales(&first, 90.0, &parameters).map(f32::exp)
+        };
+        let is_near =
+            |found: [f32; 2], [a, b]: [f32; 2]| (found[0] - a).abs() < 1e-3 && (found[1] - b).abs() < 1e-3;
+        assert!(is_near(mean(0.5), [30.0, 60.0]) && is_near(mean(0.0), [10.0, 40.0]));
+    }
 }

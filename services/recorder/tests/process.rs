@@ -1,6 +1,7 @@
 //! The recorder in a system of its own, beside a world that is played by the test.
 
-use std::path::Path;
+mod support;
+
 use std::rc::Rc;
 
 use sketchnav_recorder::Recorder;
@@ -9,25 +10,13 @@ use sketchnav_recordings::reader::Recording;
 use sketchnav_runtime::{Channels, Node, System};
 use sketchnav_schemas::channels::{ODOMETRY, RECORDED, SCAN, SKETCH};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::Header;
-use sketchnav_schemas::run::RunConfig;
-
-fn run(recording: &Path) -> RunConfig {
-    let mut run: RunConfig = serde_json::from_str(include_str!("run.json")).unwrap();
-    run.system = format!("recorder-{}", std::process::id());
-    run.recording = Some(recording.to_str().unwrap().to_owned());
-    run
-}
-
-fn header(seq: u64) -> Header {
-    Header { seq: 0, stamp_ns: seq * 100_000_000, source_seq: seq }
-}
+use support::{header, run};
 
 #[test]
 fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
-    let run = run(&path);
+    let run = run("recorder", &path);
     let system = Rc::new(System::create(&run).unwrap());
     let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
     let channels = Channels::create(&supervisor).unwrap();

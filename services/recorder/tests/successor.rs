@@ -1,7 +1,8 @@
 //! A recorder dies and another one goes on: the parts become one recording without gap or duplicate.
 
+mod support;
+
 use std::fs::OpenOptions;
-use std::path::Path;
 use std::rc::Rc;
 
 use sketchnav_recorder::Recorder;
@@ -10,25 +11,13 @@ use sketchnav_recordings::reader::Recording;
 use sketchnav_runtime::{Channels, Node, System};
 use sketchnav_schemas::channels::{ODOMETRY, RECORDED, SCAN};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::Header;
-use sketchnav_schemas::run::RunConfig;
-
-fn run(recording: &Path) -> RunConfig {
-    let mut run: RunConfig = serde_json::from_str(include_str!("run.json")).unwrap();
-    run.system = format!("successor-{}", std::process::id());
-    run.recording = Some(recording.to_str().unwrap().to_owned());
-    run
-}
-
-fn header(seq: u64) -> Header {
-    Header { seq: 0, stamp_ns: seq * 100_000_000, source_seq: seq }
-}
+use support::{header, run};
 
 #[test]
 fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
-    let run = run(&path);
+    let run = run("successor", &path);
     let system = Rc::new(System::create(&run).unwrap());
     let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
     let channels = Channels::create(&supervisor).unwrap();

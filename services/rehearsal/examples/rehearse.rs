@@ -12,34 +12,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use sketchnav_recordings::judge::judge;
-use sketchnav_rehearsal::{Rehearsal, Tap};
-use sketchnav_schemas::channels::Channel;
-use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
+use sketchnav_rehearsal::Rehearsal;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
-
-#[derive(Default)]
-struct Log {
-    truth: Vec<GroundTruth>,
-    status: Vec<MissionStatus>,
-    contacts: Vec<Contact>,
-    estimates: Vec<PoseEstimate>,
-}
-
-impl Tap for Log {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
-        let bytes = bytemuck::bytes_of(message);
-        match channel.spec.name {
-            "truth" => self.truth.push(*bytemuck::from_bytes(bytes)),
-            "status" => self.status.push(*bytemuck::from_bytes(bytes)),
-            "contact" => self.contacts.push(*bytemuck::from_bytes(bytes)),
-            "estimate" => self.estimates.push(*bytemuck::from_bytes(bytes)),
-            _ => {}
-        }
-    }
-}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut seeds = 1..=1;
@@ -89,7 +65,7 @@ fn rehearse(
 ) -> Result<(usize, usize), Box<dyn std::error::Error>> {
     let run =
         RunConfig { system: "rehearsal".into(), mission, robot, seed, pace: Pace::Lockstep, recording: None };
-    let mut log = Log::default();
+    let mut log = support::Log::default();
     let began = Instant::now();
     Rehearsal::new(&run)?.run(&mut log)?;
     let wall_s = began.elapsed().as_secs_f64();

@@ -5,29 +5,9 @@ mod support;
 use std::path::Path;
 
 use sketchnav_recordings::judge::judge;
-use sketchnav_rehearsal::{Rehearsal, Tap};
-use sketchnav_schemas::channels::Channel;
-use sketchnav_schemas::message::{GroundTruth, MissionStatus};
+use sketchnav_rehearsal::Rehearsal;
 use sketchnav_schemas::method::Method;
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
-
-#[derive(Default)]
-struct Log {
-    truth: Vec<GroundTruth>,
-    status: Vec<MissionStatus>,
-}
-
-impl Tap for Log {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
-        let bytes = bytemuck::bytes_of(message);
-        match channel.spec.name {
-            "truth" => self.truth.push(*bytemuck::from_bytes(bytes)),
-            "status" => self.status.push(*bytemuck::from_bytes(bytes)),
-            _ => {}
-        }
-    }
-}
 
 /// How many of the first `tasks` tasks of a mission that ships succeed in the true floor plan.
 fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
@@ -39,7 +19,7 @@ fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
     mission.method = method;
     let (system, pace) = ("rehearsal".into(), Pace::Lockstep);
     let run = RunConfig { system, mission, robot, seed, pace, recording: None };
-    let mut log = Log::default();
+    let mut log = support::Log::default();
     Rehearsal::new(&run).unwrap().run(&mut log).unwrap();
     judge(&run.mission, &log.truth, &log.status, &[]).tasks.iter().filter(|task| task.reached).count()
 }

@@ -215,6 +215,17 @@ mod tests {
         Terrain { grid, size_px: [400.0; 2], frame, mean_ln_scales: [3.0, 3.0] }
     }
 
+    /// Twenty thousand particles of the scales 30 and 10 px/m, all at one place, after a motion.
+    fn moved(motion: &Motion, parameters: &Parameters) -> ParticleSet {
+        let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
+        let mut set = ParticleSet::new(20_000);
+        set.ln_a.fill(30.0_f32.ln());
+        set.ln_b.fill(10.0_f32.ln());
+        let mut rng = seed::stream(1, "test");
+        propagate(&mut set, motion, OMNI, &terrain(&grid, &frame), parameters, &mut rng);
+        set
+    }
+
     /// A drawing is stretched along its walls, not along the picture's edges. The perturbation once took
     /// the picture's axes: in a drawing tilted by 45° it threw particles equally far along and across a
     /// corridor that is drawn nine times too long.
@@ -252,7 +263,6 @@ mod tests {
     /// scales are 30 and 10 in the mean whatever happens.
     #[test]
     fn the_scales_are_martingales() {
-        let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
         for (parameters, motion) in [
             (Parameters { step_scale_noise: 0.15, ..Parameters::paper() }, Motion::default()),
             // The same by distance: 0.1/√m over 2.25 m.
@@ -261,17 +271,7 @@ mod tests {
                 Motion { distance_m: 2.25, ..Motion::default() },
             ),
         ] {
-            let mut set = ParticleSet::new(20_000);
-            set.ln_a.fill(30.0_f32.ln());
-            set.ln_b.fill(10.0_f32.ln());
-            propagate(
-                &mut set,
-                &motion,
-                OMNI,
-                &terrain(&grid, &frame),
-                &parameters,
-                &mut seed::stream(1, "test"),
-            );
+            let set = moved(&motion, &parameters);
             let (mean_a, deviation_a) = sample(set.ln_a.iter().map(|ln| ln.exp()));
             let (mean_b, deviation_b) = sample(set.ln_b.iter().map(|ln| ln.exp()));
             assert!((mean_a - 30.0).abs() < 0.1 && (mean_b - 10.0).abs() < 0.05, "{mean_a} {mean_b}");
@@ -338,20 +338,8 @@ mod tests {
     /// and 1 px across by the scales 30 and 10; σ₃ = 0.2 rad.
     #[test]
     fn the_noise_of_a_step_goes_through_the_scales() {
-        let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
         let parameters = Parameters { step_noise_m: 0.1, step_noise_rad: 0.2, ..Parameters::paper() };
-        let mut set = ParticleSet::new(20_000);
-        set.ln_a.fill(30.0_f32.ln());
-        set.ln_b.fill(10.0_f32.ln());
-        let motion = Motion::default();
-        propagate(
-            &mut set,
-            &motion,
-            OMNI,
-            &terrain(&grid, &frame),
-            &parameters,
-            &mut seed::stream(1, "test"),
-        );
+        let set = moved(&Motion::default(), &parameters);
         for (column, deviation) in [(&set.x_px, 3.0), (&set.y_px, 1.0), (&set.yaw_rad, 0.2)] {
             let found = sample(column.iter().copied());
             assert!(

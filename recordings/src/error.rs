@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use sketchnav_schemas::ros2::Ros2Error;
 
+use crate::records::Damage;
+
 /// What can be wrong with a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
@@ -24,7 +26,7 @@ pub enum RecordingError {
         /// How many messages were read before.
         messages: u64,
         /// What is wrong.
-        source: mcap::McapError,
+        source: Damage,
     },
     /// A topic holds messages of another type.
     #[error("{path}: topic {topic}: expected {expected}, found {found}", path = path.display())]

@@ -1,22 +1,27 @@
-//! What is in a recording: topics, counts, rates, gaps, the run. Reads the file once.
+//! What is in a recording: topics, counts, rates, gaps, the run.
+//!
+//! Of a recording that its writer ended, out of the summary alone, however long it is; of any other, out of
+//! all its messages.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
-use sketchnav_schemas::channels::TABLE;
+use sketchnav_schemas::channels::{HEALTH, TABLE};
+use sketchnav_schemas::message::Health;
 
 use crate::error::RecordingError;
+use crate::index::Index;
 use crate::reader::{Part, RawMessage, Recording};
 use crate::sequence::{Gap, Seen, Sequence};
-use crate::writer::{RECORDER_METADATA, RUN_METADATA, topic_name};
+use crate::writer::{
+    Lives, RECORDER_METADATA, RESTARTS_METADATA, RUN_METADATA, TOPICS_METADATA, TopicFacts, topic_name,
+};
 
-/// Most gaps of a topic that are listed one by one.
-const MAX_GAPS: usize = 16;
 const NS_PER_S: f64 = 1e9;
 
 /// What is in a recording.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Info {
     /// The file.
     pub path: String,
@@ -26,6 +31,8 @@ pub struct Info {
     pub clean_end: bool,
     /// How often the recorder was killed and started again.
     pub restarts: u64,
+    /// How often each process was started again, by what it said itself.
+    pub process_restarts: BTreeMap<String, u64>,
     /// About the run: mission, robot, seed, pace, system, version.
     pub run: BTreeMap<String, String>,
     /// From the first message to the last, simulation time.
@@ -41,7 +48,7 @@ pub struct Info {
 }
 
 /// What is in a topic.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TopicInfo {
     /// `/scan`.
     pub topic: String,
@@ -62,12 +69,12 @@ pub struct TopicInfo {
 }
 
 /// A file inside the file.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct AttachmentInfo {
     /// Its name.
     pub name: String,
     /// Its size.
-    pub bytes: usize,
+    pub bytes: u64,
 }
 
 /// Tells what is in the recording at `path`.
@@ -75,29 +82,46 @@ pub struct AttachmentInfo {
 /// # Errors
 /// [`RecordingError::File`], or [`RecordingError::Damaged`].
 pub fn info(path: &Path) -> Result<Info, RecordingError> {
-    let recording = Recording::open(path)?;
-    let size = std::fs::metadata(path);
-    let bytes = size.map_err(|source| RecordingError::File { path: path.to_owned(), source })?.len();
+    match of_summary(path)? {
+        Some(info) => Ok(info),
+        None => info_of_messages(path),
+    }
+}
+
+/// The same out of all messages, whatever the summary says: what is damaged is noticed.
+///
+/// # Errors
+/// As [`info`].
+pub fn info_of_messages(path: &Path) -> Result<Info, RecordingError> {
     let mut tally = Tally::default();
-    for part in recording.parts()? {
+    for part in Recording::open(path)?.parts()? {
         tally.take(part?);
     }
-    let (clean_end, restarts) = (tally.clean_end, tally.restarts);
-    let run = std::mem::take(&mut tally.run);
-    let attachments = std::mem::take(&mut tally.attachments);
-    let topics = tally.into_topics();
-    Ok(Info {
-        path: path.display().to_string(),
-        bytes,
-        clean_end,
-        restarts,
-        run,
-        duration_s: duration_s(&topics),
-        messages: topics.iter().map(|t| t.messages).sum(),
-        missing: topics.iter().map(|t| t.missing).sum(),
-        topics,
-        attachments,
-    })
+    tally.finish(path)
+}
+
+/// Out of the summary; `None` where it does not say enough.
+fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
+    let Some(index) = Index::of_summary(path)? else { return Ok(None) };
+    let Some(statistics) = &index.statistics else { return Ok(None) };
+    let Some(told) = index.metadata(path, TOPICS_METADATA)? else { return Ok(None) };
+    let mut tally = Tally { clean_end: true, ..Tally::default() };
+    for (id, topic) in index.directory.topics() {
+        let facts = told.get(&topic.name).and_then(|json| serde_json::from_str::<TopicFacts>(json).ok());
+        let Some(facts) = facts else { return Ok(None) };
+        let known = tally.topics.entry(topic.name.clone()).or_default();
+        known.ros2_type.clone_from(&topic.ros2_type);
+        known.messages += statistics.by_channel.get(&id).copied().unwrap_or(0);
+        known.facts = facts;
+    }
+    for name in [RUN_METADATA, RECORDER_METADATA, RESTARTS_METADATA] {
+        if let Some(facts) = index.metadata(path, name)? {
+            tally.take(Part::Metadata(name.to_owned(), facts));
+        }
+    }
+    let attachment = |(name, bytes): &(String, u64)| AttachmentInfo { name: name.clone(), bytes: *bytes };
+    tally.attachments = index.attachments.iter().map(attachment).collect();
+    tally.finish(path).map(Some)
 }
 
 fn duration_s(topics: &[TopicInfo]) -> f64 {
@@ -113,15 +137,16 @@ struct Tally {
     attachments: Vec<AttachmentInfo>,
     clean_end: bool,
     restarts: u64,
+    lives: Lives,
+    process_restarts: BTreeMap<String, String>,
 }
 
 #[derive(Default)]
 struct TopicTally {
     ros2_type: String,
     messages: u64,
-    times_ns: Option<(u64, u64)>,
     sequence: Sequence,
-    gaps: Vec<Gap>,
+    facts: TopicFacts,
 }
 
 impl Tally {
@@ -133,47 +158,71 @@ impl Tally {
             }
             Part::Message(message) => {
                 self.topics.entry(message.topic.name.clone()).or_default().take(&message);
+                if message.topic.name.strip_prefix('/') == Some(HEALTH.spec.name)
+                    && let Ok((health, _)) = message.typed::<Health>()
+                {
+                    self.lives.see(&health);
+                }
             }
             Part::Metadata(name, facts) if name == RUN_METADATA => self.run = facts,
+            Part::Metadata(name, facts) if name == RESTARTS_METADATA => self.process_restarts = facts,
             Part::Metadata(name, facts) if name == RECORDER_METADATA => {
                 self.restarts = facts.get("restarts").and_then(|n| n.parse().ok()).unwrap_or(0);
             }
             Part::Metadata(..) => {}
-            Part::Attachment(name, data) => self.attachments.push(AttachmentInfo { name, bytes: data.len() }),
+            Part::Attachment(file) => {
+                self.attachments.push(AttachmentInfo { name: file.name, bytes: file.data.len() as u64 });
+            }
             Part::End { clean } => self.clean_end = clean,
         }
     }
 
-    fn into_topics(self) -> Vec<TopicInfo> {
+    fn finish(self, path: &Path) -> Result<Info, RecordingError> {
+        let size = std::fs::metadata(path);
+        let bytes = size.map_err(|source| RecordingError::File { path: path.to_owned(), source })?.len();
         let place = |name: &str| TABLE.iter().position(|spec| topic_name(spec.name) == name);
         let mut topics: Vec<_> = self.topics.into_iter().map(|(name, tally)| tally.finish(name)).collect();
         topics.sort_by_key(|topic| place(&topic.topic).unwrap_or(TABLE.len()));
-        topics
+        let told =
+            if self.process_restarts.is_empty() { self.lives.restarts() } else { self.process_restarts };
+        Ok(Info {
+            path: path.display().to_string(),
+            bytes,
+            clean_end: self.clean_end,
+            restarts: self.restarts,
+            process_restarts: told
+                .into_iter()
+                .filter_map(|(name, n)| Some((name, n.parse().ok()?)))
+                .collect(),
+            run: self.run,
+            duration_s: duration_s(&topics),
+            messages: topics.iter().map(|t| t.messages).sum(),
+            missing: topics.iter().map(|t| t.missing).sum(),
+            topics,
+            attachments: self.attachments,
+        })
     }
 }
 
 impl TopicTally {
     fn take(&mut self, message: &RawMessage) {
         self.messages += 1;
-        let time = message.stamp_ns;
-        self.times_ns = Some(self.times_ns.map_or((time, time), |(a, b)| (a.min(time), b.max(time))));
+        self.facts.see_time(message.stamp_ns);
         let after_seq = self.sequence.last();
-        if let Seen::New { missing: missing @ 1.. } = self.sequence.see(message.sequence.into())
-            && self.gaps.len() < MAX_GAPS
-        {
-            self.gaps.push(Gap { after_seq, missing });
+        if let Seen::New { missing: missing @ 1.. } = self.sequence.see(message.sequence.into()) {
+            self.facts.missing += missing;
+            self.facts.see_gap(after_seq, missing);
         }
     }
 
     fn finish(self, topic: String) -> TopicInfo {
-        let many_write = |name: &str| TABLE.iter().any(|s| s.writer.is_none() && topic_name(s.name) == name);
-        let (missing, gaps) =
-            if many_write(&topic) { (0, Vec::new()) } else { (self.sequence.missing(), self.gaps) };
-        let (first_s, last_s) =
-            self.times_ns.map(|(a, b)| (a as f64 / NS_PER_S, b as f64 / NS_PER_S)).unzip();
+        let Self { ros2_type, messages, facts, .. } = self;
+        let many_write = TABLE.iter().any(|s| s.writer.is_none() && topic_name(s.name) == topic);
+        let (missing, gaps) = if many_write { (0, Vec::new()) } else { (facts.missing, facts.gaps) };
+        let seconds = |(a, b): (u64, u64)| (a as f64 / NS_PER_S, b as f64 / NS_PER_S);
+        let (first_s, last_s) = facts.times_ns.map(seconds).unzip();
         let span_s = first_s.zip(last_s).map_or(0.0, |(first, last)| last - first);
-        let rate_hz = (span_s > 0.0).then(|| (self.messages - 1) as f64 / span_s);
-        let (ros2_type, messages) = (self.ros2_type, self.messages);
+        let rate_hz = (span_s > 0.0).then(|| messages.saturating_sub(1) as f64 / span_s);
         TopicInfo { topic, ros2_type, messages, rate_hz, first_s, last_s, missing, gaps }
     }
 }

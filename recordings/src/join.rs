@@ -8,13 +8,13 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::Path;
 
-use mcap::McapError;
 use sketchnav_schemas::channels::{self, Channel, ChannelVisitor};
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::error::RecordingError;
 use crate::reader::{Part, RawMessage, Recording};
+use crate::records::Damage;
 use crate::writer::Writer;
 
 /// Writes the messages of `parts`, in this order, as one recording of `run`, which is still to be finished.
@@ -29,7 +29,7 @@ pub fn join<W: Write>(
     let mut joined = Joined { writer: Writer::create(sink, run)?, said: BTreeSet::new() };
     for part in parts {
         match joined.take(part.as_ref()) {
-            Err(RecordingError::Damaged { messages: 0, source: McapError::UnexpectedEof, .. }) => {}
+            Err(RecordingError::Damaged { source: Damage::Empty, .. }) => {}
             Err(RecordingError::File { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {}
             taken => taken?,
         }

@@ -1,7 +1,7 @@
 //! Recordings: one MCAP file a run, every channel in it as ROS 2 messages.
 //!
 //! - [`writer`]: writes one, over any [`std::io::Write`]; [`sequence`]: counts what is missing.
-//! - [`reader`]: reads one message by message, whole or cut off by a kill.
+//! - [`reader`]: reads one message by message, whole or cut off by a kill; [`index`]: where it is what.
 //! - [`join`](mod@join): makes one of the parts that a killed recorder and its successors leave.
 //! - [`diff`]: the first difference of two; [`info`]: what is in one.
 //! - [`judge`]: how a mission went; [`picture`]: what it looked like.
@@ -10,13 +10,18 @@
 //! itself.
 
 pub mod diff;
+mod directory;
 pub mod error;
+pub mod index;
 pub mod info;
 pub mod join;
 pub mod judge;
+mod parts;
 pub mod picture;
 pub mod reader;
+pub mod records;
 pub mod sequence;
+mod timeline;
 pub mod writer;
 
 pub use error::RecordingError;

@@ -1,46 +1,47 @@
-//! Reads a recording from front to back, one message in memory at a time.
+//! Opens a recording and reads it: from front to back, one channel, some times, or in the order of time.
 //!
 //! A recording that a kill cut off is read up to the cut: a chunk counts wholly or not at all, its
-//! checksum is verified before its first message is given. Never loads a file as a whole, and refuses
-//! records longer than any that the writer makes.
+//! checksum is verified before its first message is given. Never loads a file as a whole: one chunk is in
+//! memory at a time, or, in the order of time, those whose times overlap.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use mcap::McapError;
-use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use sketchnav_schemas::channels::Channel;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 
+pub use crate::directory::Topic;
 use crate::error::RecordingError;
+use crate::index::Index;
+pub use crate::parts::{Parts, Selected, Selection};
+use crate::records::MessageHead;
+pub use crate::records::{Attachment, Schema};
+pub use crate::timeline::Timeline;
 use crate::writer::{RUN_ATTACHMENT, topic_name};
 
-/// Longest record, and longest chunk in either form, that is read into memory.
-const MAX_RECORD_BYTES: usize = 64 << 20;
-
 /// A recording on disk.
+///
+/// ```no_run
+/// use sketchnav_recordings::Recording;
+/// use sketchnav_schemas::channels::SCAN;
+/// # fn main() -> Result<(), sketchnav_recordings::RecordingError> {
+/// let recording = Recording::open("out/demo-001/building-a.mcap".as_ref())?;
+/// for scan in recording.channel(SCAN)?.between(10_000_000_000..20_000_000_000) {
+///     let (scan, _) = scan?;
+///     println!("{} beams", scan.beam_count);
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug, Clone)]
 pub struct Recording {
     path: PathBuf,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
-    attachments: BTreeMap<String, Vec<u8>>,
-}
-
-/// A topic of a recording.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Topic {
-    /// `/scan`.
-    pub name: String,
-    /// `sensor_msgs/msg/LaserScan`; empty where the file does not say.
-    pub ros2_type: String,
-    /// What else the file says about it.
-    pub metadata: BTreeMap<String, String>,
+    attachments: BTreeMap<String, Attachment>,
+    index: OnceLock<Arc<Index>>,
 }
 
 /// A message as it lies in the file.
@@ -52,6 +53,8 @@ pub struct RawMessage {
     pub sequence: u32,
     /// Simulation time, nanoseconds.
     pub stamp_ns: u64,
+    /// When it was sent, where the file tells it apart, nanoseconds.
+    pub publish_ns: u64,
     /// Its CDR.
     pub cdr: Vec<u8>,
 }
@@ -65,8 +68,8 @@ pub enum Part {
     Message(RawMessage),
     /// Facts under a name.
     Metadata(String, BTreeMap<String, String>),
-    /// A file inside the file: name and content.
-    Attachment(String, Vec<u8>),
+    /// A file inside the file.
+    Attachment(Attachment),
     /// The last part: whether the writer came to an end, or the file is cut off.
     End {
         /// Whether the writer came to an end.
@@ -80,17 +83,16 @@ impl Recording {
     /// # Errors
     /// [`RecordingError::File`], or [`RecordingError::Damaged`] where it is no recording.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let mut recording =
-            Self { path: path.to_owned(), metadata: BTreeMap::new(), attachments: BTreeMap::new() };
-        for part in recording.parts()? {
+        let (mut metadata, mut attachments) = (BTreeMap::new(), BTreeMap::new());
+        for part in Parts::of(path)? {
             match part? {
-                Part::Metadata(name, facts) => drop(recording.metadata.insert(name, facts)),
-                Part::Attachment(name, data) => drop(recording.attachments.insert(name, data)),
+                Part::Metadata(name, facts) => drop(metadata.insert(name, facts)),
+                Part::Attachment(file) => drop(attachments.insert(file.name.clone(), file)),
                 Part::Topic(_) => {}
                 Part::Message(_) | Part::End { .. } => break,
             }
         }
-        Ok(recording)
+        Ok(Self { path: path.to_owned(), metadata, attachments, index: OnceLock::new() })
     }
 
     /// The file.
@@ -103,8 +105,8 @@ impl Recording {
         Some(self.metadata.get(name)?.get(key)?.as_str())
     }
 
-    /// The attachments: name and content.
-    pub fn attachments(&self) -> &BTreeMap<String, Vec<u8>> {
+    /// The attachments by name, of those that stand before the first message.
+    pub fn attachments(&self) -> &BTreeMap<String, Attachment> {
         &self.attachments
     }
 
@@ -114,52 +116,98 @@ impl Recording {
     /// [`RecordingError::Run`] where the attachment is missing or is not one of this version.
     pub fn run(&self) -> Result<RunConfig, RecordingError> {
         let wrong = |reason| RecordingError::Run { what: RUN_ATTACHMENT, reason };
-        let json = self.attachments.get(RUN_ATTACHMENT).ok_or_else(|| wrong("is not in the file".into()))?;
-        serde_json::from_slice(json).map_err(|error| wrong(error.to_string()))
+        let file = self.attachments.get(RUN_ATTACHMENT).ok_or_else(|| wrong("is not in the file".into()))?;
+        serde_json::from_slice(&file.data).map_err(|error| wrong(error.to_string()))
     }
 
-    /// Everything in the file, in its order, and an [`Part::End`].
+    /// Where its chunks lie and when; read once.
+    ///
+    /// # Errors
+    /// [`RecordingError::File`]; [`RecordingError::Damaged`] where a file without an index of its own is
+    /// damaged.
+    pub fn index(&self) -> Result<&Index, RecordingError> {
+        if self.index.get().is_none() {
+            let index = Index::read(&self.path)?;
+            self.index.get_or_init(|| Arc::new(index));
+        }
+        // Just filled, by us or by another thread.
+        self.index
+            .get()
+            .map(Arc::as_ref)
+            .ok_or_else(|| RecordingError::Run { what: "index", reason: "was not kept".into() })
+    }
+
+    /// Everything in the file, in its order, and a [`Part::End`].
     ///
     /// # Errors
     /// [`RecordingError::File`]; the iterator's last item is an error where the file is damaged.
     pub fn parts(&self) -> Result<Parts, RecordingError> {
-        Parts::open(&self.path)
+        Parts::of(&self.path)
+    }
+
+    /// The messages that are wanted, in the order of the file. Only the chunks that may hold one are read.
+    ///
+    /// # Errors
+    /// As [`Recording::index`]; the iterator's last item is an error where a chunk is damaged.
+    pub fn select(&self, selection: Selection) -> Result<Selected, RecordingError> {
+        Selected::of(&self.path, self.index()?, selection)
+    }
+
+    /// The messages that are wanted, in the order of time, those of an instant in the rhythm of a step.
+    ///
+    /// # Errors
+    /// As [`Recording::select`].
+    pub fn timeline(&self, selection: Selection) -> Result<Timeline, RecordingError> {
+        Timeline::of(&self.path, self.index()?, selection)
     }
 
     /// The messages of a channel in the order of the file, with the slices behind them. None where the
     /// file does not have the channel.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; an item is an error where the topic's type is not `T`'s, a message is
-    /// none, or the file is damaged.
+    /// As [`Recording::select`]; an item is an error where the topic's type is not `T`'s, or a message is
+    /// none.
     pub fn channel<T: Ros2>(&self, channel: Channel<T>) -> Result<Messages<T>, RecordingError> {
-        let mut parts = self.parts()?;
-        parts.only = Some(topic_name(channel.spec.name));
-        Ok(Messages { parts, message: PhantomData })
+        let selection = Selection::of_topics([topic_name(channel.spec.name)]);
+        Ok(Messages { selected: self.select(selection)?, path: self.path.clone(), message: PhantomData })
     }
 }
 
 /// The messages of a channel: see [`Recording::channel`].
 pub struct Messages<T> {
-    parts: Parts,
+    selected: Selected,
+    path: PathBuf,
     message: PhantomData<fn() -> T>,
+}
+
+impl<T> Messages<T> {
+    /// Only those of these times, nanoseconds: chunks without any are not read.
+    #[must_use]
+    pub fn between(mut self, times_ns: std::ops::Range<u64>) -> Self {
+        self.selected.narrow(times_ns);
+        self
+    }
+
+    /// How many bytes of the file were read so far.
+    pub fn bytes_read(&self) -> u64 {
+        self.selected.bytes_read()
+    }
 }
 
 impl<T: Ros2> Iterator for Messages<T> {
     type Item = Result<(T, Vec<u8>), RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            match self.parts.next()? {
-                Err(error) => return Some(Err(error)),
-                Ok(Part::Message(raw)) => return Some(raw.typed_in::<T>(&self.parts.path)),
-                Ok(_) => {}
-            }
-        }
+        Some(self.selected.next()?.and_then(|raw| raw.typed_in(&self.path)))
     }
 }
 
 impl RawMessage {
+    pub(crate) fn new(topic: &Arc<Topic>, head: MessageHead, data: &[u8]) -> Self {
+        let MessageHead { sequence, log_ns: stamp_ns, publish_ns, .. } = head;
+        Self { topic: Arc::clone(topic), sequence, stamp_ns, publish_ns, cdr: data.to_vec() }
+    }
+
     /// The message as a `T`, and the slice behind it.
     ///
     /// # Errors
@@ -173,172 +221,12 @@ impl RawMessage {
         })
     }
 
+    /// As [`RawMessage::typed`], where the topic's type is `T`'s.
     fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
         if self.topic.ros2_type == T::TYPE {
             return self.typed();
         }
         let (topic, found) = (self.topic.name.clone(), self.topic.ros2_type.clone());
         Err(RecordingError::Type { path: path.to_owned(), topic, expected: T::TYPE, found })
-    }
-}
-
-/// Everything in a recording: see [`Recording::parts`].
-pub struct Parts {
-    path: PathBuf,
-    file: BufReader<File>,
-    reader: LinearReader,
-    schemas: BTreeMap<u16, String>,
-    topics: BTreeMap<u16, Arc<Topic>>,
-    only: Option<String>,
-    messages: u64,
-    has_begun: bool,
-    has_footer: bool,
-    is_over: bool,
-}
-
-impl Parts {
-    fn open(path: &Path) -> Result<Self, RecordingError> {
-        let file = File::open(path);
-        let file = file.map_err(|source| RecordingError::File { path: path.to_owned(), source })?;
-        let options = LinearReaderOptions::default()
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(MAX_RECORD_BYTES);
-        Ok(Self {
-            path: path.to_owned(),
-            file: BufReader::new(file),
-            reader: LinearReader::new_with_options(options),
-            schemas: BTreeMap::new(),
-            topics: BTreeMap::new(),
-            only: None,
-            messages: 0,
-            has_begun: false,
-            has_footer: false,
-            is_over: false,
-        })
-    }
-
-    fn damaged(&self, source: McapError) -> RecordingError {
-        RecordingError::Damaged { path: self.path.clone(), messages: self.messages, source }
-    }
-
-    /// Gives the reader `wanted` more bytes of the file, or tells it that there are none.
-    fn feed(&mut self, wanted: usize) -> Result<(), RecordingError> {
-        let read = self.file.read(self.reader.insert(wanted.min(MAX_RECORD_BYTES)));
-        let read = read.map_err(|source| RecordingError::File { path: self.path.clone(), source })?;
-        self.reader.notify_read(read);
-        Ok(())
-    }
-
-    /// The end, of whatever kind: a file that stops in the middle is cut off, not damaged.
-    fn end(&mut self, error: Option<McapError>) -> Result<Part, RecordingError> {
-        self.is_over = true;
-        match error {
-            None => Ok(Part::End { clean: self.has_footer }),
-            Some(McapError::UnexpectedEof) if self.has_begun => Ok(Part::End { clean: false }),
-            Some(error) => Err(self.damaged(error)),
-        }
-    }
-
-    fn step(&mut self) -> Result<Option<Part>, RecordingError> {
-        let (opcode, data) = match self.reader.next_event() {
-            None => return self.end(None).map(Some),
-            Some(Err(error)) => return self.end(Some(error)).map(Some),
-            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => return self.feed(wanted).map(|()| None),
-            Some(Ok(LinearReadEvent::Record { opcode, data })) => (opcode, data),
-        };
-        self.has_begun = true;
-        if opcode == mcap::records::op::ATTACHMENT && !has_whole_attachment(data) {
-            return Err(self.damaged(McapError::UnexpectedEof));
-        }
-        let record = match mcap::parse_record(opcode, data) {
-            Ok(record) => record,
-            Err(error) => return Err(self.damaged(error)),
-        };
-        let taken = take(record, &mut self.schemas, &mut self.topics, self.only.as_deref());
-        if matches!(taken, Taken::Footer) {
-            self.has_footer = true;
-        }
-        match taken {
-            Taken::Part(part) => {
-                self.messages += u64::from(matches!(part, Part::Message(_)));
-                Ok(Some(part))
-            }
-            Taken::Nothing | Taken::Footer => Ok(None),
-            Taken::Stray(sequence, channel) => {
-                Err(self.damaged(McapError::UnknownChannel(sequence, channel)))
-            }
-        }
-    }
-}
-
-/// Whether an attachment is long enough for its own lengths: the library's parser relies on it.
-fn has_whole_attachment(data: &[u8]) -> bool {
-    let text_end = |start: usize| {
-        let length = data.get(start..start + 4)?.try_into().ok()?;
-        Some(start + 4 + u32::from_le_bytes(length) as usize)
-    };
-    let (two_times, length, checksum) = (16, 8, 4);
-    let header_end = text_end(two_times).and_then(text_end);
-    header_end.is_some_and(|end| end + length + checksum <= data.len())
-}
-
-enum Taken {
-    Part(Part),
-    Footer,
-    Nothing,
-    Stray(u32, u16),
-}
-
-fn take(
-    record: Record<'_>,
-    schemas: &mut BTreeMap<u16, String>,
-    topics: &mut BTreeMap<u16, Arc<Topic>>,
-    only: Option<&str>,
-) -> Taken {
-    match record {
-        Record::Schema { header, .. } => {
-            schemas.insert(header.id, header.name);
-            Taken::Nothing
-        }
-        Record::Channel(channel) if !topics.contains_key(&channel.id) => {
-            let ros2_type = schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-            let topic = Arc::new(Topic { name: channel.topic, ros2_type, metadata: channel.metadata });
-            topics.insert(channel.id, Arc::clone(&topic));
-            Taken::Part(Part::Topic(topic))
-        }
-        Record::Message { header, data } => match topics.get(&header.channel_id) {
-            None => Taken::Stray(header.sequence, header.channel_id),
-            Some(topic) if only.is_some_and(|name| name != topic.name) => Taken::Nothing,
-            Some(topic) => Taken::Part(Part::Message(RawMessage {
-                topic: Arc::clone(topic),
-                sequence: header.sequence,
-                stamp_ns: header.log_time,
-                cdr: data.into_owned(),
-            })),
-        },
-        Record::Metadata(metadata) => Taken::Part(Part::Metadata(metadata.name, metadata.metadata)),
-        Record::Attachment { header, data, .. } => {
-            Taken::Part(Part::Attachment(header.name, data.into_owned()))
-        }
-        Record::Footer(_) => Taken::Footer,
-        _ => Taken::Nothing,
-    }
-}
-
-impl Iterator for Parts {
-    type Item = Result<Part, RecordingError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        while !self.is_over {
-            match self.step() {
-                Ok(None) => {}
-                Ok(Some(part)) => return Some(Ok(part)),
-                Err(error) => {
-                    self.is_over = true;
-                    return Some(Err(error));
-                }
-            }
-        }
-        None
     }
 }

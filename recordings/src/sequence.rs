@@ -1,6 +1,9 @@
 //! Counts the messages that the numbers of a channel show to be missing.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+
+/// Most gaps of a topic that are told one by one.
+pub(crate) const MAX_GAPS: usize = 16;
 
 /// What a number says about its message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,7 +18,7 @@ pub enum Seen {
 }
 
 /// A hole in the numbers of a channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Gap {
     /// The last number before the hole; 0 where the beginning is missing.
     pub after_seq: u64,

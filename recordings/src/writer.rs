@@ -6,8 +6,9 @@
 //!
 //! Inside: the run as metadata `sketchnav`, its parameters as metadata `parameters`, the resolved run
 //! and mission as attachments `run.json` and `mission.toml`; the channels; at the end the metadata
-//! `missing` and `refused`, which tell by topic how many messages are not there, and `recorder`, how often
-//! the recorder was started again, where it was.
+//! `missing` and `refused`, which tell by topic how many messages are not there, `topics`, which tells when
+//! and where they are not ([`TopicFacts`] as JSON), `restarts`, how often each process was started again,
+//! and `recorder`, the same of the recorder itself.
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -15,13 +16,15 @@ use std::io::Write;
 
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, WriteOptions, records};
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor};
-use sketchnav_schemas::message::Odometry;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::{Health, Odometry};
 use sketchnav_schemas::ros2::{Ros2, Ros2Error, definitions, transforms};
 use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::error::RecordingError;
-use crate::sequence::{Seen, Sequence};
+use crate::sequence::{Gap, MAX_GAPS, Seen, Sequence};
 
 /// Uncompressed size at which a chunk is closed by itself, bytes.
 const CHUNK_BYTES: u64 = 768 * 1024;
@@ -29,6 +32,10 @@ const CHUNK_BYTES: u64 = 768 * 1024;
 const CDR_GROWTH: usize = 2;
 /// Name of the metadata that describes the run.
 pub const RUN_METADATA: &str = "sketchnav";
+/// Name of the metadata that tells about each topic.
+pub const TOPICS_METADATA: &str = "topics";
+/// Name of the metadata that tells how often each process was started again.
+pub const RESTARTS_METADATA: &str = "restarts";
 /// Name of the metadata that tells what the recorder survived.
 pub const RECORDER_METADATA: &str = "recorder";
 /// Name of the attachment that holds the [`RunConfig`].
@@ -56,10 +63,60 @@ pub struct Writer<W: Write> {
     forms: Vec<Spare>,
     transform_topic: u16,
     transform_form: transforms::Form,
+    transform_facts: TopicFacts,
     transform_count: u32,
     message_count: u64,
     restarts: u32,
+    lives: Lives,
     cdr: Vec<u8>,
+}
+
+/// What is told of a topic, so that nobody need read all messages to know it.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TopicFacts {
+    /// Time of the earliest message and of the latest, nanoseconds.
+    pub times_ns: Option<(u64, u64)>,
+    /// How many messages the numbers show to be missing.
+    pub missing: u64,
+    /// The first gaps.
+    pub gaps: Vec<Gap>,
+}
+
+impl TopicFacts {
+    /// Notes a message of this time.
+    pub(crate) fn see_time(&mut self, ns: u64) {
+        self.times_ns = Some(self.times_ns.map_or((ns, ns), |(first, last)| (first.min(ns), last.max(ns))));
+    }
+
+    /// Notes that so many messages are missing after that one.
+    pub(crate) fn see_gap(&mut self, after_seq: u64, missing: u64) {
+        if self.gaps.len() < MAX_GAPS {
+            self.gaps.push(Gap { after_seq, missing });
+        }
+    }
+}
+
+/// How often processes were started again, by the process ids in what they say.
+#[derive(Debug, Default)]
+pub(crate) struct Lives([Option<(u32, u64)>; MAX_PROCESSES]);
+
+/// More kinds of processes than there are.
+const MAX_PROCESSES: usize = 16;
+
+impl Lives {
+    pub(crate) fn see(&mut self, health: &Health) {
+        let Some(life) = self.0.get_mut(health.process as usize) else { return };
+        let is_next = life.is_some_and(|(pid, _)| pid != health.pid);
+        *life = Some((health.pid, life.map_or(0, |(_, restarts)| restarts) + u64::from(is_next)));
+    }
+
+    /// By process, of those that said anything; an observer is no process of the system.
+    pub(crate) fn restarts(&self) -> BTreeMap<String, String> {
+        let lives =
+            self.0.iter().zip(0..).filter_map(|(life, code)| Some((Process::from_code(code)?, (*life)?)));
+        let lives = lives.filter(|(process, _)| *process != Process::Observer);
+        lives.map(|(process, (_, restarts))| (process.word().to_owned(), restarts.to_string())).collect()
+    }
 }
 
 /// Some [`Ros2::Form`].
@@ -72,6 +129,8 @@ pub struct Topic {
     pub spec: &'static ChannelSpec,
     /// Its numbers; stands still where several processes write, each with numbers of its own.
     pub sequence: Sequence,
+    /// When its messages are, and where they are not.
+    pub facts: TopicFacts,
     /// Messages in the file.
     pub messages: u64,
     /// Messages that could not be said in ROS 2.
@@ -105,7 +164,9 @@ impl<W: Write> Writer<W> {
             forms,
             transform_topic,
             transform_form: transforms::Form::default(),
+            transform_facts: TopicFacts::default(),
             transform_count: 0,
+            lives: Lives::default(),
             message_count: 1, // of /tf_static
             restarts: 0,
             cdr: Vec::with_capacity(CDR_GROWTH * largest),
@@ -142,11 +203,15 @@ impl<W: Write> Writer<W> {
             return Err(RecordingError::Message { topic: topic_name(name), seq: header.seq, source });
         }
         topic.messages += 1;
+        topic.facts.see_time(header.stamp_ns);
         let id = topic.id;
         let sequence = header.seq as u32; // `to_cdr` refuses larger ones
         self.append(id, sequence, header.stamp_ns)?;
         if name == channels::ODOMETRY.spec.name {
             self.write_transform(bytemuck::bytes_of(message))?;
+        }
+        if name == channels::HEALTH.spec.name {
+            self.lives.see(bytemuck::from_bytes(bytemuck::bytes_of(message)));
         }
         Ok(seen)
     }
@@ -165,6 +230,7 @@ impl<W: Write> Writer<W> {
         let said = transforms::base_in_odom(odometry, &mut self.transform_form, &mut self.cdr);
         said.map_err(|source| transform_error("/tf", source))?;
         self.transform_count += 1;
+        self.transform_facts.see_time(odometry.header.stamp_ns);
         self.append(self.transform_topic, self.transform_count, odometry.header.stamp_ns)
     }
 
@@ -209,6 +275,9 @@ impl<W: Write> Writer<W> {
         for (name, metadata) in [("missing", missing.collect()), ("refused", refused.collect())] {
             write_metadata(&mut self.mcap, name, metadata)?;
         }
+        let topics = self.topic_facts()?;
+        write_metadata(&mut self.mcap, TOPICS_METADATA, topics)?;
+        write_metadata(&mut self.mcap, RESTARTS_METADATA, self.lives.restarts())?;
         if self.restarts > 0 {
             let facts = BTreeMap::from([("restarts".to_owned(), self.restarts.to_string())]);
             write_metadata(&mut self.mcap, RECORDER_METADATA, facts)?;
@@ -220,10 +289,37 @@ impl<W: Write> Writer<W> {
     }
 }
 
+impl<W: Write> Writer<W> {
+    fn topic_facts(&self) -> Result<BTreeMap<String, String>, RecordingError> {
+        let json = |(name, facts): (String, TopicFacts)| {
+            let told = serde_json::to_string(&facts);
+            let wrong =
+                |error: serde_json::Error| RecordingError::Run { what: "topics", reason: error.to_string() };
+            Ok((name, told.map_err(wrong)?))
+        };
+        let still = TopicFacts { times_ns: Some((0, 0)), ..TopicFacts::default() };
+        let transforms = [("/tf_static".into(), still), ("/tf".into(), self.transform_facts.clone())];
+        let of_topic = |topic: &Topic| {
+            (
+                topic_name(topic.spec.name),
+                TopicFacts { missing: topic.sequence.missing(), ..topic.facts.clone() },
+            )
+        };
+        self.topics.iter().map(of_topic).chain(transforms).map(json).collect()
+    }
+}
+
 impl Topic {
     fn see(&mut self, seq: u64) -> Seen {
-        let has_one_writer = self.spec.writer.is_some();
-        if has_one_writer { self.sequence.see(seq) } else { Seen::New { missing: 0 } }
+        if self.spec.writer.is_none() {
+            return Seen::New { missing: 0 };
+        }
+        let after_seq = self.sequence.last();
+        let seen = self.sequence.see(seq);
+        if let Seen::New { missing: missing @ 1.. } = seen {
+            self.facts.see_gap(after_seq, missing);
+        }
+        seen
     }
 }
 
@@ -309,7 +405,8 @@ impl<W: Write> ChannelVisitor for AddTopics<'_, W> {
             metadata.insert("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned());
         }
         let id = add_topic(self.mcap, &topic_name(spec.name), T::TYPE, &metadata)?;
-        self.topics.push(Topic { spec, sequence: Sequence::default(), messages: 0, refused: 0, id });
+        let (sequence, facts) = (Sequence::default(), TopicFacts::default());
+        self.topics.push(Topic { spec, sequence, facts, messages: 0, refused: 0, id });
         self.forms.push(Box::new(T::Form::default()));
         self.largest = self.largest.max(size_of::<T>());
         Ok(())

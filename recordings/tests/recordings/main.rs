@@ -2,7 +2,9 @@
 //! other people's tools.
 
 mod common;
+mod damage;
 mod difference;
 mod golden;
 mod python;
+mod reading;
 mod round_trip;

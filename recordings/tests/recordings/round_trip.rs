@@ -57,7 +57,7 @@ fn the_run_is_in_the_file() {
     assert_eq!(recording.run().unwrap(), common::run_config());
     assert_eq!(recording.fact("sketchnav", "seed"), Some("42"));
     assert_eq!(recording.fact("parameters", "localizer"), Some("particles = 2000\n"));
-    let mission = String::from_utf8(recording.attachments()["mission.toml"].clone()).unwrap();
+    let mission = String::from_utf8(recording.attachments()["mission.toml"].data.clone()).unwrap();
     assert_eq!(sketchnav_schemas::mission::Mission::parse(&mission).unwrap(), common::run_config().mission);
     let info = info(&path).unwrap();
     assert!(info.clean_end && info.missing == 0 && info.run["mission"] == "two rooms", "{info:?}");

@@ -130,10 +130,10 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Tell what a recording holds.
+    /// Tell what a recording holds; of one that was ended, however long, at once.
     #[command(after_help = "Example: sketchnav info results/building-a.mcap --json")]
     Info {
-        /// The recording.
+        /// The recording, or a folder of recordings.
         file: PathBuf,
         /// One JSON object instead of text.
         #[arg(long)]

@@ -1,7 +1,7 @@
 //! The first difference of two recordings.
 //!
 //! Compares the messages of each channel byte for byte, in the order of their channel; in which order
-//! the channels are interleaved does not matter. Health is left out, for it measures wall-clock time;
+//! the channels are interleaved does not matter. Health and faults are left out, for they tell of wall-clock time and chance;
 //! transforms are left out, for they are derived from the odometry. Reads both files side by side
 //! and keeps no more of them than they are apart.
 
@@ -10,13 +10,16 @@ use std::fmt;
 use std::path::Path;
 
 use serde::Serialize;
-use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor, HEALTH, TABLE};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor, FAULTS, HEALTH, TABLE};
 use sketchnav_schemas::layout::Layout;
 use sketchnav_schemas::ros2::Ros2;
 
 use crate::error::RecordingError;
 use crate::reader::{Part, Parts, RawMessage, Recording};
 use crate::writer::topic_name;
+
+/// Channels on which no two runs agree.
+const LEFT_OUT: [&str; 2] = [HEALTH.spec.name, FAULTS.spec.name];
 
 /// Where two recordings part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -119,7 +122,7 @@ struct Comparison {
 
 impl Comparison {
     fn new() -> Self {
-        let compared = TABLE.iter().filter(|spec| spec.recorded && spec.name != HEALTH.spec.name);
+        let compared = TABLE.iter().filter(|spec| spec.recorded && !LEFT_OUT.contains(&spec.name));
         let lane = |spec: &&'static ChannelSpec| Lane {
             spec,
             topic: topic_name(spec.name),

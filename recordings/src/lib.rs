@@ -3,7 +3,7 @@
 //! - [`writer`]: writes one, over any [`std::io::Write`]; [`sequence`]: counts what is missing.
 //! - [`reader`]: reads one message by message, whole or cut off by a kill; [`index`]: where it is what.
 //! - [`join`](mod@join): makes one of the parts that a killed recorder and its successors leave.
-//! - [`diff`]: the first difference of two; [`info`]: what is in one.
+//! - [`diff`]: the first difference of two; [`info`]: what is in one; [`mod@faults`]: what went wrong in it.
 //! - [`judge`]: how a mission went; [`picture`]: what it looked like.
 //!
 //! Nothing here reads a clock, knows how a message travels between processes, or writes a file by
@@ -12,6 +12,7 @@
 pub mod diff;
 mod directory;
 pub mod error;
+pub mod faults;
 pub mod index;
 pub mod info;
 pub mod join;

@@ -136,6 +136,9 @@ channels! {
     /// Signs of life, from every process.
     HEALTH: fixed Health = "health", from None, to [Supervisor],
         history 8, buffer 64, recorded true, slice 0;
+    /// Kills, deaths, restarts, recoveries.
+    FAULTS: fixed Fault = "faults", from Some(Process::Supervisor), to [],
+        history 128, buffer 128, recorded true, slice 0;
     /// What is safe in the file.
     RECORDED: fixed Recorded = "recorded", from Some(Process::Recorder), to [World],
         history 8, buffer 16, recorded false, slice 0;

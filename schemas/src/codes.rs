@@ -120,6 +120,32 @@ codes! {
         /// All tasks have ended; ends the mission.
         Finished = 8 "finished",
     }
+
+    /// What went wrong with a process, or right again.
+    pub enum FaultKind {
+        /// A person or a tool has sent it a signal.
+        Injected = 1 "injected",
+        /// It has ended before its system did.
+        Died = 2 "died",
+        /// A successor was started.
+        Restarted = 3 "restarted",
+        /// The successor has done something that none before it had.
+        Recovered = 4 "recovered",
+        /// It has shown no sign of life for longer than it may.
+        Silent = 5 "silent",
+        /// It shows signs of life again.
+        Heard = 6 "heard again",
+        /// It died as often as it was started again, and got nowhere; ends the mission.
+        GivenUp = 7 "given up",
+        /// What its predecessor left cannot be used.
+        StateRefused = 8 "state refused",
+        /// The recording cannot be written: the disk is full, most likely.
+        RecordingFailed = 9 "recording failed",
+        /// The recording is written again.
+        RecordingResumed = 10 "recording resumed",
+        /// The system goes on after its supervisor's death.
+        SystemResumed = 11 "system resumed",
+    }
 }
 
 impl TaskState {

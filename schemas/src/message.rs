@@ -415,6 +415,32 @@ messages! {
         pub uptime_ns: u64,
     }
 
+    /// Something went wrong with a process, or right again; the time is that of the mission's last status.
+    /// When and how often is chance, so no two runs agree on it.
+    pub struct Fault version 1 {
+        /// A [`crate::codes::FaultKind`].
+        pub kind: u32,
+        /// The [`crate::codes::Process`] that it is about.
+        pub process: u32,
+        /// Its process id; 0 where none is meant.
+        pub pid: u32,
+        /// The signal that was sent, or that ended it; 0 where none.
+        pub signal: u32,
+        /// The exit code that it ended with; 0 where a signal ended it.
+        pub exit_code: u32,
+        /// Which restart in a row without anything new in between, from 1; 0 where none is meant.
+        pub attempt: u32,
+        /// How often the process was started again in all.
+        pub restarts: u32,
+        /// Messages that are missing because of it.
+        pub missing: u32,
+        /// Wall-clock time: the pause before a restart, from the death to the first thing new, how long
+        /// it has been silent.
+        pub duration_ns: u64,
+        /// What there is to say, in words.
+        pub words: Text<160>,
+    }
+
     /// The recorder has everything up to and including the scan `source_seq` in its file.
     /// The world in lockstep never runs further ahead of it than the channels can hold.
     pub struct Recorded version 1 {

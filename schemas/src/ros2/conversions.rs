@@ -11,8 +11,8 @@ use ros2_interfaces_jazzy_serde::{
 
 use super::{parts::*, *};
 use crate::message::{
-    Contact, GroundTruth, Header, Health, LaserScan, MissionCommand, MissionStatus, Odometry, Particle,
-    Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, Text, VelocityCommand,
+    Contact, Fault, GroundTruth, Header, Health, LaserScan, MissionCommand, MissionStatus, Odometry,
+    Particle, Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, Text, VelocityCommand,
 };
 
 /// A message and no slice behind it.
@@ -402,6 +402,45 @@ impl Ros2 for MissionStatus {
             speed_mps: form.speed_mps,
             name: Text::new(&form.name),
             reason: Text::new(&form.reason),
+        })
+    }
+}
+
+impl Ros2 for Fault {
+    type Form = FaultForm;
+    const TYPE: &'static str = "sketchnav_msgs/msg/Fault";
+
+    fn to_ros2_in(&self, cells: &[u8], spare: FaultForm) -> Result<FaultForm, Ros2Error> {
+        no_cells(cells)?;
+        Ok(FaultForm {
+            header: header_form(&self.header, "", spare.header)?,
+            source_seq: self.header.source_seq,
+            kind: self.kind,
+            process: self.process,
+            pid: self.pid,
+            signal: self.signal,
+            exit_code: self.exit_code,
+            attempt: self.attempt,
+            restarts: self.restarts,
+            missing: self.missing,
+            duration_ns: self.duration_ns,
+            words: text_form("words", &self.words, spare.words)?,
+        })
+    }
+
+    fn from_ros2(form: FaultForm, seq: u64) -> Read<Self> {
+        alone(Self {
+            header: header(&form.header, seq, form.source_seq)?,
+            kind: form.kind,
+            process: form.process,
+            pid: form.pid,
+            signal: form.signal,
+            exit_code: form.exit_code,
+            attempt: form.attempt,
+            restarts: form.restarts,
+            missing: form.missing,
+            duration_ns: form.duration_ns,
+            words: Text::new(&form.words),
         })
     }
 }

@@ -145,6 +145,22 @@ forms! {
         uptime_ns: u64,
     }
 
+    /// `sketchnav_msgs/msg/Fault`.
+    FaultForm {
+        header: Header,
+        source_seq: u64,
+        kind: u32,
+        process: u32,
+        pid: u32,
+        signal: u32,
+        exit_code: u32,
+        attempt: u32,
+        restarts: u32,
+        missing: u32,
+        duration_ns: u64,
+        words: String,
+    }
+
     /// `sketchnav_msgs/msg/Recorded`.
     RecordedForm {
         header: Header,

@@ -117,7 +117,7 @@ pub enum Command {
         #[command(flatten)]
         tap: Tap,
     },
-    /// Compare two recordings, every message of every channel byte for byte (health is left out).
+    /// Compare two recordings, every message of every channel byte for byte (health and faults are left out).
     #[command(
         after_help = "Exit codes: 0 identical, 1 different, 2 unreadable.\nExample: sketchnav diff a.mcap b.mcap"
     )]
@@ -263,7 +263,8 @@ pub struct ChaosOptions {
     /// Who may be killed, separated by commas.
     #[arg(long, value_delimiter = ',', value_parser = parse_service, default_value = "world,sketcher,localizer,planner,recorder")]
     pub targets: Vec<Process>,
-    /// kill: at once, in the middle of whatever it does; term: it is asked to end.
+    /// kill: at once, in the middle of whatever it does; stop: it stands still and its supervisor has to find
+    /// out; term: it is asked to end.
     #[arg(long, value_enum, default_value = "kill")]
     pub signal: KillSignal,
     /// Kill processes while they start, up to three times in a row.
@@ -285,6 +286,8 @@ pub struct ChaosOptions {
 pub enum KillSignal {
     /// SIGKILL.
     Kill,
+    /// SIGSTOP.
+    Stop,
     /// SIGTERM.
     Term,
 }

@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
-use sketchnav_recordings::info::Info;
+use sketchnav_recordings::RecordingError;
+use sketchnav_recordings::faults::{FaultInfo, faults};
+use sketchnav_recordings::info::{Info, TopicInfo};
+use sketchnav_schemas::channels::FAULTS;
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
@@ -18,18 +21,37 @@ pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
         out!("{object}")?;
     } else {
         match &difference {
-            None => out!("identical: every message of every channel (health left out)")?,
+            None => out!("identical: every message of every channel (health and faults left out)")?,
             Some(difference) => out!("different: {difference}")?,
         }
     }
     Ok(if difference.is_none() { Outcome::Success } else { Outcome::Short })
 }
 
+/// Most faults of a recording that are printed for people.
+const MAX_FAULTS: usize = 60;
+
+/// What there is to tell of a recording.
+#[derive(Serialize)]
+struct Told {
+    #[serde(flatten)]
+    info: Info,
+    faults: Vec<FaultInfo>,
+}
+
+fn look(file: &Path) -> Result<Told, RecordingError> {
+    let info = sketchnav_recordings::info::info(file)?;
+    let is_faults = |topic: &&TopicInfo| topic.topic.strip_prefix('/') == Some(FAULTS.spec.name);
+    let none = info.topics.iter().find(is_faults).is_none_or(|topic| topic.messages == 0);
+    let faults = if none { Vec::new() } else { faults(file)? };
+    Ok(Told { info, faults })
+}
+
 /// Tells what a recording holds, or every recording of a folder.
 pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     if !path.is_dir() {
-        let info = sketchnav_recordings::info::info(path).or_input()?;
-        return if json { print_json(&info) } else { print(&info) }
+        let told = look(path).or_input()?;
+        return if json { print_json(&told) } else { print(&told) }
             .map(|()| Outcome::Success)
             .map_err(Failure::from);
     }
@@ -37,7 +59,7 @@ pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     if files.is_empty() {
         return Err(Failure::Input(anyhow!("{}: expected a recording (.mcap), found none", path.display())));
     }
-    let infos: Result<Vec<_>, _> = files.iter().map(|file| sketchnav_recordings::info::info(file)).collect();
+    let infos: Result<Vec<_>, _> = files.iter().map(|file| look(file)).collect();
     let infos = infos.or_input()?;
     if json { print_json(&infos) } else { infos.iter().try_for_each(print) }?;
     Ok(Outcome::Success)
@@ -60,7 +82,8 @@ fn print_json(told: &impl Serialize) -> anyhow::Result<()> {
     out!("{}", serde_json::to_string(told).context("the info as JSON")?)
 }
 
-fn print(info: &Info) -> anyhow::Result<()> {
+fn print(told: &Told) -> anyhow::Result<()> {
+    let info = &told.info;
     out!("{}  ({:.1} MB)", info.path, info.bytes as f64 / 1e6)?;
     for (key, value) in &info.run {
         out!("{key:<10} {value}")?;
@@ -92,5 +115,17 @@ fn print(info: &Info) -> anyhow::Result<()> {
             out!("{}: {gap:?}", topic.topic)?;
         }
     }
-    Ok(())
+    print_faults(&told.faults)
+}
+
+fn print_faults(faults: &[FaultInfo]) -> anyhow::Result<()> {
+    for fault in faults.iter().take(MAX_FAULTS) {
+        let FaultInfo { stamp_s, kind, process, pid, duration_ms, words, .. } = fault;
+        let took = if *duration_ms > 0.0 { format!("{duration_ms:.0} ms") } else { String::new() };
+        out!("{stamp_s:9.2} s  {process:<10} {kind:<17} {took:>8}  {words} ({pid})")?;
+    }
+    match faults.len().saturating_sub(MAX_FAULTS) {
+        0 => Ok(()),
+        more => out!("and {more} more faults: --json lists them all"),
+    }
 }

@@ -32,7 +32,7 @@ const NAP: Duration = Duration::from_millis(5);
 /// How often what is written is flushed and handed to the device, at least.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
 /// The form of [`State`].
-const CHECKPOINT: &str = "recorder 1";
+const CHECKPOINT: &str = "recorder 2";
 
 /// What a successor needs to know.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]

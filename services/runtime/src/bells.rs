@@ -36,6 +36,8 @@ struct Slot {
     joined: AtomicU32,
     /// Counts what the process has done that was not done before.
     progress: AtomicU32,
+    /// Counts how often the process has looked up from its work.
+    beats: AtomicU32,
 }
 
 /// The page of a system. Stays mapped until the process ends: a signal may come at any time.
@@ -99,6 +101,17 @@ impl Bells {
     /// How much the process and its predecessors have done.
     pub(crate) fn progress(&self, process: Process) -> u32 {
         self.slot(process).progress.load(SeqCst)
+    }
+
+    /// Says that the process lives.
+    pub(crate) fn beat(&self, process: Process) {
+        self.slot(process).beats.fetch_add(1, SeqCst);
+    }
+
+    /// A number that changes as long as the process, or its successor, does anything.
+    pub(crate) fn signs_of_life(&self, process: Process) -> u32 {
+        let slot = self.slot(process);
+        slot.beats.load(SeqCst).wrapping_add(slot.progress.load(SeqCst))
     }
 
     /// Sleeps until the process's bell shows another number than `seen`; the number it shows then, or

@@ -136,6 +136,16 @@ pub enum Error {
         /// What does not fit.
         source: serde_json::Error,
     },
+    /// A signal that could not be sent.
+    #[error("{process}: sending process {pid} a signal: {source}")]
+    Signal {
+        /// To whom.
+        process: Process,
+        /// Its process id.
+        pid: u32,
+        /// Why not.
+        source: std::io::Error,
+    },
     /// A checkpoint that cannot be used.
     #[error("{}: checkpoint refused: {why}", path.display())]
     BadCheckpoint {

@@ -4,6 +4,7 @@
 //! - [`Channels`]: every channel of the table, created and held by the supervisor.
 //! - [`Node`]: a process in a system; opens a [`Writer`] or a [`Reader`] of a channel and waits.
 //! - [`Checkpoints`]: a process's state, for the one that goes on when it was killed.
+//! - [`Notices`]: what the supervisor is to tell everybody.
 //! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
 //!
 //! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references
@@ -27,6 +28,7 @@ mod kept;
 mod lock;
 mod mapping;
 mod node;
+mod notices;
 mod pacer;
 mod reader;
 mod root;
@@ -43,11 +45,12 @@ pub use checkpoint::{CHECKPOINT_EVERY, Checkpoints, Found};
 pub use error::Error;
 pub use health::{HealthReporter, Step};
 pub use node::{Node, Wake};
+pub use notices::{Notice, Notices};
 pub use pacer::Pacer;
 pub use reader::{Reader, Sample, SliceReader, SliceSample};
 pub use system::System;
 pub use up_to::UpTo;
-pub use watch::Watch;
+pub use watch::{ProcessState, Watch};
 pub use writer::{Loan, SliceLoan, SliceWriter, Writer};
 
 /// What a function of this crate returns.

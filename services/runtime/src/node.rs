@@ -149,6 +149,7 @@ impl Node {
             return Wake::Terminate;
         }
         self.serve_new_readers();
+        self.bells.beat(self.process);
         let rung = self.bells.wait(self.process, self.seen_ring.get(), timeout);
         if signals::end_requested() {
             return Wake::Terminate;
@@ -169,6 +170,7 @@ impl Node {
     /// Sleeps until the time is over or the process is to end, whatever messages come.
     pub fn nap(&self, timeout: Duration) -> Wake {
         self.serve_new_readers();
+        self.bells.beat(self.process);
         if sleep_until_changed(signals::word(), 0, timeout) { Wake::Terminate } else { Wake::Timeout }
     }
 
@@ -207,6 +209,12 @@ impl Node {
     /// How much `process` and those before it have done; counts on over restarts.
     pub fn progress(&self, process: Process) -> u32 {
         self.bells.progress(process)
+    }
+
+    /// A number that changes as long as `process` does anything: it looks up from its work at least every
+    /// quarter of a second, unless a step of it takes longer.
+    pub fn signs_of_life(&self, process: Process) -> u32 {
+        self.bells.signs_of_life(process)
     }
 
     pub(crate) fn inner(&self) -> &SharedMemoryNode<ipc::Service> {

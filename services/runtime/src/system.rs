@@ -5,6 +5,7 @@
 //!               run.json          what every process is told
 //!               iceoryx2.toml     root-path and prefix of the shared memory
 //!               bells             a page that every process maps
+//!               notices           what processes and tools have the supervisor tell everybody
 //!               processes/<process>   held by the process as long as it lives; its id is inside
 //!               logs/<process>.log
 //!               shared/           what iceoryx2 keeps in files
@@ -195,6 +196,10 @@ impl System {
         Path::new(SHARED_MEMORY).join(self.prefix() + name)
     }
 
+    pub(crate) fn notices(&self) -> PathBuf {
+        self.folder.join("notices")
+    }
+
     pub(crate) fn bells(&self) -> PathBuf {
         self.folder.join("bells")
     }
@@ -256,6 +261,7 @@ impl System {
             .map_err(|source| Error::RunConfig { path: self.folder.join("run.json"), source })?;
         write(self.folder.join("run.json"), &run)?;
         write(self.bells(), &[0; crate::bells::PAGE])?;
+        write(self.notices(), &[])?;
         let shared = self.folder.join("shared");
         let config =
             format!("[global]\nroot-path = {:?}\nprefix = {:?}\n", shared.to_string_lossy(), self.prefix());

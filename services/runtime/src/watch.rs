@@ -1,5 +1,7 @@
 //! A look at a system from outside, by who is no part of it and must not be ended with it.
 
+use std::fs;
+
 use sketchnav_schemas::codes::Process;
 
 use crate::Result;
@@ -9,6 +11,52 @@ use crate::system::System;
 /// Sees how a system's processes get on, without joining it.
 pub struct Watch {
     bells: Bells,
+}
+
+/// What the kernel says of a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProcessState {
+    /// It computes, or would if there were a core for it.
+    Running,
+    /// It waits for something.
+    Sleeping,
+    /// It waits for a device and cannot be disturbed.
+    Waiting,
+    /// A signal has stopped it.
+    Stopped,
+    /// A debugger holds it.
+    Traced,
+    /// It has ended, or there never was one.
+    Dead,
+}
+
+impl ProcessState {
+    /// The state of the process `pid`.
+    pub fn of(pid: u32) -> Self {
+        let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+        // Behind the program's name, which is in brackets and may hold anything.
+        let letter = stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next());
+        match letter {
+            Some('R') => Self::Running,
+            Some('S' | 'I') => Self::Sleeping,
+            Some('D') => Self::Waiting,
+            Some('T') => Self::Stopped,
+            Some('t') => Self::Traced,
+            _ => Self::Dead,
+        }
+    }
+
+    /// The word for people and programs.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Running => "running",
+            Self::Sleeping => "sleeping",
+            Self::Waiting => "waiting",
+            Self::Stopped => "stopped",
+            Self::Traced => "traced",
+            Self::Dead => "dead",
+        }
+    }
 }
 
 impl Watch {

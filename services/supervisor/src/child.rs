@@ -2,7 +2,7 @@
 
 use std::fs::OpenOptions;
 use std::io;
-use std::os::fd::{FromRawFd, OwnedFd};
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -10,19 +10,24 @@ use std::process::{Child as StdChild, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use nix::errno::Errno;
+use nix::fcntl::OFlag;
 use nix::libc;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::{SigSet, Signal, kill};
-use nix::unistd::{Pid, getpid, getppid};
+use nix::unistd::{Pid, getpid, getppid, pipe2};
+use sketchnav_runtime::ProcessState;
 use sketchnav_schemas::codes::Process;
 
 use crate::restarts::Restarts;
+use crate::vigil::{Verdict, Vigil};
 use crate::{Death, Error, Result};
 
 /// How often to ask whether it has become urgent: a signal may reach another thread than the one that
 /// waits.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks: another signal than SIGIO.
+const F_SETSIG: libc::c_int = 10;
 /// Last bytes of a log that an error shows.
 const LAST_BYTES: usize = 2000;
 const LAST_LINES: usize = 12;
@@ -68,15 +73,23 @@ pub(crate) struct Child {
     restarts: Restarts,
     /// When it is to be started again, where it is.
     due: Option<Instant>,
+    /// When it died and how far it had come, until its successor comes further.
+    mourned: Option<(Instant, u32)>,
+    vigil: Vigil,
 }
 
 impl Child {
     pub(crate) fn spawn(mut line: ProcessLine, log: PathBuf) -> Result<Self> {
         let process = line.process;
-        prepare(&mut line);
+        prepare(&mut line)?;
         let child = spawn(&mut line, &log)?;
         let (born, restarts) = (Instant::now(), Restarts::default());
-        Ok(Self { process, line, child, born, log, ended: None, restarts, due: None })
+        let vigil = Vigil::begin(0, born);
+        Ok(Self { process, line, child, born, log, ended: None, restarts, due: None, mourned: None, vigil })
+    }
+
+    pub(crate) fn pid(&self) -> u32 {
+        self.child.id()
     }
 
     /// How and when it ended, where it has.
@@ -98,26 +111,42 @@ impl Child {
         self.due.is_some()
     }
 
-    /// How often it was started again.
-    pub(crate) fn restarts(&self) -> u64 {
-        self.restarts.total()
+    /// How often, and after which pause, it was started again.
+    pub(crate) fn restarts(&self) -> &Restarts {
+        &self.restarts
     }
 
     /// Has it started again after its death, sooner or later; false where that is given up. `progress`:
     /// how far it has come over all its lives.
     pub(crate) fn schedule(&mut self, progress: u32) -> bool {
+        let now = Instant::now();
+        self.mourned.get_or_insert((now, progress));
         let pause = self.restarts.pause_after_death(self.born.elapsed(), progress);
-        self.due = pause.map(|pause| Instant::now() + pause);
+        self.due = pause.map(|pause| now + pause);
         self.due.is_some()
     }
 
-    /// Starts it again where its time has come.
-    pub(crate) fn start_if_due(&mut self) -> Result<()> {
-        if self.due.is_some_and(|due| due <= Instant::now()) {
+    /// Starts it again where its time has come; whether it has.
+    pub(crate) fn start_if_due(&mut self, signs_of_life: u32) -> Result<bool> {
+        let is_due = self.due.is_some_and(|due| due <= Instant::now());
+        if is_due {
             self.child = spawn(&mut self.line, &self.log)?;
             (self.born, self.ended, self.due) = (Instant::now(), None, None);
+            self.vigil = Vigil::begin(signs_of_life, self.born);
         }
-        Ok(())
+        Ok(is_due)
+    }
+
+    /// How long it took from its death until it came further than before, once it has.
+    pub(crate) fn recovery(&mut self, progress: u32) -> Option<Duration> {
+        let (died, _) = self.mourned.take_if(|(_, before)| *before != progress)?;
+        Some(died.elapsed())
+    }
+
+    /// Looks whether it shows signs of life.
+    pub(crate) fn watch(&mut self, signs_of_life: u32) -> Verdict {
+        let pid = self.child.id();
+        self.vigil.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
     }
 
     /// What there is to say about its end.
@@ -171,22 +200,45 @@ impl Child {
 }
 
 /// Sets what is the same every time it is started.
-fn prepare(line: &mut ProcessLine) {
-    let supervisor = getpid();
+fn prepare(line: &mut ProcessLine) -> Result<()> {
+    let (supervisor, process) = (getpid(), line.process);
     // The recorder may still close its file; the others have nothing to save.
-    let last = if line.process == Process::Recorder { Signal::SIGTERM } else { Signal::SIGKILL };
+    let is_recorder = process == Process::Recorder;
+    let last = if is_recorder { Signal::SIGTERM } else { Signal::SIGKILL };
+    let lifeline = is_recorder.then(|| pipe2(OFlag::O_CLOEXEC)).transpose();
+    let lifeline = lifeline.map_err(|error| Error::Wait { process, source: error.into() })?;
     line.command.stdin(Stdio::null()).process_group(0);
     let term = SigSet::from(Signal::SIGTERM);
-    // SAFETY: between fork and exec the closure makes three system calls and nothing else.
+    // SAFETY: between fork and exec the closure makes a few system calls and nothing else.
     unsafe {
         line.command.pre_exec(move || {
             // Held back until the process has joined the system and listens.
             term.thread_block()?;
             set_pdeathsig(last)?;
+            if let Some((end, _)) = &lifeline {
+                wake_at_hang_up(end)?;
+            }
             // The supervisor may have died before the line above.
             if getppid() == supervisor { Ok(()) } else { Err(Errno::ESRCH.into()) }
         });
     }
+    Ok(())
+}
+
+/// Has SIGCONT sent to this process when the other end of the pipe closes, as it does when the supervisor
+/// dies: a process that is stopped then would not hear that it is asked to end.
+fn wake_at_hang_up(end: &OwnedFd) -> io::Result<()> {
+    let settings = [
+        (libc::F_SETFD, 0),
+        (F_SETSIG, libc::SIGCONT),
+        (libc::F_SETOWN, getpid().as_raw()),
+        (libc::F_SETFL, libc::O_ASYNC),
+    ];
+    for (command, value) in settings {
+        // SAFETY: settings of a descriptor that is ours; no pointers.
+        Errno::result(unsafe { libc::fcntl(end.as_raw_fd(), command, value) })?;
+    }
+    Ok(())
 }
 
 fn spawn(line: &mut ProcessLine, log: &Path) -> Result<StdChild> {

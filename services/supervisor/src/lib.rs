@@ -13,14 +13,18 @@
 //!
 //! A process that dies is started again and goes on from its checkpoint, at once or, where it gets
 //! nowhere, after growing pauses, until it is given up; then the mission ends. One that
-//! was given bad input ends the mission with its death.
+//! was given bad input ends the mission with its death. One that is stopped or hangs is found by its silence,
+//! and killed where that lasts. Every kill, death, restart, recovery and silence is told on `faults`.
 //!
 //! The supervisor never looks into what the services do.
 
 mod child;
 mod error;
+mod faults;
+mod lives;
 mod restarts;
 mod supervisor;
+mod vigil;
 
 pub use child::ProcessLine;
 pub use error::{Death, Error};

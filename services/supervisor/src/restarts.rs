@@ -18,6 +18,7 @@ pub(crate) struct Restarts {
     in_a_row: u32,
     progress: Option<u32>,
     total: u64,
+    pause: Duration,
 }
 
 impl Restarts {
@@ -30,11 +31,22 @@ impl Restarts {
         let attempt = self.in_a_row;
         self.in_a_row += 1;
         self.total += u64::from(attempt < ATTEMPTS);
-        match attempt {
-            0 => Some(Duration::ZERO),
-            1..ATTEMPTS => Some(FIRST_PAUSE * (1 << (attempt - 1))),
-            _ => None,
-        }
+        self.pause = match attempt {
+            0 => Duration::ZERO,
+            1..ATTEMPTS => FIRST_PAUSE * (1 << (attempt - 1)),
+            _ => return None,
+        };
+        Some(self.pause)
+    }
+
+    /// Attempts in a row that came to nothing, and the one that is made now.
+    pub(crate) fn attempt(&self) -> u32 {
+        self.in_a_row
+    }
+
+    /// The pause before the last attempt.
+    pub(crate) fn pause(&self) -> Duration {
+        self.pause
     }
 
     /// How often it was started again.

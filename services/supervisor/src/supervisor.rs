@@ -12,6 +12,8 @@ use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, PoseEsti
 use sketchnav_schemas::run::RunConfig;
 
 use crate::child::{Child, ProcessLine};
+use crate::faults::Faults;
+use crate::lives::{CLEARING, look_after, start_if_due};
 use crate::{Death, Error, Result};
 
 /// How often the supervisor looks at its channels and children. A lockstep world, which waits for the
@@ -21,8 +23,6 @@ const LOOK_EVERY: Duration = Duration::from_millis(4);
 const EARLY_END: Duration = Duration::from_secs(2);
 /// A signal that comes so long after the shutdown began is somebody who does not want to wait.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Clearing what a killed process left in shared memory.
-const CLEARING: Duration = Duration::from_millis(500);
 
 /// How long processes may take to end when they are asked to.
 #[derive(Debug, Clone, Copy)]
@@ -74,6 +74,7 @@ struct Ports {
     status: Reader<MissionStatus>,
     estimate: Reader<PoseEstimate>,
     health: Reader<Health>,
+    faults: Faults,
 }
 
 impl Supervisor {
@@ -200,6 +201,7 @@ impl Supervisor {
             status: node.reader(STATUS)?,
             estimate: node.reader(ESTIMATE)?,
             health: node.reader(HEALTH)?,
+            faults: Faults::open(node)?,
         });
         Ok(supervisor)
     }
@@ -219,7 +221,9 @@ impl Supervisor {
                 self.ended_tasks.insert(status.task, *status);
             }
             self.status = Some(*status);
+            ports.faults.is_now(status.header);
         }
+        ports.faults.pass_on()?;
         while let Some(estimate) = ports.estimate.receive()? {
             self.estimate = Some(*estimate);
         }
@@ -236,17 +240,17 @@ impl Supervisor {
 
     /// Starts again what has died and goes on where it was.
     fn check_children(&mut self) -> Result<()> {
+        let (Some(node), Some(ports)) = (&self.node, &mut self.ports) else { return Ok(()) };
         for child in &mut self.children {
-            let Some(node) = &self.node else { return Ok(()) };
-            if let Some(death) = revive(child, node)? {
-                self.survived.push(death);
-            }
+            self.survived.extend(look_after(child, node, &mut ports.faults)?);
             let Some((status, when)) = child.ended()? else { continue };
             // One that is due has its turn; one that has died since the line above, in the next look.
             let is_final = !child.resumes() || child.death(status).is_bad_input();
             let is_early = !status.success() || child.process == Process::Recorder;
             if is_final && (is_early || when.elapsed() > EARLY_END) {
-                return Err(Error::Died(child.death(status)));
+                let death = child.death(status);
+                ports.faults.died(&death)?;
+                return Err(Error::Died(death));
             }
         }
         Ok(())
@@ -266,11 +270,13 @@ impl Supervisor {
 
     fn revive_recorder(&mut self) -> Result<()> {
         let recorder = self.children.iter_mut().find(|child| child.process == Process::Recorder);
-        let (Some(recorder), Some(node)) = (recorder, &self.node) else { return Ok(()) };
-        self.survived.extend(revive(recorder, node)?);
+        let (Some(recorder), Some(node), Some(ports)) = (recorder, &self.node, &mut self.ports) else {
+            return Ok(());
+        };
+        self.survived.extend(look_after(recorder, node, &mut ports.faults)?);
         while recorder.is_due() {
             std::thread::sleep(LOOK_EVERY);
-            recorder.start_if_due()?;
+            start_if_due(recorder, node, &mut ports.faults)?;
         }
         Ok(())
     }
@@ -317,25 +323,6 @@ impl Supervisor {
         }
         if killed.is_empty() { result } else { result.and(Err(Error::Killed(killed))) }
     }
-}
-
-/// Has a process that goes on where it was started again, at once or later; its death, if it is a new one.
-fn revive(child: &mut Child, node: &Node) -> Result<Option<Death>> {
-    child.start_if_due()?;
-    let Some((status, _)) = child.ended()?.filter(|_| child.resumes() && !child.is_due()) else {
-        return Ok(None);
-    };
-    let death = child.death(status);
-    if death.is_bad_input() {
-        return Ok(None);
-    }
-    // Its places as writer and reader are free for its successor only now.
-    node.clear_dead(CLEARING);
-    if !child.schedule(node.progress(child.process)) {
-        return Err(Error::GivenUp(death, child.restarts()));
-    }
-    child.start_if_due()?;
-    Ok(Some(death))
 }
 
 /// What two lives of a process have done, the later one as the present.

@@ -10,8 +10,7 @@ use std::process::Child;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use sketchnav_runtime::{System, Watch};
@@ -62,7 +61,7 @@ pub struct Injector<'a> {
     /// When to kill, latest first.
     moments: Vec<u32>,
     hits: Vec<Hit>,
-    watch: Option<Watch>,
+    system: Option<(System, Watch)>,
     /// Those whose start has been dealt with.
     known: BTreeSet<u32>,
 }
@@ -75,15 +74,16 @@ impl<'a> Injector<'a> {
         let mut moments: Vec<_> = (0..options.kills).map(|_| rng.random_range(0..=last)).collect();
         moments.sort_unstable_by(|a, b| b.cmp(a));
         let (hits, known) = (Vec::new(), BTreeSet::new());
-        Self { options, plan, rng, moments, hits, watch: None, known }
+        Self { options, plan, rng, moments, hits, system: None, known }
     }
 
     /// Disturbs the run until it has ended.
     pub fn disturb(mut self, run: &mut Child) -> anyhow::Result<Vec<Hit>> {
         while run.try_wait()?.is_none() {
-            if self.watch.is_none() {
+            if self.system.is_none() {
                 let system = System::open(&self.plan.system).ok();
-                self.watch = system.and_then(|system| Watch::open(&system).ok());
+                self.system =
+                    system.and_then(|system| Watch::open(&system).ok().map(|watch| (system, watch)));
             }
             self.note_recoveries();
             if self.options.at_start_up {
@@ -96,11 +96,11 @@ impl<'a> Injector<'a> {
     }
 
     fn progress(&self, process: Process) -> u32 {
-        self.watch.as_ref().map_or(0, |watch| watch.progress(process))
+        self.system.as_ref().map_or(0, |(_, watch)| watch.progress(process))
     }
 
     fn note_recoveries(&mut self) {
-        let Some(watch) = &self.watch else { return };
+        let Some((_, watch)) = &self.system else { return };
         for hit in self.hits.iter_mut().filter(|hit| hit.recovered.is_none()) {
             if watch.progress(hit.process) != hit.progress {
                 hit.recovered = Some(hit.at.elapsed());
@@ -147,7 +147,8 @@ impl<'a> Injector<'a> {
 
     fn hit(&mut self, process: Process, pid: u32) {
         let progress = self.progress(process);
-        if kill(Pid::from_raw(pid as i32), self.options.signal.signal()).is_ok() {
+        let Some((system, _)) = &self.system else { return };
+        if system.inject(process, pid, self.options.signal.signal(), "chaos").is_ok() {
             self.hits.push(Hit { process, recovered: None, at: Instant::now(), progress });
             self.moments.pop();
         }
@@ -184,6 +185,7 @@ impl crate::args::KillSignal {
     fn signal(self) -> Signal {
         match self {
             Self::Kill => Signal::SIGKILL,
+            Self::Stop => Signal::SIGSTOP,
             Self::Term => Signal::SIGTERM,
         }
     }

@@ -1,0 +1,204 @@
+//! Notices: what a process or a tool has the supervisor know, who tells it to everybody on `faults`.
+//!
+//! A file of the system's folder, a line of JSON each. A line is appended in one piece, so writers need no
+//! lock, one that is killed leaves none half, and nobody has to run for it to be kept. Not for what happens often.
+
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::PathBuf;
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::codes::{FaultKind, Process};
+
+use crate::node::Node;
+use crate::system::System;
+use crate::{Error, Result};
+
+/// Longest text of a notice that is kept, bytes.
+const MAX_WORDS: usize = 512;
+
+/// Something that the supervisor is to know.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Notice {
+    /// What has happened.
+    pub kind: FaultKind,
+    /// To whom.
+    pub process: Process,
+    /// Its process id.
+    pub pid: u32,
+    /// The signal that is sent to it; 0 where none is.
+    pub signal: u32,
+    /// Messages that are missing because of it.
+    pub missing: u32,
+    /// What there is to say.
+    pub words: String,
+}
+
+/// A notice as it stands in the file.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    kind: u32,
+    process: u32,
+    pid: u32,
+    signal: u32,
+    missing: u32,
+    words: String,
+}
+
+impl Notice {
+    fn line(&self) -> Line {
+        let end = (0..=self.words.len().min(MAX_WORDS)).rev().find(|&end| self.words.is_char_boundary(end));
+        Line {
+            kind: self.kind.code(),
+            process: self.process.code(),
+            pid: self.pid,
+            signal: self.signal,
+            missing: self.missing,
+            words: self.words[..end.unwrap_or(0)].to_owned(),
+        }
+    }
+}
+
+impl Line {
+    fn notice(self) -> Option<Notice> {
+        Some(Notice {
+            kind: FaultKind::from_code(self.kind)?,
+            process: Process::from_code(self.process)?,
+            pid: self.pid,
+            signal: self.signal,
+            missing: self.missing,
+            words: self.words,
+        })
+    }
+}
+
+impl System {
+    /// Sends the process `pid`, which serves as `process`, a signal, and has the system's record say so,
+    /// before anybody can see what comes of it. `by`: who does it.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the system has gone; [`Error::Signal`] where the process has.
+    pub fn inject(&self, process: Process, pid: u32, signal: Signal, by: &str) -> Result<()> {
+        self.notify(&Notice {
+            kind: FaultKind::Injected,
+            process,
+            pid,
+            signal: signal as u32,
+            missing: 0,
+            words: format!("{by}: {signal} sent"),
+        })?;
+        let sent = kill(Pid::from_raw(pid as i32), signal);
+        sent.map_err(|error| Error::Signal { process, pid, source: error.into() })
+    }
+
+    /// Has the supervisor tell everybody.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the system has gone.
+    pub fn notify(&self, notice: &Notice) -> Result<()> {
+        let path = self.notices();
+        let append = || {
+            let mut line = serde_json::to_vec(&notice.line())?;
+            line.push(b'\n');
+            OpenOptions::new().append(true).mode(0o600).open(&path)?.write_all(&line)
+        };
+        append().map_err(Error::file(path.clone(), "appending to it"))
+    }
+}
+
+impl Node {
+    /// Has the supervisor tell everybody what has happened to this process; in its log it stands too.
+    pub fn report_fault(&self, kind: FaultKind, missing: u64, words: &str) {
+        eprintln!("{words}");
+        let notice = Notice {
+            kind,
+            process: self.process(),
+            pid: std::process::id(),
+            signal: 0,
+            missing: u32::try_from(missing).unwrap_or(u32::MAX),
+            words: words.to_owned(),
+        };
+        if let Err(error) = self.system().notify(&notice) {
+            eprintln!("the supervisor does not hear of it: {error}");
+        }
+    }
+}
+
+/// The notices of a system as they come.
+pub struct Notices {
+    path: PathBuf,
+    file: File,
+    /// What was read and not yet told.
+    rest: Vec<u8>,
+}
+
+impl Notices {
+    /// Reads them from the first one; where there is no file yet, one is made.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub fn open(system: &System) -> Result<Self> {
+        Self::open_at(system.notices())
+    }
+
+    fn open_at(path: PathBuf) -> Result<Self> {
+        let mut options = OpenOptions::new();
+        let file = options.read(true).append(true).create(true).mode(0o600).open(&path);
+        let file = file.map_err(Error::file(&path, "opening"))?;
+        Ok(Self { path, file, rest: Vec::new() })
+    }
+
+    /// The next one, where there is one. A line that is none is passed over.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub fn receive(&mut self) -> Result<Option<Notice>> {
+        loop {
+            while let Some(end) = self.rest.iter().position(|&byte| byte == b'\n') {
+                let line: Vec<_> = self.rest.drain(..=end).collect();
+                let notice = serde_json::from_slice::<Line>(&line).ok().and_then(Line::notice);
+                if notice.is_some() {
+                    return Ok(notice);
+                }
+            }
+            let mut piece = [0; 4096];
+            match self.file.read(&mut piece) {
+                Ok(0) => return Ok(None),
+                Ok(length) => self.rest.extend_from_slice(&piece[..length]),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(Error::file(&self.path, "reading")(error)),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn notice(words: &str) -> Notice {
+        let (kind, process) = (FaultKind::RecordingFailed, Process::Recorder);
+        Notice { kind, process, pid: 7, signal: 0, missing: 3, words: words.into() }
+    }
+
+    #[test]
+    fn notices_come_in_order_and_what_is_none_is_passed_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notices");
+        let mut notices = Notices::open_at(path.clone()).unwrap();
+        assert_eq!(notices.receive().unwrap(), None);
+        let mut file = OpenOptions::new().append(true).open(&path).unwrap();
+        let line = |words: &str| serde_json::to_string(&notice(words).line()).unwrap() + "\n";
+        write!(file, "{}no notice\n{{}}\n{}{}", line("a\n\"b\""), line("ü"), &line("half")[..9]).unwrap();
+        assert_eq!(notices.receive().unwrap(), Some(notice("a\n\"b\"")));
+        assert_eq!(notices.receive().unwrap(), Some(notice("ü")));
+        assert_eq!(notices.receive().unwrap(), None);
+        file.write_all(&line("half").as_bytes()[9..]).unwrap();
+        assert_eq!(notices.receive().unwrap(), Some(notice("half")));
+        let long = notice(&"ü".repeat(1000));
+        assert_eq!(long.line().words.len(), MAX_WORDS);
+    }
+}

@@ -1,0 +1,78 @@
+//! Tells everybody what goes wrong with the processes, and right again: the channel `faults`.
+
+use std::os::unix::process::ExitStatusExt;
+use std::time::Duration;
+
+use sketchnav_runtime::{Node, Notice, Notices, Writer};
+use sketchnav_schemas::channels::FAULTS;
+use sketchnav_schemas::codes::{FaultKind, Process};
+use sketchnav_schemas::message::{Fault, Header, Text};
+
+use crate::{Death, Result};
+
+/// The supervisor's end of the channel, and what others have it say there.
+pub(crate) struct Faults {
+    writer: Writer<Fault>,
+    notices: Notices,
+    /// Of the mission's last status.
+    now: Header,
+}
+
+impl Faults {
+    pub(crate) fn open(node: &Node) -> Result<Self> {
+        let mut writer = node.writer(FAULTS)?;
+        writer.resume_behind_kept();
+        let now = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
+        Ok(Self { writer, notices: Notices::open(node.system())?, now })
+    }
+
+    /// What is told from here on happened after the status with this header.
+    pub(crate) fn is_now(&mut self, header: Header) {
+        self.now = header;
+    }
+
+    /// Tells what others have noticed.
+    pub(crate) fn pass_on(&mut self) -> Result<()> {
+        while let Some(notice) = self.notices.receive()? {
+            let Notice { kind, process, pid, signal, missing, words } = notice;
+            self.tell(kind, process, pid, |fault| {
+                (fault.signal, fault.missing, fault.words) = (signal, missing, Text::new(&words));
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Tells something; `fill` adds to it.
+    pub(crate) fn tell(
+        &mut self,
+        kind: FaultKind,
+        process: Process,
+        pid: u32,
+        fill: impl FnOnce(&mut Fault),
+    ) -> Result<()> {
+        self.writer.send(|fault| {
+            fault.header = Header { seq: 0, ..self.now };
+            (fault.kind, fault.process, fault.pid) = (kind.code(), process.code(), pid);
+            fill(fault);
+        })?;
+        Ok(())
+    }
+
+    /// Tells of a death, behind whatever others say about it.
+    pub(crate) fn died(&mut self, death: &Death) -> Result<()> {
+        self.pass_on()?;
+        self.tell(FaultKind::Died, death.process, death.pid, |fault| {
+            fault.signal = death.status.signal().unwrap_or(0) as u32;
+            fault.exit_code = death.status.code().unwrap_or(0) as u32;
+            fault.words = Text::new(&death.how());
+        })
+    }
+
+    /// Tells that a process is silent, and what the supervisor makes of it.
+    pub(crate) fn silent(&mut self, process: Process, pid: u32, for_: Duration, words: &str) -> Result<()> {
+        self.tell(FaultKind::Silent, process, pid, |fault| {
+            fault.duration_ns = for_.as_nanos() as u64;
+            fault.words = Text::new(words);
+        })
+    }
+}

@@ -1,0 +1,84 @@
+//! What becomes of a process over its lives: started again when it dies, ended when it is silent for too
+//! long; and everybody is told.
+
+use std::time::Duration;
+
+use nix::sys::signal::Signal;
+use sketchnav_runtime::Node;
+use sketchnav_schemas::codes::FaultKind;
+use sketchnav_schemas::message::Text;
+
+use crate::child::Child;
+use crate::faults::Faults;
+use crate::vigil::Verdict;
+use crate::{Death, Error, Result};
+
+/// Clearing what a killed process left in shared memory.
+pub(crate) const CLEARING: Duration = Duration::from_millis(500);
+
+/// Looks after a process that goes on where it was; its death, if it is a new one that is survived.
+pub(crate) fn look_after(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<Death>> {
+    start_if_due(child, node, faults)?;
+    if let Some(took) = child.recovery(node.progress(child.process)) {
+        faults.tell(FaultKind::Recovered, child.process, child.pid(), |fault| {
+            fault.restarts = child.restarts().total() as u32;
+            fault.duration_ns = took.as_nanos() as u64;
+        })?;
+    }
+    let death = revive(child, node, faults)?;
+    if child.resumes() && child.ended()?.is_none() {
+        break_silence(child, node, faults)?;
+    }
+    Ok(death)
+}
+
+/// Starts it again where its time has come.
+pub(crate) fn start_if_due(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<()> {
+    if !child.start_if_due(node.signs_of_life(child.process))? {
+        return Ok(());
+    }
+    faults.tell(FaultKind::Restarted, child.process, child.pid(), |fault| {
+        let restarts = child.restarts();
+        (fault.attempt, fault.restarts) = (restarts.attempt(), restarts.total() as u32);
+        fault.duration_ns = restarts.pause().as_nanos() as u64;
+    })
+}
+
+/// Has it started again, at once or later.
+fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<Death>> {
+    let Some((status, _)) = child.ended()?.filter(|_| child.resumes() && !child.is_due()) else {
+        return Ok(None);
+    };
+    let death = child.death(status);
+    if death.is_bad_input() {
+        return Ok(None);
+    }
+    faults.died(&death)?;
+    // Its places as writer and reader are free for its successor only now.
+    node.clear_dead(CLEARING);
+    if !child.schedule(node.progress(child.process)) {
+        let error = Error::GivenUp(death, child.restarts().total());
+        faults.tell(FaultKind::GivenUp, child.process, child.pid(), |fault| {
+            fault.restarts = child.restarts().total() as u32;
+            fault.words = Text::new("died each time before it got any further");
+        })?;
+        return Err(error);
+    }
+    start_if_due(child, node, faults)?;
+    Ok(Some(death))
+}
+
+fn break_silence(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<()> {
+    let (process, pid) = (child.process, child.pid());
+    match child.watch(node.signs_of_life(process)) {
+        Verdict::Nothing => Ok(()),
+        Verdict::Missed(for_) => faults.silent(process, pid, for_, "no sign of life"),
+        Verdict::Kill(for_) => {
+            faults.silent(process, pid, for_, "no sign of life for too long: killed")?;
+            child.signal(Signal::SIGKILL)
+        }
+        Verdict::Heard(for_) => faults.tell(FaultKind::Heard, process, pid, |fault| {
+            fault.duration_ns = for_.as_nanos() as u64;
+        }),
+    }
+}

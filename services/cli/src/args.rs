@@ -49,7 +49,8 @@ pub enum Command {
     )]
     Run {
         /// The mission file (TOML); the README says how to write one.
-        mission: PathBuf,
+        #[arg(required_unless_present = "resume", conflicts_with = "resume")]
+        mission: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,
     },
@@ -235,6 +236,10 @@ pub struct RunOptions {
     /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
     #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
     pub without: Vec<Process>,
+    /// Go on with the mission whose recording lies in this folder, after its supervisor was killed: with its
+    /// own seed and pace, from where its processes were.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system"])]
+    pub resume: Option<PathBuf>,
 }
 
 impl Default for RunOptions {
@@ -247,6 +252,7 @@ impl Default for RunOptions {
             json: false,
             system: None,
             without: Vec::new(),
+            resume: None,
         }
     }
 }

@@ -34,8 +34,11 @@ fn main() -> ExitCode {
 fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
     match cli.command {
         None => mission::demo(&args::RunOptions::default()),
-        Some(Command::Demo { options }) => mission::demo(&options),
-        Some(Command::Run { mission, options }) => mission::run(&mission, &options),
+        Some(Command::Demo { options } | Command::Run { mission: None, options }) => match &options.resume {
+            Some(folder) => mission::resume(folder, &options),
+            None => mission::demo(&options),
+        },
+        Some(Command::Run { mission: Some(mission), options }) => mission::run(&mission, &options),
         Some(Command::Eval { suite, options }) => eval::eval(&suite, &options),
         Some(Command::Deform { map, options }) => deform::deform(&map, &options),
         Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),

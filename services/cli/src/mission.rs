@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
+use sketchnav_runtime::System;
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{MissionStatus, PoseEstimate};
 use sketchnav_schemas::mission::Mission;
@@ -46,6 +47,15 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     run_in(&folder, mission, robot, options)
 }
 
+/// Goes on with the mission whose recording lies in `folder` and whose supervisor was killed.
+pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
+    let (system, run) = System::resume(folder).map_err(|error| classify(error.into()))?;
+    let began = Instant::now();
+    let lines = lines(&run, options).map_err(classify)?;
+    let supervisor = Supervisor::resume(system, lines, Grace::default()).map_err(classify)?;
+    follow(supervisor, began, &run, options, folder)
+}
+
 fn run_in(
     folder: &Path,
     mut mission: Mission,
@@ -70,16 +80,28 @@ fn run_in(
 
 fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let mut supervisor = start(run, options).map_err(|error| {
+    let started = lines(run, options).and_then(|lines| Supervisor::start(run, lines, Grace::default()));
+    let supervisor = started.map_err(|error| {
         discard(folder);
         classify(error)
     })?;
+    follow(supervisor, began, run, options, folder)
+}
+
+/// Follows the mission to its end and reports.
+fn follow(
+    mut supervisor: Supervisor,
+    began: Instant,
+    run: &RunConfig,
+    options: &RunOptions,
+    folder: &Path,
+) -> Result<Outcome, Failure> {
     let watched = watch(&mut supervisor, run, options.json);
     let wall = began.elapsed();
     let ended = supervisor.shut_down();
     let progress = match watched {
         Ok(progress) => progress,
-        Err(error) if supervisor.status().is_none() => {
+        Err(error) if supervisor.status().is_none() && options.resume.is_none() => {
             discard(folder);
             return Err(classify(error));
         }
@@ -108,13 +130,12 @@ fn discard(folder: &Path) {
     let _ = std::fs::remove_dir_all(folder);
 }
 
-fn start(run: &RunConfig, options: &RunOptions) -> Result<Supervisor, SystemError> {
-    let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
-    let lines: Result<Vec<_>, _> = services.map(|process| ProcessLine::serve(process, &run.system)).collect();
+fn lines(run: &RunConfig, options: &RunOptions) -> Result<Vec<ProcessLine>, SystemError> {
     for process in &options.without {
         say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
     }
-    Supervisor::start(run, lines?, Grace::default())
+    let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
+    services.map(|process| ProcessLine::serve(process, &run.system)).collect()
 }
 
 fn classify(error: SystemError) -> Failure {
@@ -124,12 +145,14 @@ fn classify(error: SystemError) -> Failure {
             let words = death.last_lines.trim_start_matches("error: ");
             Failure::Input(anyhow!("{}: {words}", death.process))
         }
-        SystemError::Runtime(cause) if cause.is_about_the_name() => Failure::Input(error.into()),
+        SystemError::Runtime(cause) if cause.is_about_the_name() || cause.is_about_what_to_resume() => {
+            Failure::Input(error.into())
+        }
         _ => Failure::Other(error.into()),
     }
 }
 
-/// Follows the mission to its end.
+/// Shows how the mission goes until its end.
 fn watch(supervisor: &mut Supervisor, run: &RunConfig, quiet: bool) -> Result<Progress, SystemError> {
     let line = progress_line(run, quiet);
     let began = Instant::now();

@@ -62,6 +62,16 @@ pub enum Error {
         /// The systems that live.
         running: String,
     },
+    /// No dead system belongs to a folder.
+    #[error(
+        "{}: expected the folder of a run whose supervisor was killed, found nothing to go on with; a system \
+         that ended by itself leaves nothing, and the next one that starts clears what a killed one left",
+        folder.display()
+    )]
+    NothingToResume {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// A process of a system runs twice.
     #[error("{process} of system {system:?} runs already as process {pid}; end that one first")]
     ProcessRunsAlready {
@@ -168,6 +178,11 @@ impl Error {
     /// Whether another name for the system would help.
     pub fn is_about_the_name(&self) -> bool {
         matches!(self, Self::BadName { .. } | Self::PathTooLong { .. } | Self::AlreadyRunning { .. })
+    }
+
+    /// Whether what was asked for is not there, or somebody else has it.
+    pub fn is_about_what_to_resume(&self) -> bool {
+        matches!(self, Self::NothingToResume { .. } | Self::AlreadyRunning { .. })
     }
 
     /// For `map_err` on a file operation.

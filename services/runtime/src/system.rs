@@ -30,6 +30,8 @@ use crate::lock::{self, Lock};
 use crate::{Error, Result, root};
 
 const SHARED_MEMORY: &str = "/dev/shm";
+/// How the names of the files begin, behind the prefix, that successors go on with.
+const SUCCESSORS: [&str; 2] = ["kept_", "checkpoint_"];
 const MAX_NAME: usize = 32;
 /// Longest root plus twice the name, bytes: iceoryx2 0.10 builds paths of at most 255 bytes out of the
 /// system's folder and the prefix, each of which holds the name, and panics beyond (measured).
@@ -72,6 +74,35 @@ impl System {
         system.ownership = Some(held.ok_or_else(|| system.already_running())?);
         system.write_files(run)?;
         Ok(system)
+    }
+
+    /// Takes over the dead system whose recording lies in `folder`, owned by this process from now on: what
+    /// its processes have left to their successors stays, everything else of it is cleared.
+    ///
+    /// # Errors
+    /// [`Error::NothingToResume`] where there is none, or another system has cleared it when it started;
+    /// [`Error::AlreadyRunning`] where its supervisor lives.
+    pub fn resume(folder: &Path) -> Result<(Self, RunConfig)> {
+        Self::resume_in(root::of_this_user()?, folder)
+    }
+
+    pub(crate) fn resume_in(root: PathBuf, folder: &Path) -> Result<(Self, RunConfig)> {
+        let _guard = root::guard(&root)?;
+        let nothing = || Error::NothingToResume { folder: folder.into() };
+        let wanted = fs::canonicalize(folder).map_err(|_| nothing())?;
+        let recorded_there = |run: &RunConfig| {
+            let recording = run.recording.as_ref().map(Path::new);
+            recording.and_then(Path::parent).and_then(|path| path.canonicalize().ok()).as_ref()
+                == Some(&wanted)
+        };
+        let mut dead_or_alive =
+            all(&root)?.into_iter().filter_map(|system| system.run_config().ok().map(|run| (system, run)));
+        let (mut system, run) = dead_or_alive.find(|(_, run)| recorded_there(run)).ok_or_else(nothing)?;
+        let path = system.supervisor_lock();
+        let held = Lock::try_take_as_this_process(&path).map_err(Error::file(&path, "locking"))?;
+        system.ownership = Some(held.ok_or_else(|| system.already_running())?);
+        system.clear_for_successors(&run)?;
+        Ok((system, run))
     }
 
     /// The system of that name, where its supervisor lives.
@@ -268,14 +299,36 @@ impl System {
         write(self.iceoryx2_config(), config.as_bytes())
     }
 
+    /// Ends what still lives and clears what nobody goes on with.
+    fn clear_for_successors(&self, run: &RunConfig) -> Result<()> {
+        self.end_processes()?;
+        let kept = SUCCESSORS.map(|part| self.prefix() + part);
+        for path in self.shared_files()? {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if !kept.iter().any(|prefix| name.starts_with(prefix)) {
+                removed(&path, fs::remove_file(&path))?;
+            }
+        }
+        for part in ["processes", "shared"].map(|part| self.folder.join(part)) {
+            removed(&part, fs::remove_dir_all(&part))?;
+        }
+        self.make_folders()?;
+        self.write_files(run)
+    }
+
+    fn end_processes(&self) -> Result<()> {
+        for path in self.process_locks()? {
+            end_owner(&path).map_err(Error::file(path, "ending the process that holds it"))?;
+        }
+        Ok(())
+    }
+
     fn process_locks(&self) -> Result<Vec<PathBuf>> {
         entries(&self.folder.join("processes"))
     }
 
     fn clear(&self) -> Result<()> {
-        for path in self.process_locks()? {
-            end_owner(&path).map_err(Error::file(path, "ending the process that holds it"))?;
-        }
+        self.end_processes()?;
         for path in self.shared_files()? {
             removed(&path, fs::remove_file(&path))?;
         }

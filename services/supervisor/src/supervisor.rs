@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::Signal;
 use sketchnav_runtime::{Channels, Node, Reader, System, Wake, Writer};
 use sketchnav_schemas::channels::{ESTIMATE, HEALTH, MISSION, STATUS};
-use sketchnav_schemas::codes::{Order, Process, TaskState};
-use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, PoseEstimate};
+use sketchnav_schemas::codes::{FaultKind, Order, Process, TaskState};
+use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, PoseEstimate, Text};
 use sketchnav_schemas::run::RunConfig;
 
 use crate::child::{Child, ProcessLine};
@@ -84,11 +84,39 @@ impl Supervisor {
     /// # Errors
     /// Where the system runs already, or a process cannot be started; nothing is left of it then.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
-        let mut supervisor = Self::prepare(run, grace)?;
+        Self::begin(System::create(run)?, lines, grace)
+    }
+
+    /// Goes on with a dead system that was taken over: its processes go on where they were.
+    ///
+    /// # Errors
+    /// As [`Supervisor::start`]; the system is then cleared.
+    pub fn resume(system: System, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
+        let mut supervisor = Self::begin(system, lines, grace)?;
+        if let Some(ports) = &mut supervisor.ports {
+            let words = "its supervisor was killed; its processes go on where they were";
+            ports.faults.tell(
+                FaultKind::SystemResumed,
+                Process::Supervisor,
+                std::process::id(),
+                |fault| {
+                    fault.words = Text::new(words);
+                },
+            )?;
+        }
+        Ok(supervisor)
+    }
+
+    fn begin(system: System, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
+        let mut supervisor = Self::prepare(system, grace)?;
         for line in lines {
             supervisor.spawn(line)?;
         }
-        supervisor.order(Order::Start, 0)?;
+        // Where somebody before this one has given orders, they were just sent again.
+        let is_ordered = supervisor.ports.as_ref().is_some_and(|ports| ports.mission.last_kept().is_some());
+        if !is_ordered {
+            supervisor.order(Order::Start, 0)?;
+        }
         Ok(supervisor)
     }
 
@@ -179,8 +207,8 @@ impl Supervisor {
         services.and(recorder).and(received).and(removed.map_err(Error::from))
     }
 
-    fn prepare(run: &RunConfig, grace: Grace) -> Result<Self> {
-        let system = Rc::new(System::create(run)?);
+    fn prepare(system: System, grace: Grace) -> Result<Self> {
+        let system = Rc::new(system);
         let mut supervisor = Self {
             grace,
             children: Vec::new(),
@@ -196,8 +224,10 @@ impl Supervisor {
         };
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
         supervisor.channels = Some(Channels::create(node)?);
+        let mut mission = node.writer(MISSION)?;
+        mission.resume_behind_kept();
         supervisor.ports = Some(Ports {
-            mission: node.writer(MISSION)?,
+            mission,
             status: node.reader(STATUS)?,
             estimate: node.reader(ESTIMATE)?,
             health: node.reader(HEALTH)?,

@@ -5,7 +5,7 @@ mod support;
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use sketchnav_schemas::channels::STATUS;
-use support::{Place, Running, kill_if_alive, repository, send, wait_until};
+use support::{Place, Running, kill_if_alive, repository, room, send, wait_until};
 
 /// A mission that is not over before the test has done to it what it wants.
 fn drive(place: &Place, name: &str, speed: &str) -> Running {
@@ -96,6 +96,10 @@ fn a_stopped_recorder_does_not_outlive_its_supervisor() {
     running.signal(Signal::SIGKILL);
     running.end();
     wait_until("the end of the recorder", || place.living().is_empty());
+    // Whoever starts the next system clears what is left.
+    room::write(place.files());
+    place.mission("run room.toml", "next");
+    place.assert_nothing_left("gone");
 }
 
 #[test]

@@ -34,6 +34,7 @@ impl Cli {
             Some(Command::Run { options, .. } | Command::Demo { options }) => options.json,
             Some(Command::Deform { options, .. }) => options.json,
             Some(Command::Chaos { options, .. }) => options.json,
+            Some(Command::Top { options }) => options.json,
             Some(Command::Ps { json } | Command::Diff { json, .. } | Command::Info { json, .. }) => *json,
             _ => false,
         }
@@ -105,6 +106,12 @@ pub enum Command {
         /// One JSON object instead of a table.
         #[arg(long)]
         json: bool,
+    },
+    /// Show how the processes of a running system get on; kill, stop and continue them by keys.
+    #[command(after_help = "Example: sketchnav top --json")]
+    Top {
+        #[command(flatten)]
+        options: TopOptions,
     },
     /// Print the messages of a channel as they come, one JSON object a line.
     #[command(after_help = "Example: sketchnav echo estimate --count 10")]
@@ -296,6 +303,20 @@ pub enum KillSignal {
     Stop,
     /// SIGTERM.
     Term,
+}
+
+/// How to look at a running system.
+#[derive(Debug, Clone, Args)]
+pub struct TopOptions {
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// Print the view once, after a second.
+    #[arg(long)]
+    pub once: bool,
+    /// As `--once`, one JSON object.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// A look at a channel of a running system.

@@ -3,6 +3,7 @@
 //! Both runs are programs of their own, so that what is killed is what people run.
 
 mod injector;
+mod safety;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -22,6 +23,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::create;
 use crate::output::out;
 use injector::{Hit, Injector, Plan};
+use safety::{Safety, safety};
 
 /// What came of it; `--json` prints just this.
 #[derive(Debug, Serialize)]
@@ -33,6 +35,8 @@ struct Report {
     identical: Option<bool>,
     lost_messages: u64,
     recovery_ms: BTreeMap<&'static str, Recovery>,
+    /// Whether the robot was safe meanwhile; `None` in lockstep, where the world waits for its navigators.
+    safety: Option<Safety>,
     orphans: usize,
     leftover_files: Vec<PathBuf>,
     recording: PathBuf,
@@ -61,6 +65,7 @@ pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure>
         && report.identical != Some(false)
         && report.orphans == 0
         && report.leftover_files.is_empty()
+        && report.safety.as_ref().is_none_or(|safety| safety.unstopped == 0)
         && (report.lost_messages == 0 || report.identical.is_none());
     Ok(if good { Outcome::Success } else { Outcome::Short })
 }
@@ -128,7 +133,12 @@ fn judge(
         Pace::Lockstep => Some(diff::diff(reference, &recording).context("comparing")?.is_none()),
         Pace::RealTime { .. } => None,
     };
+    let safety = match options.speed {
+        Pace::Lockstep => None,
+        Pace::RealTime { .. } => Some(safety(&recording).context("judging its safety")?),
+    };
     Ok(Report {
+        safety,
         kills: hits.len(),
         by_process,
         success: disturbed["success"] == true,
@@ -165,6 +175,12 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
         let Some(Recovery { median, p99, max }) = report.recovery_ms.get(process) else { continue };
         out!(
             "{process:<10} {count:4} kills, back after {median:.0} ms (median), {p99:.0} (99 %), {max:.0} (most)"
+        )?;
+    }
+    if let Some(Safety { wall_contacts, outages, unstopped, longest_stop_s }) = &report.safety {
+        out!(
+            "{wall_contacts} contacts with walls after a death; {outages} longer outages of navigators: the robot stood still \
+             after {longest_stop_s:.2} s at most, {unstopped} times it did not"
         )?;
     }
     out!("{orphans} orphans, {} files left", report.leftover_files.len())?;

@@ -13,6 +13,7 @@ mod serve;
 mod systems;
 mod tap;
 mod tools;
+mod top;
 
 use std::process::ExitCode;
 
@@ -44,6 +45,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),
         Some(Command::Serve { process, system }) => serve::serve(process, &system),
         Some(Command::Ps { json }) => systems::ps(json),
+        Some(Command::Top { options }) => top::top(&options),
         Some(Command::Echo { tap }) => tap::echo(&tap),
         Some(Command::Hz { tap }) => tap::hz(&tap),
         Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),

@@ -1,0 +1,91 @@
+//! Whether the robot was safe while its processes died: it stops when nobody commands it, and touches no
+//! wall. Told from the recording of a run in real time.
+
+use std::path::Path;
+
+use serde::Serialize;
+use sketchnav_recordings::faults::{FaultInfo, faults};
+use sketchnav_recordings::{Recording, RecordingError};
+use sketchnav_schemas::channels::{CONTACT, TRUTH};
+use sketchnav_schemas::codes::{BodyKind, Process};
+use sketchnav_schemas::message::{Contact, GroundTruth};
+use sketchnav_schemas::run::{Pace, RunConfig};
+
+/// A command that is older stops the robot, s.
+const COMMAND_LIMIT_S: f64 = 0.5;
+/// The mission's last status, by which faults are timed, is so much older than they are, at most, s.
+const LATE_S: f64 = 0.3;
+/// Slower than this it stands still: people push it about, and contacts jitter.
+const STANDSTILL_MPS: f64 = 0.02;
+/// A contact within this time of a death may be its fault, simulated s.
+const AFTERMATH_S: f64 = 5.0;
+
+/// How safe it was.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Safety {
+    /// Contacts with walls that began within five simulated seconds of a death.
+    pub wall_contacts: usize,
+    /// How often a navigator was away for longer than the robot may drive on and takes to brake.
+    pub outages: usize,
+    /// Of these, after how many the robot still moved.
+    pub unstopped: usize,
+    /// Longest time from the last status before such a death to the robot's standstill, simulated s.
+    pub longest_stop_s: f64,
+}
+
+/// Judges the recording at `path`, of a run in real time.
+pub fn safety(path: &Path) -> Result<Safety, RecordingError> {
+    let recording = Recording::open(path)?;
+    let run = recording.run()?;
+    let truth: Result<Vec<_>, _> = recording.channel(TRUTH)?.map(|m| m.map(|(truth, _)| truth)).collect();
+    let contacts: Result<Vec<_>, _> = recording.channel(CONTACT)?.map(|m| m.map(|(c, _)| c)).collect();
+    Ok(judge(&run, &faults(path)?, &truth?, &contacts?))
+}
+
+fn judge(run: &RunConfig, faults: &[FaultInfo], truth: &[GroundTruth], contacts: &[Contact]) -> Safety {
+    let deaths: Vec<_> = faults.iter().filter(|fault| fault.kind == "died").map(|f| f.stamp_s).collect();
+    let is_aftermath = |at_s: f64| deaths.iter().any(|&died| at_s >= died && at_s < died + AFTERMATH_S);
+    let walls = contacts.iter().filter(|c| c.body_kind == BodyKind::Wall.code() && c.begins == 1);
+    let wall_contacts = walls.filter(|c| is_aftermath(seconds(c.header.stamp_ns))).count();
+    let mut safety = Safety { wall_contacts, outages: 0, unstopped: 0, longest_stop_s: 0.0 };
+    for (from_s, to_s) in outages(run, faults) {
+        let inside = |t: &&GroundTruth| (from_s..to_s).contains(&seconds(t.header.stamp_ns));
+        let last_moving = truth.iter().filter(inside).rfind(|t| speed_mps(t) > STANDSTILL_MPS);
+        let moved_s = last_moving.map_or(0.0, |t| seconds(t.header.stamp_ns) - from_s);
+        safety.outages += 1;
+        safety.unstopped += usize::from(moved_s > stop_s(run));
+        safety.longest_stop_s = safety.longest_stop_s.max(moved_s);
+    }
+    safety
+}
+
+/// From when to when a navigator was away, where that is longer than a stop takes.
+fn outages(run: &RunConfig, faults: &[FaultInfo]) -> Vec<(f64, f64)> {
+    let Pace::RealTime { speed } = run.pace else { return Vec::new() };
+    let navigators = [Process::Localizer, Process::Planner].map(Process::word);
+    let mut away = Vec::new();
+    for (i, died) in faults.iter().enumerate().filter(|(_, fault)| fault.kind == "died") {
+        let back = faults[i..].iter().find(|f| f.kind == "recovered" && f.process == died.process);
+        let Some(back) = back.filter(|_| navigators.contains(&died.process)) else { continue };
+        let to_s = died.stamp_s + back.duration_ms / 1e3 * speed;
+        if to_s > died.stamp_s + stop_s(run) {
+            away.push((died.stamp_s, to_s));
+        }
+    }
+    away
+}
+
+/// How long a robot without commands may move, simulated s.
+fn stop_s(run: &RunConfig) -> f64 {
+    let limits = &run.robot.limits;
+    let brake_s = limits.speed_mps / limits.acceleration_mps2;
+    COMMAND_LIMIT_S + LATE_S + brake_s
+}
+
+fn speed_mps(truth: &GroundTruth) -> f64 {
+    truth.twist.vx_mps.hypot(truth.twist.vy_mps)
+}
+
+fn seconds(stamp_ns: u64) -> f64 {
+    stamp_ns as f64 / 1e9
+}

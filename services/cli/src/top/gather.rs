@@ -1,0 +1,295 @@
+//! Sees how the processes of a running system get on: joins it as an observer and counts.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use sketchnav_runtime::{Node, ProcessState, Reader, SliceReader, System};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor, FAULTS, HEALTH, STATUS};
+use sketchnav_schemas::codes::{FaultKind, Process, TaskState};
+use sketchnav_schemas::message::{Fault, Header, Health, Message, MissionStatus};
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::RunConfig;
+
+use crate::args::SERVICES;
+
+/// Faults that are kept for people.
+const LAST_FAULTS: usize = 8;
+
+/// A system at a moment; `--json` prints just this.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Snapshot {
+    /// The system's name.
+    pub system: String,
+    /// The mission's.
+    pub mission: String,
+    /// Simulation time of the mission's last status.
+    pub simulated_s: f64,
+    /// How the mission stands, in words.
+    pub status: String,
+    /// The processes.
+    pub processes: Vec<Row>,
+    /// The last faults, oldest first.
+    pub faults: Vec<String>,
+}
+
+/// A process at a moment.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Which.
+    pub process: &'static str,
+    /// Its process id; `None` where it is dead.
+    pub pid: Option<u32>,
+    /// What the kernel says: running, sleeping, stopped …
+    pub state: &'static str,
+    /// How often it was started again.
+    pub restarts: u32,
+    /// Messages a second on its channels, by the wall clock.
+    pub rate_hz: f64,
+    /// Scans that came and that it has not answered, or not made safe; `None` where it answers none.
+    pub queue: Option<u64>,
+    /// Since its last message; `None` before the first.
+    pub age_ms: Option<f64>,
+    /// Mean time of a step.
+    pub step_ms: Option<f64>,
+    /// Longest step in the last second.
+    pub step_max_ms: Option<f64>,
+    /// Messages that it lost.
+    pub lost: u64,
+}
+
+/// Follows a system.
+pub struct Gatherer {
+    node: Node,
+    run: RunConfig,
+    taps: Vec<Box<dyn Tap>>,
+    faults: Reader<Fault>,
+    health: Reader<Health>,
+    statuses: Reader<MissionStatus>,
+    since: Instant,
+    told: Vec<String>,
+    restarts: BTreeMap<u32, u32>,
+    lives: BTreeMap<u32, Health>,
+    status: Option<MissionStatus>,
+}
+
+impl Gatherer {
+    /// Joins the system.
+    pub fn join(system: System) -> anyhow::Result<Self> {
+        let run = system.run_config()?;
+        let node = Node::join(system, Process::Observer)?;
+        let mut opened = OpenTaps { node: &node, taps: Vec::new() };
+        channels::visit(&mut opened)?;
+        let taps = opened.taps;
+        let (faults, health, statuses) = (node.reader(FAULTS)?, node.reader(HEALTH)?, node.reader(STATUS)?);
+        Ok(Self {
+            node,
+            run,
+            taps,
+            faults,
+            health,
+            statuses,
+            since: Instant::now(),
+            told: Vec::new(),
+            restarts: BTreeMap::new(),
+            lives: BTreeMap::new(),
+            status: None,
+        })
+    }
+
+    /// The system's node: for waiting, and for whoever wants to send a process a signal.
+    pub fn node(&self) -> &Node {
+        &self.node
+    }
+
+    /// Takes what has come; to be called several times a second.
+    pub fn look(&mut self) -> anyhow::Result<()> {
+        for tap in &mut self.taps {
+            tap.drain()?;
+        }
+        while let Some(fault) = self.faults.receive()? {
+            self.restarts
+                .entry(fault.process)
+                .and_modify(|n| *n = (*n).max(fault.restarts))
+                .or_insert(fault.restarts);
+            self.told.push(words(&fault));
+            let surplus = self.told.len().saturating_sub(LAST_FAULTS);
+            self.told.drain(..surplus);
+        }
+        while let Some(health) = self.health.receive()? {
+            self.lives.insert(health.process, *health);
+        }
+        while let Some(status) = self.statuses.receive()? {
+            self.status = Some(*status);
+        }
+        Ok(())
+    }
+
+    /// How it stands; rates are those since the snapshot before.
+    pub fn snapshot(&mut self) -> anyhow::Result<Snapshot> {
+        self.look()?;
+        let took = std::mem::replace(&mut self.since, Instant::now()).elapsed();
+        let alive: BTreeMap<_, _> = self.node.system().processes()?.into_iter().collect();
+        let order = [Process::Supervisor].into_iter().chain(SERVICES);
+        let rows: Vec<_> =
+            order.map(|process| self.row(process, alive.get(process.word()).copied(), took)).collect();
+        self.taps.iter_mut().for_each(|tap| tap.count_anew());
+        Ok(Snapshot {
+            system: self.node.system().name().to_owned(),
+            mission: self.run.mission.name.clone(),
+            simulated_s: self.status.map_or(0.0, |status| status.header.stamp_ns as f64 / 1e9),
+            status: self.status.as_ref().map_or_else(|| "not begun".to_owned(), mission),
+            processes: rows,
+            faults: self.told.clone(),
+        })
+    }
+
+    fn row(&self, process: Process, pid: Option<u32>, took: Duration) -> Row {
+        let own = || self.taps.iter().filter(|tap| tap.spec().writer == Some(process));
+        let messages: u64 = own().map(|tap| tap.count()).sum();
+        let heard = own().filter_map(|tap| tap.heard()).max();
+        let health = self.lives.get(&process.code()).filter(|health| health.steps > 0);
+        let ms = |ns: u64| ns as f64 / 1e6;
+        Row {
+            process: process.word(),
+            pid,
+            state: pid.map_or(ProcessState::Dead, ProcessState::of).word(),
+            restarts: self.restarts.get(&process.code()).copied().unwrap_or(0),
+            rate_hz: messages as f64 / took.as_secs_f64(),
+            queue: self.queue(process),
+            age_ms: heard.map(|heard| heard.elapsed().as_secs_f64() * 1e3),
+            step_ms: health.map(|health| ms(health.busy_ns) / health.steps as f64),
+            step_max_ms: health.map(|health| ms(health.step_max_ns)),
+            lost: health.map_or(0, |health| health.lost_messages),
+        }
+    }
+
+    /// How far behind the newest scan, or the newest estimate, a process is.
+    fn queue(&self, process: Process) -> Option<u64> {
+        let newest = |channel: &str| self.taps.iter().find(|tap| tap.spec().name == channel)?.newest();
+        let behind = |input: u64, output: &str| Some(input.saturating_sub(newest(output)?.source_seq));
+        match process {
+            Process::Localizer => behind(newest("scan")?.seq, "estimate"),
+            Process::Planner => behind(newest("estimate")?.source_seq, "status"),
+            Process::Recorder => behind(newest("scan")?.seq, "recorded"),
+            _ => None,
+        }
+    }
+}
+
+fn mission(status: &MissionStatus) -> String {
+    let state = TaskState::from_code(status.state).map_or("?", TaskState::word);
+    let MissionStatus { task, task_count, reached_count, .. } = status;
+    format!("task {} of {task_count}, {}: {state}; {reached_count} reached", task + 1, status.name.as_str())
+}
+
+fn words(fault: &Fault) -> String {
+    let kind = FaultKind::from_code(fault.kind).map_or("?", FaultKind::word);
+    let process = Process::from_code(fault.process).map_or("?", Process::word);
+    let took = match fault.duration_ns {
+        0 => String::new(),
+        ns => format!(" {:.0} ms", ns as f64 / 1e6),
+    };
+    let at_s = fault.header.stamp_ns as f64 / 1e9;
+    format!("{at_s:8.1} s  {process} {kind}{took}  {}", fault.words.as_str())
+}
+
+/// A channel that is counted.
+trait Tap {
+    fn spec(&self) -> &'static ChannelSpec;
+    fn drain(&mut self) -> sketchnav_runtime::Result<()>;
+    /// Messages since it was last counted anew.
+    fn count(&self) -> u64;
+    fn count_anew(&mut self);
+    /// The last message's header.
+    fn newest(&self) -> Option<Header>;
+    /// When the last message came; what was sent before anybody looked has come at the first look.
+    fn heard(&self) -> Option<Instant>;
+}
+
+struct Counted<R> {
+    spec: &'static ChannelSpec,
+    reader: R,
+    newest: Option<Header>,
+    heard: Option<Instant>,
+    /// The number from which on is counted.
+    from_seq: Option<u64>,
+}
+
+impl<R> Counted<R> {
+    fn new(spec: &'static ChannelSpec, reader: R) -> Self {
+        Self { spec, reader, newest: None, heard: None, from_seq: None }
+    }
+
+    fn hear(&mut self, header: Header) {
+        (self.newest, self.heard) = (Some(header), Some(Instant::now()));
+    }
+}
+
+/// The two kinds of readers, as far as they are counted.
+trait Headers {
+    fn next(&mut self) -> sketchnav_runtime::Result<Option<Header>>;
+}
+
+impl<T: Message> Headers for Reader<T> {
+    fn next(&mut self) -> sketchnav_runtime::Result<Option<Header>> {
+        Ok(self.receive()?.map(|message| *message.header()))
+    }
+}
+
+impl<T: Message> Headers for SliceReader<T> {
+    fn next(&mut self) -> sketchnav_runtime::Result<Option<Header>> {
+        Ok(self.receive()?.map(|sample| *sample.message().header()))
+    }
+}
+
+impl<R: Headers> Tap for Counted<R> {
+    fn spec(&self) -> &'static ChannelSpec {
+        self.spec
+    }
+
+    fn drain(&mut self) -> sketchnav_runtime::Result<()> {
+        while let Some(header) = self.reader.next()? {
+            self.hear(header);
+        }
+        // What the history held was sent before.
+        self.from_seq = self.from_seq.or(self.newest.map(|newest| newest.seq));
+        Ok(())
+    }
+
+    fn count(&self) -> u64 {
+        let newest = self.newest.map_or(0, |newest| newest.seq);
+        newest.saturating_sub(self.from_seq.unwrap_or(newest))
+    }
+
+    fn count_anew(&mut self) {
+        self.from_seq = self.newest.map(|newest| newest.seq);
+    }
+
+    fn newest(&self) -> Option<Header> {
+        self.newest
+    }
+
+    fn heard(&self) -> Option<Instant> {
+        self.heard
+    }
+}
+
+struct OpenTaps<'a> {
+    node: &'a Node,
+    taps: Vec<Box<dyn Tap>>,
+}
+
+impl ChannelVisitor for OpenTaps<'_> {
+    type Error = sketchnav_runtime::Error;
+
+    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> sketchnav_runtime::Result<()> {
+        self.taps.push(Box::new(Counted::new(channel.spec, self.node.reader(channel)?)));
+        Ok(())
+    }
+
+    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> sketchnav_runtime::Result<()> {
+        self.taps.push(Box::new(Counted::new(channel.spec, self.node.slice_reader(channel)?)));
+        Ok(())
+    }
+}

@@ -236,16 +236,25 @@ fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
     }
 }
 
-/// What it knew is lost, and the mission goes on with what there is: from its first task.
+/// What it knew is lost, and the mission goes on with what there is: from the task and the place that its
+/// last messages tell. It is said aloud.
 #[test]
-fn a_planner_without_any_good_checkpoint_begins_anew() {
-    let place = Place::new();
-    let running = drive_on(&place);
-    damage_and_kill(&place, "planner", 2);
-    let ended = running.end();
-    assert!(matches!(ended.code, Some(0 | 1)), "{ended}");
-    assert_eq!(ended.json()["lost_messages"], 0, "{ended}");
-    place.assert_nothing_left("disturbed");
+fn navigators_without_any_good_checkpoint_begin_where_they_were() {
+    for process in ["localizer", "planner"] {
+        let place = Place::new();
+        let running = drive_on(&place);
+        damage_and_kill(&place, process, 2);
+        let ended = running.end();
+        assert_eq!(ended.code, Some(0), "{process}: {ended}");
+        let report = ended.json();
+        assert_eq!(report["lost_messages"], 0, "{ended}");
+        place.assert_nothing_left("disturbed");
+        let info = place.run(&format!("info {} --json", recording(&report).display())).json();
+        let refused = info["faults"].as_array().unwrap().iter().filter(|f| f["kind"] == "state refused");
+        let words: Vec<_> = refused.map(|fault| fault["words"].as_str().unwrap()).collect();
+        assert_eq!(words.len(), 2, "{info:#}");
+        assert!(words.iter().all(|words| words.contains("checkpoint refused")), "{words:?}");
+    }
 }
 
 /// A world that does not know where the robot is cannot go on: the mission ends as failed, and says why.

@@ -57,6 +57,11 @@ impl Place {
         Self { runtime, files: tempfile::tempdir().unwrap() }
     }
 
+    /// The folder of all systems.
+    pub fn root(&self) -> PathBuf {
+        self.runtime.path().join("sketchnav")
+    }
+
     /// The folder for missions and recordings.
     pub fn files(&self) -> &Path {
         self.files.path()
@@ -182,7 +187,11 @@ impl Place {
 impl Running {
     /// Starts the command.
     pub fn spawn(mut command: Command) -> Self {
-        let child = command.spawn().unwrap();
+        Self::of(command.spawn().unwrap())
+    }
+
+    /// A command that was started.
+    pub fn of(child: Child) -> Self {
         Self { pid: child.id(), child: Some(child) }
     }
 

@@ -46,6 +46,8 @@ pub struct Core {
     seed: u64,
     localizer: Option<Localizer>,
     particles_due_ns: u64,
+    /// Where the robot was, known better than where the drawing marks the start.
+    start: Option<Start>,
 }
 
 impl Core {
@@ -58,7 +60,15 @@ impl Core {
         let parameters = overlaid(&Parameters::of(mission.method), &mission.parameters.localizer)?;
         parameters.check().map_err(LocalizationError::from)?;
         let (laser, drive, seed) = (run.robot.laser.clone(), run.robot.drive, run.seed);
-        Ok(Self { parameters, laser, drive, seed, localizer: None, particles_due_ns: 0 })
+        Ok(Self { parameters, laser, drive, seed, localizer: None, particles_due_ns: 0, start: None })
+    }
+
+    /// Has the filter begin where an estimate says that the robot was, once the sketch comes, instead of at
+    /// the start of the mission: for who knows nothing but what was last sent.
+    pub fn begin_at(&mut self, last: &PoseEstimate) {
+        let variance = |i: usize| last.covariance[6 * i];
+        let (spread_px, spread_rad) = (variance(0).max(variance(1)).sqrt(), variance(2).sqrt());
+        self.start = Some(Start { pose: last.pose.pose(), spread_px, spread_rad });
     }
 
     /// Takes in the sketch; `cells` are the bytes behind the message. The filter begins anew.
@@ -67,13 +77,22 @@ impl Core {
     /// [`CoreError::Cells`]; [`CoreError::Localization`] where the start is outside the sketch.
     pub fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), CoreError> {
         let sketch = Sketch::of_map(map, cells)?;
-        let start = Start {
+        let marked = Start {
             pose: map.start.pose(),
             spread_px: map.start_spread_px,
             spread_rad: map.start_spread_rad,
         };
-        let (mounting, drive, parameters) = ((&self.laser).into(), self.drive, self.parameters.clone());
-        self.localizer = Some(Localizer::new(&sketch, mounting, drive, parameters, start, self.seed)?);
+        let begin = |start| {
+            let (mounting, drive, parameters) = ((&self.laser).into(), self.drive, self.parameters.clone());
+            Localizer::new(&sketch, mounting, drive, parameters, start, self.seed)
+        };
+        // As unsure as at the start of the mission, at least: there is more to it than a covariance.
+        let last = self.start.map(|last| Start {
+            spread_px: last.spread_px.max(marked.spread_px),
+            spread_rad: last.spread_rad.max(marked.spread_rad),
+            ..last
+        });
+        self.localizer = Some(last.and_then(|last| begin(last).ok()).map_or_else(|| begin(marked), Ok)?);
         Ok(())
     }
 

@@ -38,7 +38,11 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
     let mut core = Core::new(&node.run_config()?)?;
     let mut health = HealthReporter::new(node)?;
     let (mut checkpoints, found) = Checkpoints::<(Positions, State)>::open(node, CHECKPOINT)?;
+    found.report(node);
     let mut ports = Ports::open(node)?;
+    if let Some(last) = ports.estimates.last_kept().filter(|_| found.is_lost()) {
+        core.begin_at(last);
+    }
     let mut stamp_ns = 0;
     if wait_for_sketch(node, &mut core, &mut health)? {
         ports.resume(&mut core, found);
@@ -95,10 +99,9 @@ impl Ports {
     }
 
     /// Goes on where the predecessor stood. Where its checkpoints cannot be used, the filter begins anew
-    /// at the start that the drawing marks, with the scan after the last one that was answered.
+    /// where the robot was last, with the scan after the last one that was answered.
     fn resume(&mut self, core: &mut Core, found: Found<(Positions, State)>) {
         let is_lost = found.is_lost();
-        found.refused.iter().for_each(|error| eprintln!("{error}"));
         if let Some((positions, state)) = found.state {
             core.restore(state);
             self.scans.resume_after(positions.scan);

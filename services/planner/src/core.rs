@@ -177,6 +177,13 @@ impl Core {
         self.driver.restore(state.driver);
     }
 
+    /// Begins, without a checkpoint, with the task that a predecessor's last status was about.
+    pub fn resume_behind(&mut self, last: &MissionStatus) {
+        let has_ended = TaskState::from_code(last.state).is_some_and(TaskState::is_end);
+        self.mission.task = last.task as usize + usize::from(has_ended);
+        self.mission.reached = last.reached_count;
+    }
+
     /// Whether the sketch and the route have come.
     pub fn has_drawing(&self) -> bool {
         self.tasks.is_some() && self.driver.has_sketch()

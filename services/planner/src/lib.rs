@@ -82,8 +82,8 @@ impl Ports {
     }
 
     /// Goes on where the predecessor stood, as soon as the drawing and the tasks have come again; false
-    /// where the end comes first. Where its checkpoints cannot be used the mission begins anew, with the
-    /// estimate after the last one that was answered.
+    /// where the end comes first. Where its checkpoints cannot be used the task that it was at begins anew, with
+    /// the estimate after the last one that was answered.
     fn resume(
         &mut self,
         node: &Node,
@@ -92,7 +92,7 @@ impl Ports {
         found: Found<(Positions, State)>,
     ) -> anyhow::Result<bool> {
         let is_lost = found.is_lost();
-        found.refused.iter().for_each(|error| eprintln!("{error}"));
+        found.report(node);
         if let Some((positions, state)) = found.state {
             self.wishes.orders.resume_after(positions.order);
             self.senses.resume_after(&positions);
@@ -106,9 +106,12 @@ impl Ports {
             }
             core.restore(state);
         } else if is_lost {
-            let answered = self.output.resume_behind_kept();
-            eprintln!("no checkpoint can be used: the mission begins anew after scan {answered}");
-            self.senses.resume_after_scan(answered);
+            self.output.resume_behind_kept();
+            if let Some(last) = self.output.statuses.last_kept() {
+                eprintln!("no checkpoint can be used: task {} begins anew", last.task + 1);
+                core.resume_behind(last);
+                self.senses.resume_after_scan(last.header.source_seq);
+            }
         }
         Ok(true)
     }
@@ -229,12 +232,10 @@ impl Output {
         self.statuses.resume_after(positions.status);
     }
 
-    /// The last scan that was answered.
-    fn resume_behind_kept(&mut self) -> u64 {
+    fn resume_behind_kept(&mut self) {
         self.plans.resume_behind_kept();
         self.commands.resume_behind_kept();
         self.statuses.resume_behind_kept();
-        self.statuses.last_kept().map_or(0, |last| last.header.source_seq)
     }
 
     /// Fills the messages where they lie in shared memory. An estimate has no answer before the first

@@ -3,7 +3,7 @@
 //! Takes the messages in passes: every channel drained once, in the order of the table. The scans come
 //! first in it, so that at the end of a pass everything that was sent before its last scan is written.
 //! When the disk is full it goes on without writing: the robot drives on, and the world in lockstep,
-//! which waits for the recorder, is not stopped. Never opens a file, reads a clock or prints.
+//! which waits for the recorder, is not stopped; where there is room again, another core goes on. Never opens a file, reads a clock or prints.
 
 use std::io::Write;
 
@@ -49,6 +49,18 @@ impl<W: Write> Core<W> {
         let writer = Some(Writer::create(sink, run)?);
         let newest_scan = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         Ok(Self { writer, report: Report::default(), newest_scan, acknowledged_scan: 0 })
+    }
+
+    /// A recorder that cannot write, for the reason `failure`, and counts what it does not write.
+    pub fn failed(failure: String) -> Self {
+        let newest_scan = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
+        let report = Report { failure: Some(failure), ..Report::default() };
+        Self { writer: None, report, newest_scan, acknowledged_scan: 0 }
+    }
+
+    /// Whether the sink has failed.
+    pub fn has_failed(&self) -> bool {
+        self.writer.is_none()
     }
 
     /// Goes on after an earlier part of the recording, which holds everything up to `positions`, the last

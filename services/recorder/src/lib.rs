@@ -2,7 +2,8 @@
 //!
 //! It is not woken by messages: every few milliseconds it drains all channels, in the order of the
 //! table. In lockstep it tells the world what is safe in the file, so that the world never runs
-//! further ahead than the channels can hold. A full disk does not stop the robot.
+//! further ahead than the channels can hold. A full disk does not stop the robot: the recorder says so, goes on
+//! in a next part when there is room again, with what the channels still have, and counts what is missing.
 //!
 //! Killed, its successor goes on in a next part, with what came after the last checkpoint, out of the
 //! channels' histories; at the end the parts become one file.
@@ -20,6 +21,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_recordings::RecordingError;
 use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Reader, SliceReader, Step, Wake, Writer};
 use sketchnav_schemas::channels::{self, Channel, ChannelVisitor, RECORDED};
+use sketchnav_schemas::codes::FaultKind;
 use sketchnav_schemas::message::Recorded;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
@@ -31,14 +33,19 @@ use crate::disk::{Disk, part, set_aside};
 const NAP: Duration = Duration::from_millis(5);
 /// How often what is written is flushed and handed to the device, at least.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
+/// First pause before a recording that failed is tried again; each further one is twice as long.
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+const LONGEST_PAUSE: Duration = Duration::from_secs(16);
 /// The form of [`State`].
-const CHECKPOINT: &str = "recorder 2";
+const CHECKPOINT: &str = "recorder 3";
 
 /// What a successor needs to know.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct State {
     /// The part that is being written, from 1.
     part: u32,
+    /// How often the recorder was killed and started again.
+    restarts: u32,
     /// What is safe in this part and the ones before it.
     positions: Positions,
     acknowledged_scan: u64,
@@ -66,7 +73,11 @@ pub struct Recorder<'a> {
     checkpoints: Checkpoints<State>,
     state: State,
     core: FileCore,
-    disk: Disk,
+    /// `None` where not even the file's beginning could be written.
+    disk: Option<Disk>,
+    /// When to try again, and the pause after that, where the disk is full.
+    attempt: Option<Instant>,
+    pause: Duration,
     inputs: Vec<Box<dyn Input>>,
     /// Where the world waits for it.
     acknowledgements: Option<Writer<Recorded>>,
@@ -84,9 +95,15 @@ impl<'a> Recorder<'a> {
         let run = node.run_config()?;
         let path = path(&run)?;
         let (mut checkpoints, found) = Checkpoints::open(node, CHECKPOINT)?;
+        found.report(node);
         let state = resume(path, found).with_context(|| path.display().to_string())?;
         checkpoints.write(&state)?;
-        let (mut core, disk) = begin(&run, &part(path, state.part))?;
+        let (mut core, disk) = match begin(&run, &part(path, state.part)) {
+            Ok((core, disk)) => (core, Some(disk)),
+            // The robot drives; its recorder, killed while the disk was full, is no reason to stop it.
+            Err(error) if state.part > 1 => (Core::failed(format!("{error:#}")), None),
+            Err(error) => return Err(error),
+        };
         core.resume_after(&state.positions, state.acknowledged_scan);
         let mut inputs = OpenInputs { node, inputs: Vec::new() };
         channels::visit(&mut inputs)?;
@@ -98,6 +115,8 @@ impl<'a> Recorder<'a> {
             state,
             core,
             disk,
+            attempt: None,
+            pause: FIRST_PAUSE,
             inputs: inputs.inputs,
             acknowledgements: waits.then(|| node.writer(RECORDED)).transpose()?,
             health: HealthReporter::new(node)?,
@@ -114,7 +133,7 @@ impl<'a> Recorder<'a> {
     fn catch_up(&mut self) -> anyhow::Result<()> {
         for (input, position) in self.inputs.iter_mut().zip(self.state.positions) {
             for error in input.catch_up(self.node, position, &mut self.core)? {
-                complain(self.node, &self.disk, &error);
+                complain(self.node, self.disk.as_ref(), &error);
             }
         }
         if let Some(writer) = &mut self.acknowledgements {
@@ -136,8 +155,35 @@ impl<'a> Recorder<'a> {
             self.acknowledge(&recorded)?;
         }
         self.sync_if_due();
+        if self.core.has_failed() {
+            self.begin_again_if_due()?;
+        }
         self.health.end(step);
         Ok(self.health.report_if_due(self.stamp_ns)?)
+    }
+
+    /// Goes on in a next part, where the disk has room again.
+    fn begin_again_if_due(&mut self) -> anyhow::Result<()> {
+        let due = *self.attempt.get_or_insert_with(|| Instant::now() + self.pause);
+        if Instant::now() < due {
+            return Ok(());
+        }
+        (self.attempt, self.pause) = (None, LONGEST_PAUSE.min(2 * self.pause));
+        let (path, number) = (path(&self.run)?, self.state.part + 1);
+        let file = part(path, number);
+        let Ok((mut core, disk)) = begin(&self.run, &file) else {
+            // What is there of it holds no message.
+            let _ = std::fs::remove_file(file);
+            return Ok(());
+        };
+        core.resume_after(&self.state.positions, self.state.acknowledged_scan);
+        (self.core, self.disk, self.state.part) = (core, Some(disk), number);
+        self.checkpoints.write(&self.state)?;
+        self.catch_up()?;
+        let missing = self.core.report().missing;
+        let words = format!("recording again, in {}: {missing} messages missing so far", file.display());
+        self.node.report_fault(FaultKind::RecordingResumed, missing, &words);
+        Ok(())
     }
 
     /// Drains every channel a last time and ends the file.
@@ -149,12 +195,18 @@ impl<'a> Recorder<'a> {
         self.drain()?;
         let (mut report, _sink) = self.core.finish();
         match report.failure {
-            None => self.disk.sync().context("the recording's last part is not on the device")?,
-            Some(_) => self.disk.cut_back().context("the recording's last part may be cut off")?,
+            None => self
+                .disk
+                .as_ref()
+                .map_or(Ok(()), Disk::sync)
+                .context("the recording's last part is not on the device")?,
+            Some(_) => {
+                let cut = self.disk.as_ref().map_or(Ok(()), Disk::cut_back);
+                cut.context("the recording's last part may be cut off")?;
+            }
         }
         if self.state.part > 1 && report.failure.is_none() {
-            join(&self.run, self.state.part, &mut report)
-                .context("the recording's parts cannot be joined")?;
+            join(&self.run, &self.state, &mut report).context("the recording's parts cannot be joined")?;
         }
         tell(&report)
     }
@@ -163,7 +215,7 @@ impl<'a> Recorder<'a> {
         for input in &mut self.inputs {
             while let Some(said) = input.record_next(&mut self.core)? {
                 if let Err(error) = said {
-                    complain(self.node, &self.disk, &error);
+                    complain(self.node, self.disk.as_ref(), &error);
                 }
             }
         }
@@ -171,10 +223,12 @@ impl<'a> Recorder<'a> {
     }
 
     fn acknowledge(&mut self, recorded: &Recorded) -> anyhow::Result<()> {
-        self.disk.mark_whole()?;
         // Before the world is told, who then lets the channels forget.
-        let acknowledged_scan = recorded.header.source_seq;
-        self.state = State { positions: self.core.positions(), acknowledged_scan, ..self.state };
+        self.state.acknowledged_scan = recorded.header.source_seq;
+        if let Some(disk) = self.disk.as_mut().filter(|_| !self.core.has_failed()) {
+            disk.mark_whole()?;
+            self.state.positions = self.core.positions();
+        }
         self.checkpoints.write(&self.state)?;
         self.node.note_progress();
         if let Some(writer) = &mut self.acknowledgements {
@@ -189,8 +243,9 @@ impl<'a> Recorder<'a> {
         }
         self.synced = Instant::now();
         let flushed = self.core.flush();
-        if self.told(flushed).is_some() && self.core.report().failure.is_none() {
-            let synced = self.disk.mark_whole().and_then(|()| self.disk.sync());
+        let is_flushed = self.told(flushed).is_some() && !self.core.has_failed();
+        if let Some(disk) = self.disk.as_mut().filter(|_| is_flushed) {
+            let synced = disk.mark_whole().and_then(|()| disk.sync());
             if let Err(error) = synced {
                 eprintln!("the recording is not on the device yet: {error}");
             }
@@ -198,19 +253,20 @@ impl<'a> Recorder<'a> {
     }
 
     fn told<T>(&self, result: Result<T, RecordingError>) -> Option<T> {
-        result.inspect_err(|error| complain(self.node, &self.disk, error)).ok()
+        result.inspect_err(|error| complain(self.node, self.disk.as_ref(), error)).ok()
     }
 }
 
 /// Says what went wrong; a file that failed is cut back to what is whole.
-fn complain(node: &Node, disk: &Disk, error: &RecordingError) {
+fn complain(node: &Node, disk: Option<&Disk>, error: &RecordingError) {
     if error.is_one_message() {
         node.count_refused();
         eprintln!("refused: {error}");
         return;
     }
-    eprintln!("{error}; the mission goes on, the recording so far stays readable");
-    if let Err(error) = disk.cut_back() {
+    let words = format!("{error}; the mission goes on, the recording so far stays readable");
+    node.report_fault(FaultKind::RecordingFailed, 0, &words);
+    if let Some(Err(error)) = disk.map(Disk::cut_back) {
         eprintln!("its last part may be cut off: {error}");
     }
 }
@@ -234,9 +290,8 @@ fn path(run: &RunConfig) -> anyhow::Result<&Path> {
 /// whatever the channels still have.
 fn resume(path: &Path, found: Found<State>) -> std::io::Result<State> {
     let is_lost = found.is_lost();
-    found.refused.iter().for_each(|error| eprintln!("{error}"));
     match found.state {
-        Some(state) => Ok(State { part: state.part + 1, ..state }),
+        Some(state) => Ok(State { part: state.part + 1, restarts: state.restarts + 1, ..state }),
         None if is_lost => {
             let free = (1..u32::MAX).find(|&number| !part(path, number).exists());
             Ok(State { part: free.unwrap_or(u32::MAX), ..State::default() })
@@ -255,19 +310,31 @@ fn begin(run: &RunConfig, path: &Path) -> anyhow::Result<(FileCore, Disk)> {
 }
 
 /// Makes one file of the parts. A kill in the middle leaves all of them to be joined once more.
-fn join(run: &RunConfig, parts: u32, report: &mut Report) -> anyhow::Result<()> {
+fn join(run: &RunConfig, state: &State, report: &mut Report) -> anyhow::Result<()> {
     let path = path(run)?;
     let whole = path.with_extension("joined.mcap");
-    let sink = BufWriter::new(File::create(&whole)?);
-    let mut writer = sketchnav_recordings::join((1..=parts).map(|number| part(path, number)), run, sink)?;
-    writer.survived(parts - 1);
+    let joined = join_as(&whole, run, state, report);
+    if joined.is_err() {
+        // The parts are there; half a copy of them is in the way.
+        let _ = std::fs::remove_file(&whole);
+    }
+    joined?;
+    std::fs::rename(&whole, path)?;
+    for file in (2..=state.part).map(|number| part(path, number)).filter(|file| file.exists()) {
+        std::fs::remove_file(file)?;
+    }
+    Ok(())
+}
+
+fn join_as(whole: &Path, run: &RunConfig, state: &State, report: &mut Report) -> anyhow::Result<()> {
+    let path = path(run)?;
+    let sink = BufWriter::new(File::create(whole)?);
+    let mut writer =
+        sketchnav_recordings::join((1..=state.part).map(|number| part(path, number)), run, sink)?;
+    writer.survived(state.restarts);
     report.messages = writer.message_count();
     report.missing = writer.topics().iter().map(|topic| topic.sequence.missing()).sum();
     writer.finish()?.get_ref().sync_data()?;
-    std::fs::rename(&whole, path)?;
-    for file in (2..=parts).map(|number| part(path, number)).filter(|file| file.exists()) {
-        std::fs::remove_file(file)?;
-    }
     Ok(())
 }
 

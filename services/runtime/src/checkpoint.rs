@@ -17,6 +17,7 @@ use std::sync::atomic::fence;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use sketchnav_schemas::codes::FaultKind;
 use sketchnav_schemas::message::fingerprint;
 
 use crate::mapping::Mapping;
@@ -56,6 +57,13 @@ pub struct Found<T> {
 }
 
 impl<T> Found<T> {
+    /// Says aloud which slots were refused, and why.
+    pub fn report(&self, node: &Node) {
+        for error in &self.refused {
+            node.report_fault(FaultKind::StateRefused, 0, &error.to_string());
+        }
+    }
+
     /// Whether there was something and nothing of it can be used: the process begins anew, with what
     /// it knew lost.
     pub fn is_lost(&self) -> bool {

@@ -72,6 +72,17 @@ pub enum Error {
         /// The folder.
         folder: PathBuf,
     },
+    /// Shared memory is full.
+    #[error(
+        "/dev/shm: expected room for {needed_mib} MiB, found {found_mib} MiB; remove what nobody uses any more, \
+         or give it more (docker: --shm-size)"
+    )]
+    NoRoom {
+        /// What a system needs.
+        needed_mib: u64,
+        /// What is there.
+        found_mib: u64,
+    },
     /// A process of a system runs twice.
     #[error("{process} of system {system:?} runs already as process {pid}; end that one first")]
     ProcessRunsAlready {

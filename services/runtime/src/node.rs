@@ -73,6 +73,7 @@ impl Node {
         signals::install(bells.word(process));
         let presence = system.enter(process)?;
         let inner = shared_memory_node(&system, process)?;
+        system.keep_others_out()?;
         Ok(Self {
             writers: RefCell::default(),
             inner,

@@ -1,7 +1,8 @@
 //! SIGTERM, SIGINT and SIGHUP ask a process to end: a flag that every wait looks at.
 //!
 //! The handler changes the words that the process may sleep on, so a signal between the last look and
-//! the sleep is not lost. iceoryx2's own handlers stay off: theirs hand one request to one waiter and
+//! the sleep is not lost. SIGBUS means that shared memory has no room for what was promised: the process ends
+//! with a word instead of without one. iceoryx2's own handlers stay off: theirs hand one request to one waiter and
 //! take SIGCONT for an interrupt.
 
 use std::ptr::null_mut;
@@ -22,6 +23,7 @@ const SIGNALS: [Signal; 3] = [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP];
 /// Catches the signals, has them ring `bell` too, and lets through what was held back until now: the
 /// supervisor starts a process with SIGTERM blocked, so that none is ended before it can listen.
 pub(crate) fn install(bell: &'static AtomicU32) {
+    install_last_words();
     BELL.store(std::ptr::from_ref(bell).cast_mut(), SeqCst);
     let action = SigAction::new(SigHandler::Handler(on_signal), SaFlags::empty(), SigSet::empty());
     for signal in SIGNALS {
@@ -31,6 +33,26 @@ pub(crate) fn install(bell: &'static AtomicU32) {
     }
     // As above: it fails for an invalid set only.
     let _ = SigSet::from_iter(SIGNALS).thread_unblock();
+}
+
+/// Has a process that finds no memory behind a page of `/dev/shm` say so before it ends.
+fn install_last_words() {
+    let action = SigAction::new(SigHandler::Handler(on_bus_error), SaFlags::empty(), SigSet::empty());
+    // SAFETY: the handler makes two system calls, which are async-signal-safe, and does not return.
+    let _ = unsafe { sigaction(Signal::SIGBUS, &action) };
+}
+
+/// What a process says that finds no memory.
+const LAST_WORDS: &str = "shared memory is full: /dev/shm has no room for a message (SIGBUS)\n";
+/// The exit code of anything but success and bad input.
+const FAILED: libc::c_int = 3;
+
+extern "C" fn on_bus_error(_: libc::c_int) {
+    // SAFETY: the text lives for ever; nothing of the process is touched any more.
+    unsafe {
+        libc::write(libc::STDERR_FILENO, LAST_WORDS.as_ptr().cast(), LAST_WORDS.len());
+        libc::_exit(FAILED);
+    }
 }
 
 /// Whether one of the signals has come.

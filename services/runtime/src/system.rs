@@ -16,11 +16,13 @@
 
 use std::fs;
 use std::io::ErrorKind;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
 
 use nix::sys::signal::{Signal, kill};
+use nix::sys::statvfs::statvfs;
 use nix::unistd::Pid;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::fingerprint;
@@ -32,6 +34,8 @@ use crate::{Error, Result, root};
 const SHARED_MEMORY: &str = "/dev/shm";
 /// How the names of the files begin, behind the prefix, that successors go on with.
 const SUCCESSORS: [&str; 2] = ["kept_", "checkpoint_"];
+/// What a system may come to need of `/dev/shm`, bytes: twice what the demo's uses.
+const NEEDED_BYTES: u64 = 24 << 20;
 const MAX_NAME: usize = 32;
 /// Longest root plus twice the name, bytes: iceoryx2 0.10 builds paths of at most 255 bytes out of the
 /// system's folder and the prefix, each of which holds the name, and panics beyond (measured).
@@ -64,6 +68,7 @@ impl System {
         check_length(&root, &run.system)?;
         let _guard = root::guard(&root)?;
         sweep(&root)?;
+        check_room()?;
         let mut system = Self::at(root, &run.system);
         if system.folder.exists() {
             return Err(system.already_running());
@@ -166,7 +171,8 @@ impl System {
     /// Takes the system away: whatever process of it still lives, its shared memory, its folder.
     /// For the supervisor, when its processes have ended.
     pub fn remove(mut self) -> Result<()> {
-        let _guard = root::guard(&self.root)?;
+        // Where somebody has taken the root away, there is no folder to guard, and memory to clear all the same.
+        let _guard = root::guard(&self.root).ok();
         self.ownership = None;
         self.clear()
     }
@@ -229,6 +235,18 @@ impl System {
 
     pub(crate) fn notices(&self) -> PathBuf {
         self.folder.join("notices")
+    }
+
+    /// Takes from other users what iceoryx2 0.10 leaves them: one of its files is made for all to read and write.
+    pub(crate) fn keep_others_out(&self) -> Result<()> {
+        for path in self.shared_files()? {
+            let Ok(found) = fs::metadata(&path) else { continue };
+            if found.mode() & 0o077 != 0 {
+                let private = fs::Permissions::from_mode(found.mode() & 0o700);
+                unless_gone(&path, fs::set_permissions(&path, private))?;
+            }
+        }
+        Ok(())
     }
 
     pub(crate) fn bells(&self) -> PathBuf {
@@ -306,11 +324,11 @@ impl System {
         for path in self.shared_files()? {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             if !kept.iter().any(|prefix| name.starts_with(prefix)) {
-                removed(&path, fs::remove_file(&path))?;
+                unless_gone(&path, fs::remove_file(&path))?;
             }
         }
         for part in ["processes", "shared"].map(|part| self.folder.join(part)) {
-            removed(&part, fs::remove_dir_all(&part))?;
+            unless_gone(&part, fs::remove_dir_all(&part))?;
         }
         self.make_folders()?;
         self.write_files(run)
@@ -330,9 +348,9 @@ impl System {
     fn clear(&self) -> Result<()> {
         self.end_processes()?;
         for path in self.shared_files()? {
-            removed(&path, fs::remove_file(&path))?;
+            unless_gone(&path, fs::remove_file(&path))?;
         }
-        removed(&self.folder, fs::remove_dir_all(&self.folder))
+        unless_gone(&self.folder, fs::remove_dir_all(&self.folder))
     }
 }
 
@@ -342,6 +360,17 @@ fn check_length(root: &Path, name: &str) -> Result<()> {
         return Ok(());
     }
     Err(Error::PathTooLong { root: root.to_path_buf(), name: name.into(), excess })
+}
+
+/// Pages of shared memory are handed out when they are first written, and a process that gets none is killed.
+fn check_room() -> Result<()> {
+    let found = statvfs(SHARED_MEMORY)
+        .map_err(|error| Error::file(SHARED_MEMORY, "asking how much room there is")(error.into()))?;
+    let free = found.blocks_available() as u64 * found.fragment_size() as u64;
+    if free < NEEDED_BYTES {
+        return Err(Error::NoRoom { needed_mib: NEEDED_BYTES >> 20, found_mib: free >> 20 });
+    }
+    Ok(())
 }
 
 fn check_name(name: &str) -> Result<()> {
@@ -408,9 +437,12 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-fn removed(path: &Path, result: std::io::Result<()>) -> Result<()> {
+/// That a file has gone meanwhile is no error.
+fn unless_gone(path: &Path, result: std::io::Result<()>) -> Result<()> {
     match result {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::file(path, "removing")(error)),
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(Error::file(path, "removing or changing it")(error))
+        }
         _ => Ok(()),
     }
 }

@@ -60,7 +60,6 @@ pub fn build(run: &RunConfig) -> Result<World, sketchnav_sim::SimError> {
 /// The world of the newest checkpoint, or a new one.
 fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(Option<Positions>, World)> {
     let is_lost = found.is_lost();
-    found.refused.iter().for_each(|error| eprintln!("{error}"));
     match found.state {
         Some((positions, world)) => Ok((Some(positions), world)),
         None if is_lost => anyhow::bail!("no checkpoint can be used: nobody knows where the robot is"),
@@ -89,6 +88,7 @@ struct Shell<'a> {
 impl<'a> Shell<'a> {
     fn open(node: &'a Node, run: &RunConfig) -> anyhow::Result<Self> {
         let (checkpoints, found) = Checkpoints::open(node, CHECKPOINT)?;
+        found.report(node);
         let (positions, world) = resume(run, found)?;
         let mut shell = Self {
             node,

@@ -1,0 +1,198 @@
+//! Days on which nothing is killed and everything goes wrong: a full disk, full shared memory, a folder that goes
+//! away, somebody else's hands.
+//!
+//! Some need root, for a disk of their own, and say so where they have not got it.
+
+mod support;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use sketchnav_schemas::channels::STATUS;
+use support::{Place, Running, kill_if_alive, wait_until};
+
+/// A small disk of its own; taken away when dropped.
+struct SmallDisk(PathBuf);
+
+impl SmallDisk {
+    /// `None`, with a notice, where that takes rights that this user has not got.
+    fn mount(at: PathBuf, size: &str) -> Option<Self> {
+        fs::create_dir(&at).unwrap();
+        let option = format!("size={size}");
+        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &option, "tmpfs"]).arg(&at).output();
+        if !mount.is_ok_and(|output| output.status.success()) {
+            eprintln!("skipped: a disk of its own cannot be mounted (not root?)");
+            return None;
+        }
+        Some(Self(at))
+    }
+
+    fn grow(&self, size: &str) {
+        let option = format!("remount,size={size}");
+        assert!(Command::new("mount").args(["-o", &option]).arg(&self.0).status().unwrap().success());
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(&self.0).status();
+    }
+}
+
+fn drive(place: &Place, options: &str) -> Running {
+    let mut running = place.start(&format!("demo --json --system day {options}"));
+    place.wait_until_driving(&mut running, "day");
+    running
+}
+
+fn drive_on(place: &Place) {
+    let steps = STATUS.spec.history + 50;
+    let heard = place.run(&format!("echo status --count {steps} --system day"));
+    assert_eq!(heard.code, Some(0), "{heard}");
+}
+
+/// Waits until so many faults have been told.
+fn wait_for_faults(place: &Place, count: usize) {
+    let heard = place.run(&format!("echo faults --count {count} --system day"));
+    assert_eq!(heard.code, Some(0), "{heard}");
+}
+
+fn info(place: &Place, recording: &Path) -> Value {
+    let info = place.run(&format!("info {} --json", recording.display()));
+    assert_eq!(info.code, Some(0), "{info}");
+    info.json()
+}
+
+fn kinds(info: &Value) -> Vec<&str> {
+    info["faults"].as_array().unwrap().iter().map(|fault| fault["kind"].as_str().unwrap()).collect()
+}
+
+/// The robot drives on; what was not written and is still in the channels is written when there is room.
+#[test]
+fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
+    let place = Place::new();
+    let Some(disk) = SmallDisk::mount(place.files().join("disk"), "600k") else { return };
+    let running = drive(&place, "--out disk --speed 10");
+    wait_for_faults(&place, 1);
+    // Its recorder dies of something else meanwhile.
+    place.serving("day", "recorder").into_iter().for_each(kill_if_alive);
+    drive_on(&place);
+    disk.grow("64m");
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert_eq!(report["success"], true, "{report:#}");
+    place.assert_nothing_left("day");
+    let info = info(&place, Path::new(report["recording"].as_str().unwrap()));
+    let kinds = kinds(&info);
+    assert!(kinds.contains(&"recording resumed"), "{info:#}");
+    // What it lacks is counted: more than the channels held has passed.
+    let lacks = info["missing"].as_u64().unwrap();
+    assert!(lacks > 0 && report["lost_messages"].as_u64().unwrap() >= lacks, "{info:#}");
+    let status = info["topics"].as_array().unwrap().iter().find(|topic| topic["topic"] == "/status").unwrap();
+    let last_s = status["last_s"].as_f64().unwrap();
+    assert!((last_s - report["sim_seconds"].as_f64().unwrap()).abs() < 1.0, "{info:#}");
+}
+
+/// It used to end in a loop of processes killed by SIGBUS, the supervisor among them, without a word.
+#[test]
+fn full_shared_memory_is_refused_with_a_word() {
+    let place = Place::new();
+    let program = env!("CARGO_BIN_EXE_sketchnav");
+    let script =
+        format!("mount -t tmpfs -o size=4m tmpfs /dev/shm || exit 99; exec {program} demo --system day");
+    let mut command = Command::new("unshare");
+    command.args(["--mount", "sh", "-c", &script]);
+    place.settle(&mut command);
+    let ended = match command.spawn() {
+        Ok(child) => Running::of(child).end(),
+        Err(error) => return eprintln!("skipped: unshare: {error}"),
+    };
+    if ended.code == Some(99) || ended.err.contains("unshare") {
+        return eprintln!("skipped: no shared memory of its own: {ended}");
+    }
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains("/dev/shm: expected room for 24 MiB, found 4 MiB"), "{ended}");
+    place.assert_nothing_left("day");
+}
+
+/// Somebody tidies up: what runs has what it needs in its hands, and leaves nothing.
+#[test]
+fn a_folder_that_goes_away_stops_nobody() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 10");
+    fs::remove_dir_all(place.root()).unwrap();
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    place.assert_nothing_left("day");
+}
+
+/// Without its folder nobody can be started again: the mission ends as failed, and says why.
+#[test]
+fn without_its_folder_a_system_survives_no_death() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 10");
+    let planner = place.serving("day", "planner");
+    fs::remove_dir_all(place.root()).unwrap();
+    planner.into_iter().for_each(kill_if_alive);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains("planner: starting"), "{ended}");
+    wait_until("the end of all processes", || place.living().is_empty());
+    place.assert_nothing_left("day");
+}
+
+/// Somebody else on the machine sees that there is a system, and no more: neither its channels nor its files
+/// can be read, written or joined.
+#[test]
+fn another_user_is_kept_out() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 5");
+    let program = env!("CARGO_BIN_EXE_sketchnav");
+    let as_nobody = |script: &str| {
+        let mut command = Command::new("setpriv");
+        command.args(["--reuid=65534", "--regid=65534", "--clear-groups", "sh", "-c", script]);
+        place.settle(&mut command);
+        command.current_dir("/").output()
+    };
+    let is_nobody = as_nobody("id -u").is_ok_and(|output| output.stdout == b"65534\n");
+    if is_nobody {
+        let mut files = place.files_of("day");
+        assert!(files.len() > 20, "{files:?}");
+        files.push(place.root().display().to_string());
+        // An observer's file may have gone since: it is not to be made anew.
+        let write = "dd if=/dev/null conv=notrunc,nocreat oflag=append status=none";
+        let open = |file: &str| {
+            format!(
+                "cat {file} > /dev/null 2>&1 && echo read {file}; {write} of={file} 2> /dev/null && echo wrote {file};"
+            )
+        };
+        let script: String = files.iter().map(|file| open(file)).collect();
+        let output = as_nobody(&script).unwrap();
+        assert_eq!(String::from_utf8_lossy(&output.stdout), "");
+        // Its own copy of the program, for it may not enter the folder of this one.
+        let copy = std::env::temp_dir().join(format!("sketchnav-{}", std::process::id()));
+        fs::copy(program, &copy).unwrap();
+        for words in ["echo scan --system day", "serve world --system day", "top --json --system day"] {
+            let output = as_nobody(&format!("{} {words}", copy.display())).unwrap();
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(
+                !output.status.success() && output.stdout.is_empty() || said.contains("error"),
+                "{words}: {said}"
+            );
+            assert!(
+                said.contains("Permission denied") || said.contains("expected a folder of user"),
+                "{words}: {said}"
+            );
+        }
+        fs::remove_file(copy).unwrap();
+    } else {
+        eprintln!("skipped: no other user to be (not root?)");
+    }
+    running.signal(Signal::SIGINT);
+    running.end();
+    place.assert_nothing_left("day");
+}

@@ -23,3 +23,4 @@ pub mod run;
 #[cfg(any(test, feature = "samples"))]
 pub mod samples;
 pub mod seed;
+pub mod sound;

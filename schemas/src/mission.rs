@@ -392,4 +392,21 @@ mod tests {
     fn a_name_may_not_steer_the_terminal() {
         assert!(refusal("\"kitchen\"", "\"\\u001b[31m\"").contains("control"));
     }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::prelude::ProptestConfig { failure_persistence: None, ..Default::default() })]
+
+        #[test]
+        fn no_text_makes_it_panic(text in ".*") {
+            let _ = Mission::parse(&text);
+        }
+
+        #[test]
+        fn no_damage_makes_it_panic(at in 0..MISSION.len(), cut in 0..MISSION.len(), put in ".{0,3}") {
+            let parts = MISSION.get(..at).zip(MISSION.get(cut.max(at)..));
+            if let Some((head, tail)) = parts {
+                let _ = Mission::parse(&format!("{head}{put}{tail}"));
+            }
+        }
+    }
 }

@@ -51,6 +51,12 @@ pub(crate) struct Counters {
     pub(crate) refused: Cell<u64>,
 }
 
+impl Counters {
+    pub(crate) fn count_refused(&self) {
+        self.refused.set(self.refused.get() + 1);
+    }
+}
+
 /// A writer of this node, to be told that a reader has come.
 struct OwnWriter {
     port: Weak<dyn UpdateConnections>,
@@ -192,7 +198,7 @@ impl Node {
 
     /// Counts a message that the process refused as malformed.
     pub fn count_refused(&self) {
-        self.counters.refused.set(self.counters.refused.get() + 1);
+        self.counters.count_refused();
     }
 
     /// Clears what dead processes of the system left in shared memory: their samples, their places

@@ -8,6 +8,7 @@ use iceoryx2::prelude::ipc;
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Message;
+use sketchnav_schemas::sound::Sound;
 
 use crate::channels::{open_fixed, open_sliced};
 use crate::kept::Kept;
@@ -103,6 +104,23 @@ impl<T: Message> Reader<T> {
             if self.inbox.accept(&*sample) {
                 return Ok(Some(sample));
             }
+        }
+        Ok(None)
+    }
+
+    /// The next message that can be what it says, where one has come; others are refused and counted.
+    ///
+    /// # Errors
+    /// As [`Reader::receive`].
+    pub fn receive_sound(&mut self) -> Result<Option<Sample<T>>>
+    where
+        T: Sound,
+    {
+        while let Some(sample) = self.receive()? {
+            if sample.is_sound() {
+                return Ok(Some(sample));
+            }
+            self.inbox.counters.count_refused();
         }
         Ok(None)
     }

@@ -8,8 +8,10 @@ use std::time::{Duration, Instant};
 
 use sketchnav_runtime::ProcessState;
 
-/// Who shows no sign of life for so long has missed its deadline, which is told.
+/// Who is stopped and shows no sign of life for so long has missed its deadline, which is told.
 const DEADLINE: Duration = Duration::from_secs(1);
+/// One that seems to compute has more time before it is told of: drawings are read in one step.
+const BUSY_DEADLINE: Duration = Duration::from_secs(5);
 /// A process that was stopped is killed after so long.
 const STOPPED_LIMIT: Duration = Duration::from_secs(3);
 /// One that seems to compute may only be slow: a large drawing, a loaded machine.
@@ -57,15 +59,15 @@ impl Vigil {
         if self.silent < DEADLINE {
             return Verdict::Nothing;
         }
-        if !std::mem::replace(&mut self.is_told, true) {
+        let (deadline, limit) = match state() {
+            ProcessState::Stopped => (DEADLINE, STOPPED_LIMIT),
+            // Somebody looks at it.
+            ProcessState::Traced => (DEADLINE, Duration::MAX),
+            _ => (BUSY_DEADLINE, BUSY_LIMIT),
+        };
+        if self.silent >= deadline && !std::mem::replace(&mut self.is_told, true) {
             return Verdict::Missed(self.silent);
         }
-        let limit = match state() {
-            ProcessState::Stopped => STOPPED_LIMIT,
-            // Somebody looks at it.
-            ProcessState::Traced => return Verdict::Nothing,
-            _ => BUSY_LIMIT,
-        };
         if self.silent < limit { Verdict::Nothing } else { Verdict::Kill(self.silent) }
     }
 }
@@ -89,10 +91,11 @@ mod tests {
 
     #[test]
     fn the_silent_is_told_once_and_the_stopped_killed_long_before_the_busy() {
-        for (state, limit) in [(ProcessState::Stopped, STOPPED_LIMIT), (ProcessState::Running, BUSY_LIMIT)] {
+        let stopped = (ProcessState::Stopped, DEADLINE, STOPPED_LIMIT);
+        for (state, deadline, limit) in [stopped, (ProcessState::Running, BUSY_DEADLINE, BUSY_LIMIT)] {
             let mut now = Instant::now();
             let mut vigil = Vigil::begin(7, now);
-            assert_eq!(next(&mut vigil, &mut now, state), Verdict::Missed(DEADLINE));
+            assert_eq!(next(&mut vigil, &mut now, state), Verdict::Missed(deadline));
             assert_eq!(next(&mut vigil, &mut now, state), Verdict::Kill(limit));
         }
     }

@@ -183,7 +183,7 @@ impl<'a> Shell<'a> {
 
     fn receive(&mut self) -> anyhow::Result<()> {
         while !self.has_its_command()
-            && let Some(command) = self.command.receive()?
+            && let Some(command) = self.command.receive_sound()?
         {
             self.held = Some(*command);
         }

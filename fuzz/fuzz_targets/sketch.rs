@@ -1,0 +1,9 @@
+//! Any bytes as a drawing, of whatever kind they claim to be.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sketchnav_sketcher::Options;
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = sketchnav_sketcher::read(bytes, "fuzz", &Options::default());
+});

@@ -1,0 +1,10 @@
+//! Any text behind the head of a file of strokes.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sketchnav_sketcher::Options;
+
+fuzz_target!(|text: &str| {
+    let strokes = format!("{{\"canvas\": [64, 48], \"strokes\": {text}");
+    let _ = sketchnav_sketcher::read(strokes.as_bytes(), "fuzz", &Options::default());
+});

@@ -1,0 +1,151 @@
+//! Whether a message can be what it says. A channel's type is checked when it is opened; its contents are
+//! whatever its writer put there, a real robot's driver among them.
+//!
+//! What is refused here, nobody has to fear behind the reader: counts beyond the list, numbers that are none,
+//! headings that are no rotation. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
+
+use crate::message::{LaserScan, Message, Odometry, PoseEstimate, PoseM, PosePx, Twist, VelocityCommand};
+
+/// Farther than any robot drives, metres or pixels.
+const FAR: f64 = 1e7;
+/// What a quaternion's length may be off by.
+const OFF_UNIT: f64 = 1e-3;
+
+/// A message whose contents can be checked.
+pub trait Sound: Message {
+    /// Whether the message can be what it says.
+    fn is_sound(&self) -> bool;
+}
+
+impl Sound for LaserScan {
+    fn is_sound(&self) -> bool {
+        let counted = self.ranges_m.get(..self.beam_count as usize);
+        let numbers = [
+            self.angle_min_rad,
+            self.angle_max_rad,
+            self.angle_increment_rad,
+            self.time_increment_s,
+            self.scan_time_s,
+            self.range_min_m,
+            self.range_max_m,
+        ];
+        let is_range = |range: &f32| !range.is_finite() || (0.0..FAR as f32).contains(range);
+        numbers.iter().all(|v| v.abs() < FAR as f32)
+            && self.range_min_m >= 0.0
+            && self.range_max_m > self.range_min_m
+            && counted.is_some_and(|ranges| !ranges.is_empty() && ranges.iter().all(is_range))
+    }
+}
+
+impl Sound for Odometry {
+    fn is_sound(&self) -> bool {
+        metres(&self.pose) && twist(&self.twist)
+    }
+}
+
+impl Sound for PoseEstimate {
+    fn is_sound(&self) -> bool {
+        let scales = [self.scale_a_pxpm, self.scale_b_pxpm];
+        pixels(&self.pose) && metres(&self.odometry) && scales.iter().all(|scale| (0.0..FAR).contains(scale))
+    }
+}
+
+impl Sound for VelocityCommand {
+    fn is_sound(&self) -> bool {
+        twist(&self.twist)
+    }
+}
+
+fn metres(pose: &PoseM) -> bool {
+    near([pose.x_m, pose.y_m]) && rotation([pose.orientation_z, pose.orientation_w])
+}
+
+fn pixels(pose: &PosePx) -> bool {
+    near([pose.x_px, pose.y_px]) && rotation([pose.orientation_z, pose.orientation_w])
+}
+
+fn twist(twist: &Twist) -> bool {
+    near([twist.vx_mps, twist.vy_mps]) && twist.yaw_rate_radps.abs() < FAR
+}
+
+/// False for NaN too.
+fn near(numbers: [f64; 2]) -> bool {
+    numbers.iter().all(|v| v.abs() < FAR)
+}
+
+fn rotation([z, w]: [f64; 2]) -> bool {
+    (z.hypot(w) - 1.0).abs() < OFF_UNIT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    fn scan() -> LaserScan {
+        let mut scan = LaserScan::zeroed();
+        (scan.angle_min_rad, scan.angle_max_rad, scan.angle_increment_rad) = (-1.0, 1.0, 0.5);
+        (scan.range_max_m, scan.beam_count) = (5.0, 5);
+        scan
+    }
+
+    /// A way to spoil a message.
+    type Spoil<T> = fn(&mut T);
+
+    fn refused<T: Sound>(sound: T, spoils: &[Spoil<T>]) {
+        assert!(sound.is_sound());
+        for (i, spoil) in spoils.iter().enumerate() {
+            let mut spoilt = sound;
+            spoil(&mut spoilt);
+            assert!(!spoilt.is_sound(), "{} {i}", T::NAME);
+        }
+    }
+
+    #[test]
+    fn a_scan_has_as_many_ranges_as_it_says_and_a_sensor_that_can_be() {
+        let mut sound = scan();
+        sound.ranges_m[..4].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 4.9]);
+        refused(
+            sound,
+            &[
+                |scan| scan.beam_count = 0,
+                |scan| scan.beam_count = 1441,
+                |scan| scan.beam_count = u32::MAX,
+                |scan| scan.angle_increment_rad = f32::NAN,
+                |scan| scan.angle_min_rad = f32::INFINITY,
+                |scan| scan.range_max_m = 0.0,
+                |scan| scan.range_min_m = -1.0,
+                |scan| scan.ranges_m[4] = -0.5,
+                |scan| scan.ranges_m[4] = 1e30,
+            ],
+        );
+    }
+
+    #[test]
+    fn a_pose_is_a_place_and_a_rotation() {
+        let mut odometry = Odometry::zeroed();
+        odometry.pose.orientation_w = -1.0;
+        refused(
+            odometry,
+            &[
+                |odometry| odometry.pose.orientation_w = 0.0,
+                |odometry| odometry.pose.orientation_z = f64::NAN,
+                |odometry| odometry.pose.x_m = f64::INFINITY,
+                |odometry| odometry.pose.y_m = -1e300,
+                |odometry| odometry.twist.yaw_rate_radps = f64::NAN,
+            ],
+        );
+        let mut estimate = PoseEstimate::zeroed();
+        (estimate.pose.orientation_w, estimate.odometry.orientation_z) = (1.0, 1.0);
+        refused(
+            estimate,
+            &[
+                |estimate| estimate.pose.x_px = f64::NAN,
+                |estimate| estimate.scale_a_pxpm = -1.0,
+                |estimate| estimate.scale_b_pxpm = f64::NAN,
+                |estimate| estimate.odometry.orientation_z = 0.5,
+            ],
+        );
+        refused(VelocityCommand::zeroed(), &[|command| command.twist.vx_mps = f64::NAN]);
+    }
+}

@@ -3,7 +3,8 @@
 //! Compares the messages of each channel byte for byte, in the order of their channel; in which order
 //! the channels are interleaved does not matter. Health and faults are left out, for they tell of wall-clock time and chance;
 //! transforms are left out, for they are derived from the odometry. Reads both files side by side
-//! and keeps no more of them than they are apart.
+//! and keeps no more of them than they are apart. What need not be the same to the bit is given
+//! [`Tolerances`].
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -85,7 +86,8 @@ impl fmt::Display for Difference {
 /// [`RecordingError`] where one of them cannot be read.
 pub fn diff(a: &Path, b: &Path) -> Result<Option<Difference>, RecordingError> {
     let (mut a, mut b) = (compared(a)?, compared(b)?);
-    let mut comparison = Comparison::new();
+    let compared = TABLE.iter().copied().filter(|spec| spec.recorded && !LEFT_OUT.contains(&spec.name));
+    let mut comparison = Comparison::of(compared, Tolerances::default());
     loop {
         let (from_a, from_b) = (a.next().transpose()?, b.next().transpose()?);
         if from_a.is_none() && from_b.is_none() {
@@ -108,39 +110,106 @@ fn compared(path: &Path) -> Result<impl Iterator<Item = Result<RawMessage, Recor
     }))
 }
 
+/// How far the fields of messages may be apart.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tolerances(Vec<Tolerance>);
+
+/// How far one field may be apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tolerance {
+    /// The channel.
+    pub channel: String,
+    /// `pose.x_px`; `pose` stands for all that is in it, `covariance` for all its entries.
+    pub field: String,
+    /// The largest difference that counts as none.
+    pub at_most: f64,
+}
+
+/// `estimate.pose.x_px=0.5`: channel, field, difference.
+impl std::str::FromStr for Tolerance {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = || {
+            let (path, at_most) = text.split_once('=')?;
+            let (channel, field) = path.trim().split_once('.')?;
+            let at_most = at_most.trim().parse().ok().filter(|value: &f64| *value >= 0.0)?;
+            let known = TABLE.iter().any(|spec| spec.name == channel);
+            known.then(|| Self { channel: channel.to_owned(), field: field.to_owned(), at_most })
+        };
+        parse().ok_or_else(|| {
+            format!("expected CHANNEL.FIELD=NUMBER, as estimate.pose.x_px=0.5, found {text:?}")
+        })
+    }
+}
+
+impl FromIterator<Tolerance> for Tolerances {
+    fn from_iter<I: IntoIterator<Item = Tolerance>>(tolerances: I) -> Self {
+        Self(tolerances.into_iter().collect())
+    }
+}
+
+impl Tolerances {
+    /// Whether such a difference of a field counts as none.
+    fn forgive(&self, channel: &str, field: &str, a: Option<f64>, b: Option<f64>) -> bool {
+        let within = |part: &str| {
+            field.strip_prefix(part).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        };
+        let own = self.0.iter().filter(|t| t.channel == channel && within(&t.field));
+        let (Some(a), Some(b)) = (a, b) else { return false };
+        own.map(|t| t.at_most).reduce(f64::max).is_some_and(|at_most| (a - b).abs() <= at_most)
+    }
+}
+
 /// The messages of a channel that wait for their counterpart, and where the channel parted.
 struct Lane {
     spec: &'static ChannelSpec,
     topic: String,
     waiting: [VecDeque<RawMessage>; 2],
     difference: Option<(u64, Difference)>,
+    compared: u64,
 }
 
-struct Comparison {
+/// Two streams of messages that are compared as they come.
+pub struct Comparison {
     lanes: Vec<Lane>,
+    tolerances: Tolerances,
 }
 
 impl Comparison {
-    fn new() -> Self {
-        let compared = TABLE.iter().filter(|spec| spec.recorded && !LEFT_OUT.contains(&spec.name));
-        let lane = |spec: &&'static ChannelSpec| Lane {
+    /// Of these channels.
+    pub fn of(channels: impl IntoIterator<Item = &'static ChannelSpec>, tolerances: Tolerances) -> Self {
+        let lane = |spec: &'static ChannelSpec| Lane {
             spec,
             topic: topic_name(spec.name),
             waiting: Default::default(),
             difference: None,
+            compared: 0,
         };
-        Self { lanes: compared.map(lane).collect() }
+        Self { lanes: channels.into_iter().map(lane).collect(), tolerances }
     }
 
-    fn take(&mut self, side: Side, message: RawMessage) {
+    /// Whether messages of the topic are compared.
+    pub fn is_about(&self, topic: &str) -> bool {
+        self.lanes.iter().any(|lane| lane.topic == topic)
+    }
+
+    /// Takes the next message of one side.
+    pub fn take(&mut self, side: Side, message: RawMessage) {
         let lane = self.lanes.iter_mut().find(|lane| lane.topic == message.topic.name);
         if let Some(lane) = lane.filter(|lane| lane.difference.is_none()) {
             lane.waiting[side as usize].push_back(message);
-            lane.compare();
+            lane.compare(&self.tolerances);
         }
     }
 
-    fn finish(mut self) -> Option<Difference> {
+    /// How many messages were found to be the same.
+    pub fn same(&self) -> u64 {
+        self.lanes.iter().map(|lane| lane.compared).sum()
+    }
+
+    /// The earliest difference of all.
+    pub fn finish(mut self) -> Option<Difference> {
         self.lanes.iter_mut().for_each(Lane::finish);
         let differences = self.lanes.into_iter().filter_map(|lane| lane.difference);
         differences.min_by_key(|(stamp_ns, _)| *stamp_ns).map(|(_, difference)| difference)
@@ -148,7 +217,7 @@ impl Comparison {
 }
 
 impl Lane {
-    fn compare(&mut self) {
+    fn compare(&mut self, tolerances: &Tolerances) {
         let [a, b] = &mut self.waiting;
         if a.is_empty() || b.is_empty() {
             return;
@@ -157,11 +226,11 @@ impl Lane {
         match a.sequence.cmp(&b.sequence) {
             std::cmp::Ordering::Less => self.part(&a, What::OnlyIn(Side::A)),
             std::cmp::Ordering::Greater => self.part(&b, What::OnlyIn(Side::B)),
-            std::cmp::Ordering::Equal if a.cdr != b.cdr => {
-                let what = explain(self.spec, &a, &b);
-                self.part(&a, what);
-            }
-            std::cmp::Ordering::Equal => {}
+            std::cmp::Ordering::Equal if a.cdr != b.cdr => match explain(self.spec, &a, &b, tolerances) {
+                None => self.compared += 1,
+                Some(what) => self.part(&a, what),
+            },
+            std::cmp::Ordering::Equal => self.compared += 1,
         }
     }
 
@@ -182,10 +251,11 @@ impl Lane {
     }
 }
 
-fn explain(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage) -> What {
+/// What is different about two messages of one number; `None` where all of it is forgiven.
+fn explain(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage, tolerances: &Tolerances) -> Option<What> {
     let offset = a.cdr.iter().zip(&b.cdr).position(|(a, b)| a != b);
     let bytes = What::Bytes { offset: offset.unwrap_or(a.cdr.len().min(b.cdr.len())) };
-    let mut explain = Explain { channel: spec.name, a, b, what: bytes };
+    let mut explain = Explain { channel: spec.name, a, b, tolerances, what: Some(bytes) };
     match channels::visit(&mut explain) {
         Ok(()) | Err(Found) => explain.what,
     }
@@ -196,22 +266,28 @@ struct Explain<'a> {
     channel: &'static str,
     a: &'a RawMessage,
     b: &'a RawMessage,
-    what: What,
+    tolerances: &'a Tolerances,
+    what: Option<What>,
 }
 
 struct Found;
 
 impl Explain<'_> {
-    fn field<T: Ros2>(&self) -> Option<What> {
+    /// The field that differs, `Some(None)` where all that do are forgiven; `None` where these are no `T`.
+    fn field<T: Ros2>(&self) -> Option<Option<What>> {
         let (a, cells_a) = self.a.typed::<T>().ok()?;
         let (b, cells_b) = self.b.typed::<T>().ok()?;
         let (a, b) = (bytemuck::bytes_of(&a), bytemuck::bytes_of(&b));
-        if let Some(leaf) = Layout::of::<T>().first_difference(a, b) {
-            return Some(What::Field { a: leaf.show(a), b: leaf.show(b), field: leaf.path });
+        let layout = Layout::of::<T>();
+        let different = layout
+            .differences(a, b)
+            .find(|leaf| !self.tolerances.forgive(self.channel, &leaf.path, leaf.number(a), leaf.number(b)));
+        if let Some(leaf) = different {
+            return Some(Some(What::Field { a: leaf.show(a), b: leaf.show(b), field: leaf.path }));
         }
-        let i = cells_a.iter().zip(&cells_b).position(|(a, b)| a != b)?;
+        let Some(i) = cells_a.iter().zip(&cells_b).position(|(a, b)| a != b) else { return Some(None) };
         let (a, b) = (cells_a[i].to_string(), cells_b[i].to_string());
-        Some(What::Field { field: format!("cells[{i}]"), a, b })
+        Some(Some(What::Field { field: format!("cells[{i}]"), a, b }))
     }
 }
 

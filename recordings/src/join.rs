@@ -4,17 +4,17 @@
 //! before that place rather than behind it. Joined, each message is there once, the index is whole, and
 //! what is missing from all parts is counted. Parts that hold nothing are passed over.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::Path;
 
-use sketchnav_schemas::channels::{self, Channel, ChannelVisitor};
-use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::channels::TABLE;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::error::RecordingError;
-use crate::reader::{Part, RawMessage, Recording};
+use crate::reader::{Attachment, Part, RawMessage, Recording};
 use crate::records::Damage;
+use crate::sources::is_source;
 use crate::writer::Writer;
 
 /// Writes the messages of `parts`, in this order, as one recording of `run`, which is still to be finished.
@@ -26,7 +26,9 @@ pub fn join<W: Write>(
     run: &RunConfig,
     sink: W,
 ) -> Result<Writer<W>, RecordingError> {
-    let mut joined = Joined { writer: Writer::create(sink, run)?, said: BTreeSet::new() };
+    let parts: Vec<_> = parts.into_iter().collect();
+    let files = sources_of(&parts);
+    let mut joined = Joined { writer: Writer::create_with(sink, run, &files)?, said: BTreeSet::new() };
     for part in parts {
         match joined.take(part.as_ref()) {
             Err(RecordingError::Damaged { source: Damage::Empty, .. }) => {}
@@ -35,6 +37,16 @@ pub fn join<W: Write>(
         }
     }
     Ok(joined.writer)
+}
+
+/// The files of the run, which every part holds that is long enough.
+fn sources_of(parts: &[impl AsRef<Path>]) -> Vec<Attachment> {
+    let mut files = BTreeMap::new();
+    for part in parts.iter().filter_map(|part| Recording::open(part.as_ref()).ok()) {
+        let sources = part.attachments().iter().filter(|(name, _)| is_source(name));
+        files.extend(sources.map(|(name, file)| (name.clone(), file.clone())));
+    }
+    files.into_values().collect()
 }
 
 struct Joined<W: Write> {
@@ -46,36 +58,18 @@ struct Joined<W: Write> {
 impl<W: Write> Joined<W> {
     fn take(&mut self, part: &Path) -> Result<(), RecordingError> {
         for piece in Recording::open(part)?.parts()? {
-            if let Part::Message(raw) = piece? {
-                // Transforms belong to no channel: they are made again, from the odometry.
-                channels::visit(&mut Put { joined: self, raw: &raw })?;
+            match piece? {
+                Part::Message(raw) if self.is_new(&raw) => self.writer.write_raw(&raw)?,
+                _ => {}
             }
         }
         Ok(())
     }
-}
 
-struct Put<'a, W: Write> {
-    joined: &'a mut Joined<W>,
-    raw: &'a RawMessage,
-}
-
-impl<W: Write> ChannelVisitor for Put<'_, W> {
-    type Error = RecordingError;
-
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
-        let Joined { writer, said } = &mut *self.joined;
-        if self.raw.topic.name.strip_prefix('/') != Some(channel.spec.name) {
-            return Ok(());
-        }
-        if channel.spec.writer.is_none() && !said.insert(self.raw.cdr.clone()) {
-            return Ok(());
-        }
-        let (message, cells) = self.raw.typed::<T>()?;
-        writer.write(channel, &message, &cells).map(drop)
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
-        self.fixed(channel)
+    /// The numbers of a channel that one process writes tell for themselves.
+    fn is_new(&mut self, raw: &RawMessage) -> bool {
+        let name = raw.topic.name.trim_start_matches('/');
+        let many_write = TABLE.iter().any(|spec| spec.name == name && spec.writer.is_none());
+        !many_write || self.said.insert(raw.cdr.clone())
     }
 }

@@ -3,10 +3,16 @@
 //! A task is reached where the planner said so *and* the robot truly stood in the task's place
 //! (paper 001, IV: "we considered a task successful if … the robot is able to access them").
 //!
-//! Pure: messages and the mission in, a [`Verdict`] out. Never opens a recording, never prints.
+//! Pure: messages and the mission in, a [`Verdict`] or [`figures::Figures`] out. But for [`log::Log`], which
+//! is what the judge needs of a recording, nothing here opens one, and nothing prints.
 
 pub mod anchors;
+pub mod figures;
 pub mod homotopy;
+pub mod log;
+pub mod rooms;
+pub mod tables;
+pub mod trajectory;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::TaskState;

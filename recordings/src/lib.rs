@@ -4,15 +4,20 @@
 //! - [`reader`]: reads one message by message, whole or cut off by a kill; [`index`]: where it is what.
 //! - [`join`](mod@join): makes one of the parts that a killed recorder and its successors leave.
 //! - [`diff`]: the first difference of two; [`info`]: what is in one; [`mod@faults`]: what went wrong in it.
+//! - [`copy`](mod@copy): repairs, filters, merges, splits; [`rosbag2`]: folders as ROS 2 has them.
+//! - [`carmen`], [`mod@import`]: other people's logs; [`sources`]: the files of a run inside its recording.
 //! - [`judge`]: how a mission went; [`picture`]: what it looked like.
 //!
 //! Nothing here reads a clock, knows how a message travels between processes, or writes a file by
 //! itself.
 
+pub mod carmen;
+pub mod copy;
 pub mod diff;
 mod directory;
 pub mod error;
 pub mod faults;
+pub mod import;
 pub mod index;
 pub mod info;
 pub mod join;
@@ -21,7 +26,9 @@ mod parts;
 pub mod picture;
 pub mod reader;
 pub mod records;
+pub mod rosbag2;
 pub mod sequence;
+pub mod sources;
 mod timeline;
 pub mod writer;
 

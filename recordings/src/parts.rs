@@ -103,6 +103,11 @@ impl Open {
         })
     }
 
+    /// Knows the topics before the file declares them.
+    pub(crate) fn declare(&mut self, index: &Index) {
+        self.directory = index.directory.clone();
+    }
+
     pub(crate) fn into_directory(self) -> Directory {
         self.directory
     }
@@ -191,6 +196,13 @@ impl Open {
             }
         }
         Ok(())
+    }
+
+    /// Leaves the chunk that is being read; false where there is none.
+    pub(crate) fn abandon_chunk(&mut self) -> bool {
+        let was_inside = self.is_in_chunk();
+        self.offset = self.chunk.len();
+        was_inside
     }
 
     /// Goes to a chunk; what comes next is that chunk.

@@ -105,6 +105,19 @@ impl Recording {
         Some(self.metadata.get(name)?.get(key)?.as_str())
     }
 
+    /// All facts by name, of those that stand before the first message.
+    pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
+        &self.metadata
+    }
+
+    /// The topics, in the order of their numbers in the file.
+    ///
+    /// # Errors
+    /// As [`Recording::index`].
+    pub fn topics(&self) -> Result<Vec<Arc<Topic>>, RecordingError> {
+        Ok(self.index()?.directory.topics().map(|(_, topic)| Arc::clone(topic)).collect())
+    }
+
     /// The attachments by name, of those that stand before the first message.
     pub fn attachments(&self) -> &BTreeMap<String, Attachment> {
         &self.attachments

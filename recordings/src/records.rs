@@ -461,6 +461,34 @@ impl RecordFile {
         Ok(())
     }
 
+    /// Goes to the next place from `from` on where a chunk seems to begin: its opcode, a length that ends in
+    /// the file, and a compression that is known. Reads what lies between once, in pieces.
+    pub fn find_chunk(&mut self, from: u64) -> Result<Option<u64>, Stop> {
+        const PIECE: usize = 1 << 20;
+        /// Frame, times, length, checksum, the compression's length and name.
+        const HEAD: usize = 9 + 8 + 8 + 8 + 4 + 4 + 4;
+        let mut begin = from;
+        while begin < self.bytes {
+            self.seek(begin)?;
+            let mut piece = vec![0; PIECE.min((self.bytes - begin) as usize)];
+            self.fill_from_file(&mut piece)?;
+            for (offset, head) in piece.windows(HEAD).enumerate() {
+                let at = begin + offset as u64;
+                let length = head[1..9].try_into().map_or(u64::MAX, u64::from_le_bytes);
+                let is_chunk = head[0] == op::CHUNK && head[37..] == b"\x04\0\0\0zstd"[..];
+                if is_chunk && length <= self.bytes - at {
+                    self.seek(at)?;
+                    return Ok(Some(at));
+                }
+            }
+            if piece.len() < HEAD || begin + piece.len() as u64 == self.bytes {
+                return Ok(None);
+            }
+            begin += (piece.len() - HEAD + 1) as u64;
+        }
+        Ok(None)
+    }
+
     /// The content of the record that was read last.
     pub fn content(&self) -> &[u8] {
         &self.content

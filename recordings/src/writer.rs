@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use mcap::write::NoSeek;
-use mcap::{Attachment, Compression, WriteOptions, records};
+use mcap::{Compression, WriteOptions, records};
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor};
 use sketchnav_schemas::codes::Process;
@@ -24,10 +24,11 @@ use sketchnav_schemas::ros2::{Ros2, Ros2Error, definitions, transforms};
 use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::error::RecordingError;
+use crate::reader::{Attachment, RawMessage};
 use crate::sequence::{Gap, MAX_GAPS, Seen, Sequence};
 
 /// Uncompressed size at which a chunk is closed by itself, bytes.
-const CHUNK_BYTES: u64 = 768 * 1024;
+pub(crate) const CHUNK_BYTES: u64 = 768 * 1024;
 /// No form in CDR is so many times as long as the largest message: points gain a third coordinate.
 const CDR_GROWTH: usize = 2;
 /// Name of the metadata that describes the run.
@@ -145,6 +146,14 @@ impl<W: Write> Writer<W> {
     /// [`RecordingError::Write`] where `sink` fails, [`RecordingError::Run`] where `run` cannot be
     /// written down.
     pub fn create(sink: W, run: &RunConfig) -> Result<Self, RecordingError> {
+        Self::create_with(sink, run, &[])
+    }
+
+    /// The same with these files inside, so that who opens it finds them before the first message.
+    ///
+    /// # Errors
+    /// As [`Writer::create`].
+    pub fn create_with(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("sketchnav ", env!("CARGO_PKG_VERSION")))
@@ -154,6 +163,9 @@ impl<W: Write> Writer<W> {
             .disable_seeking(true);
         let mut mcap = options.create(NoSeek::new(sink)).map_err(RecordingError::Write)?;
         describe(&mut mcap, run)?;
+        for Attachment { name, media_type, data } in files {
+            attach(&mut mcap, name, media_type, data.clone())?;
+        }
         let mut added = AddTopics { mcap: &mut mcap, topics: Vec::new(), forms: Vec::new(), largest: 0 };
         channels::visit(&mut added)?;
         let AddTopics { topics, forms, largest, .. } = added;
@@ -214,6 +226,15 @@ impl<W: Write> Writer<W> {
             self.lives.see(bytemuck::from_bytes(bytemuck::bytes_of(message)));
         }
         Ok(seen)
+    }
+
+    /// Appends a message of another recording. One of a topic that is no channel, as the transforms are, is
+    /// left out: those are made again from the odometry.
+    ///
+    /// # Errors
+    /// As [`Writer::write`], and where it is not of its channel's type.
+    pub fn write_raw(&mut self, raw: &RawMessage) -> Result<(), RecordingError> {
+        channels::visit(&mut Put { writer: self, raw })
     }
 
     fn append(&mut self, id: u16, sequence: u32, time_ns: u64) -> Result<(), RecordingError> {
@@ -379,8 +400,30 @@ fn attach<W: Write>(
     data: Vec<u8>,
 ) -> Result<(), RecordingError> {
     let (name, media_type) = (name.to_owned(), media_type.to_owned());
-    mcap.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data: data.into() })
+    mcap.attach(&mcap::Attachment { log_time: 0, create_time: 0, name, media_type, data: data.into() })
         .map_err(RecordingError::Write)
+}
+
+/// Writes a message of another recording, once it has come to its channel.
+struct Put<'a, W: Write> {
+    writer: &'a mut Writer<W>,
+    raw: &'a RawMessage,
+}
+
+impl<W: Write> ChannelVisitor for Put<'_, W> {
+    type Error = RecordingError;
+
+    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
+        if self.raw.topic.name.strip_prefix('/') != Some(channel.spec.name) {
+            return Ok(());
+        }
+        let (message, cells) = self.raw.typed::<T>()?;
+        self.writer.write(channel, &message, &cells).map(drop)
+    }
+
+    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
+        self.fixed(channel)
+    }
 }
 
 /// Declares a topic for every channel, so that a reader knows of them before the first message.

@@ -134,8 +134,18 @@ impl Layout {
 
     /// The first number or text in which two messages of this layout differ.
     pub fn first_difference(&self, a: &[u8], b: &[u8]) -> Option<Leaf> {
-        let offset = a.iter().zip(b).position(|(x, y)| x != y)?;
-        self.leaf_at(offset)
+        self.differences(a, b).next()
+    }
+
+    /// Every number and text in which two messages of this layout differ, in order.
+    pub fn differences<'a>(&'a self, a: &'a [u8], b: &'a [u8]) -> impl Iterator<Item = Leaf> + 'a {
+        let mut from = 0;
+        std::iter::from_fn(move || {
+            let offset = a.iter().zip(b).skip(from).position(|(x, y)| x != y)? + from;
+            let leaf = self.leaf_at(offset)?;
+            from = leaf.offset + leaf.kind.size();
+            Some(leaf)
+        })
     }
 }
 
@@ -156,6 +166,18 @@ fn descend(path: String, kind: &Kind, start: usize, inside: usize) -> Option<Lea
 }
 
 impl Leaf {
+    /// The value in `message`; `None` for a text.
+    pub fn number(&self, message: &[u8]) -> Option<f64> {
+        let bytes = message.get(self.offset..self.offset + self.kind.size())?;
+        match self.kind {
+            Kind::U32 => Some(u32::from_le_bytes(bytes.try_into().ok()?).into()),
+            Kind::F32 => Some(f32::from_le_bytes(bytes.try_into().ok()?).into()),
+            Kind::U64 => Some(u64::from_le_bytes(bytes.try_into().ok()?) as f64),
+            Kind::F64 => Some(f64::from_le_bytes(bytes.try_into().ok()?)),
+            _ => None,
+        }
+    }
+
     /// The value in `message`, for people; a number that prints like another one but differs in its
     /// bits is followed by them.
     pub fn show(&self, message: &[u8]) -> String {

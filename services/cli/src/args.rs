@@ -36,6 +36,7 @@ impl Cli {
             Some(Command::Chaos { options, .. }) => options.json,
             Some(Command::Top { options }) => options.json,
             Some(Command::Ps { json } | Command::Diff { json, .. } | Command::Info { json, .. }) => *json,
+            Some(Command::Recordings(tool)) => tool.wants_json(),
             _ => false,
         }
     }
@@ -147,6 +148,9 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// The tools for recordings.
+    #[command(flatten)]
+    Recordings(crate::recordings::args::Tool),
 }
 
 /// How to draw a floor.
@@ -332,7 +336,8 @@ pub struct Tap {
     pub count: Option<u64>,
 }
 
-fn parse_service(word: &str) -> Result<Process, String> {
+/// A process that is a service.
+pub fn parse_service(word: &str) -> Result<Process, String> {
     match word.parse() {
         Ok(process) if SERVICES.contains(&process) => Ok(process),
         _ => Err(format!("expected one of {}", SERVICES.map(Process::word).join(", "))),

@@ -9,6 +9,8 @@ use crate::output::{self, out, say};
 pub enum Failure {
     /// Bad input or usage: exit 2.
     Input(anyhow::Error),
+    /// A tool that has the exit codes of MCAP's own did not succeed: exit 1.
+    Plain(anyhow::Error),
     /// Anything else: exit 3.
     Other(anyhow::Error),
     /// As `Other`, and the command has printed all the same what it could: exit 3.
@@ -22,6 +24,8 @@ pub enum Outcome {
     Success,
     /// Done, but some task was not reached, or the recordings differ: exit 1.
     Short,
+    /// Recovered, but not all of it: exit 3.
+    Loss,
 }
 
 impl From<anyhow::Error> for Failure {
@@ -48,6 +52,8 @@ pub fn exit_code(result: Result<Outcome, Failure>, json: bool) -> ExitCode {
     match result {
         Ok(Outcome::Success) => ExitCode::from(0),
         Ok(Outcome::Short) => ExitCode::from(1),
+        Ok(Outcome::Loss) => ExitCode::from(3),
+        Err(Failure::Plain(error)) => report(&error, 1, json),
         Err(Failure::Input(error)) => report(&error, 2, json),
         Err(Failure::Other(error)) => report(&error, 3, json),
         Err(Failure::Reported(error)) => report(&error, 3, false),

@@ -8,6 +8,7 @@ mod failure;
 mod folder;
 mod mission;
 mod output;
+mod recordings;
 mod report;
 mod serve;
 mod systems;
@@ -50,5 +51,6 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Hz { tap }) => tap::hz(&tap),
         Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
         Some(Command::Info { file, json }) => tools::info(&file, json),
+        Some(Command::Recordings(tool)) => recordings::dispatch(tool),
     }
 }

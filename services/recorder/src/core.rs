@@ -7,6 +7,7 @@
 
 use std::io::Write;
 
+use sketchnav_recordings::reader::Attachment;
 use sketchnav_recordings::{RecordingError, Writer};
 use sketchnav_schemas::channels::{Channel, RECORDED_EVERY, SCAN, TABLE};
 use sketchnav_schemas::message::{Header, Recorded};
@@ -41,12 +42,13 @@ pub struct Report {
 }
 
 impl<W: Write> Core<W> {
-    /// Begins the recording of `run` in `sink`, which should be buffered.
+    /// Begins the recording of `run` in `sink`, which should be buffered; `files` are those that the run is
+    /// made of.
     ///
     /// # Errors
     /// [`RecordingError`] where not even the beginning can be written.
-    pub fn new(sink: W, run: &RunConfig) -> Result<Self, RecordingError> {
-        let writer = Some(Writer::create(sink, run)?);
+    pub fn new(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
+        let writer = Some(Writer::create_with(sink, run, files)?);
         let newest_scan = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         Ok(Self { writer, report: Report::default(), newest_scan, acknowledged_scan: 0 })
     }

@@ -304,7 +304,8 @@ fn begin(run: &RunConfig, path: &Path) -> anyhow::Result<(FileCore, Disk)> {
     let name = || path.display().to_string();
     let created = Disk::create(path);
     let (mut disk, sink) = created.with_context(|| format!("{}: the recording cannot be begun", name()))?;
-    let core = Core::new(sink, run).with_context(name)?;
+    let files = sketchnav_recordings::sources::read(&run.mission);
+    let core = Core::new(sink, run, &files).with_context(name)?;
     disk.mark_whole().with_context(name)?;
     Ok((core, disk))
 }

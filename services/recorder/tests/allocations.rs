@@ -102,7 +102,7 @@ impl ChannelVisitor for Round {
 #[test]
 fn recording_allocates_nothing_but_what_mcap_does_for_each_chunk() {
     let run = serde_json::from_str(include_str!("run.json")).unwrap();
-    let mut round = Round { core: Core::new(io::sink(), &run).unwrap(), seq: 0, allocated: 0 };
+    let mut round = Round { core: Core::new(io::sink(), &run, &[]).unwrap(), seq: 0, allocated: 0 };
     round.next();
     for chunk in 0..20 {
         round.core.flush().unwrap();

@@ -19,7 +19,7 @@ fn scan(seq: u64) -> LaserScan {
 
 #[test]
 fn the_world_is_told_every_so_many_scans() {
-    let mut core = Core::new(Vec::new(), &run()).unwrap();
+    let mut core = Core::new(Vec::new(), &run(), &[]).unwrap();
     let mut told = Vec::new();
     for seq in 1..=50 {
         core.record(SCAN, &scan(seq), &[]).unwrap();
@@ -35,7 +35,7 @@ fn the_world_is_told_every_so_many_scans() {
 /// A pass may take many scans at once; all of them are told with the last one.
 #[test]
 fn a_late_recorder_catches_up_in_one_pass() {
-    let mut core = Core::new(Vec::new(), &run()).unwrap();
+    let mut core = Core::new(Vec::new(), &run(), &[]).unwrap();
     (1..=3 * RECORDED_EVERY + 1).for_each(|seq| core.record(SCAN, &scan(seq), &[]).unwrap());
     assert_eq!(core.end_pass().unwrap().unwrap().header.source_seq, 3 * RECORDED_EVERY + 1);
     assert!(core.end_pass().unwrap().is_none());
@@ -49,7 +49,7 @@ fn scans_come_first_in_the_table() {
 
 #[test]
 fn missing_and_malformed_messages_are_counted() {
-    let mut core = Core::new(Vec::new(), &run()).unwrap();
+    let mut core = Core::new(Vec::new(), &run(), &[]).unwrap();
     core.record(SCAN, &scan(1), &[]).unwrap();
     core.record(SCAN, &scan(4), &[]).unwrap();
     let sketch = SketchMap { header: scan(1).header, width_px: 2, height_px: 2, ..Zeroable::zeroed() };
@@ -85,7 +85,7 @@ impl Write for Disk {
 /// goes on being told.
 #[test]
 fn a_full_disk_is_said_once_and_stops_nobody() {
-    let mut core = Core::new(Disk { room: 20_000 }, &run()).unwrap();
+    let mut core = Core::new(Disk { room: 20_000 }, &run(), &[]).unwrap();
     let (mut failures, mut told) = (Vec::new(), 0);
     for seq in 1..=5000 {
         failures.extend(core.record(SCAN, &scan(seq), &[]).err());

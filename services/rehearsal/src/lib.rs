@@ -1,7 +1,10 @@
 //! A mission in one process: the cores of world, sketcher, localizer and planner, called in turn.
 //!
 //! It sends, through a [`Tap`], the very messages that the processes send in lockstep, byte for byte
-//! and channel by channel (health apart). No shared memory, no thread, no clock.
+//! and channel by channel (health apart). No shared memory, no thread, no clock. [`rerun`] has one of the
+//! cores do once more what a recording says that it did.
+
+pub mod rerun;
 
 use sketchnav_localizer::core::{Core as Localizer, CoreError as LocalizerError};
 use sketchnav_planner::core::{Core as Planner, PlannerError};
@@ -48,19 +51,19 @@ pub trait Tap {
 }
 
 /// Where a channel's messages are made, one after the other, in the same place.
-struct Outbox<T> {
+pub(crate) struct Outbox<T> {
     channel: Channel<T>,
-    message: Box<T>,
+    pub(crate) message: Box<T>,
     last_seq: u64,
 }
 
 impl<T: Message> Outbox<T> {
-    fn new(channel: Channel<T>) -> Self {
+    pub(crate) fn new(channel: Channel<T>) -> Self {
         Self { channel, message: bytemuck::zeroed_box(), last_seq: 0 }
     }
 
     /// The place, wiped.
-    fn blank(&mut self) -> &mut T {
+    pub(crate) fn blank(&mut self) -> &mut T {
         *self.message = T::zeroed();
         &mut self.message
     }
@@ -68,7 +71,7 @@ impl<T: Message> Outbox<T> {
 
 impl<T: Ros2> Outbox<T> {
     /// Numbers what the place holds and shows it to the tap.
-    fn send(&mut self, tap: &mut impl Tap, cells: &[u8]) {
+    pub(crate) fn send(&mut self, tap: &mut impl Tap, cells: &[u8]) {
         self.last_seq += 1;
         self.message.header_mut().seq = self.last_seq;
         tap.see(self.channel, &*self.message, cells);

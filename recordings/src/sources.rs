@@ -1,0 +1,111 @@
+//! The files that a run is made of, inside its recording: the drawing, and the map or floor plan of the
+//! world. With them a recording can be executed once more where those files are not, or have changed.
+//!
+//! A map's picture is found by the line `image:` of its YAML. What cannot be read is left out: a recording
+//! is not refused for it.
+
+use std::path::{Component, Path, PathBuf};
+
+use sketchnav_schemas::mission::Mission;
+
+use crate::reader::{Attachment, Recording};
+
+/// Folders inside the recording.
+const SKETCH: &str = "sketch/";
+const WORLD: &str = "world/";
+/// Larger files are not taken along.
+const MAX_BYTES: u64 = 32 << 20;
+
+/// Whether an attachment of this name is one of the files that the run is made of.
+pub fn is_source(name: &str) -> bool {
+    name.starts_with(SKETCH) || name.starts_with(WORLD)
+}
+
+/// Reads the files that a mission names; its paths are absolute.
+pub fn read(mission: &Mission) -> Vec<Attachment> {
+    let mut files: Vec<_> = file(SKETCH, Path::new(&mission.sketch.file)).into_iter().collect();
+    let world = &mission.world;
+    files.extend(world.floor_plan.iter().filter_map(|path| file(WORLD, Path::new(path))));
+    for path in world.map.iter().map(Path::new) {
+        let Some(yaml) = file(WORLD, path) else { continue };
+        let picture = picture_of(&yaml.data);
+        files.push(yaml);
+        files.extend(picture.and_then(|picture| {
+            let bytes = file("", &path.with_file_name(&picture))?;
+            Some(Attachment { name: format!("{WORLD}{picture}"), ..bytes })
+        }));
+    }
+    files
+}
+
+fn file(folder: &str, path: &Path) -> Option<Attachment> {
+    let is_small = std::fs::metadata(path).is_ok_and(|about| about.len() <= MAX_BYTES);
+    let data = is_small.then(|| std::fs::read(path).ok()).flatten()?;
+    let name = format!("{folder}{}", path.file_name()?.to_str()?);
+    Some(Attachment { name, media_type: media_type(path).to_owned(), data })
+}
+
+fn media_type(path: &Path) -> &'static str {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("png") => "image/png",
+        Some("jpg" | "jpeg") => "image/jpeg",
+        Some("svg") => "image/svg+xml",
+        Some("json") => "application/json",
+        Some("toml") => "application/toml",
+        Some("yaml" | "yml") => "application/yaml",
+        _ => "application/octet-stream",
+    }
+}
+
+/// The picture that a map's YAML names, where it lies beside it or below.
+fn picture_of(yaml: &[u8]) -> Option<String> {
+    let text = std::str::from_utf8(yaml).ok()?;
+    let line = text.lines().find_map(|line| line.trim().strip_prefix("image:"))?;
+    let name = line.trim().trim_matches(['"', '\'']);
+    is_below(Path::new(name)).then(|| name.to_owned())
+}
+
+fn is_below(path: &Path) -> bool {
+    let mut parts = path.components().peekable();
+    parts.peek().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
+}
+
+/// Writes the files that are inside the recording into `folder`, and has `mission` name those. What is not
+/// inside is left where the mission says that it is.
+///
+/// # Errors
+/// As the system says.
+pub fn unpack(recording: &Recording, mission: &mut Mission, folder: &Path) -> std::io::Result<()> {
+    for (name, attachment) in recording.attachments() {
+        if is_source(name) && is_below(Path::new(name)) {
+            let path = folder.join(name);
+            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+            std::fs::write(path, &attachment.data)?;
+        }
+    }
+    let moved = |inside: &str, path: &mut String| {
+        let name = Path::new(path.as_str()).file_name().unwrap_or_default().to_owned();
+        let there: PathBuf = folder.join(inside).join(name);
+        if let (true, Some(there)) = (there.is_file(), there.to_str()) {
+            there.clone_into(path);
+        }
+    };
+    moved(SKETCH, &mut mission.sketch.file);
+    mission.world.floor_plan.iter_mut().for_each(|path| moved(WORLD, path));
+    mission.world.map.iter_mut().for_each(|path| moved(WORLD, path));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_maps_picture_is_found_and_no_file_outside_is_touched() {
+        assert_eq!(picture_of(b"image: 'm.pgm'\nresolution: 1\n").as_deref(), Some("m.pgm"));
+        assert_eq!(picture_of(b"resolution: 1\nimage: parts/m.png"), Some("parts/m.png".into()));
+        for outside in ["image: /etc/passwd", "image: ../m.png", "image:", "resolution: 1"] {
+            assert_eq!(picture_of(outside.as_bytes()), None, "{outside}");
+        }
+    }
+}

@@ -1,0 +1,290 @@
+//! The command lines of the tools for recordings.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use sketchnav_recordings::diff::Tolerance;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::Parameters;
+
+/// The tools for recordings.
+#[derive(Debug, Subcommand)]
+pub enum Tool {
+    /// Play a recording into the channels of a system, for live tools and processes.
+    #[command(
+        after_help = "Keys: space pauses and goes on, s is a step, ←/→ (or h/l) go 10 s, + and - change the rate, q ends.\nExit codes: 0 played, 2 bad input, 3 anything else.\nExample: sketchnav replay a.mcap --live localizer,planner,recorder --rate max --record again.mcap"
+    )]
+    Replay {
+        /// The recording.
+        file: PathBuf,
+        #[command(flatten)]
+        options: ReplayOptions,
+    },
+    /// Execute a service's core on the recorded inputs and compare what it sends with what is recorded.
+    #[command(
+        after_help = "Exit codes: 0 identical, 1 different, 2 bad input, 3 anything else.\nExample: sketchnav rerun a.mcap --process localizer --set particles=500"
+    )]
+    Rerun {
+        /// The recording.
+        file: PathBuf,
+        #[command(flatten)]
+        options: RerunOptions,
+    },
+    /// Tell how a mission went and how far the estimates were from the truth.
+    #[command(
+        after_help = "Exit codes: 0 done, 1 some task was not reached, 2 bad input, 3 anything else.\nExample: sketchnav judge a.mcap b.mcap --json"
+    )]
+    Judge {
+        /// The recordings.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        #[command(flatten)]
+        options: JudgeOptions,
+    },
+    /// Make a recording of a laser log of the CARMEN toolkit (.log, or .log.gz).
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav import intel.log.gz --map intel.yaml -o intel.mcap"
+    )]
+    Import {
+        /// The log.
+        log: PathBuf,
+        #[command(flatten)]
+        options: ImportOptions,
+    },
+    /// Copy whatever can be read of a recording that was cut off or is damaged.
+    #[command(
+        after_help = "Exit codes: 0 all of it, 1 error, 2 usage, 3 recovered with loss.\nExample: sketchnav recover broken.mcap -o whole.mcap"
+    )]
+    Recover {
+        /// The recording.
+        file: PathBuf,
+        /// The copy.
+        #[arg(short, long)]
+        output: PathBuf,
+        /// One JSON object instead of text.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Copy some topics or some time of a recording.
+    #[command(
+        after_help = "Exit codes: 0 done, 1 error, 2 usage.\nExample: sketchnav filter a.mcap --topics scan,odometry --start 10 --end 20 -o part.mcap"
+    )]
+    Filter {
+        /// The recording.
+        file: PathBuf,
+        #[command(flatten)]
+        options: FilterOptions,
+    },
+    /// Make one recording of several, in the order of time.
+    #[command(
+        after_help = "Exit codes: 0 done, 1 error, 2 usage.\nExample: sketchnav merge a.mcap b.mcap -o both.mcap"
+    )]
+    Merge {
+        /// The recordings.
+        #[arg(required = true, num_args = 2..)]
+        files: Vec<PathBuf>,
+        /// The result.
+        #[arg(short, long)]
+        output: PathBuf,
+    },
+    /// Cut a recording into parts, each with the latched messages; or make a folder of rosbag2 of it.
+    #[command(
+        after_help = "Exit codes: 0 done, 1 error, 2 usage.\nExample: sketchnav split a.mcap --seconds 60 --rosbag2 -o bag"
+    )]
+    Split {
+        /// The recording.
+        file: PathBuf,
+        #[command(flatten)]
+        options: SplitOptions,
+    },
+}
+
+impl Tool {
+    /// Whether a program reads standard output.
+    pub fn wants_json(&self) -> bool {
+        match self {
+            Self::Rerun { options, .. } => options.json,
+            Self::Judge { options, .. } => options.json,
+            Self::Import { options, .. } => options.json,
+            Self::Recover { json, .. } => *json,
+            Self::Split { options, .. } => options.json,
+            Self::Replay { .. } | Self::Filter { .. } | Self::Merge { .. } => false,
+        }
+    }
+}
+
+/// How to play a recording.
+#[derive(Debug, Clone, Args)]
+pub struct ReplayOptions {
+    /// Recorded seconds a second; `max`: as fast as the listeners take it.
+    #[arg(long, default_value = "1", value_parser = parse_rate)]
+    pub rate: Rate,
+    /// Begin at this recorded second.
+    #[arg(long, value_name = "S")]
+    pub start: Option<f64>,
+    /// End before this recorded second.
+    #[arg(long, value_name = "S")]
+    pub end: Option<f64>,
+    /// Begin again at the end; numbers and stamps go on.
+    #[arg(long = "loop")]
+    pub again: bool,
+    /// Only these channels, separated by commas.
+    #[arg(long, value_delimiter = ',')]
+    pub topics: Vec<String>,
+    /// Plays the recording's topic A into the channel B; may be repeated.
+    #[arg(long, value_name = "A:=B", value_parser = parse_remap)]
+    pub remap: Vec<(String, String)>,
+    /// Wait for the space bar before the first message.
+    #[arg(long)]
+    pub paused: bool,
+    /// Start these processes and play what the others said, separated by commas.
+    #[arg(long, value_delimiter = ',', value_parser = crate::args::parse_service)]
+    pub live: Vec<Process>,
+    /// Where the live recorder writes to.
+    #[arg(long, value_name = "MCAP")]
+    pub record: Option<PathBuf>,
+    /// The system's name.
+    #[arg(long)]
+    pub system: Option<String>,
+}
+
+/// How fast to play.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rate {
+    /// As fast as the listeners take it.
+    Max,
+    /// Recorded seconds a second.
+    Times(f64),
+}
+
+fn parse_rate(text: &str) -> Result<Rate, String> {
+    if text == "max" {
+        return Ok(Rate::Max);
+    }
+    let rate = text.parse().ok().filter(|rate: &f64| *rate > 0.0 && *rate <= 1000.0);
+    rate.map(Rate::Times).ok_or_else(|| "expected `max`, or a number above 0 and up to 1000".to_owned())
+}
+
+fn parse_remap(text: &str) -> Result<(String, String), String> {
+    let (from, to) = text.split_once(":=").ok_or("expected A:=B")?;
+    let slashed = |name: &str| format!("/{}", name.trim_start_matches('/'));
+    Ok((slashed(from), slashed(to)))
+}
+
+/// How to execute a service again.
+#[derive(Debug, Clone, Args)]
+pub struct RerunOptions {
+    /// world, sketcher, localizer or planner.
+    #[arg(long, value_parser = crate::args::parse_service)]
+    pub process: Process,
+    /// Another value of one of its parameters: `particles=500`; may be repeated. What comes of it is told
+    /// beside what is recorded.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// A difference of this field up to this is none: `estimate.pose.x_px=0.5`; may be repeated.
+    #[arg(long = "tolerance", value_name = "CHANNEL.FIELD=NUMBER")]
+    pub tolerances: Vec<Tolerance>,
+    /// Writes the recording with what the service sends now in the place of what it sent.
+    #[arg(short, long, value_name = "MCAP")]
+    pub output: Option<PathBuf>,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl RerunOptions {
+    /// The values that are set, as parameters of the process.
+    pub fn parameters(&self) -> Result<Parameters, String> {
+        let mut all = Parameters::default();
+        for line in &self.set {
+            let named = ["sketcher.", "localizer.", "planner."].iter().any(|name| line.starts_with(name));
+            let line = if named { line.clone() } else { format!("{}.{line}", self.process.word()) };
+            let parsed: Parameters = line.parse().map_err(|error| format!("--set {line}: {error}"))?;
+            all.extend(&parsed);
+        }
+        Ok(all)
+    }
+}
+
+/// What to tell of recordings.
+#[derive(Debug, Clone, Args)]
+pub struct JudgeOptions {
+    /// Which room of the floor is which of the drawing: a file (TOML).
+    #[arg(long, value_name = "TOML")]
+    pub rooms: Option<PathBuf>,
+    /// Writes a line for each estimate beside its truth; of several recordings, into a folder.
+    #[arg(long, value_name = "CSV")]
+    pub csv: Option<PathBuf>,
+    /// Writes the true and the estimated trajectory in metres into this folder, for evo.
+    #[arg(long, value_name = "DIR")]
+    pub tum: Option<PathBuf>,
+    /// One JSON array instead of tables.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a log does not say.
+#[derive(Debug, Clone, Args)]
+pub struct ImportOptions {
+    /// The map of map_server that the log is to be localized in: both scales are known then.
+    #[arg(long, value_name = "YAML", required_unless_present = "sketch")]
+    pub map: Option<PathBuf>,
+    /// A drawing to be localized in instead, with the start in it.
+    #[arg(long, value_name = "FILE", requires = "start")]
+    pub sketch: Option<PathBuf>,
+    /// Where the log begins in the drawing: image pixels and degrees, `COLUMN,ROW,HEADING`.
+    #[arg(long, value_name = "C,R,DEG", value_delimiter = ',', num_args = 3, allow_hyphen_values = true)]
+    pub start: Vec<f64>,
+    /// A reading from here on is none, metres.
+    #[arg(long, default_value_t = 79.0)]
+    pub range_max: f64,
+    /// Seed of the run that the log stands for.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Another parameter: `localizer.particles=5000`; may be repeated.
+    #[arg(long = "set", value_name = "SERVICE.KEY=VALUE")]
+    pub set: Vec<Parameters>,
+    /// The recording.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What to keep of a recording.
+#[derive(Debug, Clone, Args)]
+pub struct FilterOptions {
+    /// Only these topics, separated by commas.
+    #[arg(long, value_delimiter = ',')]
+    pub topics: Vec<String>,
+    /// From this recorded second on.
+    #[arg(long, value_name = "S")]
+    pub start: Option<f64>,
+    /// Up to before this recorded second.
+    #[arg(long, value_name = "S")]
+    pub end: Option<f64>,
+    /// The copy.
+    #[arg(short, long)]
+    pub output: PathBuf,
+}
+
+/// How to cut a recording.
+#[derive(Debug, Clone, Args)]
+pub struct SplitOptions {
+    /// So much time a part, recorded seconds.
+    #[arg(long, value_name = "S", conflicts_with = "megabytes")]
+    pub seconds: Option<f64>,
+    /// So much in a part, megabytes of messages before compression.
+    #[arg(long, value_name = "MB")]
+    pub megabytes: Option<f64>,
+    /// With the metadata.yaml of rosbag2; without a limit in one file.
+    #[arg(long)]
+    pub rosbag2: bool,
+    /// Folder for the parts; made if it is missing.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,201 @@
+//! Makes recordings of laser logs.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use bytemuck::Zeroable;
+use flate2::bufread::MultiGzDecoder;
+use sketchnav_recordings::carmen::{CarmenLog, CarmenScan};
+use sketchnav_recordings::import::{self, LOG_SYSTEM, LaserFacts};
+use sketchnav_recordings::{Writer, sources};
+use sketchnav_schemas::codes::{FREE, WALL};
+use sketchnav_schemas::geometry::{Pose, Sketch};
+use sketchnav_schemas::message::{Header, PosePx, Route, SketchMap};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_sim::ros_map::{MapInfo, OccupancyMap};
+
+use super::args::ImportOptions;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::folder::plain_name;
+use crate::output::out;
+
+/// How far the place of the log's begin may be off where the drawing is the map: its own corrected pose, or a
+/// mark by hand.
+const MAP_START_SPREAD_PX: f64 = 1.0;
+const MAP_START_SPREAD_RAD: f64 = 0.03;
+/// Numbers of what is sent once.
+const ONCE: Header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
+
+/// What the log is localized in.
+struct Drawn {
+    sketch: SketchMap,
+    cells: Vec<u8>,
+    route: Box<Route>,
+}
+
+/// Makes a recording of a log.
+pub fn import(log: &Path, options: &ImportOptions) -> Result<Outcome, Failure> {
+    let first = scans(log)?.next().transpose().or_input()?;
+    let first = first.ok_or_else(|| Failure::Input(anyhow!("{}: expected FLASER lines", log.display())))?;
+    let laser = LaserFacts::of_half_circle(first.ranges_m.len(), options.range_max);
+    let mut run = run(log, options, &first, &laser)?;
+    let drawn = match (&options.sketch, &options.map) {
+        (None, Some(map)) => of_map(map, &first, &mut run)?,
+        _ => of_sketch(&run)?,
+    };
+    for parameters in &options.set {
+        run.mission.parameters.extend(parameters);
+    }
+    let count = write(log, options, &run, &laser, &drawn)?;
+    let output = options.output.display();
+    if options.json {
+        out!("{}", serde_json::json!({ "recording": options.output, "scans": count }))?;
+    } else {
+        out!("{count} scans of {} beams\nrecording  {output}", first.ranges_m.len())?;
+    }
+    Ok(Outcome::Success)
+}
+
+fn scans(log: &Path) -> Result<CarmenLog<Box<dyn BufRead>>, Failure> {
+    let file = File::open(log).with_context(|| log.display().to_string()).or_input()?;
+    let mut plain = BufReader::with_capacity(1 << 16, file);
+    let is_packed = plain.fill_buf().is_ok_and(|bytes| bytes.starts_with(&[0x1f, 0x8b]));
+    let text: Box<dyn BufRead> =
+        if is_packed { Box::new(BufReader::new(MultiGzDecoder::new(plain))) } else { Box::new(plain) };
+    Ok(CarmenLog::new(text))
+}
+
+fn write(
+    log: &Path,
+    options: &ImportOptions,
+    run: &RunConfig,
+    laser: &LaserFacts,
+    drawn: &Drawn,
+) -> Result<u64, Failure> {
+    let path = &options.output;
+    let file = File::create(path).with_context(|| path.display().to_string()).or_input()?;
+    let files = sources::read(&run.mission);
+    let mut writer = Writer::create_with(BufWriter::new(file), run, &files).context("the recording")?;
+    let sketch = (&drawn.sketch, drawn.cells.as_slice());
+    let count = import::import(scans(log)?, laser, sketch, &drawn.route, &mut writer);
+    let count = count.with_context(|| log.display().to_string()).or_input()?;
+    writer.finish().context("the recording")?;
+    Ok(count)
+}
+
+/// The run that the log stands for: it has a task, for a mission must, and nobody drove it.
+fn run(
+    log: &Path,
+    options: &ImportOptions,
+    first: &CarmenScan,
+    laser: &LaserFacts,
+) -> Result<RunConfig, Failure> {
+    let absolute = |path: &PathBuf| -> anyhow::Result<String> {
+        let path = std::path::absolute(path)?;
+        path.into_os_string().into_string().map_err(|path| anyhow!("{path:?}: expected a path in UTF-8"))
+    };
+    let drawing =
+        options.sketch.as_ref().or(options.map.as_ref()).context("expected --map or --sketch").or_input()?;
+    let drawing = absolute(drawing).or_input()?;
+    let world = options.map.as_ref().map_or(Ok(drawing.clone()), absolute).or_input()?;
+    let stem = log.file_name().unwrap_or_default().to_string_lossy();
+    let name = plain_name(stem.split('.').next().unwrap_or_default());
+    let Pose { x, y, yaw_rad, .. } = first.reference;
+    let (start, goal) = match options.start.as_slice() {
+        [column, row, heading] => {
+            (format!("sketch = [{column:?}, {row:?}]\nsketch_heading_deg = {heading:?}"), [*column, *row])
+        }
+        _ => (String::new(), [0.0, 0.0]),
+    };
+    let text = format!(
+        "name = {name:?}\nrobot = \"log\"\n[world]\nmap = {world:?}\n[start]\nworld = [{x:?}, {y:?}]\nworld_heading_deg = {:?}\n{start}\n[sketch]\nfile = {drawing:?}\n[[task]]\nname = \"log\"\ngoal = [{:?}, {:?}]\nthere = {{ center = [{x:?}, {y:?}], radius_m = 1.0 }}\n",
+        yaw_rad.to_degrees(),
+        goal[0],
+        goal[1],
+    );
+    let mission = Mission::parse(&text).or_input()?;
+    let robot = robot(first.ranges_m.len(), laser).or_input()?;
+    let (system, recording) = (LOG_SYSTEM.to_owned(), None);
+    Ok(RunConfig { system, mission, robot, seed: options.seed, pace: Pace::Lockstep, recording })
+}
+
+/// A robot of whom only its laser is known. What the localizer does not ask for is as a Pioneer has it.
+fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
+    let field_of_view_deg = (laser.angle_increment_rad * (beams - 1) as f64).to_degrees();
+    let text = format!(
+        "name = \"log\"\nradius_m = 0.25\nmass_kg = 20.0\ndrive = \"differential\"\n[limits]\nspeed_mps = 0.7\nyaw_rate_radps = 1.5\nacceleration_mps2 = 0.5\nyaw_acceleration_radps2 = 2.0\n[laser]\nmodel = \"of a log\"\nfield_of_view_deg = {field_of_view_deg:?}\nbeams = {beams}\nrange_min_m = 0.01\nrange_max_m = {:?}\nrate_hz = 10.0\nnoise_m = 0.01\nnoise_per_m = 0.0\ndropout = 0.0\nmount_x_m = 0.0\n[odometry]\nalpha_speed_speed = 0.01\nalpha_speed_turn = 0.01\nalpha_turn_speed = 0.01\nalpha_turn_turn = 0.01\ndrift_distance = 0.0\ndrift_yaw_radpm = 0.0\nslips_per_m = 0.0\n",
+        laser.range_max_m,
+    );
+    Ok(Robot::parse(&text)?)
+}
+
+/// The map as a drawing: a cell a pixel, walls where it is occupied; whatever is not known is free to look
+/// through. Both scales are known, and the localizer is told so.
+fn of_map(map: &Path, first: &CarmenScan, run: &mut RunConfig) -> Result<Drawn, Failure> {
+    let known = occupied(map).or_input()?;
+    let (width, height) = known.raster().size();
+    let is_wall = |i: usize| known.raster().is_solid((i % width) as i64, (i / width) as i64);
+    let cells: Vec<u8> = (0..height * width).map(|i| if is_wall(i) { WALL } else { FREE }).collect();
+    let (resolution, [x0, y0]) = (known.resolution_m(), known.origin_m());
+    let at = &first.reference;
+    let start = Pose::<Sketch>::new((at.x - x0) / resolution, (at.y - y0) / resolution, at.yaw_rad);
+    let sketch = SketchMap {
+        header: ONCE,
+        width_px: width as u32,
+        height_px: height as u32,
+        wall_direction_rad: 0.0,
+        pen_width_px: 1.0,
+        start: PosePx::new(&start),
+        start_spread_px: MAP_START_SPREAD_PX,
+        start_spread_rad: MAP_START_SPREAD_RAD,
+    };
+    run.mission.parameters.localizer = known_scales(&cells, width, resolution);
+    Ok(Drawn { sketch, cells, route: Box::new(Route { header: ONCE, ..Route::zeroed() }) })
+}
+
+/// The map's occupied cells alone as walls.
+fn occupied(path: &Path) -> anyhow::Result<OccupancyMap> {
+    let named = || path.display().to_string();
+    let mut info = MapInfo::parse(&std::fs::read_to_string(path).with_context(named)?).with_context(named)?;
+    info.free_thresh = info.occupied_thresh;
+    let picture = path.with_file_name(&info.image);
+    let bytes = std::fs::read(&picture).with_context(|| picture.display().to_string())?;
+    OccupancyMap::decode(&info, &bytes).with_context(|| picture.display().to_string())
+}
+
+/// Both scales are what the map says, from the first scan to the last.
+fn known_scales(cells: &[u8], width: usize, resolution_m: f64) -> toml::Table {
+    let walls =
+        || cells.iter().enumerate().filter(|(_, cell)| **cell == WALL).map(|(i, _)| [i % width, i / width]);
+    let extent = |axis: usize| {
+        let (least, most) =
+            walls().fold((usize::MAX, 0), |(least, most), at| (least.min(at[axis]), most.max(at[axis])));
+        (most + 1).saturating_sub(least)
+    };
+    let building_size_m = extent(0).max(extent(1)).max(1) as f64 * resolution_m;
+    let facts = [
+        ("building_size_m", building_size_m),
+        ("start_size_share", 1.0),
+        ("start_log_scale_spread", 0.0),
+        ("start_anisotropy", 0.0),
+        ("scale_noise", 0.0),
+        ("step_scale_noise", 0.0),
+        ("perturbation_log_scale", 0.0),
+    ];
+    facts.into_iter().map(|(key, value)| (key.to_owned(), value.into())).collect()
+}
+
+fn of_sketch(run: &RunConfig) -> Result<Drawn, Failure> {
+    let (drawing, places) = sketchnav_sketcher::understand(run).map_err(Failure::Input)?;
+    let mut sketch = SketchMap { header: ONCE, ..SketchMap::zeroed() };
+    sketchnav_sketcher::fill_sketch(&drawing, &places, &mut sketch);
+    let mut route = Box::new(Route { header: ONCE, ..Route::zeroed() });
+    sketchnav_sketcher::fill_route(&places, &mut route);
+    route.header = ONCE;
+    sketch.header = ONCE;
+    Ok(Drawn { sketch, cells: drawing.cells, route })
+}

@@ -1,0 +1,182 @@
+//! How missions went and how far the estimates were from the truth.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
+use serde::Serialize;
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::import::LOG_SYSTEM;
+use sketchnav_recordings::judge::figures::{Figures, MetricMap, figures};
+use sketchnav_recordings::judge::log::Log;
+use sketchnav_recordings::judge::rooms::Rooms;
+use sketchnav_recordings::judge::tables;
+use sketchnav_recordings::judge::trajectory::Statistics;
+use sketchnav_schemas::run::RunConfig;
+
+use super::args::JudgeOptions;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::out;
+
+/// The figures of a recording, with what it is.
+#[derive(Debug, Serialize)]
+pub struct Judged {
+    recording: PathBuf,
+    mission: Option<String>,
+    seed: Option<u64>,
+    method: Option<String>,
+    missing: u64,
+    restarts: u64,
+    #[serde(flatten)]
+    pub figures: Figures,
+    #[serde(skip)]
+    log: Log,
+    #[serde(skip)]
+    map: Option<MetricMap>,
+}
+
+/// Judges recordings.
+pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failure> {
+    let rooms = options.rooms.as_deref().map(rooms).transpose()?;
+    let judged: Result<Vec<_>, _> = files.iter().map(|file| of_file(file, rooms.as_ref())).collect();
+    let judged = judged?;
+    write_tables(&judged, options)?;
+    if options.json {
+        out!("{}", serde_json::to_string(&judged).context("the figures as JSON")?)?;
+    } else {
+        out!("{}", table(&judged.iter().collect::<Vec<_>>()))?;
+    }
+    let reached = |judged: &Judged| judged.figures.verdict.as_ref().is_none_or(|verdict| verdict.success);
+    Ok(if judged.iter().all(reached) { Outcome::Success } else { Outcome::Short })
+}
+
+fn rooms(path: &Path) -> Result<Rooms, Failure> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string()).or_input()?;
+    Rooms::parse(&text).with_context(|| path.display().to_string()).or_input()
+}
+
+/// Judges a recording.
+pub fn of_file(path: &Path, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
+    let recording = super::open(path)?;
+    let log = Log::read(&recording).or_input()?;
+    let info = sketchnav_recordings::info::info(path).or_input()?;
+    let run = recording.run().ok();
+    let map = run.as_ref().and_then(|run| map_of(&recording, run));
+    let mission = run.as_ref().filter(|run| run.system != LOG_SYSTEM).map(|run| &run.mission);
+    Ok(Judged {
+        recording: path.to_owned(),
+        mission: run.as_ref().map(|run| run.mission.name.clone()),
+        seed: run.as_ref().map(|run| run.seed),
+        method: run.as_ref().map(|run| run.mission.method.to_string()),
+        missing: info.missing,
+        restarts: info.restarts + info.process_restarts.values().sum::<u64>(),
+        figures: figures(&log, mission, map, rooms),
+        log,
+        map,
+    })
+}
+
+/// Where the drawing lies in the world, where it is the world's own map.
+fn map_of(recording: &Recording, run: &RunConfig) -> Option<MetricMap> {
+    let map = Path::new(run.mission.world.map.as_ref()?);
+    (Path::new(&run.mission.sketch.file) == map).then_some(())?;
+    let name = format!("world/{}", map.file_name()?.to_str()?);
+    let yaml = recording.attachments().get(&name)?;
+    let info = sketchnav_sim::ros_map::MapInfo::parse(std::str::from_utf8(&yaml.data).ok()?).ok()?;
+    Some(MetricMap { resolution_m: info.resolution, origin_m: [info.origin[0], info.origin[1]] })
+}
+
+fn write_tables(judged: &[Judged], options: &JudgeOptions) -> Result<(), Failure> {
+    let write = |path: &Path, text: &str| {
+        path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+        std::fs::write(path, text)
+    };
+    for one in judged {
+        let stem = one.recording.file_stem().unwrap_or_default().to_string_lossy();
+        if let Some(csv) = &options.csv {
+            let path = if judged.len() == 1 { csv.clone() } else { csv.join(format!("{stem}.csv")) };
+            write(&path, &tables::csv(&one.log)).with_context(|| path.display().to_string()).or_input()?;
+        }
+        if let Some(folder) = &options.tum {
+            let (truth, estimate) = tables::tum_pair(&one.log, one.map);
+            for (what, text) in [("truth", truth), ("estimate", estimate)] {
+                let path = folder.join(format!("{stem}.{what}.tum"));
+                write(&path, &text).with_context(|| path.display().to_string()).or_input()?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A column for each recording.
+pub fn table(judged: &[&Judged]) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_FULL_CONDENSED);
+    let title = |one: &&Judged| one.recording.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    table.set_header(std::iter::once("figure".to_owned()).chain(judged.iter().map(title)));
+    let rows: Vec<Vec<(String, String)>> = judged.iter().map(|one| rows(one)).collect();
+    let mut names: Vec<String> = Vec::new();
+    for (name, _) in rows.iter().flatten() {
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+    for name in names {
+        let value = |rows: &Vec<(String, String)>| {
+            rows.iter().find(|(known, _)| *known == name).map_or("–".to_owned(), |(_, value)| value.clone())
+        };
+        table.add_row(std::iter::once(name.clone()).chain(rows.iter().map(value)));
+    }
+    for column in 1..=judged.len() {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+/// What is told of a recording: name and value.
+pub fn rows(judged: &Judged) -> Vec<(String, String)> {
+    let figures = &judged.figures;
+    let mut rows = Vec::new();
+    let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
+    if let Some(verdict) = &figures.verdict {
+        let reached = verdict.tasks.iter().filter(|task| task.reached).count();
+        row("tasks reached", format!("{reached} of {}", verdict.tasks.len()));
+        let errors = Statistics::of(verdict.tasks.iter().filter_map(|task| task.final_error_m));
+        row("final error, mean", errors.map_or("–".into(), |e| format!("{:.2} m", e.mean)));
+        row("collisions", figures.collisions.to_string());
+    }
+    row("estimates", figures.estimates.to_string());
+    for (name, errors) in [
+        ("absolute error", figures.absolute_m),
+        ("absolute error, not aligned", figures.unaligned_m),
+        ("relative error, 10 steps", figures.relative_m),
+        ("error in local metres", figures.local_m),
+    ] {
+        let Some(e) = errors else { continue };
+        row(&format!("{name}: rmse"), format!("{:.3} m", e.rmse));
+        row(&format!("{name}: median, p95"), format!("{:.3}, {:.3} m", e.median, e.p95));
+    }
+    if let Some(rooms) = figures.rooms {
+        row("in the right room", format!("{:.1} % of {}", 100.0 * rooms.share, rooms.judged));
+    }
+    if let (Some(a), Some(b)) = (figures.scale_a_pxpm, figures.scale_b_pxpm) {
+        row("scale a: mean, range", format!("{:.1}, {:.1} to {:.1} px/m", a.mean, a.min, a.max));
+        row("scale b: mean, range", format!("{:.1}, {:.1} to {:.1} px/m", b.mean, b.min, b.max));
+    }
+    if let Some(size) = figures.effective_sample_size {
+        row("effective sample size: median, min", format!("{:.0}, {:.0}", size.median, size.min));
+    }
+    for (word, share) in &figures.tracking {
+        row(&format!("share {word}"), format!("{:.1} %", 100.0 * share));
+    }
+    for stage in &figures.stages {
+        let value = format!("{:.2}, {:.2} ms", stage.mean_ms, stage.max_ms);
+        row(&format!("a step of the {}: mean, max", stage.process), value);
+    }
+    row("scans without a command", figures.unanswered_scans.to_string());
+    row("messages missing", judged.missing.to_string());
+    row("restarts", judged.restarts.to_string());
+    rows
+}

@@ -1,0 +1,75 @@
+//! Plays a recording into the channels of a system of its own.
+//!
+//! What the recorded processes said is said again, by their own names, number by number; processes that
+//! are started live hear it and answer. At `--rate max` the player waits for their answers to each scan, as
+//! a world in lockstep does.
+
+mod clock;
+mod keys;
+mod player;
+mod ports;
+
+use std::path::Path;
+
+use anyhow::{Context, anyhow};
+use sketchnav_recordings::Recording;
+use sketchnav_rehearsal::rerun;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_supervisor::{Grace, ProcessLine, Supervisor};
+
+use super::args::{Rate, ReplayOptions};
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::folder::plain_name;
+use crate::output::say;
+use player::{End, Player};
+
+/// Plays a recording.
+pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> {
+    let recording = super::open(file)?;
+    let folder = tempfile::tempdir().context("a folder for the files of the run")?;
+    let run = run(&recording, folder.path(), options)?;
+    let live = &options.live;
+    let lines: Result<Vec<_>, _> =
+        live.iter().map(|process| ProcessLine::serve(*process, &run.system)).collect();
+    let lines = lines.context("starting processes")?;
+    let mut supervisor = Supervisor::start(&run, lines, Grace::default()).context("starting the system")?;
+    if live.is_empty() {
+        say!("playing in the system {}; look at it with: sketchnav echo estimate --system {0}", run.system);
+    }
+    let played = Player::new(&recording, &run, options)
+        .and_then(|mut player| player.play(&mut supervisor))
+        .with_context(|| file.display().to_string());
+    let ended = supervisor.shut_down();
+    let end = played?;
+    ended.context("ending the system")?;
+    match end {
+        End::Played => Ok(Outcome::Success),
+        End::Interrupted => Err(Failure::Other(anyhow!("interrupted before the end"))),
+    }
+}
+
+/// The recorded run as one of its own, with its files out of the recording.
+fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<RunConfig, Failure> {
+    if options.live.contains(&Process::World) {
+        return Err(Failure::Input(anyhow!(
+            "--live world: a world that lives needs no recording; see `sketchnav run`"
+        )));
+    }
+    if options.live.contains(&Process::Recorder) != options.record.is_some() {
+        return Err(Failure::Input(anyhow!("--live recorder and --record belong together")));
+    }
+    let mut run = rerun::run_of(recording, folder).or_input()?;
+    run.system = match &options.system {
+        Some(name) => name.clone(),
+        None => plain_name(&format!("replay-{}-{}", std::process::id(), run.mission.name)),
+    };
+    run.pace = match options.rate {
+        Rate::Max => Pace::Lockstep,
+        Rate::Times(speed) => Pace::RealTime { speed },
+    };
+    let record =
+        options.record.as_ref().map(std::path::absolute).transpose().context("--record").or_input()?;
+    run.recording = record.map(|path| path.to_string_lossy().into_owned());
+    Ok(run)
+}

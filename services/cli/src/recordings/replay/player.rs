@@ -1,0 +1,311 @@
+//! Plays, pauses, steps and seeks; waits for what lives.
+
+use std::iter::Peekable;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::reader::{RawMessage, Selection, Timeline};
+use sketchnav_runtime::{Node, Reader, System, Wake};
+use sketchnav_schemas::channels::{ESTIMATE, LOCKSTEP_WINDOW, RECORDED, STATUS};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::{MissionStatus, PoseEstimate, Recorded};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_supervisor::Supervisor;
+
+use super::clock::Clock;
+use super::keys::{Keys, Wish};
+use super::ports::{Ports, Shift};
+use crate::recordings::args::{Rate, ReplayOptions};
+
+/// Longest sleep between two looks at keys and readers.
+const NAP: Duration = Duration::from_millis(20);
+/// Sleep while an answer is awaited: it comes soon.
+const SHORT_NAP: Duration = Duration::from_micros(200);
+/// So long a live process may take to start and answer.
+const PATIENCE: Duration = Duration::from_secs(30);
+const NS_PER_S: f64 = 1e9;
+
+/// How it ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// At its end.
+    Played,
+    /// By a signal.
+    Interrupted,
+}
+
+/// Plays a recording.
+pub struct Player<'a> {
+    recording: &'a Recording,
+    options: &'a ReplayOptions,
+    ports: Ports,
+    answers: Option<Answers>,
+    keys: Keys,
+    clock: Clock,
+    bar: ProgressBar,
+    span_ns: (u64, u64),
+    shift: Shift,
+    is_paused: bool,
+    /// The scan that was played last, as it was numbered.
+    scan: u64,
+    /// The latest stamp that was sent.
+    sent_ns: u64,
+}
+
+/// What became of an instant.
+enum Turn {
+    Next,
+    Seek(u64),
+    End(End),
+}
+
+impl<'a> Player<'a> {
+    pub fn new(
+        recording: &'a Recording,
+        run: &RunConfig,
+        options: &'a ReplayOptions,
+    ) -> anyhow::Result<Self> {
+        let ports = Ports::open(&run.system, &options.live, &options.topics, &options.remap)?;
+        let waits = options.rate == Rate::Max && !options.live.is_empty();
+        let answers = waits.then(|| Answers::open(&run.system, &options.live)).transpose()?;
+        let (first, last) = recording.index()?.span_ns().context("the recording has no message")?;
+        let ns = |s: f64| (s.max(0.0) * NS_PER_S).round() as u64;
+        let span_ns = (options.start.map_or(first, ns), options.end.map_or(last + 1, ns));
+        Ok(Self {
+            recording,
+            options,
+            ports,
+            answers,
+            keys: Keys::new(),
+            clock: Clock::new(options.rate),
+            bar: bar(span_ns),
+            span_ns,
+            shift: Shift::default(),
+            is_paused: options.paused,
+            scan: 0,
+            sent_ns: 0,
+        })
+    }
+
+    /// Plays to the end.
+    pub fn play(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<End> {
+        let mut from_ns = self.span_ns.0;
+        loop {
+            let end = match self.play_from(from_ns, supervisor)? {
+                Turn::Seek(to_ns) => {
+                    from_ns = to_ns;
+                    continue;
+                }
+                Turn::End(end) => end,
+                Turn::Next if self.options.again => {
+                    from_ns = self.span_ns.0;
+                    continue;
+                }
+                Turn::Next => End::Played,
+            };
+            self.bar.finish_and_clear();
+            self.wait_for_answers(self.scan, supervisor)?;
+            return Ok(end);
+        }
+    }
+
+    fn play_from(&mut self, from_ns: u64, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
+        let topics: Vec<String> = self.ports.topics().cloned().collect();
+        let selection = Selection::of_topics(topics).between(from_ns..self.span_ns.1);
+        let mut timeline = self.recording.timeline(selection)?.peekable();
+        self.begin_at(from_ns, &mut timeline)?;
+        while let Some(message) = timeline.next().transpose()? {
+            let is_instants_last = match timeline.peek() {
+                Some(Ok(next)) => next.stamp_ns != message.stamp_ns,
+                _ => true,
+            };
+            if message.topic.name == "/scan" {
+                // The world in lockstep hears the command before it goes on; so do we.
+                self.wait_for_answers(self.scan, supervisor)?;
+            }
+            match self.wait_until_due(&message, supervisor)? {
+                Turn::Next => {}
+                turn => return Ok(turn),
+            }
+            self.send(&message)?;
+            if is_instants_last {
+                self.bar.set_position(message.stamp_ns.saturating_sub(self.span_ns.0) / 1_000_000);
+            }
+        }
+        Ok(Turn::Next)
+    }
+
+    fn send(&mut self, message: &RawMessage) -> anyhow::Result<()> {
+        self.ports.play(message, self.shift)?;
+        self.sent_ns = self.sent_ns.max(message.stamp_ns + self.shift.ns);
+        if message.topic.name == "/scan" {
+            self.scan = u64::from(message.sequence) + self.shift.scans;
+        }
+        Ok(())
+    }
+
+    /// Stamps and scans go on after a jump back; what is latched is said again.
+    fn begin_at(&mut self, from_ns: u64, timeline: &mut Peekable<Timeline>) -> anyhow::Result<()> {
+        if self.sent_ns > 0 && from_ns + self.shift.ns <= self.sent_ns {
+            self.shift.ns = self.sent_ns + 1 - from_ns;
+        }
+        let first = self.first_scan(from_ns)?;
+        if let Some(first) = first.filter(|first| first + self.shift.scans <= self.scan) {
+            self.shift.scans = self.scan + 1 - first;
+        }
+        self.clock.restart();
+        let at_ns = match timeline.peek() {
+            Some(Ok(first)) => first.stamp_ns,
+            _ => from_ns,
+        };
+        for latched in self.latched(from_ns)? {
+            self.ports.play(&RawMessage { stamp_ns: at_ns, ..latched }, self.shift)?;
+        }
+        Ok(())
+    }
+
+    fn first_scan(&self, from_ns: u64) -> anyhow::Result<Option<u64>> {
+        let selection = Selection::of_topics(["/scan"]).between(from_ns..u64::MAX);
+        let first = self.recording.select(selection)?.next().transpose()?;
+        Ok(first.map(|scan| scan.sequence.into()))
+    }
+
+    /// The last of each latched topic before a time.
+    fn latched(&self, before_ns: u64) -> anyhow::Result<Vec<RawMessage>> {
+        let topics = self.recording.topics()?;
+        let latched = topics.iter().filter(|topic| topic.is_latched()).map(|topic| topic.name.clone());
+        let selection = Selection::of_topics(latched).between(0..before_ns);
+        let mut last: std::collections::BTreeMap<String, RawMessage> = Default::default();
+        for message in self.recording.select(selection)? {
+            let message = message?;
+            last.insert(message.topic.name.clone(), message);
+        }
+        Ok(last.into_values().collect())
+    }
+
+    /// Waits by the clock, and does what keys ask for meanwhile.
+    fn wait_until_due(&mut self, message: &RawMessage, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
+        loop {
+            let until = self.clock.until(message.stamp_ns);
+            if until.is_zero() && !self.is_paused && self.bar.is_hidden() {
+                return Ok(Turn::Next);
+            }
+            match self.keys.next() {
+                Some(Wish::Pause) => self.is_paused = !self.is_paused,
+                Some(Wish::Step) => {
+                    self.is_paused = true;
+                    self.clock.restart();
+                    return Ok(Turn::Next);
+                }
+                Some(Wish::Seek(s)) => return Ok(Turn::Seek(self.target(message.stamp_ns, s))),
+                Some(Wish::Rate(factor)) => self.clock.change_rate(factor),
+                Some(Wish::Quit) => return Ok(Turn::End(End::Played)),
+                None => {}
+            }
+            self.tell(message.stamp_ns);
+            if self.is_paused {
+                self.clock.restart();
+            } else if until.is_zero() {
+                return Ok(Turn::Next);
+            }
+            let nap = if self.is_paused { NAP } else { until.min(NAP) };
+            supervisor.poll(Duration::ZERO)?;
+            if self.ports.nap(nap) == Wake::Terminate {
+                return Ok(Turn::End(End::Interrupted));
+            }
+        }
+    }
+
+    fn target(&self, now_ns: u64, by_s: f64) -> u64 {
+        let to = now_ns as f64 + by_s * NS_PER_S;
+        (to.max(0.0) as u64).clamp(self.span_ns.0, self.span_ns.1.saturating_sub(1))
+    }
+
+    fn tell(&self, stamp_ns: u64) {
+        let state = if self.is_paused { "paused".to_owned() } else { self.clock.rate() };
+        self.bar.set_message(format!("{:.1} s  {state}", stamp_ns as f64 / NS_PER_S));
+    }
+
+    /// Waits until what lives has answered a scan.
+    fn wait_for_answers(&mut self, scan: u64, supervisor: &mut Supervisor) -> anyhow::Result<()> {
+        let Some(answers) = &mut self.answers else { return Ok(()) };
+        let since = Instant::now();
+        while !answers.has_come(scan)? {
+            supervisor.poll(Duration::ZERO)?;
+            if since.elapsed() > PATIENCE {
+                bail!(
+                    "no answer to scan {scan} within {} s from {}",
+                    PATIENCE.as_secs(),
+                    answers.missing(scan)
+                );
+            }
+            if self.ports.nap(SHORT_NAP) == Wake::Terminate {
+                bail!("interrupted");
+            }
+        }
+        Ok(())
+    }
+}
+
+fn bar((from_ns, to_ns): (u64, u64)) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40.cyan/dim} {msg}");
+    let bar = ProgressBar::new(to_ns.saturating_sub(from_ns) / 1_000_000);
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// What the live processes have answered.
+struct Answers {
+    estimate: Option<(Reader<PoseEstimate>, u64)>,
+    status: Option<(Reader<MissionStatus>, u64)>,
+    recorded: Option<(Reader<Recorded>, u64)>,
+    _node: Node,
+}
+
+impl Answers {
+    fn open(system: &str, live: &[Process]) -> anyhow::Result<Self> {
+        let node = Node::join(System::open(system)?, Process::Observer)?;
+        let lives = |process| live.contains(&process);
+        Ok(Self {
+            estimate: lives(Process::Localizer).then(|| node.reader(ESTIMATE)).transpose()?.map(|r| (r, 0)),
+            status: lives(Process::Planner).then(|| node.reader(STATUS)).transpose()?.map(|r| (r, 0)),
+            recorded: lives(Process::Recorder).then(|| node.reader(RECORDED)).transpose()?.map(|r| (r, 0)),
+            _node: node,
+        })
+    }
+
+    /// Whether all have answered the scan; the recorder may be a window behind.
+    fn has_come(&mut self, scan: u64) -> anyhow::Result<bool> {
+        if let Some((reader, newest)) = &mut self.estimate {
+            while let Some(message) = reader.receive()? {
+                *newest = message.header.source_seq;
+            }
+        }
+        if let Some((reader, newest)) = &mut self.status {
+            while let Some(message) = reader.receive()? {
+                *newest = message.header.source_seq;
+            }
+        }
+        if let Some((reader, newest)) = &mut self.recorded {
+            while let Some(message) = reader.receive()? {
+                *newest = message.header.source_seq;
+            }
+        }
+        Ok(self.late(scan).next().is_none())
+    }
+
+    fn late(&self, scan: u64) -> impl Iterator<Item = Process> {
+        let is_late = |newest: Option<u64>, window: u64| newest.is_some_and(|newest| newest + window < scan);
+        let of = [
+            (Process::Localizer, is_late(self.estimate.as_ref().map(|(_, newest)| *newest), 0)),
+            (Process::Planner, is_late(self.status.as_ref().map(|(_, newest)| *newest), 0)),
+            (Process::Recorder, is_late(self.recorded.as_ref().map(|(_, newest)| *newest), LOCKSTEP_WINDOW)),
+        ];
+        of.into_iter().filter(|(_, is_late)| *is_late).map(|(process, _)| process)
+    }
+
+    fn missing(&self, scan: u64) -> String {
+        self.late(scan).map(Process::word).collect::<Vec<_>>().join(", ")
+    }
+}

@@ -1,0 +1,106 @@
+//! Executes a service's core on the recorded inputs.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::writer::Writer;
+use sketchnav_rehearsal::rerun::{self, Outcome as Rerun, RerunError};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::run::RunConfig;
+
+use super::args::RerunOptions;
+use super::judge;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::out;
+
+/// Executes a service again.
+pub fn rerun(file: &Path, options: &RerunOptions) -> Result<Outcome, Failure> {
+    let recording = super::open(file)?;
+    let folder = tempfile::tempdir().context("a folder for the files of the run")?;
+    let mut run = rerun::run_of(&recording, folder.path()).or_input()?;
+    let set = options.parameters().map_err(|text| Failure::Input(anyhow!(text)))?;
+    run.mission.parameters.extend(&set);
+    // What differs is judged, and so are runs whose parameters were changed.
+    let asks_what_if = !options.set.is_empty() && options.process != Process::Sketcher;
+    let copy = options.output.clone().or_else(|| asks_what_if.then(|| folder.path().join("now.mcap")));
+    let outcome = execute(&recording, &run, options, copy.as_deref())?;
+    let judged = match (&copy, asks_what_if) {
+        (Some(copy), true) => vec![judge::of_file(file, None)?, judge::of_file(copy, None)?],
+        _ => Vec::new(),
+    };
+    if options.json {
+        out!("{}", json(&outcome, options, &judged))?;
+    } else {
+        print(&outcome, options)?;
+        if let [recorded, now] = judged.as_slice() {
+            out!("{}", judge::table(&[recorded, now]))?;
+        }
+    }
+    let is_new = outcome.recorded == 0;
+    Ok(if outcome.difference.is_none() || is_new { Outcome::Success } else { Outcome::Short })
+}
+
+fn execute(
+    recording: &Recording,
+    run: &RunConfig,
+    options: &RerunOptions,
+    copy: Option<&Path>,
+) -> Result<Rerun, Failure> {
+    let mut writer = copy.map(|path| create(path, recording)).transpose()?;
+    let tolerances = options.tolerances.iter().cloned().collect();
+    let outcome = rerun::rerun(recording, options.process, run, tolerances, writer.as_mut());
+    let outcome = outcome.map_err(|error| match error {
+        RerunError::Core(_) | RerunError::Process { .. } | RerunError::RealTime => {
+            Failure::Input(error.into())
+        }
+        _ => Failure::Other(error.into()),
+    })?;
+    if let Some(writer) = writer {
+        writer.finish().context("the new recording")?;
+    }
+    Ok(outcome)
+}
+
+fn create(path: &Path, recording: &Recording) -> Result<Writer<BufWriter<File>>, Failure> {
+    let file = File::create(path).with_context(|| path.display().to_string()).or_input()?;
+    let files: Vec<_> = rerun::files(recording).cloned().collect();
+    let writer = Writer::create_with(BufWriter::new(file), &recording.run().or_input()?, &files);
+    Ok(writer.with_context(|| path.display().to_string())?)
+}
+
+fn print(outcome: &Rerun, options: &RerunOptions) -> anyhow::Result<()> {
+    let Rerun { same, sent, recorded, simulated_s, core, wall, .. } = outcome;
+    match &outcome.difference {
+        None => out!("identical: {same} messages of the {}, byte for byte", options.process)?,
+        Some(_) if *recorded == 0 => {
+            out!("new: {sent} messages; the recording has none of the {}", options.process)?
+        }
+        Some(difference) => out!("different after {same} messages: {difference}")?,
+    }
+    out!(
+        "{simulated_s:.1} s recorded, {:.2} s in all ({:.0} × real time), the core {:.2} s ({:.0} ×)",
+        wall.as_secs_f64(),
+        simulated_s / wall.as_secs_f64().max(1e-9),
+        core.as_secs_f64(),
+        simulated_s / core.as_secs_f64().max(1e-9),
+    )?;
+    options.output.as_ref().map_or(Ok(()), |path: &PathBuf| out!("recording  {}", path.display()))
+}
+
+fn json(outcome: &Rerun, options: &RerunOptions, judged: &[judge::Judged]) -> serde_json::Value {
+    serde_json::json!({
+        "process": options.process.word(),
+        "identical": outcome.difference.is_none(),
+        "difference": outcome.difference,
+        "same": outcome.same,
+        "sent": outcome.sent,
+        "recorded": outcome.recorded,
+        "simulated_s": outcome.simulated_s,
+        "wall_s": outcome.wall.as_secs_f64(),
+        "core_s": outcome.core.as_secs_f64(),
+        "judged": judged,
+    })
+}

@@ -1,0 +1,199 @@
+//! One service's core, executed once more on the inputs that a recording holds.
+//!
+//! The inputs come in the order of time, those of an instant in the rhythm of a step; that is all that
+//! there is to the order in which a process saw them, for each takes its inputs by their stamps. In
+//! real time two things are not in a recording, and cannot be executed again: which command had come when
+//! the world went on, and between which two estimates an order came to the planner.
+
+mod subjects;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use sketchnav_recordings::diff::{Comparison, Difference, Side, Tolerances};
+use sketchnav_recordings::reader::{Attachment, RawMessage, Selection, Topic};
+use sketchnav_recordings::writer::{Writer, topic_name};
+use sketchnav_recordings::{Recording, RecordingError, sources};
+use sketchnav_schemas::channels::{Channel, ChannelSpec, TABLE};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::{Pace, RunConfig};
+
+use crate::{RehearsalError, Tap};
+use subjects::Subject;
+
+/// Why a service cannot be executed again.
+#[derive(Debug, thiserror::Error)]
+pub enum RerunError {
+    /// The recording.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// What the service works with.
+    #[error(transparent)]
+    Core(#[from] RehearsalError),
+    /// A process that has no core to execute.
+    #[error("{process}: expected world, sketcher, localizer or planner")]
+    Process {
+        /// The process.
+        process: Process,
+    },
+    /// The world in real time.
+    #[error(
+        "the world was recorded in real time: which command had come by which step is not recorded; expected a recording in lockstep"
+    )]
+    RealTime,
+    /// The files of the run.
+    #[error("the files of the run: {0}")]
+    Files(#[from] std::io::Error),
+}
+
+/// What came of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The first difference, where there is one; side A is the recording.
+    pub difference: Option<Difference>,
+    /// Messages that are the same.
+    pub same: u64,
+    /// Messages that the service sent.
+    pub sent: u64,
+    /// Messages of the service that the recording has.
+    pub recorded: u64,
+    /// Simulated time that was executed, seconds.
+    pub simulated_s: f64,
+    /// How long the core took, without reading, comparing and writing.
+    pub core: Duration,
+    /// How long all of it took.
+    pub wall: Duration,
+}
+
+/// The run of a recording, its files taken out of the recording into `folder`.
+///
+/// # Errors
+/// [`RerunError::Recording`] where it does not say, [`RerunError::Files`].
+pub fn run_of(recording: &Recording, folder: &std::path::Path) -> Result<RunConfig, RerunError> {
+    let mut run = recording.run()?;
+    sources::unpack(recording, &mut run.mission, folder)?;
+    Ok(run)
+}
+
+/// The channels that `process` writes and the recorder records, but for its health.
+pub fn outputs(process: Process) -> impl Iterator<Item = &'static ChannelSpec> {
+    TABLE.iter().copied().filter(move |spec| spec.recorded && spec.writer == Some(process))
+}
+
+/// Executes `process` of `run`, which may have other parameters than the recording's, and compares what it
+/// sends with what is recorded. With `copy` everything goes there: what is recorded of the others, and what
+/// this one sends now.
+///
+/// # Errors
+/// [`RerunError`].
+pub fn rerun<W: std::io::Write>(
+    recording: &Recording,
+    process: Process,
+    run: &RunConfig,
+    tolerances: Tolerances,
+    copy: Option<&mut Writer<W>>,
+) -> Result<Outcome, RerunError> {
+    let began = Instant::now();
+    if process == Process::World && run.pace != Pace::Lockstep {
+        return Err(RerunError::RealTime);
+    }
+    let mut subject = Subject::new(process, run)?;
+    let mut sent = Sent {
+        comparison: Comparison::of(outputs(process), tolerances),
+        copy,
+        topic: None,
+        sent: 0,
+        failure: None,
+    };
+    let core = Instant::now();
+    subject.begin(&mut sent)?;
+    let mut spent = core.elapsed();
+    let mut recorded = 0;
+    for message in recording.timeline(Selection::default())? {
+        let message = message?;
+        if sent.comparison.is_about(&message.topic.name) {
+            recorded += 1;
+            sent.comparison.take(Side::A, message);
+            continue;
+        }
+        spent += subject.hear(&message, &mut sent)?;
+        if let Some(copy) = &mut sent.copy {
+            copy.write_raw(&message)?;
+        }
+        sent.failure.take().map_or(Ok(()), Err)?;
+    }
+    let span = recording.index()?.span_ns().map_or(0, |(first, last)| last - first);
+    Ok(Outcome {
+        same: sent.comparison.same(),
+        sent: sent.sent,
+        recorded,
+        difference: sent.comparison.finish(),
+        simulated_s: span as f64 / 1e9,
+        core: spent,
+        wall: began.elapsed(),
+    })
+}
+
+/// The files of a recording, for a copy of it.
+pub fn files(recording: &Recording) -> impl Iterator<Item = &Attachment> {
+    recording.attachments().values().filter(|file| sources::is_source(&file.name))
+}
+
+/// Takes what the core sends.
+struct Sent<'a, W: std::io::Write> {
+    comparison: Comparison,
+    copy: Option<&'a mut Writer<W>>,
+    /// Of the last message: most come from the same channel as the one before.
+    topic: Option<Arc<Topic>>,
+    sent: u64,
+    failure: Option<RecordingError>,
+}
+
+impl<W: std::io::Write> Sent<'_, W> {
+    fn topic<T: Ros2>(&mut self, channel: Channel<T>) -> Arc<Topic> {
+        let name = topic_name(channel.spec.name);
+        match self.topic.take().filter(|topic| topic.name == name) {
+            Some(topic) => topic,
+            None => Arc::new(Topic {
+                name,
+                ros2_type: T::TYPE.to_owned(),
+                encoding: "cdr".to_owned(),
+                schema: Arc::default(),
+                metadata: Default::default(),
+            }),
+        }
+    }
+
+    fn take<T: Ros2>(
+        &mut self,
+        channel: Channel<T>,
+        message: &T,
+        cells: &[u8],
+    ) -> Result<(), RecordingError> {
+        let (topic, header) = (self.topic(channel), message.header());
+        let mut cdr = Vec::new();
+        let said = message.to_cdr(cells, &mut cdr);
+        said.map_err(|source| RecordingError::Message {
+            topic: topic.name.clone(),
+            seq: header.seq,
+            source,
+        })?;
+        self.topic = Some(Arc::clone(&topic));
+        let (sequence, stamp_ns) = (header.seq as u32, header.stamp_ns); // `to_cdr` refuses larger ones
+        self.comparison.take(Side::B, RawMessage { topic, sequence, stamp_ns, publish_ns: stamp_ns, cdr });
+        match &mut self.copy {
+            Some(copy) => copy.write(channel, message, cells).map(drop),
+            None => Ok(()),
+        }
+    }
+}
+
+impl<W: std::io::Write> Tap for Sent<'_, W> {
+    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
+        self.sent += 1;
+        if let Err(error) = self.take(channel, message, cells) {
+            self.failure.get_or_insert(error);
+        }
+    }
+}

@@ -209,6 +209,7 @@ pub fn recover<W: Write>(path: &Path, copy: &mut Copy<W>) -> Result<Copied, Reco
     let mut open = Open::new(path)?;
     if let Some(index) = Index::of_summary(path)? {
         // Where the chunk that declares them is damaged, the topics are known all the same.
+        index.directory.topics().try_for_each(|(_, topic)| copy.declare(topic).map(drop))?;
         open.declare(&index);
     }
     let mut copied = Copied::default();

@@ -6,7 +6,7 @@
 //! - [`diff`]: the first difference of two; [`info`]: what is in one; [`mod@faults`]: what went wrong in it.
 //! - [`copy`](mod@copy): repairs, filters, merges, splits; [`rosbag2`]: folders as ROS 2 has them.
 //! - [`carmen`], [`mod@import`]: other people's logs; [`sources`]: the files of a run inside its recording.
-//! - [`judge`]: how a mission went; [`picture`]: what it looked like.
+//! - [`judge`]: how a mission went; [`picture`]: what it looked like; [`page`]: pages that show it.
 //!
 //! Nothing here reads a clock, knows how a message travels between processes, or writes a file by
 //! itself.
@@ -22,6 +22,7 @@ pub mod index;
 pub mod info;
 pub mod join;
 pub mod judge;
+pub mod page;
 mod parts;
 pub mod picture;
 pub mod reader;

@@ -117,7 +117,7 @@ pub fn place_outline(place: &Place) -> Vec<Point<World>> {
 pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     let (width, height) = (f64::from(picture.width_px), f64::from(picture.height_px));
     let view = View::new([0.0, 0.0], [width, height], 0.0);
-    let png = wall_png(picture)?;
+    let png = wall_png(picture.width_px, picture.height_px, picture.cells)?;
     let mut sheet = Sheet::new(view, picture.title);
     sheet.image(&png);
     marks::tasks(&mut sheet, picture.tasks);
@@ -129,6 +129,44 @@ pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     symbols.extend([Symbol::Reached, Symbol::Failed]);
     symbols.extend(clouds.then_some(Symbol::Particles));
     marks::legend(&mut sheet, picture.tasks, &symbols);
+    Ok(sheet.finish())
+}
+
+/// A moment in the drawing.
+#[derive(Debug, Clone)]
+pub struct Moment<'a> {
+    /// What it is, in words.
+    pub title: &'a str,
+    /// Width of the drawing's grid.
+    pub width_px: u32,
+    /// Height of the drawing's grid.
+    pub height_px: u32,
+    /// Its cells, row 0 at the bottom.
+    pub cells: &'a [u8],
+    /// Where the robot believed to be.
+    pub pose: Pose<Sketch>,
+    /// Where it had believed to be until then.
+    pub trail: &'a [Point<Sketch>],
+    /// Its particles.
+    pub particles: &'a [Point<Sketch>],
+    /// The way that it planned.
+    pub plan: &'a [Point<Sketch>],
+}
+
+/// A moment in the drawing as SVG: the way so far, the particles, the pose and the plan.
+///
+/// # Errors
+/// [`PictureError`] where the cells are no grid of the said size.
+pub fn moment(moment: &Moment<'_>) -> Result<String, PictureError> {
+    let Moment { title, width_px, height_px, cells, .. } = *moment;
+    let view = View::new([0.0, 0.0], [width_px.into(), height_px.into()], 0.0);
+    let png = wall_png(width_px, height_px, cells)?;
+    let mut sheet = Sheet::new(view, title);
+    sheet.image(&png);
+    sheet.line(moment.trail, "stroke=\"#2f6fd0\" stroke-width=\"3\" stroke-opacity=\"0.55\"");
+    marks::cloud(&mut sheet, moment.particles, "#e07b16");
+    sheet.line(moment.plan, "stroke=\"#1d8a4a\" stroke-width=\"3.5\" stroke-dasharray=\"9 6\"");
+    marks::start(&mut sheet, &moment.pose);
     Ok(sheet.finish())
 }
 
@@ -167,13 +205,12 @@ fn extent(picture: &FloorPicture<'_>) -> ([f64; 2], [f64; 2]) {
 }
 
 /// The walls as a PNG, row 0 at the top: dark on white, a few dozen kilobytes for a whole canvas.
-fn wall_png(picture: &SketchPicture<'_>) -> Result<Vec<u8>, PictureError> {
-    let (width_px, height_px) = (picture.width_px, picture.height_px);
-    let found = picture.cells.len();
+fn wall_png(width_px: u32, height_px: u32, cells: &[u8]) -> Result<Vec<u8>, PictureError> {
+    let found = cells.len();
     if found == 0 || found as u64 != u64::from(width_px) * u64::from(height_px) {
         return Err(PictureError::Cells { width_px, height_px, found });
     }
-    let rows_from_the_top = picture.cells.chunks_exact(width_px as usize).rev().flatten();
+    let rows_from_the_top = cells.chunks_exact(width_px as usize).rev().flatten();
     let shades: Vec<u8> = rows_from_the_top.map(|&cell| if cell == WALL { 48 } else { 255 }).collect();
     let mut png = Vec::new();
     let encoder = image::codecs::png::PngEncoder::new_with_quality(

@@ -44,11 +44,19 @@ pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> St
     text
 }
 
+/// The profile is word for word the one inside the files: readers compare them.
 fn topic_yaml(text: &mut String, topic: &Topic, count: u64) -> std::fmt::Result {
-    let durability = if topic.is_latched() { "transient_local" } else { "volatile" };
-    writeln!(
+    let profile = topic.metadata.get("offered_qos_profiles").map_or("", String::as_str);
+    let Topic { name, ros2_type, encoding, .. } = topic;
+    write!(
         text,
-        "    - topic_metadata:\n        name: {}\n        type: {}\n        serialization_format: {}\n        offered_qos_profiles:\n          - history: keep_last\n            depth: 10\n            reliability: reliable\n            durability: {durability}\n            deadline:\n              sec: 9223372036\n              nsec: 854775807\n            lifespan:\n              sec: 9223372036\n              nsec: 854775807\n            liveliness: automatic\n            liveliness_lease_duration:\n              sec: 9223372036\n              nsec: 854775807\n            avoid_ros_namespace_conventions: false\n        type_description_hash: \"\"\n      message_count: {count}",
-        topic.name, topic.ros2_type, topic.encoding,
-    )
+        "    - topic_metadata:\n        name: {name}\n        type: {ros2_type}\n        serialization_format: {encoding}\n        offered_qos_profiles:"
+    )?;
+    if profile.trim().is_empty() {
+        writeln!(text, " []")?;
+    } else {
+        writeln!(text)?;
+        profile.lines().try_for_each(|line| writeln!(text, "          {line}"))?;
+    }
+    writeln!(text, "        type_description_hash: \"\"\n      message_count: {count}")
 }

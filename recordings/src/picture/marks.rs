@@ -177,7 +177,8 @@ fn route<F>(sheet: &mut Sheet, points: &[Point<F>], colour: &str) {
     ));
 }
 
-fn cloud<F>(sheet: &mut Sheet, particles: &[Point<F>], colour: &str) {
+/// Particles, a dot each.
+pub fn cloud<F>(sheet: &mut Sheet, particles: &[Point<F>], colour: &str) {
     for particle in particles {
         dot(sheet, sheet.view.at(particle), colour);
     }

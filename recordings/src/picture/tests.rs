@@ -90,7 +90,10 @@ fn the_walls_of_a_sketch_stand_the_right_way_up() {
         start: Pose::new(0.0, 0.0, 0.0),
         tasks: &[],
     };
-    let decoded = image::load_from_memory(&wall_png(&picture).unwrap()).unwrap().into_luma8();
+    let decoded =
+        image::load_from_memory(&wall_png(picture.width_px, picture.height_px, picture.cells).unwrap())
+            .unwrap()
+            .into_luma8();
     assert_eq!(decoded.dimensions(), (3, 2));
     assert_eq!(decoded.as_raw(), &[255, 255, 255, 48, 48, 48]);
 }

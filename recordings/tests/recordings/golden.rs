@@ -1,28 +1,71 @@
-//! Recordings of earlier versions stay readable: `golden/story.mcap` holds what this version would
-//! write. On purpose: `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-recordings golden`.
+//! Recordings of earlier versions stay readable: the files in `golden` hold what this version would
+//! write: `story.mcap` the messages of a mission, `samples.mcap` every message type, `log.mcap` a log of
+//! CARMEN, `cut.mcap` what a kill leaves. On purpose:
+//! `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-recordings golden`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use sketchnav_recordings::carmen::CarmenLog;
 use sketchnav_recordings::diff::diff;
+use sketchnav_recordings::import::{LaserFacts, import};
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
+use sketchnav_schemas::message::Route;
 
 use super::common;
 
 const STEPS: u64 = 30;
 
-#[test]
-fn the_golden_recording_still_says_the_same() {
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/story.mcap");
+/// Compares a golden file with what `record` writes now, or has it written there.
+fn check(name: &str, record: impl Fn(&Path)) -> PathBuf {
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden").join(name);
     if std::env::var_os("SKETCHNAV_UPDATE_GOLDEN").is_some() {
-        common::record_story(&golden, STEPS);
+        record(&golden);
     }
     let folder = tempfile::tempdir().unwrap();
-    let now = folder.path().join("now.mcap");
-    common::record_story(&now, STEPS);
-    assert_eq!(diff(&golden, &now).unwrap(), None);
-    assert_eq!(common::counts(&golden), common::counts(&now));
-    assert_eq!(Recording::open(&golden).unwrap().run().unwrap(), common::run_config());
-    let info = info(&golden).unwrap();
-    assert!(info.clean_end && info.bytes < 50_000, "{} bytes", info.bytes);
+    let now = folder.path().join(name);
+    record(&now);
+    assert_eq!(diff(&golden, &now).unwrap(), None, "{name}");
+    assert_eq!(common::counts(&golden), common::counts(&now), "{name}");
+    assert_eq!(Recording::open(&golden).unwrap().run().unwrap(), common::run_config(), "{name}");
+    let bytes = std::fs::metadata(&golden).unwrap().len();
+    assert!(bytes < 300_000, "{name}: {bytes} bytes");
+    golden
+}
+
+#[test]
+fn the_golden_recordings_still_say_the_same() {
+    let story = check("story.mcap", |path| common::record_story(path, STEPS));
+    assert!(info(&story).unwrap().clean_end);
+    check("samples.mcap", |path| common::record_samples(path, 7, 2));
+    let log = check("log.mcap", record_log);
+    let info_of_log = info(&log).unwrap();
+    let scans = info_of_log.topics.iter().find(|topic| topic.topic == "/scan").unwrap();
+    assert_eq!((scans.messages, scans.last_s), (2, Some(0.25)));
+}
+
+#[test]
+fn what_a_kill_left_long_ago_is_still_read() {
+    let cut = check("cut.mcap", |path| {
+        let whole = path.with_extension("whole");
+        common::record_story(&whole, STEPS);
+        let bytes = std::fs::read(&whole).unwrap();
+        std::fs::write(path, &bytes[..bytes.len() - 4000]).unwrap();
+        std::fs::remove_file(whole).unwrap();
+    });
+    assert!(!info(&cut).unwrap().clean_end);
+}
+
+const LOG: &str = "ODOM 0 0 0 0 0 0 10.1 h 0.1\nODOM 1 0 0 0 0 0 10.2 h 0.2\nFLASER 3 1.5 2.5 81.9 0.9 0.1 0 0.9 0.1 0 10.25 h 0.25\nODOM 0.9 0.1 0 0 0 0 0 h 0\nODOM 0.9 0.6 0 0 0 0 10.4 h 0.4\nFLASER 3 1 2 3 0.8 0.7 0.1 0.8 0.7 0.1 10.5 h 0.5\n";
+
+fn record_log(path: &Path) {
+    let mut writer = common::create(path);
+    let (sketch, cells) = common::sketch();
+    let laser = LaserFacts::of_half_circle(3, 79.0);
+    let mut route: Box<Route> = bytemuck::zeroed_box();
+    route.header.seq = 1;
+    let log = CarmenLog::new(LOG.as_bytes());
+    let count = import(log, &laser, (&sketch, &cells), &route, &mut writer).unwrap();
+    assert_eq!(count, 2);
+    writer.finish().unwrap();
 }

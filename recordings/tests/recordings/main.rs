@@ -2,6 +2,7 @@
 //! other people's tools.
 
 mod common;
+mod copies;
 mod damage;
 mod difference;
 mod golden;

@@ -4,6 +4,7 @@ pub mod args;
 mod import;
 mod judge;
 mod replay;
+mod report;
 mod rerun;
 mod rewrite;
 
@@ -20,6 +21,7 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
         Tool::Replay { file, options } => replay::replay(&file, &options),
         Tool::Rerun { file, options } => rerun::rerun(&file, &options),
         Tool::Judge { files, options } => judge::judge(&files, &options),
+        Tool::Report { file, output, rooms } => report::report(&file, &output, rooms.as_deref()),
         Tool::Import { log, options } => import::import(&log, &options),
         Tool::Recover { file, output, json } => rewrite::recover(&file, &output, json),
         Tool::Filter { file, options } => rewrite::filter(&file, &options),

@@ -157,18 +157,19 @@ fn figures(process: sketchnav_schemas::codes::Process, supervisor: &Supervisor) 
 }
 
 /// The channels that the report needs.
-struct Log {
-    truth: Vec<GroundTruth>,
-    status: Vec<MissionStatus>,
+pub struct Log {
+    pub truth: Vec<GroundTruth>,
+    pub status: Vec<MissionStatus>,
     contacts: Vec<Contact>,
-    estimates: Vec<PoseEstimate>,
-    particles: Vec<Particles>,
+    pub estimates: Vec<PoseEstimate>,
+    pub particles: Vec<Particles>,
     route: Option<Box<Route>>,
-    sketch: Option<(SketchMap, Vec<u8>)>,
+    pub sketch: Option<(SketchMap, Vec<u8>)>,
 }
 
 impl Log {
-    fn read(path: &Path) -> anyhow::Result<Self> {
+    /// Reads them.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
         let recording = Recording::open(path)?;
         Ok(Self {
             truth: all(&recording, TRUTH)?,
@@ -187,25 +188,36 @@ fn all<T: Ros2>(recording: &Recording, channel: Channel<T>) -> anyhow::Result<Ve
 }
 
 fn draw(run: &RunConfig, log: &Log, verdict: &Verdict, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let spans = judge::spans(run.mission.task.len(), &log.status);
     let mut pictures = Vec::new();
-    if let Some((map, cells)) = &log.sketch {
-        let tasks = sketch_tasks(run, log, verdict, &spans);
-        let svg = picture::sketch(&SketchPicture {
-            title: &format!(
-                "{}, seed {}: the sketch, and where the robot believed to be",
-                run.mission.name, run.seed
-            ),
-            width_px: map.width_px,
-            height_px: map.height_px,
-            cells,
-            start: map.start.pose(),
-            tasks: &tasks,
-        })?;
+    if let Some(svg) = sketch_picture(run, log, verdict)? {
         pictures.push(write(folder.join("sketch.svg"), &svg)?);
     }
-    pictures.push(write(folder.join("floor.svg"), &floor(run, log, verdict, &spans)?)?);
+    pictures.push(write(folder.join("floor.svg"), &floor_picture(run, log, verdict)?)?);
     Ok(pictures)
+}
+
+/// The drawing with the estimated trajectory; `None` where the recording has no drawing.
+pub fn sketch_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<Option<String>> {
+    let Some((map, cells)) = &log.sketch else { return Ok(None) };
+    let spans = judge::spans(run.mission.task.len(), &log.status);
+    let tasks = sketch_tasks(run, log, verdict, &spans);
+    let svg = picture::sketch(&SketchPicture {
+        title: &format!(
+            "{}, seed {}: the sketch, and where the robot believed to be",
+            run.mission.name, run.seed
+        ),
+        width_px: map.width_px,
+        height_px: map.height_px,
+        cells,
+        start: map.start.pose(),
+        tasks: &tasks,
+    })?;
+    Ok(Some(svg))
+}
+
+/// The true floor with the true trajectory.
+pub fn floor_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<String> {
+    floor(run, log, verdict, &judge::spans(run.mission.task.len(), &log.status))
 }
 
 fn write(path: PathBuf, svg: &str) -> anyhow::Result<PathBuf> {
@@ -235,7 +247,8 @@ fn sketch_tasks(
     (0..run.mission.task.len()).map(task).collect()
 }
 
-fn cloud(particles: &Particles) -> Vec<Point<Sketch>> {
+/// The places of particles.
+pub fn cloud(particles: &Particles) -> Vec<Point<Sketch>> {
     let count = (particles.count as usize).min(particles.particles.len());
     particles.particles[..count].iter().map(|p| Point::new(p.x_px.into(), p.y_px.into())).collect()
 }

@@ -6,7 +6,8 @@
 mod chart;
 mod examples;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
+use sketchnav_recordings::page;
 use sketchnav_schemas::method::Method;
 
 use crate::outcome::Outcome;
@@ -15,8 +16,6 @@ use crate::suites::{Curve, Suite};
 use crate::table::{self, Table};
 use chart::{Bar, Dot};
 pub use examples::{Example, examples};
-
-const STYLE: &str = include_str!("report/style.css");
 
 /// What a page shows.
 #[derive(Debug, Clone, Copy)]
@@ -36,20 +35,7 @@ pub struct Report<'a> {
 impl Report<'_> {
     /// The page.
     pub fn page(&self) -> String {
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta name="color-scheme" content="light dark";
-                    title { (self.suite.name) " · sketchnav eval" }
-                    style { (PreEscaped(STYLE)) }
-                }
-                body { main { (self.body()) } }
-            }
-        };
-        page.into_string()
+        page::document(&format!("{} · sketchnav eval", self.suite.name), &self.body())
     }
 
     fn body(&self) -> Markup {
@@ -171,22 +157,7 @@ impl Report<'_> {
 }
 
 fn drawn(table: &Table) -> Markup {
-    html! {
-        div.scroll {
-            table {
-                thead { tr { @for cell in &table.header { th scope="col" { (cell) } } } }
-                tbody {
-                    @for row in &table.rows {
-                        tr {
-                            @for (i, cell) in row.iter().enumerate() {
-                                @if i == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
+    page::table(&table.header, &table.rows)
 }
 
 #[cfg(test)]

@@ -41,6 +41,20 @@ pub enum Tool {
         #[command(flatten)]
         options: JudgeOptions,
     },
+    /// Show a recording as one page of HTML that needs no other file.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav report a.mcap -o page.html"
+    )]
+    Report {
+        /// The recording.
+        file: PathBuf,
+        /// The page.
+        #[arg(short, long, value_name = "HTML")]
+        output: PathBuf,
+        /// Which room of the floor is which of the drawing: a file (TOML).
+        #[arg(long, value_name = "TOML")]
+        rooms: Option<PathBuf>,
+    },
     /// Make a recording of a laser log of the CARMEN toolkit (.log, or .log.gz).
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav import intel.log.gz --map intel.yaml -o intel.mcap"
@@ -108,7 +122,7 @@ impl Tool {
             Self::Import { options, .. } => options.json,
             Self::Recover { json, .. } => *json,
             Self::Split { options, .. } => options.json,
-            Self::Replay { .. } | Self::Filter { .. } | Self::Merge { .. } => false,
+            Self::Replay { .. } | Self::Report { .. } | Self::Filter { .. } | Self::Merge { .. } => false,
         }
     }
 }
@@ -171,6 +185,12 @@ fn parse_remap(text: &str) -> Result<(String, String), String> {
     Ok((slashed(from), slashed(to)))
 }
 
+fn parse_start(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
+    let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    numbers.ok_or_else(|| format!("expected COLUMN,ROW,HEADING, as 120,340,90, found {text:?}"))
+}
+
 /// How to execute a service again.
 #[derive(Debug, Clone, Args)]
 pub struct RerunOptions {
@@ -212,6 +232,10 @@ pub struct JudgeOptions {
     /// Which room of the floor is which of the drawing: a file (TOML).
     #[arg(long, value_name = "TOML")]
     pub rooms: Option<PathBuf>,
+    /// Which place of the drawing is which of the floor: a file (TOML), as sim/missions/routes/anchors.toml;
+    /// tells whether the way was homotopic to the drawn route.
+    #[arg(long, value_name = "TOML")]
+    pub anchors: Option<PathBuf>,
     /// Writes a line for each estimate beside its truth; of several recordings, into a folder.
     #[arg(long, value_name = "CSV")]
     pub csv: Option<PathBuf>,
@@ -233,8 +257,8 @@ pub struct ImportOptions {
     #[arg(long, value_name = "FILE", requires = "start")]
     pub sketch: Option<PathBuf>,
     /// Where the log begins in the drawing: image pixels and degrees, `COLUMN,ROW,HEADING`.
-    #[arg(long, value_name = "C,R,DEG", value_delimiter = ',', num_args = 3, allow_hyphen_values = true)]
-    pub start: Vec<f64>,
+    #[arg(long, value_name = "C,R,DEG", value_parser = parse_start, allow_hyphen_values = true)]
+    pub start: Option<[f64; 3]>,
     /// A reading from here on is none, metres.
     #[arg(long, default_value_t = 79.0)]
     pub range_max: f64,

@@ -105,11 +105,11 @@ fn run(
     let stem = log.file_name().unwrap_or_default().to_string_lossy();
     let name = plain_name(stem.split('.').next().unwrap_or_default());
     let Pose { x, y, yaw_rad, .. } = first.reference;
-    let (start, goal) = match options.start.as_slice() {
-        [column, row, heading] => {
-            (format!("sketch = [{column:?}, {row:?}]\nsketch_heading_deg = {heading:?}"), [*column, *row])
+    let (start, goal) = match options.start {
+        Some([column, row, heading]) => {
+            (format!("sketch = [{column:?}, {row:?}]\nsketch_heading_deg = {heading:?}"), [column, row])
         }
-        _ => (String::new(), [0.0, 0.0]),
+        None => (String::new(), [0.0, 0.0]),
     };
     let text = format!(
         "name = {name:?}\nrobot = \"log\"\n[world]\nmap = {world:?}\n[start]\nworld = [{x:?}, {y:?}]\nworld_heading_deg = {:?}\n{start}\n[sketch]\nfile = {drawing:?}\n[[task]]\nname = \"log\"\ngoal = [{:?}, {:?}]\nthere = {{ center = [{x:?}, {y:?}], radius_m = 1.0 }}\n",

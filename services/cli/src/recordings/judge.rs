@@ -1,5 +1,6 @@
 //! How missions went and how far the estimates were from the truth.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -7,7 +8,10 @@ use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::import::LOG_SYSTEM;
+use sketchnav_recordings::faults::{FaultInfo, faults};
+use sketchnav_recordings::judge::anchors::Anchors;
 use sketchnav_recordings::judge::figures::{Figures, MetricMap, figures};
+use sketchnav_recordings::judge::homotopy::Correspondence;
 use sketchnav_recordings::judge::log::Log;
 use sketchnav_recordings::judge::rooms::Rooms;
 use sketchnav_recordings::judge::tables;
@@ -27,10 +31,14 @@ pub struct Judged {
     method: Option<String>,
     missing: u64,
     restarts: u64,
+    /// What went wrong with the processes, and right again.
+    pub faults: Vec<FaultInfo>,
+    /// By task with a drawn route: whether the way was homotopic to it, where the anchors are known.
+    homotopic: Option<BTreeMap<String, bool>>,
     #[serde(flatten)]
     pub figures: Figures,
     #[serde(skip)]
-    log: Log,
+    pub log: Log,
     #[serde(skip)]
     map: Option<MetricMap>,
 }
@@ -39,7 +47,15 @@ pub struct Judged {
 pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failure> {
     let rooms = options.rooms.as_deref().map(rooms).transpose()?;
     let judged: Result<Vec<_>, _> = files.iter().map(|file| of_file(file, rooms.as_ref())).collect();
-    let judged = judged?;
+    let mut judged = judged?;
+    if let Some(anchors) = &options.anchors {
+        let text =
+            std::fs::read_to_string(anchors).with_context(|| anchors.display().to_string()).or_input()?;
+        let anchors = Anchors::parse(&text).with_context(|| anchors.display().to_string()).or_input()?;
+        for one in &mut judged {
+            one.homotopic = Some(homotopic(one, &anchors).or_input()?);
+        }
+    }
     write_tables(&judged, options)?;
     if options.json {
         out!("{}", serde_json::to_string(&judged).context("the figures as JSON")?)?;
@@ -50,7 +66,8 @@ pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failu
     Ok(if judged.iter().all(reached) { Outcome::Success } else { Outcome::Short })
 }
 
-fn rooms(path: &Path) -> Result<Rooms, Failure> {
+/// Reads the file of rooms.
+pub fn rooms(path: &Path) -> Result<Rooms, Failure> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string()).or_input()?;
     Rooms::parse(&text).with_context(|| path.display().to_string()).or_input()
 }
@@ -69,11 +86,37 @@ pub fn of_file(path: &Path, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
         seed: run.as_ref().map(|run| run.seed),
         method: run.as_ref().map(|run| run.mission.method.to_string()),
         missing: info.missing,
+        homotopic: None,
+        faults: faults(path).or_input()?,
         restarts: info.restarts + info.process_restarts.values().sum::<u64>(),
         figures: figures(&log, mission, map, rooms),
         log,
         map,
     })
+}
+
+/// Of each task with a drawn route whether the true way was homotopic to it, with respect to what was drawn
+/// (Boniardi et al. 2016, IV and V: what counts as success). The anchors' table of the drawing has the mission's
+/// name, that of the floor the floor plan's.
+fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<String, bool>> {
+    let recording = Recording::open(&judged.recording)?;
+    let folder = tempfile::tempdir()?;
+    let run = sketchnav_rehearsal::rerun::run_of(&recording, folder.path())?;
+    let (drawing, _) = sketchnav_sketcher::understand(&run)?;
+    let floor =
+        run.mission.world.floor_plan.as_deref().or(run.mission.world.map.as_deref()).unwrap_or_default();
+    let floor = Path::new(floor).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let floor = floor.split('.').next().unwrap_or_default();
+    let join = Correspondence::new(&anchors.of(&run.mission.name, floor, |at| drawing.from_image(at))?)?;
+    let spans = sketchnav_recordings::judge::spans(run.mission.task.len(), &judged.log.status);
+    let mut ways = BTreeMap::new();
+    for (task, span) in run.mission.task.iter().zip(spans) {
+        let (Some(route), Some(span)) = (&task.route, span) else { continue };
+        let route: Vec<_> = route.iter().map(|&at| drawing.from_image(at)).collect();
+        let way: Vec<_> = span.of(&judged.log.truth).iter().map(|truth| truth.pose().position()).collect();
+        ways.insert(task.name.clone(), join.is_homotopic(&way, &route));
+    }
+    Ok(ways)
 }
 
 /// Where the drawing lies in the world, where it is the world's own map.
@@ -147,6 +190,10 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
         row("final error, mean", errors.map_or("–".into(), |e| format!("{:.2} m", e.mean)));
         row("collisions", figures.collisions.to_string());
     }
+    if let Some(ways) = &judged.homotopic {
+        let right = ways.values().filter(|homotopic| **homotopic).count();
+        row("ways homotopic to the drawn ones", format!("{right} of {}", ways.len()));
+    }
     row("estimates", figures.estimates.to_string());
     for (name, errors) in [
         ("absolute error", figures.absolute_m),
@@ -178,5 +225,6 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     row("scans without a command", figures.unanswered_scans.to_string());
     row("messages missing", judged.missing.to_string());
     row("restarts", judged.restarts.to_string());
+    row("faults told", judged.faults.len().to_string());
     rows
 }

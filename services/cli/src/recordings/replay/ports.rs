@@ -8,7 +8,7 @@ use anyhow::{Context, ensure};
 use sketchnav_recordings::reader::RawMessage;
 use sketchnav_recordings::writer::topic_name;
 use sketchnav_runtime::{Node, SliceWriter, System, Wake, Writer};
-use sketchnav_schemas::channels::{self, Channel, ChannelVisitor, MISSION};
+use sketchnav_schemas::channels::{self, Channel, ChannelVisitor};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::ros2::Ros2;
@@ -138,9 +138,9 @@ impl Open<'_> {
         let (own, writer) = (topic_name(spec.name), spec.writer.unwrap_or(Process::World));
         let named = |topic: &String| topic.trim_start_matches('/') == spec.name;
         let is_wanted = self.topics.is_empty() || self.topics.iter().any(named);
-        // The order to start is the supervisor's own.
+        // The order to start, and what befalls the processes, are this system's supervisor's own.
         let is_played =
-            spec.recorded && is_wanted && !self.live.contains(&writer) && spec.name != MISSION.spec.name;
+            spec.recorded && is_wanted && !self.live.contains(&writer) && writer != Process::Supervisor;
         let remapped = self.remap.iter().find(|(_, to)| *to == own).map(|(from, _)| from.clone());
         let is_taken = self.remap.iter().any(|(from, to)| *from == own && *to != own);
         let topic = remapped.or((!is_taken).then_some(own));

@@ -1,0 +1,212 @@
+//! Recordings out of recordings: what is whole stays as it is, what is damaged is left out and counted.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use proptest::prelude::*;
+use sketchnav_recordings::copy::{Copied, Copy, Limit, filter, merge, recover, split};
+use sketchnav_recordings::diff::diff;
+use sketchnav_recordings::info::{info, info_of_messages};
+use sketchnav_recordings::reader::{Part, RawMessage, Selection};
+use sketchnav_recordings::{Recording, rosbag2};
+
+use super::common;
+
+fn begin(path: &Path) -> Copy<BufWriter<File>> {
+    Copy::new(BufWriter::new(File::create(path).unwrap())).unwrap()
+}
+
+fn story(folder: &Path) -> PathBuf {
+    let path = folder.join("story.mcap");
+    let mut writer = common::create(&path);
+    common::write_beginning(&mut writer);
+    for step in 1..=60 {
+        common::write_step(&mut writer, step);
+        if step % 10 == 0 {
+            writer.flush().unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    path
+}
+
+fn recovered(path: &Path, to: &Path) -> Copied {
+    let mut copy = begin(to);
+    let copied = recover(path, &mut copy).unwrap();
+    copy.finish().unwrap();
+    copied
+}
+
+fn messages(path: &Path) -> Vec<RawMessage> {
+    let recording = Recording::open(path).unwrap();
+    let parts = recording.parts().unwrap().map(Result::unwrap);
+    parts.filter_map(|part| if let Part::Message(message) = part { Some(message) } else { None }).collect()
+}
+
+/// Where the chunks begin.
+fn chunks(file: &[u8]) -> Vec<usize> {
+    let (mut at, mut chunks) = (8, Vec::new());
+    while at + 9 < file.len() - 8 {
+        if file[at] == 6 {
+            chunks.push(at);
+        }
+        at += 9 + u64::from_le_bytes(file[at + 1..at + 9].try_into().unwrap()) as usize;
+    }
+    chunks
+}
+
+#[test]
+fn a_whole_file_is_recovered_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
+    let copied = recovered(&path, &copy);
+    assert!(copied.was_whole && !copied.has_loss(), "{copied:?}");
+    assert_eq!(diff(&path, &copy).unwrap(), None);
+    let (mut was, mut is) = (info(&path).unwrap(), info(&copy).unwrap());
+    (was.path, was.bytes) = (std::mem::take(&mut is.path), is.bytes);
+    assert_eq!(was, is, "and it says the same of itself");
+    assert_eq!(is.messages, info_of_messages(&copy).unwrap().messages);
+    assert_eq!(Recording::open(&copy).unwrap().run().unwrap(), common::run_config());
+}
+
+#[test]
+fn what_a_kill_cut_off_is_recovered_up_to_the_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
+    let whole = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+    let known = info(&path).unwrap().messages;
+    let copied = recovered(&path, &copy);
+    assert!(!copied.was_whole && copied.has_loss() && copied.messages == known, "{copied:?}");
+    let info = info(&copy).unwrap();
+    assert!(info.clean_end && info.messages == known);
+}
+
+/// A byte of a chunk in the middle: its checksum is wrong, the others are all there.
+#[test]
+fn a_damaged_chunk_is_left_out_and_the_rest_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
+    let everything = messages(&path).len() as u64;
+    let mut file = std::fs::read(&path).unwrap();
+    let third = chunks(&file)[2];
+    file[third + 200] ^= 0x10;
+    std::fs::write(&path, &file).unwrap();
+    let copied = recovered(&path, &copy);
+    assert_eq!((copied.lost_chunks, copied.was_whole), (1, true), "{copied:?}");
+    assert!(copied.messages > everything / 2 && copied.messages < everything, "{copied:?}");
+    assert!(info(&copy).unwrap().missing > 0, "what is gone is counted");
+}
+
+/// A length that lies, in the middle: the search finds the next chunk.
+#[test]
+fn behind_a_length_that_lies_the_rest_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
+    let mut file = std::fs::read(&path).unwrap();
+    let third = chunks(&file)[2];
+    for lie in [u64::MAX, 1 << 20] {
+        file[third + 1..third + 9].copy_from_slice(&lie.to_le_bytes());
+        std::fs::write(&path, &file).unwrap();
+        let copied = recovered(&path, &copy);
+        assert!(copied.has_loss() && copied.was_whole, "{copied:?}");
+        let scans = messages(&copy).iter().filter(|m| m.topic.name == "/scan").count();
+        assert!((40..60).contains(&scans), "{scans} scans");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// Whatever is wrong: what is recovered is a whole recording, and nothing in it was not there before.
+    #[test]
+    fn what_is_recovered_is_whole_and_was_there(
+        flips in prop::collection::vec((any::<prop::sample::Index>(), 1..=255_u8), 0..4),
+        cut in prop::option::of(any::<prop::sample::Index>()),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, to) = (story(folder.path()), folder.path().join("copy.mcap"));
+        let known: BTreeMap<_, _> =
+            messages(&path).into_iter().map(|m| ((m.topic.name.clone(), m.sequence, m.stamp_ns), m.cdr)).collect();
+        let mut file = std::fs::read(&path).unwrap();
+        for (at, by) in flips {
+            let at = at.index(file.len());
+            file[at] ^= by;
+        }
+        if let Some(cut) = cut {
+            file.truncate(cut.index(file.len() + 1));
+        }
+        std::fs::write(&path, &file).unwrap();
+        let mut copy = begin(&to);
+        let copied = recover(&path, &mut copy);
+        copy.finish().unwrap();
+        if copied.is_ok() {
+            prop_assert!(info_of_messages(&to).unwrap().clean_end);
+            for message in messages(&to) {
+                let key = (message.topic.name.clone(), message.sequence, message.stamp_ns);
+                prop_assert_eq!(known.get(&key), Some(&message.cdr));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_filter_keeps_what_is_wanted() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, to) = (story(folder.path()), folder.path().join("part.mcap"));
+    let mut copy = begin(&to);
+    let selection = Selection::of_topics(["/scan", "/odometry"]).between(1_000_000_000..2_000_000_000);
+    filter(&Recording::open(&path).unwrap(), &selection, &mut copy).unwrap();
+    copy.finish().unwrap();
+    let kept = messages(&to);
+    assert_eq!(kept.len(), 20);
+    assert!(kept.iter().all(|m| (10..20).contains(&m.sequence)));
+    assert_eq!(info(&to).unwrap().run["mission"], "two rooms");
+}
+
+/// Two halves of a recording are the recording.
+#[test]
+fn halves_become_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = story(folder.path());
+    let halves = [0..3_000_000_000, 3_000_000_000..u64::MAX].map(|times| {
+        let to = folder.path().join(format!("{}.mcap", times.start));
+        let mut copy = begin(&to);
+        let recording = Recording::open(&path).unwrap();
+        filter(&recording, &Selection::default().between(times), &mut copy).unwrap();
+        copy.finish().unwrap();
+        Recording::open(&to).unwrap()
+    });
+    let to = folder.path().join("both.mcap");
+    let mut copy = begin(&to);
+    merge(&halves, &mut copy).unwrap();
+    copy.finish().unwrap();
+    assert_eq!(diff(&path, &to).unwrap(), None);
+    assert_eq!(messages(&to).len(), messages(&path).len());
+}
+
+#[test]
+fn each_part_begins_with_what_is_latched() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = story(folder.path());
+    let recording = Recording::open(&path).unwrap();
+    let name = |number: usize| folder.path().join(format!("part_{number}.mcap"));
+    let open = |number: usize| Ok(BufWriter::new(File::create(name(number)).unwrap()));
+    let parts = split(&recording, Some(Limit::Time(2_000_000_000)), open).unwrap();
+    assert_eq!(parts.len(), 4, "{parts:?}");
+    for (number, part) in parts.iter().enumerate() {
+        assert_eq!((part.messages["/sketch"], part.messages["/tf_static"]), (1, 1), "part {number}");
+        let total: u64 = part.messages.values().sum();
+        assert_eq!(info(&name(number)).unwrap().messages, total);
+    }
+    let scans: u64 = parts.iter().map(|part| part.messages.get("/scan").copied().unwrap_or(0)).sum();
+    assert_eq!(scans, 60);
+    let files: Vec<_> = (0..).map(|n| format!("part_{n}.mcap")).zip(parts).collect();
+    let yaml = rosbag2::metadata_yaml(&files, &recording.topics().unwrap());
+    assert!(
+        yaml.contains("version: 9") && yaml.contains("- part_3.mcap") && yaml.contains("name: /scan"),
+        "{yaml}"
+    );
+}

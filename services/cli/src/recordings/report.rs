@@ -1,0 +1,294 @@
+//! A recording as one page: the drawing and the floor, some moments, errors, scales and health over time, and
+//! the table of figures.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::Context;
+use maud::{Markup, PreEscaped, html};
+use sketchnav_recordings::faults::FaultInfo;
+use sketchnav_recordings::judge::figures::local_errors_m;
+use sketchnav_recordings::judge::{self as verdicts, TaskSpan, Verdict};
+use sketchnav_recordings::page::{self, Chart, Series};
+use sketchnav_recordings::picture::{self, Moment};
+use sketchnav_recordings::{Recording, import::LOG_SYSTEM};
+use sketchnav_rehearsal::rerun;
+use sketchnav_schemas::channels::PLAN;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::message::Plan;
+use sketchnav_schemas::run::RunConfig;
+
+use super::judge::{self, Judged};
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::out;
+use crate::report::{Log, cloud, floor_picture, sketch_picture};
+
+/// Moments that are shown.
+const MOMENTS: usize = 4;
+const NS_PER_S: f64 = 1e9;
+
+/// Writes the page.
+pub fn report(file: &Path, output: &Path, rooms: Option<&Path>) -> Result<Outcome, Failure> {
+    let rooms = rooms.map(judge::rooms).transpose()?;
+    let recording = super::open(file)?;
+    let judged = judge::of_file(file, rooms.as_ref())?;
+    let log = Log::read(file).or_input()?;
+    let folder = tempfile::tempdir().context("a folder for the files of the run")?;
+    let run = rerun::run_of(&recording, folder.path()).or_input()?;
+    let page = Page { recording: &recording, run: &run, judged: &judged, log: &log };
+    let html = page.html().with_context(|| file.display().to_string())?;
+    std::fs::write(output, html).with_context(|| output.display().to_string()).or_input()?;
+    out!("page       {}", output.display())?;
+    Ok(Outcome::Success)
+}
+
+struct Page<'a> {
+    recording: &'a Recording,
+    run: &'a RunConfig,
+    judged: &'a Judged,
+    log: &'a Log,
+}
+
+impl Page<'_> {
+    fn html(&self) -> anyhow::Result<String> {
+        let body = html! {
+            (self.head())
+            (self.tasks())
+            (self.pictures()?)
+            (self.moments()?)
+            (self.over_time())
+            (self.health())
+            (self.faults())
+            h2 { "Figures" }
+            (page::table(&[], &judge::rows(self.judged).into_iter().map(|(name, value)| vec![name, value]).collect::<Vec<_>>()))
+            p.small { "What each figure means: recordings/README.md of the project." }
+        };
+        Ok(page::document(&format!("{} · sketchnav report", self.run.mission.name), &body))
+    }
+
+    fn verdict(&self) -> Option<&Verdict> {
+        self.judged.figures.verdict.as_ref()
+    }
+
+    fn head(&self) -> Markup {
+        let fact = |key: &str| self.recording.fact("sketchnav", key).unwrap_or("–").to_owned();
+        let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
+        html! {
+            h1 {
+                (self.run.mission.name)
+                @if let Some(verdict) = self.verdict() {
+                    @let reached = verdict.tasks.iter().filter(|task| task.reached).count();
+                    span class={ "badge" @if !verdict.success { " short" } } {
+                        (reached) " of " (verdict.tasks.len()) " tasks reached"
+                    }
+                }
+            }
+            @if !self.run.mission.description.is_empty() { p.lead { (self.run.mission.description) } }
+            p.facts {
+                span { "recording " b { (file) } }
+                @for key in ["seed", "method", "pace", "robot", "version"] { span { (key) " " b { (fact(key)) } } }
+            }
+        }
+    }
+
+    fn tasks(&self) -> Markup {
+        let Some(verdict) = self.verdict() else { return html! {} };
+        let header = ["task", "reached", "time", "path", "final error", "collisions", "the planner said"];
+        let row = |task: &verdicts::TaskVerdict| {
+            vec![
+                task.name.clone(),
+                if task.reached { "yes" } else { "no" }.to_owned(),
+                format!("{:.1} s", task.time_s),
+                format!("{:.1} m", task.path_m),
+                task.final_error_m.map_or("–".to_owned(), |error| format!("{error:.2} m")),
+                task.collisions.to_string(),
+                format!("{}: {}", task.state, task.reason),
+            ]
+        };
+        html! {
+            h2 { "Tasks" }
+            (page::table(&header.map(str::to_owned), &verdict.tasks.iter().map(row).collect::<Vec<_>>()))
+        }
+    }
+
+    fn pictures(&self) -> anyhow::Result<Markup> {
+        let Some(verdict) = self.verdict() else { return Ok(html! {}) };
+        let sketch = sketch_picture(self.run, self.log, verdict)?;
+        // The map may be neither in the recording nor where it was.
+        let floor = floor_picture(self.run, self.log, verdict).ok();
+        Ok(html! {
+            h2 { "Where the robot believed to be, and where it was" }
+            div.pictures {
+                @for svg in sketch.iter().chain(&floor) { figure { (PreEscaped(svg)) } }
+            }
+        })
+    }
+
+    /// Spread over the way: where the particles are told apart best, at the beginning, and later on.
+    fn moments(&self) -> anyhow::Result<Markup> {
+        let (Some((map, cells)), particles) = (&self.log.sketch, &self.log.particles) else {
+            return Ok(html! {});
+        };
+        if particles.is_empty() {
+            return Ok(html! {});
+        }
+        let last = particles.len() - 1;
+        let mut shown: Vec<usize> = (0..MOMENTS).map(|i| i * last / (MOMENTS - 1).max(1)).collect();
+        shown.dedup();
+        let mut figures = Vec::new();
+        for index in shown {
+            let cloud_of = &particles[index];
+            let until = cloud_of.header.stamp_ns;
+            let end = self.log.estimates.partition_point(|e| e.header.stamp_ns <= until);
+            let Some(estimate) = self.log.estimates[..end].last() else { continue };
+            let trail: Vec<_> = self.log.estimates[..end].iter().map(|e| e.pose.pose().position()).collect();
+            figures.push(picture::moment(&Moment {
+                title: &format!("{:.0} s: particles, the way so far, the plan", until as f64 / NS_PER_S),
+                width_px: map.width_px,
+                height_px: map.height_px,
+                cells,
+                pose: estimate.pose.pose(),
+                trail: &trail,
+                particles: &cloud(cloud_of),
+                plan: &self.plan_at(until)?,
+            })?);
+        }
+        Ok(html! {
+            h2 { "Moments" }
+            div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
+        })
+    }
+
+    /// The plan that held at that time: read backwards from there, a minute at most.
+    fn plan_at(&self, stamp_ns: u64) -> anyhow::Result<Vec<Point<Sketch>>> {
+        const LOOK_BACK_NS: u64 = 60_000_000_000;
+        let times = stamp_ns.saturating_sub(LOOK_BACK_NS)..stamp_ns + 1;
+        let plan = self.recording.channel(PLAN)?.between(times).last().transpose()?;
+        let points = |plan: &Plan| {
+            let count = (plan.global_count as usize).min(plan.global_px.len());
+            plan.global_px[..count].iter().map(|p| Point::new(p[0].into(), p[1].into())).collect()
+        };
+        Ok(plan.map_or_else(Vec::new, |(plan, _)| points(&plan)))
+    }
+
+    fn span_s(&self) -> [f64; 2] {
+        let stamps = || self.judged.log.instants.iter().map(|i| i.stamp_ns as f64 / NS_PER_S);
+        [stamps().next().unwrap_or(0.0), stamps().next_back().unwrap_or(1.0)]
+    }
+
+    /// When tasks began.
+    fn marks_s(&self) -> Vec<f64> {
+        if self.run.system == LOG_SYSTEM {
+            return Vec::new();
+        }
+        let spans = verdicts::spans(self.run.mission.task.len(), &self.log.status);
+        spans.iter().flatten().map(|span: &TaskSpan| span.begin_ns as f64 / NS_PER_S).collect()
+    }
+
+    fn faults_s(&self) -> Vec<f64> {
+        self.judged.faults.iter().map(|fault| fault.stamp_s).collect()
+    }
+
+    fn faults(&self) -> Markup {
+        let header = ["time", "process", "fault", "lasted", "what there is to say"];
+        let row = |fault: &FaultInfo| {
+            let lasted = if fault.duration_ms > 0.0 { format!("{:.0} ms", fault.duration_ms) } else { "–".into() };
+            let (process, kind) = (fault.process.to_owned(), fault.kind.to_owned());
+            vec![format!("{:.1} s", fault.stamp_s), process, kind, lasted, fault.words.clone()]
+        };
+        html! {
+            @if !self.judged.faults.is_empty() {
+                h2 { "Faults" }
+                (page::table(&header.map(str::to_owned), &self.judged.faults.iter().map(row).collect::<Vec<_>>()))
+            }
+        }
+    }
+
+    fn over_time(&self) -> Markup {
+        let log = &self.judged.log;
+        if log.instants.is_empty() {
+            return html! {};
+        }
+        let (marks, faults, span_s) = (self.marks_s(), self.faults_s(), self.span_s());
+        let errors = log.sketch.map(|sketch| local_errors_m(&log.instants, &sketch)).unwrap_or_default();
+        let of = |name: &str, value: &dyn Fn(usize) -> f64| Series {
+            name: name.to_owned(),
+            points: (0..log.instants.len())
+                .map(|i| [log.instants[i].stamp_ns as f64 / NS_PER_S, value(i)])
+                .collect(),
+        };
+        let error = [of("error", &|i| errors.get(i).copied().unwrap_or(f64::NAN))];
+        let scales = [
+            of("a, along the walls", &|i| log.instants[i].scales_pxpm[0]),
+            of("b, across", &|i| log.instants[i].scales_pxpm[1]),
+        ];
+        let size = [of("effective", &|i| log.instants[i].effective_sample_size)];
+        let misfit = [of("misfit", &|i| -log.instants[i].fit)];
+        let speed = [Series {
+            name: "speed".to_owned(),
+            points: log
+                .truth
+                .iter()
+                .map(|m| [m.header.stamp_ns as f64 / NS_PER_S, m.twist.vx_mps.hypot(m.twist.vy_mps)])
+                .collect(),
+        }];
+        let has_speed = self.run.system != LOG_SYSTEM;
+        let chart = |title, unit, series: &[Series]| {
+            Chart { title, unit, series, span_s, marks_s: &marks, faults_s: &faults }.figure()
+        };
+        html! {
+            h2 { "Over time" }
+            p.small {
+                "Dashed: a task begins." @if !faults.is_empty() { " Red: something befell a process." }
+            }
+            div.cards {
+                (chart("Error in local metres", "m", &error))
+                (chart("Local scales", "px/m", &scales))
+                (chart("Effective sample size", "particles", &size))
+                (chart("Misfit of the scan", "−ln p, mean beam", &misfit))
+                @if has_speed { (chart("True speed", "m/s", &speed)) }
+            }
+        }
+    }
+
+    fn health(&self) -> Markup {
+        let log = &self.judged.log;
+        let mut by_process: BTreeMap<u32, Vec<[f64; 2]>> = BTreeMap::new();
+        for message in &log.health {
+            let at = [message.header.stamp_ns as f64 / NS_PER_S, message.step_max_ns as f64 / 1e6];
+            by_process.entry(message.process).or_default().push(at);
+        }
+        let name = |code: u32| Process::from_code(code).map_or("?", Process::word).to_owned();
+        let series: Vec<_> = by_process
+            .into_iter()
+            .filter(|(code, _)| {
+                matches!(
+                    Process::from_code(*code),
+                    Some(Process::Localizer | Process::Planner | Process::World | Process::Recorder)
+                )
+            })
+            .map(|(code, points)| Series { name: name(code), points })
+            .collect();
+        let (marks, faults) = (self.marks_s(), self.faults_s());
+        let stages = self.judged.figures.stages.iter().map(|stage| {
+            vec![
+                stage.process.to_owned(),
+                stage.steps.to_string(),
+                format!("{:.2} ms", stage.mean_ms),
+                format!("{:.2} ms", stage.median_of_longest_ms),
+                format!("{:.2} ms", stage.max_ms),
+            ]
+        });
+        let header = ["process", "steps", "mean step", "longest a report, median", "longest of all"];
+        html! {
+            @if !log.health.is_empty() {
+                h2 { "Latency and health" }
+                (page::table(&header.map(str::to_owned), &stages.collect::<Vec<_>>()))
+                div.cards {
+                    (Chart { title: "Longest step", unit: "ms, by the clock", series: &series, span_s: self.span_s(), marks_s: &marks, faults_s: &faults }.figure())
+                }
+            }
+        }
+    }
+}

@@ -7,7 +7,8 @@ use std::path::Path;
 use crate::directory::Directory;
 use crate::error::RecordingError;
 use crate::parts::{Open, Piece};
-use crate::records::{ChunkEntry, Record, Statistics, Stop, next_in};
+use crate::record_file::Stop;
+use crate::records::{ChunkEntry, Record, Statistics, next_in};
 
 /// The chunks of a recording, its topics and counts.
 #[derive(Debug, Clone, Default)]

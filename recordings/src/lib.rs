@@ -26,6 +26,7 @@ pub mod page;
 mod parts;
 pub mod picture;
 pub mod reader;
+mod record_file;
 pub mod records;
 pub mod rosbag2;
 pub mod sequence;

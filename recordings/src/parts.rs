@@ -11,7 +11,8 @@ use crate::directory::Directory;
 use crate::error::RecordingError;
 use crate::index::Index;
 use crate::reader::{Part, RawMessage};
-use crate::records::{ChunkEntry, Damage, Record, RecordFile, Stop, next_in, unpack};
+use crate::record_file::{RecordFile, Stop};
+use crate::records::{ChunkEntry, Damage, Record, next_in, unpack};
 
 /// Which messages are wanted.
 #[derive(Debug, Clone, PartialEq, Eq)]

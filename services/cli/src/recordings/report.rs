@@ -193,7 +193,8 @@ impl Page<'_> {
     fn faults(&self) -> Markup {
         let header = ["time", "process", "fault", "lasted", "what there is to say"];
         let row = |fault: &FaultInfo| {
-            let lasted = if fault.duration_ms > 0.0 { format!("{:.0} ms", fault.duration_ms) } else { "–".into() };
+            let lasted =
+                if fault.duration_ms > 0.0 { format!("{:.0} ms", fault.duration_ms) } else { "–".into() };
             let (process, kind) = (fault.process.to_owned(), fault.kind.to_owned());
             vec![format!("{:.1} s", fault.stamp_s), process, kind, lasted, fault.words.clone()]
         };

@@ -1,0 +1,193 @@
+//! A file of records, read one after the other or from any place; and the index at its end.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use mcap::records::op;
+
+use crate::records::{Damage, FRAME_BYTES, MAX_RECORD_BYTES, Record};
+
+/// Footer record and the magic behind it.
+const TAIL_BYTES: u64 = FRAME_BYTES + 20 + 8;
+
+/// Why the next record cannot be had.
+#[derive(Debug)]
+pub enum Stop {
+    /// The file ends in the middle of it, or before it.
+    Cut,
+    /// It is damaged.
+    Damage(Damage),
+    /// The system cannot read it.
+    Io(io::Error),
+}
+
+impl From<Damage> for Stop {
+    fn from(damage: Damage) -> Self {
+        Self::Damage(damage)
+    }
+}
+
+impl From<io::Error> for Stop {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// A file of records.
+pub struct RecordFile {
+    file: BufReader<File>,
+    at: u64,
+    bytes: u64,
+    content: Vec<u8>,
+    read: u64,
+}
+
+impl RecordFile {
+    /// Opens a file and checks how it begins.
+    pub fn open(path: &Path) -> Result<Self, Stop> {
+        let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
+        let bytes = file.get_ref().metadata()?.len();
+        let mut magic = [0; mcap::MAGIC.len()];
+        if bytes < magic.len() as u64 {
+            return Err(Damage::Empty.into());
+        }
+        file.read_exact(&mut magic)?;
+        if magic != *mcap::MAGIC {
+            return Err(Damage::NoMcap.into());
+        }
+        let at = magic.len() as u64;
+        Ok(Self { file, at, bytes, content: Vec::new(), read: at })
+    }
+
+    /// Where the next record begins.
+    pub fn at(&self) -> u64 {
+        self.at
+    }
+
+    /// Length of the file.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// How many bytes were read so far, in all.
+    pub fn bytes_read(&self) -> u64 {
+        self.read
+    }
+
+    /// Goes to another record.
+    pub fn seek(&mut self, at: u64) -> Result<(), Stop> {
+        if at > self.bytes {
+            return Err(Stop::Cut);
+        }
+        if at != self.at {
+            self.file.seek(SeekFrom::Start(at))?;
+            self.at = at;
+        }
+        Ok(())
+    }
+
+    /// Reads the next record; its opcode. The content is [`RecordFile::content`].
+    pub fn advance(&mut self) -> Result<u8, Stop> {
+        let begin = self.at;
+        let left = self.bytes - begin;
+        if left < FRAME_BYTES {
+            return Err(Stop::Cut);
+        }
+        let mut frame = [0; FRAME_BYTES as usize];
+        self.fill_from_file(&mut frame)?;
+        let [opcode, length @ ..] = frame;
+        let length = u64::from_le_bytes(length);
+        if length > MAX_RECORD_BYTES as u64 {
+            return Err(Damage::TooLong { at: begin, bytes: length }.into());
+        }
+        if length > left - FRAME_BYTES {
+            return Err(Stop::Cut);
+        }
+        let mut content = std::mem::take(&mut self.content);
+        content.resize(length as usize, 0);
+        let filled = self.fill_from_file(&mut content);
+        self.content = content;
+        filled?;
+        if opcode == op::ATTACHMENT && !is_attachment_sound(&self.content) {
+            return Err(Damage::Checksum { at: begin, kind: "attachment" }.into());
+        }
+        Ok(opcode)
+    }
+
+    fn fill_from_file(&mut self, into: &mut [u8]) -> Result<(), Stop> {
+        self.file.read_exact(into).map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => Stop::Cut,
+            _ => Stop::Io(error),
+        })?;
+        self.at += into.len() as u64;
+        self.read += into.len() as u64;
+        Ok(())
+    }
+
+    /// Goes to the next place from `from` on where a chunk seems to begin: its opcode, a length that ends in
+    /// the file, and a compression that is known. Reads what lies between once, in pieces.
+    pub fn find_chunk(&mut self, from: u64) -> Result<Option<u64>, Stop> {
+        const PIECE: usize = 1 << 20;
+        /// Frame, times, length, checksum, the compression's length and name.
+        const HEAD: usize = 9 + 8 + 8 + 8 + 4 + 4 + 4;
+        let mut begin = from;
+        while begin < self.bytes {
+            self.seek(begin)?;
+            let mut piece = vec![0; PIECE.min((self.bytes - begin) as usize)];
+            self.fill_from_file(&mut piece)?;
+            for (offset, head) in piece.windows(HEAD).enumerate() {
+                let at = begin + offset as u64;
+                let length = head[1..9].try_into().map_or(u64::MAX, u64::from_le_bytes);
+                let is_chunk = head[0] == op::CHUNK && head[37..] == b"\x04\0\0\0zstd"[..];
+                if is_chunk && length <= self.bytes - at {
+                    self.seek(at)?;
+                    return Ok(Some(at));
+                }
+            }
+            if piece.len() < HEAD || begin + piece.len() as u64 == self.bytes {
+                return Ok(None);
+            }
+            begin += (piece.len() - HEAD + 1) as u64;
+        }
+        Ok(None)
+    }
+
+    /// The content of the record that was read last.
+    pub fn content(&self) -> &[u8] {
+        &self.content
+    }
+
+    /// The records of the index at the file's end, one behind the other.
+    pub fn summary(&mut self) -> Result<Vec<u8>, Stop> {
+        let no_index = || Stop::Damage(Damage::NoIndex);
+        let tail = self.bytes.checked_sub(TAIL_BYTES).filter(|&at| at >= 8).ok_or_else(no_index)?;
+        self.seek(tail)?;
+        let opcode = self.advance()?;
+        let Ok(Record::Footer(begin, checksum)) = Record::parse(opcode, &self.content) else {
+            return Err(no_index());
+        };
+        let mut magic = [0; mcap::MAGIC.len()];
+        self.fill_from_file(&mut magic)?;
+        let length = tail.checked_sub(begin).filter(|_| begin >= 8).ok_or_else(no_index)?;
+        if magic != *mcap::MAGIC || length > MAX_RECORD_BYTES as u64 {
+            return Err(no_index());
+        }
+        self.seek(begin)?;
+        // The checksum covers the footer too, up to where it stands itself.
+        let mut summary = vec![0; length as usize + FRAME_BYTES as usize + 16];
+        self.fill_from_file(&mut summary)?;
+        if checksum != 0 && checksum != crc32fast::hash(&summary) {
+            return Err(Damage::Checksum { at: begin, kind: "summary" }.into());
+        }
+        summary.truncate(length as usize);
+        Ok(summary)
+    }
+}
+
+/// The checksum of an attachment covers all that stands before it; 0 is none.
+fn is_attachment_sound(content: &[u8]) -> bool {
+    let Some((said, checksum)) = content.split_last_chunk::<4>() else { return false };
+    let checksum = u32::from_le_bytes(*checksum);
+    checksum == 0 || checksum == crc32fast::hash(said)
+}

@@ -26,11 +26,11 @@ pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> St
     for topic in topics {
         let _ = topic_yaml(&mut text, topic, counts.get(topic.name.as_str()).copied().unwrap_or(0));
     }
-    let _ = write!(text, "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n");
+    let _ = writeln!(text, "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:");
     for (name, _) in files {
         let _ = writeln!(text, "    - {name}");
     }
-    let _ = write!(text, "  files:\n");
+    let _ = writeln!(text, "  files:");
     for (name, part) in files {
         let _ = write!(
             text,
@@ -40,7 +40,7 @@ pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> St
             part.messages.values().sum::<u64>(),
         );
     }
-    let _ = write!(text, "  custom_data: ~\n  ros_distro: jazzy\n");
+    let _ = writeln!(text, "  custom_data: ~\n  ros_distro: jazzy");
     text
 }
 

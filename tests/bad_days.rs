@@ -12,7 +12,7 @@ use std::process::Command;
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use sketchnav_schemas::channels::STATUS;
-use support::{Place, Running, kill_if_alive, wait_until};
+use support::{Ended, Place, Running, kill_if_alive, wait_until};
 
 /// A small disk of its own; taken away when dropped.
 struct SmallDisk(PathBuf);
@@ -97,25 +97,48 @@ fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
     assert!((last_s - report["sim_seconds"].as_f64().unwrap()).abs() < 1.0, "{info:#}");
 }
 
+/// Runs a shell script with shared memory of its own, of this size; `$0` is `sketchnav`. `None`, with a notice, where
+/// that takes rights that this user has not got.
+fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> {
+    let script = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm || exit 99\n{script}");
+    let mut command = Command::new("unshare");
+    command.args(["--mount", "sh", "-c", &script, env!("CARGO_BIN_EXE_sketchnav")]);
+    place.settle(&mut command);
+    let ended = command.spawn().ok().map(|child| Running::of(child).end());
+    let ended = ended.filter(|ended| ended.code != Some(99) && !ended.err.contains("unshare"));
+    if ended.is_none() {
+        eprintln!("skipped: no shared memory of its own to be had (not root?)");
+    }
+    ended
+}
+
 /// It used to end in a loop of processes killed by SIGBUS, the supervisor among them, without a word.
 #[test]
 fn full_shared_memory_is_refused_with_a_word() {
     let place = Place::new();
-    let program = env!("CARGO_BIN_EXE_sketchnav");
-    let script =
-        format!("mount -t tmpfs -o size=4m tmpfs /dev/shm || exit 99; exec {program} demo --system day");
-    let mut command = Command::new("unshare");
-    command.args(["--mount", "sh", "-c", &script]);
-    place.settle(&mut command);
-    let ended = match command.spawn() {
-        Ok(child) => Running::of(child).end(),
-        Err(error) => return eprintln!("skipped: unshare: {error}"),
-    };
-    if ended.code == Some(99) || ended.err.contains("unshare") {
-        return eprintln!("skipped: no shared memory of its own: {ended}");
-    }
+    let Some(ended) = with_shared_memory(&place, "4m", "exec $0 demo --system day") else { return };
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(ended.err.contains("/dev/shm: expected room for 24 MiB, found 4 MiB"), "{ended}");
+    place.assert_nothing_left("day");
+}
+
+/// Whoever dies then finds no room to start again and is given up; the supervisor clears everything.
+#[test]
+fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
+    let place = Place::new();
+    let script = r#"
+        $0 demo --system day --speed 5 --out out & run=$!
+        until $0 echo status --count 3 --system day > /dev/null 2>&1; do :; done
+        dd if=/dev/zero of=/dev/shm/fill bs=64k 2> /dev/null
+        planner=$($0 ps --json | tr '{' '\n' | sed -n 's/.*"planner","pid":\([0-9]*\).*/\1/p')
+        kill -9 $planner
+        wait $run; code=$?
+        rm /dev/shm/fill; ls /dev/shm; exit $code"#;
+    let Some(ended) = with_shared_memory(&place, "30m", script) else { return };
+    assert_eq!((ended.code, ended.out.as_str()), (Some(3), ""), "{ended}");
+    assert!(ended.err.contains("given up"), "{ended}");
+    let words = ["shared memory is full", "No space left on device"];
+    assert!(words.iter().any(|words| ended.err.contains(words)), "{ended}");
     place.assert_nothing_left("day");
 }
 

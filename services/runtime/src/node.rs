@@ -116,6 +116,7 @@ impl Node {
         self.check_write(channel.spec)?;
         let writer = Writer::open(self, channel.spec)?;
         self.register(writer.port(), channel.spec);
+        self.system.reserve_small_files()?;
         Ok(writer)
     }
 
@@ -124,6 +125,7 @@ impl Node {
         self.check_write(channel.spec)?;
         let writer = SliceWriter::open(self, channel.spec)?;
         self.register(writer.port(), channel.spec);
+        self.system.reserve_small_files()?;
         Ok(writer)
     }
 
@@ -135,6 +137,7 @@ impl Node {
         self.check_read(channel.spec)?;
         let reader = Reader::open(self, channel.spec)?;
         self.announce_reader(channel.spec);
+        self.system.reserve_small_files()?;
         Ok(reader)
     }
 
@@ -143,6 +146,7 @@ impl Node {
         self.check_read(channel.spec)?;
         let reader = SliceReader::open(self, channel.spec)?;
         self.announce_reader(channel.spec);
+        self.system.reserve_small_files()?;
         Ok(reader)
     }
 

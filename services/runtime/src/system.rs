@@ -21,6 +21,8 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
 
+use nix::fcntl::posix_fallocate;
+use nix::libc;
 use nix::sys::signal::{Signal, kill};
 use nix::sys::statvfs::statvfs;
 use nix::unistd::Pid;
@@ -34,6 +36,10 @@ use crate::{Error, Result, root};
 const SHARED_MEMORY: &str = "/dev/shm";
 /// How the names of the files begin, behind the prefix, that successors go on with.
 const SUCCESSORS: [&str; 2] = ["kept_", "checkpoint_"];
+/// Unit of a file's blocks, bytes.
+const BLOCK: u64 = 512;
+/// A file of at most so many bytes is small.
+const SMALL_BYTES: u64 = 1 << 20;
 /// What a system may come to need of `/dev/shm`, bytes: twice what the demo's uses.
 const NEEDED_BYTES: u64 = 24 << 20;
 const MAX_NAME: usize = 32;
@@ -249,6 +255,23 @@ impl System {
         Ok(())
     }
 
+    /// Has the memory of the small files of `/dev/shm` handed out now: who finds none later is killed, and the
+    /// supervisor is to outlive a day on which there is none. (The large ones are large for the worst case.)
+    pub(crate) fn reserve_small_files(&self) -> Result<()> {
+        for path in self.shared_files()? {
+            let Ok(found) = fs::metadata(&path) else { continue };
+            let is_reserved = found.blocks() * BLOCK >= found.len();
+            if !is_reserved && found.len() <= SMALL_BYTES {
+                let reserve = || {
+                    let file = fs::OpenOptions::new().write(true).open(&path)?;
+                    posix_fallocate(&file, 0, found.len() as libc::off_t).map_err(std::io::Error::from)
+                };
+                unless_gone(&path, reserve())?;
+            }
+        }
+        Ok(())
+    }
+
     pub(crate) fn bells(&self) -> PathBuf {
         self.folder.join("bells")
     }
@@ -441,7 +464,7 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
 fn unless_gone(path: &Path, result: std::io::Result<()>) -> Result<()> {
     match result {
         Err(error) if error.kind() != ErrorKind::NotFound => {
-            Err(Error::file(path, "removing or changing it")(error))
+            Err(Error::file(path, "removing, reserving or changing it")(error))
         }
         _ => Ok(()),
     }

@@ -67,7 +67,10 @@ fn outages(run: &RunConfig, faults: &[FaultInfo]) -> Vec<(f64, f64)> {
     for (i, died) in faults.iter().enumerate().filter(|(_, fault)| fault.kind == "died") {
         let back = faults[i..].iter().find(|f| f.kind == "recovered" && f.process == died.process);
         let Some(back) = back.filter(|_| navigators.contains(&died.process)) else { continue };
-        let to_s = died.stamp_s + back.duration_ms / 1e3 * speed;
+        // One that was stopped was away before it died.
+        let silences = faults[..i].iter().filter(|f| f.kind == "silent" && f.pid == died.pid);
+        let silent_ms = silences.map(|fault| fault.duration_ms).fold(0.0, f64::max);
+        let to_s = died.stamp_s + (silent_ms + back.duration_ms) / 1e3 * speed;
         if to_s > died.stamp_s + stop_s(run) {
             away.push((died.stamp_s, to_s));
         }
@@ -88,4 +91,59 @@ fn speed_mps(truth: &GroundTruth) -> f64 {
 
 fn seconds(stamp_ns: u64) -> f64 {
     stamp_ns as f64 / 1e9
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_schemas::message::{Header, Twist};
+
+    use super::*;
+
+    fn run() -> RunConfig {
+        let mut run: RunConfig =
+            serde_json::from_str(include_str!("../../../runtime/tests/run.json")).unwrap();
+        run.pace = Pace::RealTime { speed: 1.0 };
+        run.robot.limits.speed_mps = 0.5;
+        run.robot.limits.acceleration_mps2 = 1.0;
+        run
+    }
+
+    fn fault(kind: &'static str, process: &'static str, duration_ms: f64) -> FaultInfo {
+        let words = String::new();
+        FaultInfo { stamp_s: 10.0, kind, process, pid: 7, restarts: 0, missing: 0, duration_ms, words }
+    }
+
+    /// Ten times a second, for 20 s; moving until then and from 13 s on.
+    fn truth(until_s: f64) -> Vec<GroundTruth> {
+        let at = |i: u64| {
+            let mut truth: GroundTruth = bytemuck::Zeroable::zeroed();
+            truth.header = Header { seq: i + 1, stamp_ns: i * 100_000_000, source_seq: i + 1 };
+            let moves = i as f64 / 10.0 <= until_s || i > 130;
+            truth.twist = Twist { vx_mps: if moves { 0.4 } else { 0.0 }, vy_mps: 0.0, yaw_rate_radps: 0.0 };
+            truth
+        };
+        (0..200).map(at).collect()
+    }
+
+    #[test]
+    fn a_robot_that_nobody_commands_is_to_stand_still() {
+        let stopped = [
+            fault("silent", "planner", 2500.0),
+            fault("died", "planner", 0.0),
+            fault("recovered", "planner", 400.0),
+        ];
+        let safety = judge(&run(), &stopped, &truth(10.9), &[]);
+        assert_eq!((safety.outages, safety.unstopped), (1, 0));
+        assert!((safety.longest_stop_s - 0.9).abs() < 1e-9, "{safety:?}");
+        assert_eq!(judge(&run(), &stopped, &truth(11.9), &[]).unstopped, 1);
+    }
+
+    #[test]
+    fn a_short_absence_and_one_of_others_are_none() {
+        let short = [fault("died", "planner", 0.0), fault("recovered", "planner", 400.0)];
+        let world = [fault("died", "world", 0.0), fault("recovered", "world", 9000.0)];
+        for faults in [&short, &world] {
+            assert_eq!(judge(&run(), faults, &truth(20.0), &[]).outages, 0);
+        }
+    }
 }

@@ -4,7 +4,7 @@
 //! Its checkpoint holds the whole world as it is before its sensors speak: what they say follows from it,
 //! so a successor says the same again and goes on.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Pacer, Reader, Step, Wake, Writer};
@@ -18,6 +18,9 @@ use sketchnav_sim::World;
 
 /// How long to sleep at most before looking whether somebody new listens.
 const LOOK_UP: Duration = Duration::from_millis(20);
+/// How often to look for the first answer, and how long to wait for it.
+const LOOK_SOON: Duration = Duration::from_millis(2);
+const PATIENCE: Duration = Duration::from_secs(10);
 /// The form of [`Positions`] and [`World`].
 const CHECKPOINT: &str = "world 1";
 
@@ -164,8 +167,9 @@ impl<'a> Shell<'a> {
 
     /// A step when its time has come, whatever command there is, until the last one.
     fn real_time(&mut self, speed: f64) -> anyhow::Result<()> {
-        let pacer = Pacer::start(self.world.stamp_ns(), speed);
         self.observe()?;
+        self.await_navigators()?;
+        let pacer = Pacer::start(self.world.stamp_ns(), speed);
         loop {
             self.receive()?;
             let is_over = self.held.is_some_and(|command| command.last == 1);
@@ -179,6 +183,18 @@ impl<'a> Shell<'a> {
             }
             self.health.report_if_due(self.world.stamp_ns())?;
         }
+    }
+
+    /// Time begins when the first scan is answered: whoever still reads the drawing misses nothing, however
+    /// fast time passes then. Without navigators it begins all the same.
+    fn await_navigators(&mut self) -> anyhow::Result<()> {
+        let began = Instant::now();
+        while self.held.is_none() && began.elapsed() < PATIENCE && self.node.nap(LOOK_SOON) != Wake::Terminate
+        {
+            self.receive()?;
+            self.health.report_if_due(self.world.stamp_ns())?;
+        }
+        Ok(())
     }
 
     fn receive(&mut self) -> anyhow::Result<()> {

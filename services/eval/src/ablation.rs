@@ -3,14 +3,19 @@
 
 use sketchnav_schemas::mission::Parameters;
 
+use crate::deformed::{self, DRAWINGS};
 use crate::error::EvalError;
 use crate::sensitivity::variant;
 use crate::suites::{Folders, Suite};
 use crate::{people, protocol};
 
-const TITLE: &str = "What each part of ours adds: a line for each part that is switched off; pairs of the ten people's drawings, and the building's four drawings after the protocol of Table I.";
+const TITLE: &str = "What each part of ours adds: a line for each part that is switched off; pairs of the ten people's drawings, drives by drawings deformed at degree 1, and the building's four drawings after the protocol of Table I.";
 /// Pairs of each of the people's drawings.
 const PAIRS: usize = 6;
+/// Drives by each drawing of the floors that ship, deformed at ...
+const DRIVES: usize = 2;
+/// ... this degree.
+const DEGREE: f64 = 1.0;
 
 /// A part of the method, and the parameters without it.
 struct Part {
@@ -23,7 +28,7 @@ struct Part {
 }
 
 /// The parts: a new one is a line here.
-const PARTS: [Part; 10] = [
+const PARTS: [Part; 14] = [
     Part { name: "whole", localizer: "", planner: "" },
     // The likelihood field of paper 001, equation 7, without our comparison of ranges.
     Part { name: "no-visibility", localizer: "likelihood = 'field'", planner: "" },
@@ -31,6 +36,9 @@ const PARTS: [Part; 10] = [
     Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
     Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },
     Part { name: "first-scan-unsifted", localizer: "start_scales = 'least-squares'", planner: "" },
+    Part { name: "no-usual-size", localizer: "start_size_share = 0.0", planner: "" },
+    Part { name: "500-particles", localizer: "particles = 500\nleast_particles = 500", planner: "" },
+    Part { name: "no-outline", localizer: "outline_gap_m = 0.0", planner: "" },
     Part { name: "walls-do-not-count", localizer: "wall_crossing_factor = 1.0", planner: "" },
     Part {
         name: "no-perturbation",
@@ -39,6 +47,8 @@ const PARTS: [Part; 10] = [
     },
     Part { name: "no-loyalty", localizer: "mode_loyalty = 1.0", planner: "" },
     Part { name: "no-memory", localizer: "", planner: "memory_s = 0.1" },
+    // More than any task may take.
+    Part { name: "may-circle", localizer: "", planner: "circling_s = 100000.0" },
 ];
 
 impl Part {
@@ -70,7 +80,12 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         lines: Some("without"),
         ..Suite::default()
     };
-    let trials: Vec<_> = people.trials.into_iter().chain(building.trials).collect();
+    let mut trials: Vec<_> = people.trials.into_iter().chain(building.trials).collect();
+    for site in deformed::shipped(folders)? {
+        for number in 1..=DRAWINGS {
+            trials.extend(site.trials(DEGREE, number)?.into_iter().take(DRIVES));
+        }
+    }
     for part in &PARTS {
         let parameters = part.parameters()?;
         suite.trials.extend(trials.iter().map(|trial| {

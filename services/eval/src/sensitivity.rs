@@ -1,7 +1,8 @@
 //! Suite `sensitivity`: success against one condition at a time, all others as they are.
 //!
 //! The trials are those of suite `deformed` at degree 0.5 by the floors that ship, two by each drawing;
-//! a condition changes the trial and nothing of the methods' parameters. All lines of a trial have the
+//! a condition changes the trial and nothing of the methods' parameters, but for the one that says how
+//! large a building is expected to be. All lines of a trial have the
 //! same seeds, so that they differ by the condition alone.
 
 use crate::deformed::{self, DRAWINGS, Site};
@@ -30,7 +31,7 @@ struct Condition {
     change: fn(&mut Trial, &Site, f64),
 }
 
-const CONDITIONS: [Condition; 7] = [
+const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "start-error",
         title: "Error of the start mark",
@@ -91,6 +92,17 @@ const CONDITIONS: [Condition; 7] = [
         usual: 0.0,
         change: |trial, _, step_s| {
             trial.thinking_scans = (step_s * trial.robot.laser.rate_hz).round() as u32;
+        },
+    },
+    Condition {
+        word: "size",
+        title: "Size of a building that the localizer expects",
+        unit: "metres (these are 20 and 9 m long)",
+        values: &[6.0, 12.5, 25.0, 50.0, 100.0],
+        usual: 25.0,
+        change: |trial, _, size_m| {
+            let table = &mut trial.mission.parameters.localizer;
+            table.insert("building_size_m".into(), size_m.into());
         },
     },
 ];
@@ -213,6 +225,7 @@ mod tests {
                     one.mission.world.furniture != other.mission.world.furniture,
                     one.mission.world.person != other.mission.world.person,
                     one.thinking_scans != other.thinking_scans,
+                    one.mission.parameters != other.mission.parameters,
                 ];
                 assert_eq!(differs.iter().filter(|differs| **differs).count(), 1, "{line}: {differs:?}");
                 let robot = toml::to_string(&other.robot).unwrap();

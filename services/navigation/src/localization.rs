@@ -17,6 +17,7 @@ pub mod metric;
 pub mod mode;
 pub mod motion;
 pub mod observation;
+pub mod outline;
 pub mod parameters;
 pub mod particles;
 pub mod scales;
@@ -45,6 +46,7 @@ use metric::ScaleFrame;
 use mode::{Kernel, Mode, find_mode};
 use motion::{Motion, Terrain, inject, perturb, propagate};
 use observation::{Field, Visibility};
+use outline::enclosed;
 use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
 use scales::{ScaledPose, least_squares};
@@ -154,8 +156,11 @@ impl Localizer {
     ) -> Result<Self, LocalizationError> {
         parameters.check()?;
         start.check(sketch)?;
-        let grid = Grid::new(sketch, parameters.grid_cells);
         let scale_guess_pxpm = extent_px(sketch) / parameters.building_size_m;
+        let gap_px = parameters.outline_gap_m * scale_guess_pxpm;
+        let enclosed = (gap_px > 0.0).then(|| enclosed(sketch, start.pose.position(), gap_px)).flatten();
+        let sketch = enclosed.as_ref().unwrap_or(sketch);
+        let grid = Grid::new(sketch, parameters.grid_cells);
         Ok(Self {
             mounting,
             drive,

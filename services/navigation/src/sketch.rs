@@ -51,6 +51,17 @@ impl Sketch {
         })
     }
 
+    /// Whether each cell is wall, row by row from the bottom.
+    pub fn walls(&self) -> &[bool] {
+        &self.wall
+    }
+
+    /// The same with more walls; `more` has as many cells.
+    pub fn walled(&self, more: &[bool]) -> Self {
+        let wall = self.wall.iter().zip(more).map(|(wall, more)| wall | more).collect();
+        Self { wall, ..*self }
+    }
+
     /// Width, pixels.
     pub fn width(&self) -> usize {
         self.width

@@ -228,7 +228,7 @@ fn surface(wall: &[bool], width: usize, height: usize) -> Vec<bool> {
 }
 
 /// Two passes over the eight neighbours: exact for the chessboard distance (Rosenfeld and Pfaltz 1966).
-fn chessboard_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
+pub(super) fn chessboard_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
     let mut distance: Vec<u8> = wall.iter().map(|&w| if w { 0 } else { u8::MAX }).collect();
     let lower = |distance: &mut [u8], at: usize, neighbours: [usize; 4]| {
         let nearest = neighbours.into_iter().map(|n| distance[n]).min().unwrap_or(u8::MAX);

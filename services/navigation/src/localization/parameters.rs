@@ -84,6 +84,9 @@ pub struct Parameters {
     pub scale_limit: f32,
     /// Factor on the weight of a particle that crosses a drawn wall; 1 switches it off.
     pub wall_crossing_factor: f32,
+    /// The robot stays within the drawn outline, where that has no opening wider than this, metres by the
+    /// drawing's extent; 0: it may leave.
+    pub outline_gap_m: f32,
 
     /// Least spread of the start position, metres.
     pub start_spread_m: f32,
@@ -173,6 +176,7 @@ impl Default for Parameters {
             scale_reversion_per_m: 0.5,
             scale_limit: 1.6,
             wall_crossing_factor: 0.3,
+            outline_gap_m: 1.5,
             start_spread_m: 0.4,
             start_spread_rad: 0.08,
             start_log_scale_spread: 0.45,
@@ -232,7 +236,7 @@ impl Parameters {
             // Equation (6), independent of the way driven: σ₁ = σ₂, σ₃ and Γ(σ⁻², σ²); not given.
             step_noise_m: 0.03,
             step_noise_rad: 0.05,
-            step_scale_noise: 0.04,
+            step_scale_noise: 0.07,
             position_noise: 0.0,
             yaw_variance_per_m: 0.0,
             yaw_variance_per_rad: 0.0,
@@ -242,6 +246,7 @@ impl Parameters {
             scale_limit: 4.0,
             // The drawn walls do not stop a particle.
             wall_crossing_factor: 1.0,
+            outline_gap_m: 0.0,
             // IV: "estimated … applying the least-square approximation".
             start_scales: StartScales::LeastSquares,
             start_anisotropy: 1.0,
@@ -323,8 +328,9 @@ impl Parameters {
         ]
     }
 
-    fn not_negative(&self) -> [(&'static str, f64); 16] {
+    fn not_negative(&self) -> [(&'static str, f64); 17] {
         [
+            ("outline_gap_m", self.outline_gap_m.into()),
             ("step_noise_m", self.step_noise_m.into()),
             ("step_noise_rad", self.step_noise_rad.into()),
             ("step_scale_noise", self.step_scale_noise.into()),

@@ -41,6 +41,10 @@ pub struct Parameters {
     pub stall_distance_m: f64,
     /// Driving around without coming nearer for this long is a standstill, too, seconds.
     pub detour_s: f64,
+    /// And so is driving about one place for this long, whatever the estimate says, seconds.
+    pub circling_s: f64,
+    /// Less than this from where it began is about one place, metres.
+    pub circling_distance_m: f64,
     /// How often to recover from a standstill at about one place.
     pub recoveries: u32,
     /// How often to recover during one task.
@@ -69,6 +73,8 @@ impl Default for Parameters {
             stall_s: 7.0,
             stall_distance_m: 0.3,
             detour_s: 30.0,
+            circling_s: 12.0,
+            circling_distance_m: 1.5,
             recoveries: 3,
             recoveries_per_task: 8,
             lost_s: 20.0,
@@ -121,6 +127,8 @@ impl Parameters {
             ("stall_s", self.stall_s),
             ("stall_distance_m", self.stall_distance_m),
             ("detour_s", self.detour_s),
+            ("circling_s", self.circling_s),
+            ("circling_distance_m", self.circling_distance_m),
             ("lost_s", self.lost_s),
         ];
         let not_negative = [("comfort_weight", self.comfort_weight), ("margin_m", self.margin_m)];

@@ -1,7 +1,8 @@
 //! When the robot gets no farther, and what to do about it.
 //!
-//! A standstill is a robot that has not moved, or one that drives around without coming nearer to
-//! its goal. The way out: back up, forget what the laser saw, turn and look anew.
+//! A standstill is a robot that has not moved, one that drives about one place, or one that drives
+//! around without coming nearer to its goal. The way out: back up, forget what the laser saw, turn
+//! and look anew.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_navigation::planning::parameters::Parameters;
@@ -22,14 +23,33 @@ const TURN_S: f64 = 8.0;
 const JUMP_M: f64 = 1.0;
 /// Coming nearer by less than this is none, metres.
 const NEARER_M: f64 = 0.1;
-/// A standstill this far from the last one is another one, metres.
+/// A standstill this far from another one is elsewhere, metres.
 const ELSEWHERE_M: f64 = 2.0;
+/// The places of so many standstills are remembered.
+const REMEMBERED: usize = 16;
+
+/// Where the robot was when it last was elsewhere.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Anchor {
+    place: Point<Odom>,
+    since_s: f64,
+}
+
+impl Anchor {
+    /// For how long the robot, now at `robot`, has been within `radius_m` of one place.
+    fn time_about_s(&mut self, now_s: f64, robot: Point<Odom>, radius_m: f64) -> f64 {
+        if robot.distance(&self.place) > radius_m {
+            *self = Self { place: robot, since_s: now_s };
+        }
+        now_s - self.since_s
+    }
+}
 
 /// Watches whether the robot gets on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    anchor: Point<Odom>,
-    anchored_s: f64,
+    stands: Anchor,
+    circles: Anchor,
     best_px: f64,
     last_px: f64,
     bettered_s: f64,
@@ -38,9 +58,10 @@ pub struct Progress {
 impl Progress {
     /// Begins to watch.
     pub fn new(now_s: f64, robot: Point<Odom>) -> Self {
+        let here = Anchor { place: robot, since_s: now_s };
         Self {
-            anchor: robot,
-            anchored_s: now_s,
+            stands: here.clone(),
+            circles: here,
             best_px: f64::INFINITY,
             last_px: f64::INFINITY,
             bettered_s: now_s,
@@ -56,15 +77,15 @@ impl Progress {
         scale_pxpm: f64,
         parameters: &Parameters,
     ) -> bool {
-        if robot.distance(&self.anchor) > parameters.stall_distance_m {
-            (self.anchor, self.anchored_s) = (robot, now_s);
-        }
+        let p = parameters;
+        let stands_s = self.stands.time_about_s(now_s, robot, p.stall_distance_m);
+        let circles_s = self.circles.time_about_s(now_s, robot, p.circling_distance_m);
         let jumped = cost_px > self.last_px + JUMP_M * scale_pxpm;
         self.last_px = cost_px;
         if cost_px < self.best_px - NEARER_M * scale_pxpm || jumped {
             (self.best_px, self.bettered_s) = (cost_px, now_s);
         }
-        now_s - self.anchored_s > parameters.stall_s || now_s - self.bettered_s > parameters.detour_s
+        stands_s > p.stall_s || circles_s > p.circling_s || now_s - self.bettered_s > p.detour_s
     }
 }
 
@@ -140,15 +161,16 @@ pub struct Standstills {
     pub total: u32,
     /// At about the last place.
     pub here: u32,
-    place: Option<Point<Odom>>,
+    /// Of the last ones, in turn.
+    places: [Option<Point<Odom>>; REMEMBERED],
 }
 
 impl Standstills {
     /// Counts one; false where there were too many.
     pub fn count(&mut self, robot: Point<Odom>, parameters: &Parameters) -> bool {
-        let elsewhere = self.place.is_none_or(|place| place.distance(&robot) > ELSEWHERE_M);
-        self.here = if elsewhere { 1 } else { self.here + 1 };
-        self.place = Some(robot);
+        self.places[self.total as usize % REMEMBERED] = Some(robot);
+        let here = |place: &&Point<Odom>| place.distance(&robot) <= ELSEWHERE_M;
+        self.here = self.places.iter().flatten().filter(here).count() as u32;
         self.total += 1;
         self.here <= parameters.recoveries && self.total <= parameters.recoveries_per_task
     }
@@ -166,13 +188,27 @@ mod tests {
         assert!(!at(6.9) && at(7.1));
     }
 
+    /// It once was not: whenever the estimate jumped, the watch began anew, and the robot drove in circles
+    /// until the time was over.
     #[test]
-    fn a_robot_that_circles_is_at_a_standstill() {
+    fn a_robot_that_circles_about_one_place_is_at_a_standstill_whatever_the_estimate_says() {
+        let parameters = Parameters::default();
+        let mut progress = Progress::new(0.0, Point::new(0.7, 0.0));
+        let ended = (0..400).find(|i| {
+            let s = f64::from(*i) * 0.1;
+            let place = Point::new(0.7 * s.cos(), 0.7 * s.sin());
+            progress.is_standstill(s, place, 900.0 + 50.0 * f64::from(i % 7), 20.0, &parameters)
+        });
+        assert!((120..125).contains(&ended.unwrap()), "{ended:?}");
+    }
+
+    #[test]
+    fn a_robot_that_drives_around_is_at_a_standstill() {
         let parameters = Parameters::default();
         let mut progress = Progress::new(0.0, Point::new(0.0, 0.0));
         let ended = (0..400).find(|i| {
             let s = f64::from(*i) * 0.1;
-            let place = Point::new(s.cos(), s.sin());
+            let place = Point::new(2.0 * s.cos(), 2.0 * s.sin());
             progress.is_standstill(s, place, 900.0 + 50.0 * s.sin(), 20.0, &parameters)
         });
         assert!((300..390).contains(&ended.unwrap()), "{ended:?}");
@@ -185,5 +221,16 @@ mod tests {
         let counted: Vec<_> = (0..4).map(|_| standstills.count(Point::new(0.0, 0.0), &parameters)).collect();
         assert_eq!(counted, [true, true, true, false]);
         assert!(standstills.count(Point::new(5.0, 0.0), &parameters));
+    }
+
+    /// A robot that stood still at two places in turn once never gave up.
+    #[test]
+    fn standstills_at_two_places_in_turn_count_at_each() {
+        let parameters = Parameters::default();
+        let mut standstills = Standstills::default();
+        let places = [0.0, 3.0].map(|x| Point::new(x, 0.0));
+        let counted: Vec<_> =
+            places.iter().cycle().take(7).map(|&place| standstills.count(place, &parameters)).collect();
+        assert_eq!(counted, [true, true, true, true, true, true, false]);
     }
 }

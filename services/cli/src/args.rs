@@ -64,10 +64,10 @@ pub enum Command {
     },
     /// Run an experiment: drive every trial of a suite, count how the tasks ended.
     #[command(
-        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav eval people --sample 4 --verbose"
+        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input, 3 anything else.\nExample: sketchnav eval people --sample 4 --verbose"
     )]
     Eval {
-        /// building-079, building, laboratory, people or routes.
+        /// building-079, building, laboratory, routes, people, deformed, sensitivity or ablation.
         suite: String,
         #[command(flatten)]
         options: EvalOptions,
@@ -207,6 +207,9 @@ pub struct EvalOptions {
     /// Draws each trial into this folder.
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
+    /// Drives so many of the trials by the processes, too, and compares every message.
+    #[arg(long, value_name = "N")]
+    pub check_processes: Option<usize>,
     /// Folder of the maps and drawings that are not part of the project.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,

@@ -1,5 +1,6 @@
 //! Experiments: runs a suite, prints its table.
 
+mod processes;
 mod table;
 
 use std::path::Path;
@@ -16,6 +17,7 @@ use sketchnav_eval::{EvalError, Outcome as Ended};
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
+use processes::Check;
 
 /// Runs the suite `name`.
 pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
@@ -25,15 +27,25 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let outcomes = drive(&jobs, options)?;
     let wall = began.elapsed();
+    let check = options.check_processes.map(|count| processes::check(&jobs, count)).transpose()?;
     if let Some(path) = &options.output {
         report(&suite, &jobs, &outcomes, options, path)?;
     }
     if options.json {
-        out!("{}", json(&suite, options, &outcomes, wall)?)?;
+        out!("{}", json(&suite, options, &outcomes, check.as_ref(), wall)?)?;
     } else {
         print(&suite, options, &outcomes, wall)?;
+        if let Some(Check { checked, identical, .. }) = &check {
+            out!(
+                "by the processes, too: {identical} of {checked} trials with the same messages, byte for byte"
+            )?;
+        }
     }
-    Ok(Outcome::Success)
+    Ok(if check.is_some_and(|check| check.identical < check.checked) {
+        Outcome::Short
+    } else {
+        Outcome::Success
+    })
 }
 
 fn folders(options: &EvalOptions) -> Folders {
@@ -193,7 +205,13 @@ fn print_failures(outcomes: &[Ended]) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn json(suite: &Suite, options: &EvalOptions, outcomes: &[Ended], wall: Duration) -> anyhow::Result<String> {
+fn json(
+    suite: &Suite,
+    options: &EvalOptions,
+    outcomes: &[Ended],
+    check: Option<&Check>,
+    wall: Duration,
+) -> anyhow::Result<String> {
     let methods = options.methods.iter().map(|&method| {
         let counted = |ended: &&Ended| suite.counts(ended);
         let of_method = || outcomes.iter().filter(move |ended| ended.method == method).filter(counted);
@@ -210,6 +228,7 @@ fn json(suite: &Suite, options: &EvalOptions, outcomes: &[Ended], wall: Duration
         "notices": suite.notices,
         "methods": methods.collect::<Vec<_>>(),
         "outcomes": outcomes,
+        "processes": check,
         "wall_seconds": wall.as_secs_f64(),
     });
     Ok(serde_json::to_string(&object)?)

@@ -1,0 +1,127 @@
+//! Drives trials once more by the processes and compares, message by message, with the cores in one
+//! process: what the suites' figures rest on.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, anyhow};
+use serde::Serialize;
+use sketchnav_eval::jobs::Job;
+use sketchnav_recordings::diff::{Difference, diff};
+use sketchnav_recordings::{RecordingError, Writer};
+use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::RunConfig;
+
+use crate::failure::Failure;
+use crate::output::say;
+
+/// What came of it.
+#[derive(Debug, Default, Serialize)]
+pub struct Check {
+    /// Trials that were driven by the processes, too.
+    pub checked: usize,
+    /// Those of which every message was the same.
+    pub identical: usize,
+    /// The others, with the first message that was not.
+    pub different: Vec<(String, Difference)>,
+    /// Recordings of trials that were different, to look into.
+    pub folder: Option<PathBuf>,
+}
+
+/// Writes what a rehearsal sends, as the recorder would.
+struct Recorder {
+    writer: Writer<BufWriter<File>>,
+    failed: Option<RecordingError>,
+}
+
+impl Tap for Recorder {
+    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
+        if self.failed.is_none() {
+            self.failed = self.writer.write(channel, message, cells).err();
+        }
+    }
+
+    fn has_enough(&self) -> bool {
+        self.failed.is_some()
+    }
+}
+
+/// Checks `count` of the jobs, spread over all of them. Those that think for longer than a scan's period
+/// are in no lockstep: no two runs of processes would agree, and they are left out.
+pub fn check(jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
+    let jobs: Vec<_> = jobs.iter().filter(|job| job.trial.thinking_scans == 0).collect();
+    let chosen = (0..count.min(jobs.len())).map(|k| jobs[k * jobs.len() / count.min(jobs.len())]);
+    let folder = std::env::temp_dir().join(format!("sketchnav-eval-{}", std::process::id()));
+    let mut found = Check::default();
+    for (k, job) in chosen.enumerate() {
+        let place = folder.join(k.to_string());
+        std::fs::create_dir_all(&place).with_context(|| place.display().to_string())?;
+        let id = format!("{}#{}", job.trial.name, job.repetition);
+        found.checked += 1;
+        match compare(job, &place).with_context(|| id.clone())? {
+            None => found.identical += 1,
+            Some(difference) => {
+                say!("different  {id}: {difference}, in {}", place.display());
+                found.different.push((id, difference));
+            }
+        }
+    }
+    if found.different.is_empty() {
+        std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    } else {
+        found.folder = Some(folder);
+    }
+    Ok(found)
+}
+
+fn compare(job: &Job<'_>, place: &Path) -> anyhow::Result<Option<Difference>> {
+    let run = job.trial.run(job.method, job.seed, 0);
+    let rehearsed = place.join("rehearsed.mcap");
+    rehearse(job, &run, &rehearsed)?;
+    let mission = write_mission(job, &run, place)?;
+    let by_processes = by_processes(&mission, run.seed, place)?;
+    Ok(diff(&by_processes, &rehearsed)?)
+}
+
+fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
+    let rehearsal = match &job.trial.bytes {
+        Some(bytes) => Rehearsal::by_bytes(run, bytes)?,
+        None => Rehearsal::new(run)?,
+    };
+    let sink = BufWriter::new(File::create(path)?);
+    let mut recorder = Recorder { writer: Writer::create(sink, run)?, failed: None };
+    rehearsal.run(&mut recorder)?;
+    recorder.failed.map_or(Ok(()), Err)?;
+    recorder.writer.finish()?;
+    Ok(())
+}
+
+/// The trial as a person would have written it: a mission file, its robot's, its drawing's.
+fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result<PathBuf> {
+    let mut mission = Mission { robot: "robot.toml".into(), ..run.mission.clone() };
+    std::fs::write(place.join("robot.toml"), toml::to_string(&run.robot)?)?;
+    if let Some(bytes) = &job.trial.bytes {
+        mission.sketch.file = "drawing".into();
+        std::fs::write(place.join("drawing"), bytes)?;
+    }
+    let path = place.join("mission.toml");
+    std::fs::write(&path, toml::to_string(&mission)?)?;
+    Ok(path)
+}
+
+/// The recording of a run of the system in lockstep.
+fn by_processes(mission: &Path, seed: u64, place: &Path) -> anyhow::Result<PathBuf> {
+    let program = std::env::current_exe().context("this program's own path")?;
+    let mut command = Command::new(program);
+    command.arg("run").arg(mission).args(["--json", "--seed", &seed.to_string(), "--out"]).arg(place);
+    command.args(["--system", &format!("eval-{}", std::process::id())]).stdin(Stdio::null());
+    let output = command.output().context("starting the mission")?;
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).context("the mission's report")?;
+    let recording = report["recording"].as_str();
+    recording.map(PathBuf::from).ok_or_else(|| anyhow!("{}", report["error"].as_str().unwrap_or_default()))
+}

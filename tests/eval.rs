@@ -1,0 +1,29 @@
+//! Experiments: what their figures rest on is what the processes do.
+
+mod support;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use support::Place;
+
+#[test]
+fn trials_by_the_processes_give_the_same_messages() {
+    let place = Place::new();
+    let arguments = "eval laboratory --drawings a --trials 1 --method ours,paper --check-processes 2 --json";
+    let ended = place.run(arguments);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let found = &ended.json()["processes"];
+    assert_eq!((&found["checked"], &found["identical"]), (&2.into(), &2.into()), "{found:#}");
+}
+
+/// One in seven numbers of a run once reached the processes with another last bit: the parser of JSON
+/// rounded them as it liked.
+#[test]
+fn the_numbers_of_a_run_lose_no_bit_on_their_way_to_the_processes() {
+    let mut rng = Pcg64Mcg::seed_from_u64(1);
+    for _ in 0..10_000 {
+        let number = 2540.0 * rng.random::<f64>();
+        let text = serde_json::to_string(&number).unwrap();
+        assert_eq!(serde_json::from_str::<f64>(&text).unwrap().to_bits(), number.to_bits(), "{text}");
+    }
+}

@@ -48,7 +48,7 @@ const PARTS: [Part; 14] = [
     Part { name: "no-loyalty", localizer: "mode_loyalty = 1.0", planner: "" },
     Part { name: "no-memory", localizer: "", planner: "memory_s = 0.1" },
     // More than any task may take.
-    Part { name: "may-circle", localizer: "", planner: "circling_s = 100000.0" },
+    Part { name: "may-circle", localizer: "", planner: "circling_way_m = 100000.0" },
 ];
 
 impl Part {

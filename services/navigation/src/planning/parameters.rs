@@ -41,8 +41,9 @@ pub struct Parameters {
     pub stall_distance_m: f64,
     /// Driving around without coming nearer for this long is a standstill, too, seconds.
     pub detour_s: f64,
-    /// And so is driving about one place for this long, whatever the estimate says, seconds.
-    pub circling_s: f64,
+    /// And so is driving about one place for as long as this way takes at the robot's top speed, whatever the
+    /// estimate says, metres.
+    pub circling_way_m: f64,
     /// Less than this from where it began is about one place, metres.
     pub circling_distance_m: f64,
     /// How often to recover from a standstill at about one place.
@@ -73,7 +74,7 @@ impl Default for Parameters {
             stall_s: 7.0,
             stall_distance_m: 0.3,
             detour_s: 30.0,
-            circling_s: 12.0,
+            circling_way_m: 6.0,
             circling_distance_m: 1.5,
             recoveries: 3,
             recoveries_per_task: 8,
@@ -127,7 +128,7 @@ impl Parameters {
             ("stall_s", self.stall_s),
             ("stall_distance_m", self.stall_distance_m),
             ("detour_s", self.detour_s),
-            ("circling_s", self.circling_s),
+            ("circling_way_m", self.circling_way_m),
             ("circling_distance_m", self.circling_distance_m),
             ("lost_s", self.lost_s),
         ];

@@ -107,6 +107,7 @@ struct Solved {
 pub struct Driver {
     parameters: Parameters,
     room: Room,
+    speed_mps: f64,
     turn_rate_radps: f64,
     radius_m: f64,
     field: Option<CostField>,
@@ -131,6 +132,7 @@ impl Driver {
         let nowhere = Point::new(0.0, 0.0);
         Self {
             room: Room { hard_m, soft_m: hard_m + parameters.berth_m },
+            speed_mps: limits.speed_mps,
             turn_rate_radps: limits.yaw_rate_radps,
             radius_m: robot.radius_m,
             field: None,
@@ -379,7 +381,7 @@ impl Driver {
             (_, None) => f64::INFINITY,
         };
         let (place, scale) = (chart.robot_m().position(), chart.mean_scale_pxpm());
-        self.errand.progress.is_standstill(now_s, place, cost_px, scale, &self.parameters)
+        self.errand.progress.is_standstill(now_s, place, cost_px, scale, self.speed_mps, &self.parameters)
     }
 
     /// A standstill near the goal is an arrival; too many of them are a blocked way.

@@ -68,13 +68,14 @@ impl Progress {
         }
     }
 
-    /// Whether the robot, at `robot` with the cost-to-go `cost_px`, is at a standstill.
+    /// Whether the robot, at `robot` with the cost-to-go `cost_px` and its top speed, is at a standstill.
     pub fn is_standstill(
         &mut self,
         now_s: f64,
         robot: Point<Odom>,
         cost_px: f64,
         scale_pxpm: f64,
+        speed_mps: f64,
         parameters: &Parameters,
     ) -> bool {
         let p = parameters;
@@ -85,7 +86,9 @@ impl Progress {
         if cost_px < self.best_px - NEARER_M * scale_pxpm || jumped {
             (self.best_px, self.bettered_s) = (cost_px, now_s);
         }
-        stands_s > p.stall_s || circles_s > p.circling_s || now_s - self.bettered_s > p.detour_s
+        stands_s > p.stall_s
+            || circles_s * speed_mps > p.circling_way_m
+            || now_s - self.bettered_s > p.detour_s
     }
 }
 
@@ -184,7 +187,7 @@ mod tests {
     fn a_robot_that_does_not_move_is_at_a_standstill() {
         let parameters = Parameters::default();
         let mut progress = Progress::new(0.0, Point::new(0.0, 0.0));
-        let mut at = |s: f64| progress.is_standstill(s, Point::new(0.1, 0.0), 9.0, 20.0, &parameters);
+        let mut at = |s: f64| progress.is_standstill(s, Point::new(0.1, 0.0), 9.0, 20.0, 0.5, &parameters);
         assert!(!at(6.9) && at(7.1));
     }
 
@@ -197,7 +200,7 @@ mod tests {
         let ended = (0..400).find(|i| {
             let s = f64::from(*i) * 0.1;
             let place = Point::new(0.7 * s.cos(), 0.7 * s.sin());
-            progress.is_standstill(s, place, 900.0 + 50.0 * f64::from(i % 7), 20.0, &parameters)
+            progress.is_standstill(s, place, 900.0 + 50.0 * f64::from(i % 7), 20.0, 0.5, &parameters)
         });
         assert!((120..125).contains(&ended.unwrap()), "{ended:?}");
     }
@@ -209,7 +212,7 @@ mod tests {
         let ended = (0..400).find(|i| {
             let s = f64::from(*i) * 0.1;
             let place = Point::new(2.0 * s.cos(), 2.0 * s.sin());
-            progress.is_standstill(s, place, 900.0 + 50.0 * s.sin(), 20.0, &parameters)
+            progress.is_standstill(s, place, 900.0 + 50.0 * s.sin(), 20.0, 0.5, &parameters)
         });
         assert!((300..390).contains(&ended.unwrap()), "{ended:?}");
     }

@@ -14,7 +14,7 @@ use sketchnav_recordings::diff::{Comparison, Difference, Side, Tolerances};
 use sketchnav_recordings::reader::{Attachment, RawMessage, Selection, Topic};
 use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError, sources};
-use sketchnav_schemas::channels::{Channel, ChannelSpec, TABLE};
+use sketchnav_schemas::channels::{Channel, ChannelSpec, ESTIMATE, STATUS, TABLE};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
@@ -106,6 +106,7 @@ pub fn rerun<W: std::io::Write>(
         sent: 0,
         failure: None,
     };
+    subject.answers_from(first_answered(recording, process, run.pace)?);
     let core = Instant::now();
     subject.begin(&mut sent)?;
     let mut spent = core.elapsed();
@@ -133,6 +134,17 @@ pub fn rerun<W: std::io::Write>(
         core: spent,
         wall: began.elapsed(),
     })
+}
+
+/// The first scan that the recorded process has answered: in real time it may have come when others had gone by.
+fn first_answered(recording: &Recording, process: Process, pace: Pace) -> Result<u64, RecordingError> {
+    let first = match (pace, process) {
+        (Pace::Lockstep, _) => None,
+        (_, Process::Localizer) => recording.channel(ESTIMATE)?.next().transpose()?.map(|(m, _)| m.header),
+        (_, Process::Planner) => recording.channel(STATUS)?.next().transpose()?.map(|(m, _)| m.header),
+        _ => None,
+    };
+    Ok(first.map_or(0, |header| header.source_seq))
 }
 
 /// The files of a recording, for a copy of it.

@@ -187,7 +187,8 @@ impl Page<'_> {
     }
 
     fn faults_s(&self) -> Vec<f64> {
-        self.judged.faults.iter().map(|fault| fault.stamp_s).collect()
+        let is_blow = |fault: &&FaultInfo| matches!(fault.kind, "died" | "silent" | "given up");
+        self.judged.faults.iter().filter(is_blow).map(|fault| fault.stamp_s).collect()
     }
 
     fn faults(&self) -> Markup {
@@ -241,7 +242,7 @@ impl Page<'_> {
         html! {
             h2 { "Over time" }
             p.small {
-                "Dashed: a task begins." @if !faults.is_empty() { " Red: something befell a process." }
+                "Dashed: a task begins." @if !faults.is_empty() { " Red: a process died or fell silent." }
             }
             div.cards {
                 (chart("Error in local metres", "m", &error))

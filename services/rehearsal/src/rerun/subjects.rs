@@ -38,6 +38,15 @@ impl Subject {
         }
     }
 
+    /// Leaves the scans before that one without an answer.
+    pub(super) fn answers_from(&mut self, scan: u64) {
+        match self {
+            Self::Localizer(localizer) => localizer.first_scan = scan,
+            Self::Planner(planner) => planner.first_scan = scan,
+            Self::World(_) | Self::Sketcher(_) => {}
+        }
+    }
+
     /// What it says before it hears anything.
     pub(super) fn begin(&mut self, tap: &mut impl Tap) -> Result<(), RerunError> {
         match self {
@@ -125,6 +134,7 @@ impl World {
 
 pub(super) struct Localizer {
     core: LocalizerCore,
+    first_scan: u64,
     odometry: Option<Odometry>,
     particles: Outbox<Particles>,
     estimate: Outbox<PoseEstimate>,
@@ -134,6 +144,7 @@ impl Localizer {
     fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
         Ok(Self {
             core: LocalizerCore::new(run)?,
+            first_scan: 0,
             odometry: None,
             particles: Outbox::new(PARTICLES),
             estimate: Outbox::new(ESTIMATE),
@@ -157,6 +168,9 @@ impl Localizer {
 
     fn answer(&mut self, scan: &LaserScan, tap: &mut impl Tap) -> Result<Duration, RerunError> {
         let Some(odometry) = &self.odometry else { return Ok(Duration::ZERO) };
+        if scan.header.seq < self.first_scan {
+            return Ok(Duration::ZERO);
+        }
         let core = Instant::now();
         let due = self.core.particles_due(scan.header.stamp_ns);
         let estimate = self.estimate.blank();
@@ -173,6 +187,7 @@ impl Localizer {
 
 pub(super) struct Planner {
     core: PlannerCore,
+    first_scan: u64,
     pace: Pace,
     scan: Option<Box<LaserScan>>,
     odometry: Option<Odometry>,
@@ -185,6 +200,7 @@ impl Planner {
     fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
         Ok(Self {
             core: PlannerCore::new(run)?,
+            first_scan: 0,
             pace: run.pace,
             scan: None,
             odometry: None,
@@ -212,7 +228,8 @@ impl Planner {
     }
 
     fn answer(&mut self, estimate: &PoseEstimate, tap: &mut impl Tap) -> Result<Duration, RerunError> {
-        let waits = self.pace == Pace::Lockstep && !self.core.is_ready();
+        let is_early = estimate.header.source_seq < self.first_scan;
+        let waits = is_early || (self.pace == Pace::Lockstep && !self.core.is_ready());
         let (Some(scan), Some(odometry), false) = (&self.scan, &self.odometry, waits) else {
             return Ok(Duration::ZERO);
         };

@@ -7,6 +7,7 @@
 
 mod subjects;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -106,7 +107,7 @@ pub fn rerun<W: std::io::Write>(
         sent: 0,
         failure: None,
     };
-    subject.answers_from(first_answered(recording, process, run.pace)?);
+    subject.answers(answered(recording, process, run.pace)?);
     let core = Instant::now();
     subject.begin(&mut sent)?;
     let mut spent = core.elapsed();
@@ -136,15 +137,21 @@ pub fn rerun<W: std::io::Write>(
     })
 }
 
-/// The first scan that the recorded process has answered: in real time it may have come when others had gone by.
-fn first_answered(recording: &Recording, process: Process, pace: Pace) -> Result<u64, RecordingError> {
-    let first = match (pace, process) {
-        (Pace::Lockstep, _) => None,
-        (_, Process::Localizer) => recording.channel(ESTIMATE)?.next().transpose()?.map(|(m, _)| m.header),
-        (_, Process::Planner) => recording.channel(STATUS)?.next().transpose()?.map(|(m, _)| m.header),
-        _ => None,
+/// The scans that the recorded process has answered; `None` where it answered all. In real time it may have
+/// come when some had gone by, or have left some out.
+fn answered(
+    recording: &Recording,
+    process: Process,
+    pace: Pace,
+) -> Result<Option<BTreeSet<u64>>, RecordingError> {
+    let scans: Result<BTreeSet<u64>, _> = match (pace, process) {
+        (Pace::Lockstep, _) => return Ok(None),
+        (_, Process::Localizer) => recording.channel(ESTIMATE)?.map(|m| Ok(m?.0.header.source_seq)).collect(),
+        (_, Process::Planner) => recording.channel(STATUS)?.map(|m| Ok(m?.0.header.source_seq)).collect(),
+        _ => return Ok(None),
     };
-    Ok(first.map_or(0, |header| header.source_seq))
+    // A log that nobody has localized yet has no answers.
+    Ok(Some(scans?).filter(|scans| !scans.is_empty()))
 }
 
 /// The files of a recording, for a copy of it.

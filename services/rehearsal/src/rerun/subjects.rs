@@ -1,5 +1,6 @@
 //! The services as what they are to a recording: inputs in, outputs out.
 
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use sketchnav_localizer::core::Core as LocalizerCore;
@@ -38,11 +39,11 @@ impl Subject {
         }
     }
 
-    /// Leaves the scans before that one without an answer.
-    pub(super) fn answers_from(&mut self, scan: u64) {
+    /// Leaves the scans that are not among these without an answer; `None`: answers all.
+    pub(super) fn answers(&mut self, scans: Option<BTreeSet<u64>>) {
         match self {
-            Self::Localizer(localizer) => localizer.first_scan = scan,
-            Self::Planner(planner) => planner.first_scan = scan,
+            Self::Localizer(localizer) => localizer.answered = scans,
+            Self::Planner(planner) => planner.answered = scans,
             Self::World(_) | Self::Sketcher(_) => {}
         }
     }
@@ -134,7 +135,7 @@ impl World {
 
 pub(super) struct Localizer {
     core: LocalizerCore,
-    first_scan: u64,
+    answered: Option<BTreeSet<u64>>,
     odometry: Option<Odometry>,
     particles: Outbox<Particles>,
     estimate: Outbox<PoseEstimate>,
@@ -144,7 +145,7 @@ impl Localizer {
     fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
         Ok(Self {
             core: LocalizerCore::new(run)?,
-            first_scan: 0,
+            answered: None,
             odometry: None,
             particles: Outbox::new(PARTICLES),
             estimate: Outbox::new(ESTIMATE),
@@ -168,7 +169,7 @@ impl Localizer {
 
     fn answer(&mut self, scan: &LaserScan, tap: &mut impl Tap) -> Result<Duration, RerunError> {
         let Some(odometry) = &self.odometry else { return Ok(Duration::ZERO) };
-        if scan.header.seq < self.first_scan {
+        if self.answered.as_ref().is_some_and(|scans| !scans.contains(&scan.header.seq)) {
             return Ok(Duration::ZERO);
         }
         let core = Instant::now();
@@ -187,7 +188,7 @@ impl Localizer {
 
 pub(super) struct Planner {
     core: PlannerCore,
-    first_scan: u64,
+    answered: Option<BTreeSet<u64>>,
     pace: Pace,
     scan: Option<Box<LaserScan>>,
     odometry: Option<Odometry>,
@@ -200,7 +201,7 @@ impl Planner {
     fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
         Ok(Self {
             core: PlannerCore::new(run)?,
-            first_scan: 0,
+            answered: None,
             pace: run.pace,
             scan: None,
             odometry: None,
@@ -228,8 +229,9 @@ impl Planner {
     }
 
     fn answer(&mut self, estimate: &PoseEstimate, tap: &mut impl Tap) -> Result<Duration, RerunError> {
-        let is_early = estimate.header.source_seq < self.first_scan;
-        let waits = is_early || (self.pace == Pace::Lockstep && !self.core.is_ready());
+        let seq = estimate.header.source_seq;
+        let is_left_out = self.answered.as_ref().is_some_and(|scans| !scans.contains(&seq));
+        let waits = is_left_out || (self.pace == Pace::Lockstep && !self.core.is_ready());
         let (Some(scan), Some(odometry), false) = (&self.scan, &self.odometry, waits) else {
             return Ok(Duration::ZERO);
         };

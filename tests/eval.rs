@@ -16,7 +16,7 @@ fn trials_by_the_processes_give_the_same_messages() {
     assert_eq!((&found["checked"], &found["identical"]), (&2.into(), &2.into()), "{found:#}");
 }
 
-/// One in seven numbers of a run once reached the processes with another last bit: the parser of JSON
+/// One in eight numbers of a run once reached the processes with another last bit: the parser of JSON
 /// rounded them as it liked.
 #[test]
 fn the_numbers_of_a_run_lose_no_bit_on_their_way_to_the_processes() {

@@ -11,6 +11,7 @@ use std::process::Command;
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
+use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels::STATUS;
 use support::{Ended, Place, Running, kill_if_alive, wait_until};
 
@@ -83,19 +84,20 @@ fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
     drive_on(&place);
     disk.grow("64m");
     let ended = running.end();
-    assert_eq!(ended.code, Some(0), "{ended}");
+    // A task that ended in the gap cannot be judged: then the mission counts as none that succeeded.
+    assert!(matches!(ended.code, Some(0 | 1)), "{ended}");
     let report = ended.json();
-    assert_eq!(report["success"], true, "{report:#}");
     place.assert_nothing_left("day");
-    let info = info(&place, Path::new(report["recording"].as_str().unwrap()));
+    let recording = Path::new(report["recording"].as_str().unwrap());
+    let info = info(&place, recording);
     let kinds = kinds(&info);
     assert!(kinds.contains(&"recording resumed"), "{info:#}");
     // What it lacks is counted: more than the channels held has passed.
     let lacks = info["missing"].as_u64().unwrap();
     assert!(lacks > 0 && report["lost_messages"].as_u64().unwrap() >= lacks, "{info:#}");
-    let status = info["topics"].as_array().unwrap().iter().find(|topic| topic["topic"] == "/status").unwrap();
-    let last_s = status["last_s"].as_f64().unwrap();
-    assert!((last_s - report["sim_seconds"].as_f64().unwrap()).abs() < 1.0, "{info:#}");
+    // And the robot drove on to the end.
+    let last = Recording::open(recording).unwrap().channel(STATUS).unwrap().last().unwrap().unwrap().0;
+    assert_eq!((last.reached_count, last.task_count), (9, 9), "{info:#}");
 }
 
 /// Runs a shell script with shared memory of its own, of this size; `$0` is `sketchnav`. `None`, with a notice, where

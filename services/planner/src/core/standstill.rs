@@ -202,7 +202,7 @@ mod tests {
             let place = Point::new(0.7 * s.cos(), 0.7 * s.sin());
             progress.is_standstill(s, place, 900.0 + 50.0 * f64::from(i % 7), 20.0, 0.5, &parameters)
         });
-        assert!((120..125).contains(&ended.unwrap()), "{ended:?}");
+        assert!((150..155).contains(&ended.unwrap()), "{ended:?}");
     }
 
     #[test]

@@ -74,7 +74,7 @@ impl Default for Parameters {
             stall_s: 7.0,
             stall_distance_m: 0.3,
             detour_s: 30.0,
-            circling_way_m: 7.5,
+            circling_way_m: 6.5,
             circling_distance_m: 1.5,
             recoveries: 3,
             recoveries_per_task: 8,

@@ -1,0 +1,325 @@
+// The page: joins the desk, the link, the panel, and what a person presses. The robot's side of every
+// step is the server's to allow; here a button is only enabled where the server says that it is.
+
+import { Desk } from "./desk.js";
+import { choose, flattened, photo, save } from "./files.js";
+import { Crosshair, shortcuts } from "./keyboard.js";
+import { Link, takeToken } from "./link.js";
+import {
+  LANDSCAPE, PORTRAIT, blank, fromFile, fromText, hasMap, hasPath, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withPath,
+} from "./model.js";
+import { say, show, showFigures } from "./panel.js";
+import { Pointers, listen } from "./pointer.js";
+import { keep, load } from "./settings.js";
+import { tooMuch } from "./states.js";
+
+const at = (id) => document.getElementById(id);
+const settings = load();
+const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: null };
+let labelled = -1;
+
+// ---------------------------------------------------------------------------- drawing
+
+const host = {
+  settings: () => settings, say, label: askLabel, changed: drawingChanged,
+  viewed: () => crosshair?.place(), drawn: (feed) => link.seen(feed.n),
+};
+let crosshair = null;
+const desk = new Desk(at("sheet"), readDraft() ?? blank(at("sheet").clientHeight > at("sheet").clientWidth ? PORTRAIT : LANDSCAPE), host);
+const pointers = new Pointers(desk, () => ({ hand: desk.tool === "hand", fingers: settings.fingers }));
+listen(at("sheet"), pointers);
+crosshair = new Crosshair(at("sheet"), at("crosshair"), desk.sheet, desk, () => desk.close());
+window.addEventListener("blur", () => pointers.cancelAll());
+
+/** What was on the sheet before the page was loaded again. */
+function readDraft() {
+  try {
+    const text = sessionStorage.getItem("draft");
+    robot.placed = JSON.parse(sessionStorage.getItem("placed") ?? "null");
+    return text ? fromText(text) : null;
+  } catch {
+    return null;
+  }
+}
+
+let drafting = 0;
+
+function drawingChanged() {
+  clearTimeout(drafting);
+  drafting = setTimeout(keepDraft, 400);
+  at("undo").disabled = !desk.canUndo;
+  at("redo").disabled = !desk.canRedo;
+  for (const button of document.querySelectorAll("#tools [data-tool]")) {
+    button.setAttribute("aria-pressed", String(button.dataset.tool === desk.tool));
+  }
+  refresh();
+}
+
+function keepDraft() {
+  try {
+    sessionStorage.setItem("draft", toText(desk.drawing));
+    sessionStorage.setItem("placed", JSON.stringify(robot.placed));
+  } catch {
+    // Photos may be larger than the browser's store: the drawing is then not kept over a reload.
+    sessionStorage.removeItem("draft");
+  }
+}
+
+function askLabel(index) {
+  labelled = index;
+  at("label").hidden = false;
+  at("label-text").value = desk.drawing.obstacles[index].label;
+  at("label-text").focus();
+}
+
+at("label").addEventListener("submit", (event) => {
+  event.preventDefault();
+  at("label").hidden = true;
+  at("sheet").focus();
+  if (desk.drawing.obstacles[labelled]) desk.change(withLabel(desk.drawing, labelled, at("label-text").value.trim()));
+});
+at("label").addEventListener("focusout", (event) => {
+  if (!at("label").contains(event.relatedTarget) && !at("label").hidden) at("label").requestSubmit();
+});
+
+// ---------------------------------------------------------------------------- link
+
+const link = new Link(takeToken(), {
+  changed: refresh,
+  hello(hello) {
+    const before = robot.hello;
+    robot.hello = hello;
+    at("mission").textContent = hello.mission ? `· ${hello.mission}` : "";
+    document.title = hello.mission ? `${hello.mission} · sketchnav pad` : "sketchnav pad";
+    if (hello.limits?.link_limit_s && document.activeElement !== at("limit")) at("limit").value = hello.limits.link_limit_s;
+    if (hello.trail) desk.trail = hello.trail;
+    takeDrawing(hello, before);
+    takeWalls(hello.walls);
+    refresh();
+  },
+  feed(feed) {
+    robot.feed = feed;
+    robot.fedAt = performance.now();
+    desk.told(feed);
+    takeWalls(feed.walls);
+    refresh();
+  },
+});
+
+/** Who watches sees what the driver has sent; who drives keeps what is on the own sheet. */
+function takeDrawing(hello, before) {
+  const news = JSON.stringify([hello.drawing, hello.path]) !== JSON.stringify([before?.drawing, before?.path]);
+  if (hello.mode === "watches") {
+    if (hello.canvas && hello.canvas.join() !== desk.drawing.canvas.join()) desk.change(blank(hello.canvas));
+    settings.shows.walls = true;
+    showChecks();
+    return;
+  }
+  if (!hello.drawing || !news || (hello.drives && !isBlank(desk.drawing))) return;
+  try {
+    const drawing = fromFile(hello.drawing);
+    desk.change(hello.path ? withPath(drawing, hello.path) : drawing);
+    robot.placed = desk.drawing.start;
+  } catch (error) {
+    say(`The drawing on the server cannot be shown: ${error.message}`, true);
+  }
+}
+
+async function takeWalls(number) {
+  if (number === undefined || number === null || number === robot.walls) return;
+  robot.walls = number;
+  try {
+    desk.walls = await link.picture(`/api/walls.png?k=${number}`);
+    desk.redrawFeed();
+  } catch {
+    robot.walls = null;
+  }
+}
+
+function refresh() {
+  const { drawing } = desk;
+  show({
+    up: link.up, latencyMs: link.latencyMs, drives: robot.feed?.drives ?? robot.hello?.drives ?? false,
+    watches: robot.hello?.mode === "watches", busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
+    map: hasMap(drawing), path: hasPath(drawing), silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
+  });
+}
+setInterval(refresh, 1000);
+
+// ---------------------------------------------------------------------------- steps
+
+/** Does one request at a time, and says how it went. */
+async function request(work) {
+  robot.busy = true;
+  refresh();
+  try {
+    say(await work());
+  } catch (error) {
+    say(error.message, true);
+  } finally {
+    robot.busy = false;
+    refresh();
+  }
+}
+
+async function sendSketch() {
+  const { drawing } = desk;
+  const picture = drawing.photo !== null;
+  const body = picture ? await flattened(drawing) : sketchBody(drawing);
+  const bytes = picture ? body.size : new TextEncoder().encode(body).length;
+  refuse(tooMuch(robot.hello?.limits, { strokes: drawing.strokes.length, points: pointCount(drawing), bytes }));
+  const answer = await link.post("/api/sketch", body, picture ? "image/jpeg" : "application/json");
+  robot.placed = null;
+  desk.trail = [];
+  keepDraft();
+  const degrees = (answer.wall_direction_rad * 180) / Math.PI;
+  return Number.isFinite(degrees) ? `The map has arrived. Its walls run at ${degrees.toFixed(1)}°.` : "The map has arrived.";
+}
+
+async function sendPath() {
+  const { drawing } = desk;
+  refuse(tooMuch(robot.hello?.limits, { route: drawing.route?.length, goals: drawing.goals.length }));
+  await link.post("/api/path", pathBody(drawing, robot.placed));
+  robot.placed = drawing.start;
+  desk.trail = [];
+  keepDraft();
+  return drawing.route ? "The path has arrived." : `${drawing.goals.length === 1 ? "The goal has" : "The goals have"} arrived.`;
+}
+
+function refuse(words) {
+  if (words) throw new Error(words);
+}
+
+const ORDERS = { execute: "The robot drives.", restore: "The robot goes on.", again: "The robot starts again." };
+
+for (const [order, words] of Object.entries(ORDERS)) {
+  at(order).addEventListener("click", () => request(async () => {
+    await link.post("/api/order", JSON.stringify({ order }));
+    return words;
+  }));
+}
+at("send-sketch").addEventListener("click", () => request(sendSketch));
+at("send-path").addEventListener("click", () => request(sendPath));
+at("wheel").addEventListener("click", () => request(async () => {
+  await link.post("/api/wheel", "{}");
+  return "You drive.";
+}));
+
+/** Not one request at a time: stopping waits for nothing. */
+function abort() {
+  if (at("abort").disabled) return false;
+  link.abort().catch((error) => say(error.message, true));
+  say("Stop was sent.");
+  return true;
+}
+// A touch stops the robot as it lands, not when it is lifted; a click without one is a key's.
+at("abort").addEventListener("pointerdown", abort);
+at("abort").addEventListener("click", (event) => event.detail === 0 && abort());
+
+// ---------------------------------------------------------------------------- tools, files, settings
+
+for (const button of document.querySelectorAll("#tools [data-tool]")) {
+  button.addEventListener("click", () => desk.take(button.dataset.tool));
+}
+const does = {
+  tool: (name) => desk.take(name), undo: () => desk.undo(), redo: () => desk.redo(), zoom: (factor) => desk.zoom(factor),
+  fit: () => desk.fit(), letGo: () => desk.letGo(), abort,
+};
+shortcuts(does);
+at("undo").addEventListener("click", does.undo);
+at("redo").addEventListener("click", does.redo);
+at("zoom-in").addEventListener("click", () => does.zoom(1.25));
+at("zoom-out").addEventListener("click", () => does.zoom(0.8));
+at("fit").addEventListener("click", does.fit);
+
+/** A button of the menu: does its work, closes the menu, and says what went wrong. */
+function item(id, work) {
+  at(id).addEventListener("click", async () => {
+    at("menu").hidePopover();
+    try {
+      await work();
+    } catch (error) {
+      say(error.message, true);
+    }
+  });
+}
+
+item("new-landscape", () => desk.change(blank(LANDSCAPE)));
+item("new-portrait", () => desk.change(blank(PORTRAIT)));
+item("save", () => save("drawing.json", toText(desk.drawing)));
+item("open", async () => {
+  const file = await choose(".json,application/json");
+  if (file) desk.change(fromText(await file.text()));
+});
+item("photo", async () => {
+  const file = await choose("image/*");
+  if (!file) return;
+  const { size, url } = await photo(file);
+  desk.change({ ...blank(size), photo: url });
+});
+item("underlay", async () => {
+  const file = await choose("image/*");
+  if (file) desk.change({ ...desk.drawing, underlay: (await photo(file)).url });
+});
+item("remove-underlay", () => desk.change({ ...desk.drawing, photo: null, underlay: null }));
+item("clear-path", () => desk.change({ ...desk.drawing, route: null, goals: [], start: null }));
+
+at("mission-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const name = at("mission-name").value;
+  at("menu").hidePopover();
+  request(async () => {
+    const answer = await link.post("/api/mission", JSON.stringify({ name }));
+    for (const file of answer.files ?? []) save(file.name, file.text, "text/plain");
+    return `Mission “${name}” was saved.`;
+  });
+});
+at("limit").addEventListener("change", () => request(async () => {
+  const link_limit_s = at("limit").valueAsNumber;
+  await link.post("/api/limit", JSON.stringify({ link_limit_s }));
+  return `The robot pauses after ${link_limit_s} s without this page.`;
+}));
+
+function set(change) {
+  Object.assign(settings, change);
+  keep(settings);
+}
+
+at("width").value = settings.width_px;
+at("width-shown").textContent = settings.width_px;
+at("width").addEventListener("input", () => {
+  set({ width_px: at("width").valueAsNumber });
+  at("width-shown").textContent = settings.width_px;
+});
+for (const key of ["hold", "fingers"]) {
+  at(key).checked = settings[key];
+  at(key).addEventListener("change", () => set({ [key]: at(key).checked }));
+}
+
+function showChecks() {
+  for (const box of document.querySelectorAll("[data-show]")) box.checked = settings.shows[box.dataset.show];
+}
+for (const box of document.querySelectorAll("[data-show]")) {
+  box.addEventListener("change", () => {
+    set({ shows: { ...settings.shows, [box.dataset.show]: box.checked } });
+    desk.redrawFeed();
+  });
+}
+showChecks();
+// Room for the legend on the sheet is on large screens alone.
+at("shows").open = matchMedia("(min-width: 900px) and (min-height: 600px)").matches;
+
+const ms = (value) => `${value.toFixed(2)} ms`;
+at("menu").addEventListener("toggle", (event) => {
+  if (event.newState !== "open") return;
+  const { work, sheet } = desk;
+  showFigures({
+    "Pen to ink, last": ms(work.inkMs), "Pen to ink, worst": ms(work.inkWorstMs),
+    "Pen movements": String(work.events), "Points in them": String(work.points),
+    "Segments drawn": String(sheet.work.liveSegments), "Whole redraws": String(sheet.work.redraws),
+    "Feeds drawn": String(work.feeds), "Feed, last": ms(work.feedMs), "Feed, worst": ms(work.feedWorstMs),
+    "Link": link.latencyMs === null ? "–" : ms(link.latencyMs),
+    "Strokes": String(desk.drawing.strokes.length),
+  });
+});
+desk.take("pen");

@@ -1,0 +1,276 @@
+// The sheet on the screen: four canvases on top of each other, each redrawn for its own reason.
+//
+// - `ink`: paper, pictures, strokes. A finished stroke is added; only another view, an undone step or the
+//   eraser draws it anew.
+// - `marks`: obstacles, route, goals, start.
+// - `feed`: what the robot says; drawn once for each message (feed.js).
+// - `live`: the stroke under the pen. A movement draws its new segments and nothing else, in the event
+//   itself, on a canvas that need not wait for the others (`desynchronized`).
+
+import { middle, widthAtRow } from "./geometry.js";
+import { inkRuns, widthAt } from "./ink.js";
+
+/** Screens beyond twice as fine cost more than the eye gains. */
+const MAX_RATIO = 2;
+
+/** Colours by name, from the style sheet. */
+export function palette() {
+  const style = getComputedStyle(document.documentElement);
+  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "trail", "rubber"];
+  return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+}
+
+export class Sheet {
+  #layers = {};
+  #element;
+  #pictures = new Map();
+  #live = null;
+  view = { scale: 1, x: 0, y: 0 };
+  area = [1, 1];
+  ratio = 1;
+  colors = palette();
+  /** What was done since the page was loaded: for the figures that the page shows. */
+  work = { redraws: 0, strokesAdded: 0, liveSegments: 0, liveMoves: 0 };
+
+  constructor(element) {
+    this.#element = element;
+    for (const name of ["ink", "marks", "feed", "live"]) {
+      const canvas = element.querySelector(`canvas.${name}`);
+      this.#layers[name] = canvas.getContext("2d", { desynchronized: name === "live" });
+    }
+  }
+
+  /** The canvas of a layer. */
+  layer(name) {
+    return this.#layers[name];
+  }
+
+  /** Takes the element's size; answers whether it has changed. */
+  measure() {
+    const area = [this.#element.clientWidth, this.#element.clientHeight];
+    const ratio = Math.min(MAX_RATIO, window.devicePixelRatio || 1);
+    if (area[0] === this.area[0] && area[1] === this.area[1] && ratio === this.ratio) return false;
+    [this.area, this.ratio] = [area, ratio];
+    for (const { canvas } of Object.values(this.#layers)) {
+      [canvas.width, canvas.height] = area.map((side) => Math.max(1, Math.round(side * ratio)));
+    }
+    return true;
+  }
+
+  /** Clears a layer and sets it to sheet coordinates. */
+  wipe(name) {
+    const context = this.#layers[name];
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, context.canvas.width, context.canvas.height);
+    this.onSheet(context);
+    return context;
+  }
+
+  /** Sets a context to sheet coordinates. */
+  onSheet(context) {
+    const { scale, x, y } = this.view;
+    context.setTransform(scale * this.ratio, 0, 0, scale * this.ratio, x * this.ratio, y * this.ratio);
+  }
+
+  /** Draws paper, pictures and strokes anew. */
+  drawInk(drawing) {
+    this.work.redraws += 1;
+    const context = this.wipe("ink");
+    const [w, h] = drawing.canvas;
+    context.fillStyle = this.colors.paper;
+    context.fillRect(0, 0, w, h);
+    this.#drawPicture(context, drawing.underlay, drawing.canvas, 0.45);
+    this.#drawPicture(context, drawing.photo, drawing.canvas, 1);
+    context.strokeStyle = this.colors.edge;
+    context.lineWidth = 1 / this.view.scale;
+    context.strokeRect(0, 0, w, h);
+    drawing.strokes.forEach((stroke) => this.#drawStroke(context, stroke));
+  }
+
+  /** Adds a finished stroke to the ink. */
+  addStroke(stroke) {
+    this.work.strokesAdded += 1;
+    this.#drawStroke(this.#layers.ink, stroke);
+  }
+
+  #drawStroke(context, stroke) {
+    context.lineCap = "round";
+    context.lineJoin = "round";
+    context.strokeStyle = this.colors.ink;
+    for (const { width, path } of inkRuns(stroke)) {
+      context.lineWidth = width;
+      context.stroke(path);
+    }
+  }
+
+  #drawPicture(context, url, [w, h], alpha) {
+    const picture = url && this.#pictures.get(url);
+    if (!picture) return;
+    context.globalAlpha = alpha;
+    const scale = Math.min(w / picture.width, h / picture.height);
+    const size = [picture.width * scale, picture.height * scale];
+    context.drawImage(picture, (w - size[0]) / 2, (h - size[1]) / 2, ...size);
+    context.globalAlpha = 1;
+  }
+
+  /** Makes the pictures of a drawing ready; answers whether there were new ones. */
+  async load({ photo, underlay }) {
+    const fresh = [photo, underlay].filter((url) => url && !this.#pictures.has(url));
+    for (const url of fresh) {
+      const image = new Image();
+      image.src = url;
+      await image.decode();
+      this.#pictures.set(url, image);
+    }
+    return fresh.length > 0;
+  }
+
+  /** Draws obstacles and marks anew. `draft` is a shape that is being drawn. */
+  drawMarks({ obstacles, route, goals, start }, draft = null) {
+    const context = this.wipe("marks");
+    obstacles.forEach((obstacle) => this.#drawObstacle(context, obstacle));
+    if (route) this.#drawRoute(context, route);
+    goals.forEach((goal, i) => this.#drawGoal(context, goal.at, i));
+    if (start) this.#drawStart(context, start);
+    if (draft) this.#drawDraft(context, draft);
+  }
+
+  /** So many screen pixels, in sheet pixels. */
+  px(n) {
+    return n / this.view.scale;
+  }
+
+  #trace(context, points) {
+    context.beginPath();
+    points.forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
+  }
+
+  #drawObstacle(context, { polygon, label }) {
+    this.#trace(context, polygon);
+    context.closePath();
+    context.fillStyle = this.colors.obstacle;
+    context.fill();
+    if (label) this.#drawLabel(context, label, polygon);
+  }
+
+  /** A label no wider than its obstacle; where it would be too small to read, none. */
+  #drawLabel(context, label, polygon) {
+    const room = widthAtRow(middle(polygon), polygon) * this.view.scale * 0.9;
+    context.font = "600 12px system-ui, sans-serif";
+    const size = Math.min(12, (12 * room) / context.measureText(label).width);
+    if (size >= 7) this.#write(context, label, middle(polygon), this.colors["obstacle-text"], size);
+  }
+
+  #write(context, text, [x, y], color, size) {
+    context.font = `600 ${this.px(size)}px system-ui, sans-serif`;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.fillStyle = color;
+    context.fillText(text, x, y);
+  }
+
+  #drawRoute(context, route) {
+    context.lineCap = context.lineJoin = "round";
+    context.strokeStyle = context.fillStyle = this.colors.route;
+    context.lineWidth = this.px(6);
+    this.#trace(context, route);
+    context.stroke();
+    const last = route.at(-1);
+    const before = route.findLast((p) => Math.hypot(p[0] - last[0], p[1] - last[1]) > this.px(10)) ?? route[0];
+    context.fillStyle = this.colors.goal;
+    this.#arrowHead(context, last, Math.atan2(last[1] - before[1], last[0] - before[0]), 15);
+    this.#disc(context, route[0], 6);
+  }
+
+  #arrowHead(context, at, angle, size) {
+    const s = this.px(size);
+    const corner = (turn, far) => [at[0] + far * Math.cos(angle + turn), at[1] + far * Math.sin(angle + turn)];
+    this.#trace(context, [corner(0, s * 0.5), corner(2.6, s), corner(-2.6, s)]);
+    context.fill();
+  }
+
+  #disc(context, [x, y], radius) {
+    context.beginPath();
+    context.arc(x, y, this.px(radius), 0, 2 * Math.PI);
+    context.fill();
+  }
+
+  #drawGoal(context, at, index) {
+    context.fillStyle = this.colors.goal;
+    this.#disc(context, at, 13);
+    this.#write(context, String(index + 1), at, this.colors["goal-text"], 13);
+  }
+
+  #drawStart(context, { at, heading_deg }) {
+    const angle = (-heading_deg * Math.PI) / 180;
+    const tip = [at[0] + this.px(34) * Math.cos(angle), at[1] + this.px(34) * Math.sin(angle)];
+    context.strokeStyle = context.fillStyle = this.colors.start;
+    context.lineWidth = this.px(3.5);
+    this.#trace(context, [at, tip]);
+    context.stroke();
+    this.#arrowHead(context, tip, angle, 12);
+    context.beginPath();
+    context.arc(...at, this.px(9), 0, 2 * Math.PI);
+    context.stroke();
+  }
+
+  /** A shape under way: `{ kind: "polygon" | "line" | "start" | "rubber", … }`. */
+  #drawDraft(context, draft) {
+    if (draft.kind === "start") {
+      this.#drawStart(context, draft.start);
+      return;
+    }
+    if (draft.kind === "rubber") {
+      context.strokeStyle = this.colors.rubber;
+      context.lineWidth = this.px(1.5);
+      context.beginPath();
+      context.arc(...draft.at, draft.radius, 0, 2 * Math.PI);
+      context.stroke();
+      return;
+    }
+    context.lineCap = context.lineJoin = "round";
+    context.strokeStyle = draft.kind === "line" ? this.colors.ink : this.colors.obstacle;
+    context.fillStyle = this.colors.obstacle;
+    context.lineWidth = draft.width_px ?? this.px(2.5);
+    this.#trace(context, draft.points);
+    if (draft.closed) context.closePath();
+    context.stroke();
+    if (draft.corners) draft.points.forEach((corner, i) => this.#disc(context, corner, i === 0 ? 8 : 4));
+  }
+
+  /** Begins the line under the pen, in a colour and a width in sheet pixels. */
+  liveBegin(at, pressure, width_px, color) {
+    const context = this.wipe("live");
+    context.lineCap = context.lineJoin = "round";
+    context.strokeStyle = context.fillStyle = color;
+    this.#live = { last: at, lastPressure: pressure, width_px };
+    context.beginPath();
+    context.arc(at[0], at[1], widthAt(width_px, pressure) / 2, 0, 2 * Math.PI);
+    context.fill();
+    this.work.liveSegments += 1;
+    this.work.liveMoves += 1;
+  }
+
+  /** Draws on: the new points and nothing else. */
+  liveExtend(points, pressures) {
+    const context = this.#layers.live;
+    const live = this.#live;
+    points.forEach((at, i) => {
+      const pressure = pressures[i];
+      context.lineWidth = widthAt(live.width_px, pressure === null ? null : (pressure + (live.lastPressure ?? pressure)) / 2);
+      context.beginPath();
+      context.moveTo(...live.last);
+      context.lineTo(...at);
+      context.stroke();
+      [live.last, live.lastPressure] = [at, pressure];
+    });
+    this.work.liveSegments += points.length;
+    this.work.liveMoves += 1;
+  }
+
+  /** Takes the line under the pen away. */
+  liveEnd() {
+    this.#live = null;
+    this.wipe("live");
+  }
+}

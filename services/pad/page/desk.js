@@ -1,0 +1,240 @@
+// The desk: the drawing with its history, the tool in hand, and the sheet that shows both. What is drawn
+// anew after a change is decided here: a finished stroke is added to the ink, anything else redraws.
+
+import { Sheet, palette } from "./canvas.js";
+import { drawFeed, trailed } from "./feed.js";
+import { changed, history, redone, undone } from "./model.js";
+import { makeTools } from "./tools.js";
+import { fitted, held, onSheet, panned, zoomed } from "./view.js";
+
+/** Whether `after` is `before` with one stroke more. */
+export function oneMore(before, after) {
+  return after.strokes.length === before.strokes.length + 1
+    && before.strokes.every((stroke, i) => stroke === after.strokes[i])
+    && before.canvas === after.canvas && before.photo === after.photo && before.underlay === after.underlay;
+}
+
+/** Whether the ink layer shows both the same. */
+const sameInk = (a, b) => a.strokes === b.strokes && a.canvas === b.canvas && a.photo === b.photo && a.underlay === b.underlay;
+
+export class Desk {
+  #history;
+  #shown;
+  #tools;
+  #tool = "pen";
+  #under = null;
+  #draft = null;
+  #stale = { ink: false, marks: false, feed: false };
+  #frame = 0;
+  #host;
+  #fits = true;
+  feed = null;
+  trail = [];
+  walls = null;
+  work = { inkMs: 0, inkWorstMs: 0, feedMs: 0, feedWorstMs: 0, feeds: 0, events: 0, points: 0 };
+
+  /** The host has `settings()`, `say(words)`, `label(index)`, `changed()`, `viewed()`, `drawn(feed)`. */
+  constructor(element, drawing, host) {
+    this.element = element;
+    this.#host = host;
+    this.sheet = new Sheet(element);
+    this.#history = history(drawing);
+    this.#shown = drawing;
+    this.#tools = makeTools({
+      sheet: this.sheet,
+      drawing: () => this.#history.now,
+      change: (next) => this.change(next),
+      preview: (next) => this.#show(next),
+      draft: (shape) => this.#drafted(shape),
+      settings: host.settings,
+      say: host.say,
+      label: host.label,
+    });
+    new ResizeObserver(() => this.#resized()).observe(element);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#recolored());
+    this.#resized();
+  }
+
+  get drawing() {
+    return this.#history.now;
+  }
+
+  get canUndo() {
+    return this.#history.past.length > 0;
+  }
+
+  get canRedo() {
+    return this.#history.future.length > 0;
+  }
+
+  get tool() {
+    return this.#tool;
+  }
+
+  /** Takes another tool; what the last one has begun is dropped. */
+  take(name) {
+    this.letGo();
+    this.#tool = name;
+    this.element.dataset.tool = name;
+    this.#host.changed();
+  }
+
+  /** Drops what is under way. */
+  letGo() {
+    const tool = this.#under ?? this.#tools[this.#tool];
+    this.#under = null;
+    tool?.cancel();
+  }
+
+  /** Closes a shape that waits for its last corner. */
+  close() {
+    this.#tools[this.#tool]?.close?.();
+  }
+
+  /** Another drawing as one step. */
+  change(next) {
+    this.#history = changed(this.#history, next);
+    this.#show(next);
+    this.#host.changed();
+  }
+
+  undo() {
+    this.#leap(undone(this.#history));
+  }
+
+  redo() {
+    this.#leap(redone(this.#history));
+  }
+
+  #leap(next) {
+    this.letGo();
+    this.#history = next;
+    this.#show(next.now);
+    this.#host.changed();
+  }
+
+  #show(next) {
+    const before = this.#shown;
+    this.#shown = next;
+    if (next.canvas !== before.canvas) this.fit();
+    if (next.photo !== before.photo || next.underlay !== before.underlay) this.#load(next);
+    if (oneMore(before, next) && !this.#stale.ink) this.sheet.addStroke(next.strokes.at(-1));
+    else if (!sameInk(before, next)) this.#redraw("ink");
+    this.#redraw("marks");
+  }
+
+  #load(drawing) {
+    this.sheet.load(drawing).then(
+      (fresh) => fresh && this.#redraw("ink"),
+      () => this.#host.say("The picture in this drawing cannot be read.", true),
+    );
+  }
+
+  #drafted(shape) {
+    this.#draft = shape;
+    this.#redraw("marks");
+  }
+
+  /** A message of the robot. */
+  told(feed) {
+    this.feed = feed;
+    this.trail = trailed(this.trail, feed.trail);
+    this.#redraw("feed");
+  }
+
+  /** Draws a layer anew with the next frame. */
+  #redraw(...layers) {
+    layers.forEach((layer) => { this.#stale[layer] = true; });
+    this.#frame ||= requestAnimationFrame(() => this.#draw());
+  }
+
+  redrawFeed() {
+    this.#redraw("feed");
+  }
+
+  #draw() {
+    this.#frame = 0;
+    const stale = this.#stale;
+    this.#stale = { ink: false, marks: false, feed: false };
+    if (stale.ink) this.sheet.drawInk(this.#shown);
+    if (stale.marks) this.sheet.drawMarks(this.#shown, this.#draft);
+    if (stale.feed) this.#drawFeed();
+  }
+
+  #drawFeed() {
+    const before = performance.now();
+    drawFeed(this.sheet, this.feed, this.trail, this.#host.settings().shows, this.walls, this.#shown.canvas);
+    this.work.feedMs = performance.now() - before;
+    this.work.feedWorstMs = Math.max(this.work.feedWorstMs, this.work.feedMs);
+    this.work.feeds += 1;
+    if (this.feed) this.#host.drawn(this.feed);
+  }
+
+  #viewed(view) {
+    this.sheet.view = held(view, this.#shown.canvas, this.sheet.area);
+    this.#redraw("ink", "marks", "feed");
+    this.#host.viewed();
+  }
+
+  /** The whole sheet. */
+  fit() {
+    this.#fits = true;
+    this.#viewed(fitted(this.#shown.canvas, this.sheet.area, Math.min(...this.sheet.area) < 420 ? 8 : 16));
+  }
+
+  zoom(factor, at = this.sheet.area.map((side) => side / 2)) {
+    this.#fits = false;
+    this.#viewed(zoomed(this.sheet.view, at, factor));
+  }
+
+  pan(dx, dy) {
+    this.#fits = false;
+    this.#viewed(panned(this.sheet.view, dx, dy));
+  }
+
+  #resized() {
+    if (!this.sheet.measure()) return;
+    if (this.#fits) this.fit();
+    else this.#viewed(this.sheet.view);
+  }
+
+  #recolored() {
+    this.sheet.colors = palette();
+    this.#redraw("ink", "marks", "feed");
+  }
+
+  // ------------------------------------------------------------------ what pointers and keys do
+
+  begin(sample) {
+    this.#under = sample.eraser ? this.#tools.eraser : this.#tools[this.#tool];
+    this.#under?.begin(this.#placed(sample));
+    this.#inked(sample);
+  }
+
+  extend(samples) {
+    this.work.events += 1;
+    this.work.points += samples.length;
+    this.#under?.extend(samples.map((sample) => this.#placed(sample)));
+    this.#inked(samples.at(-1));
+  }
+
+  end() {
+    this.#under?.end();
+    this.#under = null;
+  }
+
+  cancel() {
+    this.#under?.cancel();
+    this.#under = null;
+  }
+
+  #placed(sample) {
+    return { ...sample, at: onSheet(this.sheet.view, sample.at) };
+  }
+
+  /** From the pen's event to its ink on the canvas. */
+  #inked({ time }) {
+    this.work.inkMs = performance.now() - time;
+    this.work.inkWorstMs = Math.max(this.work.inkWorstMs, this.work.inkMs);
+  }
+}

@@ -1,0 +1,85 @@
+// What the robot says, drawn over the sheet: where it believes to be and how sure it is, its particles,
+// what its laser sees, its plan, where it has been. Drawn once for each message, never in between.
+
+/** Longest trail that is kept, and the least step between its points, canvas pixels. */
+const MAX_TRAIL = 4000;
+const TRAIL_STEP_PX = 3;
+
+/** A trail with one point more; where it grows too long, every second point goes. */
+export function trailed(trail, at) {
+  if (!at) return trail;
+  const last = trail.at(-1);
+  if (last && Math.hypot(at[0] - last[0], at[1] - last[1]) < TRAIL_STEP_PX) return trail;
+  const longer = [...trail, at];
+  return longer.length > MAX_TRAIL ? longer.filter((_, i) => i % 2 === 0 || i === longer.length - 1) : longer;
+}
+
+/**
+ * Draws a feed. `shows` says which parts: `{ particles, scan, plan, trail, walls }`; `walls` is the
+ * picture of the walls as the robot understood them, or `null`.
+ */
+export function drawFeed(sheet, feed, trail, shows, walls, canvas) {
+  const context = sheet.wipe("feed");
+  if (walls && shows.walls) context.drawImage(walls, 0, 0, ...canvas);
+  if (!feed) return;
+  context.lineCap = context.lineJoin = "round";
+  if (shows.trail) line(context, trail, sheet.colors.trail, sheet.px(2.5));
+  if (shows.plan && feed.plan) drawPlan(context, sheet, feed.plan);
+  if (shows.particles && feed.particles) dots(context, feed.particles, sheet.colors.particle, sheet.px(2.5));
+  if (shows.scan && feed.scan) dots(context, feed.scan, sheet.colors.scan, sheet.px(3));
+  if (feed.pose) drawRobot(context, sheet, feed.pose);
+}
+
+function line(context, points, color, width, dash = []) {
+  if (!points || points.length < 2) return;
+  context.beginPath();
+  points.forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
+  context.strokeStyle = color;
+  context.lineWidth = width;
+  context.setLineDash(dash);
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function drawPlan(context, sheet, { global, local }) {
+  line(context, global, sheet.colors.plan, sheet.px(2), [sheet.px(7), sheet.px(6)]);
+  line(context, local, sheet.colors.plan, sheet.px(4));
+}
+
+/** Small squares in one path: cheaper than as many discs, and nobody sees the corners. */
+function dots(context, points, color, size) {
+  context.beginPath();
+  for (const [x, y] of points) context.rect(x - size / 2, y - size / 2, size, size);
+  context.fillStyle = color;
+  context.fill();
+}
+
+/** The page's y points down, a heading turns the other way: its direction is (cos h, −sin h). */
+function drawRobot(context, sheet, { x, y, heading_rad, ellipse, radius_px }) {
+  const color = sheet.colors.robot;
+  context.strokeStyle = context.fillStyle = color;
+  if (ellipse) {
+    context.beginPath();
+    context.ellipse(x, y, Math.max(ellipse[0], 0.1), Math.max(ellipse[1], 0.1), -ellipse[2], 0, 2 * Math.PI);
+    context.globalAlpha = 0.18;
+    context.fill();
+    context.globalAlpha = 0.9;
+    context.lineWidth = sheet.px(1.5);
+    context.stroke();
+    context.globalAlpha = 1;
+  }
+  // Never so small that it cannot be found on a phone.
+  const radius = Math.max(radius_px || 0, sheet.px(8));
+  const towards = (turn, far) => [x + far * radius * Math.cos(heading_rad + turn), y - far * radius * Math.sin(heading_rad + turn)];
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.fill();
+  context.beginPath();
+  context.moveTo(...towards(0, 0.85));
+  context.lineTo(...towards(2.5, 0.7));
+  context.lineTo(...towards(Math.PI, 0.25));
+  context.lineTo(...towards(-2.5, 0.7));
+  context.closePath();
+  context.fillStyle = sheet.colors.paper;
+  context.fill();
+}

@@ -1,0 +1,72 @@
+// Drawings and pictures from and to the device.
+
+/** Longest side of a picture that is taken in, pixels: the sheet's own. */
+const LONGEST_PX = 2540;
+
+/** Hands a text to the device as a file. */
+export function save(name, text, type = "application/json") {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type }));
+  link.download = name;
+  link.click();
+  // The download has its own hold on the data once the click was taken.
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
+/** Lets a person choose a file; `null` where none was chosen. */
+export function choose(accept) {
+  const input = document.createElement("input");
+  Object.assign(input, { type: "file", accept });
+  return new Promise((resolve) => {
+    input.addEventListener("change", () => resolve(input.files[0] ?? null));
+    input.addEventListener("cancel", () => resolve(null));
+    input.click();
+  });
+}
+
+/**
+ * A photo as the sheet takes it: upright, no larger than the sheet, as a data URL with its size. It is
+ * encoded anew, so nothing that the camera wrote into it (place, time) goes along.
+ */
+export async function photo(file) {
+  const image = await createImageBitmap(file, { imageOrientation: "from-image" }).catch(() => {
+    throw new Error(`${file.name}: expected a picture (PNG, JPEG), found something else.`);
+  });
+  const scale = Math.min(1, LONGEST_PX / Math.max(image.width, image.height));
+  const size = [image.width, image.height].map((side) => Math.max(1, Math.round(side * scale)));
+  const canvas = picture(size);
+  canvas.getContext("2d").drawImage(image, 0, 0, ...size);
+  return { size, url: canvas.toDataURL("image/jpeg", 0.9) };
+}
+
+/** A canvas of so many pixels, white. */
+function picture([width, height]) {
+  const canvas = Object.assign(document.createElement("canvas"), { width, height });
+  const context = canvas.getContext("2d");
+  context.fillStyle = "#fff";
+  context.fillRect(0, 0, width, height);
+  return canvas;
+}
+
+/** The map as one picture, a photo with what was drawn on it, for the robot: black ink, JPEG. */
+export async function flattened(drawing) {
+  const canvas = picture(drawing.canvas);
+  const context = canvas.getContext("2d");
+  const image = new Image();
+  image.src = drawing.photo;
+  await image.decode();
+  context.drawImage(image, 0, 0, ...drawing.canvas);
+  context.lineCap = context.lineJoin = "round";
+  for (const { points, width_px } of drawing.strokes) {
+    context.lineWidth = width_px;
+    context.stroke(outline(points.length === 1 ? [points[0], [points[0][0] + 0.1, points[0][1]]] : points));
+  }
+  for (const { polygon } of drawing.obstacles) context.fill(outline(polygon), "evenodd");
+  return new Promise((resolve) => { canvas.toBlob(resolve, "image/jpeg", 0.92); });
+}
+
+function outline(points) {
+  const path = new Path2D();
+  points.forEach(([x, y], i) => (i ? path.lineTo(x, y) : path.moveTo(x, y)));
+  return path;
+}

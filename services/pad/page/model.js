@@ -1,0 +1,268 @@
+// The drawing: walls, obstacles, and where to go; its history; its file. Pure functions on values that
+// are never changed in place, so that undo is a step back to an older value.
+//
+// The file is the strokes file of sketchnav: `canvas`, `strokes`, `obstacles`, `start`, `goals`, `route`
+// in canvas pixels. What this page alone reads stands under `pad`: `pressure`, beside `strokes`, and
+// pictures as data URLs. A drawing that was saved and loaded is saved again as the same bytes.
+
+import { distance, distanceToLine, erased, inside } from "./geometry.js";
+
+/** The sheets of paper 004: 2540 × 1252, lying or upright. */
+export const LANDSCAPE = [2540, 1252];
+export const PORTRAIT = [1252, 2540];
+/** How many steps can be undone. */
+const MAX_UNDO = 500;
+/** Farthest coordinate that a file may hold, pixels. */
+const FAR_PX = 100000;
+
+/** A blank sheet. */
+export const blank = (canvas) => (
+  { canvas, strokes: [], obstacles: [], start: null, goals: [], route: null, photo: null, underlay: null }
+);
+
+/** Hundredths of a pixel: finer than any pen, and short in a file. */
+export const rounded = (p) => [Math.round(p[0] * 100) / 100, Math.round(p[1] * 100) / 100];
+
+/** Whether anything is on the sheet that a robot could take for a map. */
+export const hasMap = (drawing) => drawing.strokes.length + drawing.obstacles.length > 0 || drawing.photo !== null;
+
+/** Whether the sheet says where to go. */
+export const hasPath = (drawing) => drawing.route !== null || drawing.goals.length > 0;
+
+/** Whether nothing at all is on the sheet. */
+export const isBlank = (d) => !hasMap(d) && !hasPath(d) && !d.start && !d.underlay;
+
+// ---------------------------------------------------------------------------- history
+
+/** A history that begins with `now`. */
+export const history = (now) => ({ past: [], now, future: [] });
+
+/** A step: `now` is the drawing, what was undone is gone. A change of nothing is no step. */
+export function changed(history, now) {
+  if (now === history.now) return history;
+  return { past: [...history.past.slice(-(MAX_UNDO - 1)), history.now], now, future: [] };
+}
+
+/** One step back; at the beginning, the history as it is. */
+export function undone(history) {
+  const { past, now, future } = history;
+  if (past.length === 0) return history;
+  return { past: past.slice(0, -1), now: past.at(-1), future: [now, ...future] };
+}
+
+/** One step forth again; at the end, the history as it is. */
+export function redone(history) {
+  const { past, now, future } = history;
+  if (future.length === 0) return history;
+  return { past: [...past, now], now: future[0], future: future.slice(1) };
+}
+
+// ---------------------------------------------------------------------------- drawing
+
+/** With one stroke more. `pressure`, 0 to 1 beside the points, is `null` for a mouse. */
+export function withStroke(drawing, points, width_px, pressure = null) {
+  const stroke = { points: points.map(rounded), width_px, pressure: pressure?.map((p) => Math.round(p * 100) / 100) ?? null };
+  return { ...drawing, strokes: [...drawing.strokes, stroke] };
+}
+
+/** With one obstacle more. */
+export const withObstacle = (drawing, polygon, label = "") => (
+  { ...drawing, obstacles: [...drawing.obstacles, { polygon: polygon.map(rounded), label }] }
+);
+
+/** With another word on an obstacle. */
+export const withLabel = (drawing, index, label) => (
+  { ...drawing, obstacles: drawing.obstacles.map((o, i) => (i === index ? { ...o, label } : o)) }
+);
+
+/** With this route; it takes the place of goals, since a robot does one or the other, and begins where the robot stands. */
+export const withRoute = (drawing, points) => ({ ...drawing, route: points.map(rounded), goals: [], start: null });
+
+/** With one goal more; it takes the place of a route. */
+export const withGoal = (drawing, at) => (
+  { ...drawing, route: null, goals: [...drawing.goals, { at: rounded(at) }] }
+);
+
+/** With the robot's start; degrees counter-clockwise from "to the right". */
+export const withStart = (drawing, at, heading_deg) => (
+  { ...drawing, start: { at: rounded(at), heading_deg: Math.round(heading_deg * 10) / 10 } }
+);
+
+/** The obstacle that holds a point, or -1. The topmost wins. */
+export const obstacleAt = (drawing, p) => drawing.obstacles.findLastIndex((o) => inside(p, o.polygon));
+
+/** Whether an eraser there meets the map or the marks on it: `"map"`, `"marks"`, or `null`. */
+export function touched(drawing, center, radius) {
+  const { route, goals, start } = drawing;
+  const marks = (route && distanceToLine(center, route) < radius)
+    || goals.some((goal) => distance(goal.at, center) < radius * 1.5)
+    || (start && distance(start.at, center) < radius * 1.5);
+  if (marks) return "marks";
+  const map = drawing.strokes.some((s) => distanceToLine(center, s.points) < radius + s.width_px / 2)
+    || drawing.obstacles.some((o) => inside(center, o.polygon) || distanceToLine(center, o.polygon, true) < radius);
+  return map ? "map" : null;
+}
+
+/** Without what an eraser's disc covers of the map: strokes lose that part, obstacles go whole. */
+export function withoutMapAt(drawing, center, radius) {
+  let hit = false;
+  const strokes = drawing.strokes.flatMap((stroke) => {
+    const pieces = erased(stroke.points, stroke.pressure, center, radius + stroke.width_px / 2);
+    if (!pieces) return [stroke];
+    hit = true;
+    return pieces.map((p) => ({ ...stroke, points: p.points.map(rounded), pressure: p.values }));
+  });
+  const obstacles = drawing.obstacles.filter(
+    (o) => !inside(center, o.polygon) && distanceToLine(center, o.polygon, true) >= radius,
+  );
+  hit ||= obstacles.length < drawing.obstacles.length;
+  return hit ? { ...drawing, strokes, obstacles } : drawing;
+}
+
+/** Without the marks that an eraser's disc covers; a route keeps what comes before it. */
+export function withoutMarksAt(drawing, center, radius) {
+  const goals = drawing.goals.filter((goal) => distance(goal.at, center) >= radius * 1.5);
+  const start = drawing.start && distance(drawing.start.at, center) < radius * 1.5 ? null : drawing.start;
+  const rest = drawing.route && erased(drawing.route, null, center, radius);
+  const kept = rest?.[0]?.points.map(rounded) ?? null;
+  const begins = kept && distance(kept[0], drawing.route[0]) < 1e-9;
+  const route = rest ? (begins && kept.length > 1 ? kept : null) : drawing.route;
+  const same = goals.length === drawing.goals.length && start === drawing.start && route === drawing.route;
+  return same ? drawing : { ...drawing, goals, start, route };
+}
+
+// ---------------------------------------------------------------------------- what is sent
+
+const wire = ({ points, width_px }) => ({ points, width_px });
+
+/** The map as it is sent: no marks, no underlay. */
+export function sketchBody(drawing) {
+  const { canvas, strokes, obstacles } = drawing;
+  const body = { canvas, strokes: strokes.map(wire), obstacles };
+  if (strokes.some((s) => s.pressure)) body.pad = { pressure: strokes.map((s) => s.pressure) };
+  return JSON.stringify(body);
+}
+
+/**
+ * Where to go as it is sent: a route, or goals. The start is sent where it is drawn, but for one that the
+ * robot was put at already (`placed`): it has driven on since, and knows better.
+ */
+export function pathBody({ route, goals, start }, placed = null) {
+  const begin = start && JSON.stringify(start) !== JSON.stringify(placed) ? { start } : {};
+  if (route) return JSON.stringify({ ...begin, route });
+  return JSON.stringify({ ...begin, goals: goals.map((goal) => (goal.name ? goal : goal.at)) });
+}
+
+/** The drawing with a path as it was sent. */
+export function withPath(drawing, { start, route, goals }) {
+  const named = (goals ?? []).map((goal) => (Array.isArray(goal) ? { at: goal } : goal));
+  return { ...drawing, start: start ?? null, route: route ?? null, goals: named };
+}
+
+/** How many points the map has. */
+export const pointCount = (drawing) => drawing.strokes.reduce((n, s) => n + s.points.length, 0);
+
+// ---------------------------------------------------------------------------- file
+
+/** The drawing as a file: a line for each stroke and obstacle. */
+export function toText(drawing) {
+  const { canvas, strokes, obstacles, start, goals, route, photo, underlay } = drawing;
+  const rows = (list) => (list.length ? `[\n    ${list.map((v) => JSON.stringify(v)).join(",\n    ")}\n  ]` : "[]");
+  const keys = [`"canvas": ${JSON.stringify(canvas)}`, `"strokes": ${rows(strokes.map(wire))}`];
+  keys.push(`"obstacles": ${rows(obstacles)}`);
+  if (start) keys.push(`"start": ${JSON.stringify(start)}`);
+  if (goals.length) keys.push(`"goals": ${rows(goals)}`);
+  if (route) keys.push(`"route": ${JSON.stringify(route)}`);
+  const pad = {};
+  if (strokes.some((s) => s.pressure)) pad.pressure = strokes.map((s) => s.pressure);
+  if (photo) pad.photo = photo;
+  if (underlay) pad.underlay = underlay;
+  if (Object.keys(pad).length) keys.push(`"pad": ${JSON.stringify(pad)}`);
+  return `{\n  ${keys.join(",\n  ")}\n}\n`;
+}
+
+/** Reads a file. Throws an `Error` that says what was expected, what was found, and where. */
+export function fromText(text) {
+  let file;
+  try {
+    file = JSON.parse(text.replace(/^\uFEFF/, ""));
+  } catch (error) {
+    throw new Error(`expected a drawing in JSON: ${error.message}`);
+  }
+  return fromFile(file);
+}
+
+/** Reads a file that is parsed already. */
+export function fromFile(file) {
+  expect(isObject(file), "the drawing", "an object", file);
+  const known = ["canvas", "strokes", "obstacles", "start", "goals", "route", "pad"];
+  const odd = Object.keys(file).find((key) => !known.includes(key));
+  expect(odd === undefined, "keys", known.join(", "), odd);
+  expect(isPoint(file.canvas) && file.canvas.every((n) => Number.isInteger(n) && n >= 1 && n <= 30000), "canvas", "two sides of 1 to 30000 px", file.canvas);
+  const pad = file.pad ?? {};
+  expect(isObject(pad), "pad", "an object", pad);
+  const strokes = list(file.strokes, "strokes").map((s, i) => readStroke(s, pad.pressure?.[i] ?? null, `strokes[${i}]`));
+  const obstacles = list(file.obstacles ?? [], "obstacles").map((o, i) => readObstacle(o, `obstacles[${i}]`));
+  const goals = list(file.goals ?? [], "goals").map((g, i) => readGoal(g, `goals[${i}]`));
+  const route = file.route == null ? null : readPoints(file.route, "route", 2);
+  const start = file.start == null ? null : readStart(file.start);
+  return { canvas: file.canvas, strokes, obstacles, start, goals, route, photo: picture(pad, "photo"), underlay: picture(pad, "underlay") };
+}
+
+function expect(holds, where, expected, found) {
+  if (holds) return;
+  const shown = JSON.stringify(found) ?? "nothing";
+  throw new Error(`${where}: expected ${expected}, found ${shown.length > 60 ? `${shown.slice(0, 60)}…` : shown}`);
+}
+
+const isObject = (v) => typeof v === "object" && v !== null && !Array.isArray(v);
+const isPoint = (p) => Array.isArray(p) && p.length === 2 && p.every((n) => Number.isFinite(n) && Math.abs(n) <= FAR_PX);
+
+function list(value, where) {
+  expect(Array.isArray(value), where, "a list", value);
+  return value;
+}
+
+function readPoints(points, where, least) {
+  expect(list(points, where).length >= least, where, `${least} points or more`, points.length);
+  const wrong = points.findIndex((p) => !isPoint(p));
+  expect(wrong < 0, `${where}[${wrong}]`, "a point within 100000 px", points[wrong]);
+  return points;
+}
+
+function readStroke(stroke, pressure, where) {
+  expect(isObject(stroke), where, "an object", stroke);
+  const { points, width_px = 5 } = stroke;
+  readPoints(points, `${where}.points`, 1);
+  expect(Number.isFinite(width_px) && width_px > 0 && width_px <= 1000, `${where}.width_px`, "above 0, at most 1000", width_px);
+  const fits = pressure === null || (Array.isArray(pressure) && pressure.length === points.length
+    && pressure.every((p) => Number.isFinite(p) && p >= 0 && p <= 1));
+  expect(fits, `${where}: pad.pressure`, "a number from 0 to 1 for each point, or null", pressure);
+  return { points, width_px, pressure };
+}
+
+function readObstacle(obstacle, where) {
+  expect(isObject(obstacle), where, "an object", obstacle);
+  const { polygon, label = "" } = obstacle;
+  readPoints(polygon, `${where}.polygon`, 3);
+  expect(typeof label === "string", `${where}.label`, "a text", label);
+  return { polygon, label };
+}
+
+function readGoal(goal, where) {
+  expect(isObject(goal) && isPoint(goal.at), `${where}.at`, "a point", goal?.at);
+  return goal.name ? { name: String(goal.name), at: goal.at } : { at: goal.at };
+}
+
+function readStart({ at, heading_deg = 0 }) {
+  expect(isPoint(at), "start.at", "a point", at);
+  expect(Number.isFinite(heading_deg), "start.heading_deg", "degrees", heading_deg);
+  return { at, heading_deg };
+}
+
+function picture(pad, key) {
+  const value = pad[key] ?? null;
+  const fits = value === null || (typeof value === "string" && /^data:image\/(png|jpeg);base64,/.test(value));
+  expect(fits, `pad.${key}`, "a PNG or JPEG as a data URL", value);
+  return value;
+}

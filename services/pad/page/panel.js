@@ -1,0 +1,82 @@
+// The words and buttons around the sheet. Shows a state and changes nothing else: text is written only
+// where it differs, so that a screen reader is not told the same again.
+
+import { advice, enabled, headline, metres, seconds, speed, stages, taskWords } from "./states.js";
+
+const at = (id) => document.getElementById(id);
+const BUTTONS = {
+  sketch: "send-sketch", path: "send-path", execute: "execute", abort: "abort", restore: "restore", again: "again", mission: "save-mission",
+};
+
+function write(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** Shows `state`: `{ up, drives, watches, busy, feed, map, path, latencyMs, silentS }`. */
+export function show(state) {
+  const { feed } = state;
+  document.body.classList.toggle("robot", Boolean(feed?.pose));
+  document.body.classList.toggle("watches", Boolean(state.watches));
+  const buttons = enabled(state);
+  for (const [step, id] of Object.entries(BUTTONS)) at(id).disabled = !buttons[step];
+  const next = ["sketch", "path", "execute", "restore"].findLast((step) => buttons[step]);
+  for (const step of ["sketch", "path", "execute", "restore"]) at(BUTTONS[step]).classList.toggle("next", step === next);
+  at("wheel").hidden = !state.up || state.drives || Boolean(state.watches);
+  for (const [stage, is] of stages(feed)) document.querySelector(`[data-stage="${stage}"]`).dataset.is = is;
+  write(at("headline"), headline(state));
+  write(at("advice"), advice(state));
+  showLink(state);
+  showTask(feed?.task, feed);
+  showWarnings(state);
+}
+
+function showLink({ up, drives, latencyMs }) {
+  at("link").dataset.up = String(up);
+  at("link").dataset.drives = String(drives);
+  write(at("link-role"), up ? (drives ? "You drive" : "You watch") : "Not connected");
+  write(at("link-latency"), latencyMs === null ? "" : `${latencyMs < 10 ? latencyMs.toFixed(1) : Math.round(latencyMs)} ms`);
+}
+
+function showTask(task, feed) {
+  write(at("task"), taskWords(task) ?? "");
+  write(at("n-speed"), speed(feed?.speed_mps));
+  write(at("n-path"), metres(task?.path_m));
+  write(at("n-left"), metres(task?.remaining_m));
+  write(at("n-time"), seconds(task?.time_s));
+}
+
+/** The server's warnings, and the page's own: a link that is down or says nothing. */
+export function warnings({ up, feed, silentS, seen }) {
+  const own = [];
+  if (!up && seen) own.push("Not connected to the robot.");
+  else if (up && silentS >= 2) own.push(`No word from the robot for ${Math.floor(silentS)} s.`);
+  return [...own, ...(feed?.warnings ?? []).map((warning) => warning.text)];
+}
+
+function showWarnings(state) {
+  const list = at("warnings");
+  const texts = warnings(state);
+  const shown = [...list.children].map((item) => item.textContent);
+  if (texts.length === shown.length && texts.every((text, i) => text === shown[i])) return;
+  list.replaceChildren(...texts.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
+}
+
+let saying = 0;
+
+/** Says something once. What went wrong stays until something else is said. */
+export function say(words, bad = false) {
+  const line = at("say");
+  line.dataset.bad = String(bad);
+  line.textContent = words;
+  clearTimeout(saying);
+  if (!bad) saying = setTimeout(() => { line.textContent = ""; }, 8000);
+}
+
+/** Shows pairs of names and figures. */
+export function showFigures(figures) {
+  const items = Object.entries(figures).flatMap(([name, value]) => [
+    Object.assign(document.createElement("dt"), { textContent: name }),
+    Object.assign(document.createElement("dd"), { textContent: value }),
+  ]);
+  at("figures").replaceChildren(...items);
+}

@@ -1,0 +1,86 @@
+// The steps of paper 004's figure 4: draw the map, send it, draw the path, send it, execute, abort,
+// restore or start again. Which button may be pressed now, and what to say. Pure.
+
+/** What the navigation is doing, in words. */
+const STATE_WORDS = {
+  "no-sketch": "No map yet",
+  sketch: "Map sent",
+  path: "Path sent",
+  driving: "Driving",
+  aborted: "Stopped",
+  paused: "Paused",
+  ended: "Finished",
+};
+
+/**
+ * Which buttons are enabled. Anybody may stop the robot; all else needs the wheel.
+ *
+ * `up`: the link stands. `drives`: this page has the wheel. `busy`: a request is under way. `feed`: the
+ * last one, or `null`. `map`, `path`: whether the sheet has one.
+ */
+export function enabled({ up, drives, busy, feed, map, path }) {
+  const may = (step) => Boolean(up && drives && feed?.ready && feed.allowed.includes(step));
+  return {
+    sketch: may("sketch") && map && !busy,
+    path: may("path") && path && !busy,
+    execute: may("execute") && !busy,
+    abort: Boolean(up && feed?.allowed.includes("abort")),
+    restore: may("restore") && !busy,
+    again: may("again") && !busy,
+    mission: Boolean(up && drives && feed?.ready && !["no-sketch", "sketch"].includes(feed.state) && !busy),
+  };
+}
+
+/** How far one has come: `done`, `now` or `later` for map, path and drive. */
+export function stages(feed) {
+  const at = { "no-sketch": 0, sketch: 1, path: 2, driving: 2, aborted: 2, paused: 2, ended: 2 }[feed?.state] ?? 0;
+  const ended = feed?.state === "ended";
+  return ["map", "path", "drive"].map((name, i) => [name, i < at || (i === 2 && ended) ? "done" : i === at ? "now" : "later"]);
+}
+
+/** The state as a headline. */
+export function headline({ up, feed }) {
+  if (!up) return "Not connected";
+  if (!feed) return "Waiting for the navigation";
+  return STATE_WORDS[feed.state] ?? feed.state;
+}
+
+/** What to do next, in one sentence. */
+export function advice({ up, drives, feed, map, path }) {
+  if (!up) return "The page connects again by itself. The drawing is kept.";
+  if (!feed || !feed.ready) return "The navigation is getting ready.";
+  if (!drives) return "Somebody else drives; this page watches.";
+  const words = {
+    "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
+    sketch: path ? "Send the path." : "Draw the path from where the robot stands, or tap goals and mark the start.",
+    path: "Execute, and the robot drives.",
+    driving: "Abort stops the robot at once.",
+    aborted: "Restore goes on with the task; or draw another path.",
+    paused: "Restore goes on with the task.",
+    ended: "Draw and send another path, or start again.",
+  };
+  return words[feed.state] ?? "";
+}
+
+/** A task in words, `null` where there is none. */
+export function taskWords(task) {
+  if (!task) return null;
+  const name = task.name ? ` “${task.name}”` : "";
+  const parts = [`Task ${task.index + 1} of ${task.count}${name}: ${task.state}`];
+  if (task.reason) parts.push(task.reason);
+  return parts.join(", ");
+}
+
+/** Metres and seconds for people. */
+export const metres = (m) => (Number.isFinite(m) ? `${m.toFixed(m < 10 ? 1 : 0)} m` : "–");
+export const seconds = (s) => (Number.isFinite(s) ? `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStart(2, "0")}` : "–");
+export const speed = (v) => (Number.isFinite(v) ? `${v.toFixed(2)} m/s` : "–");
+
+/** What stands against the server's limits in a drawing, in words; `null` where nothing does. */
+export function tooMuch(limits, { strokes, points, bytes, route, goals }) {
+  const over = [
+    [strokes, limits?.strokes, "strokes"], [points, limits?.points, "points in the strokes"],
+    [bytes, limits?.bytes, "bytes"], [route, limits?.path_points, "points in the path"], [goals, limits?.goals, "goals"],
+  ].find(([found, most]) => found !== undefined && most !== undefined && found > most);
+  return over ? `Too large: at most ${over[1]} ${over[2]}, found ${over[0]}.` : null;
+}

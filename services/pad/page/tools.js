@@ -1,0 +1,272 @@
+// What a gesture does to the drawing, by tool. A tool takes places on the sheet and changes the drawing
+// through its host; it knows no browser event.
+//
+// The host has: `drawing()`, `change(drawing)`, `preview(drawing)` (shown, but not yet a step of the
+// history), `sheet`, `draft(shape | null)`, `settings()`, `say(words)`, `label(index)`.
+
+import { box, distance, meantStraight, squared } from "./geometry.js";
+import {
+  obstacleAt, rounded, touched, withGoal, withObstacle, withRoute, withStart, withStroke, withoutMapAt, withoutMarksAt,
+} from "./model.js";
+
+/** Holding still so long straightens what was meant to be straight. */
+const HOLD_MS = 650;
+/** How far a hand that holds still may tremble, screen pixels. */
+const TREMBLE_PX = 4;
+/** The eraser's radius, screen pixels. */
+const RUBBER_PX = 14;
+
+/** A line by hand: the walls' pen, and the path. `finish(points, pressures)` makes of it what it is. */
+class Freehand {
+  #points = [];
+  #pressures = [];
+  #straight = false;
+  #hold = 0;
+  #held = null;
+
+  constructor(host, color, width, finish) {
+    Object.assign(this, { host, color, width, finish });
+  }
+
+  begin({ at, pressure, shift }) {
+    this.#points = [rounded(at)];
+    this.#pressures = [pressure];
+    this.#straight = shift;
+    this.host.sheet.liveBegin(this.#points[0], pressure, this.width(), this.color());
+    this.#wait(at);
+  }
+
+  extend(samples) {
+    const last = samples.at(-1);
+    if (last.shift && !this.#straight) this.#straighten();
+    if (this.#straight) {
+      this.#stretch(last);
+      return;
+    }
+    const fresh = samples.map((s) => ({ at: rounded(s.at), pressure: s.pressure })).filter((s, i, all) => {
+      const before = i ? all[i - 1].at : this.#points.at(-1);
+      return s.at[0] !== before[0] || s.at[1] !== before[1];
+    });
+    if (!fresh.length) return;
+    this.host.sheet.liveExtend(fresh.map((s) => s.at), fresh.map((s) => s.pressure ?? this.#pressures.at(-1)));
+    for (const { at, pressure } of fresh) {
+      this.#points.push(at);
+      this.#pressures.push(pressure ?? this.#pressures.at(-1));
+    }
+    if (distance(last.at, this.#held) > this.host.sheet.px(TREMBLE_PX)) this.#wait(last.at);
+  }
+
+  end() {
+    const pressed = this.#pressures.every((p) => p !== null) ? this.#pressures : null;
+    const points = this.#points;
+    this.cancel();
+    this.finish(points, pressed);
+  }
+
+  cancel() {
+    clearTimeout(this.#hold);
+    this.#points = [];
+    this.host.sheet.liveEnd();
+  }
+
+  /** From now on the hand holds still at `at`, until it moves. */
+  #wait(at) {
+    this.#held = at;
+    clearTimeout(this.#hold);
+    if (!this.host.settings().hold) return;
+    this.#hold = setTimeout(() => {
+      if (this.#straight || !meantStraight(this.#points)) return;
+      this.#straighten();
+      this.#stretch({ at: this.#points.at(-1) });
+      this.host.say("Straightened.");
+    }, HOLD_MS);
+  }
+
+  #straighten() {
+    this.#straight = true;
+    clearTimeout(this.#hold);
+  }
+
+  /** The line from the first point to this one. */
+  #stretch({ at }) {
+    const pressure = this.#pressures[0] === null ? null : 0.5;
+    this.#points = [this.#points[0], rounded(squared(this.#points[0], at))];
+    this.#pressures = [pressure, pressure];
+    this.host.sheet.liveBegin(this.#points[0], pressure, this.width(), this.color());
+    this.host.sheet.liveExtend([this.#points[1]], [pressure]);
+  }
+}
+
+/** Two corners: a straight wall, a box. */
+class TwoCorners {
+  #from = null;
+  #to = null;
+
+  constructor(host, shape, finish) {
+    Object.assign(this, { host, shape, finish });
+  }
+
+  begin({ at }) {
+    [this.#from, this.#to] = [at, at];
+  }
+
+  extend(samples) {
+    this.#to = this.shape.end(this.#from, samples.at(-1).at);
+    this.host.draft(this.shape.draft(this.#from, this.#to));
+  }
+
+  end() {
+    const [from, to] = [this.#from, this.#to];
+    this.cancel();
+    this.finish(from, to, distance(from, to) < this.host.sheet.px(8));
+  }
+
+  cancel() {
+    this.host.draft(null);
+  }
+}
+
+/** Corners one by one; the first one again, Enter or a double tap closes it. */
+class Polygon {
+  #corners = [];
+
+  constructor(host) {
+    this.host = host;
+  }
+
+  begin({ at }) {
+    this.extend([{ at }]);
+  }
+
+  extend(samples) {
+    this.#show(samples.at(-1).at);
+  }
+
+  end() {
+    const at = this.candidate;
+    const near = (p) => distance(p, at) < this.host.sheet.px(18);
+    if (this.#corners.length === 0 && editLabel(this.host, at)) {
+      this.cancel();
+    } else if (this.#corners.length > 2 && (near(this.#corners[0]) || near(this.#corners.at(-1)))) {
+      this.close();
+    } else if (this.#corners.length === 0 || !near(this.#corners.at(-1))) {
+      this.#corners.push(at);
+      this.#show(null);
+      this.host.say(this.#corners.length < 3 ? "Tap the next corner." : "Tap the first corner, or press Enter, to close the shape.");
+    }
+  }
+
+  close() {
+    const corners = this.#corners;
+    this.cancel();
+    if (corners.length > 2) addObstacle(this.host, corners);
+  }
+
+  cancel() {
+    this.#corners = [];
+    this.host.draft(null);
+  }
+
+  #show(at) {
+    this.candidate = at;
+    this.host.draft({ kind: "polygon", points: at ? [...this.#corners, at] : this.#corners, corners: true });
+  }
+}
+
+/** Rubs out what it first meets, the map or the marks, and leaves the other alone. */
+class Eraser {
+  #kind = null;
+  #last = null;
+
+  constructor(host) {
+    this.host = host;
+  }
+
+  begin({ at }) {
+    this.before = this.host.drawing();
+    this.drawing = this.before;
+    this.#kind = null;
+    this.#last = at;
+    this.#rub(at);
+  }
+
+  extend(samples) {
+    samples.forEach(({ at }) => {
+      // No gap between two events, however fast the hand is.
+      const steps = Math.max(1, Math.ceil(distance(this.#last, at) / this.#radius()));
+      for (let i = 1; i <= steps; i += 1) {
+        this.#rub([this.#last[0] + ((at[0] - this.#last[0]) * i) / steps, this.#last[1] + ((at[1] - this.#last[1]) * i) / steps]);
+      }
+      this.#last = at;
+    });
+  }
+
+  end() {
+    this.host.draft(null);
+    this.host.change(this.drawing);
+  }
+
+  cancel() {
+    this.host.draft(null);
+    this.host.preview(this.before);
+  }
+
+  #radius() {
+    return this.host.sheet.px(RUBBER_PX);
+  }
+
+  #rub(at) {
+    const radius = this.#radius();
+    this.#kind ??= touched(this.drawing, at, radius);
+    const without = this.#kind === "marks" ? withoutMarksAt : withoutMapAt;
+    const after = this.#kind ? without(this.drawing, at, radius) : this.drawing;
+    if (after !== this.drawing) this.host.preview(after);
+    this.drawing = after;
+    this.host.draft({ kind: "rubber", at, radius });
+  }
+}
+
+function addObstacle(host, polygon) {
+  host.change(withObstacle(host.drawing(), polygon));
+  host.label(host.drawing().obstacles.length - 1);
+}
+
+/** A tap on an obstacle that stands already asks for its label. */
+function editLabel(host, at) {
+  const index = obstacleAt(host.drawing(), at);
+  if (index >= 0) host.label(index);
+  return index >= 0;
+}
+
+const headingDeg = (from, to) => (Math.atan2(from[1] - to[1], to[0] - from[0]) * 180) / Math.PI;
+
+/** All tools by name. */
+export function makeTools(host) {
+  const pen = (points, pressures) => host.change(withStroke(host.drawing(), points, host.settings().width_px, pressures));
+  const path = (points) => {
+    if (points.length < 2) host.say("Draw the path as a line, from where the robot stands.");
+    else host.change(withRoute(host.drawing(), points));
+  };
+  const wall = {
+    end: squared,
+    draft: (a, b) => ({ kind: "line", points: [a, b], width_px: host.settings().width_px }),
+  };
+  const rectangle = { end: (_, b) => b, draft: (a, b) => ({ kind: "polygon", points: box(a, b), closed: true }) };
+  const arrow = {
+    end: (_, b) => b,
+    draft: (a, b) => ({ kind: "start", start: { at: a, heading_deg: headingDeg(a, b) } }),
+  };
+  return {
+    pen: new Freehand(host, () => host.sheet.colors.ink, () => host.settings().width_px, pen),
+    eraser: new Eraser(host),
+    line: new TwoCorners(host, wall, (a, b, tiny) => (tiny ? host.say("Drag from one end of the wall to the other.") : pen([a, b], null))),
+    box: new TwoCorners(host, rectangle, (a, b, tiny) => {
+      if (!tiny) addObstacle(host, box(a, b));
+      else if (!editLabel(host, a)) host.say("Drag from one corner of the obstacle to the other.");
+    }),
+    polygon: new Polygon(host),
+    path: new Freehand(host, () => host.sheet.colors.goal, () => host.sheet.px(4), path),
+    goal: new TwoCorners(host, { end: (_, b) => b, draft: () => null }, (a) => host.change(withGoal(host.drawing(), a))),
+    start: new TwoCorners(host, arrow, (a, b, tiny) => host.change(withStart(host.drawing(), a, tiny ? 0 : headingDeg(a, b)))),
+  };
+}

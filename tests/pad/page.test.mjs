@@ -1,0 +1,95 @@
+// What the page shows and enables, by what the server says; the view; the trail; the settings.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { oneMore } from "../../services/pad/page/desk.js";
+import { trailed } from "../../services/pad/page/feed.js";
+import { pauseMs } from "../../services/pad/page/link.js";
+import { LANDSCAPE, blank, withGoal, withStroke } from "../../services/pad/page/model.js";
+import { warnings } from "../../services/pad/page/panel.js";
+import { merged } from "../../services/pad/page/settings.js";
+import { advice, enabled, headline, seconds, stages, taskWords, tooMuch } from "../../services/pad/page/states.js";
+import { fitted, held, onScreen, onSheet, panned, zoomed } from "../../services/pad/page/view.js";
+
+const feed = (state, ...allowed) => ({ state, allowed, ready: true });
+const page = (more) => ({ up: true, drives: true, busy: false, feed: null, map: true, path: true, ...more });
+const on = (state) => Object.entries(enabled(state)).filter(([, is]) => is).map(([step]) => step);
+
+test("a button is enabled where its step is allowed, the navigation is ready, and there is something to send", () => {
+  assert.deepEqual(on(page({ feed: feed("no-sketch", "sketch") })), ["sketch"]);
+  assert.deepEqual(on(page({ feed: feed("no-sketch", "sketch"), map: false })), []);
+  assert.deepEqual(on(page({ feed: { ...feed("no-sketch", "sketch"), ready: false } })), []);
+  assert.deepEqual(on(page({ feed: feed("sketch", "sketch", "path"), path: false })), ["sketch"]);
+  assert.deepEqual(on(page({ feed: feed("path", "sketch", "path", "execute") })), ["sketch", "path", "execute", "mission"]);
+  assert.deepEqual(on(page({ feed: feed("aborted", "restore", "again"), busy: true })), []);
+  assert.deepEqual(on(page({ feed: null })), []);
+});
+
+test("stopping waits for no answer and needs no wheel, only a link", () => {
+  const driving = feed("driving", "abort");
+  assert.deepEqual(on(page({ feed: driving, busy: true })), ["abort"]);
+  assert.deepEqual(on(page({ feed: driving, drives: false })), ["abort"]);
+  assert.deepEqual(on(page({ feed: driving, up: false })), []);
+});
+
+test("every state has a headline and advice", () => {
+  for (const state of ["no-sketch", "sketch", "path", "driving", "aborted", "paused", "ended"]) {
+    assert.notEqual(headline(page({ feed: feed(state) })), state);
+    assert.ok(advice(page({ feed: feed(state) })).length > 5);
+  }
+  assert.equal(headline(page({ up: false })), "Not connected");
+  assert.deepEqual(stages(feed("path")).map(([, is]) => is), ["done", "done", "now"]);
+  assert.deepEqual(stages(feed("ended")).map(([, is]) => is), ["done", "done", "done"]);
+  assert.deepEqual(stages(null).map(([, is]) => is), ["now", "later", "later"]);
+});
+
+test("words for tasks, times, limits", () => {
+  assert.equal(taskWords({ index: 0, count: 2, name: "kitchen", state: "blocked", reason: "a chair" }), "Task 1 of 2 “kitchen”: blocked, a chair");
+  assert.equal(taskWords(null), null);
+  assert.equal(seconds(125.9), "2:05");
+  assert.equal(seconds(undefined), "–");
+  const limits = { bytes: 100, points: 10, strokes: 2, goals: 1, path_points: 5 };
+  assert.equal(tooMuch(limits, { strokes: 3, points: 1, bytes: 1 }), "Too large: at most 2 strokes, found 3.");
+  assert.equal(tooMuch(limits, { strokes: 2, points: 10, bytes: 100 }), null);
+  assert.equal(tooMuch(undefined, { strokes: 1e9 }), null);
+});
+
+test("a link that is down or silent is warned of", () => {
+  assert.deepEqual(warnings({ up: false, seen: true, silentS: 0, feed: { warnings: [{ text: "lost" }] } }), ["Not connected to the robot.", "lost"]);
+  assert.deepEqual(warnings({ up: true, silentS: 3.4, feed: null }), ["No word from the robot for 3 s."]);
+  assert.deepEqual(warnings({ up: false, seen: false, silentS: 0, feed: null }), []);
+  assert.ok(pauseMs(0) < pauseMs(3) && pauseMs(50) === pauseMs(4));
+});
+
+test("the view: there and back, zooming about a place, never out of sight", () => {
+  const view = fitted(LANDSCAPE, [1000, 600]);
+  const back = onSheet(view, onScreen(view, [123.4, 567.8]));
+  assert.ok(Math.abs(back[0] - 123.4) < 1e-9 && Math.abs(back[1] - 567.8) < 1e-9);
+  const place = onSheet(view, [300, 200]);
+  const near = onScreen(zoomed(view, [300, 200], 3), place);
+  assert.ok(Math.abs(near[0] - 300) < 1e-9 && Math.abs(near[1] - 200) < 1e-9);
+  const away = held(panned(view, 1e6, -1e6), LANDSCAPE, [1000, 600]);
+  assert.ok(away.x === 940 && away.y + 1252 * away.scale >= 60 - 1e-9);
+});
+
+test("a stroke more is told from any other change, so that the ink is not drawn anew", () => {
+  const one = withStroke(blank(LANDSCAPE), [[1, 1], [2, 2]], 5);
+  const two = withStroke(one, [[5, 5]], 5);
+  assert.ok(oneMore(one, two) && !oneMore(two, one) && !oneMore(one, one));
+  assert.ok(!oneMore(one, withGoal(one, [3, 3])));
+  assert.ok(!oneMore(one, { ...two, strokes: [two.strokes[1], two.strokes[0]] }));
+});
+
+test("the trail grows by steps and stays bounded", () => {
+  let trail = [];
+  for (let i = 0; i < 20000; i += 1) trail = trailed(trail, [i * 4, 0]);
+  assert.ok(trail.length <= 4000 && trail.at(-1)[0] === 19999 * 4 && trail[0][0] === 0);
+  assert.equal(trailed(trail, [19999 * 4 + 1, 0]), trail);
+  assert.equal(trailed(trail, undefined), trail);
+});
+
+test("settings of another kind fall back to the defaults", () => {
+  const settings = merged({ width_px: "wide", hold: false, shows: { scan: false, plan: 3 }, more: 1 });
+  assert.deepEqual(settings, { width_px: 5, hold: false, fingers: true, shows: { particles: true, scan: false, plan: true, trail: true, walls: false } });
+});

@@ -1,6 +1,7 @@
 // What the page shows and enables, by what the server says; the view; the trail; the settings.
 
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { oneMore } from "../../services/pad/page/desk.js";
@@ -92,4 +93,32 @@ test("the trail grows by steps and stays bounded", () => {
 test("settings of another kind fall back to the defaults", () => {
   const settings = merged({ width_px: "wide", hold: false, shows: { scan: false, plan: 3 }, more: 1 });
   assert.deepEqual(settings, { width_px: 5, hold: false, fingers: true, shows: { particles: true, scan: false, plan: true, trail: true, walls: false } });
+});
+
+/** WCAG's contrast of two colours, `#rrggbb`. */
+function contrast(...colors) {
+  const [light, dark] = colors.map((color) => {
+    const [r, g, b] = [1, 3, 5].map((i) => parseInt(color.slice(i, i + 2), 16) / 255)
+      .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  }).sort((a, b) => b - a);
+  return (light + 0.05) / (dark + 0.05);
+}
+
+test("contrast is AA in both themes: 4.5 for text, 3 for lines that tell something", () => {
+  const style = readFileSync(new URL("../../services/pad/page/style.css", import.meta.url), "utf8");
+  const themes = [...style.matchAll(/:root \{([^}]*)\}/g)].map(([, body]) => (
+    Object.fromEntries([...body.matchAll(/--([a-z-]+): (#[0-9a-f]{6})/g)].map(([, name, value]) => [name, value]))
+  ));
+  assert.equal(themes.length, 2);
+  const texts = ["text page", "text panel", "quiet page", "quiet panel", "text soft", "accent-text accent", "danger-text danger", "warn-text warn", "danger panel", "obstacle-text obstacle", "goal-text goal"];
+  const lines = ["ink paper", "obstacle paper", "goal paper", "start paper", "robot paper", "scan paper", "plan paper", "accent page", "accent panel", "good panel"];
+  for (const theme of themes) {
+    for (const [pairs, least] of [[texts, 4.5], [lines, 3]]) {
+      for (const pair of pairs) {
+        const ratio = contrast(...pair.split(" ").map((name) => theme[name]));
+        assert.ok(ratio >= least, `${pair}: expected ${least}, found ${ratio.toFixed(2)}`);
+      }
+    }
+  }
 });

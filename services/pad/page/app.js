@@ -2,7 +2,7 @@
 // step is the server's to allow; here a button is only enabled where the server says that it is.
 
 import { Desk } from "./desk.js";
-import { choose, flattened, photo, save } from "./files.js";
+import { choose, dataUrl, flattened, photo, save } from "./files.js";
 import { Crosshair, shortcuts } from "./keyboard.js";
 import { Link, takeToken } from "./link.js";
 import {
@@ -21,11 +21,12 @@ let labelled = -1;
 // ---------------------------------------------------------------------------- drawing
 
 const host = {
-  settings: () => settings, say, label: askLabel, changed: drawingChanged,
+  settings: () => (robot.hello?.mode === "watches" ? { ...settings, shows: { ...settings.shows, walls: true } } : settings),
+  say, label: askLabel, changed: drawingChanged,
   viewed: () => crosshair?.place(), drawn: (feed) => link.seen(feed.n),
 };
 let crosshair = null;
-const desk = new Desk(at("sheet"), readDraft() ?? blank(at("sheet").clientHeight > at("sheet").clientWidth ? PORTRAIT : LANDSCAPE), host);
+const desk = new Desk(at("sheet"), readDraft() ?? blank(matchMedia("(orientation: portrait)").matches ? PORTRAIT : LANDSCAPE), host);
 const pointers = new Pointers(desk, () => ({ hand: desk.tool === "hand", fingers: settings.fingers }));
 listen(at("sheet"), pointers);
 crosshair = new Crosshair(at("sheet"), at("crosshair"), desk.sheet, desk, () => desk.close());
@@ -107,17 +108,15 @@ const link = new Link(takeToken(), {
 });
 
 /** Who watches sees what the driver has sent; who drives keeps what is on the own sheet. */
-function takeDrawing(hello, before) {
-  const news = JSON.stringify([hello.drawing, hello.path]) !== JSON.stringify([before?.drawing, before?.path]);
+async function takeDrawing(hello, before) {
   if (hello.mode === "watches") {
     if (hello.canvas && hello.canvas.join() !== desk.drawing.canvas.join()) desk.change(blank(hello.canvas));
-    settings.shows.walls = true;
-    showChecks();
     return;
   }
+  const news = JSON.stringify([hello.drawing, hello.path]) !== JSON.stringify([before?.drawing, before?.path]);
   if (!hello.drawing || !news || (hello.drives && !isBlank(desk.drawing))) return;
   try {
-    const drawing = fromFile(hello.drawing);
+    const drawing = await sentDrawing(hello.drawing);
     desk.change(hello.path ? withPath(drawing, hello.path) : drawing);
     robot.placed = desk.drawing.start;
   } catch (error) {
@@ -125,11 +124,17 @@ function takeDrawing(hello, before) {
   }
 }
 
+/** A drawing as the server keeps it: strokes, or the address of a photo. */
+async function sentDrawing(sent) {
+  if (!sent.image) return fromFile(sent);
+  return { ...blank(sent.canvas), photo: await dataUrl(await link.fetch(sent.image)) };
+}
+
 async function takeWalls(number) {
   if (number === undefined || number === null || number === robot.walls) return;
   robot.walls = number;
   try {
-    desk.walls = await link.picture(`/api/walls.png?k=${number}`);
+    desk.walls = await createImageBitmap(await link.fetch(`/api/walls.png?k=${number}`));
     desk.redrawFeed();
   } catch {
     robot.walls = null;
@@ -249,7 +254,9 @@ item("new-portrait", () => desk.change(blank(PORTRAIT)));
 item("save", () => save("drawing.json", toText(desk.drawing)));
 item("open", async () => {
   const file = await choose(".json,application/json");
-  if (file) desk.change(fromText(await file.text()));
+  if (!file) return;
+  desk.change(fromText(await file.text()));
+  say(`“${file.name}” is open.`);
 });
 item("photo", async () => {
   const file = await choose("image/*");
@@ -270,8 +277,9 @@ at("mission-form").addEventListener("submit", (event) => {
   at("menu").hidePopover();
   request(async () => {
     const answer = await link.post("/api/mission", JSON.stringify({ name }));
-    for (const file of answer.files ?? []) save(file.name, file.text, "text/plain");
-    return `Mission “${name}” was saved.`;
+    save(answer.mission, answer.toml, "application/toml");
+    if (answer.json) save(answer.drawing, answer.json);
+    return `The mission is saved as ${answer.mission}, with ${answer.drawing}.`;
   });
 });
 at("limit").addEventListener("change", () => request(async () => {
@@ -310,7 +318,7 @@ showChecks();
 at("shows").open = matchMedia("(min-width: 900px) and (min-height: 600px)").matches;
 
 const ms = (value) => `${value.toFixed(2)} ms`;
-at("menu").addEventListener("toggle", (event) => {
+at("menu").addEventListener("beforetoggle", (event) => {
   if (event.newState !== "open") return;
   const { work, sheet } = desk;
   showFigures({

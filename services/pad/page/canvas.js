@@ -83,6 +83,8 @@ export class Sheet {
     this.#drawPicture(context, drawing.photo, drawing.canvas, 1);
     context.strokeStyle = this.colors.edge;
     context.lineWidth = 1 / this.view.scale;
+    // What was drawn before must not show in what is drawn now: the same drawing is the same pixels.
+    context.lineJoin = "miter";
     context.strokeRect(0, 0, w, h);
     drawing.strokes.forEach((stroke) => this.#drawStroke(context, stroke));
   }

@@ -53,6 +53,7 @@ export class Desk {
     new ResizeObserver(() => this.#resized()).observe(element);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#recolored());
     this.#resized();
+    this.#load(drawing);
   }
 
   get drawing() {
@@ -179,7 +180,7 @@ export class Desk {
   /** The whole sheet. */
   fit() {
     this.#fits = true;
-    this.#viewed(fitted(this.#shown.canvas, this.sheet.area, Math.min(...this.sheet.area) < 420 ? 8 : 16));
+    this.#viewed(fitted(this.#shown.canvas, this.sheet.area));
   }
 
   zoom(factor, at = this.sheet.area.map((side) => side / 2)) {
@@ -193,7 +194,8 @@ export class Desk {
   }
 
   #resized() {
-    if (!this.sheet.measure()) return;
+    // Not under a hand that draws: its stroke would jump.
+    if (this.#under || !this.sheet.measure()) return;
     if (this.#fits) this.fit();
     else this.#viewed(this.sheet.view);
   }
@@ -221,11 +223,13 @@ export class Desk {
   end() {
     this.#under?.end();
     this.#under = null;
+    this.#resized();
   }
 
   cancel() {
     this.#under?.cancel();
     this.#under = null;
+    this.#resized();
   }
 
   #placed(sample) {

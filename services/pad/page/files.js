@@ -39,6 +39,16 @@ export async function photo(file) {
   return { size, url: canvas.toDataURL("image/jpeg", 0.9) };
 }
 
+/** A file as a data URL. */
+export function dataUrl(blob) {
+  return new Promise((resolve, reject) => {
+    const reader = new FileReader();
+    reader.addEventListener("load", () => resolve(reader.result));
+    reader.addEventListener("error", () => reject(reader.error));
+    reader.readAsDataURL(blob);
+  });
+}
+
 /** A canvas of so many pixels, white. */
 function picture([width, height]) {
   const canvas = Object.assign(document.createElement("canvas"), { width, height });

@@ -150,10 +150,10 @@ export class Link {
     return answer;
   }
 
-  /** Fetches a picture. */
-  async picture(path) {
+  /** Fetches a file. */
+  async fetch(path) {
     const response = await fetch(path, { headers: this.#headers() });
     if (!response.ok) throw new Error(`The server answered ${response.status}.`);
-    return createImageBitmap(await response.blob());
+    return response.blob();
   }
 }

@@ -17,6 +17,7 @@ export function show(state) {
   const { feed } = state;
   document.body.classList.toggle("robot", Boolean(feed?.pose));
   document.body.classList.toggle("watches", Boolean(state.watches));
+  document.body.classList.toggle("passenger", state.up && !state.drives);
   const buttons = enabled(state);
   for (const [step, id] of Object.entries(BUTTONS)) at(id).disabled = !buttons[step];
   const next = ["sketch", "path", "execute", "restore"].findLast((step) => buttons[step]);

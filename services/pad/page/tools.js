@@ -13,6 +13,8 @@ import {
 const HOLD_MS = 650;
 /** How far a hand that holds still may tremble, screen pixels. */
 const TREMBLE_PX = 4;
+/** How near to its first corner a tap closes a shape, and how near to the last one it is a double tap. */
+const [CLOSING_PX, TWICE_PX] = [14, 5];
 /** The eraser's radius, screen pixels. */
 const RUBBER_PX = 14;
 
@@ -144,12 +146,12 @@ class Polygon {
 
   end() {
     const at = this.candidate;
-    const near = (p) => distance(p, at) < this.host.sheet.px(18);
+    const near = (p, px) => distance(p, at) < this.host.sheet.px(px);
     if (this.#corners.length === 0 && editLabel(this.host, at)) {
       this.cancel();
-    } else if (this.#corners.length > 2 && (near(this.#corners[0]) || near(this.#corners.at(-1)))) {
+    } else if (this.#corners.length > 2 && (near(this.#corners[0], CLOSING_PX) || near(this.#corners.at(-1), TWICE_PX))) {
       this.close();
-    } else if (this.#corners.length === 0 || !near(this.#corners.at(-1))) {
+    } else if (this.#corners.length === 0 || !near(this.#corners.at(-1), TWICE_PX)) {
       this.#corners.push(at);
       this.#show(null);
       this.host.say(this.#corners.length < 3 ? "Tap the next corner." : "Tap the first corner, or press Enter, to close the shape.");

@@ -3,8 +3,9 @@
 /** Smallest and largest scale, CSS pixels a canvas pixel. */
 const [LEAST, MOST] = [0.05, 8];
 
-/** The whole sheet in the middle of an area, with a margin around. */
-export function fitted(canvas, area, margin = 16) {
+/** The whole sheet in the middle of an area, with a margin around: a small one on a phone. */
+export function fitted(canvas, area) {
+  const margin = Math.min(...area) < 420 ? 8 : 16;
   const room = [Math.max(40, area[0] - 2 * margin), Math.max(40, area[1] - 2 * margin)];
   const scale = Math.min(room[0] / canvas[0], room[1] / canvas[1]);
   return { scale, x: (area[0] - canvas[0] * scale) / 2, y: (area[1] - canvas[1] * scale) / 2 };

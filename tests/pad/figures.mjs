@@ -17,7 +17,8 @@ export function inkWork() {
   }
   const slow = [];
   new PerformanceObserver((list) => {
-    for (const entry of list.getEntries()) if (entry.name === "pointerdown") slow.push(entry.duration);
+    const pens = list.getEntries().filter((entry) => entry.name === "pointerdown" && entry.target?.id === "sheet");
+    slow.push(...pens.map((entry) => entry.duration));
   }).observe({ type: "event", durationThreshold: 16 });
   // Read by the test alone; the page knows nothing of it.
   window.inkCounts = { counts, slow };
@@ -56,13 +57,13 @@ export async function manyStrokes({ page, hand }, canvas) {
   assert.equal(done("ink.stroke"), lines, "a stroke for each pen that leaves: those that lie there are not drawn again");
   assert.equal(now["Whole redraws"], shown["Whole redraws"], "no whole redraw");
   assert.equal(now.Strokes, 500 + lines);
-  // The browser rounds to 8 ms and tells of nothing below 16; the menu's presses are among them.
+  // From the pen's event to the next picture on the screen; told in steps of 8 ms, from 16 ms on.
   const slow = await page.evaluate(() => window.inkCounts.slow.slice().sort((a, b) => a - b));
   await hand.open("kept.json", kept);
   times.sort((a, b) => a - b);
   return {
     strokes_on_the_sheet: 500, pen_to_ink_median_ms: times[lines >> 1], pen_to_ink_worst_ms: times.at(-1),
-    presses_painted_later_than_16_ms: slow.length, their_median_ms: slow[slow.length >> 1] ?? 0,
+    pen_downs_shown_after_16_ms_or_more: slow.length, their_median_ms: slow[slow.length >> 1] ?? 0,
   };
 }
 

@@ -47,6 +47,7 @@ test("every state has a headline and advice", () => {
 
 test("words for tasks, times, limits", () => {
   assert.equal(taskWords({ index: 0, count: 2, name: "kitchen", state: "blocked", reason: "a chair" }), "Task 1 of 2 “kitchen”: blocked, a chair");
+  assert.equal(taskWords({ index: 2, count: 3, state: "finished", reached: 2 }), "2 of 3 tasks reached");
   assert.equal(taskWords(null), null);
   assert.equal(seconds(125.9), "2:05");
   assert.equal(seconds(undefined), "–");

@@ -110,6 +110,7 @@ const link = new Link(takeToken(), {
 /** Who watches sees what the driver has sent; who drives keeps what is on the own sheet. */
 async function takeDrawing(hello, before) {
   if (hello.mode === "watches") {
+    if (desk.tool !== "hand") desk.take("hand");
     if (hello.canvas && hello.canvas.join() !== desk.drawing.canvas.join()) desk.change(blank(hello.canvas));
     return;
   }
@@ -131,7 +132,7 @@ async function sentDrawing(sent) {
 }
 
 async function takeWalls(number) {
-  if (number === undefined || number === null || number === robot.walls) return;
+  if (!number || number === robot.walls) return;
   robot.walls = number;
   try {
     desk.walls = await createImageBitmap(await link.fetch(`/api/walls.png?k=${number}`));

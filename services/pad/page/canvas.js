@@ -16,7 +16,7 @@ const MAX_RATIO = 2;
 /** Colours by name, from the style sheet. */
 export function palette() {
   const style = getComputedStyle(document.documentElement);
-  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "trail", "rubber"];
+  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "trail", "rubber", "walls"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 

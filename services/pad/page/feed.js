@@ -20,7 +20,7 @@ export function trailed(trail, at) {
  */
 export function drawFeed(sheet, feed, trail, shows, walls, canvas) {
   const context = sheet.wipe("feed");
-  if (walls && shows.walls) context.drawImage(walls, 0, 0, ...canvas);
+  if (walls && shows.walls) context.drawImage(tinted(walls, sheet.colors.walls), 0, 0, ...canvas);
   if (!feed) return;
   context.lineCap = context.lineJoin = "round";
   if (shows.trail) line(context, trail, sheet.colors.trail, sheet.px(2.5));
@@ -28,6 +28,22 @@ export function drawFeed(sheet, feed, trail, shows, walls, canvas) {
   if (shows.particles && feed.particles) dots(context, feed.particles, sheet.colors.particle, sheet.px(2.5));
   if (shows.scan && feed.scan) dots(context, feed.scan, sheet.colors.scan, sheet.px(3));
   if (feed.pose) drawRobot(context, sheet, feed.pose);
+}
+
+const tints = new WeakMap();
+
+/** A picture that is black on nothing, in another colour; made once. */
+function tinted(picture, color) {
+  const known = tints.get(picture);
+  if (known?.color === color) return known.canvas;
+  const canvas = new OffscreenCanvas(picture.width, picture.height);
+  const context = canvas.getContext("2d");
+  context.drawImage(picture, 0, 0);
+  context.globalCompositeOperation = "source-in";
+  context.fillStyle = color;
+  context.fillRect(0, 0, picture.width, picture.height);
+  tints.set(picture, { color, canvas });
+  return canvas;
 }
 
 function line(context, points, color, width, dash = []) {

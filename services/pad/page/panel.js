@@ -22,7 +22,7 @@ export function show(state) {
   for (const [step, id] of Object.entries(BUTTONS)) at(id).disabled = !buttons[step];
   const next = ["sketch", "path", "execute", "restore"].findLast((step) => buttons[step]);
   for (const step of ["sketch", "path", "execute", "restore"]) at(BUTTONS[step]).classList.toggle("next", step === next);
-  at("wheel").hidden = !state.up || state.drives || Boolean(state.watches);
+  at("wheel").hidden = !state.up || state.drives || !feed?.wheel;
   for (const [stage, is] of stages(feed)) document.querySelector(`[data-stage="${stage}"]`).dataset.is = is;
   write(at("headline"), headline(state));
   write(at("advice"), advice(state));

@@ -46,9 +46,10 @@ export function headline({ up, feed }) {
 }
 
 /** What to do next, in one sentence. */
-export function advice({ up, drives, feed, map, path }) {
+export function advice({ up, drives, watches, feed, map, path }) {
   if (!up) return "The page connects again by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
+  if (watches) return "The drawing and the tasks come from a mission file.";
   if (!drives) return "Somebody else drives; this page watches.";
   const words = {
     "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
@@ -65,6 +66,7 @@ export function advice({ up, drives, feed, map, path }) {
 /** A task in words, `null` where there is none. */
 export function taskWords(task) {
   if (!task) return null;
+  if (task.state === "finished") return `${task.reached} of ${task.count} ${task.count === 1 ? "task" : "tasks"} reached`;
   const name = task.name ? ` “${task.name}”` : "";
   const parts = [`Task ${task.index + 1} of ${task.count}${name}: ${task.state}`];
   if (task.reason) parts.push(task.reason);

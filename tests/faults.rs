@@ -45,7 +45,6 @@ fn a_death_a_restart_and_a_recovery_are_recorded() {
 
 /// SIGSTOP looks like nothing at all from outside: the process is there, and silent.
 #[test]
-#[ignore = "now and then, beside the other tests, `chaos` itself is ended by a signal; why is not known yet"]
 fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
     let place = Place::new();
     let mission = repository().join("sim/missions/building/building-a.toml");

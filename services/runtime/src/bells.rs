@@ -51,6 +51,11 @@ impl Bells {
     pub(crate) fn map(path: &Path) -> Result<Self> {
         let file =
             OpenOptions::new().read(true).write(true).open(path).map_err(Error::file(path, "opening"))?;
+        let found = file.metadata().map_err(Error::file(path, "looking at it"))?.len();
+        if found < PAGE as u64 {
+            let short = std::io::Error::other(format!("expected {PAGE} bytes, found {found}"));
+            return Err(Error::file(path, "mapping")(short));
+        }
         let length = NonZeroUsize::new(PAGE).expect("a page is not empty");
         let access = ProtFlags::PROT_READ | ProtFlags::PROT_WRITE;
         // SAFETY: a new mapping at an address of the kernel's choice touches no memory of ours.
@@ -173,6 +178,16 @@ mod tests {
         std::fs::write(&path, [0; PAGE]).unwrap();
         let bells = Bells::map(&path).unwrap();
         (folder, bells)
+    }
+
+    /// An observer that came while the system was being made was once ended by SIGBUS.
+    #[test]
+    fn a_page_that_is_not_there_yet_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bells");
+        std::fs::write(&path, []).unwrap();
+        let error = Bells::map(&path).err().unwrap().to_string();
+        assert!(error.ends_with("bells: mapping: expected 4096 bytes, found 0"), "{error}");
     }
 
     #[test]

@@ -327,8 +327,13 @@ impl System {
     }
 
     fn write_files(&self, run: &RunConfig) -> Result<()> {
-        let write =
-            |path: PathBuf, bytes: &[u8]| fs::write(&path, bytes).map_err(Error::file(path, "writing"));
+        // Whoever looks finds a file whole or not at all, and who holds an earlier one keeps it: a page that is
+        // mapped while its file is empty is a SIGBUS for the observer.
+        let write = |path: PathBuf, bytes: &[u8]| {
+            let new = path.with_extension("new");
+            let written = fs::write(&new, bytes).and_then(|()| fs::rename(&new, &path));
+            written.map_err(Error::file(path, "writing"))
+        };
         let run = serde_json::to_vec_pretty(run)
             .map_err(|source| Error::RunConfig { path: self.folder.join("run.json"), source })?;
         write(self.folder.join("run.json"), &run)?;

@@ -16,6 +16,15 @@ fn trials_by_the_processes_give_the_same_messages() {
     assert_eq!((&found["checked"], &found["identical"]), (&2.into(), &2.into()), "{found:#}");
 }
 
+/// Nothing to check was once an error, after all had been driven, and no figure was told.
+#[test]
+fn a_check_of_no_trial_is_none() {
+    let place = Place::new();
+    let ended = place.run("eval laboratory --drawings a --trials 1 --sample 1 --check-processes 0 --json");
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.json()["processes"]["checked"], 0, "{ended}");
+}
+
 /// One in eight numbers of a run once reached the processes with another last bit: the parser of JSON
 /// rounded them as it liked.
 #[test]

@@ -69,10 +69,10 @@ fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
 #[test]
 fn a_process_that_goes_on_in_time_is_left_alone() {
     let place = Place::new();
-    let running = drive(&place, "pause", "5");
+    let running = drive(&place, "pause", "5 --stopped-limit 600");
     let planner = place.serving("pause", "planner");
     planner.iter().for_each(|&pid| send(pid, Signal::SIGSTOP));
-    // Told once its deadline is over; then there is time until its limit.
+    // Told once its deadline is over.
     let heard = place.run("echo faults --count 1 --system pause");
     planner.iter().for_each(|&pid| send(pid, Signal::SIGCONT));
     assert!(heard.out.contains("no sign of life"), "{heard}");
@@ -106,7 +106,9 @@ fn a_stopped_recorder_does_not_outlive_its_supervisor() {
 #[test]
 fn a_process_that_is_given_up_is_told_too() {
     let place = Place::new();
-    let running = drive(&place, "end", "5");
+    let running = drive(&place, "end", "5 --stopped-limit 600");
+    // Without scans no planner gets any further.
+    place.serving("end", "world").into_iter().for_each(|pid| send(pid, Signal::SIGSTOP));
     let (tell, told) = std::sync::mpsc::channel();
     let waiting = std::thread::spawn(move || tell.send(running.end()));
     let ended = loop {

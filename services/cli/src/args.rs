@@ -84,7 +84,7 @@ pub enum Command {
     },
     /// Run a mission twice, kill its processes the second time, and compare the two.
     #[command(
-        after_help = "Exit codes: 0 nothing was lost, 1 something was, 2 bad input, 3 anything else.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer"
+        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not (or fewer kills than asked), 2 bad input, 3 anything else.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer"
     )]
     Chaos {
         /// The mission file (TOML).
@@ -250,6 +250,9 @@ pub struct RunOptions {
     /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
     #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
     pub without: Vec<Process>,
+    /// A process that is stopped (SIGSTOP) is killed and started again after so many seconds.
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = parse_seconds)]
+    pub stopped_limit: f64,
     /// Go on with the mission whose recording lies in this folder, after its supervisor was killed: with its
     /// own seed and pace, from where its processes were.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system"])]
@@ -266,6 +269,7 @@ impl Default for RunOptions {
             json: false,
             system: None,
             without: Vec::new(),
+            stopped_limit: 3.0,
             resume: None,
         }
     }
@@ -277,7 +281,7 @@ pub struct ChaosOptions {
     /// How many kills.
     #[arg(long, default_value_t = 20)]
     pub kills: u32,
-    /// The mission's seed; the moments of the kills are drawn from it too.
+    /// The mission's seed; when who is killed is drawn from it too.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Who may be killed, separated by commas.
@@ -349,6 +353,12 @@ pub fn parse_service(word: &str) -> Result<Process, String> {
 
 /// Beyond this no machine keeps up; `max` is for those who want all that there is.
 const MAX_SPEED: f64 = 100.0;
+
+/// A length of time that a person waits for.
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| (1.0..=86_400.0).contains(seconds));
+    seconds.ok_or_else(|| "expected a number of seconds, from 1 to 86400".into())
+}
 
 fn parse_speed(text: &str) -> Result<Pace, String> {
     if text == "max" {

@@ -29,6 +29,8 @@ use safety::{Safety, safety};
 #[derive(Debug, Serialize)]
 struct Report {
     kills: usize,
+    /// How many were asked for: fewer are no proof.
+    asked: u32,
     by_process: BTreeMap<&'static str, usize>,
     success: bool,
     /// Whether every message is the undisturbed run's; `None` in real time, where no two runs agree.
@@ -40,6 +42,20 @@ struct Report {
     orphans: usize,
     leftover_files: Vec<PathBuf>,
     recording: PathBuf,
+}
+
+impl Report {
+    /// Whether everything is as if nothing had been killed, and what was asked for was killed.
+    fn is_good(&self) -> bool {
+        let is_safe = |safety: &Safety| safety.unstopped == 0 && safety.wall_contacts == 0;
+        self.success
+            && self.kills >= self.asked as usize
+            && self.identical != Some(false)
+            && self.lost_messages == 0
+            && self.safety.as_ref().is_none_or(is_safe)
+            && self.orphans == 0
+            && self.leftover_files.is_empty()
+    }
 }
 
 /// From the kill to the first thing done that was not done before, milliseconds on the clock.
@@ -61,12 +77,7 @@ pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure>
     let disturbed = report(run)?;
     let report = judge(options, &hits, &reference, &disturbed)?;
     print(&report, options.json)?;
-    let good = report.success
-        && report.identical != Some(false)
-        && report.orphans == 0
-        && report.leftover_files.is_empty()
-        && report.safety.as_ref().is_none_or(|safety| safety.unstopped == 0)
-        && (report.lost_messages == 0 || report.identical.is_none());
+    let good = report.is_good();
     Ok(if good { Outcome::Success } else { Outcome::Short })
 }
 
@@ -140,6 +151,7 @@ fn judge(
     Ok(Report {
         safety,
         kills: hits.len(),
+        asked: options.kills,
         by_process,
         success: disturbed["success"] == true,
         identical,
@@ -163,14 +175,14 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
         out!("{}", serde_json::to_string(report).context("the report as JSON")?)?;
         return Ok(());
     }
-    let Report { kills, success, lost_messages, orphans, .. } = report;
+    let Report { kills, asked, success, lost_messages, orphans, .. } = report;
     let same = match report.identical {
         Some(true) => "every message as if nothing had been",
         Some(false) => "messages differ from the undisturbed run's",
         None => "in real time, where no two runs agree",
     };
     let end = if *success { "every task reached" } else { "not every task reached" };
-    out!("{kills} kills: {end}; {same}; {lost_messages} messages lost")?;
+    out!("{kills} of {asked} kills: {end}; {same}; {lost_messages} messages lost")?;
     for (process, count) in &report.by_process {
         let Some(Recovery { median, p99, max }) = report.recovery_ms.get(process) else { continue };
         out!(

@@ -52,7 +52,7 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let (system, run) = System::resume(folder).map_err(|error| classify(error.into()))?;
     let began = Instant::now();
     let lines = lines(&run, options).map_err(classify)?;
-    let supervisor = Supervisor::resume(system, lines, Grace::default()).map_err(classify)?;
+    let supervisor = Supervisor::resume(system, lines, grace(options)).map_err(classify)?;
     follow(supervisor, began, &run, options, folder)
 }
 
@@ -78,9 +78,13 @@ fn run_in(
     drive(&run, options, folder)
 }
 
+fn grace(options: &RunOptions) -> Grace {
+    Grace { stopped: Duration::from_secs_f64(options.stopped_limit), ..Grace::default() }
+}
+
 fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let started = lines(run, options).and_then(|lines| Supervisor::start(run, lines, Grace::default()));
+    let started = lines(run, options).and_then(|lines| Supervisor::start(run, lines, grace(options)));
     let supervisor = started.map_err(|error| {
         discard(folder);
         classify(error)

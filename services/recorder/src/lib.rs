@@ -8,6 +8,7 @@
 //! Killed, its successor goes on in a next part, with what came after the last checkpoint, out of the
 //! channels' histories; at the end the parts become one file.
 
+mod attempts;
 pub mod core;
 pub mod disk;
 
@@ -26,6 +27,7 @@ use sketchnav_schemas::message::Recorded;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
 
+use crate::attempts::Attempts;
 use crate::core::{Core, Positions, Report};
 use crate::disk::{Disk, part, set_aside};
 
@@ -33,9 +35,6 @@ use crate::disk::{Disk, part, set_aside};
 const NAP: Duration = Duration::from_millis(5);
 /// How often what is written is flushed and handed to the device, at least.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
-/// First pause before a recording that failed is tried again; each further one is twice as long.
-const FIRST_PAUSE: Duration = Duration::from_secs(1);
-const LONGEST_PAUSE: Duration = Duration::from_secs(16);
 /// The form of [`State`].
 const CHECKPOINT: &str = "recorder 3";
 
@@ -75,9 +74,8 @@ pub struct Recorder<'a> {
     core: FileCore,
     /// `None` where not even the file's beginning could be written.
     disk: Option<Disk>,
-    /// When to try again, and the pause after that, where the disk is full.
-    attempt: Option<Instant>,
-    pause: Duration,
+    /// When to try again, where the disk is full.
+    attempts: Attempts,
     inputs: Vec<Box<dyn Input>>,
     /// Where the world waits for it.
     acknowledgements: Option<Writer<Recorded>>,
@@ -115,8 +113,7 @@ impl<'a> Recorder<'a> {
             state,
             core,
             disk,
-            attempt: None,
-            pause: FIRST_PAUSE,
+            attempts: Attempts::new(),
             inputs: inputs.inputs,
             acknowledgements: waits.then(|| node.writer(RECORDED)).transpose()?,
             health: HealthReporter::new(node)?,
@@ -164,11 +161,9 @@ impl<'a> Recorder<'a> {
 
     /// Goes on in a next part, where the disk has room again.
     fn begin_again_if_due(&mut self) -> anyhow::Result<()> {
-        let due = *self.attempt.get_or_insert_with(|| Instant::now() + self.pause);
-        if Instant::now() < due {
+        if !self.attempts.is_due(Instant::now()) {
             return Ok(());
         }
-        (self.attempt, self.pause) = (None, LONGEST_PAUSE.min(2 * self.pause));
         let (path, number) = (path(&self.run)?, self.state.part + 1);
         let file = part(path, number);
         let Ok((mut core, disk)) = begin(&self.run, &file) else {
@@ -245,9 +240,9 @@ impl<'a> Recorder<'a> {
         let flushed = self.core.flush();
         let is_flushed = self.told(flushed).is_some() && !self.core.has_failed();
         if let Some(disk) = self.disk.as_mut().filter(|_| is_flushed) {
-            let synced = disk.mark_whole().and_then(|()| disk.sync());
-            if let Err(error) = synced {
-                eprintln!("the recording is not on the device yet: {error}");
+            match disk.mark_whole().and_then(|()| disk.sync()) {
+                Ok(()) => self.attempts.succeeded(),
+                Err(error) => eprintln!("the recording is not on the device yet: {error}"),
             }
         }
     }

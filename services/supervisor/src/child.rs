@@ -1,7 +1,7 @@
 //! A process of the system.
 
-use std::fs::OpenOptions;
-use std::io;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::CommandExt;
@@ -29,7 +29,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks: another signal than SIGIO.
 const F_SETSIG: libc::c_int = 10;
 /// Last bytes of a log that an error shows.
-const LAST_BYTES: usize = 2000;
+const LAST_BYTES: u64 = 2000;
 const LAST_LINES: usize = 12;
 
 /// How a process is started.
@@ -76,16 +76,19 @@ pub(crate) struct Child {
     /// When it died and how far it had come, until its successor comes further.
     mourned: Option<(Instant, u32)>,
     vigil: Vigil,
+    stopped_limit: Duration,
 }
 
 impl Child {
-    pub(crate) fn spawn(mut line: ProcessLine, log: PathBuf) -> Result<Self> {
+    /// `stopped_limit`: how long it may be stopped before it is to be killed.
+    pub(crate) fn spawn(mut line: ProcessLine, log: PathBuf, stopped_limit: Duration) -> Result<Self> {
         let process = line.process;
         prepare(&mut line)?;
         let child = spawn(&mut line, &log)?;
         let (born, restarts) = (Instant::now(), Restarts::default());
-        let vigil = Vigil::begin(0, born);
-        Ok(Self { process, line, child, born, log, ended: None, restarts, due: None, mourned: None, vigil })
+        let vigil = Vigil::begin(0, born, stopped_limit);
+        let (ended, due, mourned) = (None, None, None);
+        Ok(Self { process, line, child, born, log, ended, restarts, due, mourned, vigil, stopped_limit })
     }
 
     pub(crate) fn pid(&self) -> u32 {
@@ -132,7 +135,7 @@ impl Child {
         if is_due {
             self.child = spawn(&mut self.line, &self.log)?;
             (self.born, self.ended, self.due) = (Instant::now(), None, None);
-            self.vigil = Vigil::begin(signs_of_life, self.born);
+            self.vigil = Vigil::begin(signs_of_life, self.born, self.stopped_limit);
         }
         Ok(is_due)
     }
@@ -266,8 +269,17 @@ fn pidfd(pid: u32) -> io::Result<OwnedFd> {
 
 /// The last lines of a log; nothing where it cannot be read.
 fn last_lines(log: &Path) -> String {
-    let bytes = std::fs::read(log).unwrap_or_default();
-    let text = String::from_utf8_lossy(&bytes[bytes.len().saturating_sub(LAST_BYTES)..]).into_owned();
+    let text = last_bytes(log).unwrap_or_default();
+    let text = String::from_utf8_lossy(&text);
     let lines: Vec<_> = text.trim_end().lines().collect();
     lines[lines.len().saturating_sub(LAST_LINES)..].join("\n")
+}
+
+fn last_bytes(log: &Path) -> io::Result<Vec<u8>> {
+    let mut file = File::open(log)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(LAST_BYTES)))?;
+    let mut bytes = Vec::new();
+    file.take(LAST_BYTES).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }

@@ -49,8 +49,13 @@ pub enum Error {
 impl Error {
     /// Whether a process was given bad input (its exit code is 2), which the user can mend.
     pub fn is_bad_input(&self) -> bool {
-        matches!(self, Self::Died(death) if death.is_bad_input())
+        matches!(self, Self::Died(death) if is_bad_input(death.status))
     }
+}
+
+/// Whether a process that ended so was given bad input: then it dies of it again.
+pub(crate) fn is_bad_input(status: ExitStatus) -> bool {
+    status.code() == Some(BAD_INPUT)
 }
 
 /// How a process died.
@@ -67,11 +72,6 @@ pub struct Death {
 }
 
 impl Death {
-    /// Whether the process was given bad input: then it dies of it again.
-    pub(crate) fn is_bad_input(&self) -> bool {
-        self.status.code() == Some(BAD_INPUT)
-    }
-
     /// Who died how, in a line.
     pub fn how(&self) -> String {
         let Self { process, pid, .. } = self;
@@ -84,11 +84,6 @@ impl Death {
                 format!("{process} (process {pid}) was killed by signal {signal} ({name})")
             }
         }
-    }
-
-    /// Whether a signal ended it.
-    pub(crate) fn was_killed(&self) -> bool {
-        self.status.signal().is_some()
     }
 }
 

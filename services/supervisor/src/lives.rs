@@ -9,6 +9,7 @@ use sketchnav_schemas::codes::FaultKind;
 use sketchnav_schemas::message::Text;
 
 use crate::child::Child;
+use crate::error::is_bad_input;
 use crate::faults::Faults;
 use crate::vigil::Verdict;
 use crate::{Death, Error, Result};
@@ -49,10 +50,10 @@ fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<
     let Some((status, _)) = child.ended()?.filter(|_| child.resumes() && !child.is_due()) else {
         return Ok(None);
     };
-    let death = child.death(status);
-    if death.is_bad_input() {
+    if is_bad_input(status) {
         return Ok(None);
     }
+    let death = child.death(status);
     faults.died(&death)?;
     // Its places as writer and reader are free for its successor only now.
     node.clear_dead(CLEARING);

@@ -1,6 +1,7 @@
 //! The life of a system.
 
 use std::collections::BTreeMap;
+use std::os::unix::process::ExitStatusExt;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -12,6 +13,7 @@ use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, PoseEsti
 use sketchnav_schemas::run::RunConfig;
 
 use crate::child::{Child, ProcessLine};
+use crate::error::is_bad_input;
 use crate::faults::Faults;
 use crate::lives::{CLEARING, look_after, start_if_due};
 use crate::{Death, Error, Result};
@@ -31,11 +33,17 @@ pub struct Grace {
     pub services: Duration,
     /// The recorder, which writes what is left and closes its file.
     pub recorder: Duration,
+    /// One that is stopped (SIGSTOP) while the mission runs, before it is killed and started again.
+    pub stopped: Duration,
 }
 
 impl Default for Grace {
     fn default() -> Self {
-        Self { services: Duration::from_secs(5), recorder: Duration::from_secs(30) }
+        Self {
+            services: Duration::from_secs(5),
+            recorder: Duration::from_secs(30),
+            stopped: Duration::from_secs(3),
+        }
     }
 }
 
@@ -239,7 +247,7 @@ impl Supervisor {
     fn spawn(&mut self, line: ProcessLine) -> Result<()> {
         if let Some(system) = &self.system {
             let log = system.log_path(line.process);
-            self.children.push(Child::spawn(line, log)?);
+            self.children.push(Child::spawn(line, log, self.grace.stopped)?);
         }
         Ok(())
     }
@@ -275,7 +283,7 @@ impl Supervisor {
             self.survived.extend(look_after(child, node, &mut ports.faults)?);
             let Some((status, when)) = child.ended()? else { continue };
             // One that is due has its turn; one that has died since the line above, in the next look.
-            let is_final = !child.resumes() || child.death(status).is_bad_input();
+            let is_final = !child.resumes() || is_bad_input(status);
             let is_early = !status.success() || child.process == Process::Recorder;
             if is_final && (is_early || when.elapsed() > EARLY_END) {
                 let death = child.death(status);
@@ -314,7 +322,7 @@ impl Supervisor {
     fn recorder_was_killed(&mut self) -> Result<bool> {
         let recorder = self.children.iter_mut().find(|child| child.process == Process::Recorder);
         let Some(recorder) = recorder.filter(|recorder| recorder.resumes()) else { return Ok(false) };
-        Ok(recorder.ended()?.is_some_and(|(status, _)| recorder.death(status).was_killed()))
+        Ok(recorder.ended()?.is_some_and(|(status, _)| status.signal().is_some()))
     }
 
     fn end_requests(&self) -> u32 {
@@ -346,7 +354,7 @@ impl Supervisor {
                 result = result.and(child.kill());
             } else if let Some((status, _)) = child.ended()?
                 && !status.success()
-                && !(child.resumes() && child.death(status).was_killed())
+                && !(child.resumes() && status.signal().is_some())
             {
                 result = result.and(Err(Error::Died(child.death(status))));
             }

@@ -12,8 +12,6 @@ use sketchnav_runtime::ProcessState;
 const DEADLINE: Duration = Duration::from_secs(1);
 /// One that seems to compute has more time before it is told of: drawings are read in one step.
 const BUSY_DEADLINE: Duration = Duration::from_secs(5);
-/// A process that was stopped is killed after so long.
-const STOPPED_LIMIT: Duration = Duration::from_secs(3);
 /// One that seems to compute may only be slow: a large drawing, a loaded machine.
 const BUSY_LIMIT: Duration = Duration::from_secs(30);
 /// Between two looks of the supervisor no more than this counts.
@@ -26,6 +24,10 @@ pub(crate) struct Vigil {
     looked: Instant,
     silent: Duration,
     is_told: bool,
+    /// One that is stopped is killed after so long.
+    stopped_limit: Duration,
+    /// It was to be killed: until it is gone there is nothing more to say.
+    is_condemned: bool,
 }
 
 /// What is to be done about it.
@@ -35,7 +37,7 @@ pub(crate) enum Verdict {
     Nothing,
     /// It has missed its deadline: say so, once.
     Missed(Duration),
-    /// It has missed it for too long: end it.
+    /// It has missed it for too long: end it. Said once.
     Kill(Duration),
     /// It shows signs of life again.
     Heard(Duration),
@@ -43,12 +45,16 @@ pub(crate) enum Verdict {
 
 impl Vigil {
     /// Begins with a process that was just started.
-    pub(crate) fn begin(signs: u32, now: Instant) -> Self {
-        Self { signs, looked: now, silent: Duration::ZERO, is_told: false }
+    pub(crate) fn begin(signs: u32, now: Instant, stopped_limit: Duration) -> Self {
+        let silent = Duration::ZERO;
+        Self { signs, looked: now, silent, is_told: false, stopped_limit, is_condemned: false }
     }
 
     /// Looks at it. `state` is asked for where it matters.
     pub(crate) fn look(&mut self, signs: u32, now: Instant, state: impl FnOnce() -> ProcessState) -> Verdict {
+        if self.is_condemned {
+            return Verdict::Nothing;
+        }
         let since = now.saturating_duration_since(std::mem::replace(&mut self.looked, now));
         if signs != self.signs {
             self.signs = signs;
@@ -60,7 +66,7 @@ impl Vigil {
             return Verdict::Nothing;
         }
         let (deadline, limit) = match state() {
-            ProcessState::Stopped => (DEADLINE, STOPPED_LIMIT),
+            ProcessState::Stopped => (DEADLINE, self.stopped_limit),
             // Somebody looks at it.
             ProcessState::Traced => (DEADLINE, Duration::MAX),
             _ => (BUSY_DEADLINE, BUSY_LIMIT),
@@ -68,7 +74,8 @@ impl Vigil {
         if self.silent >= deadline && !std::mem::replace(&mut self.is_told, true) {
             return Verdict::Missed(self.silent);
         }
-        if self.silent < limit { Verdict::Nothing } else { Verdict::Kill(self.silent) }
+        self.is_condemned = self.silent >= limit;
+        if self.is_condemned { Verdict::Kill(self.silent) } else { Verdict::Nothing }
     }
 }
 
@@ -77,6 +84,7 @@ mod tests {
     use super::*;
 
     const LOOK: Duration = Duration::from_millis(4);
+    const LIMIT: Duration = Duration::from_secs(3);
 
     /// Looks every four milliseconds until there is something to say; when that was.
     fn next(vigil: &mut Vigil, now: &mut Instant, state: ProcessState) -> Verdict {
@@ -91,19 +99,30 @@ mod tests {
 
     #[test]
     fn the_silent_is_told_once_and_the_stopped_killed_long_before_the_busy() {
-        let stopped = (ProcessState::Stopped, DEADLINE, STOPPED_LIMIT);
+        let stopped = (ProcessState::Stopped, DEADLINE, LIMIT);
         for (state, deadline, limit) in [stopped, (ProcessState::Running, BUSY_DEADLINE, BUSY_LIMIT)] {
             let mut now = Instant::now();
-            let mut vigil = Vigil::begin(7, now);
+            let mut vigil = Vigil::begin(7, now, LIMIT);
             assert_eq!(next(&mut vigil, &mut now, state), Verdict::Missed(deadline));
             assert_eq!(next(&mut vigil, &mut now, state), Verdict::Kill(limit));
         }
     }
 
+    /// Until the kernel had taken it away, a process was once killed, and told of, at every look.
+    #[test]
+    fn who_is_to_be_killed_is_told_of_once() {
+        let mut now = Instant::now();
+        let mut vigil = Vigil::begin(7, now, LIMIT);
+        assert!(matches!(next(&mut vigil, &mut now, ProcessState::Stopped), Verdict::Missed(_)));
+        assert!(matches!(next(&mut vigil, &mut now, ProcessState::Stopped), Verdict::Kill(_)));
+        let looks = (0..1000).map(|look| vigil.look(7, now + look * LOOK, || ProcessState::Stopped));
+        assert!(looks.into_iter().all(|verdict| verdict == Verdict::Nothing));
+    }
+
     #[test]
     fn a_sign_of_life_begins_it_anew() {
         let mut now = Instant::now();
-        let mut vigil = Vigil::begin(7, now);
+        let mut vigil = Vigil::begin(7, now, LIMIT);
         assert_eq!(next(&mut vigil, &mut now, ProcessState::Stopped), Verdict::Missed(DEADLINE));
         assert_eq!(vigil.look(8, now + LOOK, || ProcessState::Stopped), Verdict::Heard(DEADLINE));
         assert_eq!(vigil.look(9, now + 2 * LOOK, || ProcessState::Stopped), Verdict::Nothing);
@@ -114,14 +133,14 @@ mod tests {
     #[test]
     fn a_time_in_which_nobody_looked_does_not_count() {
         let now = Instant::now();
-        let mut vigil = Vigil::begin(7, now);
+        let mut vigil = Vigil::begin(7, now, LIMIT);
         assert_eq!(vigil.look(7, now + Duration::from_secs(600), || ProcessState::Stopped), Verdict::Nothing);
     }
 
     #[test]
     fn who_is_looked_at_with_a_debugger_is_left_alone() {
         let mut now = Instant::now();
-        let mut vigil = Vigil::begin(7, now);
+        let mut vigil = Vigil::begin(7, now, LIMIT);
         assert_eq!(next(&mut vigil, &mut now, ProcessState::Traced), Verdict::Missed(DEADLINE));
         let looks = (0..20_000).map(|_| {
             now += LOOK;

@@ -63,7 +63,7 @@ fn supervisor() {
     let order = [Process::Recorder, Process::Planner, Process::World, Process::Sketcher];
     let lines = order.map(|process| ProcessLine { process, command: act(process.word()), resumes: false });
     let services = if variable(PLOT) == "world-stays" { Duration::from_secs(2) } else { LONG };
-    let grace = Grace { services, recorder: LONG };
+    let grace = Grace { services, recorder: LONG, stopped: LONG };
     let mut supervisor = match Supervisor::start(&run, lines.into(), grace) {
         Ok(supervisor) => supervisor,
         Err(error) => return println!("\n> refused: {error}"),

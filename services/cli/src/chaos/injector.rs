@@ -2,9 +2,9 @@
 //!
 //! A moment is a share of the mission, told by how much the world has done, not by the clock: however long
 //! the recoveries take, the kills spread over the whole mission. Which moments and which processes the seed
-//! decides; where in its step a process is hit, chance.
+//! decides; where in its step a process is hit, chance. Kills at start-up come whenever something starts.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::fs;
 use std::process::Child;
 use std::thread::sleep;
@@ -42,6 +42,32 @@ pub struct Plan {
     pub system: String,
 }
 
+/// What is to be done at one moment.
+#[derive(Debug, Clone, PartialEq)]
+struct Blow {
+    /// As much as the world has done by then.
+    moment: u32,
+    /// One process, or two at once.
+    who: Vec<Process>,
+}
+
+/// Draws so many kills.
+fn blows(options: &ChaosOptions, steps: u32, rng: &mut Pcg64Mcg) -> Vec<Blow> {
+    let last = (f64::from(steps) * LAST_SHARE) as u32;
+    let targets = &options.targets;
+    let (mut blows, mut left) = (Vec::new(), options.kills);
+    while left > 0 {
+        let moment = rng.random_range(0..=last);
+        let [first, second] = [(); 2].map(|()| targets[rng.random_range(0..targets.len())]);
+        let pair = rng.random_bool(PAIRS) && second != first && left > 1;
+        let who = if pair { vec![first, second] } else { vec![first] };
+        left -= who.len() as u32;
+        blows.push(Blow { moment, who });
+    }
+    blows.sort_by_key(|blow| blow.moment);
+    blows
+}
+
 /// A kill.
 #[derive(Debug)]
 pub struct Hit {
@@ -58,8 +84,8 @@ pub struct Injector<'a> {
     options: &'a ChaosOptions,
     plan: Plan,
     rng: Pcg64Mcg,
-    /// When to kill, latest first.
-    moments: Vec<u32>,
+    /// What is to come, in turn.
+    blows: VecDeque<Blow>,
     hits: Vec<Hit>,
     system: Option<(System, Watch)>,
     /// Those whose start has been dealt with.
@@ -67,14 +93,12 @@ pub struct Injector<'a> {
 }
 
 impl<'a> Injector<'a> {
-    /// Draws the moments.
+    /// Draws what is to be done.
     pub fn new(options: &'a ChaosOptions, plan: Plan) -> Self {
         let mut rng = seed::stream(options.seed, "chaos");
-        let last = (f64::from(plan.steps) * LAST_SHARE) as u32;
-        let mut moments: Vec<_> = (0..options.kills).map(|_| rng.random_range(0..=last)).collect();
-        moments.sort_unstable_by(|a, b| b.cmp(a));
+        let blows = blows(options, plan.steps, &mut rng).into();
         let (hits, known) = (Vec::new(), BTreeSet::new());
-        Self { options, plan, rng, moments, hits, system: None, known }
+        Self { options, plan, rng, blows, hits, system: None, known }
     }
 
     /// Disturbs the run until it has ended.
@@ -113,22 +137,35 @@ impl<'a> Injector<'a> {
         self.hits.iter().any(|hit| hit.process == process && open(hit))
     }
 
+    /// A blow waits until all whom it hits are there and have recovered from the one before.
     fn hit_when_due(&mut self) {
-        if self.moments.last().is_none_or(|&moment| self.progress(Process::World) < moment) {
+        let done = self.progress(Process::World);
+        if self.blows.front().is_none_or(|blow| done < blow.moment) {
             return;
         }
-        let targets = &self.options.targets;
-        let first = targets[self.rng.random_range(0..targets.len())];
-        let second = targets[self.rng.random_range(0..targets.len())];
-        let pair = self.rng.random_bool(PAIRS) && second != first && self.moments.len() > 1;
         let alive = serving(self.plan.supervisor);
-        let chosen = [Some(first), pair.then_some(second)];
-        for process in
-            chosen.into_iter().flatten().filter(|&process| !self.is_recovering(process)).collect::<Vec<_>>()
-        {
-            if let Some(&(_, pid)) = alive.iter().find(|(found, _)| *found == process) {
-                self.hit(process, pid);
+        let find = |process: &Process| alive.iter().find(|(found, _)| found == process).copied();
+        let mut due = 0;
+        while self.blows.get(due).is_some_and(|blow| blow.moment <= done) {
+            let who = &self.blows[due].who;
+            let ready = who.iter().filter(|&&process| !self.is_recovering(process)).filter_map(find);
+            let ready: Vec<_> = ready.collect();
+            if ready.len() == who.len() {
+                self.strike(due, &ready);
+                return;
             }
+            due += 1;
+        }
+    }
+
+    /// What hits nobody, for it has just ended by itself, is tried again.
+    fn strike(&mut self, due: usize, ready: &[(Process, u32)]) {
+        let missed = ready.iter().filter(|&&(process, pid)| !self.hit(process, pid));
+        let missed: Vec<_> = missed.map(|&(process, _)| process).collect();
+        if missed.is_empty() {
+            self.blows.remove(due);
+        } else {
+            self.blows[due].who = missed;
         }
     }
 
@@ -138,20 +175,32 @@ impl<'a> Injector<'a> {
             let in_a_row = self.hits.iter().rev().filter(|hit| hit.process == process);
             let in_a_row = in_a_row.take_while(|hit| hit.recovered.is_none()).count() as u32;
             let is_target = self.options.targets.contains(&process) && in_a_row < YOUNG_KILLS;
-            if self.known.insert(pid) && is_target && !self.moments.is_empty() {
+            if self.known.insert(pid) && is_target && !self.blows.is_empty() {
                 sleep(self.rng.random_range(Duration::ZERO..YOUNG));
-                self.hit(process, pid);
+                if self.hit(process, pid) {
+                    self.forget_one();
+                }
             }
         }
     }
 
-    fn hit(&mut self, process: Process, pid: u32) {
-        let progress = self.progress(process);
-        let Some((system, _)) = &self.system else { return };
-        if system.inject(process, pid, self.options.signal.signal(), "chaos").is_ok() {
-            self.hits.push(Hit { process, recovered: None, at: Instant::now(), progress });
-            self.moments.pop();
+    /// A kill that was not drawn stands for the last of those that were.
+    fn forget_one(&mut self) {
+        if let Some(mut blow) = self.blows.pop_back() {
+            blow.who.pop();
+            self.blows.extend((!blow.who.is_empty()).then_some(blow));
         }
+    }
+
+    /// False where it has just ended by itself.
+    fn hit(&mut self, process: Process, pid: u32) -> bool {
+        let progress = self.progress(process);
+        let Some((system, _)) = &self.system else { return false };
+        let is_hit = system.inject(process, pid, self.options.signal.signal(), "chaos").is_ok();
+        if is_hit {
+            self.hits.push(Hit { process, recovered: None, at: Instant::now(), progress });
+        }
+        is_hit
     }
 }
 
@@ -188,5 +237,30 @@ impl crate::args::KillSignal {
             Self::Stop => Signal::SIGSTOP,
             Self::Term => Signal::SIGTERM,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: ChaosOptions,
+    }
+
+    /// Who was hit once depended on who had just recovered, and with it on the clock.
+    #[test]
+    fn the_seed_decides_when_who_is_hit() {
+        let options = Line::parse_from(["chaos", "--kills", "50", "--targets", "world,planner"]).options;
+        let draw = || blows(&options, 1000, &mut seed::stream(7, "chaos"));
+        let drawn = draw();
+        assert_eq!(drawn, draw());
+        assert_eq!(drawn.iter().map(|blow| blow.who.len()).sum::<usize>(), 50);
+        assert!(drawn.is_sorted_by_key(|blow| blow.moment) && drawn.iter().all(|blow| blow.moment <= 950));
+        assert!(drawn.iter().any(|blow| blow.who.len() == 2));
     }
 }

@@ -10,9 +10,8 @@ use sketchnav_schemas::channels::{CONTACT, TRUTH};
 use sketchnav_schemas::codes::{BodyKind, Process};
 use sketchnav_schemas::message::{Contact, GroundTruth};
 use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_sim::world::COMMAND_LIMIT_NS;
 
-/// A command that is older stops the robot, s.
-const COMMAND_LIMIT_S: f64 = 0.5;
 /// The mission's last status, by which faults are timed, is so much older than they are, at most, s.
 const LATE_S: f64 = 0.3;
 /// Slower than this it stands still: people push it about, and contacts jitter.
@@ -48,7 +47,8 @@ fn judge(run: &RunConfig, faults: &[FaultInfo], truth: &[GroundTruth], contacts:
     let walls = contacts.iter().filter(|c| c.body_kind == BodyKind::Wall.code() && c.begins == 1);
     let wall_contacts = walls.filter(|c| is_aftermath(seconds(c.header.stamp_ns))).count();
     let mut safety = Safety { wall_contacts, outages: 0, unstopped: 0, longest_stop_s: 0.0 };
-    for (from_s, to_s) in outages(run, faults) {
+    let end_s = truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
+    for (from_s, to_s) in outages(run, faults, end_s) {
         let inside = |t: &&GroundTruth| (from_s..to_s).contains(&seconds(t.header.stamp_ns));
         let last_moving = truth.iter().filter(inside).rfind(|t| speed_mps(t) > STANDSTILL_MPS);
         let moved_s = last_moving.map_or(0.0, |t| seconds(t.header.stamp_ns) - from_s);
@@ -59,18 +59,20 @@ fn judge(run: &RunConfig, faults: &[FaultInfo], truth: &[GroundTruth], contacts:
     safety
 }
 
-/// From when to when a navigator was away, where that is longer than a stop takes.
-fn outages(run: &RunConfig, faults: &[FaultInfo]) -> Vec<(f64, f64)> {
+/// From when to when a navigator was away, where that is longer than a stop takes; one that never came back until the
+/// recording's end.
+fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)> {
     let Pace::RealTime { speed } = run.pace else { return Vec::new() };
     let navigators = [Process::Localizer, Process::Planner].map(Process::word);
     let mut away = Vec::new();
-    for (i, died) in faults.iter().enumerate().filter(|(_, fault)| fault.kind == "died") {
+    let is_death = |fault: &FaultInfo| fault.kind == "died" && navigators.contains(&fault.process);
+    for (i, died) in faults.iter().enumerate().filter(|(_, fault)| is_death(fault)) {
         let back = faults[i..].iter().find(|f| f.kind == "recovered" && f.process == died.process);
-        let Some(back) = back.filter(|_| navigators.contains(&died.process)) else { continue };
         // One that was stopped was away before it died.
         let silences = faults[..i].iter().filter(|f| f.kind == "silent" && f.pid == died.pid);
         let silent_ms = silences.map(|fault| fault.duration_ms).fold(0.0, f64::max);
-        let to_s = died.stamp_s + (silent_ms + back.duration_ms) / 1e3 * speed;
+        let away_s = |back: &FaultInfo| (silent_ms + back.duration_ms) / 1e3 * speed;
+        let to_s = back.map_or(end_s, |back| died.stamp_s + away_s(back));
         if to_s > died.stamp_s + stop_s(run) {
             away.push((died.stamp_s, to_s));
         }
@@ -82,7 +84,7 @@ fn outages(run: &RunConfig, faults: &[FaultInfo]) -> Vec<(f64, f64)> {
 fn stop_s(run: &RunConfig) -> f64 {
     let limits = &run.robot.limits;
     let brake_s = limits.speed_mps / limits.acceleration_mps2;
-    COMMAND_LIMIT_S + LATE_S + brake_s
+    seconds(COMMAND_LIMIT_NS) + LATE_S + brake_s
 }
 
 fn speed_mps(truth: &GroundTruth) -> f64 {
@@ -136,6 +138,14 @@ mod tests {
         assert_eq!((safety.outages, safety.unstopped), (1, 0));
         assert!((safety.longest_stop_s - 0.9).abs() < 1e-9, "{safety:?}");
         assert_eq!(judge(&run(), &stopped, &truth(11.9), &[]).unstopped, 1);
+    }
+
+    /// Once the worst case of all was no outage.
+    #[test]
+    fn who_never_comes_back_is_away_until_the_end() {
+        let dead = [fault("died", "localizer", 0.0)];
+        let safety = judge(&run(), &dead, &truth(10.9), &[]);
+        assert_eq!((safety.outages, safety.unstopped), (1, 1), "it moves again from 13 s on: {safety:?}");
     }
 
     #[test]

@@ -51,12 +51,22 @@ impl Tap for Recorder {
     }
 }
 
-/// Checks `count` of the jobs, spread over all of them. Those that think for longer than a scan's period
-/// are in no lockstep: no two runs of processes would agree, and they are left out.
+/// Checks the first run of `count` of the jobs, spread over all of them. Those that think for longer than a scan's
+/// period are in no lockstep: no two runs of processes would agree, and they are left out.
 pub fn check(jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
+    let folder = std::env::temp_dir().join(format!("sketchnav-eval-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let mut check = check_in(&folder, jobs, count);
+    match &mut check {
+        Ok(Check { different, folder: kept, .. }) if !different.is_empty() => *kept = Some(folder),
+        _ => std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?,
+    }
+    check
+}
+
+fn check_in(folder: &Path, jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
     let jobs: Vec<_> = jobs.iter().filter(|job| job.trial.thinking_scans == 0).collect();
     let chosen = (0..count.min(jobs.len())).map(|k| jobs[k * jobs.len() / count.min(jobs.len())]);
-    let folder = std::env::temp_dir().join(format!("sketchnav-eval-{}", std::process::id()));
     let mut found = Check::default();
     for (k, job) in chosen.enumerate() {
         let place = folder.join(k.to_string());
@@ -70,11 +80,6 @@ pub fn check(jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
                 found.different.push((id, difference));
             }
         }
-    }
-    if found.different.is_empty() {
-        std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
-    } else {
-        found.folder = Some(folder);
     }
     Ok(found)
 }
@@ -122,6 +127,14 @@ fn by_processes(mission: &Path, seed: u64, place: &Path) -> anyhow::Result<PathB
     command.args(["--system", &format!("eval-{}", std::process::id())]).stdin(Stdio::null());
     let output = command.output().context("starting the mission")?;
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).context("the mission's report")?;
-    let recording = report["recording"].as_str();
-    recording.map(PathBuf::from).ok_or_else(|| anyhow!("{}", report["error"].as_str().unwrap_or_default()))
+    let Some(recording) = report["recording"].as_str() else {
+        let said =
+            report["error"].as_str().map_or_else(|| String::from_utf8_lossy(&output.stderr), Into::into);
+        return Err(anyhow!(
+            "the run by processes left no recording ({}): {}",
+            output.status,
+            said.trim_end()
+        ));
+    };
+    Ok(recording.into())
 }

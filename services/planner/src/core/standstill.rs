@@ -162,7 +162,7 @@ impl Maneuver {
 pub struct Standstills {
     /// Of the whole task.
     pub total: u32,
-    /// At about the last place.
+    /// At about the last place, from one to the next: a robot that tries a wall all along gets no farther.
     pub here: u32,
     /// Of the last ones, in turn.
     places: [Option<Point<Odom>>; REMEMBERED],
@@ -171,11 +171,29 @@ pub struct Standstills {
 impl Standstills {
     /// Counts one; false where there were too many.
     pub fn count(&mut self, robot: Point<Odom>, parameters: &Parameters) -> bool {
-        self.places[self.total as usize % REMEMBERED] = Some(robot);
-        let here = |place: &&Point<Odom>| place.distance(&robot) <= ELSEWHERE_M;
-        self.here = self.places.iter().flatten().filter(here).count() as u32;
+        let newest = self.total as usize % REMEMBERED;
+        self.places[newest] = Some(robot);
+        self.here = self.joined_with(newest);
         self.total += 1;
         self.here <= parameters.recoveries && self.total <= parameters.recoveries_per_task
+    }
+
+    /// How many of the remembered places hang together with one of them, it included.
+    fn joined_with(&self, first: usize) -> u32 {
+        let mut joined = [false; REMEMBERED];
+        joined[first] = true;
+        // What is joined by the last of several is found in as many rounds.
+        for _ in 0..REMEMBERED {
+            for place in 0..REMEMBERED {
+                joined[place] |= (0..REMEMBERED).any(|other| joined[other] && self.are_near(place, other));
+            }
+        }
+        joined.iter().filter(|&&it| it).count() as u32
+    }
+
+    fn are_near(&self, one: usize, other: usize) -> bool {
+        let near = |(a, b): (Point<Odom>, Point<Odom>)| a.distance(&b) <= ELSEWHERE_M;
+        self.places[one].zip(self.places[other]).is_some_and(near)
     }
 }
 
@@ -225,6 +243,16 @@ mod tests {
         let counted: Vec<_> = (0..4).map(|_| standstills.count(Point::new(0.0, 0.0), &parameters)).collect();
         assert_eq!(counted, [true, true, true, false]);
         assert!(standstills.count(Point::new(5.0, 0.0), &parameters));
+    }
+
+    /// A robot that tried a shut wall every metre once tried it until its time was over.
+    #[test]
+    fn standstills_along_a_wall_are_at_one_place() {
+        let parameters = Parameters::default();
+        let mut standstills = Standstills::default();
+        let counted: Vec<_> =
+            (0..4).map(|x| standstills.count(Point::new(f64::from(x), 0.0), &parameters)).collect();
+        assert_eq!(counted, [true, true, true, false]);
     }
 
     /// A robot that stood still at two places in turn once never gave up.

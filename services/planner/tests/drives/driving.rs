@@ -88,7 +88,7 @@ fn it_says_where_the_drawing_shows_no_way() {
     let mut walls = two_rooms(9.0);
     walls.push([8.5, 2.0, 9.5, 2.0]);
     let scene = Scene::faithful(walls, SIZE, START);
-    let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 300.0).run(320.0);
+    let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
     assert_eq!(outcome.states(), [Blocked, Finished], "{:?}", outcome.ends);
     assert!(outcome.ends[0].1.starts_with("the drawing shows no way to (230, 155) px"), "{:?}", outcome.ends);
 }

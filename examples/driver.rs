@@ -1,0 +1,118 @@
+//! A robot's driver, whole: it takes the simulated world's place in a system that runs in real time.
+//!
+//! ```text
+//! sketchnav run my-floor.toml --speed 1 --system lab --without world
+//! cargo run --release --example driver -- lab
+//! ```
+//!
+//! The robot of this one is a point in two rooms, exact and without noise; put your laser, your wheels and your clock
+//! in the place of [`Robot`]. `tests/driver.rs` drives a mission by it.
+
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use sketchnav_runtime::{Node, System, Wake};
+use sketchnav_schemas::channels::{COMMAND, ODOMETRY, SCAN};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::geometry::{Base, Odom, Pose};
+use sketchnav_schemas::message::{Header, LaserScan, Odometry, PoseM, Twist};
+use sketchnav_schemas::robot::Laser;
+
+/// Two rooms of 3 × 4 m with a door of 1.2 m between them, metres: from x, y to x, y.
+const WALLS: [[f64; 4]; 6] = [
+    [0.0, 0.0, 6.0, 0.0],
+    [6.0, 0.0, 6.0, 4.0],
+    [6.0, 4.0, 0.0, 4.0],
+    [0.0, 4.0, 0.0, 0.0],
+    [3.0, 0.0, 3.0, 1.4],
+    [3.0, 2.6, 3.0, 4.0],
+];
+/// Where the robot is in them when the driver begins: the origin of its odometry.
+const START: [f64; 2] = [1.0, 1.0];
+/// Who was not told anything new for so long stands still.
+const COMMAND_LIMIT: Duration = Duration::from_millis(500);
+
+fn main() -> anyhow::Result<()> {
+    let name = std::env::args().nth(1).context("expected the name of a system, as `sketchnav ps` lists it")?;
+    let node = Node::join(System::open(&name)?, Process::World)?;
+    let (mut scans, mut odometry) = (node.writer(SCAN)?, node.writer(ODOMETRY)?);
+    let mut commands = node.reader(COMMAND)?;
+    let laser = node.run_config()?.robot.laser;
+    let period = Duration::from_secs_f64(1.0 / laser.rate_hz);
+    let mut robot = Robot { pose: Pose::new(0.0, 0.0, 0.0), twist: STANDSTILL };
+    let (began, mut commanded) = (Instant::now(), Instant::now());
+    for step in 1.. {
+        // The odometry of an instant goes before its scan; both bear the same stamp.
+        let header = Header { seq: 0, stamp_ns: began.elapsed().as_nanos() as u64, source_seq: step };
+        odometry.send(|message| robot.write_odometry(header, message))?;
+        scans.send(|message| robot.write_scan(header, &laser, message))?;
+        let due = began + period * step as u32;
+        while let Some(left) = due.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
+            if node.wait(left) == Wake::Terminate {
+                return Ok(());
+            }
+            while let Some(command) = commands.receive_sound()? {
+                (robot.twist, commanded) = (command.twist, Instant::now());
+                if command.last == 1 {
+                    return Ok(());
+                }
+            }
+        }
+        if commanded.elapsed() > COMMAND_LIMIT {
+            robot.twist = STANDSTILL;
+        }
+        robot.drive(period.as_secs_f64());
+    }
+    Ok(())
+}
+
+const STANDSTILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
+
+struct Robot {
+    pose: Pose<Odom>,
+    twist: Twist,
+}
+
+impl Robot {
+    fn drive(&mut self, seconds: f64) {
+        let Twist { vx_mps, vy_mps, yaw_rate_radps } = self.twist;
+        let step: Pose<Base> = Pose::new(vx_mps * seconds, vy_mps * seconds, yaw_rate_radps * seconds);
+        self.pose = self.pose.compose(&step);
+    }
+
+    fn write_odometry(&self, header: Header, message: &mut Odometry) {
+        *message = Odometry { header, pose: PoseM::new(&self.pose), twist: self.twist };
+    }
+
+    /// Beams go counter-clockwise; no return is +∞ (REP 117).
+    fn write_scan(&self, header: Header, laser: &Laser, scan: &mut LaserScan) {
+        let sensor = self.pose.compose(&laser.mount());
+        let field = laser.field_of_view_deg.to_radians();
+        let increment = field / f64::from(laser.beams - 1);
+        scan.header = header;
+        (scan.angle_min_rad, scan.angle_max_rad) = (-field as f32 / 2.0, field as f32 / 2.0);
+        scan.angle_increment_rad = increment as f32;
+        (scan.time_increment_s, scan.scan_time_s) = (0.0, 1.0 / laser.rate_hz as f32);
+        (scan.range_min_m, scan.range_max_m) = (laser.range_min_m as f32, laser.range_max_m as f32);
+        scan.beam_count = laser.beams;
+        let eye = [START[0] + sensor.x, START[1] + sensor.y];
+        for (beam, range) in scan.ranges_m.iter_mut().enumerate() {
+            let direction = sensor.yaw_rad - field / 2.0 + beam as f64 * increment;
+            let far = if beam < laser.beams as usize { nearest_wall_m(eye, direction) } else { 0.0 };
+            *range = if far <= laser.range_max_m { far as f32 } else { f32::INFINITY };
+        }
+    }
+}
+
+/// How far the next wall is from `eye` in a direction, metres; +∞ where there is none.
+fn nearest_wall_m(eye: [f64; 2], direction_rad: f64) -> f64 {
+    let (sin, cos) = direction_rad.sin_cos();
+    let hits = WALLS.iter().filter_map(|&[ax, ay, bx, by]| {
+        let (wall, to) = ([bx - ax, by - ay], [ax - eye[0], ay - eye[1]]);
+        let across = cos * wall[1] - sin * wall[0];
+        let along_ray = (to[0] * wall[1] - to[1] * wall[0]) / across;
+        let along_wall = (to[0] * sin - to[1] * cos) / across;
+        (along_ray > 0.0 && (0.0..=1.0).contains(&along_wall)).then_some(along_ray)
+    });
+    hits.fold(f64::INFINITY, f64::min)
+}

@@ -33,7 +33,8 @@ const START: [f64; 2] = [1.0, 1.0];
 const COMMAND_LIMIT: Duration = Duration::from_millis(500);
 
 fn main() -> anyhow::Result<()> {
-    let name = std::env::args().nth(1).context("expected the name of a system, as `sketchnav ps` lists it")?;
+    let name =
+        std::env::args().nth(1).context("expected the name of a system, as `sketchnav ps` lists it")?;
     let node = Node::join(System::open(&name)?, Process::World)?;
     let (mut scans, mut odometry) = (node.writer(SCAN)?, node.writer(ODOMETRY)?);
     let mut commands = node.reader(COMMAND)?;

@@ -14,7 +14,11 @@ fn the_example_of_a_driver_drives_a_mission() {
     let mut running = place.start("run room.toml --system driver --speed 1 --without world --json");
     place.wait_until_joined(&mut running, "driver", &["localizer", "planner", "recorder", "sketcher"]);
     let program = Path::new(env!("CARGO_BIN_EXE_sketchnav")).with_file_name("examples").join("driver");
-    assert!(program.exists(), "{}: expected the example; `cargo build --examples` makes it", program.display());
+    assert!(
+        program.exists(),
+        "{}: expected the example; `cargo build --examples` makes it",
+        program.display()
+    );
     let mut command = Command::new(program);
     command.arg("driver");
     place.settle(&mut command);

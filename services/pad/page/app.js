@@ -278,9 +278,9 @@ at("mission-form").addEventListener("submit", (event) => {
   at("menu").hidePopover();
   request(async () => {
     const answer = await link.post("/api/mission", JSON.stringify({ name }));
-    save(answer.mission, answer.toml, "application/toml");
-    if (answer.json) save(answer.drawing, answer.json);
-    return `The mission is saved as ${answer.mission}, with ${answer.drawing}.`;
+    // The server keeps them in its folder; a photo has no text to take along.
+    for (const file of answer.files.filter((f) => f.text !== null)) save(file.name, file.text, "text/plain");
+    return `The mission is saved: ${answer.files.map((file) => file.name).join(", ")}.`;
   });
 });
 at("limit").addEventListener("change", () => request(async () => {

@@ -89,13 +89,16 @@ function drawRobot(context, sheet, { x, y, heading_rad, ellipse, radius_px }) {
   const towards = (turn, far) => [x + far * radius * Math.cos(heading_rad + turn), y - far * radius * Math.sin(heading_rad + turn)];
   context.beginPath();
   context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.globalAlpha = 0.3;
   context.fill();
+  context.globalAlpha = 1;
+  context.lineWidth = sheet.px(2.5);
+  context.stroke();
   context.beginPath();
   context.moveTo(...towards(0, 0.85));
   context.lineTo(...towards(2.5, 0.7));
   context.lineTo(...towards(Math.PI, 0.25));
   context.lineTo(...towards(-2.5, 0.7));
   context.closePath();
-  context.fillStyle = sheet.colors.paper;
   context.fill();
 }

@@ -43,6 +43,16 @@ impl ChannelSpec {
     pub fn may_write(&self, process: Process) -> bool {
         self.writer.is_none_or(|writer| writer == process)
     }
+
+    /// Whether the channel is recorded under this topic: its name with a slash before it.
+    pub fn is_topic(&self, topic: &str) -> bool {
+        topic.strip_prefix('/') == Some(self.name)
+    }
+}
+
+/// Whether several processes write the channel of this topic, so that its numbers tell nothing.
+pub fn has_many_writers(topic: &str) -> bool {
+    TABLE.iter().any(|spec| spec.writer.is_none() && spec.is_topic(topic))
 }
 
 /// A channel of messages of type `T`.

@@ -132,11 +132,6 @@ impl Layout {
         descend(field.name.to_owned(), &field.kind, field.offset, offset - field.offset)
     }
 
-    /// The first number or text in which two messages of this layout differ.
-    pub fn first_difference(&self, a: &[u8], b: &[u8]) -> Option<Leaf> {
-        self.differences(a, b).next()
-    }
-
     /// Every number and text in which two messages of this layout differ, in order.
     pub fn differences<'a>(&'a self, a: &'a [u8], b: &'a [u8]) -> impl Iterator<Item = Leaf> + 'a {
         let mut from = 0;
@@ -257,7 +252,7 @@ mod tests {
         a.remaining_m = 2.5;
         a.reason = crate::message::Text::new("later");
         let (a, b) = (bytemuck::bytes_of(&a), bytemuck::bytes_of(&b));
-        let leaf = Layout::of::<MissionStatus>().first_difference(a, b).unwrap();
+        let leaf = Layout::of::<MissionStatus>().differences(a, b).next().unwrap();
         assert_eq!(
             (leaf.path.as_str(), leaf.show(a), leaf.show(b)),
             ("remaining_m", "2.5".into(), "0.0".into())

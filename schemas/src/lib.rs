@@ -3,7 +3,7 @@
 //! - [`message`]: the structs as they lie in shared memory; [`codes`]: the small numbers inside them.
 //! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form.
 //! - [`channels`]: who writes what, who may read it.
-//! - [`geometry`]: frames and units.
+//! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
 //! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`method`]: a choice in them.
 //! - [`run`]: what a process is told at its start; [`seed`]: random streams.
 //!
@@ -24,3 +24,4 @@ pub mod run;
 pub mod samples;
 pub mod seed;
 pub mod sound;
+pub mod time;

@@ -1,0 +1,26 @@
+//! Simulation time: nanoseconds in messages, seconds where people read or write it.
+
+/// Nanoseconds of a second.
+const NS_PER_S: f64 = 1e9;
+
+/// So many nanoseconds in seconds.
+pub fn seconds(ns: u64) -> f64 {
+    ns as f64 / NS_PER_S
+}
+
+/// So many seconds in nanoseconds, to the nearest; 0 for a time before the first, the last there is for one
+/// behind it.
+pub fn nanoseconds(s: f64) -> u64 {
+    (s * NS_PER_S).round() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_and_back() {
+        assert_eq!((seconds(1_500_000_000), nanoseconds(1.5)), (1.5, 1_500_000_000));
+        assert_eq!((nanoseconds(-1.0), nanoseconds(f64::INFINITY)), (0, u64::MAX));
+    }
+}

@@ -75,7 +75,12 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
     let line =
         format!("rerun {recording} --process localizer --set particles=200 --json {}", tolerances.join(" "));
     let told = place.run(&line).json();
-    assert_ne!(told["difference"]["channel"], "estimate", "{told}");
+    // The samples of the particles, to which no tolerance belongs, are others by construction.
+    assert_eq!(told["difference"]["channel"], "particles", "{told}");
+    // One field whose tolerance is too small by far is a difference of that field.
+    let told = place.run(&line.replace("scale_a_pxpm=1e9", "scale_a_pxpm=1e-9")).json();
+    assert_eq!(told["difference"]["channel"], "estimate", "{told}");
+    assert_eq!(told["difference"]["what"]["field"]["field"], "scale_a_pxpm", "{told}");
     for wrong in ["--set particlez=2", "--set particles=many", "--tolerance estimate=1"] {
         let ended = place.run(&format!("rerun {recording} --process localizer {wrong}"));
         assert_eq!(ended.code, Some(2), "{wrong}: {ended}");
@@ -103,7 +108,9 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
         assert_eq!(place.run(line).code, Some(code), "{line}");
     }
     assert!(place.files().join("saved.mcap").exists());
-    assert!(!place.files().join("never.mcap").exists() && !place.files().join("never.unfinished").exists());
+    assert!(
+        !place.files().join("never.mcap").exists() && !place.files().join("never.mcap.unfinished").exists()
+    );
     fine(&place, "filter same.mcap --topics scan --start 1 --end 2 -o scans.mcap");
     let info = fine(&place, "info scans.mcap --json").json();
     assert_eq!(info["messages"], 10, "{info}");
@@ -132,10 +139,98 @@ fn a_replay_for_onlookers_leaves_nothing() {
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(place.ps().is_empty());
     fine(&place, &format!("replay {recording} --rate max --start 2 --end 4 --topics scan,odometry"));
-    for wrong in ["--live world", "--live recorder", "--rate 0", "--remap scan"] {
+    for wrong in [
+        "--live world",
+        "--live recorder",
+        "--rate 0",
+        "--remap scan",
+        "--topics scna",
+        "--topics scan,odomtry",
+        "--remap scan:=scna",
+        "--remap scna:=scan",
+        "--topics mission",
+        "--topics estimate --live localizer",
+        "--start 1000000 --loop",
+        "--start 3 --end 2",
+        "--start nan",
+        &format!("--live localizer,recorder --record {recording}"),
+    ] {
         let ended = place.run(&format!("replay {recording} {wrong}"));
         assert_eq!(ended.code, Some(2), "{wrong}: {ended}");
     }
+}
+
+/// As fast as it goes, over and over, with standard error in a file: nothing looked for signals then, and the
+/// replay could only be killed.
+#[test]
+fn a_replay_at_full_speed_ends_when_asked_to() {
+    let place = Place::new();
+    let recording = recorded(&place);
+    let replay = place.start(&format!("replay {recording} --rate max --loop --system endless"));
+    let heard = loop {
+        let heard = place.run("echo estimate --system endless --count 400");
+        if heard.code == Some(0) {
+            break heard;
+        }
+    };
+    assert_eq!(heard.out.lines().count(), 400);
+    replay.signal(Signal::SIGTERM);
+    let ended = replay.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(place.ps().is_empty());
+}
+
+/// The output was created before the input was read: `-o` with the recording's own name destroyed it.
+#[test]
+fn what_is_read_is_not_written_over() {
+    let place = Place::new();
+    let recording = recorded(&place);
+    let (same, page) = (place.files().join("same.mcap"), place.files().join("page.mcap"));
+    std::fs::copy(&recording, &same).unwrap();
+    std::fs::copy(&recording, &page).unwrap();
+    fine(&place, "rerun same.mcap --process localizer -o same.mcap");
+    fine(&place, &format!("diff {recording} same.mcap"));
+    fine(&place, "filter same.mcap -o same.mcap");
+    fine(&place, &format!("diff {recording} same.mcap"));
+    for line in ["report page.mcap -o page.mcap", "judge page.mcap --csv page.mcap"] {
+        assert_eq!(place.run(line).code, Some(2), "{line}");
+    }
+    assert_eq!(std::fs::read(&page).unwrap(), std::fs::read(&recording).unwrap());
+    // A rerun of a damaged recording is bad input, and leaves nothing.
+    let mut broken = std::fs::read(&page).unwrap();
+    let middle = broken.len() / 2;
+    broken[middle..middle + 20_000].fill(0);
+    std::fs::write(&page, broken).unwrap();
+    let ended = place.run("rerun page.mcap --process localizer -o out.mcap");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(!place.files().join("out.mcap").exists(), "{ended}");
+}
+
+/// The recordings of a mission's runs have one name, each in a folder of its own: their tables overwrote each
+/// other. And parts of two splits lay in one folder.
+#[test]
+fn of_several_recordings_none_takes_anothers_place() {
+    let place = Place::new();
+    let recording = recorded(&place);
+    for folder in ["run-001", "run-002"] {
+        std::fs::create_dir(place.files().join(folder)).unwrap();
+        std::fs::copy(&recording, place.files().join(folder).join("room.mcap")).unwrap();
+    }
+    let judged = fine(&place, "judge run-001/room.mcap run-002/room.mcap --csv csv --tum tum");
+    let names = |folder: &str| {
+        let files = std::fs::read_dir(place.files().join(folder)).unwrap();
+        let mut names: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names("csv"), ["run-001-room.csv", "run-002-room.csv"]);
+    assert_eq!(names("tum").len(), 4);
+    assert!(judged.out.contains("run-001-room") && judged.out.contains("run-002-room"), "{judged}");
+    fine(&place, "split run-001/room.mcap --seconds 5 -o parts");
+    let whole = names("parts");
+    assert!(whole.iter().all(|name| name.starts_with("room_") && name.ends_with(".mcap")), "{whole:?}");
+    let ended = place.run("split run-001/room.mcap --seconds 50 -o parts");
+    assert_eq!((ended.code, names("parts")), (Some(1), whole), "{ended}");
 }
 
 #[test]

@@ -4,10 +4,11 @@
 //! FLASER n r1 … rn  x y θ  odom_x odom_y odom_θ  time host logger_time
 //! ODOM x y θ tv rv accel  time host logger_time
 //! ```
-//! In logs that a mapper has corrected both poses of a FLASER hold the reference pose, and the ODOM lines
-//! start again from it after each FLASER. So the odometry is chained: the steps between consecutive ODOM
-//! lines, without the one that leads to the first after a FLASER. What the mapper put right never
-//! reaches the odometry. In raw logs, whose odometry does not jump, the chain is the odometry itself.
+//! In logs that a mapper has corrected both poses of a FLASER hold the reference pose, and the first ODOM line
+//! behind it repeats that pose. So the odometry is chained: the steps between consecutive ODOM lines, without
+//! the one that leads to such a repetition. What the mapper put right never reaches the odometry. In raw
+//! logs the chain is the odometry itself: there the first ODOM line behind a FLASER goes on from the one
+//! before, and its pose is the FLASER's only where the robot stands.
 //!
 //! Reads line by line from any [`BufRead`]; a line is never longer than [`MAX_LINE_BYTES`].
 
@@ -58,8 +59,10 @@ pub struct CarmenLog<R> {
     input: R,
     line: u64,
     text: Vec<u8>,
-    /// The last ODOM line; none right after a FLASER.
+    /// The last ODOM line.
     last: Option<Pose<Odom>>,
+    /// Right after a FLASER its second pose: an ODOM line that repeats it starts again from there.
+    reset: Option<Pose<Odom>>,
     odometry: Pose<Odom>,
     is_over: bool,
 }
@@ -72,6 +75,7 @@ impl<R: BufRead> CarmenLog<R> {
             line: 0,
             text: Vec::new(),
             last: None,
+            reset: None,
             odometry: Pose::new(0.0, 0.0, 0.0),
             is_over: false,
         }
@@ -113,7 +117,8 @@ impl<R: BufRead> CarmenLog<R> {
 
     fn take_odometry<'a>(&mut self, words: &mut impl Iterator<Item = &'a str>) -> Result<(), CarmenError> {
         let now = pose(words).ok_or_else(|| self.wrong("ODOM x y θ …, finite numbers"))?;
-        if let Some(last) = self.last.replace(now) {
+        let starts_again = self.reset.take() == Some(now);
+        if let Some(last) = self.last.replace(now).filter(|_| !starts_again) {
             self.odometry = self.odometry.compose(&last.motion_to(&now));
         }
         Ok(())
@@ -127,12 +132,12 @@ impl<R: BufRead> CarmenLog<R> {
         let parse = || {
             let count = words.next()?.parse().ok().filter(|count| (2..=MAX_BEAMS).contains(count))?;
             let ranges_m: Vec<f32> = words.take(count).map_while(number).map(|range| range as f32).collect();
-            let (reference, _odometry): (_, Pose<Odom>) = (pose(words)?, pose(words)?);
+            let (reference, said): (_, Pose<Odom>) = (pose(words)?, pose(words)?);
             let time_s = number(words.next()?)?;
-            (ranges_m.len() == count).then_some((ranges_m, reference, time_s))
+            (ranges_m.len() == count).then_some((ranges_m, reference, said, time_s))
         };
-        let (ranges_m, reference, time_s) = { parse }().ok_or_else(|| self.wrong(wrong))?;
-        self.last = None;
+        let (ranges_m, reference, said, time_s) = { parse }().ok_or_else(|| self.wrong(wrong))?;
+        self.reset = Some(said);
         Ok(CarmenScan { time_s, ranges_m, reference, odometry: self.odometry })
     }
 }
@@ -179,6 +184,17 @@ mod tests {
         );
         assert_eq!(scans[1].odometry, Pose::new(1.0, 0.5, 0.0));
         assert_eq!((scans[0].ranges_m.as_slice(), scans[1].time_s), (&[1.5, 2.5, 81.9][..], 0.5));
+    }
+
+    /// The step from the ODOM line before a scan to the first one behind it was always left out: with ODOM and
+    /// FLASER in turn, as raw logs have them, the robot never moved.
+    #[test]
+    fn the_odometry_of_a_raw_log_is_what_it_says() {
+        let scan = |x: f64| format!("FLASER 2 1 1 {x} 0 0 {x} 0 0 {x} h 0\n");
+        let odom = |x: f64| format!("ODOM {x} 0 0 0 0 0 {x} h 0\n");
+        let log: String = [0.0, 1.0, 2.0].map(|x| odom(x) + &scan(x + 0.1)).concat();
+        let way: Vec<_> = scans(&log).into_iter().map(|scan| scan.unwrap().odometry.x).collect();
+        assert_eq!(way, [0.0, 1.0, 2.0]);
     }
 
     #[test]

@@ -9,18 +9,19 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use mcap::write::NoSeek;
-use mcap::{Compression, WriteOptions, records as mcap_records};
+use mcap::records as mcap_records;
 use serde::Serialize;
+use sketchnav_schemas::channels::has_many_writers;
 
 use crate::directory::Topic;
 use crate::error::RecordingError;
+use crate::facts::TopicFacts;
 use crate::index::Index;
 use crate::parts::{Open, Piece};
 use crate::reader::{Attachment, Part, RawMessage, Recording, Selection};
-use crate::records::Damage;
-use crate::sequence::{Seen, Sequence};
-use crate::writer::{CHUNK_BYTES, RECORDER_METADATA, RESTARTS_METADATA, TOPICS_METADATA, TopicFacts};
+use crate::records::{Damage, FRAME_BYTES};
+use crate::sequence::Sequence;
+use crate::writer::{Mcap, TOPICS_METADATA, begin};
 
 /// Metadata that is made anew for the messages that are really there.
 const MADE_ANEW: [&str; 2] = [TOPICS_METADATA, "missing"];
@@ -47,14 +48,24 @@ impl Copied {
 
 /// Writes messages as they are.
 pub struct Copy<W: Write> {
-    mcap: mcap::Writer<NoSeek<W>>,
+    mcap: Mcap<W>,
     /// By topic as it is declared: its number in the copy.
     topics: Vec<(Arc<Topic>, u16)>,
-    facts: BTreeMap<String, (Sequence, TopicFacts)>,
-    attached: BTreeSet<(String, usize)>,
+    counts: BTreeMap<String, Count>,
+    /// Topics of which what comes before their first message is left out on purpose: it is not missing.
+    late: BTreeSet<String>,
+    attached: BTreeSet<String>,
     told: BTreeSet<String>,
     messages: u64,
     bytes: u64,
+}
+
+/// What is known of a topic so far.
+#[derive(Default)]
+struct Count {
+    /// None before the first number.
+    sequence: Option<Sequence>,
+    facts: TopicFacts,
 }
 
 impl<W: Write> Copy<W> {
@@ -63,22 +74,30 @@ impl<W: Write> Copy<W> {
     /// # Errors
     /// [`RecordingError::Write`].
     pub fn new(sink: W) -> Result<Self, RecordingError> {
-        let options = WriteOptions::new()
-            .profile("ros2")
-            .library(concat!("sketchnav ", env!("CARGO_PKG_VERSION")))
-            .compression(Some(Compression::Zstd))
-            .compression_threads(0)
-            .chunk_size(Some(CHUNK_BYTES))
-            .disable_seeking(true);
         Ok(Self {
-            mcap: options.create(NoSeek::new(sink)).map_err(RecordingError::Write)?,
+            mcap: begin(sink)?,
             topics: Vec::new(),
-            facts: BTreeMap::new(),
+            counts: BTreeMap::new(),
+            late: BTreeSet::new(),
             attached: BTreeSet::new(),
             told: BTreeSet::new(),
             messages: 0,
             bytes: 0,
         })
+    }
+
+    /// Goes on behind another copy, which has these numbers: what is in that one is not missing here.
+    fn resume_after(&mut self, last: &BTreeMap<String, u64>) {
+        let go_on = |(topic, last): (&String, &u64)| {
+            (topic.clone(), Count { sequence: Some(Sequence::after(*last)), ..Count::default() })
+        };
+        self.counts = last.iter().map(go_on).collect();
+    }
+
+    /// By topic the last number.
+    fn last_numbers(&self) -> BTreeMap<String, u64> {
+        let last = |(topic, count): (&String, &Count)| Some((topic.clone(), count.sequence.as_ref()?.last()));
+        self.counts.iter().filter_map(last).collect()
     }
 
     /// Messages so far.
@@ -110,7 +129,7 @@ impl<W: Write> Copy<W> {
             schema.and_then(|id| self.mcap.add_channel(id, &topic.name, &topic.encoding, &topic.metadata));
         let id = id.map_err(RecordingError::Write)?;
         self.topics.push((Arc::clone(topic), id));
-        self.facts.entry(topic.name.clone()).or_default();
+        self.counts.entry(topic.name.clone()).or_default();
         Ok(id)
     }
 
@@ -129,22 +148,25 @@ impl<W: Write> Copy<W> {
         self.mcap.write_to_known_channel(&header, &message.cdr).map_err(RecordingError::Write)?;
         self.messages += 1;
         self.bytes += message.cdr.len() as u64;
-        let (sequence, facts) = self.facts.entry(message.topic.name.clone()).or_default();
-        facts.see_time(message.stamp_ns);
-        let after_seq = sequence.last();
-        if let Seen::New { missing: missing @ 1.. } = sequence.see(message.sequence.into()) {
-            facts.missing += missing;
-            facts.see_gap(after_seq, missing);
-        }
+        self.count(message);
         Ok(())
     }
 
-    /// Takes over a file inside the file, once.
+    fn count(&mut self, message: &RawMessage) {
+        let (name, seq) = (&message.topic.name, u64::from(message.sequence));
+        let Some(count) = self.counts.get_mut(name) else { return };
+        let first = if self.late.contains(name) { seq.saturating_sub(1) } else { 0 };
+        let sequence = count.sequence.get_or_insert_with(|| Sequence::after(first));
+        count.facts.see_time(message.stamp_ns);
+        count.facts.see_number(sequence, has_many_writers(name), seq);
+    }
+
+    /// Takes over a file inside the file, once for each name.
     ///
     /// # Errors
     /// [`RecordingError::Write`].
     pub fn attachment(&mut self, file: &Attachment) -> Result<(), RecordingError> {
-        if !self.attached.insert((file.name.clone(), file.data.len())) {
+        if !self.attached.insert(file.name.clone()) {
             return Ok(());
         }
         let (name, media_type) = (file.name.clone(), file.media_type.clone());
@@ -184,11 +206,10 @@ impl<W: Write> Copy<W> {
     /// # Errors
     /// [`RecordingError::Write`].
     pub fn finish(mut self) -> Result<W, RecordingError> {
-        let facts = std::mem::take(&mut self.facts);
-        let missing = facts.iter().map(|(topic, (_, facts))| (topic.clone(), facts.missing.to_string()));
-        let missing: BTreeMap<_, _> = missing.collect();
-        let json = |facts: &TopicFacts| serde_json::to_string(facts).unwrap_or_default();
-        let topics = facts.iter().map(|(topic, (_, facts))| (topic.clone(), json(facts))).collect();
+        let missing = |(topic, count): (&String, &Count)| (topic.clone(), count.facts.missing.to_string());
+        let missing: BTreeMap<_, _> = self.counts.iter().map(missing).collect();
+        let told = self.counts.iter().map(|(topic, count)| Ok((topic.clone(), count.facts.to_json()?)));
+        let topics = told.collect::<Result<BTreeMap<_, _>, RecordingError>>()?;
         for (name, metadata) in [("missing", missing), (TOPICS_METADATA, topics)] {
             let metadata = mcap_records::Metadata { name: name.to_owned(), metadata };
             self.mcap.write_metadata(&metadata).map_err(RecordingError::Write)?;
@@ -217,7 +238,7 @@ pub fn recover<W: Write>(path: &Path, copy: &mut Copy<W>) -> Result<Copied, Reco
         let at = open.file.at();
         match open.next_piece() {
             Ok(Piece::Part(part)) => copy.part(&part)?,
-            Ok(Piece::Chunk(_)) => {}
+            Ok(Piece::Chunk) => {}
             Ok(Piece::End { clean: true }) => {
                 copied.was_whole = true;
                 break;
@@ -241,16 +262,25 @@ pub fn recover<W: Write>(path: &Path, copy: &mut Copy<W>) -> Result<Copied, Reco
 
 /// Goes on behind what is damaged; false where nothing behind it makes sense.
 fn pass_over(open: &mut Open, at: u64, damage: &Damage, copied: &mut Copied) -> Result<bool, RecordingError> {
-    if matches!(damage, Damage::TooLong { at: record, .. } if *record == at) && !open.abandon_chunk() {
+    let was_inside = open.abandon_chunk();
+    if !was_inside && open.file.at() - at <= FRAME_BYTES && matches!(damage, Damage::TooLong { .. }) {
+        // Of the record no more than its length was read, and that is no length.
         return search(open, at, copied);
     }
-    let was_chunk =
-        open.abandon_chunk() || !matches!(damage, Damage::Content { kind, .. } if *kind != "chunk");
-    match was_chunk {
+    match was_inside || is_of_chunk(damage) {
         true => copied.lost_chunks += 1,
         false => copied.lost_bytes += open.file.at() - at,
     }
     Ok(true)
+}
+
+/// Whether it is a chunk as a whole that is damaged, rather than another record of the file.
+fn is_of_chunk(damage: &Damage) -> bool {
+    match damage {
+        Damage::Content { kind, .. } | Damage::Checksum { kind, .. } => *kind == "chunk",
+        Damage::TooLong { .. } | Damage::Compression { .. } | Damage::Decompression { .. } => true,
+        _ => false,
+    }
 }
 
 /// Looks for a chunk behind `at`, where the records stop making sense.
@@ -260,7 +290,8 @@ fn search(open: &mut Open, at: u64, copied: &mut Copied) -> Result<bool, Recordi
     Ok(found.is_some())
 }
 
-/// Copies the messages that are wanted, in the order of the file, and everything that is no message.
+/// Copies the messages that are wanted, in the order of the file, and everything that is no message. Where the
+/// times do not begin with the recording, nothing is missing before a topic's first message.
 ///
 /// # Errors
 /// [`RecordingError`].
@@ -270,26 +301,42 @@ pub fn filter<W: Write>(
     copy: &mut Copy<W>,
 ) -> Result<(), RecordingError> {
     describe(recording, copy)?;
+    copy.late = match selection.times_ns.start {
+        0 => late_topics(recording)?,
+        _ => topic_names(recording)?,
+    };
     for message in recording.select(selection.clone())? {
         copy.message(&message?)?;
     }
     Ok(())
 }
 
-/// Takes over what describes a recording.
+/// Takes over what describes a recording, wherever in the file it stands.
 fn describe<W: Write>(recording: &Recording, copy: &mut Copy<W>) -> Result<(), RecordingError> {
-    for (name, facts) in recording.metadata() {
-        copy.metadata(name, facts)?;
-    }
-    for name in [RESTARTS_METADATA, RECORDER_METADATA, "refused"] {
-        if let Some(facts) = recording.index()?.metadata(recording.path(), name)? {
+    let (path, index) = (recording.path(), recording.index()?);
+    for name in index.metadata_names() {
+        if let Some(facts) = index.metadata(path, name)? {
             copy.metadata(name, &facts)?;
         }
     }
-    recording.attachments().values().try_for_each(|file| copy.attachment(file))
+    index.attachments.iter().try_for_each(|entry| copy.attachment(&index.attachment(path, entry)?))
 }
 
-/// Copies several recordings as one, in the order of time; of what describes them the first counts.
+fn topic_names(recording: &Recording) -> Result<BTreeSet<String>, RecordingError> {
+    Ok(recording.topics()?.iter().map(|topic| topic.name.clone()).collect())
+}
+
+/// The topics of which the recording says that nothing is missing before their first message, whatever its
+/// number: it is itself a part of another one.
+fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError> {
+    let told = recording.index()?.metadata(recording.path(), TOPICS_METADATA)?.unwrap_or_default();
+    let is_late = |facts: TopicFacts| facts.gaps.first().is_none_or(|gap| gap.after_seq > 0);
+    let late = told.into_iter().filter(|(_, json)| serde_json::from_str(json).is_ok_and(is_late));
+    Ok(late.map(|(topic, _)| topic).collect())
+}
+
+/// Copies several recordings as one, in the order of time; of what describes them the first counts. What
+/// comes before the first message of a topic is not missing.
 ///
 /// # Errors
 /// [`RecordingError`].
@@ -297,6 +344,7 @@ pub fn merge<W: Write>(recordings: &[Recording], copy: &mut Copy<W>) -> Result<(
     recordings.iter().try_for_each(|recording| describe(recording, copy))?;
     let mut lines = Vec::new();
     for recording in recordings {
+        copy.late.extend(topic_names(recording)?);
         lines.push(recording.timeline(Selection::default())?.peekable());
     }
     loop {
@@ -316,7 +364,7 @@ pub fn merge<W: Write>(recordings: &[Recording], copy: &mut Copy<W>) -> Result<(
 /// When a part is full.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
-    /// Messages of so many bytes, before compression.
+    /// Messages of so many bytes, before compression and without the latched ones of before.
     Bytes(u64),
     /// So much time, nanoseconds.
     Time(u64),
@@ -343,40 +391,82 @@ pub fn split<W: Write>(
     limit: Option<Limit>,
     mut next: impl FnMut(usize) -> Result<W, RecordingError>,
 ) -> Result<Vec<PartFacts>, RecordingError> {
-    let mut latched: BTreeMap<String, RawMessage> = BTreeMap::new();
-    let (mut parts, mut open): (Vec<PartFacts>, Option<Copy<W>>) = (Vec::new(), None);
+    let mut split = Split { recording, parts: Vec::new(), last: BTreeMap::new(), latched: BTreeMap::new() };
+    let mut open: Option<OpenPart<W>> = None;
     for message in recording.timeline(Selection::default())? {
         let message = message?;
-        let is_full = parts.last().zip(open.as_ref()).is_some_and(|(part, copy)| match limit {
-            None => false,
-            Some(Limit::Bytes(bytes)) => copy.message_bytes() + message.cdr.len() as u64 > bytes,
-            Some(Limit::Time(ns)) => message.stamp_ns >= part.first_ns.saturating_add(ns),
-        });
-        if is_full && let Some(full) = open.take() {
-            full.finish()?;
+        if let Some(full) = open.take_if(|part| part.is_full(limit, &message)) {
+            split.close(full)?;
         }
-        if open.is_none() {
-            let mut copy = Copy::new(next(parts.len())?)?;
-            describe(recording, &mut copy)?;
-            let (first_ns, last_ns) = (message.stamp_ns, message.stamp_ns);
-            let mut part = PartFacts { first_ns, last_ns, ..PartFacts::default() };
-            for (topic, old) in &latched {
-                // Sent again at the part's begin, as a reader that comes late would get it.
-                copy.message(&RawMessage { stamp_ns: first_ns, ..old.clone() })?;
-                part.messages.insert(topic.clone(), 1);
-            }
-            parts.push(part);
-            open = Some(copy);
-        }
-        if let (Some(copy), Some(part)) = (&mut open, parts.last_mut()) {
-            copy.message(&message)?;
-            part.last_ns = part.last_ns.max(message.stamp_ns);
-            *part.messages.entry(message.topic.name.clone()).or_default() += 1;
-        }
+        let part = match &mut open {
+            Some(part) => part,
+            None => open.insert(split.begin(next(split.parts.len())?, message.stamp_ns)?),
+        };
+        part.take(&message)?;
         if message.topic.is_latched() {
-            latched.insert(message.topic.name.clone(), message);
+            split.latched.insert(message.topic.name.clone(), message);
         }
     }
-    open.map_or(Ok(()), |last| last.finish().map(drop))?;
-    Ok(parts)
+    open.map_or(Ok(()), |last| split.close(last))?;
+    Ok(split.parts)
+}
+
+/// A recording that is being cut.
+struct Split<'a> {
+    recording: &'a Recording,
+    /// Those that are whole.
+    parts: Vec<PartFacts>,
+    /// By topic the last number of the part before.
+    last: BTreeMap<String, u64>,
+    /// By topic, what was sent last.
+    latched: BTreeMap<String, RawMessage>,
+}
+
+impl Split<'_> {
+    fn begin<W: Write>(&self, sink: W, first_ns: u64) -> Result<OpenPart<W>, RecordingError> {
+        let mut copy = Copy::new(sink)?;
+        describe(self.recording, &mut copy)?;
+        copy.resume_after(&self.last);
+        copy.late = late_topics(self.recording)?;
+        let facts = PartFacts { first_ns, last_ns: first_ns, ..PartFacts::default() };
+        let mut part = OpenPart { copy, facts, latched_bytes: 0 };
+        for old in self.latched.values() {
+            // Sent again at the part's begin, as a reader that comes late would get it.
+            part.take(&RawMessage { stamp_ns: first_ns, ..old.clone() })?;
+        }
+        part.latched_bytes = part.copy.message_bytes();
+        Ok(part)
+    }
+
+    fn close<W: Write>(&mut self, part: OpenPart<W>) -> Result<(), RecordingError> {
+        self.last = part.copy.last_numbers();
+        self.parts.push(part.facts);
+        part.copy.finish().map(drop)
+    }
+}
+
+/// The part that is being written.
+struct OpenPart<W: Write> {
+    copy: Copy<W>,
+    facts: PartFacts,
+    /// What was sent again at its begin: no part of the limit, which might be less than that.
+    latched_bytes: u64,
+}
+
+impl<W: Write> OpenPart<W> {
+    fn is_full(&self, limit: Option<Limit>, next: &RawMessage) -> bool {
+        let bytes = self.copy.message_bytes() - self.latched_bytes;
+        match limit {
+            None => false,
+            Some(Limit::Bytes(most)) => bytes > 0 && bytes + next.cdr.len() as u64 > most,
+            Some(Limit::Time(ns)) => next.stamp_ns >= self.facts.first_ns.saturating_add(ns),
+        }
+    }
+
+    fn take(&mut self, message: &RawMessage) -> Result<(), RecordingError> {
+        self.copy.message(message)?;
+        self.facts.last_ns = self.facts.last_ns.max(message.stamp_ns);
+        *self.facts.messages.entry(message.topic.name.clone()).or_default() += 1;
+        Ok(())
+    }
 }

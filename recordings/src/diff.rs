@@ -14,6 +14,7 @@ use serde::Serialize;
 use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor, FAULTS, HEALTH, TABLE};
 use sketchnav_schemas::layout::Layout;
 use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::time::seconds;
 
 use crate::error::RecordingError;
 use crate::reader::{Part, Parts, RawMessage, Recording};
@@ -245,7 +246,7 @@ impl Lane {
 
     fn part(&mut self, message: &RawMessage, what: What) {
         let (channel, seq) = (self.spec.name, message.sequence.into());
-        let stamp_s = message.stamp_ns as f64 / 1e9;
+        let stamp_s = seconds(message.stamp_ns);
         self.difference = Some((message.stamp_ns, Difference { channel, seq, stamp_s, what }));
         self.waiting = Default::default();
     }

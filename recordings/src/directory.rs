@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use sketchnav_schemas::channels::Channel;
+
 use crate::records::{ChannelRecord, Schema};
 
 /// A topic of a recording.
@@ -21,6 +23,11 @@ pub struct Topic {
 }
 
 impl Topic {
+    /// Whether it is the topic of that channel.
+    pub fn is<T>(&self, channel: Channel<T>) -> bool {
+        channel.spec.is_topic(&self.name)
+    }
+
     /// Whether a reader that comes late is to be given its last message again.
     pub fn is_latched(&self) -> bool {
         let said = self.metadata.get("offered_qos_profiles");

@@ -6,6 +6,7 @@ use serde::Serialize;
 use sketchnav_schemas::channels::FAULTS;
 use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::message::Fault;
+use sketchnav_schemas::time::seconds;
 
 use crate::error::RecordingError;
 use crate::reader::Recording;
@@ -32,9 +33,10 @@ pub struct FaultInfo {
 }
 
 impl FaultInfo {
-    fn new(fault: &Fault) -> Self {
+    /// What a message of the channel `faults` says.
+    pub fn new(fault: &Fault) -> Self {
         Self {
-            stamp_s: fault.header.stamp_ns as f64 / 1e9,
+            stamp_s: seconds(fault.header.stamp_ns),
             kind: FaultKind::from_code(fault.kind).map_or("unknown", FaultKind::word),
             process: Process::from_code(fault.process).map_or("unknown", Process::word),
             pid: fault.pid,
@@ -51,6 +53,5 @@ impl FaultInfo {
 /// # Errors
 /// [`RecordingError::File`], or [`RecordingError::Damaged`].
 pub fn faults(path: &Path) -> Result<Vec<FaultInfo>, RecordingError> {
-    let messages = Recording::open(path)?.channel(FAULTS)?;
-    messages.map(|message| Ok(FaultInfo::new(&message?.0))).collect()
+    Ok(Recording::open(path)?.all(FAULTS)?.iter().map(FaultInfo::new).collect())
 }

@@ -6,12 +6,11 @@ use std::io::Write;
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{ODOMETRY, ROUTE, SCAN, SKETCH, TRUTH};
 use sketchnav_schemas::message::{GroundTruth, Header, LaserScan, Odometry, PoseM, Route, SketchMap, Twist};
+use sketchnav_schemas::time::nanoseconds;
 
 use crate::carmen::{CarmenError, CarmenScan};
 use crate::error::RecordingError;
 use crate::writer::Writer;
-
-const NS_PER_S: f64 = 1e9;
 
 /// What a scan of the log does not say of its laser.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +67,7 @@ pub fn import<W: Write>(
     for scan in scans {
         let scan = scan?;
         let since_s = scan.time_s - *first_s.get_or_insert(scan.time_s);
-        let stamp_ns = after(last_ns, (since_s.max(0.0) * NS_PER_S).round() as u64);
+        let stamp_ns = after(last_ns, nanoseconds(since_s));
         last_ns = Some(stamp_ns);
         count += 1;
         put(&scan, Header { seq: count, stamp_ns, source_seq: count }, laser, writer)?;

@@ -7,8 +7,10 @@ use std::path::Path;
 use crate::directory::Directory;
 use crate::error::RecordingError;
 use crate::parts::{Open, Piece};
+use crate::reader::{Attachment, Part};
 use crate::record_file::Stop;
-use crate::records::{ChunkEntry, Record, Statistics, next_in};
+use crate::records::{AttachmentEntry, ChunkEntry, Damage, Record, Statistics, next_in};
+use crate::writer::CHUNK_BYTES;
 
 /// The chunks of a recording, its topics and counts.
 #[derive(Debug, Clone, Default)]
@@ -18,7 +20,7 @@ pub struct Index {
     pub(crate) statistics: Option<Statistics>,
     /// Where the metadata of a name lies; the last of that name.
     metadata: BTreeMap<String, u64>,
-    pub(crate) attachments: Vec<(String, u64)>,
+    pub(crate) attachments: Vec<AttachmentEntry>,
     is_from_summary: bool,
 }
 
@@ -40,7 +42,7 @@ impl Index {
         let summary = match open.file.summary() {
             Ok(summary) => summary,
             Err(Stop::Io(source)) => return Err(RecordingError::File { path: path.to_owned(), source }),
-            Err(Stop::Cut | Stop::Damage(_)) => return Ok(None),
+            Err(Stop::Cut(_) | Stop::Damage(_)) => return Ok(None),
         };
         let index = Self::parse(&summary);
         Ok(index.filter(|index| index.fits(open.file.bytes())))
@@ -58,7 +60,7 @@ impl Index {
                 Record::ChunkIndex(chunk) => index.chunks.push(chunk),
                 Record::Statistics(statistics) => index.statistics = Some(statistics),
                 Record::MetadataIndex(at, name) => drop(index.metadata.insert(name, at)),
-                Record::AttachmentIndex(_, name, bytes) => index.attachments.push((name, bytes)),
+                Record::AttachmentIndex(attachment) => index.attachments.push(attachment),
                 _ => {}
             }
         }
@@ -73,17 +75,45 @@ impl Index {
 
     fn by_a_pass(path: &Path) -> Result<Self, RecordingError> {
         let mut open = Open::new(path)?;
-        let mut index = Self::default();
+        let (mut index, mut is_in_run) = (Self::default(), false);
         loop {
-            match open.next_piece()? {
-                Piece::Chunk(chunk) => index.chunks.push(chunk),
-                Piece::End { .. } => break,
+            let piece = open.next_piece()?;
+            let (at, bytes) = open.record();
+            match piece {
+                Piece::Chunk => {
+                    let (first_ns, last_ns) = open.skip_chunk()?.unwrap_or((u64::MAX, 0));
+                    index.chunks.push(ChunkEntry { first_ns, last_ns, at, bytes, channels: Vec::new() });
+                    is_in_run = false;
+                }
+                Piece::Part(Part::Message(message)) => {
+                    index.add_to_run(is_in_run, at, bytes, message.stamp_ns);
+                    is_in_run = true;
+                }
+                Piece::Part(Part::Metadata(name, _)) => drop(index.metadata.insert(name, at)),
+                Piece::Part(Part::Attachment(Attachment { name, data, .. })) => {
+                    index.attachments.push(AttachmentEntry { name, at, bytes: data.len() as u64 });
+                }
                 Piece::Part(_) => {}
+                Piece::End { .. } => break,
             }
-            open.skip_chunk()?;
         }
         index.directory = open.into_directory();
         Ok(index)
+    }
+
+    /// Takes a message that stands in no chunk, as files without chunks have them: into the run of records
+    /// before it, where there is one that is not longer than a chunk.
+    fn add_to_run(&mut self, is_in_run: bool, at: u64, bytes: u64, ns: u64) {
+        match self.chunks.last_mut().filter(|run| is_in_run && run.bytes < CHUNK_BYTES) {
+            Some(run) => {
+                (run.first_ns, run.last_ns) = (run.first_ns.min(ns), run.last_ns.max(ns));
+                run.bytes = at + bytes - run.at;
+            }
+            None => {
+                let (first_ns, last_ns, channels) = (ns, ns, Vec::new());
+                self.chunks.push(ChunkEntry { first_ns, last_ns, at, bytes, channels });
+            }
+        }
     }
 
     /// Whether the file itself has the index, because its writer came to an end.
@@ -98,8 +128,30 @@ impl Index {
 
     /// Time of the first message and of the last, nanoseconds; `None` where there is none.
     pub fn span_ns(&self) -> Option<(u64, u64)> {
-        let first = self.chunks.iter().map(|chunk| chunk.first_ns).min()?;
-        Some((first, self.chunks.iter().map(|chunk| chunk.last_ns).max()?))
+        // The times of a chunk without messages are the wrong way round.
+        let chunks = || self.chunks.iter().filter(|chunk| chunk.first_ns <= chunk.last_ns);
+        let first = chunks().map(|chunk| chunk.first_ns).min()?;
+        Some((first, chunks().map(|chunk| chunk.last_ns).max()?))
+    }
+
+    /// The names under which there are facts, wherever in the file they stand.
+    pub(crate) fn metadata_names(&self) -> impl Iterator<Item = &str> {
+        self.metadata.keys().map(String::as_str)
+    }
+
+    /// An attachment, read from where the index says that it lies.
+    pub(crate) fn attachment(
+        &self,
+        path: &Path,
+        entry: &AttachmentEntry,
+    ) -> Result<Attachment, RecordingError> {
+        let mut open = Open::new(path)?;
+        let found = match open.read_at(entry.at)? {
+            Record::Attachment(file) => Some(file),
+            _ => None,
+        };
+        let found = found.filter(|file| file.name == entry.name);
+        found.ok_or_else(|| open.stopped(Damage::NoIndex.into()))
     }
 
     /// Facts under a name, read from where the index says that they lie.
@@ -109,14 +161,9 @@ impl Index {
         name: &str,
     ) -> Result<Option<BTreeMap<String, String>>, RecordingError> {
         let Some(&at) = self.metadata.get(name) else { return Ok(None) };
-        let mut open = Open::new(path)?;
-        let read = open.file.seek(at).and_then(|()| open.file.advance());
-        let opcode = match read {
-            Ok(opcode) => opcode,
-            Err(stop) => return Err(open.stopped(stop)),
-        };
-        match Record::parse(opcode, open.file.content()) {
+        match Open::new(path)?.read_at(at) {
             Ok(Record::Metadata(found, facts)) if found == name => Ok(Some(facts)),
+            Err(error @ RecordingError::File { .. }) => Err(error),
             _ => Ok(None),
         }
     }

@@ -7,18 +7,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
-use sketchnav_schemas::channels::{HEALTH, TABLE};
+use sketchnav_schemas::channels::{HEALTH, TABLE, has_many_writers};
 use sketchnav_schemas::message::Health;
+use sketchnav_schemas::time::seconds;
 
 use crate::error::RecordingError;
+use crate::facts::{Lives, TopicFacts};
 use crate::index::Index;
 use crate::reader::{Part, RawMessage, Recording};
-use crate::sequence::{Gap, Seen, Sequence};
-use crate::writer::{
-    Lives, RECORDER_METADATA, RESTARTS_METADATA, RUN_METADATA, TOPICS_METADATA, TopicFacts, topic_name,
-};
-
-const NS_PER_S: f64 = 1e9;
+use crate::sequence::{Gap, Sequence};
+use crate::writer::{RECORDER_METADATA, RESTARTS_METADATA, RUN_METADATA, TOPICS_METADATA};
 
 /// What is in a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -119,8 +117,9 @@ fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
             tally.take(Part::Metadata(name.to_owned(), facts));
         }
     }
-    let attachment = |(name, bytes): &(String, u64)| AttachmentInfo { name: name.clone(), bytes: *bytes };
-    tally.attachments = index.attachments.iter().map(attachment).collect();
+    let attachments = index.attachments.into_iter();
+    tally.attachments =
+        attachments.map(|file| AttachmentInfo { name: file.name, bytes: file.bytes }).collect();
     tally.finish(path).map(Some)
 }
 
@@ -158,7 +157,7 @@ impl Tally {
             }
             Part::Message(message) => {
                 self.topics.entry(message.topic.name.clone()).or_default().take(&message);
-                if message.topic.name.strip_prefix('/') == Some(HEALTH.spec.name)
+                if HEALTH.spec.is_topic(&message.topic.name)
                     && let Ok((health, _)) = message.typed::<Health>()
                 {
                     self.lives.see(&health);
@@ -180,7 +179,7 @@ impl Tally {
     fn finish(self, path: &Path) -> Result<Info, RecordingError> {
         let size = std::fs::metadata(path);
         let bytes = size.map_err(|source| RecordingError::File { path: path.to_owned(), source })?.len();
-        let place = |name: &str| TABLE.iter().position(|spec| topic_name(spec.name) == name);
+        let place = |name: &str| TABLE.iter().position(|spec| spec.is_topic(name));
         let mut topics: Vec<_> = self.topics.into_iter().map(|(name, tally)| tally.finish(name)).collect();
         topics.sort_by_key(|topic| place(&topic.topic).unwrap_or(TABLE.len()));
         let told =
@@ -208,19 +207,14 @@ impl TopicTally {
     fn take(&mut self, message: &RawMessage) {
         self.messages += 1;
         self.facts.see_time(message.stamp_ns);
-        let after_seq = self.sequence.last();
-        if let Seen::New { missing: missing @ 1.. } = self.sequence.see(message.sequence.into()) {
-            self.facts.missing += missing;
-            self.facts.see_gap(after_seq, missing);
-        }
+        let has_many_writers = has_many_writers(&message.topic.name);
+        self.facts.see_number(&mut self.sequence, has_many_writers, message.sequence.into());
     }
 
     fn finish(self, topic: String) -> TopicInfo {
         let Self { ros2_type, messages, facts, .. } = self;
-        let many_write = TABLE.iter().any(|s| s.writer.is_none() && topic_name(s.name) == topic);
-        let (missing, gaps) = if many_write { (0, Vec::new()) } else { (facts.missing, facts.gaps) };
-        let seconds = |(a, b): (u64, u64)| (a as f64 / NS_PER_S, b as f64 / NS_PER_S);
-        let (first_s, last_s) = facts.times_ns.map(seconds).unzip();
+        let TopicFacts { times_ns, missing, gaps } = facts;
+        let (first_s, last_s) = times_ns.map(|(first, last)| (seconds(first), seconds(last))).unzip();
         let span_s = first_s.zip(last_s).map_or(0.0, |(first, last)| last - first);
         let rate_hz = (span_s > 0.0).then(|| messages.saturating_sub(1) as f64 / span_s);
         TopicInfo { topic, ros2_type, messages, rate_hz, first_s, last_s, missing, gaps }

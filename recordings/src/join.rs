@@ -4,11 +4,11 @@
 //! before that place rather than behind it. Joined, each message is there once, the index is whole, and
 //! what is missing from all parts is counted. Parts that hold nothing are passed over.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
 use std::path::Path;
 
-use sketchnav_schemas::channels::TABLE;
+use sketchnav_schemas::channels::has_many_writers;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::error::RecordingError;
@@ -28,7 +28,7 @@ pub fn join<W: Write>(
 ) -> Result<Writer<W>, RecordingError> {
     let parts: Vec<_> = parts.into_iter().collect();
     let files = sources_of(&parts);
-    let mut joined = Joined { writer: Writer::create_with(sink, run, &files)?, said: BTreeSet::new() };
+    let mut joined = Joined { writer: Writer::create_with(sink, run, &files)?, said: VecDeque::new() };
     for part in parts {
         match joined.take(part.as_ref()) {
             Err(RecordingError::Damaged { source: Damage::Empty, .. }) => {}
@@ -49,10 +49,14 @@ fn sources_of(parts: &[impl AsRef<Path>]) -> Vec<Attachment> {
     files.into_values().collect()
 }
 
+/// So many messages of channels with many writers are remembered: a part begins with what their histories
+/// hold, 8 messages of each process (`HEALTH`), and most of those ends the part before.
+const REMEMBERED: usize = 1024;
+
 struct Joined<W: Write> {
     writer: Writer<W>,
-    /// Of the channels that several processes write, whose numbers tell nothing, what was said.
-    said: BTreeSet<Vec<u8>>,
+    /// Of the channels that several processes write, whose numbers tell nothing, what was said last.
+    said: VecDeque<Vec<u8>>,
 }
 
 impl<W: Write> Joined<W> {
@@ -68,8 +72,16 @@ impl<W: Write> Joined<W> {
 
     /// The numbers of a channel that one process writes tell for themselves.
     fn is_new(&mut self, raw: &RawMessage) -> bool {
-        let name = raw.topic.name.trim_start_matches('/');
-        let many_write = TABLE.iter().any(|spec| spec.name == name && spec.writer.is_none());
-        !many_write || self.said.insert(raw.cdr.clone())
+        if !has_many_writers(&raw.topic.name) {
+            return true;
+        }
+        if self.said.contains(&raw.cdr) {
+            return false;
+        }
+        if self.said.len() == REMEMBERED {
+            self.said.pop_front();
+        }
+        self.said.push_back(raw.cdr.clone());
+        true
     }
 }

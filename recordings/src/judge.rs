@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{Contact, GroundTruth, Message, MissionStatus};
 use sketchnav_schemas::mission::{Mission, Task};
+use sketchnav_schemas::time::seconds;
 
 /// What became of a mission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,6 +52,27 @@ pub struct TaskVerdict {
     pub final_error_m: Option<f64>,
     /// How often the robot began to touch something.
     pub collisions: u32,
+}
+
+impl Verdict {
+    /// What [`Verdict::task_rows`] are about.
+    pub const TASK_COLUMNS: [&'static str; 7] =
+        ["task", "reached", "time", "path", "final error", "collisions", "the planner said"];
+
+    /// A row of words for each task, for people.
+    pub fn task_rows(&self) -> impl Iterator<Item = [String; 7]> {
+        self.tasks.iter().map(|task| {
+            [
+                task.name.clone(),
+                if task.reached { "yes" } else { "no" }.to_owned(),
+                format!("{:.1} s", task.time_s),
+                format!("{:.1} m", task.path_m),
+                task.final_error_m.map_or("–".to_owned(), |error| format!("{error:.2} m")),
+                task.collisions.to_string(),
+                format!("{}: {}", task.state, task.reason),
+            ]
+        })
+    }
 }
 
 /// When a task was driven and how it stood last.
@@ -164,10 +186,6 @@ fn truth_at(truth: &[GroundTruth], stamp_ns: u64) -> Option<&GroundTruth> {
 
 fn path_length_m(truth: &[GroundTruth]) -> f64 {
     truth.windows(2).map(|pair| pair[0].pose().position().distance(&pair[1].pose().position())).sum()
-}
-
-fn seconds(ns: u64) -> f64 {
-    ns as f64 / 1e9
 }
 
 #[cfg(test)]

@@ -8,14 +8,16 @@
 //! - [`carmen`], [`mod@import`]: other people's logs; [`sources`]: the files of a run inside its recording.
 //! - [`judge`]: how a mission went; [`picture`]: what it looked like; [`page`]: pages that show it.
 //!
-//! Nothing here reads a clock, knows how a message travels between processes, or writes a file by
-//! itself.
+//! Nothing here reads a clock, or knows how a message travels between processes. Recordings are read from
+//! files and written to whatever sink the caller gives; [`sources`] alone reads other files, and writes those
+//! of a recording into a folder.
 
 pub mod carmen;
 pub mod copy;
 pub mod diff;
 mod directory;
 pub mod error;
+mod facts;
 pub mod faults;
 pub mod import;
 pub mod index;

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::op;
 
-use crate::directory::Directory;
+use crate::directory::{Directory, Topic};
 use crate::error::RecordingError;
 use crate::index::Index;
 use crate::reader::{Part, RawMessage};
 use crate::record_file::{RecordFile, Stop};
-use crate::records::{ChunkEntry, Damage, Record, next_in, unpack};
+use crate::records::{ChunkEntry, Damage, MessageHead, Record, next_in, unpack};
 
 /// Which messages are wanted.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,6 +49,10 @@ impl Selection {
         self.times_ns.contains(&ns) || (ns == u64::MAX && self.times_ns.end == u64::MAX)
     }
 
+    fn wants(&self, topic: &Topic, ns: u64) -> bool {
+        self.wants_topic(&topic.name) && self.wants_time(ns)
+    }
+
     /// Whether a chunk may hold something that is wanted.
     fn may_be_in(&self, chunk: &ChunkEntry, directory: &Directory) -> bool {
         let Range { start, end } = self.times_ns;
@@ -69,7 +73,7 @@ impl Selection {
 /// A part of a recording, or a chunk that begins.
 pub(crate) enum Piece {
     /// A chunk, whose parts come next.
-    Chunk(ChunkEntry),
+    Chunk,
     /// A part.
     Part(Part),
     /// The end; nothing comes behind it.
@@ -84,8 +88,9 @@ pub(crate) struct Open {
     path: PathBuf,
     pub(crate) file: RecordFile,
     directory: Directory,
+    /// Where the last record of the file begins: the chunk, within one.
+    record_at: u64,
     chunk: Vec<u8>,
-    chunk_at: u64,
     offset: usize,
     messages: u64,
 }
@@ -97,8 +102,8 @@ impl Open {
             path: path.to_owned(),
             file,
             directory: Directory::default(),
+            record_at: 0,
             chunk: Vec::new(),
-            chunk_at: 0,
             offset: 0,
             messages: 0,
         })
@@ -124,18 +129,31 @@ impl Open {
     /// The next piece.
     pub(crate) fn next_piece(&mut self) -> Result<Piece, RecordingError> {
         loop {
-            let piece = if self.is_in_chunk() { self.in_chunk()? } else { self.in_file()? };
+            let piece = if self.is_in_chunk() { self.in_chunk(&|_, _| true)? } else { self.in_file()? };
             if let Some(piece) = piece {
                 return Ok(piece);
             }
         }
     }
 
+    /// Where the last record of the file begins, and its length with its frame.
+    pub(crate) fn record(&self) -> (u64, u64) {
+        (self.record_at, self.file.at() - self.record_at)
+    }
+
+    /// The record that begins there.
+    pub(crate) fn read_at(&mut self, at: u64) -> Result<Record<'_>, RecordingError> {
+        let read = self.file.seek(at).and_then(|()| self.file.advance());
+        let opcode = read.map_err(|stop| self.stopped(stop))?;
+        Record::parse(opcode, self.file.content()).map_err(|kind| self.damaged(Damage::Content { at, kind }))
+    }
+
     fn in_file(&mut self) -> Result<Option<Piece>, RecordingError> {
         let at = self.file.at();
+        self.record_at = at;
         let opcode = match self.file.advance() {
             Ok(opcode) => opcode,
-            Err(Stop::Cut) => return Ok(Some(Piece::End { clean: false })),
+            Err(Stop::Cut(_)) => return Ok(Some(Piece::End { clean: false })),
             Err(stop) => return Err(self.stopped(stop)),
         };
         let record = Record::parse(opcode, self.file.content());
@@ -143,14 +161,12 @@ impl Open {
         match record {
             Record::Chunk(head, packed) => {
                 let unpacked = unpack(&head, packed, at, &mut self.chunk);
-                (self.chunk_at, self.offset) = (at, 0);
+                self.offset = 0;
                 unpacked.map_err(|damage| {
                     self.chunk.clear();
                     self.damaged(damage)
                 })?;
-                let bytes = self.file.at() - at;
-                let (first_ns, last_ns) = (head_times(&self.chunk)).unwrap_or((u64::MAX, 0));
-                Ok(Some(Piece::Chunk(ChunkEntry { first_ns, last_ns, at, bytes, channels: Vec::new() })))
+                Ok(Some(Piece::Chunk))
             }
             Record::Footer(..) => Ok(Some(Piece::End { clean: true })),
             Record::Message(head, data) => {
@@ -163,8 +179,12 @@ impl Open {
         }
     }
 
-    fn in_chunk(&mut self) -> Result<Option<Piece>, RecordingError> {
-        let at = self.chunk_at;
+    /// What comes next in the chunk; nothing where it is a message that is not wanted.
+    fn in_chunk(
+        &mut self,
+        is_wanted: &impl Fn(&Topic, u64) -> bool,
+    ) -> Result<Option<Piece>, RecordingError> {
+        let at = self.record_at;
         let wrong = |kind| Damage::Content { at, kind };
         let Some((opcode, content)) = next_in(&self.chunk, self.offset) else {
             return Err(self.damaged(wrong("chunk")));
@@ -178,25 +198,32 @@ impl Open {
         let Some(topic) = self.directory.topic(head.channel) else {
             return Err(self.damaged(Damage::UnknownChannel { at, channel: head.channel }));
         };
-        let message = RawMessage::new(topic, head, data);
         self.messages += 1;
-        Ok(Some(Piece::Part(Part::Message(message))))
+        let is_wanted = is_wanted(topic, head.log_ns);
+        Ok(is_wanted.then(|| Piece::Part(Part::Message(RawMessage::new(topic, head, data)))))
     }
 
-    /// Takes from the chunk what it declares, and passes over its messages.
-    pub(crate) fn skip_chunk(&mut self) -> Result<(), RecordingError> {
+    /// Takes from the chunk what it declares, and passes over its messages; their earliest time and their
+    /// latest, nanoseconds.
+    pub(crate) fn skip_chunk(&mut self) -> Result<Option<(u64, u64)>, RecordingError> {
+        let mut times: Option<(u64, u64)> = None;
         while self.offset < self.chunk.len() {
             let Some((opcode, content)) = next_in(&self.chunk, self.offset) else {
-                return Err(self.damaged(Damage::Content { at: self.chunk_at, kind: "chunk" }));
+                return Err(self.damaged(Damage::Content { at: self.record_at, kind: "chunk" }));
             };
             self.offset = content.end;
-            if matches!(opcode, op::SCHEMA | op::CHANNEL)
-                && let Ok(record) = Record::parse(opcode, &self.chunk[content])
-            {
-                self.directory.take(record);
+            if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+                continue;
+            }
+            match Record::parse(opcode, &self.chunk[content]) {
+                Ok(Record::Message(MessageHead { log_ns: ns, .. }, _)) => {
+                    times = Some(times.map_or((ns, ns), |(first, last)| (first.min(ns), last.max(ns))));
+                }
+                Ok(record) => drop(self.directory.take(record)),
+                Err(_) => {}
             }
         }
-        Ok(())
+        Ok(times)
     }
 
     /// Leaves the chunk that is being read; false where there is none.
@@ -206,12 +233,13 @@ impl Open {
         was_inside
     }
 
-    /// Goes to a chunk; what comes next is that chunk.
-    fn enter(&mut self, chunk: &ChunkEntry) -> Result<(), RecordingError> {
+    /// Goes to a chunk, or to a run of messages in no chunk: itself, or the first of those.
+    fn enter(&mut self, entry: &ChunkEntry) -> Result<Piece, RecordingError> {
         self.offset = self.chunk.len();
-        self.file.seek(chunk.at).map_err(|stop| self.stopped(stop))?;
+        self.file.seek(entry.at).map_err(|stop| self.stopped(stop))?;
         match self.in_file()? {
-            Some(Piece::Chunk(_)) => Ok(()),
+            Some(piece @ (Piece::Chunk | Piece::Part(Part::Message(_)))) => Ok(piece),
+            Some(Piece::End { clean: false }) => Err(self.damaged(Damage::Cut { at: entry.at })),
             _ => Err(self.damaged(Damage::NoIndex)),
         }
     }
@@ -219,19 +247,6 @@ impl Open {
     fn is_in_chunk(&self) -> bool {
         self.offset < self.chunk.len()
     }
-}
-
-/// The times of the first and the last message of a chunk's records.
-fn head_times(records: &[u8]) -> Option<(u64, u64)> {
-    let (mut at, mut times): (usize, Option<(u64, u64)>) = (0, None);
-    while let Some((opcode, content)) = next_in(records, at) {
-        at = content.end;
-        if let Ok(Record::Message(head, _)) = Record::parse(opcode, &records[content]) {
-            let ns = head.log_ns;
-            times = Some(times.map_or((ns, ns), |(first, last)| (first.min(ns), last.max(ns))));
-        }
-    }
-    times
 }
 
 impl Directory {
@@ -255,7 +270,7 @@ fn told(path: &Path, messages: u64, stop: Stop) -> RecordingError {
     match stop {
         Stop::Io(source) => RecordingError::File { path, source },
         Stop::Damage(source) => RecordingError::Damaged { path, messages, source },
-        Stop::Cut => RecordingError::Damaged { path, messages, source: Damage::NoIndex },
+        Stop::Cut(at) => RecordingError::Damaged { path, messages, source: Damage::Cut { at } },
     }
 }
 
@@ -278,7 +293,7 @@ impl Iterator for Parts {
         while !self.is_over {
             match self.open.next_piece() {
                 Ok(Piece::Part(part)) => return Some(Ok(part)),
-                Ok(Piece::Chunk(_)) => {}
+                Ok(Piece::Chunk) => {}
                 Ok(Piece::End { clean }) => {
                     self.is_over = true;
                     return Some(Ok(Part::End { clean }));
@@ -297,6 +312,8 @@ impl Iterator for Parts {
 pub struct Selected {
     open: Open,
     chunks: VecDeque<ChunkEntry>,
+    /// Where the run of messages in no chunk ends that is being read; within a chunk, the chunk.
+    run_end: u64,
     selection: Selection,
     is_over: bool,
 }
@@ -306,7 +323,7 @@ impl Selected {
         let mut open = Open::new(path)?;
         open.directory = index.directory.clone();
         let chunks = selection.chunks(index).into();
-        Ok(Self { open, chunks, selection, is_over: false })
+        Ok(Self { open, chunks, run_end: 0, selection, is_over: false })
     }
 
     /// How many bytes of the file were read so far.
@@ -323,19 +340,38 @@ impl Selected {
 
     fn step(&mut self) -> Result<Option<RawMessage>, RecordingError> {
         loop {
-            while self.open.is_in_chunk() {
-                if let Some(Piece::Part(Part::Message(message))) = self.open.in_chunk()?
-                    && self.selection.wants_topic(&message.topic.name)
-                    && self.selection.wants_time(message.stamp_ns)
-                {
-                    return Ok(Some(message));
-                }
+            if let Some(Piece::Part(Part::Message(message))) = self.next_piece()?
+                && self.selection.wants(&message.topic, message.stamp_ns)
+            {
+                return Ok(Some(message));
             }
-            match self.chunks.pop_front() {
-                None => return Ok(None),
-                Some(chunk) => self.open.enter(&chunk)?,
+            if self.chunks.is_empty() && !self.is_inside() {
+                return Ok(None);
             }
         }
+    }
+
+    fn is_inside(&self) -> bool {
+        self.open.is_in_chunk() || self.open.file.at() < self.run_end
+    }
+
+    fn next_piece(&mut self) -> Result<Option<Piece>, RecordingError> {
+        if self.open.is_in_chunk() {
+            let selection = &self.selection;
+            return self.open.in_chunk(&|topic, ns| selection.wants(topic, ns));
+        }
+        if self.is_inside() {
+            // A run has no chunk in it, and ends before the file does.
+            return match self.open.in_file()? {
+                Some(Piece::Chunk | Piece::End { .. }) => Err(self.open.damaged(Damage::NoIndex)),
+                piece => Ok(piece),
+            };
+        }
+        let Some(entry) = self.chunks.pop_front() else { return Ok(None) };
+        let piece = self.open.enter(&entry)?;
+        let is_chunk = matches!(piece, Piece::Chunk);
+        self.run_end = if is_chunk { self.open.file.at() } else { entry.at.saturating_add(entry.bytes) };
+        Ok(Some(piece))
     }
 
     /// The messages of one chunk that are wanted.

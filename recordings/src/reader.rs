@@ -139,15 +139,11 @@ impl Recording {
     /// [`RecordingError::File`]; [`RecordingError::Damaged`] where a file without an index of its own is
     /// damaged.
     pub fn index(&self) -> Result<&Index, RecordingError> {
-        if self.index.get().is_none() {
-            let index = Index::read(&self.path)?;
-            self.index.get_or_init(|| Arc::new(index));
+        if let Some(index) = self.index.get() {
+            return Ok(index);
         }
-        // Just filled, by us or by another thread.
-        self.index
-            .get()
-            .map(Arc::as_ref)
-            .ok_or_else(|| RecordingError::Run { what: "index", reason: "was not kept".into() })
+        let index = Index::read(&self.path)?;
+        Ok(self.index.get_or_init(|| Arc::new(index)))
     }
 
     /// Everything in the file, in its order, and a [`Part::End`].
@@ -183,6 +179,14 @@ impl Recording {
     pub fn channel<T: Ros2>(&self, channel: Channel<T>) -> Result<Messages<T>, RecordingError> {
         let selection = Selection::of_topics([topic_name(channel.spec.name)]);
         Ok(Messages { selected: self.select(selection)?, path: self.path.clone(), message: PhantomData })
+    }
+
+    /// All messages of a channel in memory, without the slices behind them.
+    ///
+    /// # Errors
+    /// As [`Recording::channel`] and its items.
+    pub fn all<T: Ros2>(&self, channel: Channel<T>) -> Result<Vec<T>, RecordingError> {
+        self.channel(channel)?.map(|message| Ok(message?.0)).collect()
     }
 }
 
@@ -234,8 +238,16 @@ impl RawMessage {
         })
     }
 
+    /// As [`RawMessage::typed`], by the channel that it is a message of.
+    ///
+    /// # Errors
+    /// As [`RawMessage::typed`].
+    pub fn read<T: Ros2>(&self, _channel: Channel<T>) -> Result<(T, Vec<u8>), RecordingError> {
+        self.typed()
+    }
+
     /// As [`RawMessage::typed`], where the topic's type is `T`'s.
-    fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
+    pub(crate) fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
         if self.topic.ros2_type == T::TYPE {
             return self.typed();
         }

@@ -14,8 +14,8 @@ const TAIL_BYTES: u64 = FRAME_BYTES + 20 + 8;
 /// Why the next record cannot be had.
 #[derive(Debug)]
 pub enum Stop {
-    /// The file ends in the middle of it, or before it.
-    Cut,
+    /// The file ends in the middle of it, or before it; where it begins.
+    Cut(u64),
     /// It is damaged.
     Damage(Damage),
     /// The system cannot read it.
@@ -78,7 +78,7 @@ impl RecordFile {
     /// Goes to another record.
     pub fn seek(&mut self, at: u64) -> Result<(), Stop> {
         if at > self.bytes {
-            return Err(Stop::Cut);
+            return Err(Stop::Cut(at));
         }
         if at != self.at {
             self.file.seek(SeekFrom::Start(at))?;
@@ -92,7 +92,7 @@ impl RecordFile {
         let begin = self.at;
         let left = self.bytes - begin;
         if left < FRAME_BYTES {
-            return Err(Stop::Cut);
+            return Err(Stop::Cut(begin));
         }
         let mut frame = [0; FRAME_BYTES as usize];
         self.fill_from_file(&mut frame)?;
@@ -102,7 +102,7 @@ impl RecordFile {
             return Err(Damage::TooLong { at: begin, bytes: length }.into());
         }
         if length > left - FRAME_BYTES {
-            return Err(Stop::Cut);
+            return Err(Stop::Cut(begin));
         }
         let mut content = std::mem::take(&mut self.content);
         content.resize(length as usize, 0);
@@ -117,7 +117,7 @@ impl RecordFile {
 
     fn fill_from_file(&mut self, into: &mut [u8]) -> Result<(), Stop> {
         self.file.read_exact(into).map_err(|error| match error.kind() {
-            io::ErrorKind::UnexpectedEof => Stop::Cut,
+            io::ErrorKind::UnexpectedEof => Stop::Cut(self.at),
             _ => Stop::Io(error),
         })?;
         self.at += into.len() as u64;

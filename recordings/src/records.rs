@@ -69,6 +69,12 @@ pub enum Damage {
         /// Its number in the file.
         channel: u16,
     },
+    /// The file ends inside a record, or before one that its index names.
+    #[error("byte {at}: the file ends before the record that begins there does")]
+    Cut {
+        /// Where the record begins.
+        at: u64,
+    },
     /// The file has no index at its end, or one that does not fit it.
     #[error("it has no index that fits it")]
     NoIndex,
@@ -164,19 +170,30 @@ pub struct MessageHead {
     pub publish_ns: u64,
 }
 
-/// A chunk as the index has it.
+/// A chunk as the index has it; or, of a file whose messages stand in no chunks, a run of records.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChunkEntry {
     /// Time of its first message, nanoseconds.
     pub first_ns: u64,
     /// Time of its last message, nanoseconds.
     pub last_ns: u64,
-    /// Where its record begins.
+    /// Where its record begins, or the run's first.
     pub at: u64,
-    /// Length of the record with its frame.
+    /// Length of the record with its frame, or of the run.
     pub bytes: u64,
     /// The channels that have messages in it; empty where that is not known.
     pub channels: Vec<u16>,
+}
+
+/// An attachment as the index has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AttachmentEntry {
+    /// Its name.
+    pub name: String,
+    /// Where its record begins.
+    pub at: u64,
+    /// Length of its content.
+    pub bytes: u64,
 }
 
 /// The counts at a file's end.
@@ -195,8 +212,8 @@ pub struct Statistics {
 /// A record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Record<'a> {
-    /// The file's first: profile and library.
-    Header(String, String),
+    /// The file's first.
+    Header,
     /// The form of messages, and its number.
     Schema(u16, Schema),
     /// A channel.
@@ -215,8 +232,8 @@ pub enum Record<'a> {
     Footer(u64, u32),
     /// Of the index: a chunk.
     ChunkIndex(ChunkEntry),
-    /// Of the index: an attachment, its name and size.
-    AttachmentIndex(u64, String, u64),
+    /// Of the index: an attachment.
+    AttachmentIndex(AttachmentEntry),
     /// Of the index: metadata and its name.
     MetadataIndex(u64, String),
     /// Of the index: counts.
@@ -256,7 +273,7 @@ impl<'a> Record<'a> {
     pub fn parse(opcode: u8, content: &'a [u8]) -> Result<Self, &'static str> {
         let mut f = Fields(content);
         let (kind, record) = match opcode {
-            op::HEADER => ("header", (|| Some(Self::Header(f.text()?, f.text()?)))()),
+            op::HEADER => ("header", header(f)),
             op::SCHEMA => ("schema", schema(f)),
             op::CHANNEL => ("channel", channel(f)),
             op::MESSAGE => ("message", message(f)),
@@ -273,6 +290,11 @@ impl<'a> Record<'a> {
         };
         record.ok_or(kind)
     }
+}
+
+fn header<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
+    let (_profile, _library) = (f.text()?, f.text()?);
+    Some(Record::Header)
 }
 
 fn schema<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
@@ -318,8 +340,8 @@ fn chunk_index<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
 }
 
 fn attachment_index<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
-    let (at, _bytes, _log, _created, size) = (f.u64()?, f.u64()?, f.u64()?, f.u64()?, f.u64()?);
-    Some(Record::AttachmentIndex(at, f.text()?, size))
+    let (at, _record, _log, _created, bytes) = (f.u64()?, f.u64()?, f.u64()?, f.u64()?, f.u64()?);
+    Some(Record::AttachmentIndex(AttachmentEntry { name: f.text()?, at, bytes }))
 }
 
 fn metadata_index<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {

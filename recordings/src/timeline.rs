@@ -8,6 +8,10 @@ use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
 use std::path::Path;
 
+use sketchnav_schemas::channels::{
+    COMMAND, CONTACT, ESTIMATE, MISSION, ODOMETRY, PARTICLES, PLAN, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
+};
+
 use crate::error::RecordingError;
 use crate::index::Index;
 use crate::parts::{Selected, Selection};
@@ -15,24 +19,29 @@ use crate::reader::RawMessage;
 use crate::records::ChunkEntry;
 
 /// The order of an instant; what is not in it comes last, in the order of the file.
-const RHYTHM: [&str; 13] = [
-    "/tf_static",
-    "/sketch",
-    "/route",
-    "/mission",
-    "/contact",
-    "/truth",
-    "/odometry",
-    "/scan",
-    "/particles",
-    "/estimate",
-    "/plan",
-    "/command",
-    "/status",
+const RHYTHM: [&str; 12] = [
+    SKETCH.spec.name,
+    ROUTE.spec.name,
+    MISSION.spec.name,
+    CONTACT.spec.name,
+    TRUTH.spec.name,
+    ODOMETRY.spec.name,
+    SCAN.spec.name,
+    PARTICLES.spec.name,
+    ESTIMATE.spec.name,
+    PLAN.spec.name,
+    COMMAND.spec.name,
+    STATUS.spec.name,
 ];
 
+/// What never changes comes before the rhythm.
 fn rank(topic: &str) -> usize {
-    RHYTHM.iter().position(|name| *name == topic).unwrap_or(RHYTHM.len())
+    let name = topic.strip_prefix('/').unwrap_or(topic);
+    match RHYTHM.iter().position(|known| *known == name) {
+        _ if name == "tf_static" => 0,
+        Some(place) => 1 + place,
+        None => 1 + RHYTHM.len(),
+    }
 }
 
 /// Messages in the order of their times: see [`crate::Recording::timeline`].
@@ -112,5 +121,24 @@ impl Iterator for Timeline {
                 Some(Err(error))
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_schemas::channels::{FAULTS, HEALTH, TABLE};
+
+    use super::*;
+
+    /// `rerun` and `replay` take the inputs of a core in this order: a channel that is not in it would come
+    /// after everything that it is the cause of.
+    #[test]
+    fn every_recorded_channel_has_its_place_in_the_rhythm() {
+        let told_of_others = [HEALTH.spec.name, FAULTS.spec.name];
+        for spec in TABLE.iter().filter(|spec| spec.recorded) {
+            let has_place = rank(&format!("/{}", spec.name)) <= RHYTHM.len();
+            assert_eq!(has_place, !told_of_others.contains(&spec.name), "{}", spec.name);
+        }
+        assert!(rank("/tf_static") < rank("/sketch") && rank("/odometry") < rank("/scan"));
     }
 }

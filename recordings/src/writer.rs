@@ -16,16 +16,16 @@ use std::io::Write;
 
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions, records};
-use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor};
-use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::{Health, Odometry};
+use sketchnav_schemas::message::Odometry;
 use sketchnav_schemas::ros2::{Ros2, Ros2Error, definitions, transforms};
 use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::error::RecordingError;
+use crate::facts::Lives;
+pub use crate::facts::TopicFacts;
 use crate::reader::{Attachment, RawMessage};
-use crate::sequence::{Gap, MAX_GAPS, Seen, Sequence};
+use crate::sequence::{Seen, Sequence};
 
 /// Uncompressed size at which a chunk is closed by itself, bytes.
 pub(crate) const CHUNK_BYTES: u64 = 768 * 1024;
@@ -58,7 +58,7 @@ const LATCHED_QOS: &str = "- history: keep_last
 
 /// Writes a recording to `W`.
 pub struct Writer<W: Write> {
-    mcap: mcap::Writer<NoSeek<W>>,
+    mcap: Mcap<W>,
     topics: Vec<Topic>,
     /// Of each topic the form of its last message: the next one is put into its memory.
     forms: Vec<Spare>,
@@ -70,54 +70,6 @@ pub struct Writer<W: Write> {
     restarts: u32,
     lives: Lives,
     cdr: Vec<u8>,
-}
-
-/// What is told of a topic, so that nobody need read all messages to know it.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct TopicFacts {
-    /// Time of the earliest message and of the latest, nanoseconds.
-    pub times_ns: Option<(u64, u64)>,
-    /// How many messages the numbers show to be missing.
-    pub missing: u64,
-    /// The first gaps.
-    pub gaps: Vec<Gap>,
-}
-
-impl TopicFacts {
-    /// Notes a message of this time.
-    pub(crate) fn see_time(&mut self, ns: u64) {
-        self.times_ns = Some(self.times_ns.map_or((ns, ns), |(first, last)| (first.min(ns), last.max(ns))));
-    }
-
-    /// Notes that so many messages are missing after that one.
-    pub(crate) fn see_gap(&mut self, after_seq: u64, missing: u64) {
-        if self.gaps.len() < MAX_GAPS {
-            self.gaps.push(Gap { after_seq, missing });
-        }
-    }
-}
-
-/// How often processes were started again, by the process ids in what they say.
-#[derive(Debug, Default)]
-pub(crate) struct Lives([Option<(u32, u64)>; MAX_PROCESSES]);
-
-/// More kinds of processes than there are.
-const MAX_PROCESSES: usize = 16;
-
-impl Lives {
-    pub(crate) fn see(&mut self, health: &Health) {
-        let Some(life) = self.0.get_mut(health.process as usize) else { return };
-        let is_next = life.is_some_and(|(pid, _)| pid != health.pid);
-        *life = Some((health.pid, life.map_or(0, |(_, restarts)| restarts) + u64::from(is_next)));
-    }
-
-    /// By process, of those that said anything; an observer is no process of the system.
-    pub(crate) fn restarts(&self) -> BTreeMap<String, String> {
-        let lives =
-            self.0.iter().zip(0..).filter_map(|(life, code)| Some((Process::from_code(code)?, (*life)?)));
-        let lives = lives.filter(|(process, _)| *process != Process::Observer);
-        lives.map(|(process, (_, restarts))| (process.word().to_owned(), restarts.to_string())).collect()
-    }
 }
 
 /// Some [`Ros2::Form`].
@@ -154,14 +106,7 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// As [`Writer::create`].
     pub fn create_with(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
-        let options = WriteOptions::new()
-            .profile("ros2")
-            .library(concat!("sketchnav ", env!("CARGO_PKG_VERSION")))
-            .compression(Some(Compression::Zstd))
-            .compression_threads(0)
-            .chunk_size(Some(CHUNK_BYTES))
-            .disable_seeking(true);
-        let mut mcap = options.create(NoSeek::new(sink)).map_err(RecordingError::Write)?;
+        let mut mcap = begin(sink)?;
         describe(&mut mcap, run)?;
         for Attachment { name, media_type, data } in files {
             attach(&mut mcap, name, media_type, data.clone())?;
@@ -312,36 +257,31 @@ impl<W: Write> Writer<W> {
 
 impl<W: Write> Writer<W> {
     fn topic_facts(&self) -> Result<BTreeMap<String, String>, RecordingError> {
-        let json = |(name, facts): (String, TopicFacts)| {
-            let told = serde_json::to_string(&facts);
-            let wrong =
-                |error: serde_json::Error| RecordingError::Run { what: "topics", reason: error.to_string() };
-            Ok((name, told.map_err(wrong)?))
-        };
         let still = TopicFacts { times_ns: Some((0, 0)), ..TopicFacts::default() };
-        let transforms = [("/tf_static".into(), still), ("/tf".into(), self.transform_facts.clone())];
-        let of_topic = |topic: &Topic| {
-            (
-                topic_name(topic.spec.name),
-                TopicFacts { missing: topic.sequence.missing(), ..topic.facts.clone() },
-            )
-        };
-        self.topics.iter().map(of_topic).chain(transforms).map(json).collect()
+        let transforms = [("/tf_static".into(), &still), ("/tf".into(), &self.transform_facts)];
+        let of_topic = |topic: &'_ Topic| (topic_name(topic.spec.name), topic.facts.to_json());
+        let told = self.topics.iter().map(of_topic);
+        let told = told.chain(transforms.map(|(name, facts)| (name, facts.to_json())));
+        told.map(|(name, json)| Ok((name, json?))).collect()
     }
 }
 
 impl Topic {
     fn see(&mut self, seq: u64) -> Seen {
-        if self.spec.writer.is_none() {
-            return Seen::New { missing: 0 };
-        }
-        let after_seq = self.sequence.last();
-        let seen = self.sequence.see(seq);
-        if let Seen::New { missing: missing @ 1.. } = seen {
-            self.facts.see_gap(after_seq, missing);
-        }
-        seen
+        self.facts.see_number(&mut self.sequence, self.spec.writer.is_none(), seq)
     }
+}
+
+/// Begins a file: as ROS 2 has them, in chunks, never seeked in.
+pub(crate) fn begin<W: Write>(sink: W) -> Result<Mcap<W>, RecordingError> {
+    let options = WriteOptions::new()
+        .profile("ros2")
+        .library(concat!("sketchnav ", env!("CARGO_PKG_VERSION")))
+        .compression(Some(Compression::Zstd))
+        .compression_threads(0)
+        .chunk_size(Some(CHUNK_BYTES))
+        .disable_seeking(true);
+    options.create(NoSeek::new(sink)).map_err(RecordingError::Write)
 }
 
 /// A channel's topic: its name with a slash before it.
@@ -349,7 +289,7 @@ pub fn topic_name(channel: &str) -> String {
     format!("/{channel}")
 }
 
-type Mcap<W> = mcap::Writer<NoSeek<W>>;
+pub(crate) type Mcap<W> = mcap::Writer<NoSeek<W>>;
 
 fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), RecordingError> {
     let pace = match run.pace {

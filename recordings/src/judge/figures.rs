@@ -12,10 +12,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use sketchnav_schemas::codes::{Process, Tracking};
 use sketchnav_schemas::geometry::{Point, Pose, World};
-use sketchnav_schemas::message::Health;
+use sketchnav_schemas::message::{Health, SketchMap};
 use sketchnav_schemas::mission::Mission;
 
-use super::log::{Instant, Log, SketchFacts};
+use super::log::{Instant, Log};
 use super::rooms::Rooms;
 use super::trajectory::{self, Statistics};
 use super::{Verdict, judge};
@@ -63,7 +63,7 @@ pub struct Figures {
     pub tracking: BTreeMap<&'static str, f64>,
     /// How long each process took for a step, by its health.
     pub stages: Vec<Stage>,
-    /// Scans to which no command came.
+    /// Scans to which no command came; 0 where there are no commands at all, for nobody drove.
     pub unanswered_scans: u64,
 }
 
@@ -105,7 +105,6 @@ pub fn figures(
     let (truth, estimate, metres_by) = metric(log, map);
     let aligned = trajectory::aligned(&trajectory::alignment(&truth, &estimate), &estimate);
     let driven = mission.filter(|_| !log.status.is_empty());
-    let commands = log.status.len() as u64;
     Figures {
         verdict: driven.map(|mission| judge(mission, &log.truth, &log.status, &log.contacts)),
         estimates: instants.len(),
@@ -113,16 +112,20 @@ pub fn figures(
         absolute_m: Statistics::of(trajectory::absolute(&truth, &aligned)),
         unaligned_m: map.and_then(|_| Statistics::of(trajectory::absolute(&truth, &estimate))),
         relative_m: Statistics::of(trajectory::relative(&truth, &estimate, RELATIVE_STEPS)),
-        local_m: log.sketch.and_then(|sketch| Statistics::of(local_errors_m(instants, &sketch))),
-        rooms: rooms.zip(log.sketch).map(|(rooms, sketch)| in_rooms(instants, rooms, &sketch)),
+        local_m: log.map().and_then(|sketch| Statistics::of(local_errors_m(instants, sketch))),
+        rooms: rooms.zip(log.map()).map(|(rooms, sketch)| in_rooms(instants, rooms, sketch)),
         collisions: log.contacts.iter().filter(|contact| contact.begins == 1).count(),
         effective_sample_size: of(|i| i.effective_sample_size),
         scale_a_pxpm: of(|i| i.scales_pxpm[0]),
         scale_b_pxpm: of(|i| i.scales_pxpm[1]),
         tracking: tracking(instants),
         stages: stages(&log.health),
-        unanswered_scans: if commands == 0 { 0 } else { (log.estimates as u64).saturating_sub(commands) },
+        unanswered_scans: unanswered(log),
     }
+}
+
+fn unanswered(log: &Log) -> u64 {
+    if log.answered_scans == 0 { 0 } else { log.scans.saturating_sub(log.answered_scans) }
 }
 
 /// The true and the estimated trajectory in metres, and how the estimated one came to them.
@@ -131,7 +134,7 @@ pub fn metric(log: &Log, map: Option<MetricMap>) -> (Vec<Pose<World>>, Vec<Pose<
     let (estimate, by) = match map {
         Some(map) => (log.instants.iter().map(|i| in_map(i, &map)).collect(), "map"),
         None => {
-            (by_mean_scales(&log.instants, log.sketch.map_or(0.0, |s| s.wall_direction_rad)), "mean scales")
+            (by_mean_scales(&log.instants, log.map().map_or(0.0, |s| s.wall_direction_rad)), "mean scales")
         }
     };
     (truth, estimate, by)
@@ -164,7 +167,7 @@ fn metres(px: [f64; 2], [a, b]: [f64; 2], wall_direction_rad: f64) -> [f64; 2] {
 }
 
 /// The errors in the drawing's local metric; none where the trajectory is a line or too short.
-pub fn local_errors_m(instants: &[Instant], sketch: &SketchFacts) -> Vec<f64> {
+pub fn local_errors_m(instants: &[Instant], sketch: &SketchMap) -> Vec<f64> {
     let truth: Vec<_> = instants.iter().map(|i| [i.truth.x, i.truth.y]).collect();
     let drawn: Vec<_> = instants.iter().map(|i| [i.estimate.x, i.estimate.y]).collect();
     let Some([row_x, row_y]) = trajectory::affine(&truth, &drawn) else { return Vec::new() };
@@ -177,7 +180,7 @@ pub fn local_errors_m(instants: &[Instant], sketch: &SketchFacts) -> Vec<f64> {
     instants.iter().zip(&truth).zip(&drawn).map(error).collect()
 }
 
-fn in_rooms(instants: &[Instant], rooms: &Rooms, sketch: &SketchFacts) -> RoomFigures {
+fn in_rooms(instants: &[Instant], rooms: &Rooms, sketch: &SketchMap) -> RoomFigures {
     let (mut judged, mut right) = (0, 0);
     for instant in instants {
         let Some(truly) = rooms.of_world(Point::new(instant.truth.x, instant.truth.y)) else { continue };

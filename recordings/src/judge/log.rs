@@ -1,14 +1,22 @@
-//! What the judge needs of a recording, read in one pass over the channels that hold it.
+//! What a recording says of a mission, read in one pass over the chunks that hold it.
 
 use std::collections::BTreeMap;
 
-use sketchnav_schemas::channels::{CONTACT, Channel, ESTIMATE, HEALTH, SKETCH, STATUS, TRUTH};
+use sketchnav_schemas::channels::{
+    COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, PARTICLES, ROUTE, SCAN, SKETCH, STATUS,
+    TRUTH,
+};
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
-use sketchnav_schemas::message::{Contact, GroundTruth, Health, MissionStatus, PoseEstimate, SketchMap};
+use sketchnav_schemas::message::{
+    Contact, Fault, GroundTruth, Health, Message, MissionStatus, Particles, PoseEstimate, Route, SketchMap,
+    VelocityCommand,
+};
 use sketchnav_schemas::ros2::Ros2;
 
 use crate::error::RecordingError;
-use crate::reader::Recording;
+use crate::faults::FaultInfo;
+use crate::reader::{RawMessage, Recording, Selection};
+use crate::writer::topic_name;
 
 /// An estimate beside the truth of its instant.
 #[derive(Debug, Clone, Copy)]
@@ -29,18 +37,8 @@ pub struct Instant {
     pub tracking: u32,
 }
 
-/// The drawing's facts.
-#[derive(Debug, Clone, Copy)]
-pub struct SketchFacts {
-    /// Width.
-    pub width_px: u32,
-    /// Height.
-    pub height_px: u32,
-    /// Direction of the walls.
-    pub wall_direction_rad: f64,
-}
-
-/// What the judge needs of a recording.
+/// What a recording says of a mission. All of it is in memory: some kilobyte an instant, and ten for each
+/// sample of the particles, where those are asked for.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
     /// The channel `truth`.
@@ -49,42 +47,135 @@ pub struct Log {
     pub status: Vec<MissionStatus>,
     /// The channel `contact`.
     pub contacts: Vec<Contact>,
+    /// The channel `estimate`.
+    pub estimates: Vec<PoseEstimate>,
+    /// The channel `particles`; empty but after [`Log::with_particles`].
+    pub particles: Vec<Particles>,
     /// The channel `health`.
     pub health: Vec<Health>,
+    /// The channel `faults`.
+    pub faults: Vec<Fault>,
     /// Each estimate that has a truth of its instant.
     pub instants: Vec<Instant>,
-    /// How many estimates there are.
-    pub estimates: usize,
-    /// The drawing.
-    pub sketch: Option<SketchFacts>,
+    /// How many scans there are.
+    pub scans: u64,
+    /// To how many of them a command came.
+    pub answered_scans: u64,
+    /// The tasks.
+    pub route: Option<Box<Route>>,
+    /// The drawing and its cells.
+    pub sketch: Option<(SketchMap, Vec<u8>)>,
+    /// The scan of the last command.
+    last_answered: u64,
 }
 
+/// What a verdict and the figures need.
+const NEEDED: [&ChannelSpec; 10] = [
+    TRUTH.spec,
+    STATUS.spec,
+    CONTACT.spec,
+    ESTIMATE.spec,
+    HEALTH.spec,
+    FAULTS.spec,
+    ROUTE.spec,
+    SKETCH.spec,
+    SCAN.spec,
+    COMMAND.spec,
+];
+
 impl Log {
-    /// Reads it.
+    /// Reads it, without the particles.
     ///
     /// # Errors
     /// [`RecordingError`].
     pub fn read(recording: &Recording) -> Result<Self, RecordingError> {
-        let truth: Vec<GroundTruth> = all(recording, TRUTH)?;
-        let places: BTreeMap<u64, Pose<World>> =
-            truth.iter().map(|m| (m.header.stamp_ns, m.pose())).collect();
-        let (mut instants, mut estimates) = (Vec::new(), 0);
-        for estimate in recording.channel(ESTIMATE)? {
-            let (estimate, _) = estimate?;
-            estimates += 1;
-            instants.extend(places.get(&estimate.header.stamp_ns).map(|truth| instant(*truth, &estimate)));
-        }
-        let sketch = recording.channel(SKETCH)?.next().transpose()?;
-        Ok(Self {
-            truth,
-            status: all(recording, STATUS)?,
-            contacts: all(recording, CONTACT)?,
-            health: all(recording, HEALTH)?,
-            instants,
-            estimates,
-            sketch: sketch.map(|(map, _)| facts(&map)),
-        })
+        Self::of_channels(recording, &NEEDED)
     }
+
+    /// Reads it with the particles.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn with_particles(recording: &Recording) -> Result<Self, RecordingError> {
+        Self::of_channels(recording, &[&NEEDED[..], &[PARTICLES.spec]].concat())
+    }
+
+    fn of_channels(recording: &Recording, channels: &[&ChannelSpec]) -> Result<Self, RecordingError> {
+        let topics = channels.iter().map(|spec| topic_name(spec.name));
+        let mut log = Self::default();
+        for message in recording.select(Selection::of_topics(topics))? {
+            log.take(&message?, recording)?;
+        }
+        log.instants = instants(&log.truth, &log.estimates);
+        Ok(log)
+    }
+
+    /// The drawing without its cells.
+    pub fn map(&self) -> Option<&SketchMap> {
+        self.sketch.as_ref().map(|(map, _)| map)
+    }
+
+    /// What went wrong with the processes, and right again.
+    pub fn told_faults(&self) -> Vec<FaultInfo> {
+        self.faults.iter().map(FaultInfo::new).collect()
+    }
+
+    fn take(&mut self, raw: &RawMessage, recording: &Recording) -> Result<(), RecordingError> {
+        let from = From { raw, recording };
+        if raw.topic.is(SCAN) {
+            self.scans += 1;
+        } else if let Some((command, _)) = from.channel(COMMAND)? {
+            self.answer(&command);
+        } else if let Some((sketch, cells)) = from.channel(SKETCH)? {
+            self.sketch.get_or_insert((sketch, cells));
+        } else if let Some((route, _)) = from.channel(ROUTE)? {
+            self.route.get_or_insert_with(|| Box::new(route));
+        } else {
+            from.put(TRUTH, &mut self.truth)?;
+            from.put(STATUS, &mut self.status)?;
+            from.put(CONTACT, &mut self.contacts)?;
+            from.put(ESTIMATE, &mut self.estimates)?;
+            from.put(PARTICLES, &mut self.particles)?;
+            from.put(HEALTH, &mut self.health)?;
+            from.put(FAULTS, &mut self.faults)?;
+        }
+        Ok(())
+    }
+
+    /// A scan counts as answered once, however many commands there are to it.
+    fn answer(&mut self, command: &VelocityCommand) {
+        let scan = command.header().source_seq;
+        self.answered_scans += u64::from(scan > self.last_answered);
+        self.last_answered = self.last_answered.max(scan);
+    }
+}
+
+/// A message of some channel.
+struct From<'a> {
+    raw: &'a RawMessage,
+    recording: &'a Recording,
+}
+
+impl From<'_> {
+    /// The message, where it is one of that channel.
+    fn channel<T: Ros2>(&self, channel: Channel<T>) -> Result<Option<(T, Vec<u8>)>, RecordingError> {
+        let is = self.raw.topic.is(channel);
+        is.then(|| self.raw.typed_in(self.recording.path())).transpose()
+    }
+
+    fn put<T: Ros2>(&self, channel: Channel<T>, all: &mut Vec<T>) -> Result<(), RecordingError> {
+        all.extend(self.channel(channel)?.map(|(message, _)| message));
+        Ok(())
+    }
+}
+
+fn instants(truth: &[GroundTruth], estimates: &[PoseEstimate]) -> Vec<Instant> {
+    let places: BTreeMap<u64, Pose<World>> = truth.iter().map(|m| (m.header.stamp_ns, m.pose())).collect();
+    let beside = |estimate: &PoseEstimate| {
+        let truth = places.get(&estimate.header.stamp_ns)?;
+        Some(instant(*truth, estimate))
+    };
+    estimates.iter().filter_map(beside).collect()
 }
 
 fn instant(truth: Pose<World>, estimate: &PoseEstimate) -> Instant {
@@ -97,13 +188,4 @@ fn instant(truth: Pose<World>, estimate: &PoseEstimate) -> Instant {
         fit: estimate.fit,
         tracking: estimate.tracking,
     }
-}
-
-fn facts(map: &SketchMap) -> SketchFacts {
-    let SketchMap { width_px, height_px, wall_direction_rad, .. } = *map;
-    SketchFacts { width_px, height_px, wall_direction_rad }
-}
-
-fn all<T: Ros2>(recording: &Recording, channel: Channel<T>) -> Result<Vec<T>, RecordingError> {
-    recording.channel(channel)?.map(|message| Ok(message?.0)).collect()
 }

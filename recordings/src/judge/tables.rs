@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use sketchnav_schemas::geometry::{Pose, World};
+use sketchnav_schemas::time::seconds;
 
 use super::figures::{MetricMap, local_errors_m, metric};
 use super::log::Log;
@@ -24,14 +25,14 @@ pub fn csv(log: &Log) -> String {
     let mut text = String::from(
         "stamp_s,truth_x_m,truth_y_m,truth_yaw_rad,estimate_x_px,estimate_y_px,estimate_yaw_rad,scale_a_pxpm,scale_b_pxpm,effective_sample_size,fit,local_error_m\n",
     );
-    let errors = log.sketch.map(|sketch| local_errors_m(&log.instants, &sketch)).unwrap_or_default();
+    let errors = log.map().map(|sketch| local_errors_m(&log.instants, sketch)).unwrap_or_default();
     for (i, instant) in log.instants.iter().enumerate() {
         let (t, e, [a, b]) = (&instant.truth, &instant.estimate, instant.scales_pxpm);
         let error = errors.get(i).map_or(String::new(), f64::to_string);
         let _ = writeln!(
             text,
             "{},{},{},{},{},{},{},{a},{b},{},{},{error}",
-            instant.stamp_ns as f64 / 1e9,
+            seconds(instant.stamp_ns),
             t.x,
             t.y,
             t.yaw_rad,

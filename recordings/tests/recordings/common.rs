@@ -78,7 +78,12 @@ pub fn run_config() -> RunConfig {
 
 /// A writer to a new file.
 pub fn create(path: &Path) -> Writer<BufWriter<File>> {
-    Writer::create(BufWriter::new(File::create(path).unwrap()), &run_config()).unwrap()
+    create_run(path, &run_config())
+}
+
+/// A writer of that run to a new file.
+pub fn create_run(path: &Path, run: &RunConfig) -> Writer<BufWriter<File>> {
+    Writer::create(BufWriter::new(File::create(path).unwrap()), run).unwrap()
 }
 
 /// Writes so many random messages to every channel that is recorded.

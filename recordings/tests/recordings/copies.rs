@@ -187,6 +187,141 @@ fn halves_become_one() {
     assert_eq!(messages(&to).len(), messages(&path).len());
 }
 
+/// A filter from the second second on said that everything before it was missing, and so did every part but
+/// the first; of `/health`, whose numbers tell nothing, whatever came of them.
+#[test]
+fn what_is_left_out_on_purpose_is_not_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, to) = (story(folder.path()), folder.path().join("part.mcap"));
+    for (times, missing) in [(2_000_000_000..4_000_000_000, 0), (0..u64::MAX, 0)] {
+        let mut copy = begin(&to);
+        filter(&Recording::open(&path).unwrap(), &Selection::default().between(times), &mut copy).unwrap();
+        copy.finish().unwrap();
+        let info = info(&to).unwrap();
+        assert_eq!((info.missing, info.topics.iter().all(|topic| topic.gaps.is_empty())), (missing, true));
+    }
+    // A part of a part: nobody asked for what is not in the first one.
+    let mut copy = begin(&to);
+    let late = Selection::default().between(3_000_000_000..u64::MAX);
+    filter(&Recording::open(&path).unwrap(), &late, &mut copy).unwrap();
+    copy.finish().unwrap();
+    let recording = Recording::open(&to).unwrap();
+    let name = |number: usize| folder.path().join(format!("late_{number}.mcap"));
+    let open = |number: usize| Ok(BufWriter::new(File::create(name(number)).unwrap()));
+    let parts = split(&recording, Some(Limit::Time(1_000_000_000)), open).unwrap();
+    for number in 0..parts.len() {
+        assert_eq!(info(&name(number)).unwrap().missing, 0, "part {number}");
+    }
+}
+
+/// What truly is missing is still counted, also where one part ends and the next begins.
+#[test]
+fn what_a_recording_lacks_its_parts_lack() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gap.mcap");
+    let mut writer = common::create(&path);
+    common::write_beginning(&mut writer);
+    (3..=40).filter(|step| !(19..=22).contains(step)).for_each(|step| common::write_step(&mut writer, step));
+    writer.finish().unwrap();
+    let recording = Recording::open(&path).unwrap();
+    let name = |number: usize| folder.path().join(format!("part_{number}.mcap"));
+    let open = |number: usize| Ok(BufWriter::new(File::create(name(number)).unwrap()));
+    let parts = split(&recording, Some(Limit::Time(2_100_000_000)), open).unwrap();
+    let missing = (0..parts.len()).map(|number| info(&name(number)).unwrap().missing);
+    assert_eq!(missing.sum::<u64>(), info(&path).unwrap().missing);
+}
+
+/// With a limit below the size of the drawing, which is latched and so in every part, each message made a part
+/// of its own.
+#[test]
+fn a_part_holds_its_limit_beside_what_is_latched() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = story(folder.path());
+    let recording = Recording::open(&path).unwrap();
+    let name = |number: usize| folder.path().join(format!("part_{number}.mcap"));
+    let open = |number: usize| Ok(BufWriter::new(File::create(name(number)).unwrap()));
+    let all: usize = messages(&path).iter().map(|message| message.cdr.len()).sum();
+    let limit = 1000;
+    let parts = split(&recording, Some(Limit::Bytes(limit)), open).unwrap();
+    assert!(parts.len() <= 1 + 2 * all / limit as usize, "{} parts of {all} bytes", parts.len());
+    for number in 1..parts.len() {
+        let latched = ["/sketch", "/route", "/tf_static", "/mission"];
+        let own = messages(&name(number)).into_iter().filter(|m| !latched.contains(&m.topic.name.as_str()));
+        assert!(own.map(|message| message.cdr.len() as u64).sum::<u64>() <= limit, "part {number}");
+    }
+}
+
+/// Of two runs whose descriptions differ in length both went in, and the last was believed.
+#[test]
+fn of_what_describes_several_recordings_the_first_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    for seeds in [[9, 10], [1, 2]] {
+        let runs = seeds.map(|seed| {
+            let path = folder.path().join(format!("{seed}.mcap"));
+            let run = sketchnav_schemas::run::RunConfig { seed, ..common::run_config() };
+            let mut writer = common::create_run(&path, &run);
+            common::write_step(&mut writer, seed);
+            writer.finish().unwrap();
+            Recording::open(&path).unwrap()
+        });
+        let to = folder.path().join("both.mcap");
+        let mut copy = begin(&to);
+        merge(&runs, &mut copy).unwrap();
+        copy.finish().unwrap();
+        let both = Recording::open(&to).unwrap();
+        assert_eq!(both.run().unwrap().seed, seeds[0]);
+        assert_eq!(both.fact("sketchnav", "seed"), Some(seeds[0].to_string().as_str()));
+        assert_eq!(info(&to).unwrap().attachments.len(), both.attachments().len());
+    }
+}
+
+/// Others put attachments and metadata behind the messages; and some write no chunks.
+#[test]
+fn what_describes_a_recording_may_stand_at_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, to) = (folder.path().join("other.mcap"), folder.path().join("copy.mcap"));
+    for use_chunks in [true, false] {
+        let options = mcap::WriteOptions::new().use_chunks(use_chunks);
+        let mut other = options.create(File::create(&path).unwrap()).unwrap();
+        let id = other.add_channel(0, "/text", "json", &BTreeMap::new()).unwrap();
+        for sequence in 1..=9 {
+            let (log_time, publish_time) = (u64::from(sequence), u64::from(sequence));
+            let header = mcap::records::MessageHeader { channel_id: id, sequence, log_time, publish_time };
+            other.write_to_known_channel(&header, b"{}").unwrap();
+        }
+        let (name, media_type) = ("a.txt".to_owned(), "text/plain".to_owned());
+        let data = b"text".as_slice().into();
+        other.attach(&mcap::Attachment { log_time: 0, create_time: 0, name, media_type, data }).unwrap();
+        let metadata = BTreeMap::from([("key".to_owned(), "value".to_owned())]);
+        other.write_metadata(&mcap::records::Metadata { name: "facts".to_owned(), metadata }).unwrap();
+        other.finish().unwrap();
+        drop(other);
+        let mut copy = begin(&to);
+        let selection = Selection::default().between(3..7);
+        filter(&Recording::open(&path).unwrap(), &selection, &mut copy).unwrap();
+        copy.finish().unwrap();
+        let recording = Recording::open(&to).unwrap();
+        assert_eq!(messages(&to).len(), 4, "in chunks: {use_chunks}");
+        assert_eq!(recording.attachments()["a.txt"].data, b"text");
+        assert_eq!(recording.fact("facts", "key"), Some("value"));
+    }
+}
+
+/// What is damaged is counted as what it is: an attachment is no chunk.
+#[test]
+fn a_damaged_attachment_is_lost_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
+    let everything = messages(&path).len() as u64;
+    let mut file = std::fs::read(&path).unwrap();
+    let at = file.windows(8).position(|bytes| bytes == b"run.json").unwrap();
+    file[at + 100] ^= 1;
+    std::fs::write(&path, &file).unwrap();
+    let copied = recovered(&path, &copy);
+    assert_eq!(copied.lost_chunks, 0, "{copied:?}");
+    assert!(copied.lost_bytes > 100 && copied.messages == everything, "{copied:?}");
+}
+
 #[test]
 fn each_part_begins_with_what_is_latched() {
     let folder = tempfile::tempdir().unwrap();
@@ -209,4 +344,26 @@ fn each_part_begins_with_what_is_latched() {
         yaml.contains("version: 9") && yaml.contains("- part_3.mcap") && yaml.contains("name: /scan"),
         "{yaml}"
     );
+}
+
+/// A recorder's successor begins a little before its predecessor's end: what both have is there once, health
+/// too, whose numbers tell nothing.
+#[test]
+fn what_two_parts_have_is_joined_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let parts = [(1, 20), (15, 40)].map(|(first, last)| {
+        let path = folder.path().join(format!("{first}.mcap"));
+        let mut writer = common::create(&path);
+        common::write_beginning(&mut writer);
+        (first..=last).for_each(|step| common::write_step(&mut writer, step));
+        writer.finish().unwrap();
+        path
+    });
+    let to = folder.path().join("joined.mcap");
+    let sink = BufWriter::new(File::create(&to).unwrap());
+    let joined = sketchnav_recordings::join(&parts, &common::run_config(), sink).unwrap();
+    joined.finish().unwrap();
+    let counts = common::counts(&to);
+    assert_eq!([counts["/scan"], counts["/health"], counts["/sketch"]], [40, 40, 1]);
+    assert_eq!(info(&to).unwrap().missing, 0);
 }

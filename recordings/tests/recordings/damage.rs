@@ -93,6 +93,49 @@ fn lengths_and_counts_that_lie_are_told() {
     }
 }
 
+/// A file without chunks read as an empty one: its messages were in no index.
+#[test]
+fn messages_in_no_chunk_are_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("loose.mcap");
+    let options = mcap::WriteOptions::new().use_chunks(false);
+    let mut other = options.create(std::fs::File::create(&path).unwrap()).unwrap();
+    let ids = ["/a", "/b"].map(|topic| other.add_channel(0, topic, "json", &Default::default()).unwrap());
+    // Some megabytes, so that there is more than one run of them.
+    let text = vec![b' '; 4000];
+    for sequence in 1..=800_u32 {
+        let log_time = 1000 - u64::from(sequence);
+        let channel_id = ids[usize::from(sequence % 4 == 0)];
+        let header = mcap::records::MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+        other.write_to_known_channel(&header, &text).unwrap();
+    }
+    other.finish().unwrap();
+    drop(other);
+    assert_eq!(read_all(&path).unwrap(), (800, true));
+    let recording = Recording::open(&path).unwrap();
+    assert!(recording.index().unwrap().chunk_count() > 2);
+    let wanted = Selection::of_topics(["/b"]).between(500..u64::MAX);
+    let found: Vec<_> = recording.select(wanted.clone()).unwrap().map(|m| m.unwrap().sequence).collect();
+    assert_eq!(found, (4..=500).step_by(4).collect::<Vec<_>>());
+    let mut in_time: Vec<_> = recording.timeline(wanted).unwrap().map(|m| m.unwrap().sequence).collect();
+    in_time.reverse();
+    assert_eq!(in_time, found);
+}
+
+/// The length of a chunk that the file has no room for: the error says where, not that there is no index.
+#[test]
+fn a_chunk_that_ends_behind_the_file_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.mcap");
+    let mut file = story(&path, 8);
+    let (at, _) = records(&file).into_iter().filter(|(_, opcode)| *opcode == CHUNK).nth(1).unwrap();
+    file[at + 1..at + 9].copy_from_slice(&(1_u64 << 24).to_le_bytes());
+    std::fs::write(&path, &file).unwrap();
+    let mut selected = Recording::open(&path).unwrap().select(Selection::default()).unwrap();
+    let error = selected.find_map(Result::err).unwrap().to_string();
+    assert!(error.contains(&format!("byte {at}: the file ends before")), "{error}");
+}
+
 #[test]
 fn of_another_profile_or_empty() {
     let folder = tempfile::tempdir().unwrap();

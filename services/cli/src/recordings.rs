@@ -1,6 +1,7 @@
 //! The tools for recordings, a subcommand each.
 
 pub mod args;
+mod draft;
 mod import;
 mod judge;
 mod replay;
@@ -10,6 +11,7 @@ mod rewrite;
 
 use std::path::Path;
 
+use anyhow::anyhow;
 use sketchnav_recordings::Recording;
 
 use crate::failure::{Failure, OrInput, Outcome};
@@ -28,6 +30,17 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
         Tool::Merge { files, output } => rewrite::merge(&files, &output),
         Tool::Split { file, options } => rewrite::split(&file, &options),
     }
+}
+
+/// Refuses to write over what is read. What is written by way of a draft needs no such care, but where it
+/// is something else than a recording.
+fn refuse_to_overwrite(input: &Path, output: &Path) -> Result<(), Failure> {
+    let is_same =
+        input.canonicalize().ok().is_some_and(|input| output.canonicalize().is_ok_and(|o| o == input));
+    if is_same {
+        return Err(Failure::Input(anyhow!("{}: expected another file than the input", output.display())));
+    }
+    Ok(())
 }
 
 fn open(path: &Path) -> Result<Recording, Failure> {

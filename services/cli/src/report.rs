@@ -7,15 +7,13 @@ use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 use sketchnav_recordings::Recording;
+use sketchnav_recordings::judge::log::Log;
 use sketchnav_recordings::judge::{self, TaskSpan, TaskVerdict, Verdict};
 use sketchnav_recordings::picture::{self, FloorPicture, Outcome, SketchPicture, TaskPicture};
-use sketchnav_schemas::channels::{CONTACT, Channel, ESTIMATE, PARTICLES, ROUTE, SKETCH, STATUS, TRUTH};
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
-use sketchnav_schemas::message::{
-    Contact, GroundTruth, MissionStatus, Particles, PoseEstimate, Route, SketchMap,
-};
-use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::message::Particles;
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::time::seconds;
 use sketchnav_supervisor::Supervisor;
 
 use crate::args::SERVICES;
@@ -27,9 +25,8 @@ use crate::output::out;
 pub struct Report {
     mission: String,
     seed: u64,
-    success: bool,
-    tasks: Vec<TaskVerdict>,
-    sim_seconds: f64,
+    #[serde(flatten)]
+    verdict: Verdict,
     wall_seconds: f64,
     real_time_factor: f64,
     lost_messages: u64,
@@ -59,8 +56,8 @@ impl Report {
         folder: &Path,
     ) -> Result<Self, Failure> {
         let recording = run.recording.as_deref().unwrap_or_default();
-        let log = Log::read(Path::new(recording))
-            .with_context(|| format!("{recording}: the recording of this run"))?;
+        let log = Recording::open(Path::new(recording)).and_then(|recording| Log::with_particles(&recording));
+        let log = log.with_context(|| format!("{recording}: the recording of this run"))?;
         let verdict = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts);
         let missing =
             sketchnav_recordings::info::info(Path::new(recording)).context(recording.to_owned())?.missing;
@@ -70,11 +67,9 @@ impl Report {
         Ok(Self {
             mission: run.mission.name.clone(),
             seed: run.seed,
-            success: verdict.success,
-            tasks: verdict.tasks,
-            sim_seconds: verdict.sim_seconds,
             wall_seconds: wall.as_secs_f64(),
             real_time_factor: verdict.sim_seconds / wall.as_secs_f64(),
+            verdict,
             // The recorder counts its own losses too; a file that lacks more has lost them on disk.
             lost_messages: lost.max(missing),
             recording: recording.to_owned(),
@@ -85,7 +80,7 @@ impl Report {
 
     /// Whether every task was reached.
     pub fn success(&self) -> bool {
-        self.success
+        self.verdict.success
     }
 
     /// Prints the table, or one JSON object.
@@ -95,11 +90,12 @@ impl Report {
             return Ok(());
         }
         out!("{}", self.table())?;
-        let reached = self.tasks.iter().filter(|task| task.reached).count();
+        let tasks = &self.verdict.tasks;
+        let reached = tasks.iter().filter(|task| task.reached).count();
         out!(
             "{reached} of {} tasks reached in {:.0} s simulated, {:.1} s on the clock ({:.0} × real time); {} messages lost",
-            self.tasks.len(),
-            self.sim_seconds,
+            tasks.len(),
+            self.verdict.sim_seconds,
             self.wall_seconds,
             self.real_time_factor,
             self.lost_messages,
@@ -114,26 +110,8 @@ impl Report {
     fn table(&self) -> Table {
         let mut table = Table::new();
         table.load_style(UTF8_FULL_CONDENSED);
-        table.set_header([
-            "task",
-            "reached",
-            "time",
-            "path",
-            "final error",
-            "collisions",
-            "the planner said",
-        ]);
-        for task in &self.tasks {
-            table.add_row([
-                task.name.clone(),
-                if task.reached { "yes".into() } else { "no".into() },
-                format!("{:.1} s", task.time_s),
-                format!("{:.1} m", task.path_m),
-                task.final_error_m.map_or("–".into(), |error| format!("{error:.2} m")),
-                task.collisions.to_string(),
-                format!("{}: {}", task.state, task.reason),
-            ]);
-        }
+        table.set_header(Verdict::TASK_COLUMNS);
+        table.add_rows(self.verdict.task_rows());
         for column in 2..6 {
             if let Some(column) = table.column_mut(column) {
                 column.set_cell_alignment(CellAlignment::Right);
@@ -149,42 +127,11 @@ fn figures(process: sketchnav_schemas::codes::Process, supervisor: &Supervisor) 
         process: process.word(),
         restarts: supervisor.restarts(process),
         steps: health.steps,
-        busy_s: health.busy_ns as f64 / 1e9,
+        busy_s: seconds(health.busy_ns),
         step_allocations: health.step_allocations,
         lost_messages: health.lost_messages,
         refused_messages: health.refused_messages,
     })
-}
-
-/// The channels that the report needs.
-pub struct Log {
-    pub truth: Vec<GroundTruth>,
-    pub status: Vec<MissionStatus>,
-    contacts: Vec<Contact>,
-    pub estimates: Vec<PoseEstimate>,
-    pub particles: Vec<Particles>,
-    route: Option<Box<Route>>,
-    pub sketch: Option<(SketchMap, Vec<u8>)>,
-}
-
-impl Log {
-    /// Reads them.
-    pub fn read(path: &Path) -> anyhow::Result<Self> {
-        let recording = Recording::open(path)?;
-        Ok(Self {
-            truth: all(&recording, TRUTH)?,
-            status: all(&recording, STATUS)?,
-            contacts: all(&recording, CONTACT)?,
-            estimates: all(&recording, ESTIMATE)?,
-            particles: all(&recording, PARTICLES)?,
-            route: recording.channel(ROUTE)?.next().transpose()?.map(|(route, _)| Box::new(route)),
-            sketch: recording.channel(SKETCH)?.next().transpose()?,
-        })
-    }
-}
-
-fn all<T: Ros2>(recording: &Recording, channel: Channel<T>) -> anyhow::Result<Vec<T>> {
-    recording.channel(channel)?.map(|message| Ok(message?.0)).collect()
 }
 
 fn draw(run: &RunConfig, log: &Log, verdict: &Verdict, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {

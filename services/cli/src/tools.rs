@@ -112,7 +112,7 @@ fn print(told: &Told) -> anyhow::Result<()> {
     out!("{table}")?;
     for topic in &info.topics {
         for gap in &topic.gaps {
-            out!("{}: {gap:?}", topic.topic)?;
+            out!("{}: {} messages missing after number {}", topic.topic, gap.missing, gap.after_seq)?;
         }
     }
     print_faults(&told.faults)

@@ -1,26 +1,24 @@
 //! A mission in one process: the cores of world, sketcher, localizer and planner, called in turn.
 //!
 //! It sends, through a [`Tap`], the very messages that the processes send in lockstep, byte for byte
-//! and channel by channel (health apart). No shared memory, no thread, no clock. [`rerun`] has one of the
-//! cores do once more what a recording says that it did.
+//! and channel by channel (health apart). No shared memory, no thread; the clock is looked at to tell how long
+//! a core took, and nothing depends on it. [`rerun`] has one of the cores do once more what a recording says
+//! that it did.
 
 pub mod rerun;
+mod voices;
 
-use sketchnav_localizer::core::{Core as Localizer, CoreError as LocalizerError};
-use sketchnav_planner::core::{Core as Planner, PlannerError};
-use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, Channel, ESTIMATE, MISSION, ODOMETRY, PARTICLES, PLAN, ROUTE, SCAN, SKETCH, STATUS,
-    TRUTH,
-};
+use sketchnav_localizer::core::CoreError as LocalizerError;
+use sketchnav_planner::core::PlannerError;
+use sketchnav_schemas::channels::{Channel, MISSION};
 use sketchnav_schemas::codes::Order;
-use sketchnav_schemas::message::{
-    Contact, GroundTruth, Header, LaserScan, Message, MissionCommand, MissionStatus, Odometry, Particles,
-    Plan, PoseEstimate, Route, SketchMap, VelocityCommand,
-};
+use sketchnav_schemas::message::MissionCommand;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sim::{SimError, World};
+use sketchnav_sim::SimError;
 use sketchnav_sketcher::{Drawing, Places};
+
+use voices::{LocalizerVoice, Outbox, PlannerVoice, WorldVoice};
 
 /// Why a rehearsal cannot begin.
 #[derive(Debug, thiserror::Error)]
@@ -50,50 +48,12 @@ pub trait Tap {
     }
 }
 
-/// Where a channel's messages are made, one after the other, in the same place.
-pub(crate) struct Outbox<T> {
-    channel: Channel<T>,
-    pub(crate) message: Box<T>,
-    last_seq: u64,
-}
-
-impl<T: Message> Outbox<T> {
-    pub(crate) fn new(channel: Channel<T>) -> Self {
-        Self { channel, message: bytemuck::zeroed_box(), last_seq: 0 }
-    }
-
-    /// The place, wiped.
-    pub(crate) fn blank(&mut self) -> &mut T {
-        *self.message = T::zeroed();
-        &mut self.message
-    }
-}
-
-impl<T: Ros2> Outbox<T> {
-    /// Numbers what the place holds and shows it to the tap.
-    pub(crate) fn send(&mut self, tap: &mut impl Tap, cells: &[u8]) {
-        self.last_seq += 1;
-        self.message.header_mut().seq = self.last_seq;
-        tap.see(self.channel, &*self.message, cells);
-    }
-}
-
 /// A mission under way.
 pub struct Rehearsal {
-    world: World,
-    localizer: Localizer,
-    planner: Planner,
-    drawing: Drawing,
-    places: Places,
-    contact: Outbox<Contact>,
-    truth: Outbox<GroundTruth>,
-    odometry: Outbox<Odometry>,
-    scan: Outbox<LaserScan>,
-    particles: Outbox<Particles>,
-    estimate: Outbox<PoseEstimate>,
-    plan: Outbox<Plan>,
-    command: Outbox<VelocityCommand>,
-    status: Outbox<MissionStatus>,
+    world: WorldVoice,
+    localizer: LocalizerVoice,
+    planner: PlannerVoice,
+    understood: (Drawing, Places),
     /// Scan periods that the cores think about a step.
     thinking_scans: u32,
 }
@@ -117,22 +77,12 @@ impl Rehearsal {
         Self::by(run, understood)
     }
 
-    fn by(run: &RunConfig, (drawing, places): (Drawing, Places)) -> Result<Self, RehearsalError> {
+    fn by(run: &RunConfig, understood: (Drawing, Places)) -> Result<Self, RehearsalError> {
         Ok(Self {
-            world: sketchnav_world::build(run)?,
-            localizer: Localizer::new(run)?,
-            planner: Planner::new(run)?,
-            drawing,
-            places,
-            contact: Outbox::new(CONTACT),
-            truth: Outbox::new(TRUTH),
-            odometry: Outbox::new(ODOMETRY),
-            scan: Outbox::new(SCAN),
-            particles: Outbox::new(PARTICLES),
-            estimate: Outbox::new(ESTIMATE),
-            plan: Outbox::new(PLAN),
-            command: Outbox::new(COMMAND),
-            status: Outbox::new(STATUS),
+            world: WorldVoice::new(run)?,
+            localizer: LocalizerVoice::new(run)?,
+            planner: PlannerVoice::new(run)?,
+            understood,
             thinking_scans: 0,
         })
     }
@@ -152,12 +102,12 @@ impl Rehearsal {
         self.begin(tap)?;
         let mut thought_out = None;
         while !self.step(tap) && !tap.has_enough() {
-            let newest = Some(*self.command.message);
+            let newest = Some(*self.planner.command.message);
             let command =
                 if self.thinking_scans == 0 { newest } else { std::mem::replace(&mut thought_out, newest) };
             self.world.step(command.as_ref());
             for _ in 1..self.thinking_scans {
-                self.observe(tap);
+                self.world.observe(tap);
                 self.world.step(None);
             }
         }
@@ -166,69 +116,23 @@ impl Rehearsal {
 
     /// The sketch, the tasks, the order to start.
     fn begin(&mut self, tap: &mut impl Tap) -> Result<(), RehearsalError> {
-        let mut sketch = Outbox::<SketchMap>::new(SKETCH);
-        sketchnav_sketcher::fill_sketch(&self.drawing, &self.places, &mut sketch.message);
-        let cells = &self.drawing.cells;
-        sketch.send(tap, cells);
-        self.localizer.on_sketch(&sketch.message, cells)?;
-        self.planner.on_sketch(&sketch.message, cells)?;
-        let mut route = Outbox::<Route>::new(ROUTE);
-        sketchnav_sketcher::fill_route(&self.places, &mut route.message);
-        route.send(tap, &[]);
-        self.planner.on_route(&route.message);
+        let (sketch, route) = voices::sketch(&self.understood, tap);
+        let cells = &self.understood.0.cells;
+        self.localizer.on_sketch(&sketch, cells)?;
+        self.planner.take(|core| core.on_sketch(&sketch, cells))?;
+        self.planner.take(|core| core.on_route(&route));
         let mut mission = Outbox::<MissionCommand>::new(MISSION);
         mission.message.order = Order::Start.code();
         mission.send(tap, &[]);
-        self.planner.on_order(&mission.message);
+        self.planner.take(|core| core.on_order(&mission.message));
         Ok(())
     }
 
     /// One instant, from the sensors to the command; whether the mission is over.
     fn step(&mut self, tap: &mut impl Tap) -> bool {
-        self.observe(tap);
-        self.localize(tap);
-        self.plan(tap)
-    }
-
-    fn observe(&mut self, tap: &mut impl Tap) {
-        let source_seq = self.scan.last_seq + 1;
-        let header = Header { seq: 0, stamp_ns: self.world.stamp_ns(), source_seq };
-        for contact in self.world.contacts() {
-            *self.contact.blank() = Contact { header, ..contact };
-            self.contact.send(tap, &[]);
-        }
-        self.truth.blank().header = header;
-        self.world.fill_truth(&mut self.truth.message);
-        self.truth.send(tap, &[]);
-        self.odometry.blank().header = header;
-        self.world.fill_odometry(&mut self.odometry.message);
-        self.odometry.send(tap, &[]);
-        self.scan.blank().header = header;
-        self.world.fill_scan(&mut self.scan.message);
-        self.scan.send(tap, &[]);
-    }
-
-    fn localize(&mut self, tap: &mut impl Tap) {
-        let due = self.localizer.particles_due(self.scan.message.header.stamp_ns);
-        let estimate = self.estimate.blank();
-        let particles = due.then(|| self.particles.blank());
-        self.localizer.step(&self.odometry.message, &self.scan.message, estimate, particles);
-        if due {
-            self.particles.send(tap, &[]);
-        }
-        self.estimate.send(tap, &[]);
-    }
-
-    fn plan(&mut self, tap: &mut impl Tap) -> bool {
-        let step = self.planner.step(&self.estimate.message, &self.scan.message, &self.odometry.message);
-        if step.planned {
-            self.planner.write_plan(self.plan.blank());
-            self.plan.send(tap, &[]);
-        }
-        self.planner.write_command(self.command.blank());
-        self.command.send(tap, &[]);
-        self.planner.write_status(self.status.blank());
-        self.status.send(tap, &[]);
-        step.last
+        self.world.observe(tap);
+        let (odometry, scan) = (&self.world.odometry.message, &self.world.scan.message);
+        self.localizer.answer(odometry, scan, tap);
+        self.planner.answer(&self.localizer.estimate.message, scan, odometry, tap)
     }
 }

@@ -19,6 +19,7 @@ use sketchnav_schemas::channels::{Channel, ChannelSpec, ESTIMATE, STATUS, TABLE}
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::time::seconds;
 
 use crate::{RehearsalError, Tap};
 use subjects::Subject;
@@ -61,7 +62,7 @@ pub struct Outcome {
     pub recorded: u64,
     /// Simulated time that was executed, seconds.
     pub simulated_s: f64,
-    /// How long the core took, without reading, comparing and writing.
+    /// How long the core took, without reading, encoding, comparing and writing.
     pub core: Duration,
     /// How long all of it took.
     pub wall: Duration,
@@ -108,9 +109,7 @@ pub fn rerun<W: std::io::Write>(
         failure: None,
     };
     subject.answers(answered(recording, process, run.pace)?);
-    let core = Instant::now();
-    subject.begin(&mut sent)?;
-    let mut spent = core.elapsed();
+    subject.begin(&mut sent);
     let mut recorded = 0;
     for message in recording.timeline(Selection::default())? {
         let message = message?;
@@ -119,7 +118,7 @@ pub fn rerun<W: std::io::Write>(
             sent.comparison.take(Side::A, message);
             continue;
         }
-        spent += subject.hear(&message, &mut sent)?;
+        subject.hear(&message, &mut sent)?;
         if let Some(copy) = &mut sent.copy {
             copy.write_raw(&message)?;
         }
@@ -131,8 +130,8 @@ pub fn rerun<W: std::io::Write>(
         sent: sent.sent,
         recorded,
         difference: sent.comparison.finish(),
-        simulated_s: span as f64 / 1e9,
-        core: spent,
+        simulated_s: seconds(span),
+        core: subject.spent(),
         wall: began.elapsed(),
     })
 }

@@ -1,11 +1,14 @@
 //! The command lines of the tools for recordings.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
+use anyhow::ensure;
 use clap::{Args, Subcommand};
 use sketchnav_recordings::diff::Tolerance;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
+use sketchnav_schemas::time::nanoseconds;
 
 /// The tools for recordings.
 #[derive(Debug, Subcommand)]
@@ -127,18 +130,39 @@ impl Tool {
     }
 }
 
+/// Some time of a recording.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Times {
+    /// From this recorded second on.
+    #[arg(long, value_name = "S", value_parser = parse_second)]
+    pub start: Option<f64>,
+    /// Up to before this recorded second.
+    #[arg(long, value_name = "S", value_parser = parse_second)]
+    pub end: Option<f64>,
+}
+
+impl Times {
+    /// In nanoseconds; an error where it ends before it begins.
+    pub fn ns(&self) -> anyhow::Result<Range<u64>> {
+        let times = self.start.map_or(0, nanoseconds)..self.end.map_or(u64::MAX, nanoseconds);
+        ensure!(!times.is_empty(), "expected an --end behind the --start");
+        Ok(times)
+    }
+}
+
+fn parse_second(text: &str) -> Result<f64, String> {
+    let second = text.parse().ok().filter(|s: &f64| s.is_finite() && *s >= 0.0);
+    second.ok_or_else(|| "expected a number of seconds, 0 or above".to_owned())
+}
+
 /// How to play a recording.
 #[derive(Debug, Clone, Args)]
 pub struct ReplayOptions {
     /// Recorded seconds a second; `max`: as fast as the listeners take it.
     #[arg(long, default_value = "1", value_parser = parse_rate)]
     pub rate: Rate,
-    /// Begin at this recorded second.
-    #[arg(long, value_name = "S")]
-    pub start: Option<f64>,
-    /// End before this recorded second.
-    #[arg(long, value_name = "S")]
-    pub end: Option<f64>,
+    #[command(flatten)]
+    pub times: Times,
     /// Begin again at the end; numbers and stamps go on.
     #[arg(long = "loop")]
     pub again: bool,
@@ -282,12 +306,8 @@ pub struct FilterOptions {
     /// Only these topics, separated by commas.
     #[arg(long, value_delimiter = ',')]
     pub topics: Vec<String>,
-    /// From this recorded second on.
-    #[arg(long, value_name = "S")]
-    pub start: Option<f64>,
-    /// Up to before this recorded second.
-    #[arg(long, value_name = "S")]
-    pub end: Option<f64>,
+    #[command(flatten)]
+    pub times: Times,
     /// The copy.
     #[arg(short, long)]
     pub output: PathBuf,

@@ -1,7 +1,7 @@
 //! Makes recordings of laser logs.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
@@ -19,6 +19,7 @@ use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_sim::ros_map::{MapInfo, OccupancyMap};
 
 use super::args::ImportOptions;
+use super::draft::Draft;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::plain_name;
 use crate::output::out;
@@ -39,6 +40,7 @@ struct Drawn {
 
 /// Makes a recording of a log.
 pub fn import(log: &Path, options: &ImportOptions) -> Result<Outcome, Failure> {
+    super::refuse_to_overwrite(log, &options.output)?;
     let first = scans(log)?.next().transpose().or_input()?;
     let first = first.ok_or_else(|| Failure::Input(anyhow!("{}: expected FLASER lines", log.display())))?;
     let laser = LaserFacts::of_half_circle(first.ranges_m.len(), options.range_max);
@@ -77,13 +79,14 @@ fn write(
     drawn: &Drawn,
 ) -> Result<u64, Failure> {
     let path = &options.output;
-    let file = File::create(path).with_context(|| path.display().to_string()).or_input()?;
+    let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string()).or_input()?;
     let files = sources::read(&run.mission);
-    let mut writer = Writer::create_with(BufWriter::new(file), run, &files).context("the recording")?;
+    let mut writer = Writer::create_with(sink, run, &files).context("the recording")?;
     let sketch = (&drawn.sketch, drawn.cells.as_slice());
     let count = import::import(scans(log)?, laser, sketch, &drawn.route, &mut writer);
     let count = count.with_context(|| log.display().to_string()).or_input()?;
     writer.finish().context("the recording")?;
+    draft.finish()?;
     Ok(count)
 }
 

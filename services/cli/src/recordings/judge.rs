@@ -1,13 +1,13 @@
 //! How missions went and how far the estimates were from the truth.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 use sketchnav_recordings::Recording;
-use sketchnav_recordings::faults::{FaultInfo, faults};
+use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::import::LOG_SYSTEM;
 use sketchnav_recordings::judge::anchors::Anchors;
 use sketchnav_recordings::judge::figures::{Figures, MetricMap, figures};
@@ -46,6 +46,9 @@ pub struct Judged {
 /// Judges recordings.
 pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failure> {
     let rooms = options.rooms.as_deref().map(rooms).transpose()?;
+    for (file, csv) in files.iter().zip(options.csv.iter().cycle()) {
+        super::refuse_to_overwrite(file, csv)?;
+    }
     let judged: Result<Vec<_>, _> = files.iter().map(|file| of_file(file, rooms.as_ref())).collect();
     let mut judged = judged?;
     if let Some(anchors) = &options.anchors {
@@ -76,9 +79,15 @@ pub fn rooms(path: &Path) -> Result<Rooms, Failure> {
 pub fn of_file(path: &Path, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     let recording = super::open(path)?;
     let log = Log::read(&recording).or_input()?;
+    of_log(&recording, log, rooms)
+}
+
+/// Judges a recording by what was read of it.
+pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
+    let path = recording.path();
     let info = sketchnav_recordings::info::info(path).or_input()?;
     let run = recording.run().ok();
-    let map = run.as_ref().and_then(|run| map_of(&recording, run));
+    let map = run.as_ref().and_then(|run| map_of(recording, run));
     let mission = run.as_ref().filter(|run| run.system != LOG_SYSTEM).map(|run| &run.mission);
     Ok(Judged {
         recording: path.to_owned(),
@@ -87,7 +96,7 @@ pub fn of_file(path: &Path, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
         method: run.as_ref().map(|run| run.mission.method.to_string()),
         missing: info.missing,
         homotopic: None,
-        faults: faults(path).or_input()?,
+        faults: log.told_faults(),
         restarts: info.restarts + info.process_restarts.values().sum::<u64>(),
         figures: figures(&log, mission, map, rooms),
         log,
@@ -134,16 +143,16 @@ fn write_tables(judged: &[Judged], options: &JudgeOptions) -> Result<(), Failure
         path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
         std::fs::write(path, text)
     };
-    for one in judged {
-        let stem = one.recording.file_stem().unwrap_or_default().to_string_lossy();
+    let names = names(&judged.iter().collect::<Vec<_>>());
+    for (one, name) in judged.iter().zip(names) {
         if let Some(csv) = &options.csv {
-            let path = if judged.len() == 1 { csv.clone() } else { csv.join(format!("{stem}.csv")) };
+            let path = if judged.len() == 1 { csv.clone() } else { csv.join(format!("{name}.csv")) };
             write(&path, &tables::csv(&one.log)).with_context(|| path.display().to_string()).or_input()?;
         }
         if let Some(folder) = &options.tum {
             let (truth, estimate) = tables::tum_pair(&one.log, one.map);
             for (what, text) in [("truth", truth), ("estimate", estimate)] {
-                let path = folder.join(format!("{stem}.{what}.tum"));
+                let path = folder.join(format!("{name}.{what}.tum"));
                 write(&path, &text).with_context(|| path.display().to_string()).or_input()?;
             }
         }
@@ -151,12 +160,34 @@ fn write_tables(judged: &[Judged], options: &JudgeOptions) -> Result<(), Failure
     Ok(())
 }
 
+/// A name for each recording that no other one has: its own, where several have the same with the folder
+/// before it, and where that does not tell them apart either, with a number behind.
+fn names(judged: &[&Judged]) -> Vec<String> {
+    let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let in_folder = |path: &Path| {
+        let folder = std::path::absolute(path).ok()?.parent()?.file_name()?.to_string_lossy().into_owned();
+        Some(format!("{folder}-{}", stem(path)))
+    };
+    let paths: Vec<&Path> = judged.iter().map(|one| one.recording.as_path()).collect();
+    let mut names: Vec<String> = paths.iter().map(|path| stem(path)).collect();
+    if has_twins(&names) {
+        names = paths.iter().map(|path| in_folder(path).unwrap_or_else(|| stem(path))).collect();
+    }
+    if has_twins(&names) {
+        names = names.iter().zip(1..).map(|(name, number)| format!("{name}-{number}")).collect();
+    }
+    names
+}
+
+fn has_twins(names: &[String]) -> bool {
+    names.iter().collect::<BTreeSet<_>>().len() < names.len()
+}
+
 /// A column for each recording.
 pub fn table(judged: &[&Judged]) -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);
-    let title = |one: &&Judged| one.recording.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    table.set_header(std::iter::once("figure".to_owned()).chain(judged.iter().map(title)));
+    table.set_header(std::iter::once("figure".to_owned()).chain(names(judged)));
     let rows: Vec<Vec<(String, String)>> = judged.iter().map(|one| rows(one)).collect();
     let mut names: Vec<String> = Vec::new();
     for (name, _) in rows.iter().flatten() {

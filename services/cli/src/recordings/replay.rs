@@ -6,6 +6,7 @@
 
 mod clock;
 mod keys;
+mod plan;
 mod player;
 mod ports;
 
@@ -22,6 +23,7 @@ use super::args::{Rate, ReplayOptions};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::plain_name;
 use crate::output::say;
+use plan::Plan;
 use player::{End, Player};
 
 /// Plays a recording.
@@ -29,6 +31,7 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
     let recording = super::open(file)?;
     let folder = tempfile::tempdir().context("a folder for the files of the run")?;
     let run = run(&recording, folder.path(), options)?;
+    let plan = Plan::new(&recording, options).with_context(|| file.display().to_string()).or_input()?;
     let live = &options.live;
     let lines: Result<Vec<_>, _> =
         live.iter().map(|process| ProcessLine::serve(*process, &run.system)).collect();
@@ -37,7 +40,7 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
     if live.is_empty() {
         say!("playing in the system {}; look at it with: sketchnav echo estimate --system {0}", run.system);
     }
-    let played = Player::new(&recording, &run, options)
+    let played = Player::new(&recording, &run, options, &plan)
         .and_then(|mut player| player.play(&mut supervisor))
         .with_context(|| file.display().to_string());
     let ended = supervisor.shut_down();
@@ -58,6 +61,9 @@ fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<
     }
     if options.live.contains(&Process::Recorder) != options.record.is_some() {
         return Err(Failure::Input(anyhow!("--live recorder and --record belong together")));
+    }
+    if let Some(record) = &options.record {
+        super::refuse_to_overwrite(recording.path(), record)?;
     }
     let mut run = rerun::run_of(recording, folder).or_input()?;
     run.system = match &options.system {

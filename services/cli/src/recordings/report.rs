@@ -8,9 +8,12 @@ use anyhow::Context;
 use maud::{Markup, PreEscaped, html};
 use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::judge::figures::local_errors_m;
+use sketchnav_recordings::judge::log::Log;
 use sketchnav_recordings::judge::{self as verdicts, TaskSpan, Verdict};
 use sketchnav_recordings::page::{self, Chart, Series};
 use sketchnav_recordings::picture::{self, Moment};
+use sketchnav_recordings::reader::{RawMessage, Selection};
+use sketchnav_recordings::writer::topic_name;
 use sketchnav_recordings::{Recording, import::LOG_SYSTEM};
 use sketchnav_rehearsal::rerun;
 use sketchnav_schemas::channels::PLAN;
@@ -18,25 +21,26 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::message::Plan;
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::time::seconds;
 
 use super::judge::{self, Judged};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
-use crate::report::{Log, cloud, floor_picture, sketch_picture};
+use crate::report::{cloud, floor_picture, sketch_picture};
 
 /// Moments that are shown.
 const MOMENTS: usize = 4;
-const NS_PER_S: f64 = 1e9;
 
 /// Writes the page.
 pub fn report(file: &Path, output: &Path, rooms: Option<&Path>) -> Result<Outcome, Failure> {
     let rooms = rooms.map(judge::rooms).transpose()?;
+    super::refuse_to_overwrite(file, output)?;
     let recording = super::open(file)?;
-    let judged = judge::of_file(file, rooms.as_ref())?;
-    let log = Log::read(file).or_input()?;
+    let log = Log::with_particles(&recording).or_input()?;
+    let judged = judge::of_log(&recording, log, rooms.as_ref())?;
     let folder = tempfile::tempdir().context("a folder for the files of the run")?;
     let run = rerun::run_of(&recording, folder.path()).or_input()?;
-    let page = Page { recording: &recording, run: &run, judged: &judged, log: &log };
+    let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log };
     let html = page.html().with_context(|| file.display().to_string())?;
     std::fs::write(output, html).with_context(|| output.display().to_string()).or_input()?;
     out!("page       {}", output.display())?;
@@ -94,21 +98,10 @@ impl Page<'_> {
 
     fn tasks(&self) -> Markup {
         let Some(verdict) = self.verdict() else { return html! {} };
-        let header = ["task", "reached", "time", "path", "final error", "collisions", "the planner said"];
-        let row = |task: &verdicts::TaskVerdict| {
-            vec![
-                task.name.clone(),
-                if task.reached { "yes" } else { "no" }.to_owned(),
-                format!("{:.1} s", task.time_s),
-                format!("{:.1} m", task.path_m),
-                task.final_error_m.map_or("–".to_owned(), |error| format!("{error:.2} m")),
-                task.collisions.to_string(),
-                format!("{}: {}", task.state, task.reason),
-            ]
-        };
+        let rows: Vec<_> = verdict.task_rows().map(Vec::from).collect();
         html! {
             h2 { "Tasks" }
-            (page::table(&header.map(str::to_owned), &verdict.tasks.iter().map(row).collect::<Vec<_>>()))
+            (page::table(&Verdict::TASK_COLUMNS.map(str::to_owned), &rows))
         }
     }
 
@@ -144,7 +137,7 @@ impl Page<'_> {
             let Some(estimate) = self.log.estimates[..end].last() else { continue };
             let trail: Vec<_> = self.log.estimates[..end].iter().map(|e| e.pose.pose().position()).collect();
             figures.push(picture::moment(&Moment {
-                title: &format!("{:.0} s: particles, the way so far, the plan", until as f64 / NS_PER_S),
+                title: &format!("{:.0} s: particles, the way so far, the plan", seconds(until)),
                 width_px: map.width_px,
                 height_px: map.height_px,
                 cells,
@@ -160,20 +153,23 @@ impl Page<'_> {
         })
     }
 
-    /// The plan that held at that time: read backwards from there, a minute at most.
+    /// The plan that held at that time: the last of the minute before it.
     fn plan_at(&self, stamp_ns: u64) -> anyhow::Result<Vec<Point<Sketch>>> {
         const LOOK_BACK_NS: u64 = 60_000_000_000;
         let times = stamp_ns.saturating_sub(LOOK_BACK_NS)..stamp_ns + 1;
-        let plan = self.recording.channel(PLAN)?.between(times).last().transpose()?;
-        let points = |plan: &Plan| {
-            let count = (plan.global_count as usize).min(plan.global_px.len());
-            plan.global_px[..count].iter().map(|p| Point::new(p[0].into(), p[1].into())).collect()
-        };
-        Ok(plan.map_or_else(Vec::new, |(plan, _)| points(&plan)))
+        let selection = Selection::of_topics([topic_name(PLAN.spec.name)]).between(times);
+        let mut last: Option<RawMessage> = None;
+        for plan in self.recording.select(selection)? {
+            last = Some(plan?);
+        }
+        let Some(last) = last else { return Ok(Vec::new()) };
+        let (plan, _) = last.typed::<Plan>()?;
+        let count = (plan.global_count as usize).min(plan.global_px.len());
+        Ok(plan.global_px[..count].iter().map(|p| Point::new(p[0].into(), p[1].into())).collect())
     }
 
     fn span_s(&self) -> [f64; 2] {
-        let stamps = || self.judged.log.instants.iter().map(|i| i.stamp_ns as f64 / NS_PER_S);
+        let stamps = || self.log.instants.iter().map(|i| seconds(i.stamp_ns));
         [stamps().next().unwrap_or(0.0), stamps().next_back().unwrap_or(1.0)]
     }
 
@@ -183,7 +179,7 @@ impl Page<'_> {
             return Vec::new();
         }
         let spans = verdicts::spans(self.run.mission.task.len(), &self.log.status);
-        spans.iter().flatten().map(|span: &TaskSpan| span.begin_ns as f64 / NS_PER_S).collect()
+        spans.iter().flatten().map(|span: &TaskSpan| seconds(span.begin_ns)).collect()
     }
 
     fn faults_s(&self) -> Vec<f64> {
@@ -208,17 +204,15 @@ impl Page<'_> {
     }
 
     fn over_time(&self) -> Markup {
-        let log = &self.judged.log;
+        let log = self.log;
         if log.instants.is_empty() {
             return html! {};
         }
         let (marks, faults, span_s) = (self.marks_s(), self.faults_s(), self.span_s());
-        let errors = log.sketch.map(|sketch| local_errors_m(&log.instants, &sketch)).unwrap_or_default();
+        let errors = log.map().map(|sketch| local_errors_m(&log.instants, sketch)).unwrap_or_default();
         let of = |name: &str, value: &dyn Fn(usize) -> f64| Series {
             name: name.to_owned(),
-            points: (0..log.instants.len())
-                .map(|i| [log.instants[i].stamp_ns as f64 / NS_PER_S, value(i)])
-                .collect(),
+            points: (0..log.instants.len()).map(|i| [seconds(log.instants[i].stamp_ns), value(i)]).collect(),
         };
         let error = [of("error", &|i| errors.get(i).copied().unwrap_or(f64::NAN))];
         let scales = [
@@ -232,7 +226,7 @@ impl Page<'_> {
             points: log
                 .truth
                 .iter()
-                .map(|m| [m.header.stamp_ns as f64 / NS_PER_S, m.twist.vx_mps.hypot(m.twist.vy_mps)])
+                .map(|m| [seconds(m.header.stamp_ns), m.twist.vx_mps.hypot(m.twist.vy_mps)])
                 .collect(),
         }];
         let has_speed = self.run.system != LOG_SYSTEM;
@@ -255,10 +249,10 @@ impl Page<'_> {
     }
 
     fn health(&self) -> Markup {
-        let log = &self.judged.log;
+        let log = self.log;
         let mut by_process: BTreeMap<u32, Vec<[f64; 2]>> = BTreeMap::new();
         for message in &log.health {
-            let at = [message.header.stamp_ns as f64 / NS_PER_S, message.step_max_ns as f64 / 1e6];
+            let at = [seconds(message.header.stamp_ns), message.step_max_ns as f64 / 1e6];
             by_process.entry(message.process).or_default().push(at);
         }
         let name = |code: u32| Process::from_code(code).map_or("?", Process::word).to_owned();

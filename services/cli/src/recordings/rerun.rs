@@ -1,17 +1,16 @@
 //! Executes a service's core on the recorded inputs.
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use sketchnav_recordings::Recording;
 use sketchnav_recordings::writer::Writer;
+use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_rehearsal::rerun::{self, Outcome as Rerun, RerunError};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::RunConfig;
 
 use super::args::RerunOptions;
+use super::draft::{Draft, Sink};
 use super::judge;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
@@ -26,11 +25,13 @@ pub fn rerun(file: &Path, options: &RerunOptions) -> Result<Outcome, Failure> {
     // What differs is judged, and so are runs whose parameters were changed.
     let asks_what_if = !options.set.is_empty() && options.process != Process::Sketcher;
     let copy = options.output.clone().or_else(|| asks_what_if.then(|| folder.path().join("now.mcap")));
+    // Before: the copy may take the recording's place.
+    let mut judged: Vec<_> =
+        asks_what_if.then(|| judge::of_file(file, None)).transpose()?.into_iter().collect();
     let outcome = execute(&recording, &run, options, copy.as_deref())?;
-    let judged = match (&copy, asks_what_if) {
-        (Some(copy), true) => vec![judge::of_file(file, None)?, judge::of_file(copy, None)?],
-        _ => Vec::new(),
-    };
+    if let (Some(copy), true) = (&copy, asks_what_if) {
+        judged.push(judge::of_file(copy, None)?);
+    }
     if options.json {
         out!("{}", json(&outcome, options, &judged))?;
     } else {
@@ -49,26 +50,32 @@ fn execute(
     options: &RerunOptions,
     copy: Option<&Path>,
 ) -> Result<Rerun, Failure> {
-    let mut writer = copy.map(|path| create(path, recording)).transpose()?;
+    let (draft, mut writer) = copy.map(|path| create(path, recording)).transpose()?.unzip();
     let tolerances = options.tolerances.iter().cloned().collect();
     let outcome = rerun::rerun(recording, options.process, run, tolerances, writer.as_mut());
-    let outcome = outcome.map_err(|error| match error {
-        RerunError::Core(_) | RerunError::Process { .. } | RerunError::RealTime => {
-            Failure::Input(error.into())
-        }
-        _ => Failure::Other(error.into()),
-    })?;
-    if let Some(writer) = writer {
+    let outcome = outcome.map_err(failure)?;
+    if let (Some(draft), Some(writer)) = (draft, writer) {
         writer.finish().context("the new recording")?;
+        draft.finish()?;
     }
     Ok(outcome)
 }
 
-fn create(path: &Path, recording: &Recording) -> Result<Writer<BufWriter<File>>, Failure> {
-    let file = File::create(path).with_context(|| path.display().to_string()).or_input()?;
+/// What is wrong with the recording or what is asked of it, and what went wrong with the copy.
+fn failure(error: RerunError) -> Failure {
+    match error {
+        RerunError::Recording(RecordingError::Write(_)) | RerunError::Files(_) => {
+            Failure::Other(error.into())
+        }
+        _ => Failure::Input(error.into()),
+    }
+}
+
+fn create(path: &Path, recording: &Recording) -> Result<(Draft, Writer<Sink>), Failure> {
+    let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string()).or_input()?;
     let files: Vec<_> = rerun::files(recording).cloned().collect();
-    let writer = Writer::create_with(BufWriter::new(file), &recording.run().or_input()?, &files);
-    Ok(writer.with_context(|| path.display().to_string())?)
+    let writer = Writer::create_with(sink, &recording.run().or_input()?, &files);
+    Ok((draft, writer.with_context(|| path.display().to_string())?))
 }
 
 fn print(outcome: &Rerun, options: &RerunOptions) -> anyhow::Result<()> {

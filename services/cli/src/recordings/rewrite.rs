@@ -1,56 +1,39 @@
 //! Recordings out of recordings. A result appears under its name when it is whole; exit codes are those of
 //! the official tool.
 
-use std::fs::File;
-use std::io::BufWriter;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use sketchnav_recordings::copy::{self, Copy, Limit, PartFacts};
 use sketchnav_recordings::reader::Selection;
 use sketchnav_recordings::{Recording, RecordingError, rosbag2};
+use sketchnav_schemas::time::{nanoseconds, seconds};
 
 use super::args::{FilterOptions, SplitOptions};
-use crate::failure::{Failure, Outcome};
+use super::draft::{Draft, Sink};
+use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 
-const NS_PER_S: f64 = 1e9;
+/// The file that names the parts of a folder of rosbag2.
+const METADATA: &str = "metadata.yaml";
 
-type Sink = BufWriter<File>;
-
-/// A file that is moved to its name when it is whole.
-struct Draft {
-    path: PathBuf,
-    draft: PathBuf,
+fn begin(path: &Path) -> anyhow::Result<(Draft, Copy<Sink>)> {
+    let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string())?;
+    Ok((draft, Copy::new(sink)?))
 }
 
-impl Draft {
-    fn begin(path: &Path) -> anyhow::Result<(Self, Copy<Sink>)> {
-        let draft = path.with_extension("unfinished");
-        let file = File::create(&draft).with_context(|| draft.display().to_string())?;
-        Ok((Self { path: path.to_owned(), draft }, Copy::new(BufWriter::new(file))?))
-    }
-
-    fn finish(self, copy: Copy<Sink>) -> anyhow::Result<()> {
-        let sink = copy.finish()?;
-        sink.get_ref().sync_data()?;
-        std::fs::rename(&self.draft, &self.path).with_context(|| self.path.display().to_string())
-    }
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        // After `finish` there is none.
-        let _ = std::fs::remove_file(&self.draft);
-    }
+fn finish(draft: Draft, copy: Copy<Sink>) -> anyhow::Result<()> {
+    copy.finish()?;
+    draft.finish()
 }
 
 /// Copies what can be read.
 pub fn recover(file: &Path, output: &Path, json: bool) -> Result<Outcome, Failure> {
     let work = || -> anyhow::Result<copy::Copied> {
-        let (draft, mut copy) = Draft::begin(output)?;
+        let (draft, mut copy) = begin(output)?;
         let copied = copy::recover(file, &mut copy)?;
-        draft.finish(copy)?;
+        finish(draft, copy)?;
         Ok(copied)
     };
     let copied = work().map_err(Failure::Plain)?;
@@ -74,15 +57,14 @@ pub fn filter(file: &Path, options: &FilterOptions) -> Result<Outcome, Failure> 
             Selection::of_topics(topics.iter().map(|topic| format!("/{}", topic.trim_start_matches('/'))))
         }
     };
-    let ns = |s: f64| (s.max(0.0) * NS_PER_S).round() as u64;
-    selection.times_ns = options.start.map_or(0, ns)..options.end.map_or(u64::MAX, ns);
+    selection.times_ns = options.times.ns().or_input()?;
     let work = || -> anyhow::Result<u64> {
         let recording = Recording::open(file)?;
         check_topics(&recording, &selection)?;
-        let (draft, mut copy) = Draft::begin(&options.output)?;
+        let (draft, mut copy) = begin(&options.output)?;
         copy::filter(&recording, &selection, &mut copy)?;
         let messages = copy.messages();
-        draft.finish(copy)?;
+        finish(draft, copy)?;
         Ok(messages)
     };
     out!("{} messages", work().map_err(Failure::Plain)?)?;
@@ -101,10 +83,10 @@ fn check_topics(recording: &Recording, selection: &Selection) -> anyhow::Result<
 pub fn merge(files: &[PathBuf], output: &Path) -> Result<Outcome, Failure> {
     let work = || -> anyhow::Result<u64> {
         let recordings: Result<Vec<_>, _> = files.iter().map(|file| Recording::open(file)).collect();
-        let (draft, mut copy) = Draft::begin(output)?;
+        let (draft, mut copy) = begin(output)?;
         copy::merge(&recordings?, &mut copy)?;
         let messages = copy.messages();
-        draft.finish(copy)?;
+        finish(draft, copy)?;
         Ok(messages)
     };
     out!("{} messages", work().map_err(Failure::Plain)?)?;
@@ -121,7 +103,7 @@ pub fn split(file: &Path, options: &SplitOptions) -> Result<Outcome, Failure> {
         out!("{}", serde_json::Value::from(object))?;
     } else {
         for (name, part) in &parts {
-            let span = (part.first_ns as f64 / NS_PER_S, part.last_ns as f64 / NS_PER_S);
+            let span = (seconds(part.first_ns), seconds(part.last_ns));
             let messages = part.messages.values().sum::<u64>();
             out!("{name}  {:.1} to {:.1} s, {messages} messages", span.0, span.1)?;
         }
@@ -132,7 +114,7 @@ pub fn split(file: &Path, options: &SplitOptions) -> Result<Outcome, Failure> {
 fn limit(options: &SplitOptions) -> Result<Option<Limit>, Failure> {
     let positive = |value: f64| value.is_finite() && value > 0.0;
     match (options.seconds, options.megabytes) {
-        (Some(s), _) if positive(s) => Ok(Some(Limit::Time((s * NS_PER_S) as u64))),
+        (Some(s), _) if positive(s) => Ok(Some(Limit::Time(nanoseconds(s)))),
         (_, Some(megabytes)) if positive(megabytes) => Ok(Some(Limit::Bytes((megabytes * 1e6) as u64))),
         (None, None) if options.rosbag2 => Ok(None),
         (None, None) => Err(Failure::Input(anyhow!("expected --seconds, --megabytes or --rosbag2"))),
@@ -149,18 +131,40 @@ fn parts(
     let folder = &options.output;
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    refuse_earlier_parts(folder, &stem, options.rosbag2)?;
     let name = |number: usize| format!("{stem}_{number}.mcap");
+    let mut drafts = Vec::new();
     let facts = copy::split(&recording, limit, |number| {
         let path = folder.join(name(number));
-        let created = File::create(&path).map(BufWriter::new);
-        created.map_err(|source| RecordingError::File { path, source })
+        let begun = Draft::begin(&path);
+        let (draft, sink) = begun.map_err(|source| RecordingError::File { path, source })?;
+        drafts.push(draft);
+        Ok(sink)
     })?;
+    drafts.into_iter().try_for_each(Draft::finish)?;
     let parts: Vec<_> = facts.into_iter().enumerate().map(|(number, part)| (name(number), part)).collect();
     if options.rosbag2 {
-        let yaml = folder.join("metadata.yaml");
-        let draft = folder.join("metadata.yaml.unfinished");
-        std::fs::write(&draft, rosbag2::metadata_yaml(&parts, &recording.topics()?))?;
-        std::fs::rename(&draft, &yaml).with_context(|| yaml.display().to_string())?;
+        let yaml = folder.join(METADATA);
+        let (draft, mut sink) = Draft::begin(&yaml).with_context(|| yaml.display().to_string())?;
+        sink.write_all(rosbag2::metadata_yaml(&parts, &recording.topics()?).as_bytes())?;
+        sink.flush()?;
+        draft.finish()?;
     }
     Ok(parts)
+}
+
+/// Parts of an earlier split would stay beside the new ones, and nobody could tell them apart.
+fn refuse_earlier_parts(folder: &Path, stem: &str, rosbag2: bool) -> anyhow::Result<()> {
+    let is_part = |name: &str| {
+        let number = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')?.strip_suffix(".mcap"));
+        number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+    };
+    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let name = entry?.file_name();
+        let is_in_the_way = name.to_str().is_some_and(|name| is_part(name) || (rosbag2 && name == METADATA));
+        if is_in_the_way {
+            bail!("{}: expected a folder without earlier parts, found {}", folder.display(), name.display());
+        }
+    }
+    Ok(())
 }

@@ -12,15 +12,29 @@ pub struct Clock {
     rate: Rate,
     /// A recorded time, and when it was.
     anchor: Option<(u64, Instant)>,
+    is_paused: bool,
+    /// The instant that was stepped to.
+    stepping_ns: Option<u64>,
 }
 
 impl Clock {
-    pub fn new(rate: Rate) -> Self {
-        Self { rate, anchor: None }
+    pub fn new(rate: Rate, is_paused: bool) -> Self {
+        Self { rate, anchor: None, is_paused, stepping_ns: None }
     }
 
-    /// How long until a message of that recorded time is due.
-    pub fn until(&mut self, stamp_ns: u64) -> Duration {
+    /// How long until a message of that recorded time is due; `None`: until somebody goes on.
+    pub fn until(&mut self, stamp_ns: u64) -> Option<Duration> {
+        if self.stepping_ns == Some(stamp_ns) {
+            return Some(Duration::ZERO);
+        }
+        if self.is_paused {
+            self.anchor = None;
+            return None;
+        }
+        Some(self.until_by_rate(stamp_ns))
+    }
+
+    fn until_by_rate(&mut self, stamp_ns: u64) -> Duration {
         let Rate::Times(rate) = self.rate else { return Duration::ZERO };
         let (from_ns, since) = *self.anchor.get_or_insert((stamp_ns, Instant::now()));
         let due = Duration::from_nanos((stamp_ns.saturating_sub(from_ns) as f64 / rate) as u64);
@@ -29,7 +43,16 @@ impl Clock {
 
     /// The next message is due at once: after a pause, a seek, another rate.
     pub fn restart(&mut self) {
-        self.anchor = None;
+        (self.anchor, self.stepping_ns) = (None, None);
+    }
+
+    pub fn pause_or_go_on(&mut self) {
+        self.is_paused = !self.is_paused;
+    }
+
+    /// All messages of that instant are due, and none behind it.
+    pub fn step(&mut self, stamp_ns: u64) {
+        (self.is_paused, self.stepping_ns) = (true, Some(stamp_ns));
     }
 
     /// Twice as fast, or half; `max` is left for real time.
@@ -39,8 +62,10 @@ impl Clock {
         self.restart();
     }
 
-    pub fn rate(&self) -> String {
+    /// How it goes, for people.
+    pub fn words(&self) -> String {
         match self.rate {
+            _ if self.is_paused => "paused".to_owned(),
             Rate::Max => "max".to_owned(),
             Rate::Times(rate) => format!("{rate} ×"),
         }
@@ -53,12 +78,26 @@ mod tests {
 
     #[test]
     fn a_message_is_due_by_its_rate() {
-        let mut clock = Clock::new(Rate::Times(4.0));
-        assert_eq!(clock.until(1_000_000_000), Duration::ZERO);
-        let due = clock.until(9_000_000_000);
+        let mut clock = Clock::new(Rate::Times(4.0), false);
+        assert_eq!(clock.until(1_000_000_000), Some(Duration::ZERO));
+        let due = clock.until(9_000_000_000).unwrap();
         assert!(due > Duration::from_millis(1500) && due <= Duration::from_secs(2), "{due:?}");
         clock.change_rate(2.0);
-        assert_eq!((clock.until(9_000_000_000), clock.rate()), (Duration::ZERO, "8 ×".to_owned()));
-        assert_eq!(Clock::new(Rate::Max).until(u64::MAX), Duration::ZERO);
+        assert_eq!((clock.until(9_000_000_000), clock.words()), (Some(Duration::ZERO), "8 ×".to_owned()));
+        assert_eq!(Clock::new(Rate::Max, false).until(u64::MAX), Some(Duration::ZERO));
+    }
+
+    /// A step was one message, so that an instant of nine of them took nine.
+    #[test]
+    fn a_step_is_an_instant() {
+        let mut clock = Clock::new(Rate::Max, true);
+        assert_eq!((clock.until(100), clock.words().as_str()), (None, "paused"));
+        clock.step(100);
+        assert_eq!(
+            [100, 100, 200].map(|ns| clock.until(ns)),
+            [Some(Duration::ZERO), Some(Duration::ZERO), None]
+        );
+        clock.pause_or_go_on();
+        assert_eq!(clock.until(200), Some(Duration::ZERO));
     }
 }

@@ -11,7 +11,7 @@ use nix::sys::termios::{LocalFlags, SetArg, Termios, tcgetattr, tcsetattr};
 pub enum Wish {
     /// Pause, or go on.
     Pause,
-    /// One instant.
+    /// One instant: all its messages.
     Step,
     /// Forward or backward, seconds.
     Seek(f64),

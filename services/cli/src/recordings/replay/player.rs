@@ -1,21 +1,25 @@
 //! Plays, pauses, steps and seeks; waits for what lives.
 
 use std::iter::Peekable;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::reader::{RawMessage, Selection, Timeline};
+use sketchnav_recordings::writer::topic_name;
 use sketchnav_runtime::{Node, Reader, System, Wake};
-use sketchnav_schemas::channels::{ESTIMATE, LOCKSTEP_WINDOW, RECORDED, STATUS};
+use sketchnav_schemas::channels::{ESTIMATE, LOCKSTEP_WINDOW, RECORDED, SCAN, STATUS};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::{MissionStatus, PoseEstimate, Recorded};
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::time::{nanoseconds, seconds};
 use sketchnav_supervisor::Supervisor;
 
 use super::clock::Clock;
 use super::keys::{Keys, Wish};
+use super::plan::Plan;
 use super::ports::{Ports, Shift};
 use crate::recordings::args::{Rate, ReplayOptions};
 
@@ -25,7 +29,6 @@ const NAP: Duration = Duration::from_millis(20);
 const SHORT_NAP: Duration = Duration::from_micros(200);
 /// So long a live process may take to start and answer.
 const PATIENCE: Duration = Duration::from_secs(30);
-const NS_PER_S: f64 = 1e9;
 
 /// How it ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,9 +48,8 @@ pub struct Player<'a> {
     keys: Keys,
     clock: Clock,
     bar: ProgressBar,
-    span_ns: (u64, u64),
+    plan: &'a Plan,
     shift: Shift,
-    is_paused: bool,
     /// The scan that was played last, as it was numbered.
     scan: u64,
     /// The latest stamp that was sent.
@@ -66,24 +68,21 @@ impl<'a> Player<'a> {
         recording: &'a Recording,
         run: &RunConfig,
         options: &'a ReplayOptions,
+        plan: &'a Plan,
     ) -> anyhow::Result<Self> {
-        let ports = Ports::open(&run.system, &options.live, &options.topics, &options.remap)?;
+        let ports = Ports::open(&run.system, plan)?;
         let waits = options.rate == Rate::Max && !options.live.is_empty();
         let answers = waits.then(|| Answers::open(&run.system, &options.live)).transpose()?;
-        let (first, last) = recording.index()?.span_ns().context("the recording has no message")?;
-        let ns = |s: f64| (s.max(0.0) * NS_PER_S).round() as u64;
-        let span_ns = (options.start.map_or(first, ns), options.end.map_or(last + 1, ns));
         Ok(Self {
             recording,
             options,
             ports,
             answers,
             keys: Keys::new(),
-            clock: Clock::new(options.rate),
-            bar: bar(span_ns),
-            span_ns,
+            clock: Clock::new(options.rate, options.paused),
+            bar: bar(&plan.times_ns),
+            plan,
             shift: Shift::default(),
-            is_paused: options.paused,
             scan: 0,
             sent_ns: 0,
         })
@@ -91,7 +90,7 @@ impl<'a> Player<'a> {
 
     /// Plays to the end.
     pub fn play(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<End> {
-        let mut from_ns = self.span_ns.0;
+        let mut from_ns = self.plan.times_ns.start;
         loop {
             let end = match self.play_from(from_ns, supervisor)? {
                 Turn::Seek(to_ns) => {
@@ -100,7 +99,7 @@ impl<'a> Player<'a> {
                 }
                 Turn::End(end) => end,
                 Turn::Next if self.options.again => {
-                    from_ns = self.span_ns.0;
+                    from_ns = self.plan.times_ns.start;
                     continue;
                 }
                 Turn::Next => End::Played,
@@ -112,16 +111,21 @@ impl<'a> Player<'a> {
     }
 
     fn play_from(&mut self, from_ns: u64, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
-        let topics: Vec<String> = self.ports.topics().cloned().collect();
-        let selection = Selection::of_topics(topics).between(from_ns..self.span_ns.1);
+        let selection = self.plan.selection().between(from_ns..self.plan.times_ns.end);
         let mut timeline = self.recording.timeline(selection)?.peekable();
         self.begin_at(from_ns, &mut timeline)?;
+        let mut instant_ns = None;
         while let Some(message) = timeline.next().transpose()? {
-            let is_instants_last = match timeline.peek() {
-                Some(Ok(next)) => next.stamp_ns != message.stamp_ns,
-                _ => true,
-            };
-            if message.topic.name == "/scan" {
+            if instant_ns.replace(message.stamp_ns) != Some(message.stamp_ns) {
+                // Whatever the rate, each instant is a chance to end, and to serve who has come late.
+                supervisor.poll(Duration::ZERO)?;
+                if self.ports.nap(Duration::ZERO) == Wake::Terminate {
+                    return Ok(Turn::End(End::Interrupted));
+                }
+                let since_ns = message.stamp_ns.saturating_sub(self.plan.times_ns.start);
+                self.bar.set_position(since_ns / 1_000_000);
+            }
+            if message.topic.is(SCAN) {
                 // The world in lockstep hears the command before it goes on; so do we.
                 self.wait_for_answers(self.scan, supervisor)?;
             }
@@ -130,9 +134,6 @@ impl<'a> Player<'a> {
                 turn => return Ok(turn),
             }
             self.send(&message)?;
-            if is_instants_last {
-                self.bar.set_position(message.stamp_ns.saturating_sub(self.span_ns.0) / 1_000_000);
-            }
         }
         Ok(Turn::Next)
     }
@@ -140,7 +141,7 @@ impl<'a> Player<'a> {
     fn send(&mut self, message: &RawMessage) -> anyhow::Result<()> {
         self.ports.play(message, self.shift)?;
         self.sent_ns = self.sent_ns.max(message.stamp_ns + self.shift.ns);
-        if message.topic.name == "/scan" {
+        if message.topic.is(SCAN) {
             self.scan = u64::from(message.sequence) + self.shift.scans;
         }
         Ok(())
@@ -167,7 +168,7 @@ impl<'a> Player<'a> {
     }
 
     fn first_scan(&self, from_ns: u64) -> anyhow::Result<Option<u64>> {
-        let selection = Selection::of_topics(["/scan"]).between(from_ns..u64::MAX);
+        let selection = Selection::of_topics([topic_name(SCAN.spec.name)]).between(from_ns..u64::MAX);
         let first = self.recording.select(selection)?.next().transpose()?;
         Ok(first.map(|scan| scan.sequence.into()))
     }
@@ -188,29 +189,19 @@ impl<'a> Player<'a> {
     /// Waits by the clock, and does what keys ask for meanwhile.
     fn wait_until_due(&mut self, message: &RawMessage, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
         loop {
-            let until = self.clock.until(message.stamp_ns);
-            if until.is_zero() && !self.is_paused && self.bar.is_hidden() {
-                return Ok(Turn::Next);
-            }
             match self.keys.next() {
-                Some(Wish::Pause) => self.is_paused = !self.is_paused,
-                Some(Wish::Step) => {
-                    self.is_paused = true;
-                    self.clock.restart();
-                    return Ok(Turn::Next);
-                }
+                Some(Wish::Pause) => self.clock.pause_or_go_on(),
+                Some(Wish::Step) => self.clock.step(message.stamp_ns),
                 Some(Wish::Seek(s)) => return Ok(Turn::Seek(self.target(message.stamp_ns, s))),
                 Some(Wish::Rate(factor)) => self.clock.change_rate(factor),
                 Some(Wish::Quit) => return Ok(Turn::End(End::Played)),
                 None => {}
             }
             self.tell(message.stamp_ns);
-            if self.is_paused {
-                self.clock.restart();
-            } else if until.is_zero() {
-                return Ok(Turn::Next);
-            }
-            let nap = if self.is_paused { NAP } else { until.min(NAP) };
+            let nap = match self.clock.until(message.stamp_ns) {
+                Some(Duration::ZERO) => return Ok(Turn::Next),
+                until => until.unwrap_or(NAP).min(NAP),
+            };
             supervisor.poll(Duration::ZERO)?;
             if self.ports.nap(nap) == Wake::Terminate {
                 return Ok(Turn::End(End::Interrupted));
@@ -219,13 +210,14 @@ impl<'a> Player<'a> {
     }
 
     fn target(&self, now_ns: u64, by_s: f64) -> u64 {
-        let to = now_ns as f64 + by_s * NS_PER_S;
-        (to.max(0.0) as u64).clamp(self.span_ns.0, self.span_ns.1.saturating_sub(1))
+        let Range { start, end } = self.plan.times_ns;
+        nanoseconds(seconds(now_ns) + by_s).clamp(start, end - 1)
     }
 
     fn tell(&self, stamp_ns: u64) {
-        let state = if self.is_paused { "paused".to_owned() } else { self.clock.rate() };
-        self.bar.set_message(format!("{:.1} s  {state}", stamp_ns as f64 / NS_PER_S));
+        if !self.bar.is_hidden() {
+            self.bar.set_message(format!("{:.1} s  {}", seconds(stamp_ns), self.clock.words()));
+        }
     }
 
     /// Waits until what lives has answered a scan.
@@ -249,9 +241,9 @@ impl<'a> Player<'a> {
     }
 }
 
-fn bar((from_ns, to_ns): (u64, u64)) -> ProgressBar {
+fn bar(times_ns: &Range<u64>) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40.cyan/dim} {msg}");
-    let bar = ProgressBar::new(to_ns.saturating_sub(from_ns) / 1_000_000);
+    let bar = ProgressBar::new((times_ns.end - times_ns.start) / 1_000_000);
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 

@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Duration;
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use sketchnav_recordings::reader::RawMessage;
-use sketchnav_recordings::writer::topic_name;
 use sketchnav_runtime::{Node, SliceWriter, System, Wake, Writer};
 use sketchnav_schemas::channels::{self, Channel, ChannelVisitor};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::ros2::Ros2;
+
+use super::plan::{Plan, speaker};
 
 /// What is added to numbers and stamps, so that they go on after a jump back.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -86,24 +87,12 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// Opens the channels of those processes that are not live, all or those of `topics`. `remap` has the
-    /// topics of the recording that are played into another channel.
-    pub fn open(
-        system: &str,
-        live: &[Process],
-        topics: &[String],
-        remap: &[(String, String)],
-    ) -> anyhow::Result<Self> {
+    /// Opens the channels that are played into.
+    pub fn open(system: &str, plan: &Plan) -> anyhow::Result<Self> {
         let ports = Self { ports: BTreeMap::new(), nodes: BTreeMap::new() };
-        let mut open = Open { system, live, topics, remap, ports };
+        let mut open = Open { system, plan, ports };
         channels::visit(&mut open)?;
-        ensure!(!open.ports.ports.is_empty(), "nothing to play: every process is live");
         Ok(open.ports)
-    }
-
-    /// The topics of the recording that are played.
-    pub fn topics(&self) -> impl Iterator<Item = &String> {
-        self.ports.keys()
     }
 
     /// Sends a message.
@@ -125,26 +114,14 @@ impl Ports {
 
 struct Open<'a> {
     system: &'a str,
-    live: &'a [Process],
-    topics: &'a [String],
-    remap: &'a [(String, String)],
+    plan: &'a Plan,
     ports: Ports,
 }
 
 impl Open<'_> {
     /// The topic of the recording that is played into a channel, where one is, and who writes it.
     fn source<T: Ros2>(&self, channel: Channel<T>) -> Option<(String, Process)> {
-        let spec = channel.spec;
-        let (own, writer) = (topic_name(spec.name), spec.writer.unwrap_or(Process::World));
-        let named = |topic: &String| topic.trim_start_matches('/') == spec.name;
-        let is_wanted = self.topics.is_empty() || self.topics.iter().any(named);
-        // The order to start, and what befalls the processes, are this system's supervisor's own.
-        let is_played =
-            spec.recorded && is_wanted && !self.live.contains(&writer) && writer != Process::Supervisor;
-        let remapped = self.remap.iter().find(|(_, to)| *to == own).map(|(from, _)| from.clone());
-        let is_taken = self.remap.iter().any(|(from, to)| *from == own && *to != own);
-        let topic = remapped.or((!is_taken).then_some(own));
-        topic.filter(|_| is_played).map(|topic| (topic, writer))
+        Some((self.plan.topic_of(channel.spec)?.to_owned(), speaker(channel.spec)))
     }
 
     fn node(&mut self, process: Process) -> anyhow::Result<&Node> {

@@ -1,0 +1,74 @@
+//! What is told of a recording's topics and processes without reading all messages again.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::Health;
+
+use crate::error::RecordingError;
+use crate::sequence::{Gap, MAX_GAPS, Seen, Sequence};
+
+/// What is told of a topic, so that nobody need read all messages to know it.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TopicFacts {
+    /// Time of the earliest message and of the latest, nanoseconds.
+    pub times_ns: Option<(u64, u64)>,
+    /// How many messages the numbers show to be missing.
+    pub missing: u64,
+    /// The first gaps.
+    pub gaps: Vec<Gap>,
+}
+
+impl TopicFacts {
+    /// Notes a message of this time.
+    pub(crate) fn see_time(&mut self, ns: u64) {
+        self.times_ns = Some(self.times_ns.map_or((ns, ns), |(first, last)| (first.min(ns), last.max(ns))));
+    }
+
+    /// Notes a message of this number, and what is missing before it. Where several processes write, each
+    /// with numbers of its own, these tell nothing, and every message is a new one.
+    pub(crate) fn see_number(&mut self, sequence: &mut Sequence, has_many_writers: bool, seq: u64) -> Seen {
+        if has_many_writers {
+            return Seen::New { missing: 0 };
+        }
+        let after_seq = sequence.last();
+        let seen = sequence.see(seq);
+        if let Seen::New { missing: missing @ 1.. } = seen {
+            self.missing += missing;
+            if self.gaps.len() < MAX_GAPS {
+                self.gaps.push(Gap { after_seq, missing });
+            }
+        }
+        seen
+    }
+
+    pub(crate) fn to_json(&self) -> Result<String, RecordingError> {
+        let wrong =
+            |error: serde_json::Error| RecordingError::Run { what: "topics", reason: error.to_string() };
+        serde_json::to_string(self).map_err(wrong)
+    }
+}
+
+/// How often processes were started again, by the process ids in what they say.
+#[derive(Debug, Default)]
+pub(crate) struct Lives([Option<(u32, u64)>; MAX_PROCESSES]);
+
+/// More kinds of processes than there are.
+const MAX_PROCESSES: usize = 16;
+
+impl Lives {
+    pub(crate) fn see(&mut self, health: &Health) {
+        let Some(life) = self.0.get_mut(health.process as usize) else { return };
+        let is_next = life.is_some_and(|(pid, _)| pid != health.pid);
+        *life = Some((health.pid, life.map_or(0, |(_, restarts)| restarts) + u64::from(is_next)));
+    }
+
+    /// By process, of those that said anything; an observer is no process of the system.
+    pub(crate) fn restarts(&self) -> BTreeMap<String, String> {
+        let lives =
+            self.0.iter().zip(0..).filter_map(|(life, code)| Some((Process::from_code(code)?, (*life)?)));
+        let lives = lives.filter(|(process, _)| *process != Process::Observer);
+        lives.map(|(process, (_, restarts))| (process.word().to_owned(), restarts.to_string())).collect()
+    }
+}

@@ -1,0 +1,102 @@
+//! What of a recording is played, and into which channels: made before anything is started.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use anyhow::{Context, ensure};
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::reader::Selection;
+use sketchnav_recordings::writer::topic_name;
+use sketchnav_schemas::channels::{ChannelSpec, TABLE};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::time::seconds;
+
+use crate::recordings::args::ReplayOptions;
+
+/// What is played.
+pub struct Plan {
+    /// By channel the topic of the recording that is played into it.
+    topics: BTreeMap<&'static str, String>,
+    /// When; there is some message in it.
+    pub times_ns: Range<u64>,
+}
+
+/// In whose name a channel is played.
+pub fn speaker(channel: &ChannelSpec) -> Process {
+    channel.writer.unwrap_or(Process::World)
+}
+
+impl Plan {
+    /// Refuses what cannot be played: a channel or a topic that is not there, a time without messages.
+    pub fn new(recording: &Recording, options: &ReplayOptions) -> anyhow::Result<Self> {
+        let (first_ns, last_ns) = recording.index()?.span_ns().context("the recording has no message")?;
+        let asked = options.times.ns()?;
+        let topics = topics(options)?;
+        let known: Vec<_> = recording.topics()?.iter().map(|topic| topic.name.clone()).collect();
+        let remapped = options.remap.iter().map(|(from, _)| from.clone());
+        let named = options.topics.iter().filter_map(|name| topics.get(plain(name)).cloned());
+        for topic in remapped.chain(named) {
+            ensure!(known.contains(&topic), "topic {topic}: expected one of {}", known.join(", "));
+        }
+        // An end of its own is not beyond the recording's.
+        let times_ns = asked.start.max(first_ns)..asked.end.min(last_ns.saturating_add(1));
+        let plan = Self { topics, times_ns };
+        let is_there = |times: &Range<u64>| !times.is_empty() && plan.has_message(recording, times.clone());
+        ensure!(
+            is_there(&plan.times_ns),
+            "nothing to play: expected messages of {} between {:.3} and {:.3} s; the recording has {:.3} to {:.3} s",
+            plan.topics.values().cloned().collect::<Vec<_>>().join(", "),
+            seconds(asked.start),
+            seconds(asked.end.min(last_ns)),
+            seconds(first_ns),
+            seconds(last_ns),
+        );
+        Ok(plan)
+    }
+
+    /// The topic of the recording that is played into a channel, where one is.
+    pub fn topic_of(&self, channel: &ChannelSpec) -> Option<&str> {
+        self.topics.get(channel.name).map(String::as_str)
+    }
+
+    /// The messages of all times that are played.
+    pub fn selection(&self) -> Selection {
+        Selection::of_topics(self.topics.values().cloned())
+    }
+
+    /// A damaged one counts: the player tells of it.
+    fn has_message(&self, recording: &Recording, times_ns: Range<u64>) -> bool {
+        let selected = recording.select(self.selection().between(times_ns));
+        selected.is_ok_and(|mut messages| messages.next().is_some())
+    }
+}
+
+fn plain(topic: &str) -> &str {
+    topic.trim_start_matches('/')
+}
+
+/// By channel the topic that is played into it: those of the processes that are not live, all or those that
+/// are named, each its own or the one that is mapped to it.
+fn topics(options: &ReplayOptions) -> anyhow::Result<BTreeMap<&'static str, String>> {
+    // The order to start, and what befalls the processes, are this system's supervisor's own.
+    let is_played = |spec: &&&ChannelSpec| {
+        spec.recorded && !options.live.contains(&speaker(spec)) && speaker(spec) != Process::Supervisor
+    };
+    let played: Vec<&'static ChannelSpec> = TABLE.iter().filter(is_played).copied().collect();
+    ensure!(!played.is_empty(), "nothing to play: every process is live");
+    let names = played.iter().map(|spec| spec.name).collect::<Vec<_>>();
+    let targets = options.remap.iter().map(|(_, to)| ("--remap", plain(to)));
+    for (option, name) in options.topics.iter().map(|name| ("--topics", plain(name))).chain(targets) {
+        ensure!(names.contains(&name), "{option} {name}: expected one of {}", names.join(", "));
+    }
+    let is_wanted = |spec: &&'static ChannelSpec| {
+        options.topics.is_empty() || options.topics.iter().any(|topic| plain(topic) == spec.name)
+    };
+    let source = |spec: &'static ChannelSpec| {
+        let own = topic_name(spec.name);
+        let remapped = options.remap.iter().find(|(_, to)| *to == own).map(|(from, _)| from.clone());
+        let is_taken = options.remap.iter().any(|(from, to)| *from == own && *to != own);
+        Some((spec.name, remapped.or((!is_taken).then_some(own))?))
+    };
+    Ok(played.into_iter().filter(is_wanted).filter_map(source).collect())
+}

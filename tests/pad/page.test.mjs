@@ -5,7 +5,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { oneMore } from "../../services/pad/page/desk.js";
-import { trailed } from "../../services/pad/page/feed.js";
+import { carried, trailed } from "../../services/pad/page/feed.js";
 import { pauseMs } from "../../services/pad/page/link.js";
 import { LANDSCAPE, blank, withGoal, withStroke } from "../../services/pad/page/model.js";
 import { warnings } from "../../services/pad/page/panel.js";
@@ -89,6 +89,15 @@ test("the trail grows by steps and stays bounded", () => {
   assert.ok(trail.length <= 4000 && trail.at(-1)[0] === 19999 * 4 && trail[0][0] === 0);
   assert.equal(trailed(trail, [19999 * 4 + 1, 0]), trail);
   assert.equal(trailed(trail, undefined), trail);
+});
+
+test("particles are carried along with the robot, turned as it turns", () => {
+  const cloud = { points: [[110, 50]], pose: { x: 100, y: 50, heading_rad: 0 } };
+  const [[x, y]] = carried(cloud, { x: 200, y: 80, heading_rad: Math.PI / 2 });
+  // What was ten pixels ahead to the right is ten pixels ahead upwards.
+  assert.ok(Math.abs(x - 200) < 1e-9 && Math.abs(y - 70) < 1e-9, `${x} ${y}`);
+  assert.equal(carried(null, { x: 0, y: 0, heading_rad: 0 }), null);
+  assert.equal(carried(cloud, null), null);
 });
 
 test("settings of another kind fall back to the defaults", () => {

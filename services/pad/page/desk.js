@@ -28,8 +28,10 @@ export class Desk {
   #frame = 0;
   #host;
   #fits = true;
+  /** What the robot says: the last feed, its trail, its last particles, its map. */
   feed = null;
   trail = [];
+  cloud = null;
   walls = null;
   work = { inkMs: 0, inkWorstMs: 0, feedMs: 0, feedWorstMs: 0, feeds: 0, events: 0, points: 0 };
 
@@ -140,6 +142,8 @@ export class Desk {
   told(feed) {
     this.feed = feed;
     this.trail = trailed(this.trail, feed.trail);
+    if (feed.particles && feed.pose) this.cloud = { points: feed.particles, pose: feed.pose };
+    else if (!feed.pose) this.cloud = null;
     this.#redraw("feed");
   }
 
@@ -164,7 +168,7 @@ export class Desk {
 
   #drawFeed() {
     const before = performance.now();
-    drawFeed(this.sheet, this.feed, this.trail, this.#host.settings().shows, this.walls, this.#shown.canvas);
+    drawFeed(this.sheet, this, this.#host.settings().shows, this.#shown.canvas);
     this.work.feedMs = performance.now() - before;
     this.work.feedWorstMs = Math.max(this.work.feedWorstMs, this.work.feedMs);
     this.work.feeds += 1;

@@ -15,19 +15,35 @@ export function trailed(trail, at) {
 }
 
 /**
- * Draws a feed. `shows` says which parts: `{ particles, scan, plan, trail, walls }`; `walls` is the
+ * Particles carried along with the robot: they come once a second, `cloud` is the last of them with the pose
+ * of that moment, and until the next ones they move as the robot does.
+ */
+export function carried(cloud, pose) {
+  if (!cloud || !pose) return null;
+  // A heading is counter-clockwise, and y points down.
+  const turn = cloud.pose.heading_rad - pose.heading_rad;
+  const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
+  return cloud.points.map(([x, y]) => {
+    const [dx, dy] = [x - cloud.pose.x, y - cloud.pose.y];
+    return [pose.x + cos * dx - sin * dy, pose.y + sin * dx + cos * dy];
+  });
+}
+
+/**
+ * Draws a feed with the trail and the cloud of particles so far. `shows` says which parts; `walls` is the
  * picture of the walls as the robot understood them, or `null`.
  */
-export function drawFeed(sheet, feed, trail, shows, walls, canvas) {
+export function drawFeed(sheet, { feed, trail, cloud, walls }, shows, canvas) {
   const context = sheet.wipe("feed");
   if (walls && shows.walls) context.drawImage(tinted(walls, sheet.colors.walls), 0, 0, ...canvas);
   if (!feed) return;
   context.lineCap = context.lineJoin = "round";
   if (shows.trail) line(context, trail, sheet.colors.trail, sheet.px(2.5));
   if (shows.plan && feed.plan) drawPlan(context, sheet, feed.plan);
-  if (shows.particles && feed.particles) dots(context, feed.particles, sheet.colors.particle, sheet.px(2.5));
   if (shows.scan && feed.scan) dots(context, feed.scan, sheet.colors.scan, sheet.px(3));
   if (feed.pose) drawRobot(context, sheet, feed.pose);
+  const particles = shows.particles && carried(cloud, feed.pose);
+  if (particles) dots(context, particles, sheet.colors.particle, sheet.px(2.5));
 }
 
 const tints = new WeakMap();

@@ -6,7 +6,7 @@ import { choose, dataUrl, flattened, photo, save } from "./files.js";
 import { Crosshair, shortcuts } from "./keyboard.js";
 import { Link, takeToken } from "./link.js";
 import {
-  LANDSCAPE, PORTRAIT, blank, fromFile, fromText, hasMap, hasPath, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withPath,
+  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, fromText, hasMap, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withPath,
 } from "./model.js";
 import { say, show, showFigures } from "./panel.js";
 import { Pointers, listen } from "./pointer.js";
@@ -147,7 +147,7 @@ function refresh() {
   show({
     up: link.up, latencyMs: link.latencyMs, drives: robot.feed?.drives ?? robot.hello?.drives ?? false,
     watches: robot.hello?.mode === "watches", busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
-    map: hasMap(drawing), path: hasPath(drawing), silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
+    map: hasMap(drawing), path: canGo(drawing, robot.feed?.pose), silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
   });
 }
 setInterval(refresh, 1000);

@@ -35,7 +35,10 @@ export function carried(cloud, pose) {
  */
 export function drawFeed(sheet, { feed, trail, cloud, walls }, shows, canvas) {
   const context = sheet.wipe("feed");
+  // Half through, so that what was drawn can be seen under it.
+  context.globalAlpha = 0.7;
   if (walls && shows.walls) context.drawImage(tinted(walls, sheet.colors.walls), 0, 0, ...canvas);
+  context.globalAlpha = 1;
   if (!feed) return;
   context.lineCap = context.lineJoin = "round";
   if (shows.trail) line(context, trail, sheet.colors.trail, sheet.px(2.5));

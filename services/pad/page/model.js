@@ -29,6 +29,9 @@ export const hasMap = (drawing) => drawing.strokes.length + drawing.obstacles.le
 /** Whether the sheet says where to go. */
 export const hasPath = (drawing) => drawing.route !== null || drawing.goals.length > 0;
 
+/** Whether the way can be sent: goals need a start, drawn or known (`located`: the robot knows where it is). */
+export const canGo = (d, located) => hasPath(d) && Boolean(d.route || d.start || located);
+
 /** Whether nothing at all is on the sheet. */
 export const isBlank = (d) => !hasMap(d) && !hasPath(d) && !d.start && !d.underlay;
 

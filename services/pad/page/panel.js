@@ -59,7 +59,7 @@ function showWarnings(state) {
   const texts = warnings(state);
   const shown = [...list.children].map((item) => item.textContent);
   if (texts.length === shown.length && texts.every((text, i) => text === shown[i])) return;
-  list.replaceChildren(...texts.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
+  list.replaceChildren(...texts.map((text) => Object.assign(document.createElement("p"), { textContent: text })));
 }
 
 let saying = 0;

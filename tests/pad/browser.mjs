@@ -43,6 +43,10 @@ const text = (page, id) => page.locator(`#${id}`).textContent();
 const says = (page, id, words) => page.waitForFunction(
   ([where, what]) => document.getElementById(where).textContent.includes(what), [id, words], { timeout: LIMIT_MS },
 );
+/** The robot goes on, or has arrived already: how fast this browser is must not matter. */
+const goesOn = (page) => page.waitForFunction(
+  () => /Driving|Finished/.test(document.getElementById("headline").textContent), null, { timeout: LIMIT_MS },
+);
 /** Presses what must be enabled first. */
 const press = (page, id) => page.click(`#${id}:enabled`);
 const isOn = (page, id) => page.locator(`#${id}`).isEnabled();
@@ -209,7 +213,7 @@ async function outlivesTheServer({ page }) {
   process.kill(pid, "SIGKILL");
   await says(page, "link-role", "Not connected");
   await says(page, "link-role", "You drive");
-  await says(page, "headline", "Driving");
+  await goesOn(page);
 }
 
 const stands = (page) => page.waitForFunction(() => parseFloat(document.getElementById("n-speed").textContent) === 0, null, { timeout: LIMIT_MS });
@@ -271,8 +275,7 @@ async function main() {
   assert.equal(await text(page, "n-path"), stood, "a robot that was stopped stands");
 
   await press(page, "restore");
-  await says(page, "headline", "Driving");
-  await page.waitForFunction(() => parseFloat(document.getElementById("n-speed").textContent) > 0, null, { timeout: LIMIT_MS });
+  await goesOn(page);
   Object.assign(figures, await feedCost(browser, desk, Number(process.env.SKETCHNAV_FEED_SECONDS ?? 3)));
   await outlivesTheServer(desk);
   await says(page, "headline", "Finished");

@@ -12,7 +12,7 @@ use sketchnav_recordings::Writer;
 use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::Channel;
 use sketchnav_schemas::ros2::Ros2;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_sim::mission_file;
 use support::{Ended, Place, repository, room};
 
@@ -83,7 +83,8 @@ impl Tap for Recorder {
 fn rehearse(mission: &Path, seed: u64, path: &Path) {
     let (mission, robot) = mission_file::load(mission).unwrap();
     let system = "rehearsal".to_owned();
-    let run = RunConfig { system, mission, robot, seed, pace: Pace::Lockstep, recording: None };
+    let run =
+        RunConfig { system, mission, robot, seed, pace: Pace::Lockstep, recording: None, pad: Pad::Absent };
     let sink = BufWriter::new(File::create(path).unwrap());
     let mut recorder = Recorder(Writer::create(sink, &run).unwrap());
     Rehearsal::new(&run).unwrap().run(&mut recorder).unwrap();

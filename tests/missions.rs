@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use sketchnav_schemas::geometry::Pose;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_sim::{World, files, mission_file};
 use support::{Place, repository, room, shared_data};
 
@@ -197,7 +197,15 @@ fn can_be_opened(path: &Path) {
     World::new(world, &robot, pose, 1).unwrap();
     let tasks = mission.task.len();
     let system = "none".to_owned();
-    let run = RunConfig { system, mission, robot, seed: 1, pace: Pace::Lockstep, recording: None };
+    let run = RunConfig {
+        system,
+        mission,
+        robot,
+        seed: 1,
+        pace: Pace::Lockstep,
+        recording: None,
+        pad: Pad::Absent,
+    };
     let (_, places) = sketchnav_sketcher::understand(&run).unwrap();
     assert_eq!(places.errands.len(), tasks, "{}", path.display());
 }

@@ -108,7 +108,8 @@ pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan
         }
         let now_ns = message.header.stamp_ns;
         let span = span.get_or_insert(TaskSpan { begin_ns: now_ns, end_ns: now_ns, state });
-        if !span.state.is_end() {
+        // What was aborted may have been gone on with.
+        if !span.state.is_end() || span.state == TaskState::Aborted {
             (span.end_ns, span.state) = (now_ns, state);
         }
     }
@@ -148,16 +149,24 @@ fn judge_task(
     let at_end = truth_at(truth, span.end_ns).map(|m| m.pose());
     let there = at_end.is_some_and(|pose| task.there.contains(pose.x, pose.y));
     let [x, y] = task.there.middle();
+    let is_unknown = task.there.is_unknown();
+    let reason = if is_unknown { by_its_word(&reason) } else { reason };
     TaskVerdict {
         name: task.name.clone(),
-        reached: span.state == TaskState::Reached && there,
+        reached: span.state == TaskState::Reached && (there || is_unknown),
         state: span.state.word().to_owned(),
         reason,
         time_s: seconds(span.end_ns - span.begin_ns),
         path_m: path_length_m(driven),
-        final_error_m: at_end.map(|pose| (pose.x - x).hypot(pose.y - y)),
+        final_error_m: at_end.filter(|_| !is_unknown).map(|pose| (pose.x - x).hypot(pose.y - y)),
         collisions: span.of(contacts).iter().filter(|contact| contact.begins == 1).count() as u32,
     }
+}
+
+/// The mission does not say which place of the true world the task leads to.
+fn by_its_word(reason: &str) -> String {
+    let separator = if reason.is_empty() { "" } else { "; " };
+    format!("{reason}{separator}by the robot's word alone")
 }
 
 fn not_begun(task: &Task) -> TaskVerdict {

@@ -108,7 +108,7 @@ macro_rules! channels {
 
 channels! {
     /// Laser scans.
-    SCAN: fixed LaserScan = "scan", from Some(Process::World), to [Localizer, Planner],
+    SCAN: fixed LaserScan = "scan", from Some(Process::World), to [Localizer, Planner, Pad],
         history 128, buffer 128, recorded true, slice 0;
     /// Dead reckoning; the reading of a scan's time is sent before the scan.
     ODOMETRY: fixed Odometry = "odometry", from Some(Process::World), to [Localizer, Planner],
@@ -120,34 +120,43 @@ channels! {
     CONTACT: fixed Contact = "contact", from Some(Process::World), to [],
         history 512, buffer 512, recorded true, slice 0;
     /// The drawing.
-    SKETCH: sliced SketchMap = "sketch", from Some(Process::Sketcher), to [Localizer, Planner],
+    SKETCH: sliced SketchMap = "sketch", from Some(Process::Sketcher), to [Localizer, Planner, Pad],
         history 1, buffer 2, recorded true, slice MAX_SKETCH_CELLS;
     /// The tasks.
     ROUTE: fixed Route = "route", from Some(Process::Sketcher), to [Planner],
         history 1, buffer 2, recorded true, slice 0;
     /// Where the robot is in the drawing.
-    ESTIMATE: fixed PoseEstimate = "estimate", from Some(Process::Localizer), to [Planner, Supervisor],
+    ESTIMATE: fixed PoseEstimate = "estimate", from Some(Process::Localizer), to [Planner, Supervisor, Pad],
         history 128, buffer 128, recorded true, slice 0;
     /// A sample of the particle set.
-    PARTICLES: fixed Particles = "particles", from Some(Process::Localizer), to [],
+    PARTICLES: fixed Particles = "particles", from Some(Process::Localizer), to [Pad],
         history 128, buffer 128, recorded true, slice 0;
     /// What the planner is about to do.
-    PLAN: fixed Plan = "plan", from Some(Process::Planner), to [],
+    PLAN: fixed Plan = "plan", from Some(Process::Planner), to [Pad],
         history 128, buffer 128, recorded true, slice 0;
     /// How the robot is to move.
     COMMAND: fixed VelocityCommand = "command", from Some(Process::Planner), to [World],
         history 128, buffer 128, recorded true, slice 0;
+    /// What a person draws.
+    DRAWING: sliced Drawing = "drawing", from Some(Process::Pad), to [Sketcher],
+        history 1, buffer 4, recorded true, slice MAX_DRAWING_BYTES;
+    /// What became of it.
+    UNDERSTOOD: fixed Understood = "understood", from Some(Process::Sketcher), to [Pad],
+        history 4, buffer 8, recorded true, slice 0;
+    /// What the person at the pad wants.
+    ORDERS: fixed MissionCommand = "orders", from Some(Process::Pad), to [Planner],
+        history 16, buffer 16, recorded true, slice 0;
     /// What the person wants.
     MISSION: fixed MissionCommand = "mission", from Some(Process::Supervisor), to [Planner],
         history 16, buffer 16, recorded true, slice 0;
     /// How the mission stands; the last message of a step.
-    STATUS: fixed MissionStatus = "status", from Some(Process::Planner), to [Supervisor],
+    STATUS: fixed MissionStatus = "status", from Some(Process::Planner), to [Supervisor, Pad],
         history 128, buffer 128, recorded true, slice 0;
     /// Signs of life, from every process.
     HEALTH: fixed Health = "health", from None, to [Supervisor],
         history 8, buffer 64, recorded true, slice 0;
     /// Kills, deaths, restarts, recoveries.
-    FAULTS: fixed Fault = "faults", from Some(Process::Supervisor), to [],
+    FAULTS: fixed Fault = "faults", from Some(Process::Supervisor), to [Pad],
         history 128, buffer 128, recorded true, slice 0;
     /// What is safe in the file.
     RECORDED: fixed Recorded = "recorded", from Some(Process::Recorder), to [World],

@@ -63,6 +63,8 @@ codes! {
         Supervisor = 6 "supervisor",
         /// A tool that looks on: `echo`, `hz`, a user's own.
         Observer = 7 "observer",
+        /// Serves the page on which people draw, watch and order.
+        Pad = 8 "pad",
     }
 
     /// What the robot touched.
@@ -91,12 +93,22 @@ codes! {
     pub enum Order {
         /// Begin with the first task.
         Start = 1 "start",
-        /// Stop and give up the mission.
+        /// Stop and give up the mission; where there is a pad, it can be gone on with.
         Abort = 2 "abort",
         /// Stop, go on later.
         Pause = 3 "pause",
         /// Go on.
         Resume = 4 "resume",
+        /// Stop, because the link to whoever drives was lost; go on later.
+        Unattended = 5 "unattended",
+    }
+
+    /// What a [`crate::message::Drawing`] holds.
+    pub enum DrawingKind {
+        /// The place: strokes in JSON, or a picture.
+        Sketch = 1 "sketch",
+        /// Where to go in it: a start, goals, a route, in JSON.
+        Route = 2 "route",
     }
 
     /// How a task stands.
@@ -115,9 +127,9 @@ codes! {
         Lost = 5 "lost",
         /// The time limit passed; ends the task.
         TimedOut = 6 "timed out",
-        /// Given up by a person; ends the mission.
+        /// Given up by a person; ends the mission, where no pad can go on with it.
         Aborted = 7 "aborted",
-        /// All tasks have ended; ends the mission.
+        /// All tasks have ended; ends the mission, where no pad can give new ones.
         Finished = 8 "finished",
     }
 

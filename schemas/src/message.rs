@@ -212,6 +212,10 @@ pub const MAX_ROUTE_POINTS: usize = 8192;
 pub const MAX_GLOBAL_POINTS: usize = 1024;
 /// Most points of the local path in a [`Plan`].
 pub const MAX_LOCAL_POINTS: usize = 256;
+/// Longest drawing that can be sent, bytes.
+pub const MAX_DRAWING_BYTES: usize = 8 << 20;
+/// Most points of all strokes and obstacles of a drawing that is sent.
+pub const MAX_DRAWN_POINTS: usize = 1 << 18;
 /// Most contacts of one step.
 pub const MAX_CONTACTS: usize = 8;
 
@@ -391,6 +395,37 @@ messages! {
         pub name: Text<32>,
         /// Why the state is what it is, in words.
         pub reason: Text<96>,
+    }
+
+    /// What a person sent from the pad; its bytes travel behind it as a slice: a drawing file, or the JSON of
+    /// what is marked in it.
+    pub struct Drawing version 1 {
+        /// A [`crate::codes::DrawingKind`].
+        pub kind: u32,
+        /// Zero.
+        pub reserved: u32,
+    }
+
+    /// What the sketcher says to a [`Drawing`], whose number is `source_seq`.
+    pub struct Understood version 1 {
+        /// A [`crate::codes::DrawingKind`].
+        pub kind: u32,
+        /// 1: taken over; 0: refused, and everything stays as it was.
+        pub accepted: u32,
+        /// The last [`SketchMap`] that was sent; 0 before the first.
+        pub sketch_seq: u64,
+        /// The last [`Route`] that was sent; 0 before the first.
+        pub route_seq: u64,
+        /// Width of the grid that the drawing became.
+        pub sketch_width_px: u32,
+        /// Height of the grid that the drawing became.
+        pub sketch_height_px: u32,
+        /// Pixels of the grid an image pixel of the drawing.
+        pub scale: f64,
+        /// Direction of the walls in (−π/4, π/4], modulo a right angle.
+        pub wall_direction_rad: f64,
+        /// Why it was refused, in words.
+        pub words: Text<256>,
     }
 
     /// A process says that it lives. Measures wall-clock time, so no two runs agree on it.

@@ -107,7 +107,9 @@ pub struct Task {
     /// Or a route to follow, image pixels, two points or more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<Vec<[f64; 2]>>,
-    /// Which place of the true world counts as there.
+    /// Which place of the true world counts as there. Who drives by a drawing alone may leave it out: then the
+    /// robot's own word counts.
+    #[serde(default, skip_serializing_if = "Place::is_unknown")]
     pub there: Place,
     /// Simulation time, seconds.
     #[serde(default = "time_limit_s")]
@@ -118,8 +120,8 @@ fn time_limit_s() -> f64 {
     180.0
 }
 
-/// A place of the true world: `polygon`, or `center` with `radius_m`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A place of the true world: `polygon`, or `center` with `radius_m`; nothing of all where it is unknown.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
     /// Corners of a simple polygon, metres.
@@ -253,7 +255,12 @@ impl Place {
             _ => false,
         };
         let expected = "a polygon of 3 corners or more, or center and radius_m";
-        check(holds, || key.to_owned(), expected, || format!("{self:?}"))
+        check(holds || self.is_unknown(), || key.to_owned(), expected, || format!("{self:?}"))
+    }
+
+    /// Whether nothing says where it is.
+    pub fn is_unknown(&self) -> bool {
+        self.polygon.is_none() && self.center.is_none() && self.radius_m.is_none()
     }
 
     /// Whether (x, y), metres, lies in the place (even-odd rule).
@@ -350,6 +357,15 @@ mod tests {
         assert_eq!(Mission::parse(&named).unwrap().method, Method::OneScale);
         let error = refusal("robot =", "method = \"theirs\"\nrobot =");
         assert!(error.contains("`fixed-scale`") && error.contains("theirs"), "{error}");
+    }
+
+    #[test]
+    fn a_task_may_leave_open_where_in_the_world_it_ends() {
+        let open = MISSION.replace("there = { center = [1.0, 2.0], radius_m = 1.0 }", "");
+        let mission = Mission::parse(&open).unwrap();
+        assert!(mission.task[0].there.is_unknown());
+        assert!(!toml::to_string(&mission).unwrap().contains("there"));
+        assert!(refusal("radius_m = 1.0", "").contains("center and radius_m"));
     }
 
     #[test]

@@ -18,6 +18,32 @@ pub enum Pace {
     },
 }
 
+/// Whether people take part in a run by the pad's page, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pad {
+    /// There is none.
+    #[default]
+    Absent,
+    /// It shows the mission, and can abort it and go on with it.
+    Watches,
+    /// The drawing and the tasks come from it, as often as somebody sends them, in place of the mission's; the
+    /// run goes on until it is interrupted.
+    Draws,
+}
+
+impl Pad {
+    /// Whether there is none.
+    pub fn is_absent(&self) -> bool {
+        *self == Self::Absent
+    }
+
+    /// Whether the drawing and the tasks come from it.
+    pub fn draws(self) -> bool {
+        self == Self::Draws
+    }
+}
+
 /// A run: written by the supervisor as `run.json` in the system's folder, read by every process.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -34,4 +60,7 @@ pub struct RunConfig {
     pub pace: Pace,
     /// The recording's path; `None` where nothing records.
     pub recording: Option<String>,
+    /// Whether people take part by the pad's page.
+    #[serde(default, skip_serializing_if = "Pad::is_absent")]
+    pub pad: Pad,
 }

@@ -15,7 +15,7 @@ use sketchnav_schemas::message::*;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::ros2::Ros2;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_schemas::samples::sample;
 use sketchnav_schemas::seed::stream;
 
@@ -73,6 +73,7 @@ pub fn run_config() -> RunConfig {
         seed: 42,
         pace: Pace::Lockstep,
         recording: None,
+        pad: Pad::Absent,
     }
 }
 

@@ -11,8 +11,9 @@ use ros2_interfaces_jazzy_serde::{
 
 use super::{parts::*, *};
 use crate::message::{
-    Contact, Fault, GroundTruth, Header, Health, LaserScan, MissionCommand, MissionStatus, Odometry,
-    Particle, Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, Text, VelocityCommand,
+    Contact, Drawing, Fault, GroundTruth, Header, Health, LaserScan, MissionCommand, MissionStatus, Odometry,
+    Particle, Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, Text, Understood,
+    VelocityCommand,
 };
 
 /// A message and no slice behind it.
@@ -402,6 +403,66 @@ impl Ros2 for MissionStatus {
             speed_mps: form.speed_mps,
             name: Text::new(&form.name),
             reason: Text::new(&form.reason),
+        })
+    }
+}
+
+impl Ros2 for Drawing {
+    type Form = DrawingForm;
+    const TYPE: &'static str = "sketchnav_msgs/msg/Drawing";
+
+    fn to_ros2_in(&self, cells: &[u8], spare: DrawingForm) -> Result<DrawingForm, Ros2Error> {
+        expect(self.reserved == 0, "reserved", "0", self.reserved.into())?;
+        let mut data = spare.data;
+        data.clear();
+        data.extend_from_slice(cells);
+        Ok(DrawingForm {
+            header: header_form(&self.header, "", spare.header)?,
+            source_seq: self.header.source_seq,
+            kind: self.kind,
+            data,
+        })
+    }
+
+    fn from_ros2(form: DrawingForm, seq: u64) -> Read<Self> {
+        let header = header(&form.header, seq, form.source_seq)?;
+        Ok((Self { header, kind: form.kind, reserved: 0 }, form.data))
+    }
+}
+
+impl Ros2 for Understood {
+    type Form = UnderstoodForm;
+    const TYPE: &'static str = "sketchnav_msgs/msg/Understood";
+
+    fn to_ros2_in(&self, cells: &[u8], spare: UnderstoodForm) -> Result<UnderstoodForm, Ros2Error> {
+        no_cells(cells)?;
+        Ok(UnderstoodForm {
+            header: header_form(&self.header, "sketch", spare.header)?,
+            source_seq: self.header.source_seq,
+            kind: self.kind,
+            accepted: self.accepted,
+            sketch_seq: self.sketch_seq,
+            route_seq: self.route_seq,
+            sketch_width_px: self.sketch_width_px,
+            sketch_height_px: self.sketch_height_px,
+            scale: self.scale,
+            wall_direction_rad: self.wall_direction_rad,
+            words: text_form("words", &self.words, spare.words)?,
+        })
+    }
+
+    fn from_ros2(form: UnderstoodForm, seq: u64) -> Read<Self> {
+        alone(Self {
+            header: header(&form.header, seq, form.source_seq)?,
+            kind: form.kind,
+            accepted: form.accepted,
+            sketch_seq: form.sketch_seq,
+            route_seq: form.route_seq,
+            sketch_width_px: form.sketch_width_px,
+            sketch_height_px: form.sketch_height_px,
+            scale: form.scale,
+            wall_direction_rad: form.wall_direction_rad,
+            words: Text::new(&form.words),
         })
     }
 }

@@ -19,8 +19,8 @@ definitions! {
     "tf2_msgs": "TFMessage";
     "nav_msgs": "MapMetaData", "OccupancyGrid", "Odometry";
     "sensor_msgs": "LaserScan";
-    "sketchnav_msgs": "Contact", "Fault", "Health", "MissionCommand", "MissionStatus", "Particle", "Particles",
-        "Plan", "PoseEstimate", "Recorded", "Route", "RouteTask", "SketchMap", "VelocityCommand";
+    "sketchnav_msgs": "Contact", "Drawing", "Fault", "Health", "MissionCommand", "MissionStatus", "Particle", "Particles",
+        "Plan", "PoseEstimate", "Recorded", "Route", "RouteTask", "SketchMap", "Understood", "VelocityCommand";
 }
 
 const SEPARATOR: &str = "================================================================================\n";

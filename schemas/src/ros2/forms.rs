@@ -130,6 +130,29 @@ forms! {
         reason: String,
     }
 
+    /// `sketchnav_msgs/msg/Drawing`.
+    DrawingForm {
+        header: Header,
+        source_seq: u64,
+        kind: u32,
+        data: Vec<u8>,
+    }
+
+    /// `sketchnav_msgs/msg/Understood`.
+    UnderstoodForm {
+        header: Header,
+        source_seq: u64,
+        kind: u32,
+        accepted: u32,
+        sketch_seq: u64,
+        route_seq: u64,
+        sketch_width_px: u32,
+        sketch_height_px: u32,
+        scale: f64,
+        wall_direction_rad: f64,
+        words: String,
+    }
+
     /// `sketchnav_msgs/msg/Health`.
     HealthForm {
         header: Header,

@@ -10,7 +10,7 @@ use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{MissionStatus, PoseEstimate};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine, Progress, Supervisor};
 
 use crate::args::{RunOptions, SERVICES};
@@ -74,6 +74,7 @@ fn run_in(
         recording: Some(recording.into_os_string().into_string().map_err(|path| {
             Failure::Input(anyhow!("{}: expected a path in UTF-8", PathBuf::from(path).display()))
         })?),
+        pad: Pad::Absent,
     };
     drive(&run, options, folder)
 }

@@ -225,7 +225,7 @@ fn floor(
     let furniture: Vec<Vec<_>> = description.furniture.iter().map(corners).collect();
     let tasks = run.mission.task.iter().enumerate().map(|(i, task)| TaskPicture {
         name: task.name.clone(),
-        marks: vec![point(&task.there.middle())],
+        marks: (!task.there.is_unknown()).then(|| point(&task.there.middle())).into_iter().collect(),
         place: picture::place_outline(&task.there),
         trail: of(&spans[i], &log.truth).iter().map(|t| t.pose().position()).collect(),
         particles: Vec::new(),

@@ -15,7 +15,9 @@ pub fn serve(process: Process, system: &str) -> Result<Outcome, Failure> {
         Process::Localizer => sketchnav_localizer::run(&node),
         Process::Planner => sketchnav_planner::run(&node),
         Process::Recorder => sketchnav_recorder::run(&node),
-        Process::Supervisor | Process::Observer => Err(anyhow::anyhow!("{process}: not a service")),
+        Process::Supervisor | Process::Observer | Process::Pad => {
+            Err(anyhow::anyhow!("{process}: not a service"))
+        }
     };
     served.map_err(classify)?;
     Ok(Outcome::Success)

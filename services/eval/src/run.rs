@@ -72,7 +72,8 @@ impl Watcher<'_> {
         let Some(task) = self.tasks.get(status.task as usize) else { return };
         if state.is_end() {
             let there = self.log.truth.last().map(|truth| truth.pose());
-            let there = there.is_some_and(|pose| task.there.contains(pose.x, pose.y));
+            let there =
+                task.there.is_unknown() || there.is_some_and(|pose| task.there.contains(pose.x, pose.y));
             self.failed |= state != TaskState::Reached || !there;
         }
     }

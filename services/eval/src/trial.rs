@@ -10,7 +10,7 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::{Mission, Start};
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_schemas::seed;
 use sketchnav_sketcher::Drawing;
 
@@ -85,6 +85,7 @@ impl Trial {
             seed,
             pace: Pace::Lockstep,
             recording: None,
+            pad: Pad::Absent,
         }
     }
 

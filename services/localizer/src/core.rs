@@ -7,6 +7,7 @@ use sketchnav_navigation::localization::parameters::Parameters;
 use sketchnav_navigation::localization::{self, Estimate, LocalizationError, Localizer, Start};
 use sketchnav_navigation::sketch::{CellsError, Sketch};
 use sketchnav_schemas::codes::Tracking;
+use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PosePx, SketchMap};
 use sketchnav_schemas::mission::overlaid;
 use sketchnav_schemas::robot::{Drive, Laser};
@@ -35,6 +36,14 @@ pub enum CoreError {
 pub struct State<F = localization::State> {
     filter: Option<F>,
     particles_due_ns: u64,
+    sketch_seq: u64,
+}
+
+impl State {
+    /// The sketch that it belongs to; 0 where none had come.
+    pub fn sketch_seq(&self) -> u64 {
+        self.sketch_seq
+    }
 }
 
 /// The localizer: waits for a sketch, then answers each scan with an estimate.
@@ -46,6 +55,8 @@ pub struct Core {
     seed: u64,
     localizer: Option<Localizer>,
     particles_due_ns: u64,
+    /// The sketch that the filter belongs to; 0 before the first.
+    sketch_seq: u64,
     /// Where the robot was, known better than where the drawing marks the start.
     start: Option<Start>,
 }
@@ -60,18 +71,20 @@ impl Core {
         let parameters = overlaid(&Parameters::of(mission.method), &mission.parameters.localizer)?;
         parameters.check().map_err(LocalizationError::from)?;
         let (laser, drive, seed) = (run.robot.laser.clone(), run.robot.drive, run.seed);
-        Ok(Self { parameters, laser, drive, seed, localizer: None, particles_due_ns: 0, start: None })
+        let (localizer, start) = (None, None);
+        Ok(Self { parameters, laser, drive, seed, localizer, particles_due_ns: 0, sketch_seq: 0, start })
     }
 
-    /// Has the filter begin where an estimate says that the robot was, once the sketch comes, instead of at
-    /// the start of the mission: for who knows nothing but what was last sent.
+    /// Has the filter begin where an estimate says that the robot was, once a sketch comes, instead of at
+    /// its start: for who knows nothing but what was last sent.
     pub fn begin_at(&mut self, last: &PoseEstimate) {
         let variance = |i: usize| last.covariance[6 * i];
         let (spread_px, spread_rad) = (variance(0).max(variance(1)).sqrt(), variance(2).sqrt());
         self.start = Some(Start { pose: last.pose.pose(), spread_px, spread_rad });
     }
 
-    /// Takes in the sketch; `cells` are the bytes behind the message. The filter begins anew.
+    /// Takes in a sketch, the first or another; `cells` are the bytes behind the message. The filter begins
+    /// anew.
     ///
     /// # Errors
     /// [`CoreError::Cells`]; [`CoreError::Localization`] where the start is outside the sketch.
@@ -87,30 +100,38 @@ impl Core {
             Localizer::new(&sketch, mounting, drive, parameters, start, self.seed)
         };
         // As unsure as at the start of the mission, at least: there is more to it than a covariance.
-        let last = self.start.map(|last| Start {
+        let last = self.start.take().map(|last| Start {
             spread_px: last.spread_px.max(marked.spread_px),
             spread_rad: last.spread_rad.max(marked.spread_rad),
             ..last
         });
         self.localizer = Some(last.and_then(|last| begin(last).ok()).map_or_else(|| begin(marked), Ok)?);
+        self.sketch_seq = map.header.seq;
         Ok(())
     }
 
     /// The whole changing state, for a checkpoint; nothing is copied.
     pub fn state(&self) -> State<&localization::State> {
         let filter = self.localizer.as_ref().map(Localizer::state);
-        State { filter, particles_due_ns: self.particles_due_ns }
+        State { filter, particles_due_ns: self.particles_due_ns, sketch_seq: self.sketch_seq }
     }
 
-    /// Goes on from a checkpoint. The sketch must have come again, the same as before.
+    /// Goes on from a checkpoint. Its sketch must have come again; where a newer one has come since, the
+    /// filter begins anew in that.
     pub fn restore(&mut self, state: State) {
-        if let (Some(localizer), Some(filter)) = (&mut self.localizer, state.filter) {
+        let is_same = state.sketch_seq == self.sketch_seq;
+        if let (Some(localizer), Some(filter)) = (&mut self.localizer, state.filter.filter(|_| is_same)) {
             localizer.restore(filter);
         }
         self.particles_due_ns = state.particles_due_ns;
     }
 
-    /// Whether the sketch has come.
+    /// The number of the sketch that has come last; 0 before the first.
+    pub fn sketch_seq(&self) -> u64 {
+        self.sketch_seq
+    }
+
+    /// Whether a sketch has come.
     pub fn has_sketch(&self) -> bool {
         self.localizer.is_some()
     }
@@ -120,7 +141,7 @@ impl Core {
         self.has_sketch() && stamp_ns >= self.particles_due_ns
     }
 
-    /// Answers a scan. `odometry` is the newest whose stamp is not after the scan's. Fills `out`, and
+    /// Answers a scan; before there is a sketch, that it waits for one. `odometry` is the newest whose stamp is not after the scan's. Fills `out`, and
     /// `particles` where they are given; both but for their `seq`.
     pub fn step(
         &mut self,
@@ -133,6 +154,7 @@ impl Core {
         out.header.source_seq = scan.header.seq;
         out.odometry = odometry.pose;
         out.tracking = Tracking::Waiting.code();
+        out.pose = PosePx::new(&Pose::new(0.0, 0.0, 0.0));
         let Some(localizer) = &mut self.localizer else { return };
         write_estimate(&localizer.step(&odometry.pose(), scan), out);
         out.particle_count = localizer.particles().len() as u32;

@@ -2,7 +2,8 @@
 //!
 //! It answers every scan with one estimate, and once a simulated second with a sample of the
 //! particles before it. Scans that come before the sketch wait, and a scan waits for the odometry of its
-//! moment. Killed, its successor goes on from the last checkpoint and sends each message once.
+//! moment. Where people draw while it runs, nothing waits for a sketch, and with each new one the filter
+//! begins anew. Killed, its successor goes on from the last checkpoint and sends each message once.
 
 pub mod core;
 
@@ -10,16 +11,18 @@ use std::time::Duration;
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
-use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Reader, Sample, Step, UpTo, Wake, Writer};
+use sketchnav_runtime::{
+    Checkpoints, Found, HealthReporter, Node, Reader, Sample, SliceReader, Step, UpTo, Wake, Writer,
+};
 use sketchnav_schemas::channels::{ESTIMATE, ODOMETRY, PARTICLES, SCAN, SKETCH};
-use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate};
+use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, SketchMap};
 
 use crate::core::{Core, State};
 
 /// Longest sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(250);
 /// The form of [`Positions`] and [`State`].
-const CHECKPOINT: &str = "localizer 1";
+const CHECKPOINT: &str = "localizer 2";
 
 /// Where in its channels the localizer stands: the last number that was taken or given.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -35,7 +38,8 @@ struct Positions {
 /// # Errors
 /// Parameters or a sketch that cannot be; a channel that fails.
 pub fn run(node: &Node) -> anyhow::Result<()> {
-    let mut core = Core::new(&node.run_config()?)?;
+    let config = node.run_config()?;
+    let mut core = Core::new(&config)?;
     let mut health = HealthReporter::new(node)?;
     let (mut checkpoints, found) = Checkpoints::<(Positions, State)>::open(node, CHECKPOINT)?;
     found.report(node);
@@ -44,14 +48,19 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
         core.begin_at(last);
     }
     let mut stamp_ns = 0;
-    if wait_for_sketch(node, &mut core, &mut health)? {
+    let before = found.state.as_ref().map_or(0, |(_, state)| state.sketch_seq());
+    let awaited = if config.pad.draws() { before } else { before.max(1) };
+    if ports.wait_for_sketch(node, &mut core, &mut health, awaited)? {
         ports.resume(&mut core, found);
         loop {
             while let Some(scan) = ports.next()? {
+                if ports.take_sketch(&mut core)? {
+                    checkpoints.write(&(ports.positions(), core.state()))?;
+                }
                 stamp_ns = scan.header.stamp_ns;
                 let step = Step::begin();
                 ports.answer(&mut core, &scan)?;
-                checkpoints.after_step(|| (ports.positions(&scan), core.state()))?;
+                checkpoints.after_step(|| (ports.positions(), core.state()))?;
                 health.end(step);
             }
             health.report_if_due(stamp_ns)?;
@@ -63,23 +72,11 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
     Ok(health.report(stamp_ns)?)
 }
 
-/// Returns whether the sketch came before the end.
-fn wait_for_sketch(node: &Node, core: &mut Core, health: &mut HealthReporter) -> anyhow::Result<bool> {
-    let mut sketches = node.slice_reader(SKETCH)?;
-    loop {
-        if let Some(sketch) = sketches.receive()? {
-            core.on_sketch(sketch.message(), sketch.bytes()).context("the sketch cannot be used")?;
-            return Ok(true);
-        }
-        health.report_if_due(0)?;
-        if node.wait(NAP) == Wake::Terminate {
-            return Ok(false);
-        }
-    }
-}
-
 struct Ports {
+    sketches: SliceReader<SketchMap>,
     scans: Reader<LaserScan>,
+    /// The last scan that was answered.
+    answered: u64,
     /// A scan whose odometry has not come yet.
     waiting: Option<Sample<LaserScan>>,
     odometry: UpTo<Odometry>,
@@ -90,12 +87,44 @@ struct Ports {
 impl Ports {
     fn open(node: &Node) -> anyhow::Result<Self> {
         Ok(Self {
+            sketches: node.slice_reader(SKETCH)?,
             scans: node.reader(SCAN)?,
+            answered: 0,
             waiting: None,
             odometry: UpTo::new(node.reader(ODOMETRY)?),
             estimates: node.writer(ESTIMATE)?,
             particles: node.writer(PARTICLES)?,
         })
+    }
+
+    /// Waits until the sketch number `awaited` has come, or a newer one; false where the end comes first.
+    fn wait_for_sketch(
+        &mut self,
+        node: &Node,
+        core: &mut Core,
+        health: &mut HealthReporter,
+        awaited: u64,
+    ) -> anyhow::Result<bool> {
+        loop {
+            self.take_sketch(core)?;
+            if core.sketch_seq() >= awaited {
+                return Ok(true);
+            }
+            health.report_if_due(0)?;
+            if node.wait(NAP) == Wake::Terminate {
+                return Ok(false);
+            }
+        }
+    }
+
+    /// Whether a sketch has come, the first or another.
+    fn take_sketch(&mut self, core: &mut Core) -> anyhow::Result<bool> {
+        let mut is_new = false;
+        while let Some(sketch) = self.sketches.receive()? {
+            core.on_sketch(sketch.message(), sketch.bytes()).context("the sketch cannot be used")?;
+            is_new = true;
+        }
+        Ok(is_new)
     }
 
     /// Goes on where the predecessor stood. Where its checkpoints cannot be used, the filter begins anew
@@ -104,6 +133,7 @@ impl Ports {
         let is_lost = found.is_lost();
         if let Some((positions, state)) = found.state {
             core.restore(state);
+            self.answered = positions.scan;
             self.scans.resume_after(positions.scan);
             self.odometry.resume_after(positions.odometry);
             self.estimates.resume_after(positions.estimate);
@@ -111,6 +141,7 @@ impl Ports {
         } else if is_lost {
             let answered = self.estimates.last_kept().map_or(0, |last| last.header.source_seq);
             eprintln!("no checkpoint can be used: the filter begins anew after scan {answered}");
+            self.answered = answered;
             self.scans.resume_after(answered);
             self.odometry.resume_after(answered);
             self.estimates.resume_behind_kept();
@@ -118,9 +149,9 @@ impl Ports {
         }
     }
 
-    fn positions(&self, scan: &LaserScan) -> Positions {
+    fn positions(&self) -> Positions {
         Positions {
-            scan: scan.header.seq,
+            scan: self.answered,
             odometry: self.odometry.position(),
             estimate: self.estimates.last_seq(),
             particles: self.particles.last_seq(),
@@ -156,6 +187,7 @@ impl Ports {
             particles.send_quietly()?;
         }
         estimate.send()?;
+        self.answered = scan.header.seq;
         Ok(())
     }
 }

@@ -7,7 +7,7 @@ use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
 const MISSION: &str = r#"
 name = "test"
@@ -60,6 +60,7 @@ fn core(parameters: &str) -> Result<Core, CoreError> {
         seed: 1,
         pace: Pace::Lockstep,
         recording: None,
+        pad: Pad::Absent,
     })
 }
 
@@ -111,6 +112,22 @@ fn each_scan_is_answered_and_the_scales_are_found() {
     for scale in [out.scale_a_pxpm, out.scale_b_pxpm] {
         assert!((scale / 20.0).ln().abs() < 0.2, "{scale}");
     }
+}
+
+#[test]
+fn with_another_sketch_the_filter_begins_anew() {
+    let (mut core, (mut map, cells)) = (core("").unwrap(), room());
+    map.header.seq = 1;
+    core.on_sketch(&map, &cells).unwrap();
+    let mut first = PoseEstimate::zeroed();
+    (1..=5).for_each(|seq| core.step(&at_the_origin(), &scan(seq), &mut first, None));
+    map.header.seq = 2;
+    map.start = PosePx::new(&Pose::new(30.0, 40.0, 0.0));
+    core.on_sketch(&map, &cells).unwrap();
+    let mut second = PoseEstimate::zeroed();
+    core.step(&at_the_origin(), &scan(6), &mut second, None);
+    assert_eq!(core.sketch_seq(), 2);
+    assert!((first.pose.x_px - 50.0).abs() < 5.0 && (second.pose.x_px - 30.0).abs() < 10.0, "{second:?}");
 }
 
 #[test]

@@ -9,10 +9,12 @@
 //! a route or a configuration arrives.
 //!
 //! - [`driving`]: from the estimate to the velocity; [`standstill`]: recovery;
-//! - [`agenda`]: the tasks; [`report`]: the reasons, in words.
+//! - [`agenda`]: the tasks; `mission`: how far they have come, and the orders; [`report`]: the reasons, in
+//!   words.
 
 pub mod agenda;
 pub mod driving;
+mod mission;
 pub mod report;
 pub mod standstill;
 
@@ -21,17 +23,18 @@ use sketchnav_navigation::planning::chart::Chart;
 use sketchnav_navigation::planning::parameters::{ParameterError, Parameters};
 use sketchnav_navigation::sketch::{CellsError, Sketch};
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
-use sketchnav_schemas::geometry::{Base, Odom, Pose};
+use sketchnav_schemas::geometry::{Base, Pose};
 use sketchnav_schemas::message::{
     Header, LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, Text,
     VelocityCommand,
 };
 use sketchnav_schemas::mission::overlaid;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::run::{Pad, RunConfig};
 
 use self::agenda::Task;
 use self::driving::{Driver, Verdict};
+use self::mission::{Hold, Mission, Phase};
 use self::report::Reason;
 
 /// What the planner cannot work with.
@@ -57,44 +60,18 @@ pub struct Step {
     pub last: bool,
 }
 
-/// Where the mission stands.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-enum Phase {
-    /// Not begun.
-    Waiting,
-    /// A task is under way.
-    Driving,
-    /// A person stopped the robot.
-    Paused,
-    /// A task has ended and was reported; the next step begins the next one.
-    Ended,
-    /// Nothing is left to do.
-    Over,
-}
-
-/// What the core remembers from step to step, beside the driver's own state.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Mission {
-    phase: Phase,
-    ordered: bool,
-    task: usize,
-    reached: u32,
-    state: u32,
-    reason: Reason,
-    elapsed_s: f64,
-    path_m: f64,
-    last_stamp_ns: Option<u64>,
-    last_odometry: Option<Pose<Odom>>,
-    speed_mps: f64,
-    stamp_ns: u64,
-    source_seq: u64,
-}
-
 /// The planner's state, as it is read back from a checkpoint.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     mission: Mission,
     driver: driving::Memory,
+}
+
+impl State {
+    /// The numbers of the sketch and of the route that it belongs to; 0 where none had come.
+    pub fn drawing(&self) -> [u64; 2] {
+        [self.mission.sketch_seq, self.mission.route_seq]
+    }
 }
 
 /// The same where it lies, to be written: field by field a [`State`].
@@ -110,7 +87,10 @@ pub struct Core {
     nominal_dt_s: f64,
     base_from_laser: Pose<Base>,
     wall_direction_rad: f64,
+    pad: Pad,
     tasks: Option<Vec<Task>>,
+    /// The sketch that the tasks are places of, where the route says so.
+    tasks_sketch: u64,
     driver: Driver,
     mission: Mission,
 }
@@ -127,42 +107,53 @@ impl Core {
             nominal_dt_s: 1.0 / laser.rate_hz,
             base_from_laser: laser.mount(),
             wall_direction_rad: 0.0,
+            pad: config.pad,
             tasks: None,
+            tasks_sketch: 0,
             driver: Driver::new(parameters, &config.robot),
             mission: Mission::default(),
         })
     }
 
-    /// Takes over the drawing and its cells.
+    /// Takes over a drawing and its cells. Where people draw while the robot runs, another drawing than
+    /// before ends whatever was under way, and tasks that belong to the one before.
     ///
     /// # Errors
     /// [`PlannerError::Cells`] where the cells are not as many as the message says.
     pub fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
         let sketch = Sketch::of_map(map, cells)?;
         self.wall_direction_rad = map.wall_direction_rad;
+        let before = std::mem::replace(&mut self.mission.sketch_seq, map.header.seq);
+        if self.pad.draws() && before != 0 && before != map.header.seq {
+            self.driver.forget();
+            self.mission.begin_anew();
+            self.tasks.take_if(|_| self.tasks_sketch != map.header.seq);
+        }
         self.driver.on_sketch(&sketch);
         Ok(())
     }
 
-    /// Takes over the tasks, until the first has begun; then they stand.
+    /// Takes over the tasks, until the first has begun; then they stand. Where people draw while the robot runs,
+    /// others take their place whenever it does not drive.
     pub fn on_route(&mut self, route: &Route) {
-        if self.mission.phase == Phase::Waiting {
-            self.tasks = Some(agenda::tasks(route));
+        let is_open = match self.pad.draws() {
+            true => !self.mission.is_driving(),
+            false => self.mission.phase == Phase::Waiting,
+        };
+        if !is_open {
+            return;
         }
+        let before = std::mem::replace(&mut self.mission.route_seq, route.header.seq);
+        if self.pad.draws() && before != 0 && before != route.header.seq {
+            self.mission.begin_anew();
+        }
+        (self.tasks, self.tasks_sketch) = (Some(agenda::tasks(route)), route.header.source_seq);
     }
 
     /// Does what a person orders; an order that is not known is ignored.
     pub fn on_order(&mut self, order: &MissionCommand) {
-        let mission = &mut self.mission;
-        match (Order::from_code(order.order), mission.phase) {
-            (Some(Order::Start), _) => mission.ordered = true,
-            (Some(Order::Pause), Phase::Driving) => mission.phase = Phase::Paused,
-            (Some(Order::Resume), Phase::Paused) => mission.phase = Phase::Driving,
-            (Some(Order::Abort), phase) if phase != Phase::Over => {
-                mission.phase = Phase::Over;
-                mission.set(TaskState::Aborted, Reason::GivenUp);
-            }
-            _ => {}
+        if let Some(order) = Order::from_code(order.order) {
+            self.mission.on_order(order, self.pad);
         }
     }
 
@@ -171,15 +162,35 @@ impl Core {
         StateView { mission: &self.mission, driver: self.driver.memory() }
     }
 
-    /// Goes on from a checkpoint. The sketch and the route must have come again, the same as before.
+    /// Goes on from a checkpoint. Its sketch and its route must have come again. Where people draw while the robot
+    /// runs, newer ones may have: then it waits for the order to start.
     pub fn restore(&mut self, state: State) {
+        let came = self.drawing();
+        let is_same = state.drawing() == came;
         self.mission = state.mission;
-        self.driver.restore(state.driver);
+        if is_same || !self.pad.draws() {
+            self.driver.restore(state.driver);
+        } else {
+            self.mission.begin_anew();
+            [self.mission.sketch_seq, self.mission.route_seq] = came;
+        }
     }
 
-    /// Begins, without a checkpoint, with the task that a predecessor's last status was about.
+    /// The numbers of the sketch and of the route that have come last; 0 before the first.
+    pub fn drawing(&self) -> [u64; 2] {
+        [self.mission.sketch_seq, self.mission.route_seq]
+    }
+
+    /// Begins, without a checkpoint, with the task that a predecessor's last status was about; a robot that a
+    /// person had stopped stands until it is told to go on.
     pub fn resume_behind(&mut self, last: &MissionStatus) {
-        let has_ended = TaskState::from_code(last.state).is_some_and(TaskState::is_end);
+        let state = TaskState::from_code(last.state);
+        self.mission.held = match state {
+            Some(TaskState::Paused) => Some(Hold::Paused),
+            Some(TaskState::Aborted) if !self.pad.is_absent() => Some(Hold::Aborted),
+            _ => None,
+        };
+        let has_ended = self.mission.held.is_none() && state.is_some_and(TaskState::is_end);
         self.mission.task = last.task as usize + usize::from(has_ended);
         self.mission.reached = last.reached_count;
     }
@@ -201,15 +212,30 @@ impl Core {
         self.driver.observe(&robot, &robot.compose(&self.base_from_laser), scan);
         let known = Tracking::from_code(estimate.tracking).is_some_and(|t| t != Tracking::Waiting);
         let chart = Chart::new(estimate, self.wall_direction_rad).filter(|_| known);
-        self.begin_what_is_due(chart.as_ref());
-        match (self.mission.phase, &chart) {
+        match self.mission.held {
+            Some(hold) => {
+                let (state, reason) = hold.words();
+                self.hold(state, reason, dt_s);
+            }
+            None => self.go_on(chart.as_ref(), estimate, dt_s),
+        }
+        Step { planned: self.driver.planned(), last: self.is_last() }
+    }
+
+    /// With a chart where there is a pose.
+    fn go_on(&mut self, chart: Option<&Chart>, estimate: &PoseEstimate, dt_s: f64) {
+        self.begin_what_is_due(chart);
+        match (self.mission.phase, chart) {
             (Phase::Driving, Some(chart)) => self.drive(chart, estimate, dt_s),
             (Phase::Driving, None) => self.hold(TaskState::Driving, Reason::NoPose, dt_s),
-            (Phase::Paused, _) => self.hold(TaskState::Paused, Reason::Stopped, dt_s),
             (Phase::Waiting, _) => self.hold(TaskState::Waiting, self.missing(), dt_s),
             (Phase::Ended | Phase::Over, _) => self.driver.stop(dt_s),
         }
-        Step { planned: self.driver.planned(), last: self.mission.phase == Phase::Over }
+    }
+
+    /// Whether the mission is over for good: new tasks can come from nowhere.
+    fn is_last(&self) -> bool {
+        self.mission.phase == Phase::Over && !self.pad.draws()
     }
 
     /// Writes the plan of the step that planned.
@@ -227,7 +253,7 @@ impl Core {
 
     /// Writes the step's command.
     pub fn write_command(&self, command: &mut VelocityCommand) {
-        let last = (self.mission.phase == Phase::Over).into();
+        let last = self.is_last().into();
         *command = VelocityCommand { header: self.header(), twist: self.driver.command(), last, reserved: 0 };
     }
 
@@ -261,7 +287,7 @@ impl Core {
         let dt_s = since.unwrap_or(self.nominal_dt_s);
         let robot = estimate.odometry();
         let way = mission.last_odometry.map_or(0.0, |last| last.position().distance(&robot.position()));
-        if mission.phase == Phase::Driving {
+        if mission.phase == Phase::Driving && mission.held.is_none() {
             mission.elapsed_s += dt_s;
             mission.path_m += way;
         }
@@ -325,37 +351,6 @@ impl Core {
         self.mission.phase = Phase::Ended;
         self.mission.reached += u32::from(state == TaskState::Reached);
         self.mission.set(state, reason);
-    }
-}
-
-impl Default for Mission {
-    fn default() -> Self {
-        Self {
-            phase: Phase::Waiting,
-            ordered: false,
-            task: 0,
-            reached: 0,
-            state: TaskState::Waiting.code(),
-            reason: Reason::None,
-            elapsed_s: 0.0,
-            path_m: 0.0,
-            last_stamp_ns: None,
-            last_odometry: None,
-            speed_mps: 0.0,
-            stamp_ns: 0,
-            source_seq: 0,
-        }
-    }
-}
-
-impl Mission {
-    fn set(&mut self, state: TaskState, reason: Reason) {
-        (self.state, self.reason) = (state.code(), reason);
-    }
-
-    fn begin(&mut self, task: usize) {
-        (self.phase, self.task) = (Phase::Driving, task);
-        (self.elapsed_s, self.path_m) = (0.0, 0.0);
     }
 }
 

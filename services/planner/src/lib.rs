@@ -2,7 +2,7 @@
 //!
 //! It answers every estimate with a plan where one is due, one command and, last, one status. In
 //! lockstep the first estimate waits for the sketch, the route and the order to start; in real time
-//! the robot stands still until they have come.
+//! the robot stands still until they have come. Orders come from the supervisor and from the pad.
 
 pub mod core;
 
@@ -13,23 +13,26 @@ use serde::{Deserialize, Serialize};
 use sketchnav_runtime::{
     Checkpoints, Found, HealthReporter, Node, Reader, Sample, SliceReader, Step, UpTo, Wake, Writer,
 };
-use sketchnav_schemas::channels::{COMMAND, ESTIMATE, MISSION, ODOMETRY, PLAN, ROUTE, SCAN, SKETCH, STATUS};
+use sketchnav_schemas::channels::{
+    COMMAND, ESTIMATE, MISSION, ODOMETRY, ORDERS, PLAN, ROUTE, SCAN, SKETCH, STATUS,
+};
 use sketchnav_schemas::message::{
     LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, VelocityCommand,
 };
-use sketchnav_schemas::run::Pace;
+use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::core::{Core, State};
 
 /// Longest sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(250);
 /// The form of [`Positions`] and [`State`].
-const CHECKPOINT: &str = "planner 2";
+const CHECKPOINT: &str = "planner 3";
 
 /// Where in its channels the planner stands: the last number that was taken or given.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Positions {
     order: u64,
+    pad_order: u64,
     estimate: u64,
     scan: u64,
     odometry: u64,
@@ -49,19 +52,20 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
     let (mut checkpoints, found) = Checkpoints::<(Positions, State)>::open(node, CHECKPOINT)?;
     let mut ports = Ports::open(node)?;
     let mut stamp_ns = 0;
-    if !ports.resume(node, &mut core, &mut health, found)? {
+    if !ports.resume(node, &config, &mut core, &mut health, found)? {
         return Ok(health.report(stamp_ns)?);
     }
     loop {
-        ports.wishes.pass_on(&mut core)?;
+        ports.take_wishes(&config, &mut core, &mut checkpoints)?;
         while core.is_ready() || config.pace != Pace::Lockstep {
             let Some(estimate) = ports.senses.next()? else { break };
             let step = Step::begin();
             stamp_ns = estimate.header.stamp_ns;
             ports.output.answer(&mut core, &ports.senses, &estimate)?;
-            checkpoints.after_step(|| (ports.positions(&estimate), core.state()))?;
+            ports.answered = estimate.header.seq;
+            checkpoints.after_step(|| (ports.positions(), core.state()))?;
             health.end(step);
-            ports.wishes.pass_on(&mut core)?;
+            ports.take_wishes(&config, &mut core, &mut checkpoints)?;
         }
         health.report_if_due(stamp_ns)?;
         if node.wait(NAP) == Wake::Terminate {
@@ -74,19 +78,37 @@ struct Ports {
     wishes: Wishes,
     senses: Senses,
     output: Output,
+    /// The last estimate that was answered.
+    answered: u64,
 }
 
 impl Ports {
     fn open(node: &Node) -> anyhow::Result<Self> {
-        Ok(Self { wishes: Wishes::open(node)?, senses: Senses::open(node)?, output: Output::open(node)? })
+        let (wishes, senses, output) = (Wishes::open(node)?, Senses::open(node)?, Output::open(node)?);
+        Ok(Self { wishes, senses, output, answered: 0 })
+    }
+
+    /// Where people take part it is chance when they say something: a step after that cannot be taken a second
+    /// time from before it.
+    fn take_wishes(
+        &mut self,
+        config: &RunConfig,
+        core: &mut Core,
+        checkpoints: &mut Checkpoints<(Positions, State)>,
+    ) -> anyhow::Result<()> {
+        if self.wishes.pass_on(core)? && !config.pad.is_absent() {
+            checkpoints.write(&(self.positions(), core.state()))?;
+        }
+        Ok(())
     }
 
     /// Goes on where the predecessor stood, as soon as the drawing and the tasks have come again; false
     /// where the end comes first. Where its checkpoints cannot be used the task that it was at begins anew, with
-    /// the estimate after the last one that was answered.
+    /// the estimate after the last one that was answered; where people draw, once somebody orders it again.
     fn resume(
         &mut self,
         node: &Node,
+        config: &RunConfig,
         core: &mut Core,
         health: &mut HealthReporter,
         found: Found<(Positions, State)>,
@@ -94,19 +116,26 @@ impl Ports {
         let is_lost = found.is_lost();
         found.report(node);
         if let Some((positions, state)) = found.state {
-            self.wishes.orders.resume_after(positions.order);
+            self.wishes.resume_after(&positions);
+            self.answered = positions.estimate;
             self.senses.resume_after(&positions);
             self.output.resume_after(&positions);
-            while !core.has_drawing() {
+            let is_here = |core: &Core| match config.pad.draws() {
+                true => core.drawing().iter().zip(state.drawing()).all(|(came, awaited)| *came >= awaited),
+                false => core.has_drawing(),
+            };
+            while !is_here(core) {
                 self.wishes.pass_on_drawing(core)?;
                 health.report_if_due(0)?;
-                if !core.has_drawing() && node.wait(NAP) == Wake::Terminate {
+                if !is_here(core) && node.wait(NAP) == Wake::Terminate {
                     return Ok(false);
                 }
             }
             core.restore(state);
         } else if is_lost {
             self.output.resume_behind_kept();
+            // What was ordered at the pad is old by now; a robot does not drive off by it.
+            self.wishes.pad_orders.take_kept(node, |_| {})?;
             if let Some(last) = self.output.statuses.last_kept() {
                 eprintln!("no checkpoint can be used: task {} begins anew", last.task + 1);
                 core.resume_behind(last);
@@ -116,10 +145,11 @@ impl Ports {
         Ok(true)
     }
 
-    fn positions(&self, estimate: &PoseEstimate) -> Positions {
+    fn positions(&self) -> Positions {
         Positions {
             order: self.wishes.orders.position(),
-            estimate: estimate.header.seq,
+            pad_order: self.wishes.pad_orders.position(),
+            estimate: self.answered,
             scan: self.senses.scans.position(),
             odometry: self.senses.odometry.position(),
             plan: self.output.plans.last_seq(),
@@ -134,30 +164,54 @@ struct Wishes {
     sketches: SliceReader<SketchMap>,
     routes: Reader<Route>,
     orders: Reader<MissionCommand>,
+    pad_orders: Reader<MissionCommand>,
 }
 
 impl Wishes {
     fn open(node: &Node) -> anyhow::Result<Self> {
-        let sketches = node.slice_reader(SKETCH)?;
-        Ok(Self { sketches, routes: node.reader(ROUTE)?, orders: node.reader(MISSION)? })
+        Ok(Self {
+            sketches: node.slice_reader(SKETCH)?,
+            routes: node.reader(ROUTE)?,
+            orders: node.reader(MISSION)?,
+            pad_orders: node.reader(ORDERS)?,
+        })
     }
 
-    fn pass_on(&mut self, core: &mut Core) -> anyhow::Result<()> {
-        self.pass_on_drawing(core)?;
-        while let Some(order) = self.orders.receive()? {
+    fn resume_after(&mut self, positions: &Positions) {
+        self.orders.resume_after(positions.order);
+        self.pad_orders.resume_after(positions.pad_order);
+    }
+
+    /// Whether there was anything.
+    fn pass_on(&mut self, core: &mut Core) -> anyhow::Result<bool> {
+        let mut is_new = self.pass_on_drawing(core)?;
+        while let Some(order) = self.next_order()? {
+            // What is ordered was drawn before, and may have come since the line above.
+            self.pass_on_drawing(core)?;
             core.on_order(&order);
+            is_new = true;
         }
-        Ok(())
+        Ok(is_new)
     }
 
-    fn pass_on_drawing(&mut self, core: &mut Core) -> anyhow::Result<()> {
+    /// What a person says at the pad goes before.
+    fn next_order(&mut self) -> anyhow::Result<Option<Sample<MissionCommand>>> {
+        let order = self.pad_orders.receive()?;
+        Ok(if order.is_some() { order } else { self.orders.receive()? })
+    }
+
+    /// Whether there was anything.
+    fn pass_on_drawing(&mut self, core: &mut Core) -> anyhow::Result<bool> {
+        let mut is_new = false;
         while let Some(sketch) = self.sketches.receive()? {
             core.on_sketch(sketch.message(), sketch.bytes()).context("the sketch cannot be used")?;
+            is_new = true;
         }
         while let Some(route) = self.routes.receive()? {
             core.on_route(&route);
+            is_new = true;
         }
-        Ok(())
+        Ok(is_new)
     }
 }
 

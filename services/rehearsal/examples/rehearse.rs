@@ -15,7 +15,7 @@ use sketchnav_recordings::judge::judge;
 use sketchnav_rehearsal::Rehearsal;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut seeds = 1..=1;
@@ -63,8 +63,15 @@ fn rehearse(
     seed: u64,
     verbose: bool,
 ) -> Result<(usize, usize), Box<dyn std::error::Error>> {
-    let run =
-        RunConfig { system: "rehearsal".into(), mission, robot, seed, pace: Pace::Lockstep, recording: None };
+    let run = RunConfig {
+        system: "rehearsal".into(),
+        mission,
+        robot,
+        seed,
+        pace: Pace::Lockstep,
+        recording: None,
+        pad: Pad::Absent,
+    };
     let mut log = support::Log::default();
     let began = Instant::now();
     Rehearsal::new(&run)?.run(&mut log)?;

@@ -7,7 +7,7 @@ use std::path::Path;
 use sketchnav_recordings::judge::judge;
 use sketchnav_rehearsal::Rehearsal;
 use sketchnav_schemas::method::Method;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
 /// How many of the first `tasks` tasks of a mission that ships succeed in the true floor plan.
 fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
@@ -18,7 +18,7 @@ fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
     mission.task.truncate(tasks);
     mission.method = method;
     let (system, pace) = ("rehearsal".into(), Pace::Lockstep);
-    let run = RunConfig { system, mission, robot, seed, pace, recording: None };
+    let run = RunConfig { system, mission, robot, seed, pace, recording: None, pad: Pad::Absent };
     let mut log = support::Log::default();
     Rehearsal::new(&run).unwrap().run(&mut log).unwrap();
     judge(&run.mission, &log.truth, &log.status, &[]).tasks.iter().filter(|task| task.reached).count()

@@ -6,7 +6,7 @@ use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::Channel;
 use sketchnav_schemas::message::{GroundTruth, Message, VelocityCommand};
 use sketchnav_schemas::ros2::Ros2;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
 const STEPS: usize = 60;
 
@@ -35,7 +35,7 @@ fn driven(thinking_scans: u32) -> Log {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/laboratory/laboratory-a.toml");
     let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
     let (system, pace) = ("rehearsal".into(), Pace::Lockstep);
-    let run = RunConfig { system, mission, robot, seed: 1, pace, recording: None };
+    let run = RunConfig { system, mission, robot, seed: 1, pace, recording: None, pad: Pad::Absent };
     let mut log = Log::default();
     Rehearsal::new(&run).unwrap().thinking_for(thinking_scans).run(&mut log).unwrap();
     log

@@ -44,7 +44,7 @@ pub use channels::Channels;
 pub use checkpoint::{CHECKPOINT_EVERY, Checkpoints, Found};
 pub use error::Error;
 pub use health::{HealthReporter, Step};
-pub use node::{Node, Wake};
+pub use node::{Node, Wake, Waker};
 pub use notices::{Notice, Notices};
 pub use pacer::Pacer;
 pub use reader::{Reader, Sample, SliceReader, SliceSample};

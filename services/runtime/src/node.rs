@@ -30,6 +30,20 @@ pub enum Wake {
     Terminate,
 }
 
+/// Wakes a [`Node`] that waits, from any thread of its process.
+#[derive(Clone, Copy)]
+pub struct Waker {
+    bells: Bells,
+    process: Process,
+}
+
+impl Waker {
+    /// Ends the node's wait with [`Wake::Message`], or its next one where it is awake.
+    pub fn wake(&self) {
+        self.bells.ring(self.process);
+    }
+}
+
 /// A process in a system: opens channels and waits for messages. One a process; for one thread.
 pub struct Node {
     writers: RefCell<Vec<OwnWriter>>,
@@ -183,6 +197,11 @@ impl Node {
         self.serve_new_readers();
         self.bells.beat(self.process);
         if sleep_until_changed(signals::word(), 0, timeout) { Wake::Terminate } else { Wake::Timeout }
+    }
+
+    /// Ends this node's wait from another thread of the process.
+    pub fn waker(&self) -> Waker {
+        Waker { bells: self.bells, process: self.process }
     }
 
     /// Whether SIGTERM, SIGINT or SIGHUP has asked the process to end.

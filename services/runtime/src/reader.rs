@@ -195,6 +195,11 @@ impl<T: Message> SliceReader<T> {
         Ok(None)
     }
 
+    /// As [`Reader::position`].
+    pub fn position(&self) -> u64 {
+        self.inbox.tally.position()
+    }
+
     /// As [`Reader::resume_after`].
     pub fn resume_after(&mut self, seq: u64) {
         self.inbox.tally.last = Some(seq);

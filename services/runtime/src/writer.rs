@@ -224,6 +224,12 @@ impl<T: Message> SliceWriter<T> {
         Ok(SliceLoan { sample, outbox: &mut self.outbox })
     }
 
+    /// Goes on with the number after `seq`: 0 at the beginning, or what a checkpoint says. A message that is sent
+    /// once more has to be given its number again.
+    pub fn resume_after(&mut self, seq: u64) {
+        self.outbox.last_seq = seq;
+    }
+
     /// The number of the last message sent; 0 before the first.
     pub fn last_seq(&self) -> u64 {
         self.outbox.last_seq

@@ -62,6 +62,21 @@ pub enum SketchError {
         /// The file.
         file: String,
     },
+    /// Something is marked where nothing is drawn.
+    #[error("expected a drawing before what is marked in it, found none")]
+    NoSketch,
+    /// A drawing that is neither a sketch nor a route.
+    #[error("kind: expected 1 (sketch) or 2 (route), found {found}")]
+    Kind {
+        /// The number in the message.
+        found: u32,
+    },
+    /// A drawing that ends the sketcher.
+    #[error("expected a drawing that can be read, found one by which the sketcher ended {attempts} times")]
+    Fatal {
+        /// How often it was read.
+        attempts: u32,
+    },
     /// Neither the mission nor the drawing says where the robot starts.
     #[error("start.sketch: expected the start in image pixels of {file}, found none in mission or drawing")]
     NoStart {

@@ -11,17 +11,21 @@
 //! write (mission file, strokes) are image pixels, row 0 at the top, until
 //! [`Drawing::from_image`] turns them.
 //!
+//! Where people draw while the system runs, a [`desk`] takes what they send in place of a file.
+//!
 //! But for [`run`], the process around it, nothing here opens a file, reads a clock or sends a message;
 //! the same bytes, options and seed give the same drawing to the bit. Source: paper 001, III-B (directions) and paper 004, IV (canvas,
 //! obstacles, drawn routes).
 
 #[cfg(test)]
 mod canvas;
+pub mod desk;
 mod direction;
 mod drawing;
 mod error;
 mod hough;
 mod ink;
+mod live;
 mod pen;
 mod places;
 mod preview;

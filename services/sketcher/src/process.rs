@@ -1,5 +1,5 @@
 //! The process that reads the mission's drawing: sends the sketch and the route once, then stays, so
-//! that who comes late still gets them.
+//! that who comes late still gets them. Where people draw while it runs, see `live`.
 
 use std::path::Path;
 use std::time::Duration;
@@ -23,10 +23,14 @@ const NAP: Duration = Duration::from_millis(250);
 /// A drawing that is missing, or that [`read`](crate::read) or [`Intent::place`] refuses; a channel
 /// that fails.
 pub fn run(node: &Node) -> anyhow::Result<()> {
+    let config = node.run_config()?;
+    if config.pad.draws() {
+        return crate::live::run(node, &config);
+    }
     let mut health = HealthReporter::new(node)?;
     let (mut sketches, mut routes) = (node.slice_writer(SKETCH)?, node.writer(ROUTE)?);
     let step = Step::begin();
-    let (drawing, places) = understand(&node.run_config()?)?;
+    let (drawing, places) = understand(&config)?;
     let mut sketch = sketches.loan(drawing.cells.len())?;
     fill_sketch(&drawing, &places, sketch.message_mut());
     fill_cells(&drawing, sketch.bytes_mut())?;

@@ -9,7 +9,7 @@
 //!   "goals": [ { "name": "kitchen", "at": [800, 400] } ],
 //!   "route": [[150, 200], [400, 220], [800, 400]] }
 //! ```
-//! `canvas` and `strokes` are required. A stroke is 5 px wide unless it says so; an obstacle is solid;
+//! Under the key `pad` a page may keep what only it needs. `canvas` and `strokes` are required. A stroke is 5 px wide unless it says so; an obstacle is solid;
 //! a heading is degrees counter-clockwise from "to the right" as one looks at it.
 
 use resvg::tiny_skia::{
@@ -30,14 +30,19 @@ const MAX_CANVAS_PX: u32 = 30_000;
 /// Farthest coordinate: a pen may slip off the canvas, but not out of the room.
 const MAX_COORDINATE_PX: f64 = 100_000.0;
 
-/// What a person marked beside the walls; image pixels.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// What a person marked beside the walls; image pixels. Alone, as JSON with these keys, it is what the pad sends
+/// after the drawing.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Marks {
     /// Where the robot starts.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartMark>,
     /// Where it shall go.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub goals: Vec<GoalMark>,
     /// Or how.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub route: Option<Vec<[f64; 2]>>,
 }
 
@@ -76,6 +81,9 @@ struct Page {
     goals: Vec<GoalMark>,
     #[serde(default)]
     route: Option<Vec<[f64; 2]>>,
+    /// For the page; nothing here reads it.
+    #[serde(default, rename = "pad")]
+    _pad: serde::de::IgnoredAny,
 }
 
 #[derive(Deserialize)]

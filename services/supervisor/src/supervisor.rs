@@ -10,7 +10,7 @@ use sketchnav_runtime::{Channels, Node, Reader, System, Wake, Writer};
 use sketchnav_schemas::channels::{ESTIMATE, HEALTH, MISSION, STATUS};
 use sketchnav_schemas::codes::{FaultKind, Order, Process, TaskState};
 use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, PoseEstimate, Text};
-use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::run::{Pad, RunConfig};
 
 use crate::child::{Child, ProcessLine};
 use crate::error::is_bad_input;
@@ -52,7 +52,7 @@ impl Default for Grace {
 pub enum Progress {
     /// It goes on.
     Running,
-    /// The planner has ended it: finished or aborted.
+    /// The planner has ended it, finished or aborted, and no pad can go on with it.
     Ended,
     /// SIGINT, SIGTERM or SIGHUP asks the supervisor to end.
     Interrupted,
@@ -69,6 +69,7 @@ pub struct Supervisor {
     channels: Option<Channels>,
     node: Option<Node>,
     system: Option<Rc<System>>,
+    pad: Pad,
     status: Option<MissionStatus>,
     estimate: Option<PoseEstimate>,
     ended_tasks: BTreeMap<u32, MissionStatus>,
@@ -86,13 +87,13 @@ struct Ports {
 }
 
 impl Supervisor {
-    /// Makes the system `run.system`, starts its processes and orders the mission to start. What dead
-    /// systems left behind is cleared first.
+    /// Makes the system `run.system`, starts its processes and orders the mission to start, unless people do so
+    /// from the pad. What dead systems left behind is cleared first.
     ///
     /// # Errors
     /// Where the system runs already, or a process cannot be started; nothing is left of it then.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
-        Self::begin(System::create(run)?, lines, grace)
+        Self::begin(System::create(run)?, run.pad, lines, grace)
     }
 
     /// Goes on with a dead system that was taken over: its processes go on where they were.
@@ -100,7 +101,8 @@ impl Supervisor {
     /// # Errors
     /// As [`Supervisor::start`]; the system is then cleared.
     pub fn resume(system: System, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
-        let mut supervisor = Self::begin(system, lines, grace)?;
+        let pad = system.run_config()?.pad;
+        let mut supervisor = Self::begin(system, pad, lines, grace)?;
         if let Some(ports) = &mut supervisor.ports {
             let words = "its supervisor was killed; its processes go on where they were";
             ports.faults.tell(
@@ -115,14 +117,14 @@ impl Supervisor {
         Ok(supervisor)
     }
 
-    fn begin(system: System, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
-        let mut supervisor = Self::prepare(system, grace)?;
+    fn begin(system: System, pad: Pad, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
+        let mut supervisor = Self::prepare(system, pad, grace)?;
         for line in lines {
             supervisor.spawn(line)?;
         }
         // Where somebody before this one has given orders, they were just sent again.
         let is_ordered = supervisor.ports.as_ref().is_some_and(|ports| ports.mission.last_kept().is_some());
-        if !is_ordered {
+        if !is_ordered && !pad.draws() {
             supervisor.order(Order::Start, 0)?;
         }
         Ok(supervisor)
@@ -215,7 +217,7 @@ impl Supervisor {
         services.and(recorder).and(received).and(removed.map_err(Error::from))
     }
 
-    fn prepare(system: System, grace: Grace) -> Result<Self> {
+    fn prepare(system: System, pad: Pad, grace: Grace) -> Result<Self> {
         let system = Rc::new(system);
         let mut supervisor = Self {
             grace,
@@ -224,6 +226,7 @@ impl Supervisor {
             channels: None,
             node: None,
             system: Some(system.clone()),
+            pad,
             status: None,
             estimate: None,
             ended_tasks: BTreeMap::new(),
@@ -272,8 +275,11 @@ impl Supervisor {
     }
 
     fn mission_ended(&self) -> bool {
-        let state = self.status.and_then(|status| TaskState::from_code(status.state));
-        matches!(state, Some(TaskState::Finished | TaskState::Aborted))
+        match self.status.and_then(|status| TaskState::from_code(status.state)) {
+            Some(TaskState::Finished) => !self.pad.draws(),
+            Some(TaskState::Aborted) => self.pad.is_absent(),
+            _ => false,
+        }
     }
 
     /// Starts again what has died and goes on where it was.

@@ -15,7 +15,7 @@ use sketchnav_schemas::geometry::{Pose, Sketch};
 use sketchnav_schemas::message::{Header, PosePx, Route, SketchMap};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_sim::ros_map::{MapInfo, OccupancyMap};
 
 use super::args::ImportOptions;
@@ -123,7 +123,15 @@ fn run(
     let mission = Mission::parse(&text).or_input()?;
     let robot = robot(first.ranges_m.len(), laser).or_input()?;
     let (system, recording) = (LOG_SYSTEM.to_owned(), None);
-    Ok(RunConfig { system, mission, robot, seed: options.seed, pace: Pace::Lockstep, recording })
+    Ok(RunConfig {
+        system,
+        mission,
+        robot,
+        seed: options.seed,
+        pace: Pace::Lockstep,
+        recording,
+        pad: Pad::Absent,
+    })
 }
 
 /// A robot of whom only its laser is known. What the localizer does not ask for is as a Pioneer has it.

@@ -160,6 +160,17 @@ impl Driver {
         self.field = Some(CostField::new(drawing));
     }
 
+    /// Forgets the errand and its ways: they belong to another drawing.
+    pub fn forget(&mut self) {
+        self.solved = None;
+        self.route = DrawnRoute::default();
+        self.global_path.clear();
+        self.local_path.clear();
+        let nowhere = Point::new(0.0, 0.0);
+        let blocked = std::mem::take(&mut self.errand.blocked);
+        self.errand = Errand::new(Guide::Goal, nowhere, Point::new(0.0, 0.0), blocked);
+    }
+
     /// Whether there is a drawing.
     pub fn has_sketch(&self) -> bool {
         self.field.is_some()

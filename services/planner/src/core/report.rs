@@ -39,6 +39,8 @@ pub enum Reason {
     GivenUp,
     /// A person stopped it.
     Stopped,
+    /// Whoever drives cannot be heard.
+    Unattended,
     /// So many tasks of so many were reached.
     Tasks(u32, u32),
 }
@@ -65,6 +67,7 @@ impl fmt::Display for Reason {
             Self::TimeLimit(s) => write!(f, "the time limit of {s:.0} s passed"),
             Self::GivenUp => f.write_str("given up by a person"),
             Self::Stopped => f.write_str("stopped by a person"),
+            Self::Unattended => f.write_str("stopped: the link to whoever drives was lost"),
             Self::Tasks(reached, all) => write!(f, "{reached} of {all} tasks reached"),
         }
     }

@@ -2,4 +2,5 @@
 
 mod driving;
 mod frugal;
+mod pad;
 mod support;

@@ -8,7 +8,7 @@ use sketchnav_schemas::geometry::{Odom, Pose, Sketch, World as WorldFrame};
 use sketchnav_schemas::message::*;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
 pub const ROBOTINO: &str = include_str!("../../../../sim/robots/robotino.toml");
 pub const TURTLEBOT: &str = include_str!("../../../../sim/robots/turtlebot3.toml");
@@ -72,7 +72,7 @@ impl Scene {
         Self { drawn: walls.clone(), walls, discs: Vec::new(), warp: stretched, size_m, start }
     }
 
-    fn cells(&self) -> (SketchMap, Vec<u8>) {
+    pub fn cells(&self) -> (SketchMap, Vec<u8>) {
         let ([width, height], _) = (self.warp)(self.size_m[0], self.size_m[1]);
         let (width, height) = (width as usize + 20, height as usize + 20);
         let mut cells = vec![FREE; width * height];
@@ -138,6 +138,7 @@ pub fn config(robot: &str, planner: &str) -> RunConfig {
         seed: 1,
         pace: Pace::Lockstep,
         recording: None,
+        pad: Pad::Absent,
     }
 }
 

@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -62,6 +63,14 @@ pub enum Command {
         #[command(flatten)]
         options: RunOptions,
     },
+    /// Serve a page on which people draw a map and a path, and drive the robot by them in real time.
+    #[command(
+        after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000"
+    )]
+    Pad {
+        #[command(flatten)]
+        options: PadOptions,
+    },
     /// Run an experiment: drive every trial of a suite, count how the tasks ended.
     #[command(
         after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input, 3 anything else.\nExample: sketchnav eval people --sample 4 --verbose"
@@ -95,12 +104,15 @@ pub enum Command {
     /// Run one process of a system by hand, or a real robot's driver beside the others.
     #[command(after_help = "Example: sketchnav serve localizer --system lab")]
     Serve {
-        /// world, sketcher, localizer, planner or recorder.
-        #[arg(value_parser = parse_service)]
+        /// world, sketcher, localizer, planner, recorder or pad.
+        #[arg(value_parser = parse_served)]
         process: Process,
         /// The system's name, as `sketchnav ps` lists it.
         #[arg(long)]
         system: String,
+        /// Of the pad.
+        #[command(flatten)]
+        site: PadSite,
     },
     /// List the running systems and their processes.
     Ps {
@@ -257,6 +269,14 @@ pub struct RunOptions {
     /// own seed and pace, from where its processes were.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system"])]
     pub resume: Option<PathBuf>,
+    /// Serve a page beside the mission that shows how it goes, and can abort it and go on with it.
+    #[arg(long)]
+    pub pad: bool,
+    #[command(flatten)]
+    pub site: PadSite,
+    /// The token of the page, letters and digits; else one is made where it takes one.
+    #[arg(long, value_parser = parse_token, requires = "pad")]
+    pub token: Option<String>,
 }
 
 impl Default for RunOptions {
@@ -271,8 +291,63 @@ impl Default for RunOptions {
             without: Vec::new(),
             stopped_limit: 3.0,
             resume: None,
+            pad: false,
+            site: PadSite::default(),
+            token: None,
         }
     }
+}
+
+/// Where the pad serves its page.
+#[derive(Debug, Clone, Args)]
+pub struct PadSite {
+    /// Port of the page.
+    #[arg(long, default_value_t = PAD_PORT)]
+    pub port: u16,
+    /// Address of the page; any other than a loopback one wants a token, which the link then has.
+    #[arg(long, default_value = "127.0.0.1", value_name = "ADDRESS")]
+    pub bind: IpAddr,
+    /// Folder for mission files that are made on the page.
+    #[arg(long, default_value = ".", value_name = "DIR")]
+    pub save: PathBuf,
+}
+
+impl Default for PadSite {
+    fn default() -> Self {
+        Self { port: PAD_PORT, bind: IpAddr::V4(Ipv4Addr::LOCALHOST), save: ".".into() }
+    }
+}
+
+/// How to drive by what people draw.
+#[derive(Debug, Clone, Args)]
+pub struct PadOptions {
+    /// The world, the robot and its true start are this mission's; its drawing and its tasks are left out. Without
+    /// it, the demo's building.
+    #[arg(long, value_name = "FILE")]
+    pub mission: Option<PathBuf>,
+    #[command(flatten)]
+    pub site: PadSite,
+    /// The token, letters and digits; else one is made where it takes one.
+    #[arg(long, value_parser = parse_token)]
+    pub token: Option<String>,
+    /// Simulated seconds a second (1 is real time).
+    #[arg(long, default_value = "1", value_parser = parse_pace)]
+    pub speed: Pace,
+    /// The seed.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// How the robot finds its way: ours, paper, fixed-scale or one-scale; else the mission says.
+    #[arg(long)]
+    pub method: Option<Method>,
+    /// Folder for the recording; made if it is missing.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// The system's name.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
+    #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
+    pub without: Vec<Process>,
 }
 
 /// Whom to kill, how and when.
@@ -351,6 +426,29 @@ pub fn parse_service(word: &str) -> Result<Process, String> {
     }
 }
 
+/// A process that can be served by hand.
+fn parse_served(word: &str) -> Result<Process, String> {
+    if word == Process::Pad.word() { Ok(Process::Pad) } else { parse_service(word) }
+}
+
+fn parse_token(text: &str) -> Result<String, String> {
+    let holds = (MIN_TOKEN..=64).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_alphanumeric());
+    let expected = || format!("expected {MIN_TOKEN} to 64 letters and digits");
+    if holds { Ok(text.to_owned()) } else { Err(expected()) }
+}
+
+/// Real time alone: nobody draws in lockstep.
+fn parse_pace(text: &str) -> Result<Pace, String> {
+    match parse_speed(text)? {
+        Pace::Lockstep => Err(format!("expected a number above 0 and up to {MAX_SPEED}")),
+        pace => Ok(pace),
+    }
+}
+
+/// Shorter ones can be guessed.
+const MIN_TOKEN: usize = 16;
+/// Where the page is where nobody says otherwise.
+const PAD_PORT: u16 = 7004;
 /// Beyond this no machine keeps up; `max` is for those who want all that there is.
 const MAX_SPEED: f64 = 100.0;
 

@@ -8,6 +8,7 @@ mod failure;
 mod folder;
 mod mission;
 mod output;
+mod pad;
 mod recordings;
 mod report;
 mod serve;
@@ -41,10 +42,11 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
             None => mission::demo(&options),
         },
         Some(Command::Run { mission: Some(mission), options }) => mission::run(&mission, &options),
+        Some(Command::Pad { options }) => pad::pad(&options),
         Some(Command::Eval { suite, options }) => eval::eval(&suite, &options),
         Some(Command::Deform { map, options }) => deform::deform(&map, &options),
         Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),
-        Some(Command::Serve { process, system }) => serve::serve(process, &system),
+        Some(Command::Serve { process, system, site }) => serve::serve(process, &system, site),
         Some(Command::Ps { json }) => systems::ps(json),
         Some(Command::Top { options }) => top::top(&options),
         Some(Command::Echo { tap }) => tap::echo(&tap),

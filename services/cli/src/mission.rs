@@ -17,6 +17,7 @@ use crate::args::{RunOptions, SERVICES};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::{create, plain_name};
 use crate::output::say;
+use crate::pad::Link;
 use crate::report;
 
 /// How often the progress line changes.
@@ -32,12 +33,17 @@ const DEMO: [(&str, &[u8]); 3] = [
 /// Writes the demo's files beside its results, to be changed and run again, and runs it.
 pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
     let folder = create(&options.out, "demo").or_input()?;
+    let (mission, robot) = load_demo(&folder)?;
+    run_in(&folder, mission, robot, options)
+}
+
+/// Writes the demo's files into `folder` and reads its mission.
+pub fn load_demo(folder: &Path) -> Result<(Mission, Robot), Failure> {
     for (name, content) in DEMO {
         let path = folder.join(name);
         std::fs::write(&path, content).with_context(|| path.display().to_string()).or_input()?;
     }
-    let (mission, robot) = sketchnav_sim::mission_file::load(&folder.join(DEMO[0].0)).or_input()?;
-    run_in(&folder, mission, robot, options)
+    sketchnav_sim::mission_file::load(&folder.join(DEMO[0].0)).or_input()
 }
 
 /// Runs the mission in the file `path`.
@@ -51,8 +57,12 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
 pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let (system, run) = System::resume(folder).map_err(|error| classify(error.into()))?;
     let began = Instant::now();
-    let lines = lines(&run, options).map_err(classify)?;
+    let link = link(&run, options)?;
+    let lines = lines(&run, options, link.as_ref()).map_err(classify)?;
     let supervisor = Supervisor::resume(system, lines, grace(options)).map_err(classify)?;
+    if let Some(link) = link {
+        say!("{}", link.text());
+    }
     follow(supervisor, began, &run, options, folder)
 }
 
@@ -74,7 +84,7 @@ fn run_in(
         recording: Some(recording.into_os_string().into_string().map_err(|path| {
             Failure::Input(anyhow!("{}: expected a path in UTF-8", PathBuf::from(path).display()))
         })?),
-        pad: Pad::Absent,
+        pad: if options.pad { Pad::Watches } else { Pad::Absent },
     };
     drive(&run, options, folder)
 }
@@ -85,11 +95,16 @@ fn grace(options: &RunOptions) -> Grace {
 
 fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let started = lines(run, options).and_then(|lines| Supervisor::start(run, lines, grace(options)));
+    let link = link(run, options)?;
+    let started =
+        lines(run, options, link.as_ref()).and_then(|lines| Supervisor::start(run, lines, grace(options)));
     let supervisor = started.map_err(|error| {
         discard(folder);
         classify(error)
     })?;
+    if let Some(link) = link {
+        say!("{}", link.text());
+    }
     follow(supervisor, began, run, options, folder)
 }
 
@@ -130,20 +145,32 @@ fn follow(
 }
 
 /// Takes away the folder of a run that never began.
-fn discard(folder: &Path) {
+pub fn discard(folder: &Path) {
     // What cannot be removed is in nobody's way: the next run gets a folder of its own.
     let _ = std::fs::remove_dir_all(folder);
 }
 
-fn lines(run: &RunConfig, options: &RunOptions) -> Result<Vec<ProcessLine>, SystemError> {
+/// Where the run has a page.
+fn link(run: &RunConfig, options: &RunOptions) -> Result<Option<Link>, Failure> {
+    let link = || Link::new(&options.site, options.token.clone()).or_input();
+    (!run.pad.is_absent()).then(link).transpose()
+}
+
+fn lines(
+    run: &RunConfig,
+    options: &RunOptions,
+    link: Option<&Link>,
+) -> Result<Vec<ProcessLine>, SystemError> {
     for process in &options.without {
         say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
     }
     let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
-    services.map(|process| ProcessLine::serve(process, &run.system)).collect()
+    let services = services.map(|process| ProcessLine::serve(process, &run.system));
+    services.chain(link.map(|link| link.line(&run.system))).collect()
 }
 
-fn classify(error: SystemError) -> Failure {
+/// Whether the user can mend what went wrong.
+pub fn classify(error: SystemError) -> Failure {
     match &error {
         // What a service says of its input is for the user; that a process said it is not.
         SystemError::Died(death) if error.is_bad_input() => {

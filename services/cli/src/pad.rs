@@ -1,0 +1,232 @@
+//! `sketchnav pad`: a whole system in real time for what people draw; and the link to the page.
+
+use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream, UdpSocket};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::{Context, anyhow};
+use qrcode::QrCode;
+use qrcode::render::unicode::Dense1x2;
+use rand::RngExt;
+use sketchnav_pad::TOKEN_VARIABLE;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::{Mission, SketchSource, WallTone};
+use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::run::{Pad, RunConfig};
+use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine, Progress, Supervisor};
+
+use crate::args::{PadOptions, PadSite, SERVICES};
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::folder::{create, plain_name};
+use crate::mission::{classify, discard, load_demo};
+use crate::output::{out, say};
+
+/// How often to look for deaths and for the end.
+const REFRESH: Duration = Duration::from_millis(100);
+/// Longest that the page may take to answer a look whether it is there.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Serves the page and drives by what comes from it, until a person ends it.
+pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
+    let link = Link::new(&options.site, options.token.clone()).or_input()?;
+    let (folder, mission, robot) = place(options)?;
+    let run = run_config(options, &folder, mission, robot).or_input()?;
+    let started =
+        lines(&run, options, &link).and_then(|lines| Supervisor::start(&run, lines, Grace::default()));
+    let mut supervisor = started.map_err(|error| {
+        discard(&folder);
+        classify(error)
+    })?;
+    let watched = watch(&mut supervisor, &link);
+    let ended = supervisor.shut_down();
+    match watched {
+        Ok(()) => say!("the recording: {}", run.recording.as_deref().unwrap_or_default()),
+        Err(error) => {
+            if supervisor.status().is_none() {
+                discard(&folder);
+            }
+            return Err(classify(error));
+        }
+    }
+    ended.map_err(|error| Failure::Reported(error.into()))?;
+    Ok(Outcome::Success)
+}
+
+/// Where the results go, the world and the robot.
+fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
+    match &options.mission {
+        Some(path) => {
+            let (mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
+            let folder = create(&options.out, &plain_name(&mission.name)).or_input()?;
+            Ok((folder, mission, robot))
+        }
+        None => {
+            let folder = create(&options.out, "pad").or_input()?;
+            let (mission, robot) = load_demo(&folder)?;
+            Ok((folder, mission, robot))
+        }
+    }
+}
+
+/// The mission's world, robot and true start; what it says about a drawing is left out.
+fn run_config(
+    options: &PadOptions,
+    folder: &Path,
+    mut mission: Mission,
+    robot: Robot,
+) -> anyhow::Result<RunConfig> {
+    mission.method = options.method.unwrap_or(mission.method);
+    mission.sketch = SketchSource { file: sketchnav_sketcher::desk::NAME.to_owned(), walls: WallTone::Auto };
+    (mission.start.sketch, mission.start.sketch_heading_deg) = (None, None);
+    mission.task.clear();
+    let name = plain_name(&mission.name);
+    let recording = folder.join(format!("{name}.mcap")).into_os_string().into_string();
+    let recording = recording.map_err(|path| anyhow!("{}: expected a path in UTF-8", path.display()))?;
+    Ok(RunConfig {
+        system: options.system.clone().unwrap_or_else(|| format!("{name}-{}", std::process::id())),
+        mission,
+        robot,
+        seed: options.seed,
+        pace: options.speed,
+        recording: Some(recording),
+        pad: Pad::Draws,
+    })
+}
+
+fn lines(run: &RunConfig, options: &PadOptions, link: &Link) -> Result<Vec<ProcessLine>, SystemError> {
+    for process in &options.without {
+        say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
+    }
+    let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
+    let services = services.map(|process| ProcessLine::serve(process, &run.system));
+    services.chain([link.line(&run.system)]).collect()
+}
+
+/// Until a person ends it.
+fn watch(supervisor: &mut Supervisor, link: &Link) -> Result<(), SystemError> {
+    let (mut is_told, mut mourned) = (false, 0);
+    while supervisor.poll(REFRESH)? != Progress::Interrupted {
+        if !is_told && link.is_up() {
+            // Who does not read it may know it.
+            let _ = out!("{}", link.text());
+            is_told = true;
+        }
+        for death in &supervisor.survived()[mourned..] {
+            say!("  {}; started again", death.how());
+            mourned += 1;
+        }
+    }
+    Ok(())
+}
+
+/// The link to a page, and what its process has to know.
+pub struct Link {
+    site: PadSite,
+    token: Option<String>,
+}
+
+impl Link {
+    /// Port 0 becomes one that is free; a token is made where it takes one and none is given.
+    ///
+    /// # Errors
+    /// Where no port is free.
+    pub fn new(site: &PadSite, token: Option<String>) -> anyhow::Result<Self> {
+        let mut site = site.clone();
+        if site.port == 0 {
+            let free = TcpListener::bind((site.bind, 0)).and_then(|listener| listener.local_addr());
+            site.port = free.with_context(|| format!("{}: expected a free port", site.bind))?.port();
+        }
+        site.save = std::path::absolute(&site.save).context("the current folder is gone")?;
+        let made = || format!("{:032x}", rand::rng().random::<u128>());
+        let token = token.or_else(|| (!site.bind.is_loopback()).then(made));
+        Ok(Self { site, token })
+    }
+
+    /// How the pad's process is started.
+    ///
+    /// # Errors
+    /// As [`ProcessLine::serve`].
+    pub fn line(&self, system: &str) -> Result<ProcessLine, SystemError> {
+        let PadSite { port, bind, save } = &self.site;
+        let mut line = ProcessLine::serve(Process::Pad, system)?;
+        line.command.args(["--port", &port.to_string(), "--bind", &bind.to_string()]);
+        line.command.arg("--save").arg(save);
+        match &self.token {
+            Some(token) => line.command.env(TOKEN_VARIABLE, token),
+            None => line.command.env_remove(TOKEN_VARIABLE),
+        };
+        Ok(line)
+    }
+
+    /// Whether somebody listens there.
+    pub fn is_up(&self) -> bool {
+        let host = if self.site.bind.is_unspecified() { loopback(self.site.bind) } else { self.site.bind };
+        TcpStream::connect_timeout(&SocketAddr::new(host, self.site.port), LOOK).is_ok()
+    }
+
+    /// What to print: the link; for another device as a picture, too.
+    pub fn text(&self) -> String {
+        let url = self.url();
+        let code = self.token.as_ref().and_then(|_| QrCode::new(&url).ok());
+        let picture = code.map(|code| code.render::<Dense1x2>().quiet_zone(true).build());
+        format!("the page: {url}{}", picture.map_or_else(String::new, |picture| format!("\n{picture}")))
+    }
+
+    fn url(&self) -> String {
+        let host = if self.site.bind.is_unspecified() { own_address(self.site.bind) } else { self.site.bind };
+        let address = SocketAddr::new(host, self.site.port);
+        match &self.token {
+            Some(token) => format!("http://{address}/?token={token}"),
+            None => format!("http://{address}/"),
+        }
+    }
+}
+
+fn loopback(unspecified: IpAddr) -> IpAddr {
+    match unspecified {
+        IpAddr::V4(_) => std::net::Ipv4Addr::LOCALHOST.into(),
+        IpAddr::V6(_) => std::net::Ipv6Addr::LOCALHOST.into(),
+    }
+}
+
+/// The address by which others reach this machine: that of the way out, towards an address for documentation
+/// (RFC 5737, RFC 3849). Nothing is sent.
+fn own_address(unspecified: IpAddr) -> IpAddr {
+    let outside = match unspecified {
+        IpAddr::V4(_) => "192.0.2.1:9",
+        IpAddr::V6(_) => "[2001:db8::1]:9",
+    };
+    let way_out = UdpSocket::bind((unspecified, 0)).and_then(|socket| {
+        socket.connect(outside)?;
+        socket.local_addr()
+    });
+    way_out.map_or_else(|_| loopback(unspecified), |address| address.ip())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn site(bind: &str) -> PadSite {
+        PadSite { port: 0, bind: bind.parse().unwrap(), save: ".".into() }
+    }
+
+    #[test]
+    fn a_link_to_this_machine_alone_needs_no_token() {
+        let link = Link::new(&site("127.0.0.1"), None).unwrap();
+        assert!(link.token.is_none() && link.site.port > 0);
+        assert_eq!(link.url(), format!("http://127.0.0.1:{}/", link.site.port));
+        assert!(!link.is_up());
+    }
+
+    #[test]
+    fn a_link_for_others_has_a_token_that_nobody_guesses() {
+        let links = [(); 2].map(|()| Link::new(&site("0.0.0.0"), None).unwrap());
+        assert_ne!(links[0].token, links[1].token);
+        let token = links[0].token.as_ref().unwrap();
+        assert!(token.len() == 32 && links[0].url().ends_with(&format!("?token={token}")));
+        let line = links[0].line("x").unwrap();
+        let shown = format!("{:?}", line.command.get_args().collect::<Vec<_>>());
+        assert!(!shown.contains(token), "a command line is everybody's to read: {shown}");
+    }
+}

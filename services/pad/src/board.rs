@@ -1,0 +1,197 @@
+//! What the bridge has for the server, and the server for the bridge: the newest of everything, and calls.
+
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde_json::Value;
+use sketchnav_runtime::Waker;
+use tokio::sync::{oneshot, watch};
+
+use crate::protocol::{Hello, PathRequest, Refusal, SketchRequest, SketchType, Step};
+
+/// Calls that wait for the bridge.
+const MAX_CALLS: usize = 256;
+
+/// What a request comes to: what the answer has beside `ok`.
+pub type Answer = Result<Value, Refusal>;
+
+/// Something that the server wants of the bridge.
+#[derive(Debug)]
+pub enum Call {
+    /// A page has connected; its session, new or the one that it names.
+    Join {
+        /// The session that it had.
+        named: Option<String>,
+        /// One that it may have.
+        fresh: String,
+        /// Its session.
+        reply: oneshot::Sender<Result<String, Refusal>>,
+    },
+    /// A connection of the session has ended.
+    Leave(String),
+    /// Something has come from the session.
+    Heard(String),
+    /// A page wants something.
+    Ask {
+        /// Who.
+        session: String,
+        /// What.
+        request: Request,
+        /// What came of it.
+        reply: oneshot::Sender<Answer>,
+    },
+    /// The walls of the drawing with this number were painted.
+    Walls(u64, Vec<u8>),
+}
+
+/// What a page wants.
+#[derive(Debug)]
+pub enum Request {
+    /// A sketch is to be taken over.
+    Sketch(SketchRequest),
+    /// A path.
+    Path(PathRequest),
+    /// The robot is to do something.
+    Order(Step),
+    /// The wheel.
+    Wheel,
+    /// Another limit for the link, seconds.
+    Limit(f64),
+    /// A mission file of this name.
+    Mission(String),
+}
+
+/// What every page sees.
+#[derive(Debug, Clone, Default)]
+pub struct Picture {
+    /// The feed's JSON without its braces.
+    pub body: String,
+    /// Who has the wheel.
+    pub driver: Option<String>,
+    /// Whether the wheel can be taken.
+    pub wheel: bool,
+    /// What who drives may do.
+    pub driver_may: Vec<Step>,
+    /// What the others may do.
+    pub watcher_may: Vec<Step>,
+}
+
+/// What a page is told when it comes, and again when that changes.
+#[derive(Debug, Clone)]
+pub struct Welcome {
+    /// But for the session and who drives.
+    pub hello: Hello,
+    /// Who has the wheel.
+    pub driver: Option<String>,
+}
+
+/// A picture that can be fetched.
+#[derive(Debug, Clone)]
+pub struct Image {
+    /// Its type.
+    pub kind: SketchType,
+    /// Its bytes.
+    pub bytes: Arc<Vec<u8>>,
+}
+
+/// Where the bridge puts what the server gives to the pages.
+#[derive(Debug)]
+pub struct Board {
+    /// The newest feed.
+    pub picture: watch::Sender<Arc<Picture>>,
+    /// The newest hello.
+    pub welcome: watch::Sender<Option<Arc<Welcome>>>,
+    /// The walls.
+    pub walls: Mutex<Option<Image>>,
+    /// The photo that was sent last.
+    pub photo: Mutex<Option<Image>>,
+}
+
+impl Default for Board {
+    fn default() -> Self {
+        Self {
+            picture: watch::Sender::default(),
+            welcome: watch::Sender::new(None),
+            walls: Mutex::default(),
+            photo: Mutex::default(),
+        }
+    }
+}
+
+/// What a lock holds; whoever died with it left it whole, for it is replaced in one piece.
+pub fn image(place: &Mutex<Option<Image>>) -> Option<Image> {
+    place.lock().unwrap_or_else(PoisonError::into_inner).clone()
+}
+
+/// Puts a picture in its place.
+pub fn put_image(place: &Mutex<Option<Image>>, image: Option<Image>) {
+    *place.lock().unwrap_or_else(PoisonError::into_inner) = image;
+}
+
+/// The server's end of the bridge: for every thread.
+#[derive(Clone)]
+pub struct Caller {
+    calls: SyncSender<Call>,
+    abort: Arc<AtomicBool>,
+    waker: Waker,
+    /// What there is to see.
+    pub board: Arc<Board>,
+}
+
+/// The bridge's end.
+pub struct Calls {
+    calls: Receiver<Call>,
+    abort: Arc<AtomicBool>,
+}
+
+impl Caller {
+    /// Both ends.
+    pub fn new(waker: Waker) -> (Self, Calls) {
+        let (sender, calls) = sync_channel(MAX_CALLS);
+        let abort = Arc::new(AtomicBool::new(false));
+        let board = Arc::default();
+        (Self { calls: sender, abort: abort.clone(), waker, board }, Calls { calls, abort })
+    }
+
+    /// Calls the bridge.
+    ///
+    /// # Errors
+    /// [`Refusal::TooOften`] where too many wait already, [`Refusal::Absent`] where it has ended.
+    pub fn call(&self, call: Call) -> Result<(), Refusal> {
+        self.calls.try_send(call).map_err(|error| match error {
+            TrySendError::Full(_) => Refusal::TooOften,
+            TrySendError::Disconnected(_) => Refusal::Absent("the pad is ending".into()),
+        })?;
+        self.waker.wake();
+        Ok(())
+    }
+
+    /// Stops the robot, ahead of all that waits.
+    pub fn abort(&self) {
+        self.abort.store(true, SeqCst);
+        self.waker.wake();
+    }
+
+    /// Asks the bridge and waits for its answer.
+    ///
+    /// # Errors
+    /// As the bridge says, or as [`Caller::call`].
+    pub async fn ask(&self, session: String, request: Request) -> Answer {
+        let (reply, answer) = oneshot::channel();
+        self.call(Call::Ask { session, request, reply })?;
+        answer.await.unwrap_or_else(|_| Err(Refusal::Absent("the pad is ending".into())))
+    }
+}
+
+impl Calls {
+    /// Whether somebody wants the robot to stop.
+    pub fn take_abort(&self) -> bool {
+        self.abort.swap(false, SeqCst)
+    }
+
+    /// The next call, where there is one.
+    pub fn next(&self) -> Option<Call> {
+        self.calls.try_recv().ok()
+    }
+}

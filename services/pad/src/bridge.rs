@@ -1,0 +1,485 @@
+//! The pad's thread that owns the node: passes on what the pages want, and tells them what there is to see.
+//!
+//! What it sends is in its checkpoint before it is sent: a drawing that the sketcher has not answered when this
+//! process dies is sent again by its successor, with the same number. An abort goes before everything that waits.
+
+mod receive;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use sketchnav_runtime::{Checkpoints, HealthReporter, Node, SliceWriter, Step as WorkStep, Wake, Writer};
+use sketchnav_schemas::channels::{DRAWING, ORDERS};
+use sketchnav_schemas::codes::{Order, Tracking};
+use sketchnav_schemas::message::{Drawing, MissionCommand};
+use sketchnav_schemas::run::RunConfig;
+use tokio::sync::oneshot;
+
+use crate::board::{Answer, Call, Caller, Calls, Image, Picture, Request, Welcome, put_image};
+use crate::feed::{self, Ends, Feed, PlanView, PoseView, Services, TaskView, Trail, View};
+use crate::machine::{Machine, Memory, Submission};
+use crate::mission_file;
+use crate::protocol::{Hello, Limits, Refusal, SketchType, Step};
+use crate::sessions::Sessions;
+use crate::walls;
+
+use receive::{Inbox, News};
+
+/// Longest sleep between two looks at the channels, the calls and the clock.
+const NAP: Duration = Duration::from_millis(50);
+/// Feeds are at least so long apart.
+const FEED_EVERY: Duration = Duration::from_millis(90);
+/// And at most, so that pages see that nothing comes from the navigation.
+const FEED_AT_LEAST: Duration = Duration::from_millis(500);
+/// The form of [`State`].
+const CHECKPOINT: &str = "pad 1";
+
+/// What a successor needs to know.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct State {
+    machine: Memory,
+    understood: u64,
+    driver: Option<String>,
+    link_limit_s: f64,
+}
+
+/// Runs the bridge until the process is asked to end.
+///
+/// # Errors
+/// A channel that fails.
+pub fn run(
+    node: &Node,
+    run: &RunConfig,
+    folder: PathBuf,
+    caller: Caller,
+    calls: &Calls,
+) -> anyhow::Result<()> {
+    let mut health = HealthReporter::new(node)?;
+    let mut bridge = Bridge::open(node, run, folder, caller)?;
+    loop {
+        let step = WorkStep::begin();
+        bridge.pass(calls)?;
+        health.end(step);
+        health.report_if_due(bridge.stamp_ns)?;
+        if node.wait(NAP) == Wake::Terminate {
+            return Ok(health.report(bridge.stamp_ns)?);
+        }
+    }
+}
+
+struct Bridge<'a> {
+    run: &'a RunConfig,
+    folder: PathBuf,
+    caller: Caller,
+    began: Instant,
+    checkpoints: Checkpoints<State>,
+    drawings: SliceWriter<Drawing>,
+    orders: Writer<MissionCommand>,
+    inbox: Inbox,
+    machine: Machine,
+    sessions: Sessions,
+    /// Who waits for the sketcher's answer.
+    reply: Option<oneshot::Sender<Answer>>,
+    ends: Ends,
+    services: Services,
+    trail: Trail,
+    stamp_ns: u64,
+    /// The number of the walls that are on the board, and of the drawing that is being painted.
+    walls: u64,
+    painting: u64,
+    /// When the last feed went out, and whether there is anything new since.
+    fed: Duration,
+    is_new: bool,
+}
+
+impl<'a> Bridge<'a> {
+    fn open(node: &Node, run: &'a RunConfig, folder: PathBuf, caller: Caller) -> anyhow::Result<Self> {
+        let (checkpoints, found) = Checkpoints::<State>::open(node, CHECKPOINT)?;
+        found.report(node);
+        let mut orders = node.writer(ORDERS)?;
+        orders.resume_behind_kept();
+        let mut bridge = Self {
+            run,
+            folder,
+            caller,
+            began: Instant::now(),
+            checkpoints,
+            drawings: node.slice_writer(DRAWING)?,
+            orders,
+            inbox: Inbox::open(node, run.pad.draws())?,
+            machine: Machine::new(run.pad.draws()),
+            sessions: Sessions::default(),
+            reply: None,
+            ends: Ends::default(),
+            services: Services::default(),
+            trail: Trail::default(),
+            stamp_ns: 0,
+            walls: 0,
+            painting: 0,
+            fed: Duration::ZERO,
+            is_new: true,
+        };
+        if let Some(state) = found.state {
+            bridge.resume(state)?;
+        }
+        bridge.paint();
+        bridge.welcome();
+        Ok(bridge)
+    }
+
+    /// Goes on where the predecessor stood.
+    fn resume(&mut self, state: State) -> anyhow::Result<()> {
+        let now = self.began.elapsed();
+        let seq = state.machine.drawing_seq;
+        self.inbox.understood.resume_after(state.understood);
+        self.sessions.resume(state.driver, state.link_limit_s, now);
+        self.machine.resume(state.machine, now);
+        self.drawings.resume_after(seq);
+        if let Some(pending) = self.machine.memory().pending.clone() {
+            self.drawings.resume_after(seq - 1);
+            self.send_drawing(&pending.what)?;
+        }
+        Ok(())
+    }
+
+    fn checkpoint(&mut self) -> anyhow::Result<()> {
+        let state = State {
+            machine: self.machine.memory().clone(),
+            understood: self.inbox.understood.position(),
+            driver: self.sessions.driver().map(str::to_owned),
+            link_limit_s: self.sessions.limit_s(),
+        };
+        Ok(self.checkpoints.write(&state)?)
+    }
+
+    /// Does once all that there is to do.
+    fn pass(&mut self, calls: &Calls) -> anyhow::Result<()> {
+        self.abort_if_asked(calls)?;
+        self.receive()?;
+        while let Some(call) = calls.next() {
+            self.abort_if_asked(calls)?;
+            self.answer(call)?;
+        }
+        self.watch_the_clock()?;
+        self.feed();
+        Ok(())
+    }
+
+    fn abort_if_asked(&mut self, calls: &Calls) -> anyhow::Result<()> {
+        let now = self.began.elapsed();
+        if calls.take_abort() && self.machine.order(Step::Abort, false, now).is_ok() {
+            self.send_order(Order::Abort)?;
+        }
+        Ok(())
+    }
+
+    fn watch_the_clock(&mut self) -> anyhow::Result<()> {
+        let now = self.began.elapsed();
+        if self.sessions.has_fallen_silent(now)
+            && let Some(order) = self.machine.on_silence()
+        {
+            self.send_order(order)?;
+        }
+        if self.machine.has_waited_too_long(now) {
+            self.checkpoint()?;
+            self.tell(Err(Refusal::Absent("the sketcher does not answer".into())));
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self) -> anyhow::Result<()> {
+        let now = self.began.elapsed();
+        while let Some(news) = self.inbox.next()? {
+            match news {
+                News::Status(status) => {
+                    self.stamp_ns = status.header.stamp_ns;
+                    self.machine.on_status(&status, now);
+                    self.ends.on_status(&status);
+                    self.is_new = true;
+                }
+                News::Estimate(estimate) => self.machine.on_estimate(&estimate),
+                News::Understood(answer) => {
+                    let said = self.machine.on_understood(&answer);
+                    self.checkpoint()?;
+                    if let Some(said) = said {
+                        self.on_answer(&answer, said);
+                    }
+                }
+                News::Fault(fault) => self.services.on_fault(&fault),
+                News::Walls(picture) => {
+                    self.walls += 1;
+                    self.show_walls(picture);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The sketcher has answered what is pending.
+    fn on_answer(&mut self, answer: &sketchnav_schemas::message::Understood, said: Result<(), Refusal>) {
+        if said.is_ok() {
+            self.ends.clear();
+            if answer.sketch_seq != self.inbox.sketch_seq {
+                self.trail = Trail::default();
+                self.inbox.forget_pose(answer.sketch_seq);
+            }
+            self.paint();
+            self.welcome();
+        }
+        let facts = || {
+            json!({
+                "seq": answer.header.source_seq,
+                "wall_direction_rad": answer.wall_direction_rad,
+                "width_px": answer.sketch_width_px,
+                "height_px": answer.sketch_height_px,
+            })
+        };
+        self.tell(said.map(|()| facts()));
+        self.is_new = true;
+    }
+
+    /// Answers who waits for the sketcher; nobody does after a restart.
+    fn tell(&mut self, answer: Answer) {
+        if let Some(reply) = self.reply.take() {
+            // Who has gone does not want to know.
+            let _ = reply.send(answer);
+        }
+    }
+
+    fn answer(&mut self, call: Call) -> anyhow::Result<()> {
+        let now = self.began.elapsed();
+        match call {
+            Call::Join { named, fresh, reply } => {
+                let joined = self.sessions.join(named.as_deref(), fresh, now);
+                self.checkpoint()?;
+                self.welcome();
+                let _ = reply.send(joined);
+            }
+            Call::Leave(session) => self.sessions.leave(&session),
+            Call::Heard(session) => self.sessions.hear(&session, now),
+            Call::Walls(number, picture) if number == self.painting => {
+                self.walls = number;
+                self.show_walls(picture);
+            }
+            Call::Walls(..) => {}
+            Call::Ask { session, request, reply } => {
+                self.sessions.hear(&session, now);
+                if let Some(answer) = self.ask(&session, request, now)? {
+                    let _ = reply.send(answer);
+                } else {
+                    self.reply = Some(reply);
+                }
+                self.is_new = true;
+            }
+        }
+        Ok(())
+    }
+
+    /// What a request comes to; `None` where the sketcher is to say.
+    fn ask(&mut self, session: &str, request: Request, now: Duration) -> anyhow::Result<Option<Answer>> {
+        let drives = self.sessions.drives(session);
+        let done = |result: Result<(), Refusal>| result.map(|()| json!({}));
+        let answer = match request {
+            Request::Sketch(sketch) => match self.machine.send_sketch(sketch, drives, now) {
+                Ok(_) => return self.submit(),
+                Err(refusal) => Err(refusal),
+            },
+            Request::Path(path) => match self.machine.send_path(path, drives, now) {
+                Ok(_) => return self.submit(),
+                Err(refusal) => Err(refusal),
+            },
+            Request::Order(step) => match self.machine.order(step, drives, now) {
+                Ok(order) => {
+                    if order == Order::Start {
+                        self.ends.clear();
+                    }
+                    self.send_order(order)?;
+                    Ok(json!({}))
+                }
+                Err(refusal) => Err(refusal),
+            },
+            Request::Wheel => done(self.sessions.take_wheel(session, now)),
+            Request::Limit(limit_s) if drives => done(self.sessions.set_limit(limit_s)),
+            Request::Limit(_) => Err(Refusal::Forbidden("another page drives; this one watches".into())),
+            Request::Mission(name) => self.write_mission(&name),
+        };
+        self.checkpoint()?;
+        self.welcome();
+        Ok(Some(answer))
+    }
+
+    /// Sends what the machine has just taken over, to the checkpoint first.
+    fn submit(&mut self) -> anyhow::Result<Option<Answer>> {
+        self.checkpoint()?;
+        let Some(pending) = self.machine.memory().pending.clone() else { return Ok(None) };
+        self.send_drawing(&pending.what)?;
+        Ok(None)
+    }
+
+    fn send_drawing(&mut self, what: &Submission) -> anyhow::Result<()> {
+        let mut drawing = self.drawings.loan(what.bytes().len())?;
+        drawing.message_mut().header.stamp_ns = self.stamp_ns;
+        drawing.message_mut().kind = what.kind().code();
+        drawing.bytes_mut().copy_from_slice(what.bytes());
+        drawing.send()?;
+        Ok(())
+    }
+
+    fn send_order(&mut self, order: Order) -> anyhow::Result<()> {
+        let stamp_ns = self.stamp_ns;
+        self.orders.send(|message| {
+            message.header.stamp_ns = stamp_ns;
+            message.order = order.code();
+        })?;
+        self.is_new = true;
+        self.checkpoint()
+    }
+
+    fn write_mission(&self, name: &str) -> Answer {
+        let memory = self.machine.memory();
+        let (Some(sketch), Some(path)) = (&memory.sketch, &memory.path) else {
+            return Err(Refusal::NotNow(
+                "expected that a sketch and a path were sent; one is missing".into(),
+            ));
+        };
+        let files = mission_file::write(&self.folder, name, &self.run.mission, sketch, path)?;
+        Ok(json!({ "files": files }))
+    }
+
+    /// Has the walls of the drawing that holds painted, in a thread of its own, where they are not yet.
+    fn paint(&mut self) {
+        let memory = self.machine.memory();
+        let Some(sketch) = memory.sketch.as_ref().filter(|_| memory.path.is_none() || self.painting == 0)
+        else {
+            return;
+        };
+        let photo = (sketch.kind != SketchType::Strokes)
+            .then(|| Image { kind: sketch.kind, bytes: Arc::new(sketch.bytes.clone()) });
+        put_image(&self.caller.board.photo, photo);
+        self.painting += 1;
+        let (number, run, bytes) = (self.painting, self.run.clone(), sketch.bytes.clone());
+        let caller = self.caller.clone();
+        std::thread::spawn(move || {
+            if let Some(picture) = walls::of_drawing(&run, &bytes) {
+                // Where the pad is ending nobody wants to see them.
+                let _ = caller.call(Call::Walls(number, picture));
+            }
+        });
+    }
+
+    fn show_walls(&mut self, picture: Vec<u8>) {
+        let image = Image { kind: SketchType::Png, bytes: Arc::new(picture) };
+        put_image(&self.caller.board.walls, Some(image));
+        self.is_new = true;
+        self.welcome();
+    }
+
+    /// Width and height of the canvas.
+    fn canvas(&self) -> [u32; 2] {
+        match &self.machine.memory().sketch {
+            Some(sketch) => sketch.canvas,
+            None => self.inbox.size_px.unwrap_or(CANVAS),
+        }
+    }
+
+    fn view(&self) -> Option<View> {
+        match &self.machine.memory().sketch {
+            Some(sketch) => Some(View { height_px: sketch.size_px[1].into(), scale: sketch.scale }),
+            None => self.inbox.size_px.map(|[_, height]| View { height_px: height.into(), scale: 1.0 }),
+        }
+    }
+
+    /// Tells all pages anew who they are and what there is.
+    fn welcome(&mut self) {
+        let memory = self.machine.memory();
+        let drawing = memory.sketch.as_ref().map(|sketch| match sketch.kind {
+            SketchType::Strokes => String::from_utf8_lossy(&sketch.bytes).into_owned(),
+            _ => json!({ "canvas": sketch.canvas, "image": "/api/drawing" }).to_string(),
+        });
+        let hello = Hello {
+            session: String::new(),
+            drives: false,
+            mode: if self.run.pad.draws() { "draws" } else { "watches" },
+            canvas: self.canvas(),
+            mission: self.run.mission.name.clone(),
+            robot_radius_m: self.run.robot.radius_m,
+            limits: Limits::new(self.sessions.limit_s()),
+            drawing,
+            path: memory.path.as_ref().map(|path| path.body.clone()),
+            walls: self.walls,
+            trail: self.trail.points(),
+        };
+        let driver = self.sessions.driver().map(str::to_owned);
+        self.caller.board.welcome.send_replace(Some(Arc::new(Welcome { hello, driver })));
+        self.is_new = true;
+    }
+
+    /// Shows the pages what there is, where it is time.
+    fn feed(&mut self) {
+        let now = self.began.elapsed();
+        let since = now.saturating_sub(self.fed);
+        if since < FEED_EVERY || !(self.is_new || since > FEED_AT_LEAST) {
+            return;
+        }
+        (self.fed, self.is_new) = (now, false);
+        let unattended = self.sessions.is_unattended(now);
+        let feed = self.look(now);
+        let body = serde_json::to_string(&feed).unwrap_or_default();
+        let body = body.strip_prefix('{').and_then(|body| body.strip_suffix('}'));
+        let picture = Picture {
+            body: body.unwrap_or_default().to_owned(),
+            driver: self.sessions.driver().map(str::to_owned),
+            wheel: unattended || self.sessions.driver().is_none(),
+            driver_may: self.machine.allowed(true, now),
+            watcher_may: self.machine.allowed(false, now),
+        };
+        self.caller.board.picture.send_replace(Arc::new(picture));
+    }
+
+    fn look(&mut self, now: Duration) -> Feed {
+        let (view, robot) = (self.view(), &self.run.robot);
+        let estimate = self.inbox.estimate.as_deref();
+        let pose = view.zip(estimate).and_then(|(view, e)| PoseView::new(e, robot, &view));
+        if let Some(pose) = &pose {
+            self.trail.go_to([pose.x, pose.y]);
+        }
+        let located = view.filter(|_| pose.is_some());
+        let status = self.machine.status();
+        let tracking = estimate.and_then(|e| Tracking::from_code(e.tracking)).filter(|_| pose.is_some());
+        let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
+        let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
+        Feed {
+            t_ms: self.stamp_ns / 1_000_000,
+            state: self.machine.state(),
+            ready: self.machine.is_ready(now),
+            driver: self.sessions.driver().is_some() && silence.is_none(),
+            walls: self.walls,
+            task: status.and_then(TaskView::new),
+            speed_mps: status.map_or(0.0, |status| (status.speed_mps * 100.0).round() / 100.0),
+            particles: located.zip(self.inbox.particles.take()).map(|(view, p)| feed::particles(&p, &view)),
+            scan: scan.map_or_else(Vec::new, |((view, estimate), scan)| {
+                feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
+            }),
+            plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)),
+            trail: self.trail.last(),
+            warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
+            services: self.services.views(),
+            pose,
+        }
+    }
+}
+
+/// The canvas of paper 004, IV.
+const CANVAS: [u32; 2] = [2540, 1252];
+
+/// An answer's JSON: `ok` and what else there is.
+pub fn ok(facts: Value) -> Value {
+    let mut answer = json!({ "ok": true });
+    if let (Value::Object(answer), Value::Object(facts)) = (&mut answer, facts) {
+        answer.extend(facts);
+    }
+    answer
+}

@@ -1,0 +1,56 @@
+//! Which processes are up, by what the supervisor tells on `faults`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use sketchnav_schemas::codes::{FaultKind, Process};
+use sketchnav_schemas::message::Fault;
+
+/// The processes of the system, by their numbers.
+#[derive(Debug, Clone)]
+pub struct Services {
+    known: BTreeMap<u32, ServiceView>,
+}
+
+/// How a process is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ServiceView {
+    /// Which.
+    pub name: &'static str,
+    /// Whether it works, as far as is known.
+    pub up: bool,
+    /// How often it was started again.
+    pub restarts: u32,
+}
+
+impl Default for Services {
+    fn default() -> Self {
+        let all =
+            [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
+        let view = |p: Process| (p.code(), ServiceView { name: p.word(), up: true, restarts: 0 });
+        Self { known: all.into_iter().map(view).collect() }
+    }
+}
+
+impl Services {
+    /// Something went wrong with a process, or right again.
+    pub fn on_fault(&mut self, fault: &Fault) {
+        let Some(service) = self.known.get_mut(&fault.process) else { return };
+        match FaultKind::from_code(fault.kind) {
+            Some(FaultKind::Died | FaultKind::Silent | FaultKind::GivenUp) => service.up = false,
+            Some(FaultKind::Restarted) => service.restarts = fault.restarts,
+            Some(FaultKind::Recovered | FaultKind::Heard) => service.up = true,
+            _ => {}
+        }
+    }
+
+    /// All of them.
+    pub fn views(&self) -> Vec<ServiceView> {
+        self.known.values().cloned().collect()
+    }
+
+    /// The names of those that do not work.
+    pub fn down(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.known.values().filter(|service| !service.up).map(|service| service.name)
+    }
+}

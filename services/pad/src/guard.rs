@@ -1,0 +1,184 @@
+//! Who may ask, and how often: the page's own origin, the token, buckets for each session.
+//!
+//! Pure: time is the caller's. A pad on a loopback address is guarded by the name under which it is called
+//! (another page cannot make a browser send its own origin, nor a name of its own for this address); any other
+//! address wants a token.
+
+use std::collections::BTreeMap;
+use std::net::{IpAddr, SocketAddr};
+use std::time::Duration;
+
+use crate::protocol::Refusal;
+
+/// Requests that a session may make at once, and each second after that: uploads, all others.
+const UPLOADS: [f64; 2] = [8.0, 1.0];
+const OTHERS: [f64; 2] = [20.0, 5.0];
+/// Most sessions with buckets.
+const MAX_SESSIONS: usize = 64;
+
+/// Checks where a request comes from.
+#[derive(Debug, Clone)]
+pub struct Guard {
+    address: SocketAddr,
+    token: Option<String>,
+}
+
+impl Guard {
+    /// For a pad that listens here.
+    pub fn new(address: SocketAddr, token: Option<String>) -> Self {
+        Self { address, token }
+    }
+
+    /// Checks the headers `host` and `origin`. A program that is no browser may leave the origin out.
+    ///
+    /// # Errors
+    /// [`Refusal::Forbidden`] with what was expected.
+    pub fn check_origin(&self, host: Option<&str>, origin: Option<&str>) -> Result<(), Refusal> {
+        let host =
+            host.ok_or_else(|| Refusal::Forbidden("host: expected the pad's address, found none".into()))?;
+        if self.address.ip().is_loopback() && !self.is_own_name(host) {
+            let words = format!("host: expected {} or localhost, found {host:?}", self.address);
+            return Err(Refusal::Forbidden(words));
+        }
+        match origin {
+            Some(origin) if origin.strip_prefix("http://") != Some(host) => {
+                Err(Refusal::Forbidden(format!("origin: expected http://{host}, found {origin:?}")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn is_own_name(&self, host: &str) -> bool {
+        let Some(name) = host.strip_suffix(&format!(":{}", self.address.port())) else { return false };
+        let bare = name.trim_start_matches('[').trim_end_matches(']');
+        name == "localhost" || bare.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
+    }
+
+    /// Checks the token, in a time that does not tell how much of it is right.
+    ///
+    /// # Errors
+    /// [`Refusal::Token`].
+    pub fn check_token(&self, found: Option<&str>) -> Result<(), Refusal> {
+        match (&self.token, found) {
+            (None, _) => Ok(()),
+            (Some(_), None) => Err(Refusal::Token("none")),
+            (Some(token), Some(found)) if is_same(token.as_bytes(), found.as_bytes()) => Ok(()),
+            (Some(_), Some(_)) => Err(Refusal::Token("another one")),
+        }
+    }
+}
+
+fn is_same(a: &[u8], b: &[u8]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).fold(0, |differs, (a, b)| differs | (a ^ b)) == 0
+}
+
+/// What a request is, for the bucket that it is taken from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Load {
+    /// A drawing, a path, a mission file.
+    Upload,
+    /// All others.
+    Other,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Bucket {
+    left: f64,
+    at: Duration,
+}
+
+impl Bucket {
+    fn take(&mut self, [most, each_s]: [f64; 2], now: Duration) -> bool {
+        let since = now.saturating_sub(self.at).as_secs_f64();
+        (self.left, self.at) = (most.min(self.left + since * each_s), now);
+        let has = self.left >= 1.0;
+        self.left -= if has { 1.0 } else { 0.0 };
+        has
+    }
+}
+
+/// How often each session has asked.
+#[derive(Debug, Default)]
+pub struct Rates {
+    sessions: BTreeMap<String, [Bucket; 2]>,
+}
+
+impl Rates {
+    /// The session was joined.
+    pub fn admit(&mut self, session: &str, now: Duration) {
+        if self.sessions.len() >= MAX_SESSIONS && !self.sessions.contains_key(session) {
+            let oldest = self.sessions.iter().min_by_key(|(_, buckets)| buckets[0].at.max(buckets[1].at));
+            let oldest = oldest.map(|(id, _)| id.clone());
+            oldest.and_then(|id| self.sessions.remove(&id));
+        }
+        let full = |[most, _]: [f64; 2]| Bucket { left: most, at: now };
+        self.sessions.entry(session.to_owned()).or_insert([full(UPLOADS), full(OTHERS)]);
+    }
+
+    /// Takes a request from the session's bucket.
+    ///
+    /// # Errors
+    /// [`Refusal::Forbidden`] for a session that is none, [`Refusal::TooOften`].
+    pub fn take(&mut self, session: Option<&str>, load: Load, now: Duration) -> Result<String, Refusal> {
+        let found = session.and_then(|id| self.sessions.get_mut(id).map(|buckets| (id, buckets)));
+        let Some((id, buckets)) = found else {
+            let words = "x-sketchnav-session: expected the session of the page's link, found another or none";
+            return Err(Refusal::Forbidden(words.into()));
+        };
+        let has = match load {
+            Load::Upload => buckets[0].take(UPLOADS, now),
+            Load::Other => buckets[1].take(OTHERS, now),
+        };
+        if has { Ok(id.to_owned()) } else { Err(Refusal::TooOften) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guard(address: &str, token: Option<&str>) -> Guard {
+        Guard::new(address.parse().unwrap(), token.map(str::to_owned))
+    }
+
+    #[test]
+    fn another_origin_and_another_name_are_refused() {
+        let guard = guard("127.0.0.1:7004", None);
+        let check = |host, origin| guard.check_origin(host, origin).is_ok();
+        assert!(check(Some("127.0.0.1:7004"), None));
+        assert!(check(Some("localhost:7004"), Some("http://localhost:7004")));
+        assert!(check(Some("[::1]:7004"), Some("http://[::1]:7004")));
+        assert!(!check(Some("127.0.0.1:7004"), Some("http://evil.example")));
+        assert!(!check(Some("127.0.0.1:7004"), Some("null")));
+        assert!(!check(Some("127.0.0.1:7004"), Some("http://127.0.0.1:8000")));
+        assert!(
+            !check(Some("evil.example:7004"), Some("http://evil.example:7004")),
+            "a name for our address"
+        );
+        assert!(!check(Some("127.0.0.1:8000"), None) && !check(None, None));
+    }
+
+    #[test]
+    fn where_there_is_a_token_it_must_be_right() {
+        let open = guard("192.0.2.1:7004", Some("abcdef"));
+        assert!(open.check_origin(Some("192.0.2.1:7004"), Some("http://192.0.2.1:7004")).is_ok());
+        assert!(open.check_token(Some("abcdef")).is_ok());
+        for wrong in [None, Some(""), Some("abcdeg"), Some("abcde"), Some("abcdef0")] {
+            assert_eq!(open.check_token(wrong).unwrap_err().status(), 401, "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn a_session_that_asks_too_often_waits_and_no_other_does() {
+        let mut rates = Rates::default();
+        let now = Duration::from_secs(5);
+        rates.admit("a", now);
+        rates.admit("b", now);
+        let mut take = |id, at| rates.take(Some(id), Load::Upload, at).is_ok();
+        assert_eq!((0..20).filter(|_| take("a", now)).count(), 8);
+        assert!(take("b", now) && !take("a", now));
+        assert!(take("a", now + Duration::from_secs(1)));
+        assert_eq!(rates.take(Some("c"), Load::Other, now).unwrap_err().status(), 403);
+        assert_eq!(rates.take(None, Load::Other, now).unwrap_err().status(), 403);
+    }
+}

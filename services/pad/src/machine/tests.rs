@@ -1,0 +1,248 @@
+use bytemuck::Zeroable;
+use proptest::prelude::*;
+use sketchnav_schemas::message::Text;
+
+use super::*;
+
+const fn s(seconds: u64) -> Duration {
+    Duration::from_secs(seconds)
+}
+
+fn status(state: TaskState) -> MissionStatus {
+    MissionStatus { state: state.code(), ..Zeroable::zeroed() }
+}
+
+/// A machine whose navigation answers, and the moment.
+struct Scene {
+    machine: Machine,
+    now: Duration,
+}
+
+impl Scene {
+    fn new(draws: bool) -> Self {
+        let mut scene = Self { machine: Machine::new(draws), now: s(1) };
+        scene.say(TaskState::Waiting);
+        scene
+    }
+
+    /// The planner says so until it counts.
+    fn say(&mut self, state: TaskState) {
+        for _ in 0..SETTLING {
+            self.now += Duration::from_millis(100);
+            self.machine.on_status(&status(state), self.now);
+        }
+    }
+
+    fn located(&mut self) {
+        let estimate = PoseEstimate { tracking: Tracking::Tracking.code(), ..Zeroable::zeroed() };
+        self.machine.on_estimate(&estimate);
+    }
+
+    fn answer(&mut self, accepted: bool) -> Option<Result<(), Refusal>> {
+        let mut answer = Understood { accepted: accepted.into(), scale: 0.5, ..Zeroable::zeroed() };
+        answer.header.source_seq = self.machine.memory().drawing_seq;
+        (answer.sketch_width_px, answer.sketch_height_px) = (300, 200);
+        answer.words = Text::new(if accepted { "" } else { "expected walls" });
+        self.machine.on_understood(&answer)
+    }
+
+    fn sketch(&mut self) {
+        let request = SketchRequest { kind: SketchType::Png, bytes: vec![1], canvas: None };
+        self.machine.send_sketch(request, true, self.now).unwrap();
+        assert_eq!(self.answer(true), Some(Ok(())));
+    }
+
+    fn path(&mut self) {
+        let request = PathRequest::parse(br#"{"route":[[1,2],[3,4]]}"#).unwrap();
+        self.machine.send_path(request, true, self.now).unwrap();
+        assert_eq!(self.answer(true), Some(Ok(())));
+        self.located();
+        self.say(TaskState::Waiting);
+    }
+
+    fn allowed(&self) -> Vec<Step> {
+        self.machine.allowed(true, self.now)
+    }
+
+    fn order(&mut self, step: Step) -> Order {
+        self.machine.order(step, true, self.now).unwrap()
+    }
+}
+
+#[test]
+fn each_step_opens_the_next() {
+    let mut scene = Scene::new(true);
+    assert_eq!((scene.machine.state(), scene.allowed()), (State::NoSketch, vec![Step::Sketch]));
+    scene.sketch();
+    assert_eq!((scene.machine.state(), scene.allowed()), (State::Sketch, vec![Step::Sketch, Step::Path]));
+    assert_eq!(scene.machine.memory().sketch.as_ref().unwrap().canvas, [600, 400]);
+    scene.path();
+    assert_eq!(scene.machine.state(), State::Path);
+    assert_eq!(scene.allowed(), [Step::Sketch, Step::Path, Step::Execute]);
+    assert_eq!(scene.order(Step::Execute), Order::Start);
+    assert_eq!((scene.machine.state(), scene.allowed()), (State::Driving, vec![Step::Abort]));
+    scene.say(TaskState::Driving);
+    assert_eq!((scene.machine.state(), scene.allowed()), (State::Driving, vec![Step::Abort]));
+}
+
+#[test]
+fn what_was_aborted_is_restored_or_started_again() {
+    let mut scene = Scene::new(true);
+    scene.sketch();
+    scene.path();
+    scene.order(Step::Execute);
+    scene.say(TaskState::Driving);
+    assert_eq!(scene.order(Step::Abort), Order::Abort);
+    scene.say(TaskState::Aborted);
+    assert_eq!(scene.machine.state(), State::Aborted);
+    assert_eq!(scene.allowed(), [Step::Sketch, Step::Path, Step::Restore, Step::Again]);
+    assert_eq!(scene.order(Step::Restore), Order::Resume);
+    scene.say(TaskState::Driving);
+    scene.say(TaskState::Finished);
+    assert_eq!(scene.machine.state(), State::Ended);
+    assert_eq!(scene.allowed(), [Step::Sketch, Step::Path, Step::Again]);
+    assert_eq!(scene.order(Step::Again), Order::Start);
+    assert_eq!(scene.machine.state(), State::Driving);
+}
+
+/// A status that was on its way when an order was given is about the time before it.
+#[test]
+fn an_older_status_does_not_undo_an_order() {
+    let mut scene = Scene::new(true);
+    scene.sketch();
+    scene.path();
+    scene.order(Step::Execute);
+    scene.say(TaskState::Driving);
+    scene.order(Step::Abort);
+    scene.machine.on_status(&status(TaskState::Driving), scene.now);
+    assert_eq!(scene.machine.state(), State::Aborted);
+    assert!(scene.machine.check(Step::Restore, true, scene.now).is_err(), "nobody has confirmed it yet");
+}
+
+#[test]
+fn an_order_waits_for_a_navigation_that_is_ready() {
+    let mut scene = Scene::new(true);
+    scene.sketch();
+    let request = PathRequest::parse(br#"{"goals":[[1,2]]}"#).unwrap();
+    scene.machine.send_path(request, true, scene.now).unwrap();
+    scene.answer(true);
+    scene.say(TaskState::Waiting);
+    assert_eq!(scene.machine.check(Step::Execute, true, scene.now).unwrap_err().status(), 503);
+    scene.located();
+    assert!(scene.machine.check(Step::Execute, true, scene.now).is_ok());
+    let late = scene.now + STALE;
+    assert_eq!(scene.machine.check(Step::Execute, true, late).unwrap_err().status(), 503);
+}
+
+#[test]
+fn what_the_sketcher_refuses_leaves_what_was_there() {
+    let mut scene = Scene::new(true);
+    scene.sketch();
+    scene.path();
+    let before = (scene.machine.memory().sketch.clone(), scene.machine.memory().path.clone());
+    let request = SketchRequest { kind: SketchType::Strokes, bytes: vec![2], canvas: Some([9, 9]) };
+    scene.machine.send_sketch(request.clone(), true, scene.now).unwrap();
+    let busy = scene.machine.send_sketch(request, true, scene.now).unwrap_err();
+    assert_eq!(busy.status(), 409);
+    assert_eq!(scene.answer(false), Some(Err(Refusal::Drawing("expected walls".into()))));
+    assert_eq!((scene.machine.memory().sketch.clone(), scene.machine.memory().path.clone()), before);
+    assert_eq!(scene.answer(true), None, "nothing is pending");
+}
+
+#[test]
+fn who_watches_can_stop_the_robot_and_nothing_else() {
+    let mut scene = Scene::new(true);
+    scene.sketch();
+    scene.path();
+    assert_eq!(scene.machine.allowed(false, scene.now), []);
+    scene.order(Step::Execute);
+    assert_eq!(scene.machine.allowed(false, scene.now), [Step::Abort]);
+    scene.machine.order(Step::Abort, false, scene.now).unwrap();
+    scene.say(TaskState::Aborted);
+    assert_eq!(scene.machine.order(Step::Restore, false, scene.now).unwrap_err().status(), 403);
+}
+
+#[test]
+fn a_driver_who_falls_silent_pauses_a_robot_that_drives() {
+    let mut scene = Scene::new(true);
+    assert_eq!(scene.machine.on_silence(), None);
+    scene.sketch();
+    scene.path();
+    scene.order(Step::Execute);
+    scene.say(TaskState::Driving);
+    assert_eq!(scene.machine.on_silence(), Some(Order::Unattended));
+    assert_eq!((scene.machine.state(), scene.machine.on_silence()), (State::Paused, None));
+    scene.say(TaskState::Paused);
+    assert_eq!(scene.order(Step::Restore), Order::Resume);
+}
+
+#[test]
+fn a_mission_from_a_file_can_be_stopped_and_gone_on_with() {
+    let mut scene = Scene::new(false);
+    scene.located();
+    scene.say(TaskState::Driving);
+    assert_eq!((scene.machine.state(), scene.allowed()), (State::Driving, vec![Step::Abort]));
+    scene.order(Step::Abort);
+    scene.say(TaskState::Aborted);
+    assert_eq!(scene.allowed(), [Step::Restore]);
+    assert_eq!(scene.machine.check(Step::Sketch, true, scene.now).unwrap_err().status(), 409);
+}
+
+#[test]
+fn a_sketcher_that_does_not_answer_is_given_up() {
+    let mut scene = Scene::new(true);
+    let request = SketchRequest { kind: SketchType::Png, bytes: vec![1], canvas: None };
+    scene.machine.send_sketch(request, true, scene.now).unwrap();
+    assert!(!scene.machine.has_waited_too_long(scene.now + PATIENCE));
+    assert!(scene.machine.has_waited_too_long(scene.now + PATIENCE + s(1)));
+    assert_eq!(scene.allowed(), [Step::Sketch]);
+}
+
+#[test]
+fn a_successor_is_where_its_predecessor_was() {
+    let mut scene = Scene::new(true);
+    scene.sketch();
+    scene.path();
+    scene.order(Step::Execute);
+    let mut successor = Machine::new(true);
+    successor.resume(scene.machine.memory().clone(), s(0));
+    assert_eq!(successor.state(), State::Driving);
+    successor.on_status(&status(TaskState::Aborted), s(1));
+    assert_eq!(successor.state(), State::Aborted);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever happens in whatever order: what is allowed is done, what is not is refused, and a robot that drives
+    /// can be stopped.
+    #[test]
+    fn a_robot_that_drives_can_always_be_stopped(events in prop::collection::vec(0..14_u32, 0..60)) {
+        let mut scene = Scene::new(true);
+        let steps = [Step::Execute, Step::Abort, Step::Restore, Step::Again];
+        for event in events {
+            match event {
+                0..4 => {
+                    let step = steps[event as usize];
+                    let allowed = scene.allowed().contains(&step);
+                    prop_assert_eq!(scene.machine.order(step, true, scene.now).is_ok(), allowed);
+                }
+                4 => { let _ = scene.machine.send_sketch(
+                    SketchRequest { kind: SketchType::Png, bytes: vec![], canvas: None }, true, scene.now); }
+                5 => { let _ = scene.machine.send_path(
+                    PathRequest::parse(br#"{"goals":[[1,2]]}"#).unwrap(), true, scene.now); }
+                6 | 7 => { scene.answer(event == 6); }
+                8 => scene.located(),
+                9 => { scene.machine.on_silence(); }
+                10 => scene.say(TaskState::Driving),
+                11 => scene.say(TaskState::Aborted),
+                12 => scene.say(TaskState::Finished),
+                _ => scene.say(TaskState::Waiting),
+            }
+            if scene.machine.state() == State::Driving {
+                prop_assert!(scene.allowed().contains(&Step::Abort));
+                prop_assert!(!scene.allowed().contains(&Step::Sketch));
+            }
+        }
+    }
+}

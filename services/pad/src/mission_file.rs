@@ -1,0 +1,167 @@
+//! A mission file out of what was drawn: `sketchnav run` drives it again, without a page.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde::Serialize;
+use sketchnav_schemas::mission::{Mission, SketchSource, Task, WallTone};
+use sketchnav_sketcher::strokes::Marks;
+
+use crate::machine;
+use crate::protocol::{Refusal, SketchType};
+
+/// Longest name of a mission, characters.
+const MAX_NAME: usize = 48;
+/// Time for a task, seconds of simulation.
+const TIME_LIMIT_S: f64 = 1800.0;
+
+/// A file that was written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Written {
+    /// Its name, in the pad's folder.
+    pub name: String,
+    /// What it holds; null for a picture.
+    pub text: Option<String>,
+}
+
+/// Writes `name.toml` and the drawing beside it into `folder`; files of these names are replaced. `mission` says in
+/// which world and with which robot; its paths are absolute.
+///
+/// # Errors
+/// [`Refusal::Malformed`] for a name that is none, [`Refusal::File`].
+pub fn write(
+    folder: &Path,
+    name: &str,
+    mission: &Mission,
+    sketch: &machine::Sketch,
+    path: &machine::Path,
+) -> Result<Vec<Written>, Refusal> {
+    let stem = stem(name)?;
+    let drawing = format!("{stem}.{}", sketch.kind.extension());
+    let toml = text(name, &drawing, mission, path)?;
+    let file = format!("{stem}.toml");
+    put(&folder.join(&drawing), &sketch.bytes)?;
+    put(&folder.join(&file), toml.as_bytes())?;
+    let is_text = sketch.kind == SketchType::Strokes;
+    let strokes = is_text.then(|| String::from_utf8_lossy(&sketch.bytes).into_owned());
+    Ok(vec![Written { name: file, text: Some(toml) }, Written { name: drawing, text: strokes }])
+}
+
+/// The name as a file's: letters, digits, hyphens.
+fn stem(name: &str) -> Result<String, Refusal> {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    let stem: String = name.chars().map(plain).collect();
+    let stem = stem.trim_matches('-');
+    let holds = !stem.is_empty() && name.chars().count() <= MAX_NAME && !name.contains(char::is_control);
+    let words =
+        || format!("name: expected 1 to {MAX_NAME} characters with a letter among them, found {name:?}");
+    if holds { Ok(stem.to_owned()) } else { Err(Refusal::Malformed(words())) }
+}
+
+fn text(name: &str, drawing: &str, mission: &Mission, path: &machine::Path) -> Result<String, Refusal> {
+    let failed = |error: &dyn std::fmt::Display| Refusal::File(format!("the mission: {error}"));
+    let marks = |bytes: &[u8]| serde_json::from_slice::<Marks>(bytes).map_err(|error| failed(&error));
+    let (placing, now) = (marks(&path.placing)?, marks(&path.marks)?);
+    let mut mission = mission.clone();
+    name.clone_into(&mut mission.name);
+    mission.description = "Drawn on the pad.".into();
+    mission.sketch = SketchSource { file: drawing.to_owned(), walls: WallTone::Auto };
+    mission.task = tasks(&now);
+    let first = placing.route.as_ref().and_then(|route| route.first().copied());
+    mission.start.sketch = placing.start.map(|start| start.at).or(first);
+    mission.start.sketch_heading_deg = placing.start.and_then(|start| start.heading_deg);
+    // A heading that is to be found along the route that placed the robot is found in these tasks only if they begin
+    // with that route.
+    if mission.start.sketch_heading_deg.is_none() && placing.route != now.route {
+        mission.start.sketch_heading_deg = placing.route.as_deref().and_then(heading_deg);
+    }
+    toml::to_string(&mission).map_err(|error| failed(&error))
+}
+
+fn tasks(marks: &Marks) -> Vec<Task> {
+    let task = |name: String, goal, route| Task {
+        name,
+        goal,
+        route,
+        there: Default::default(),
+        time_limit_s: TIME_LIMIT_S,
+    };
+    let named = |(i, name): (usize, &String)| match name.is_empty() {
+        true => format!("goal {}", i + 1),
+        false => name.clone(),
+    };
+    let goals =
+        marks.goals.iter().enumerate().map(|(i, goal)| task(named((i, &goal.name)), Some(goal.at), None));
+    let route = marks.route.iter().map(|route| task("route".into(), None, Some(route.clone())));
+    goals.chain(route).collect()
+}
+
+/// From a route's first point to its last, degrees counter-clockwise from "to the right".
+fn heading_deg(route: &[[f64; 2]]) -> Option<f64> {
+    let (first, rest) = route.split_first()?;
+    let far = rest.iter().find(|p| (p[0] - first[0]).hypot(p[1] - first[1]) > HEADING_PX)?;
+    Some((first[1] - far[1]).atan2(far[0] - first[0]).to_degrees())
+}
+
+/// How far a route must lead until it tells a heading, pixels of the canvas.
+const HEADING_PX: f64 = 50.0;
+
+/// Under its own name once it is whole.
+fn put(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
+    let draft = path.with_extension("part");
+    let write = || {
+        let mut file = std::fs::File::create(&draft)?;
+        file.write_all(bytes)?;
+        std::fs::rename(&draft, path)
+    };
+    write().map_err(|error: std::io::Error| Refusal::File(format!("{}: {error}", path.display())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mission() -> Mission {
+        Mission::parse(
+            "name = 'm'\nrobot = 'robotino'\nworld = { floor_plan = '/f.toml' }\n\
+             start = { world = [1.0, 2.0], world_heading_deg = 90 }\nsketch = { file = 'x' }\n\
+             [[task]]\nname = 't'\ngoal = [1, 1]\n",
+        )
+        .unwrap()
+    }
+
+    fn path(placing: &str, marks: &str) -> machine::Path {
+        let (placing, marks) = (placing.as_bytes().to_vec(), marks.as_bytes().to_vec());
+        machine::Path { body: String::new(), marks, placing, sketch_seq: 1 }
+    }
+
+    const ROUTE: &str = r#"{"route":[[100,300],[100,200],[300,100]]}"#;
+    const GOALS: &str = r#"{"goals":[{"at":[5,6]},{"name":"hall","at":[7,8]}]}"#;
+
+    #[test]
+    fn a_drawn_path_is_a_mission() {
+        let text = text("My room", "my-room.json", &mission(), &path(ROUTE, ROUTE)).unwrap();
+        let read = Mission::parse(&text).unwrap();
+        assert_eq!((read.name.as_str(), read.sketch.file.as_str()), ("My room", "my-room.json"));
+        assert_eq!((read.start.sketch, read.start.sketch_heading_deg), (Some([100.0, 300.0]), None));
+        assert_eq!(read.task[0].route.as_ref().unwrap().len(), 3);
+        assert!(read.task[0].there.is_unknown());
+    }
+
+    #[test]
+    fn goals_after_a_path_keep_its_start() {
+        let read = Mission::parse(&text("m", "m.json", &mission(), &path(ROUTE, GOALS)).unwrap()).unwrap();
+        assert_eq!((read.start.sketch, read.start.sketch_heading_deg), (Some([100.0, 300.0]), Some(90.0)));
+        let names: Vec<_> = read.task.iter().map(|task| task.name.as_str()).collect();
+        assert_eq!(names, ["goal 1", "hall"]);
+    }
+
+    #[test]
+    fn a_name_becomes_a_file_in_the_folder_and_nowhere_else() {
+        assert_eq!(stem("../../etc/passwd").unwrap(), "etc-passwd");
+        assert_eq!(stem("Büro 3").unwrap(), "b-ro-3");
+        for wrong in ["", "…", "a\u{1b}[31m", &"x".repeat(49)] {
+            assert_eq!(stem(wrong).unwrap_err().status(), 400, "{wrong:?}");
+        }
+    }
+}

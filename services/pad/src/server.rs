@@ -1,0 +1,307 @@
+//! The HTTP side: checks who asks, bounds what comes in, and hands it to the bridge.
+
+mod socket;
+
+use std::net::TcpListener as StdListener;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use axum::Router;
+use axum::body::{Body, Bytes, to_bytes};
+use axum::extract::{Query, Request, State, WebSocketUpgrade};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use rand::RngExt;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tokio::net::TcpListener;
+use tokio::sync::{Notify, Semaphore, oneshot};
+
+use crate::board::{Call, Caller, Image, Request as Wish, image};
+use crate::bridge::ok;
+use crate::guard::{Guard, Load, Rates};
+use crate::page;
+use crate::protocol::{
+    LimitBody, MAX_PATH_BYTES, MAX_SMALL_BYTES, MissionBody, OrderBody, PathRequest, Refusal, SketchRequest,
+    SketchType, Step, parse,
+};
+use sketchnav_schemas::message::MAX_DRAWING_BYTES;
+
+/// Drawings that are taken in at the same time.
+const MAX_UPLOADS: usize = 2;
+/// Longest that the body of a request may take to come.
+const BODY_WITHIN: Duration = Duration::from_secs(60);
+/// Longest message of a page on its WebSocket, bytes.
+const MAX_TEXT: usize = 1024;
+const SESSION: HeaderName = HeaderName::from_static("x-sketchnav-session");
+const TOKEN: HeaderName = HeaderName::from_static("x-sketchnav-token");
+/// What the page may load and talk to: this server alone.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
+     connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// What every request needs.
+#[derive(Clone)]
+struct Desk {
+    caller: Caller,
+    guard: Arc<Guard>,
+    rates: Arc<Mutex<Rates>>,
+    uploads: Arc<Semaphore>,
+    began: Instant,
+}
+
+type Reply = Result<Value, Refusal>;
+
+impl IntoResponse for Refusal {
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status()).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        answer(status, &json!({ "error": self.to_string() }))
+    }
+}
+
+/// Serves until `end` is told; in a thread of its own.
+///
+/// # Errors
+/// Where the listener fails.
+pub fn serve(listener: StdListener, guard: Guard, caller: Caller, end: Arc<Notify>) -> std::io::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
+    let desk = Desk {
+        caller,
+        guard: Arc::new(guard),
+        rates: Arc::default(),
+        uploads: Arc::new(Semaphore::new(MAX_UPLOADS)),
+        began: Instant::now(),
+    };
+    runtime.block_on(async {
+        listener.set_nonblocking(true)?;
+        let listener = TcpListener::from_std(listener)?;
+        let serving = axum::serve(listener, router(desk));
+        tokio::select! {
+            served = serving => served,
+            () = end.notified() => Ok(()),
+        }
+    })
+}
+
+fn router(desk: Desk) -> Router {
+    let api = Router::new()
+        .route("/api/sketch", post(sketch))
+        .route("/api/path", post(path))
+        .route("/api/order", post(order))
+        .route("/api/wheel", post(wheel))
+        .route("/api/limit", post(limit))
+        .route("/api/mission", post(mission))
+        .route("/api/walls.png", get(walls))
+        .route("/api/drawing", get(drawing))
+        .route("/ws", get(connect))
+        .route_layer(middleware::from_fn_with_state(desk.clone(), check_token));
+    api.fallback(get(asset))
+        .layer(middleware::from_fn_with_state(desk.clone(), check_origin))
+        .with_state(desk)
+}
+
+fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
+    headers.get(name)?.to_str().ok()
+}
+
+async fn check_origin(State(desk): State<Desk>, request: Request, next: Next) -> Response {
+    let headers = request.headers();
+    let checked = desk.guard.check_origin(text(headers, &header::HOST), text(headers, &header::ORIGIN));
+    let mut response = match checked {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => refusal.into_response(),
+    };
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-store"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+/// What may stand behind the question mark.
+#[derive(Deserialize)]
+struct Asked {
+    token: Option<String>,
+    session: Option<String>,
+}
+
+async fn check_token(
+    State(desk): State<Desk>,
+    Query(asked): Query<Asked>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let found = text(request.headers(), &TOKEN).or(asked.token.as_deref());
+    match desk.guard.check_token(found) {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => refusal.into_response(),
+    }
+}
+
+impl Desk {
+    /// Whose request it is, where the session may make one now.
+    fn admit(&self, headers: &HeaderMap, load: Load) -> Result<String, Refusal> {
+        let mut rates = self.rates.lock().unwrap_or_else(PoisonError::into_inner);
+        rates.take(text(headers, &SESSION), load, self.began.elapsed())
+    }
+
+    async fn ask(&self, session: String, wish: Wish) -> Reply {
+        self.caller.ask(session, wish).await.map(ok)
+    }
+}
+
+/// The whole body, where it is no longer than it may be.
+async fn body(headers: &HeaderMap, body: Body, limit: usize) -> Result<Bytes, Refusal> {
+    let told = text(headers, &header::CONTENT_LENGTH).and_then(|length| length.parse::<usize>().ok());
+    if let Some(length) = told.filter(|length| *length > limit) {
+        return Err(Refusal::too_large(limit, "bytes", length));
+    }
+    match tokio::time::timeout(BODY_WITHIN, to_bytes(body, limit)).await {
+        Ok(Ok(bytes)) => Ok(bytes),
+        Ok(Err(_)) => Err(Refusal::too_large(limit, "bytes", "more, or a request that was cut off")),
+        Err(_) => Err(Refusal::Malformed(format!("expected the whole request within {BODY_WITHIN:?}"))),
+    }
+}
+
+fn answer(status: StatusCode, value: &Value) -> Response {
+    (status, [(header::CONTENT_TYPE, "application/json")], value.to_string()).into_response()
+}
+
+fn respond(reply: Reply) -> Response {
+    reply.map_or_else(IntoResponse::into_response, |value| answer(StatusCode::OK, &value))
+}
+
+async fn sketch(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+    let reply = async {
+        let session = desk.admit(&headers, Load::Upload)?;
+        let kind = SketchType::of(text(&headers, &header::CONTENT_TYPE))?;
+        let Ok(_place) = desk.uploads.try_acquire() else { return Err(Refusal::TooOften) };
+        let bytes = body(&headers, content, MAX_DRAWING_BYTES).await?;
+        let request = aside(move || SketchRequest::parse(kind, bytes.into())).await?;
+        desk.ask(session, Wish::Sketch(request)).await
+    };
+    respond(reply.await)
+}
+
+async fn path(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+    let reply = async {
+        let session = desk.admit(&headers, Load::Upload)?;
+        let bytes = body(&headers, content, MAX_PATH_BYTES).await?;
+        let request = aside(move || PathRequest::parse(&bytes)).await?;
+        desk.ask(session, Wish::Path(request)).await
+    };
+    respond(reply.await)
+}
+
+/// Parses in another thread: an abort does not wait for it.
+async fn aside<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.unwrap_or_else(|_| Err(Refusal::Malformed("the request cannot be read".into())))
+}
+
+async fn order(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+    let reply = async {
+        let admitted = desk.admit(&headers, Load::Other);
+        let bytes = body(&headers, content, MAX_SMALL_BYTES).await?;
+        let OrderBody { order } = parse("the order", &bytes)?;
+        if order == Step::Abort && !matches!(admitted, Err(Refusal::Forbidden(_))) {
+            // However often it is asked for.
+            desk.caller.abort();
+            return Ok(ok(json!({})));
+        }
+        desk.ask(admitted?, Wish::Order(order)).await
+    };
+    respond(reply.await)
+}
+
+async fn wheel(State(desk): State<Desk>, headers: HeaderMap) -> Response {
+    let reply = async { desk.ask(desk.admit(&headers, Load::Other)?, Wish::Wheel).await };
+    respond(reply.await)
+}
+
+async fn limit(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+    let reply = async {
+        let session = desk.admit(&headers, Load::Other)?;
+        let bytes = body(&headers, content, MAX_SMALL_BYTES).await?;
+        let LimitBody { link_limit_s } = parse("the limit", &bytes)?;
+        desk.ask(session, Wish::Limit(link_limit_s)).await
+    };
+    respond(reply.await)
+}
+
+async fn mission(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+    let reply = async {
+        let session = desk.admit(&headers, Load::Upload)?;
+        let bytes = body(&headers, content, MAX_SMALL_BYTES).await?;
+        let MissionBody { name } = parse("the mission", &bytes)?;
+        desk.ask(session, Wish::Mission(name)).await
+    };
+    respond(reply.await)
+}
+
+async fn walls(State(desk): State<Desk>) -> Response {
+    picture(image(&desk.caller.board.walls))
+}
+
+async fn drawing(State(desk): State<Desk>) -> Response {
+    picture(image(&desk.caller.board.photo))
+}
+
+fn picture(found: Option<Image>) -> Response {
+    match found {
+        Some(Image { kind, bytes }) => {
+            ([(header::CONTENT_TYPE, kind.content_type())], bytes.to_vec()).into_response()
+        }
+        None => missing(),
+    }
+}
+
+fn missing() -> Response {
+    answer(StatusCode::NOT_FOUND, &json!({ "error": "there is nothing here" }))
+}
+
+async fn asset(request: Request) -> Response {
+    match page::find(request.uri().path()) {
+        Some((kind, bytes)) => ([(header::CONTENT_TYPE, kind)], bytes).into_response(),
+        None => missing(),
+    }
+}
+
+async fn connect(
+    State(desk): State<Desk>,
+    Query(asked): Query<Asked>,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    let (reply, joined) = oneshot::channel();
+    let fresh = format!("{:032x}", rand::rng().random::<u128>());
+    let call = Call::Join { named: asked.session, fresh, reply };
+    let session = match desk.caller.call(call) {
+        Ok(()) => joined.await.unwrap_or_else(|_| Err(Refusal::Absent("the pad is ending".into()))),
+        Err(refusal) => Err(refusal),
+    };
+    match session {
+        Ok(session) => {
+            let mut rates = desk.rates.lock().unwrap_or_else(PoisonError::into_inner);
+            rates.admit(&session, desk.began.elapsed());
+            drop(rates);
+            let caller = desk.caller.clone();
+            let upgrade = upgrade.max_message_size(MAX_TEXT).max_frame_size(MAX_TEXT);
+            let failed = (caller.clone(), session.clone());
+            upgrade
+                .on_failed_upgrade(move |_| {
+                    let (caller, session) = failed;
+                    let _ = caller.call(Call::Leave(session));
+                })
+                .on_upgrade(move |socket| socket::serve(socket, session, caller))
+        }
+        Err(refusal) => refusal.into_response(),
+    }
+}

@@ -1,0 +1,156 @@
+//! A page's WebSocket: newest pictures out, few words in.
+//!
+//! What comes in is heard while what goes out waits for a slow link, so that an abort never does.
+
+use std::time::Duration;
+
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
+use futures_util::stream::SplitStream;
+use futures_util::{SinkExt, StreamExt};
+use serde_json::json;
+use tokio::sync::mpsc;
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
+
+use crate::board::{Call, Caller, Picture, Welcome};
+use crate::protocol::{Hello, Said};
+
+/// Feeds that may be on the way unseen.
+const MAX_UNSEEN: u64 = 2;
+/// A page that does not say what it has seen gets a feed so often.
+const UNSEEN_EVERY: Duration = Duration::from_secs(1);
+/// How often the page's browser is asked for a sign of life.
+const PING_EVERY: Duration = Duration::from_millis(500);
+/// Words of the page that wait for the answering task; more are dropped.
+const MAX_WORDS: usize = 32;
+
+/// Talks to a page until it goes.
+pub(super) async fn serve(socket: WebSocket, session: String, caller: Caller) {
+    let (mut sink, stream) = socket.split();
+    let (words, mut said) = mpsc::channel(MAX_WORDS);
+    let listening = tokio::spawn(listen(stream, session.clone(), caller.clone(), words));
+    let mut talk = Talk::new(session.clone());
+    let (mut pictures, mut welcomes) = (caller.board.picture.subscribe(), caller.board.welcome.subscribe());
+    welcomes.mark_changed();
+    let mut pings = interval(PING_EVERY);
+    pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        let due = talk.feed_due();
+        let text = tokio::select! {
+            word = said.recv() => match word {
+                Some(word) => talk.answer(word).map(text),
+                None => break,
+            },
+            changed = welcomes.changed() => match changed {
+                Ok(()) => welcomes.borrow_and_update().as_deref().map(|w| text(talk.hello(w))),
+                Err(_) => break,
+            },
+            _ = pings.tick() => Some(Message::Ping(Vec::new().into())),
+            _ = async { sleep_until(due).await; pictures.changed().await } => {
+                let picture = pictures.borrow_and_update().clone();
+                Some(text(talk.feed(&picture)))
+            }
+        };
+        if let Some(text) = text
+            && sink.send(text).await.is_err()
+        {
+            break;
+        }
+    }
+    listening.abort();
+    // Where the bridge has ended there is nobody left to be told.
+    let _ = caller.call(Call::Leave(session));
+}
+
+fn text(text: String) -> Message {
+    Message::Text(Utf8Bytes::from(text))
+}
+
+/// Hears the page until it goes.
+async fn listen(
+    mut stream: SplitStream<WebSocket>,
+    session: String,
+    caller: Caller,
+    words: mpsc::Sender<Said>,
+) {
+    while let Some(Ok(message)) = stream.next().await {
+        // A bridge that has too much to do hears the next one.
+        let _ = caller.call(Call::Heard(session.clone()));
+        let Message::Text(text) = message else { continue };
+        match Said::parse(&text) {
+            Some(Said::Abort) => caller.abort(),
+            Some(word) => drop(words.try_send(word)),
+            None => {}
+        }
+    }
+}
+
+/// What a page was told and has seen.
+struct Talk {
+    session: String,
+    sent: u64,
+    seen: u64,
+    last: Instant,
+}
+
+impl Talk {
+    fn new(session: String) -> Self {
+        Self { session, sent: 0, seen: 0, last: Instant::now() }
+    }
+
+    /// When the page may get the next picture.
+    fn feed_due(&self) -> Instant {
+        if self.sent - self.seen < MAX_UNSEEN { self.last } else { self.last + UNSEEN_EVERY }
+    }
+
+    fn answer(&mut self, word: Said) -> Option<String> {
+        match word {
+            Said::Seen(n) => {
+                self.seen = self.seen.max(n.min(self.sent));
+                None
+            }
+            Said::Ping(t) => Some(json!({ "pong": t }).to_string()),
+            Said::Abort => None,
+        }
+    }
+
+    fn hello(&self, welcome: &Welcome) -> String {
+        let drives = welcome.driver.as_deref() == Some(&self.session);
+        Hello { session: self.session.clone(), drives, ..welcome.hello.clone() }.text()
+    }
+
+    fn feed(&mut self, picture: &Picture) -> String {
+        self.sent += 1;
+        self.last = Instant::now();
+        let drives = picture.driver.as_deref() == Some(&self.session);
+        let may = if drives { &picture.driver_may } else { &picture.watcher_may };
+        let own =
+            json!({ "n": self.sent, "drives": drives, "wheel": picture.wheel, "allowed": may }).to_string();
+        let own = own.strip_prefix('{').and_then(|own| own.strip_suffix('}')).unwrap_or_default();
+        let comma = if picture.body.is_empty() { "" } else { "," };
+        format!("{{\"feed\":{{{own}{comma}{}}}}}", picture.body)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::Step;
+
+    #[test]
+    fn no_more_than_two_pictures_are_on_the_way() {
+        let mut talk = Talk::new("me".into());
+        let picture =
+            Picture { driver: Some("me".into()), driver_may: vec![Step::Abort], ..Picture::default() };
+        let first: serde_json::Value = serde_json::from_str(&talk.feed(&picture)).unwrap();
+        assert_eq!(
+            first,
+            json!({ "feed": { "n": 1, "drives": true, "wheel": false, "allowed": ["abort"] } })
+        );
+        assert!(talk.feed_due() <= Instant::now());
+        talk.feed(&picture);
+        assert!(talk.feed_due() > Instant::now());
+        assert_eq!(talk.answer(Said::Seen(99)), None);
+        assert!(talk.feed_due() <= Instant::now(), "it cannot have seen more than was sent");
+        assert_eq!(talk.answer(Said::Ping(7.5)), Some("{\"pong\":7.5}".into()));
+    }
+}

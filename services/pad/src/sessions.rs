@@ -1,0 +1,244 @@
+//! Who is there, who has the wheel, and whether whoever has it can be heard.
+//!
+//! A session is a page, over all of its connections: one that comes back is the same. Times are since the
+//! pad's start, by the caller's clock.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use crate::protocol::{DEFAULT_LINK_LIMIT_S, LINK_LIMIT_S, Refusal};
+
+/// Most pages that are open at the same time.
+const MAX_CONNECTED: usize = 16;
+/// Most pages that are remembered after they have gone.
+const MAX_REMEMBERED: usize = 32;
+
+#[derive(Debug)]
+struct Session {
+    connections: u32,
+    heard: Duration,
+}
+
+/// The sessions of a pad.
+#[derive(Debug)]
+pub struct Sessions {
+    known: BTreeMap<String, Session>,
+    driver: Option<String>,
+    limit: Duration,
+    /// Whether the driver's silence was told.
+    is_told: bool,
+}
+
+impl Default for Sessions {
+    fn default() -> Self {
+        let limit = Duration::from_secs_f64(DEFAULT_LINK_LIMIT_S);
+        Self { known: BTreeMap::new(), driver: None, limit, is_told: false }
+    }
+}
+
+impl Sessions {
+    /// Goes on for a predecessor: its driver has to be heard again within the limit.
+    pub fn resume(&mut self, driver: Option<String>, link_limit_s: f64, now: Duration) {
+        if let Some(id) = &driver {
+            self.known.insert(id.clone(), Session { connections: 0, heard: now });
+        }
+        self.driver = driver;
+        // What was set once was within its bounds.
+        let _ = self.set_limit(link_limit_s);
+    }
+
+    /// A page has connected: the session that it names, where that is known, or `fresh`. The first gets the wheel.
+    ///
+    /// # Errors
+    /// [`Refusal::Absent`] where there are too many already.
+    pub fn join(&mut self, named: Option<&str>, fresh: String, now: Duration) -> Result<String, Refusal> {
+        let connected = self.known.values().filter(|session| session.connections > 0).count();
+        if connected >= MAX_CONNECTED {
+            return Err(Refusal::Absent(format!(
+                "expected at most {MAX_CONNECTED} open pages, found one more"
+            )));
+        }
+        let known = named.filter(|&id| self.known.contains_key(id)).map(str::to_owned);
+        let id = known.unwrap_or(fresh);
+        let session = self.known.entry(id.clone()).or_insert(Session { connections: 0, heard: now });
+        session.connections += 1;
+        self.hear(&id, now);
+        if self.driver.is_none() {
+            self.give_wheel(&id);
+        }
+        self.forget_some();
+        Ok(id)
+    }
+
+    /// A connection of the session has ended.
+    pub fn leave(&mut self, id: &str) {
+        if let Some(session) = self.known.get_mut(id) {
+            session.connections = session.connections.saturating_sub(1);
+        }
+    }
+
+    /// Something has come from the session.
+    pub fn hear(&mut self, id: &str, now: Duration) {
+        if let Some(session) = self.known.get_mut(id) {
+            session.heard = now;
+            self.is_told &= self.driver.as_deref() != Some(id);
+        }
+    }
+
+    /// Whether the session is known.
+    pub fn knows(&self, id: &str) -> bool {
+        self.known.contains_key(id)
+    }
+
+    /// Whether the session has the wheel.
+    pub fn drives(&self, id: &str) -> bool {
+        self.driver.as_deref() == Some(id)
+    }
+
+    /// Who has the wheel.
+    pub fn driver(&self) -> Option<&str> {
+        self.driver.as_deref()
+    }
+
+    /// For how long the driver was not heard.
+    pub fn silence(&self, now: Duration) -> Option<Duration> {
+        let driver = self.known.get(self.driver.as_ref()?)?;
+        Some(now.saturating_sub(driver.heard))
+    }
+
+    /// Whether the driver was not heard for longer than the limit.
+    pub fn is_unattended(&self, now: Duration) -> bool {
+        self.silence(now).is_some_and(|silence| silence > self.limit)
+    }
+
+    /// As [`Sessions::is_unattended`], once for each silence.
+    pub fn has_fallen_silent(&mut self, now: Duration) -> bool {
+        let has = self.is_unattended(now) && !self.is_told;
+        self.is_told |= has;
+        has
+    }
+
+    /// Gives the session the wheel.
+    ///
+    /// # Errors
+    /// [`Refusal::Forbidden`] where somebody who can be heard has it.
+    pub fn take_wheel(&mut self, id: &str, now: Duration) -> Result<(), Refusal> {
+        if self.driver.is_some() && !self.drives(id) && !self.is_unattended(now) {
+            return Err(Refusal::Forbidden("another page drives: it can be heard".into()));
+        }
+        self.give_wheel(id);
+        Ok(())
+    }
+
+    /// How long the driver may be silent, seconds.
+    pub fn limit_s(&self) -> f64 {
+        self.limit.as_secs_f64()
+    }
+
+    /// Sets how long the driver may be silent, seconds.
+    ///
+    /// # Errors
+    /// [`Refusal::Malformed`] where that is not within [`LINK_LIMIT_S`].
+    pub fn set_limit(&mut self, limit_s: f64) -> Result<(), Refusal> {
+        let [least, most] = LINK_LIMIT_S;
+        if !(least..=most).contains(&limit_s) {
+            let words = format!("link_limit_s: expected {least} to {most} seconds, found {limit_s}");
+            return Err(Refusal::Malformed(words));
+        }
+        self.limit = Duration::from_secs_f64(limit_s);
+        Ok(())
+    }
+
+    fn give_wheel(&mut self, id: &str) {
+        self.driver = Some(id.to_owned());
+        self.is_told = false;
+    }
+
+    /// Forgets pages that have gone, the longest unheard first; never the driver.
+    fn forget_some(&mut self) {
+        while self.known.len() > MAX_REMEMBERED {
+            let gone = self.known.iter().filter(|(id, s)| s.connections == 0 && !self.drives(id));
+            let Some(id) = gone.min_by_key(|(_, s)| s.heard).map(|(id, _)| id.clone()) else { return };
+            self.known.remove(&id);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn s(seconds: u64) -> Duration {
+        Duration::from_secs(seconds)
+    }
+
+    #[test]
+    fn the_first_page_drives_and_keeps_the_wheel_when_it_comes_back() {
+        let mut sessions = Sessions::default();
+        let first = sessions.join(None, "a".into(), s(0)).unwrap();
+        let second = sessions.join(Some("made up"), "b".into(), s(0)).unwrap();
+        assert_eq!((first.as_str(), second.as_str()), ("a", "b"));
+        assert!(sessions.drives("a") && !sessions.drives("b"));
+        sessions.leave("a");
+        assert_eq!(sessions.join(Some("a"), "c".into(), s(1)).unwrap(), "a");
+        assert!(sessions.drives("a") && !sessions.knows("c"));
+    }
+
+    #[test]
+    fn the_wheel_is_free_when_the_driver_is_silent_for_longer_than_the_limit() {
+        let mut sessions = Sessions::default();
+        sessions.join(None, "a".into(), s(0)).unwrap();
+        sessions.join(None, "b".into(), s(0)).unwrap();
+        sessions.hear("a", s(2));
+        assert_eq!(sessions.take_wheel("b", s(5)).unwrap_err().status(), 403);
+        assert!(!sessions.has_fallen_silent(s(5)));
+        assert!(sessions.has_fallen_silent(s(6)) && !sessions.has_fallen_silent(s(7)), "told once");
+        sessions.take_wheel("b", s(7)).unwrap();
+        assert!(sessions.drives("b"));
+    }
+
+    #[test]
+    fn who_is_heard_again_can_fall_silent_again() {
+        let mut sessions = Sessions::default();
+        sessions.join(None, "a".into(), s(0)).unwrap();
+        assert!(sessions.has_fallen_silent(s(9)));
+        sessions.hear("a", s(10));
+        assert!(!sessions.has_fallen_silent(s(11)) && sessions.has_fallen_silent(s(14)));
+    }
+
+    #[test]
+    fn the_limit_is_within_bounds() {
+        let mut sessions = Sessions::default();
+        for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY, 61.0] {
+            assert_eq!(sessions.set_limit(wrong).unwrap_err().status(), 400, "{wrong}");
+        }
+        sessions.set_limit(10.0).unwrap();
+        sessions.join(None, "a".into(), s(0)).unwrap();
+        assert!(!sessions.is_unattended(s(10)) && sessions.is_unattended(s(11)));
+    }
+
+    #[test]
+    fn a_successor_waits_for_the_driver_of_its_predecessor() {
+        let mut sessions = Sessions::default();
+        sessions.resume(Some("a".into()), 5.0, s(0));
+        sessions.join(None, "b".into(), s(1)).unwrap();
+        assert!(!sessions.drives("b") && !sessions.is_unattended(s(5)) && sessions.is_unattended(s(6)));
+        assert_eq!(sessions.join(Some("a"), "c".into(), s(6)).unwrap(), "a");
+        assert!(sessions.drives("a"));
+    }
+
+    #[test]
+    fn pages_are_bounded() {
+        let mut sessions = Sessions::default();
+        for i in 0..200 {
+            sessions.join(None, format!("{i}"), s(i)).unwrap();
+            sessions.leave(&format!("{i}"));
+        }
+        assert_eq!(sessions.known.len(), MAX_REMEMBERED);
+        assert!(sessions.drives("0"));
+        for i in 0..MAX_CONNECTED {
+            sessions.join(None, format!("open {i}"), s(300)).unwrap();
+        }
+        assert_eq!(sessions.join(None, "more".into(), s(300)).unwrap_err().status(), 503);
+    }
+}

@@ -1,0 +1,294 @@
+//! The pad with its whole system: real processes over shared memory, a page over real sockets.
+
+mod support;
+
+use std::path::Path;
+
+use nix::sys::signal::Signal;
+use serde_json::{Value, json};
+use sketchnav_recordings::reader::Recording;
+use sketchnav_schemas::channels::{DRAWING, ORDERS, ROUTE, SKETCH, UNDERSTOOD};
+use sketchnav_schemas::codes::Order;
+use sketchnav_sketcher::Options;
+use support::page::{Page, free_port, request, wait_for};
+use support::{Place, Running, kill_if_alive, repository, wait_until};
+
+const LABORATORY: &str = "sim/missions/laboratory/laboratory-route.toml";
+
+/// A system with a pad, and its port.
+struct Stage {
+    place: Place,
+    running: Running,
+    port: u16,
+    name: &'static str,
+}
+
+impl Stage {
+    fn new(name: &'static str, options: &str) -> Self {
+        let (place, port) = (Place::new(), free_port());
+        let mission = repository().join(LABORATORY);
+        let line = format!(
+            "pad --mission {} --port {port} --system {name} --out out --save saved {options}",
+            mission.display()
+        );
+        std::fs::create_dir(place.files().join("saved")).unwrap();
+        let mut running = place.start(&line);
+        wait_for(&mut running, port);
+        Self { place, running, port, name }
+    }
+
+    fn page(&self) -> Page {
+        Page::open(self.port, None)
+    }
+
+    /// Ends it as a person does; the path of its recording.
+    fn end(self) -> (Place, std::path::PathBuf) {
+        self.running.signal(Signal::SIGINT);
+        let ended = self.running.end();
+        assert_eq!(ended.code, Some(0), "{ended}");
+        self.place.assert_nothing_left(self.name);
+        let recording = self.place.files().join("out/laboratory-route-001/laboratory-route.mcap");
+        assert!(ended.err.contains("laboratory-route.mcap"), "{ended}");
+        (self.place, recording)
+    }
+}
+
+fn strokes() -> Vec<u8> {
+    std::fs::read(repository().join("sim/missions/laboratory/sketch-route.json")).unwrap()
+}
+
+/// The laboratory's first route: around the pallet.
+fn route() -> Value {
+    let mission = std::fs::read_to_string(repository().join(LABORATORY)).unwrap();
+    let mission = sketchnav_schemas::mission::Mission::parse(&mission).unwrap();
+    json!({ "route": mission.task[0].route.clone().unwrap() })
+}
+
+fn draw(page: &mut Page) {
+    let (status, answer) = page.post("/api/sketch", &strokes());
+    assert_eq!(status, 200, "{answer}");
+    assert_eq!((&answer["ok"], &answer["width_px"]), (&json!(true), &json!(1320)));
+    page.must("/api/path", &route());
+    page.until_allowed("execute");
+}
+
+#[test]
+fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
+    let stage = Stage::new("drawn", "--speed 3");
+    let mut page = stage.page();
+    assert_eq!((&page.hello["drives"], &page.hello["mode"]), (&json!(true), &json!("draws")));
+    page.until_state("no-sketch");
+    page.until_allowed("sketch");
+    assert_eq!(page.order("execute").0, 409);
+    draw(&mut page);
+
+    // A second page sees what is there, and may not drive.
+    let mut second = stage.page();
+    assert_eq!((&second.hello["drives"], &second.hello["path"]), (&json!(false), &route()));
+    let sent: Value = serde_json::from_slice(&strokes()).unwrap();
+    assert_eq!(second.hello["drawing"], sent);
+    assert_eq!(second.order("execute").0, 403);
+
+    assert_eq!(page.order("execute").0, 200);
+    page.until("way driven", |feed| feed["task"]["path_m"].as_f64().is_some_and(|way| way > 1.0));
+    assert_eq!(page.post("/api/sketch", &strokes()).0, 409, "not while it drives");
+    second.say(&json!({ "abort": true }));
+    page.until_state("aborted");
+    let stopped = page.until("standing", |feed| feed["speed_mps"].as_f64().is_some_and(|speed| speed < 0.01));
+    page.until_allowed("restore");
+    assert_eq!(page.order("restore").0, 200);
+    page.until_state("driving");
+    let ended = page.until_state("ended");
+    assert_eq!(ended["task"]["reached"], 1, "{ended}");
+    assert!(stopped["pose"]["x"] != ended["pose"]["x"]);
+    page.say(&json!({ "ping": 7 }));
+
+    let files = page.must("/api/mission", &json!({ "name": "My room" }))["files"].clone();
+    assert_eq!((&files[0]["name"], &files[1]["name"]), (&json!("my-room.toml"), &json!("my-room.json")));
+    let (place, recording) = stage.end();
+    arrived_as_drawn(&recording);
+    let again = place.run("run saved/my-room.toml --json --system again");
+    assert_eq!(again.code, Some(0), "{again}");
+    assert!(again.out.contains("by the robot's word alone"), "{again}");
+    for tool in ["info", "report"] {
+        let told = place.run(&format!("{tool} {}", recording.display()));
+        assert_eq!(told.code, Some(0), "{tool}: {told}");
+    }
+}
+
+/// What the localizer got is what the sketcher's code makes of the very bytes that were drawn, and the walls are
+/// where the pen was.
+fn arrived_as_drawn(recording: &Path) {
+    let recording = Recording::open(recording).unwrap();
+    let sent: Vec<_> = recording.channel(DRAWING).unwrap().map(Result::unwrap).collect();
+    assert_eq!((sent.len(), &sent[0].1), (2, &strokes()));
+    let (map, cells) = recording.channel(SKETCH).unwrap().next().unwrap().unwrap();
+    let drawing = sketchnav_sketcher::read(&strokes(), "strokes", &Options::default()).unwrap();
+    assert_eq!((map.width_px, map.height_px, &cells), (drawing.width_px, drawing.height_px, &drawing.cells));
+    let strokes: Value = serde_json::from_slice(&strokes()).unwrap();
+    for point in strokes["strokes"].as_array().unwrap().iter().flat_map(|s| s["points"].as_array().unwrap()) {
+        let at = [point[0].as_f64().unwrap(), point[1].as_f64().unwrap()];
+        let cell = drawing.cell(&drawing.from_image(at));
+        assert_eq!(cell, Some(sketchnav_schemas::codes::WALL), "{at:?}");
+    }
+    let (route, _) = recording.channel(ROUTE).unwrap().next().unwrap().unwrap();
+    let first = route.points(&route.tasks()[0]).next().unwrap();
+    assert_eq!(drawing.to_image(&first), [222.0, 221.0]);
+    let answers: Vec<_> = recording.channel(UNDERSTOOD).unwrap().map(|m| m.unwrap().0.accepted).collect();
+    assert_eq!(answers, [1, 1]);
+    let orders: Vec<_> = recording.channel(ORDERS).unwrap().map(|m| m.unwrap().0.order).collect();
+    assert_eq!(orders, [Order::Start, Order::Abort, Order::Resume].map(Order::code));
+}
+
+#[test]
+fn what_may_not_come_in_is_refused_and_the_mission_goes_on() {
+    let stage = Stage::new("guarded", "--speed 2");
+    let mut page = stage.page();
+    draw(&mut page);
+    assert_eq!(page.order("execute").0, 200);
+    page.until_state("driving");
+    let session = page.session();
+    let own = ("x-sketchnav-session", session.as_str());
+    let json = ("content-type", "application/json");
+    let port = stage.port;
+    let post = |path: &str, headers: &[(&str, &str)], body: &[u8]| {
+        request(port, &format!("POST {path}"), headers, body)
+    };
+    let abort = br#"{"order":"abort"}"#;
+    let refused = |answer: (u16, Value), status: u16, words: &str| {
+        assert_eq!(answer.0, status, "{words}: {}", answer.1);
+        assert!(answer.1["error"].as_str().is_some_and(|said| said.contains(words)), "{words}: {}", answer.1);
+    };
+    refused(post("/api/order", &[own, json, ("origin", "http://evil.example")], abort), 403, "origin");
+    refused(post("/api/order", &[own, json, ("host", "evil.example:80")], abort), 403, "host");
+    refused(post("/api/order", &[json], abort), 403, "session");
+    refused(post("/api/order", &[("x-sketchnav-session", "made up"), json], abort), 403, "session");
+    refused(post("/api/order", &[own, json], b"{\"order\":"), 400, "the order");
+    refused(post("/api/order", &[own, json], br#"{"order":"explode"}"#), 400, "explode");
+    let million =
+        format!("{{\"canvas\":[9,9],\"strokes\":[{{\"points\":[{}[1,1]]}}]}}", "[1,1],".repeat(1_000_000));
+    refused(post("/api/sketch", &[own, json], million.as_bytes()), 413, "262144 points");
+    refused(post("/api/sketch", &[own, ("content-type", "image/png")], &vec![0; 9 << 20]), 413, "8388608");
+    refused(post("/api/sketch", &[own, ("content-type", "text/html")], b"x"), 400, "content-type");
+    refused(post("/api/path", &[own, json], b"[1"), 400, "the path");
+    refused(post("/api/nothing", &[own, json], b""), 404, "nothing");
+    assert_eq!(page.until_state("driving")["task"]["state"], "driving", "the mission went on");
+    page.until_state("ended");
+    // Once it stands, what the sketcher cannot use is refused by its own words.
+    refused(page.post_as("/api/sketch", "image/png", b"\x89PNG\r\n\x1a\nnothing"), 422, "PNG");
+    refused(page.post("/api/path", br#"{"route":[[0,0],[222,221]]}"#), 422, "route point 1");
+    let uploads = (0..20).map(|_| page.post("/api/path", b"{}").0);
+    assert!(uploads.collect::<Vec<_>>().contains(&429));
+    stage.end();
+}
+
+#[test]
+fn a_token_is_asked_for_where_there_is_one() {
+    let stage = Stage::new("tokened", "--token abcdefgh12345678");
+    let get =
+        |path: &str, headers: &[(&str, &str)]| request(stage.port, &format!("GET {path}"), headers, b"").0;
+    assert_eq!(get("/", &[]), 200);
+    assert_eq!(get("/api/walls.png", &[]), 401);
+    assert_eq!(get("/api/walls.png?token=abcdefgh12345679", &[]), 401);
+    assert_eq!(get("/api/walls.png?token=abcdefgh12345678", &[]), 404);
+    assert_eq!(get("/api/walls.png", &[("x-sketchnav-token", "abcdefgh12345678")]), 404);
+    assert_eq!(get("/ws", &[]), 401);
+    stage.end();
+}
+
+#[test]
+fn a_lost_link_to_who_drives_pauses_the_robot() {
+    let stage = Stage::new("unattended", "--speed 2");
+    let mut driver = stage.page();
+    let mut watcher = stage.page();
+    draw(&mut driver);
+    assert_eq!(driver.post("/api/limit", br#"{"link_limit_s":0.2}"#).0, 400);
+    driver.must("/api/limit", &json!({ "link_limit_s": 1 }));
+    assert_eq!(driver.order("execute").0, 200);
+    driver.until_state("driving");
+    let session = driver.session();
+    driver.vanish();
+    let paused = watcher.until_state("paused");
+    let warned = |feed: &Value| {
+        let warnings = feed["warnings"].as_array().cloned().unwrap_or_default();
+        warnings
+            .iter()
+            .any(|w| w["kind"] == "stopped" && w["text"] == "stopped: the link to whoever drives was lost")
+    };
+    watcher.until("the reason", warned);
+    assert_eq!(paused["drives"], false);
+    // Who had the wheel comes back and has it still.
+    let mut back = Page::open(stage.port, Some(&session));
+    assert_eq!(back.hello["drives"], true);
+    assert_eq!(watcher.post("/api/wheel", b"").0, 403);
+    back.until_allowed("restore");
+    assert_eq!(back.order("restore").0, 200);
+    back.until_state("ended");
+    // The wheel of one who does not come back is free.
+    back.vanish();
+    watcher.until("a free wheel", |feed| feed["wheel"] == true);
+    watcher.must("/api/wheel", &json!({}));
+    watcher.until("the wheel", |feed| feed["drives"] == true);
+    stage.end();
+}
+
+#[test]
+fn whoever_is_killed_the_drawing_is_driven() {
+    let stage = Stage::new("killed", "--speed 1");
+    let mut page = stage.page();
+    let (place, name) = (&stage.place, stage.name);
+    let kill = |process: &str| {
+        let before = place.serving(name, process);
+        before.iter().for_each(|&pid| kill_if_alive(pid));
+        wait_until(process, || place.serving(name, process).iter().any(|pid| !before.contains(pid)));
+    };
+    // Between the sketch and the path: its successor has the sketch.
+    assert_eq!(page.post("/api/sketch", &strokes()).0, 200);
+    kill("sketcher");
+    page.must("/api/path", &route());
+    for process in ["planner", "localizer", "sketcher"] {
+        kill(process);
+    }
+    page.until_allowed("execute");
+    let session = page.session();
+    kill("pad");
+    page.vanish();
+    let mut page = {
+        wait_until("the pad", || std::net::TcpStream::connect(("127.0.0.1", stage.port)).is_ok());
+        Page::open(stage.port, Some(&session))
+    };
+    assert_eq!((&page.hello["drives"], &page.hello["path"]), (&json!(true), &route()));
+    page.until_allowed("execute");
+    assert_eq!(page.order("execute").0, 200);
+    page.until("way driven", |feed| feed["task"]["path_m"].as_f64().is_some_and(|way| way > 1.0));
+    for process in ["sketcher", "planner", "localizer", "recorder", "world"] {
+        kill(process);
+        page.until("more driven", |feed| feed["task"]["state"] == "driving" || feed["state"] == "ended");
+    }
+    let ended = page.until_state("ended");
+    assert_eq!(ended["task"]["reached"], 1, "{ended}");
+    stage.end();
+}
+
+#[test]
+fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
+    let (place, port) = (Place::new(), free_port());
+    let mission = repository().join(LABORATORY);
+    let line = format!("run {} --speed 4 --pad --port {port} --system watched --json", mission.display());
+    let mut running = place.start(&line);
+    wait_for(&mut running, port);
+    let mut page = Page::open(port, None);
+    page.until("walls", |feed| feed["walls"] != 0);
+    assert_eq!((&page.hello["mode"], &page.hello["canvas"]), (&json!("watches"), &json!([1320, 980])));
+    page.until_allowed("abort");
+    assert_eq!(page.post("/api/sketch", &strokes()).0, 409);
+    assert_eq!(page.order("abort").0, 200);
+    page.until_state("aborted");
+    page.until_allowed("restore");
+    assert_eq!(page.order("restore").0, 200);
+    page.until_state("driving");
+    drop(page);
+    let ended = running.end();
+    assert!(ended.code == Some(0) || ended.code == Some(1), "{ended}");
+    assert!(!ended.out.contains("aborted"), "{ended}");
+}

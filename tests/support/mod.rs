@@ -209,23 +209,28 @@ impl Running {
     /// Fails where it has ended, with what it said.
     pub fn must_live(&mut self) {
         let ended = self.child.as_mut().and_then(|child| child.try_wait().unwrap()).is_some();
-        assert!(!ended, "ended early: {}", self.collect());
+        assert!(!ended, "ended early: {}", self.collect(LIMIT));
     }
 
     /// Waits for its end.
-    pub fn end(mut self) -> Ended {
-        self.collect()
+    pub fn end(self) -> Ended {
+        self.end_within(LIMIT)
     }
 
-    fn collect(&mut self) -> Ended {
+    /// As [`Running::end`], for what may take another time.
+    pub fn end_within(mut self, limit: Duration) -> Ended {
+        self.collect(limit)
+    }
+
+    fn collect(&mut self, limit: Duration) -> Ended {
         let child = self.child.take().unwrap();
         let (tell, told) = mpsc::channel();
         thread::spawn(move || tell.send(child.wait_with_output()));
-        match told.recv_timeout(LIMIT) {
+        match told.recv_timeout(limit) {
             Ok(output) => output.unwrap().into(),
             Err(_) => {
                 send(self.pid, Signal::SIGKILL);
-                panic!("process {} did not end within {LIMIT:?}", self.pid);
+                panic!("process {} did not end within {limit:?}", self.pid);
             }
         }
     }

@@ -6,6 +6,7 @@ use sketchnav_schemas::channels::{
     COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, PARTICLES, ROUTE, SCAN, SKETCH, STATUS,
     TRUTH,
 };
+use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
 use sketchnav_schemas::message::{
     Contact, Fault, GroundTruth, Health, Message, MissionStatus, Particles, PoseEstimate, Route, SketchMap,
@@ -47,9 +48,9 @@ pub struct Log {
     pub status: Vec<MissionStatus>,
     /// The channel `contact`.
     pub contacts: Vec<Contact>,
-    /// The channel `estimate`.
+    /// The channel `estimate`, in the last drawing.
     pub estimates: Vec<PoseEstimate>,
-    /// The channel `particles`; empty but after [`Log::with_particles`].
+    /// The channel `particles`, in the last drawing; empty but after [`Log::with_particles`].
     pub particles: Vec<Particles>,
     /// The channel `health`.
     pub health: Vec<Health>,
@@ -61,9 +62,9 @@ pub struct Log {
     pub scans: u64,
     /// To how many of them a command came.
     pub answered_scans: u64,
-    /// The tasks.
+    /// The tasks; the last ones.
     pub route: Option<Box<Route>>,
-    /// The drawing and its cells.
+    /// The drawing and its cells; the last one, where people drew several.
     pub sketch: Option<(SketchMap, Vec<u8>)>,
     /// The scan of the last command.
     last_answered: u64,
@@ -106,8 +107,17 @@ impl Log {
         for message in recording.select(Selection::of_topics(topics))? {
             log.take(&message?, recording)?;
         }
+        log.forget_earlier_drawings();
         log.instants = instants(&log.truth, &log.estimates);
         Ok(log)
+    }
+
+    /// What was told in another frame than the last drawing's, or in none.
+    fn forget_earlier_drawings(&mut self) {
+        let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
+        self.estimates
+            .retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
+        self.particles.retain(|set| set.header.stamp_ns >= drawn_ns);
     }
 
     /// The drawing without its cells.
@@ -127,9 +137,9 @@ impl Log {
         } else if let Some((command, _)) = from.channel(COMMAND)? {
             self.answer(&command);
         } else if let Some((sketch, cells)) = from.channel(SKETCH)? {
-            self.sketch.get_or_insert((sketch, cells));
+            self.sketch = Some((sketch, cells));
         } else if let Some((route, _)) = from.channel(ROUTE)? {
-            self.route.get_or_insert_with(|| Box::new(route));
+            self.route = Some(Box::new(route));
         } else {
             from.put(TRUTH, &mut self.truth)?;
             from.put(STATUS, &mut self.status)?;

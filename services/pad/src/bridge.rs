@@ -440,6 +440,7 @@ impl<'a> Bridge<'a> {
     }
 
     fn look(&mut self, now: Duration) -> Feed {
+        self.services.settle(self.stamp_ns);
         let (view, robot) = (self.view(), &self.run.robot);
         let estimate = self.inbox.estimate.as_deref();
         let pose = view.zip(estimate).and_then(|(view, e)| PoseView::new(e, robot, &view));

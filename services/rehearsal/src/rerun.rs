@@ -44,6 +44,11 @@ pub enum RerunError {
         "the world was recorded in real time: which command had come by which step is not recorded; expected a recording in lockstep"
     )]
     RealTime,
+    /// A run in which people took part.
+    #[error(
+        "people took part in this run by the pad: at which step their drawings and orders came is not recorded; expected a recording without a pad, of the mission that the page saved, say"
+    )]
+    People,
     /// The files of the run.
     #[error("the files of the run: {0}")]
     Files(#[from] std::io::Error),
@@ -99,6 +104,9 @@ pub fn rerun<W: std::io::Write>(
     let began = Instant::now();
     if process == Process::World && run.pace != Pace::Lockstep {
         return Err(RerunError::RealTime);
+    }
+    if !run.pad.is_absent() {
+        return Err(RerunError::People);
     }
     let mut subject = Subject::new(process, run)?;
     let mut sent = Sent {

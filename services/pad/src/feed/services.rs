@@ -6,10 +6,16 @@ use serde::Serialize;
 use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::message::Fault;
 
+/// A process that was started again and has not died since works, whether it has anything to do or not:
+/// simulation time, nanoseconds.
+const SETTLED_NS: u64 = 3_000_000_000;
+
 /// The processes of the system, by their numbers.
 #[derive(Debug, Clone)]
 pub struct Services {
     known: BTreeMap<u32, ServiceView>,
+    /// When those that were started again were.
+    restarted_ns: BTreeMap<u32, u64>,
 }
 
 /// How a process is.
@@ -28,7 +34,7 @@ impl Default for Services {
         let all =
             [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
         let view = |p: Process| (p.code(), ServiceView { name: p.word(), up: true, restarts: 0 });
-        Self { known: all.into_iter().map(view).collect() }
+        Self { known: all.into_iter().map(view).collect(), restarted_ns: BTreeMap::new() }
     }
 }
 
@@ -37,10 +43,26 @@ impl Services {
     pub fn on_fault(&mut self, fault: &Fault) {
         let Some(service) = self.known.get_mut(&fault.process) else { return };
         match FaultKind::from_code(fault.kind) {
-            Some(FaultKind::Died | FaultKind::Silent | FaultKind::GivenUp) => service.up = false,
-            Some(FaultKind::Restarted) => service.restarts = fault.restarts,
+            Some(FaultKind::Died | FaultKind::Silent | FaultKind::GivenUp) => {
+                service.up = false;
+                self.restarted_ns.remove(&fault.process);
+            }
+            Some(FaultKind::Restarted) => {
+                service.restarts = fault.restarts;
+                self.restarted_ns.insert(fault.process, fault.header.stamp_ns);
+            }
             Some(FaultKind::Recovered | FaultKind::Heard) => service.up = true,
             _ => {}
+        }
+    }
+
+    /// It is `now_ns` of simulation time.
+    pub fn settle(&mut self, now_ns: u64) {
+        let settled = self.restarted_ns.extract_if(.., |_, since| now_ns.saturating_sub(*since) > SETTLED_NS);
+        for (process, _) in settled {
+            if let Some(service) = self.known.get_mut(&process) {
+                service.up = true;
+            }
         }
     }
 

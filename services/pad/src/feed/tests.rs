@@ -83,6 +83,11 @@ fn what_goes_wrong_is_said_in_words() {
     let kinds: Vec<_> = said.iter().map(|warning| warning.kind).collect();
     assert_eq!(kinds, ["blocked", "lost", "restarting", "link"]);
     assert_eq!(said[0].text, "kitchen: no way");
+    let mut idle = services.clone();
+    idle.settle(2_000_000_000);
+    assert_eq!(idle.down().count(), 1);
+    idle.settle(4_000_000_000);
+    assert_eq!(idle.down().count(), 0, "it has nothing to do, and lives");
     services.on_fault(&fault(FaultKind::Recovered));
     ends.clear();
     assert_eq!(warnings(None, None, &ends, &services, None), []);

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};
 use axum::extract::{Query, Request, State, WebSocketUpgrade};
-use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
@@ -96,9 +96,7 @@ fn router(desk: Desk) -> Router {
         .route("/api/drawing", get(drawing))
         .route("/ws", get(connect))
         .route_layer(middleware::from_fn_with_state(desk.clone(), check_token));
-    api.fallback(get(asset))
-        .layer(middleware::from_fn_with_state(desk.clone(), check_origin))
-        .with_state(desk)
+    api.fallback(asset).layer(middleware::from_fn_with_state(desk.clone(), check_origin)).with_state(desk)
 }
 
 fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
@@ -269,7 +267,8 @@ fn missing() -> Response {
 }
 
 async fn asset(request: Request) -> Response {
-    match page::find(request.uri().path()) {
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    match page::find(request.uri().path()).filter(|_| reads) {
         Some((kind, bytes)) => ([(header::CONTENT_TYPE, kind)], bytes).into_response(),
         None => missing(),
     }

@@ -2,8 +2,8 @@
 //! what follows from it before.
 //!
 //! Its checkpoint holds the drawings that were taken over, so that its successor has what the pad has
-//! forgotten. It is written before a drawing is read and after it was answered: a drawing that has killed
-//! the sketcher three times is refused.
+//! forgotten. It is written before a drawing is read, so that one that has killed the sketcher three times is
+//! refused, and before it is answered, with the answer: the pad may send the next one as soon as it has that.
 
 use std::time::Duration;
 
@@ -31,12 +31,31 @@ const CHECKPOINT: &str = "sketcher 1";
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct State {
     drawing: u64,
-    understood: u64,
     sketch: u64,
     route: u64,
     /// How often the next drawing was read, without an answer.
     attempts: u32,
+    /// The last answer, which may not have been sent.
+    answer: Option<Answer>,
     desk: desk::State,
+}
+
+/// What is said to a drawing.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Answer {
+    /// Its number on the channel.
+    seq: u64,
+    drawing: u64,
+    stamp_ns: u64,
+    kind: u32,
+    /// Why it was refused, where it was.
+    refusal: Option<String>,
+}
+
+impl Answer {
+    fn header(&self) -> Header {
+        Header { seq: 0, stamp_ns: self.stamp_ns, source_seq: self.drawing }
+    }
 }
 
 /// Runs the sketcher in `node`'s system until it is asked to end.
@@ -52,11 +71,11 @@ pub(crate) fn run(node: &Node, run: &RunConfig) -> anyhow::Result<()> {
     loop {
         while let Some(drawing) = ports.drawings.receive()? {
             let step = Step::begin();
-            attempts += 1;
-            checkpoints.write(&ports.state(attempts))?;
-            ports.answer(&drawing, attempts)?;
+            checkpoints.write(&ports.state(attempts + 1))?;
+            ports.take(&drawing, attempts)?;
             attempts = 0;
             checkpoints.write(&ports.state(attempts))?;
+            ports.send_answer()?;
             health.end(step);
         }
         health.report_if_due(0)?;
@@ -69,8 +88,9 @@ pub(crate) fn run(node: &Node, run: &RunConfig) -> anyhow::Result<()> {
 struct Ports {
     desk: Desk,
     drawings: SliceReader<Drawing>,
-    /// The last drawing that was answered.
-    answered: u64,
+    /// The last drawing that was taken, and what there is to say to it.
+    taken: u64,
+    answer: Option<Answer>,
     understood: Writer<Understood>,
     sketches: SliceWriter<SketchMap>,
     routes: Writer<Route>,
@@ -81,7 +101,8 @@ impl Ports {
         Ok(Self {
             desk: Desk::new(run)?,
             drawings: node.slice_reader(DRAWING)?,
-            answered: 0,
+            taken: 0,
+            answer: None,
             understood: node.writer(UNDERSTOOD)?,
             sketches: node.slice_writer(SKETCH)?,
             routes: node.writer(ROUTE)?,
@@ -99,42 +120,44 @@ impl Ports {
                 self.understood.resume_behind_kept();
                 self.routes.resume_behind_kept();
                 let last = self.understood.last_kept().copied();
-                self.answered = last.map_or(0, |last| last.header.source_seq);
-                self.drawings.resume_after(self.answered);
+                self.taken = last.map_or(0, |last| last.header.source_seq);
+                self.drawings.resume_after(self.taken);
                 self.sketches.resume_after(last.map_or(0, |last| last.sketch_seq));
             }
             return Ok(0);
         };
-        self.answered = state.drawing;
+        self.taken = state.drawing;
         self.drawings.resume_after(state.drawing);
-        self.understood.resume_after(state.understood);
         self.routes.resume_after(state.route);
         self.desk.restore(&state.desk)?;
         self.sketches.resume_after(state.sketch.saturating_sub(1));
         if state.sketch > 0 && self.desk.placed().is_some() {
-            self.send_sketch(Header { seq: 0, stamp_ns: 0, source_seq: self.answered })?;
+            self.send_sketch(Header { seq: 0, stamp_ns: 0, source_seq: self.taken })?;
         }
         self.sketches.resume_after(state.sketch);
+        self.answer = state.answer;
+        self.understood.resume_after(self.answer.as_ref().map_or(0, |answer| answer.seq - 1));
+        self.send_answer()?;
         Ok(state.attempts)
     }
 
     fn state(&self, attempts: u32) -> State {
         State {
-            drawing: self.answered,
-            understood: self.understood.last_seq(),
+            drawing: self.taken,
             sketch: self.sketches.last_seq(),
             route: self.routes.last_seq(),
             attempts,
+            answer: self.answer.clone(),
             desk: self.desk.state().clone(),
         }
     }
 
-    /// Sends the sketch and the tasks that follow from a drawing, then the answer to it.
-    fn answer(&mut self, drawing: &SliceSample<Drawing>, attempts: u32) -> anyhow::Result<()> {
+    /// Sends the sketch and the tasks that follow from a drawing; the answer to it is still to be sent.
+    fn take(&mut self, drawing: &SliceSample<Drawing>, attempts: u32) -> anyhow::Result<()> {
         let about = drawing.message();
         let header = Header { seq: 0, source_seq: about.header.seq, ..about.header };
         let read = match DrawingKind::from_code(about.kind) {
-            Some(_) if attempts > MAX_ATTEMPTS => Err(SketchError::Fatal { attempts: MAX_ATTEMPTS }),
+            Some(_) if attempts >= MAX_ATTEMPTS => Err(SketchError::Fatal { attempts }),
             Some(kind) => self.desk.take(kind, drawing.bytes()),
             None => Err(SketchError::Kind { found: about.kind }),
         };
@@ -146,8 +169,16 @@ impl Ports {
             Ok(Change::Tasks) => self.send_route(header)?,
             Ok(Change::Sketch) | Err(_) => {}
         }
-        self.answered = about.header.seq;
-        self.send_answer(header, about.kind, read.err())
+        self.taken = about.header.seq;
+        let refusal = read.err().map(|error| error.to_string());
+        self.answer = Some(Answer {
+            seq: self.understood.last_seq() + 1,
+            drawing: self.taken,
+            stamp_ns: header.stamp_ns,
+            kind: about.kind,
+            refusal,
+        });
+        Ok(())
     }
 
     fn send_sketch(&mut self, header: Header) -> anyhow::Result<()> {
@@ -171,12 +202,14 @@ impl Ports {
         Ok(())
     }
 
-    fn send_answer(&mut self, header: Header, kind: u32, refusal: Option<SketchError>) -> anyhow::Result<()> {
+    /// Sends the answer that is still to be sent; one that was sent already passes.
+    fn send_answer(&mut self) -> anyhow::Result<()> {
+        let Some(said) = &self.answer else { return Ok(()) };
         let (sketch_seq, route_seq) = (self.sketches.last_seq(), self.routes.last_seq());
         let drawing = self.desk.drawing();
         self.understood.send(|answer| {
-            answer.header = header;
-            (answer.kind, answer.accepted) = (kind, refusal.is_none().into());
+            answer.header = said.header();
+            (answer.kind, answer.accepted) = (said.kind, said.refusal.is_none().into());
             (answer.sketch_seq, answer.route_seq) = (sketch_seq, route_seq);
             if let Some(drawing) = drawing {
                 answer.sketch_width_px = drawing.width_px;
@@ -184,7 +217,7 @@ impl Ports {
                 answer.scale = drawing.scale;
                 answer.wall_direction_rad = drawing.wall_direction_rad;
             }
-            answer.words = refusal.map_or(Text([0; 256]), |error| Text::new(&error.to_string()));
+            answer.words = said.refusal.as_deref().map_or(Text([0; 256]), Text::new);
         })?;
         Ok(())
     }

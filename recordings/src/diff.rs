@@ -11,7 +11,9 @@ use std::fmt;
 use std::path::Path;
 
 use serde::Serialize;
-use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor, FAULTS, HEALTH, TABLE};
+use sketchnav_schemas::channels::{
+    self, Channel, ChannelSpec, ChannelVisitor, FAULTS, HEALTH, LATENCY, TABLE,
+};
 use sketchnav_schemas::layout::Layout;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::time::seconds;
@@ -21,7 +23,7 @@ use crate::reader::{Part, Parts, RawMessage, Recording};
 use crate::writer::topic_name;
 
 /// Channels on which no two runs agree.
-const LEFT_OUT: [&str; 2] = [HEALTH.spec.name, FAULTS.spec.name];
+const LEFT_OUT: [&str; 3] = [HEALTH.spec.name, FAULTS.spec.name, LATENCY.spec.name];
 
 /// Where two recordings part.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -158,6 +158,9 @@ channels! {
     /// Kills, deaths, restarts, recoveries.
     FAULTS: fixed Fault = "faults", from Some(Process::Supervisor), to [Pad],
         history 128, buffer 128, recorded true, slice 0;
+    /// How long each step took by the clock.
+    LATENCY: fixed Latency = "latency", from Some(Process::Recorder), to [],
+        history 128, buffer 128, recorded true, slice 0;
     /// What is safe in the file.
     RECORDED: fixed Recorded = "recorded", from Some(Process::Recorder), to [World],
         history 8, buffer 16, recorded false, slice 0;

@@ -450,6 +450,14 @@ messages! {
         pub uptime_ns: u64,
     }
 
+    /// How long the navigators took for the scan `source_seq`, by the clock, so no two runs agree on it.
+    pub struct Latency version 1 {
+        /// From the sending of the scan to that of the estimate.
+        pub estimate_ns: u64,
+        /// From the sending of the scan to that of the command.
+        pub command_ns: u64,
+    }
+
     /// Something went wrong with a process, or right again; the time is that of the mission's last status.
     /// When and how often is chance, so no two runs agree on it.
     pub struct Fault version 1 {

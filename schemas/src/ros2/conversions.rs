@@ -11,9 +11,9 @@ use ros2_interfaces_jazzy_serde::{
 
 use super::{parts::*, *};
 use crate::message::{
-    Contact, Drawing, Fault, GroundTruth, Header, Health, LaserScan, MissionCommand, MissionStatus, Odometry,
-    Particle, Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, Text, Understood,
-    VelocityCommand,
+    Contact, Drawing, Fault, GroundTruth, Header, Health, LaserScan, Latency, MissionCommand, MissionStatus,
+    Odometry, Particle, Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, Text,
+    Understood, VelocityCommand,
 };
 
 /// A message and no slice behind it.
@@ -360,6 +360,7 @@ macro_rules! plain {
 }
 
 plain!(MissionCommand, MissionCommandForm, "sketchnav_msgs/msg/MissionCommand", [order, task]);
+plain!(Latency, LatencyForm, "sketchnav_msgs/msg/Latency", [estimate_ns, command_ns]);
 plain!(Recorded, RecordedForm, "sketchnav_msgs/msg/Recorded", [message_count]);
 plain!(
     Health,

@@ -19,7 +19,7 @@ definitions! {
     "tf2_msgs": "TFMessage";
     "nav_msgs": "MapMetaData", "OccupancyGrid", "Odometry";
     "sensor_msgs": "LaserScan";
-    "sketchnav_msgs": "Contact", "Drawing", "Fault", "Health", "MissionCommand", "MissionStatus", "Particle", "Particles",
+    "sketchnav_msgs": "Contact", "Drawing", "Fault", "Health", "Latency", "MissionCommand", "MissionStatus", "Particle", "Particles",
         "Plan", "PoseEstimate", "Recorded", "Route", "RouteTask", "SketchMap", "Understood", "VelocityCommand";
 }
 

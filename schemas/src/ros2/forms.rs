@@ -184,6 +184,14 @@ forms! {
         words: String,
     }
 
+    /// `sketchnav_msgs/msg/Latency`.
+    LatencyForm {
+        header: Header,
+        source_seq: u64,
+        estimate_ns: u64,
+        command_ns: u64,
+    }
+
     /// `sketchnav_msgs/msg/Recorded`.
     RecordedForm {
         header: Header,

@@ -11,6 +11,7 @@
 mod attempts;
 pub mod core;
 pub mod disk;
+mod latencies;
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -30,6 +31,7 @@ use sketchnav_schemas::run::{Pace, RunConfig};
 use crate::attempts::Attempts;
 use crate::core::{Core, Positions, Report};
 use crate::disk::{Disk, part, set_aside};
+use crate::latencies::Latencies;
 
 /// Sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(5);
@@ -79,6 +81,7 @@ pub struct Recorder<'a> {
     inputs: Vec<Box<dyn Input>>,
     /// Where the world waits for it.
     acknowledgements: Option<Writer<Recorded>>,
+    latencies: Latencies,
     health: HealthReporter,
     synced: Instant,
     stamp_ns: u64,
@@ -116,6 +119,7 @@ impl<'a> Recorder<'a> {
             attempts: Attempts::new(),
             inputs: inputs.inputs,
             acknowledgements: waits.then(|| node.writer(RECORDED)).transpose()?,
+            latencies: Latencies::open(node)?,
             health: HealthReporter::new(node)?,
             synced: Instant::now(),
             stamp_ns: 0,
@@ -145,6 +149,7 @@ impl<'a> Recorder<'a> {
     /// A channel fails. A message that is refused and a disk that is full are printed.
     pub fn pass(&mut self) -> anyhow::Result<()> {
         let step = Step::begin();
+        self.latencies.tell()?;
         self.drain()?;
         let due = self.core.end_pass();
         if let Some(recorded) = self.told(due).flatten() {
@@ -187,6 +192,7 @@ impl<'a> Recorder<'a> {
     /// A channel fails, or the recording is incomplete.
     pub fn end(mut self) -> anyhow::Result<()> {
         self.health.report(self.stamp_ns)?;
+        self.latencies.tell()?;
         self.drain()?;
         let (mut report, _sink) = self.core.finish();
         match report.failure {

@@ -6,24 +6,30 @@
 //! any moment leaves at most the entry unreadable that was being written, whose message nobody has.
 //!
 //! Readers of the channel never look here, but for the recorder that goes on after its predecessor's
-//! death: whoever could send it again what it has missed may be dead too, or have ended.
+//! death: whoever could send it again what it has missed may be dead too, or have ended. Beside each message stands when
+//! it was sent, by the clock: in the message itself nothing is that two runs would not agree on.
 
 use std::marker::PhantomData;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst, fence};
 
-use sketchnav_schemas::channels::ChannelSpec;
-use sketchnav_schemas::message::{Message, fingerprint};
+use nix::time::{ClockId, clock_gettime};
+use sketchnav_schemas::channels::{Channel, ChannelSpec};
+use sketchnav_schemas::message::{Header, Message, fingerprint};
 
 use crate::Result;
 use crate::mapping::Mapping;
 use crate::node::Node;
 use crate::wire::type_name;
 
-/// Length of an entry's number, bytes.
+/// Length of a number, bytes.
 const NUMBER: usize = size_of::<u64>();
+/// The form of the entries: of another one nothing is read.
+const ENTRIES: u64 = 2;
+/// What stands before an entry's message: its number, and when it was sent.
+const BEFORE: usize = 2 * NUMBER;
 
-/// As many messages as the channel's history holds, each behind its number; 0 where an entry is empty.
+/// As many messages as the channel's history holds, each behind its number (0 where an entry is empty) and its time.
 pub(crate) struct Kept<T> {
     mapping: Mapping,
     capacity: u64,
@@ -35,7 +41,8 @@ impl<T: Message> Kept<T> {
     /// Opens what the channel's last writer kept.
     pub(crate) fn open(node: &Node, spec: &ChannelSpec) -> Result<Self> {
         // Another build's messages are never taken for this one's.
-        let name = format!("kept_{}_{:08x}", spec.name, fingerprint(type_name::<T>()) as u32);
+        let fingerprint = fingerprint(type_name::<T>()) ^ ENTRIES;
+        let name = format!("kept_{}_{:08x}", spec.name, fingerprint as u32);
         Self::open_at(&node.system().shared_memory(&name), spec.history.max(1))
     }
 
@@ -43,11 +50,16 @@ impl<T: Message> Kept<T> {
         const { assert!(size_of::<T>().is_multiple_of(NUMBER), "entries stay aligned") };
         let mapping = Mapping::open(path, capacity * Self::ENTRY)?;
         let mut kept = Self { mapping, capacity: capacity as u64, last_seq: 0, message: PhantomData };
-        kept.last_seq = (0..kept.capacity).map(|i| kept.number(i).load(SeqCst)).max().unwrap_or(0);
+        kept.last_seq = kept.newest();
         Ok(kept)
     }
 
-    const ENTRY: usize = NUMBER + size_of::<T>();
+    const ENTRY: usize = BEFORE + size_of::<T>();
+
+    /// The number of the newest message, its writer's latest included.
+    fn newest(&self) -> u64 {
+        (0..self.capacity).map(|i| self.number(i).load(SeqCst)).max().unwrap_or(0)
+    }
 
     /// The number of the newest message; 0 where there is none.
     pub(crate) fn last_seq(&self) -> u64 {
@@ -61,8 +73,9 @@ impl<T: Message> Kept<T> {
         // The process may be killed between any two of these lines.
         self.number(index).store(0, SeqCst);
         fence(SeqCst);
-        let begin = index as usize * Self::ENTRY + NUMBER;
+        let begin = index as usize * Self::ENTRY + BEFORE;
         self.mapping.bytes_mut()[begin..begin + size_of::<T>()].copy_from_slice(bytemuck::bytes_of(message));
+        self.word(index, 1).store(monotonic_ns(), SeqCst);
         fence(SeqCst);
         self.number(index).store(seq, SeqCst);
         self.last_seq = seq;
@@ -96,7 +109,7 @@ impl<T: Message> Kept<T> {
         if seq == 0 || self.number(index).load(SeqCst) != seq {
             return None;
         }
-        let begin = index as usize * Self::ENTRY + NUMBER;
+        let begin = index as usize * Self::ENTRY + BEFORE;
         Some(bytemuck::from_bytes(&self.mapping.bytes()[begin..begin + size_of::<T>()]))
     }
 
@@ -105,7 +118,66 @@ impl<T: Message> Kept<T> {
     }
 
     fn number(&self, index: u64) -> &AtomicU64 {
-        self.mapping.number(index as usize * Self::ENTRY)
+        self.word(index, 0)
+    }
+
+    /// An entry's words: its number, its time, then the message, which begins with its header's three.
+    fn word(&self, index: u64, word: usize) -> &AtomicU64 {
+        self.mapping.number(index as usize * Self::ENTRY + word * NUMBER)
+    }
+}
+
+/// Time since some moment before all processes of this boot, nanoseconds; 0 where there is no such clock.
+fn monotonic_ns() -> u64 {
+    let now = clock_gettime(ClockId::CLOCK_MONOTONIC);
+    now.map_or(0, |now| now.tv_sec() as u64 * 1_000_000_000 + now.tv_nsec() as u64)
+}
+
+/// What was sent on a channel when, as far back as its history goes, while its writer is at work.
+pub struct SendTimes<T>(Kept<T>);
+
+/// That a message was sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sent {
+    /// The message's number, time and cause.
+    pub header: Header,
+    /// When, by the clock that all processes of the machine share, nanoseconds.
+    pub at_ns: u64,
+}
+
+impl<T: Message> SendTimes<T> {
+    /// Of a channel of `node`'s system that has one writer.
+    ///
+    /// # Errors
+    /// [`crate::Error`] where shared memory fails.
+    pub fn open(node: &Node, channel: Channel<T>) -> Result<Self> {
+        Ok(Self(Kept::open(node, channel.spec)?))
+    }
+
+    /// The number of the newest message; 0 before the first.
+    pub fn newest(&self) -> u64 {
+        self.0.newest()
+    }
+
+    /// Of the message `seq`; `None` where it is too long ago, or yet to come.
+    pub fn of(&self, seq: u64) -> Option<Sent> {
+        let index = self.0.index(seq);
+        let is_there = || seq > 0 && self.0.number(index).load(SeqCst) == seq;
+        if !is_there() {
+            return None;
+        }
+        let [at_ns, _, stamp_ns, source_seq] = [1, 2, 3, 4].map(|word| self.0.word(index, word).load(SeqCst));
+        fence(SeqCst);
+        is_there().then_some(Sent { header: Header { seq, stamp_ns, source_seq }, at_ns })
+    }
+
+    /// Of the newest message that the scan `source_seq` caused.
+    pub fn caused_by(&self, source_seq: u64) -> Option<Sent> {
+        let newest = self.newest();
+        let oldest = newest.saturating_sub(self.0.capacity) + 1;
+        let sent = (oldest..=newest).rev().filter_map(|seq| self.of(seq));
+        let mut sent = sent.skip_while(|sent| sent.header.source_seq > source_seq);
+        sent.next().filter(|sent| sent.header.source_seq == source_seq)
     }
 }
 
@@ -138,6 +210,26 @@ mod tests {
             (first..=last).for_each(|seq| kept.keep(&command(seq)));
             assert_eq!(numbers(&Kept::open_at(&path, 4).unwrap()), found.collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn who_looks_on_sees_when_each_message_was_sent() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("kept");
+        let times = SendTimes(Kept::<VelocityCommand>::open_at(&path, 4).unwrap());
+        assert_eq!((times.newest(), times.of(0), times.of(1), times.caused_by(0)), (0, None, None, None));
+        let mut kept = Kept::open_at(&path, 4).unwrap();
+        let before = monotonic_ns();
+        for seq in 1..=6 {
+            let mut command = command(seq);
+            command.header.source_seq = 10 * seq;
+            kept.keep(&command);
+        }
+        assert_eq!((times.newest(), times.of(2), times.of(7)), (6, None, None));
+        let sent: Vec<_> = (3..=6).map(|seq| times.of(seq).unwrap()).collect();
+        assert!(before <= sent[0].at_ns && sent.is_sorted_by_key(|sent| sent.at_ns), "{sent:?}");
+        assert_eq!(sent[2].header, Header { seq: 5, stamp_ns: 500, source_seq: 50 });
+        assert_eq!((times.caused_by(50), times.caused_by(55)), (Some(sent[2]), None));
     }
 
     /// Killed between the lines of `keep`: the oldest message is gone, the new one not there.

@@ -4,6 +4,7 @@
 //! - [`Channels`]: every channel of the table, created and held by the supervisor.
 //! - [`Node`]: a process in a system; opens a [`Writer`] or a [`Reader`] of a channel and waits.
 //! - [`Checkpoints`]: a process's state, for the one that goes on when it was killed.
+//! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
 //! - [`Notices`]: what the supervisor is to tell everybody.
 //! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
 //!
@@ -44,6 +45,7 @@ pub use channels::Channels;
 pub use checkpoint::{CHECKPOINT_EVERY, Checkpoints, Found};
 pub use error::Error;
 pub use health::{HealthReporter, Step};
+pub use kept::{SendTimes, Sent};
 pub use node::{Node, Wake, Waker};
 pub use notices::{Notice, Notices};
 pub use pacer::Pacer;

@@ -86,9 +86,12 @@ fn it_may_be_killed_as_often_as_one_likes() {
 #[test]
 fn in_real_time_too() {
     let place = Place::new();
-    let running = drive(&place, "--speed 10");
+    room::write(place.files());
+    let mut running = place.start("run room.toml --json --out killed --system killed --speed 1");
+    place.wait_until_driving(&mut running, "killed");
     kill(&place, running);
-    let ended = resume(&place).end();
+    let folder = place.files().join("killed/room-001");
+    let ended = place.start(&format!("run --json --resume {}", folder.display())).end();
     assert_eq!(ended.code, Some(0), "{ended}");
     assert_eq!(ended.json()["success"], true, "{ended}");
     place.assert_nothing_left("killed");

@@ -22,7 +22,7 @@ const STEPS: u64 = 1000;
 const LONG: Duration = Duration::from_secs(600);
 const ROLE: &str = "TEST_ROLE";
 const SYSTEM: &str = "TEST_SYSTEM";
-/// `finish`, `endless`, or a process and what it does: `planner-exits`, `world-dies`, `world-stays` (for two seconds' grace),
+/// `finish`, `endless`, or a process and what it does: `planner-exits`, `world-dies`, `world-stays` (for eight seconds' grace),
 /// `world-stays-long`.
 const PLOT: &str = "TEST_PLOT";
 const NOTES: &str = "TEST_NOTES";
@@ -62,7 +62,7 @@ fn supervisor() {
     run.system = variable(SYSTEM);
     let order = [Process::Recorder, Process::Planner, Process::World, Process::Sketcher];
     let lines = order.map(|process| ProcessLine { process, command: act(process.word()), resumes: false });
-    let services = if variable(PLOT) == "world-stays" { Duration::from_secs(2) } else { LONG };
+    let services = if variable(PLOT) == "world-stays" { Duration::from_secs(8) } else { LONG };
     let grace = Grace { services, recorder: LONG, stopped: LONG };
     let mut supervisor = match Supervisor::start(&run, lines.into(), grace) {
         Ok(supervisor) => supervisor,

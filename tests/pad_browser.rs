@@ -67,6 +67,7 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     let Some((playwright, chromium)) = browser() else { return };
     let place = Place::new();
     let (mut pad, link) = pad(&place);
+    place.wait_until_joined(&mut pad, "pad", &["pad"]);
     let route = place.files().join("route.json");
     fs::write(&route, serde_json::to_vec(&mission().task[0].route).unwrap()).unwrap();
 
@@ -74,6 +75,7 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     script.arg(repository().join("tests/pad/browser.mjs")).arg(link);
     script.arg(repository().join(format!("{MISSION}.json"))).arg(route).arg(place.files());
     script.env("SKETCHNAV_PLAYWRIGHT", playwright).env("SKETCHNAV_CHROMIUM", chromium);
+    script.env("SKETCHNAV_PAD_PID", place.pid("pad", "pad").to_string());
     script.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let ended = Running::spawn(script).end_within(LIMIT);
     assert_eq!(ended.code, Some(0), "{ended}");
@@ -96,7 +98,7 @@ fn mission() -> Mission {
 /// Starts the pad in the mission's world and hands back the link that it prints.
 fn pad(place: &Place) -> (Running, String) {
     let file = repository().join(format!("{MISSION}.toml"));
-    let options = "--port 0 --system pad --out results --speed 2";
+    let options = "--port 0 --system pad --out results --speed 1";
     let mut command = place.command(&format!("pad --mission {} {options}", file.display()));
     let mut child = command.spawn().unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();

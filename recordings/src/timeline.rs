@@ -9,7 +9,8 @@ use std::collections::{BinaryHeap, VecDeque};
 use std::path::Path;
 
 use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, ESTIMATE, MISSION, ODOMETRY, PARTICLES, PLAN, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
+    COMMAND, CONTACT, DRAWING, ESTIMATE, LATENCY, MISSION, ODOMETRY, ORDERS, PARTICLES, PLAN, ROUTE, SCAN,
+    SKETCH, STATUS, TRUTH, UNDERSTOOD,
 };
 
 use crate::error::RecordingError;
@@ -19,10 +20,13 @@ use crate::reader::RawMessage;
 use crate::records::ChunkEntry;
 
 /// The order of an instant; what is not in it comes last, in the order of the file.
-const RHYTHM: [&str; 12] = [
+const RHYTHM: [&str; 16] = [
+    DRAWING.spec.name,
     SKETCH.spec.name,
     ROUTE.spec.name,
+    UNDERSTOOD.spec.name,
     MISSION.spec.name,
+    ORDERS.spec.name,
     CONTACT.spec.name,
     TRUTH.spec.name,
     ODOMETRY.spec.name,
@@ -32,6 +36,7 @@ const RHYTHM: [&str; 12] = [
     PLAN.spec.name,
     COMMAND.spec.name,
     STATUS.spec.name,
+    LATENCY.spec.name,
 ];
 
 /// What never changes comes before the rhythm.

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use sketchnav_schemas::codes::{Process, Tracking};
 use sketchnav_schemas::geometry::{Point, Pose, World};
-use sketchnav_schemas::message::{Health, SketchMap};
+use sketchnav_schemas::message::{Health, Latency, SketchMap};
 use sketchnav_schemas::mission::Mission;
 
 use super::log::{Instant, Log};
@@ -61,6 +61,8 @@ pub struct Figures {
     pub scale_b_pxpm: Option<Statistics>,
     /// Shares of the estimates by what the localizer said of itself.
     pub tracking: BTreeMap<&'static str, f64>,
+    /// How long it took by the clock, milliseconds, from the sending of a message to that of the one that it caused.
+    pub latency_ms: BTreeMap<&'static str, Statistics>,
     /// How long each process took for a step, by its health.
     pub stages: Vec<Stage>,
     /// Scans to which no command came; 0 where there are no commands at all, for nobody drove.
@@ -119,6 +121,7 @@ pub fn figures(
         scale_a_pxpm: of(|i| i.scales_pxpm[0]),
         scale_b_pxpm: of(|i| i.scales_pxpm[1]),
         tracking: tracking(instants),
+        latency_ms: latencies(&log.latencies),
         stages: stages(&log.health),
         unanswered_scans: unanswered(log),
     }
@@ -198,6 +201,18 @@ fn tracking(instants: &[Instant]) -> BTreeMap<&'static str, f64> {
         *shares.entry(word).or_insert(0.0) += 1.0 / instants.len() as f64;
     }
     shares
+}
+
+fn latencies(latencies: &[Latency]) -> BTreeMap<&'static str, Statistics> {
+    let of =
+        |ns: fn(&Latency) -> u64| Statistics::of(latencies.iter().map(|latency| ns(latency) as f64 / 1e6));
+    let planner_ns = |latency: &Latency| latency.command_ns.saturating_sub(latency.estimate_ns);
+    let stages = [
+        ("scan to estimate", of(|latency| latency.estimate_ns)),
+        ("estimate to command", of(planner_ns)),
+        ("scan to command", of(|latency| latency.command_ns)),
+    ];
+    stages.into_iter().filter_map(|(stage, ms)| Some((stage, ms?))).collect()
 }
 
 /// By what the processes say of themselves; what a process before a kill has done counts too.

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, PARTICLES, ROUTE, SCAN, SKETCH, STATUS,
-    TRUTH,
+    COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, LATENCY, PARTICLES, ROUTE, SCAN,
+    SKETCH, STATUS, TRUTH,
 };
 use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
 use sketchnav_schemas::message::{
-    Contact, Fault, GroundTruth, Health, Message, MissionStatus, Particles, PoseEstimate, Route, SketchMap,
-    VelocityCommand,
+    Contact, Fault, GroundTruth, Health, Latency, Message, MissionStatus, Particles, PoseEstimate, Route,
+    SketchMap, VelocityCommand,
 };
 use sketchnav_schemas::ros2::Ros2;
 
@@ -54,6 +54,8 @@ pub struct Log {
     pub particles: Vec<Particles>,
     /// The channel `health`.
     pub health: Vec<Health>,
+    /// The channel `latency`.
+    pub latencies: Vec<Latency>,
     /// The channel `faults`.
     pub faults: Vec<Fault>,
     /// Each estimate that has a truth of its instant.
@@ -71,12 +73,13 @@ pub struct Log {
 }
 
 /// What a verdict and the figures need.
-const NEEDED: [&ChannelSpec; 10] = [
+const NEEDED: [&ChannelSpec; 11] = [
     TRUTH.spec,
     STATUS.spec,
     CONTACT.spec,
     ESTIMATE.spec,
     HEALTH.spec,
+    LATENCY.spec,
     FAULTS.spec,
     ROUTE.spec,
     SKETCH.spec,
@@ -115,8 +118,7 @@ impl Log {
     /// What was told in another frame than the last drawing's, or in none.
     fn forget_earlier_drawings(&mut self) {
         let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
-        self.estimates
-            .retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
+        self.estimates.retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
         self.particles.retain(|set| set.header.stamp_ns >= drawn_ns);
     }
 
@@ -147,6 +149,7 @@ impl Log {
             from.put(ESTIMATE, &mut self.estimates)?;
             from.put(PARTICLES, &mut self.particles)?;
             from.put(HEALTH, &mut self.health)?;
+            from.put(LATENCY, &mut self.latencies)?;
             from.put(FAULTS, &mut self.faults)?;
         }
         Ok(())

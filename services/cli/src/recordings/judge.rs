@@ -249,6 +249,12 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     for (word, share) in &figures.tracking {
         row(&format!("share {word}"), format!("{:.1} %", 100.0 * share));
     }
+    for (stage, ms) in &figures.latency_ms {
+        row(
+            &format!("{stage}: median, p99, max"),
+            format!("{:.2}, {:.2}, {:.2} ms", ms.median, ms.p99, ms.max),
+        );
+    }
     for stage in &figures.stages {
         let value = format!("{:.2}, {:.2} ms", stage.mean_ms, stage.max_ms);
         row(&format!("a step of the {}: mean, max", stage.process), value);

@@ -276,10 +276,16 @@ impl Page<'_> {
                 format!("{:.2} ms", stage.max_ms),
             ]
         });
+        let latencies = self.judged.figures.latency_ms.iter().map(|(stage, ms)| {
+            let figures = [ms.median, ms.p99, ms.max].map(|ms| format!("{ms:.2} ms"));
+            [&[(*stage).to_owned(), ms.count.to_string()], &figures[..]].concat()
+        });
+        let of_latencies = ["from … to …", "scans", "median", "99 %", "longest"].map(str::to_owned);
         let header = ["process", "steps", "mean step", "longest a report, median", "longest of all"];
         html! {
             @if !log.health.is_empty() {
                 h2 { "Latency and health" }
+                @if !log.latencies.is_empty() { (page::table(&of_latencies, &latencies.collect::<Vec<_>>())) }
                 (page::table(&header.map(str::to_owned), &stages.collect::<Vec<_>>()))
                 div.cards {
                     (Chart { title: "Longest step", unit: "ms, by the clock", series: &series, span_s: self.span_s(), marks_s: &marks, faults_s: &faults }.figure())

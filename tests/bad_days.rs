@@ -12,7 +12,7 @@ use std::process::Command;
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use sketchnav_schemas::channels::STATUS;
-use support::{Ended, Place, Running, kill_if_alive, repository, wait_until};
+use support::{Ended, Place, Running, kill_if_alive, repository, skipped, wait_until};
 
 /// A small disk of its own; taken away when dropped.
 struct SmallDisk(PathBuf);
@@ -24,7 +24,7 @@ impl SmallDisk {
         let option = format!("size={size}");
         let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &option, "tmpfs"]).arg(&at).output();
         if !mount.is_ok_and(|output| output.status.success()) {
-            eprintln!("skipped: a disk of its own cannot be mounted (not root?)");
+            skipped("root", "a disk of its own cannot be mounted");
             return None;
         }
         Some(Self(at))
@@ -128,7 +128,7 @@ fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> 
     let ended = command.spawn().ok().map(|child| Running::of(child).end());
     let ended = ended.filter(|ended| ended.code != Some(99) && !ended.err.contains("unshare"));
     if ended.is_none() {
-        eprintln!("skipped: no shared memory of its own to be had (not root?)");
+        skipped("root", "no shared memory of its own to be had");
     }
     ended
 }
@@ -234,7 +234,7 @@ fn another_user_is_kept_out() {
         }
         fs::remove_file(copy).unwrap();
     } else {
-        eprintln!("skipped: no other user to be (not root?)");
+        skipped("root", "no other user to be");
     }
     running.signal(Signal::SIGINT);
     running.end();

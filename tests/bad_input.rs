@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use support::{Ended, Place, Running, repository, room};
+use support::{Ended, Place, Running, repository, room, skipped};
 
 /// A room in which one thing was made wrong.
 struct Case {
@@ -337,7 +337,7 @@ fn on_a_tiny_disk(place: &Place) -> Option<Ended> {
 fn a_full_disk_ends_the_recording_and_not_the_mission() {
     let place = Place::new();
     let Some(ended) = on_a_tiny_disk(&place) else {
-        return eprintln!("skipped: no tiny file system can be mounted here");
+        return skipped("root", "no tiny file system can be mounted here");
     };
     assert_eq!(ended.code, Some(3), "{ended}");
     for words in ["recorder", "the recording is incomplete", "No space left on device"] {

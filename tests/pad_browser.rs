@@ -18,7 +18,7 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_sketcher::{Options, read};
-use support::{Ended, Place, Running, repository};
+use support::{Ended, Place, Running, repository, skipped};
 
 /// The mission whose drawing and route the pen follows.
 const MISSION: &str = "sim/missions/routes/court-01";
@@ -28,7 +28,7 @@ const LIMIT: Duration = Duration::from_secs(420);
 fn has_node() -> bool {
     let found = Command::new("node").arg("--version").output().is_ok_and(|output| output.status.success());
     if !found {
-        eprintln!("skipped: no node");
+        skipped("browser", "no node");
     }
     found
 }
@@ -40,7 +40,7 @@ fn browser() -> Option<(PathBuf, PathBuf)> {
     let chromium = var_os("SKETCHNAV_CHROMIUM").map_or_else(|| "/usr/bin/chromium".into(), PathBuf::from);
     let found = folder.join("node_modules/playwright-core").is_dir() && chromium.exists();
     if !found {
-        eprintln!("skipped: no playwright-core (SKETCHNAV_PLAYWRIGHT) or no chromium (SKETCHNAV_CHROMIUM)");
+        skipped("browser", "no playwright-core (SKETCHNAV_PLAYWRIGHT) or no chromium (SKETCHNAV_CHROMIUM)");
     }
     found.then_some((folder, chromium))
 }

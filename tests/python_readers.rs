@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::Command;
 
-use support::{Ended, Place, repository, room};
+use support::{Ended, Place, repository, room, skipped};
 
 fn python() -> Option<PathBuf> {
     let python = std::env::var_os("SKETCHNAV_PYTHON").map_or_else(|| "python3".into(), PathBuf::from);
@@ -19,8 +19,8 @@ fn python() -> Option<PathBuf> {
 #[test]
 fn python_decodes_every_message_of_a_run() {
     let Some(python) = python() else {
-        eprintln!("skipped: no Python with rosbags 0.11.9 and mcap-ros2-support 0.6.0 (SKETCHNAV_PYTHON)");
-        return;
+        let what = "no Python with rosbags 0.11.9 and mcap-ros2-support 0.6.0 (SKETCHNAV_PYTHON)";
+        return skipped("rosbags", what);
     };
     let place = Place::new();
     room::write(place.files());

@@ -6,9 +6,17 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use bytemuck::Zeroable;
+use nix::pty::openpty;
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use support::{Ended, Place, repository, room};
+use sketchnav_recordings::reader::Selection;
+use sketchnav_recordings::{Recording, Writer};
+use sketchnav_rehearsal::rerun;
+use sketchnav_schemas::channels::FAULTS;
+use sketchnav_schemas::codes::{FaultKind, Process};
+use sketchnav_schemas::message::{Fault, Header, Text};
+use support::{Ended, Place, Running, repository, room, skipped};
 
 /// A run of the test room in lockstep; the recording's path.
 fn recorded(place: &Place) -> String {
@@ -81,7 +89,9 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
     let told = place.run(&line.replace("scale_a_pxpm=1e9", "scale_a_pxpm=1e-9")).json();
     assert_eq!(told["difference"]["channel"], "estimate", "{told}");
     assert_eq!(told["difference"]["what"]["field"]["field"], "scale_a_pxpm", "{told}");
-    for wrong in ["--set particlez=2", "--set particles=many", "--tolerance estimate=1"] {
+    let wrong =
+        ["--set particlez=2", "--set particles=many", "--tolerance estimate=1", "--tolerance estimate.x=1"];
+    for wrong in wrong {
         let ended = place.run(&format!("rerun {recording} --process localizer {wrong}"));
         assert_eq!(ended.code, Some(2), "{wrong}: {ended}");
     }
@@ -104,6 +114,11 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
         ("filter same.mcap --topics nothing -o never.mcap", 1),
         ("merge same.mcap -o never.mcap", 2),
         ("split same.mcap -o parts", 2),
+        // What is copied of a file that was cut off is not all of it.
+        ("filter cut.mcap -o part.mcap --json", 3),
+        ("merge same.mcap cut.mcap -o both.mcap --json", 3),
+        ("split cut.mcap --seconds 100 -o parts", 3),
+        ("merge same.mcap same.mcap -o both.mcap", 0),
     ] {
         assert_eq!(place.run(line).code, Some(code), "{line}");
     }
@@ -148,7 +163,8 @@ fn a_replay_for_onlookers_leaves_nothing() {
         "--topics scan,odomtry",
         "--remap scan:=scna",
         "--remap scna:=scan",
-        "--topics mission",
+        "--topics recorded",
+        "--topics faults --live localizer",
         "--topics estimate --live localizer",
         "--start 1000000 --loop",
         "--start 3 --end 2",
@@ -158,6 +174,53 @@ fn a_replay_for_onlookers_leaves_nothing() {
         let ended = place.run(&format!("replay {recording} {wrong}"));
         assert_eq!(ended.code, Some(2), "{wrong}: {ended}");
     }
+}
+
+/// The recording again, with a fault at its third second.
+fn with_a_fault(recording: &Path, told: &Path) {
+    let recording = Recording::open(recording).unwrap();
+    let files: Vec<_> = rerun::files(&recording).cloned().collect();
+    let sink = std::fs::File::create(told).unwrap();
+    let mut writer = Writer::create_with(sink, &recording.run().unwrap(), &files).unwrap();
+    for message in recording.timeline(Selection::default()).unwrap() {
+        writer.write_raw(&message.unwrap()).unwrap();
+    }
+    let header = Header { seq: 1, stamp_ns: 3_000_000_000, source_seq: 30 };
+    let (kind, process) = (FaultKind::Died.code(), Process::Localizer.code());
+    let fault = Fault { header, kind, process, words: Text::new("by a test"), ..Fault::zeroed() };
+    writer.write(FAULTS, &fault, &[]).unwrap();
+    writer.finish().unwrap();
+}
+
+/// What the supervisor said is said again: the orders, and to onlookers what befell the processes. The orders
+/// were its own, and of the faults none was said.
+#[test]
+fn a_replay_speaks_for_the_supervisor_too() {
+    let place = Place::new();
+    let recording = recorded(&place);
+    with_a_fault(recording.as_ref(), &place.files().join("told.mcap"));
+    let replay = place.start("replay told.mcap --rate 100 --loop --system told");
+    for channel in ["mission", "faults"] {
+        let heard = loop {
+            let heard = place.run(&format!("echo {channel} --system told --count 2"));
+            if heard.code == Some(0) {
+                break heard;
+            }
+        };
+        let lines: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        assert_eq!([&lines[0]["seq"], &lines[1]["seq"]], [1, 2], "{heard}");
+        assert_eq!(heard.out.contains("by a test"), channel == "faults", "{heard}");
+    }
+    replay.signal(Signal::SIGTERM);
+    assert_eq!(replay.end().code, Some(3));
+    // A planner that lives hears the orders that came before the start, and no fault but those of its system.
+    fine(&place, "replay told.mcap --start 2 --end 4 --live planner,recorder --rate max --record part.mcap");
+    let info = fine(&place, "info part.mcap --json").json();
+    let count = |topic: &str| {
+        let topics = info["topics"].as_array().unwrap();
+        topics.iter().find(|one| one["topic"] == topic).unwrap()["messages"].as_u64()
+    };
+    assert_eq!(["/mission", "/faults", "/scan", "/status"].map(count), [1, 0, 20, 20].map(Some), "{info:#}");
 }
 
 /// As fast as it goes, over and over, with standard error in a file: nothing looked for signals then, and the
@@ -178,6 +241,21 @@ fn a_replay_at_full_speed_ends_when_asked_to() {
     let ended = replay.end();
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(place.ps().is_empty());
+}
+
+/// In the background of a shell it set the terminal for its keys, and was stopped for that.
+#[test]
+fn a_replay_in_the_background_goes_on() {
+    let place = Place::new();
+    let recording = recorded(&place);
+    let terminal = openpty(None, None).unwrap();
+    let replay = format!("{} replay {recording} --rate max", env!("CARGO_BIN_EXE_sketchnav"));
+    let mut command = Command::new("setsid");
+    command.args(["--ctty", "--wait", "sh", "-c", &format!("set -m; {replay} & wait $!")]);
+    place.settle(&mut command);
+    command.stdin(terminal.slave);
+    let ended = Running::spawn(command).end();
+    assert_eq!(ended.code, Some(0), "{ended}");
 }
 
 /// The output was created before the input was read: `-o` with the recording's own name destroyed it.
@@ -237,13 +315,45 @@ fn of_several_recordings_none_takes_anothers_place() {
 fn a_page_shows_the_run_and_needs_no_other_file() {
     let place = Place::new();
     let recording = recorded(&place);
-    fine(&place, &format!("report {recording} -o page.html"));
+    assert_eq!(fine(&place, &format!("report {recording} -o page.html --json")).json()["page"], "page.html");
     let page = std::fs::read_to_string(place.files().join("page.html")).unwrap();
     for word in ["tasks reached", "Error in local metres", "Local scales", "Latency and health", "<image"] {
         assert!(page.contains(word), "{word}");
     }
     let outside = ["src=", "@import", "url(", "<script", "href=\"http"];
     assert!(outside.iter().all(|reference| !page.contains(reference)));
+}
+
+/// Logs and options that are none: what is wrong is told with the name of what it is wrong in, before anything is
+/// written.
+#[test]
+fn what_is_no_log_is_told_by_its_name() {
+    let place = Place::new();
+    let write = |name: &str, text: &[u8]| std::fs::write(place.files().join(name), text).unwrap();
+    write("map.pgm", b"P5 4 4 255 \0\0\0\0\xff\xff\xff\xff\xff\xff\xff\xff\0\0\0\0");
+    write("map.yaml", b"image: map.pgm\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n");
+    write("good.log", b"FLASER 3 1.0 1.0 1.0 2 2 0 2 2 0 0.1 host 0.1\n");
+    write("few.log", b"FLASER 180 1 2 3\n");
+    write("empty.log", b"");
+    write("cut.log.gz", b"\x1f\x8b");
+    for name in ["few.log", "empty.log", "cut.log.gz", "."] {
+        let ended = place.run(&format!("import {name} --map map.yaml -o log.mcap --json"));
+        assert_eq!(ended.code, Some(2), "{name}: {ended}");
+        assert!(ended.err.contains(&format!("error: {name}: ")), "{name}: {ended}");
+    }
+    for wrong in
+        ["--range-max nan", "--range-max -5", "--set localizer.particles=0", "--set localizer.none=1", "-o ."]
+    {
+        let output = if wrong == "-o ." { "" } else { "-o log.mcap" };
+        let ended = place.run(&format!("import good.log --map map.yaml {wrong} {output}"));
+        assert_eq!(ended.code, Some(2), "{wrong}: {ended}");
+    }
+    assert!(!place.files().join("log.mcap").exists());
+    fine(&place, "import good.log --map map.yaml -o log.mcap");
+    // Nobody drove it: a planner that has nothing to say agreed with it, byte for byte.
+    let ended = place.run("rerun log.mcap --process planner");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    fine(&place, "rerun log.mcap --process localizer");
 }
 
 fn python(modules: &str) -> Option<PathBuf> {
@@ -256,8 +366,7 @@ fn python(modules: &str) -> Option<PathBuf> {
 #[test]
 fn trajectory_errors_agree_with_evo() {
     let Some(python) = python("evo") else {
-        eprintln!("skipped: no Python with evo 1.38 (SKETCHNAV_PYTHON)");
-        return;
+        return skipped("evo", "no Python with evo 1.38 (SKETCHNAV_PYTHON)");
     };
     let place = Place::new();
     let recording = recorded(&place);
@@ -290,8 +399,7 @@ fn trajectory_errors_agree_with_evo() {
 #[test]
 fn a_folder_of_rosbag2_is_read_by_rosbags() {
     let Some(python) = python("rosbags") else {
-        eprintln!("skipped: no Python with rosbags 0.11.9 (SKETCHNAV_PYTHON)");
-        return;
+        return skipped("rosbags", "no Python with rosbags 0.11.9 (SKETCHNAV_PYTHON)");
     };
     let place = Place::new();
     let recording = recorded(&place);
@@ -313,8 +421,7 @@ fn a_folder_of_rosbag2_is_read_by_rosbags() {
 fn real_logs_are_localized_in_their_maps() {
     let data = repository().join("../shared/data");
     if !data.join("logs").is_dir() {
-        eprintln!("skipped: no logs in {}", data.display());
-        return;
+        return skipped("data", format_args!("no logs in {}", data.display()));
     }
     let place = Place::new();
     for name in ["freiburg-079", "intel"] {

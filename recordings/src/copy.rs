@@ -235,8 +235,10 @@ pub fn recover<W: Write>(path: &Path, copy: &mut Copy<W>) -> Result<Copied, Reco
     }
     let mut copied = Copied::default();
     loop {
-        let at = open.file.at();
-        match open.next_piece() {
+        let next = open.next_piece();
+        // Records that say nothing new may have stood before it.
+        let (at, _) = open.record();
+        match next {
             Ok(Piece::Part(part)) => copy.part(&part)?,
             Ok(Piece::Chunk) => {}
             Ok(Piece::End { clean: true }) => {

@@ -140,9 +140,55 @@ impl std::str::FromStr for Tolerance {
             let known = TABLE.iter().any(|spec| spec.name == channel);
             known.then(|| Self { channel: channel.to_owned(), field: field.to_owned(), at_most })
         };
-        parse().ok_or_else(|| {
+        let tolerance = parse().ok_or_else(|| {
             format!("expected CHANNEL.FIELD=NUMBER, as estimate.pose.x_px=0.5, found {text:?}")
-        })
+        })?;
+        let mut fields = Fields { tolerance: &tolerance, known: Vec::new(), is_found: false };
+        let Ok(()) = channels::visit(&mut fields);
+        let Fields { known, is_found, .. } = fields;
+        let other = || {
+            format!(
+                "{channel} has no field {field}: expected one of {}",
+                known.join(", "),
+                channel = tolerance.channel,
+                field = tolerance.field
+            )
+        };
+        if is_found { Ok(tolerance) } else { Err(other()) }
+    }
+}
+
+/// Looks whether a tolerance is about anything.
+struct Fields<'a> {
+    tolerance: &'a Tolerance,
+    /// The fields of its channel's message, the outermost.
+    known: Vec<&'static str>,
+    is_found: bool,
+}
+
+impl ChannelVisitor for Fields<'_> {
+    type Error = std::convert::Infallible;
+
+    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error> {
+        if channel.spec.name == self.tolerance.channel {
+            let layout = Layout::of::<T>();
+            // No number is shorter than four bytes.
+            let mut leaves = (0..layout.size()).step_by(4).filter_map(|offset| layout.leaf_at(offset));
+            self.is_found = leaves.any(|leaf| self.tolerance.covers(&leaf.path));
+            self.known = layout.fields.iter().map(|field| field.name).collect();
+        }
+        Ok(())
+    }
+
+    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error> {
+        self.fixed(channel)
+    }
+}
+
+impl Tolerance {
+    fn covers(&self, field: &str) -> bool {
+        let rest = field.strip_prefix(self.field.as_str());
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
     }
 }
 
@@ -155,10 +201,7 @@ impl FromIterator<Tolerance> for Tolerances {
 impl Tolerances {
     /// Whether such a difference of a field counts as none.
     fn forgive(&self, channel: &str, field: &str, a: Option<f64>, b: Option<f64>) -> bool {
-        let within = |part: &str| {
-            field.strip_prefix(part).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
-        };
-        let own = self.0.iter().filter(|t| t.channel == channel && within(&t.field));
+        let own = self.0.iter().filter(|t| t.channel == channel && t.covers(field));
         let (Some(a), Some(b)) = (a, b) else { return false };
         own.map(|t| t.at_most).reduce(f64::max).is_some_and(|at_most| (a - b).abs() <= at_most)
     }

@@ -4,6 +4,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use mcap::MAGIC;
+use mcap::records::op;
+
 use crate::directory::Directory;
 use crate::error::RecordingError;
 use crate::parts::{Open, Piece};
@@ -20,8 +23,12 @@ pub struct Index {
     pub(crate) statistics: Option<Statistics>,
     /// Where the metadata of a name lies; the last of that name.
     metadata: BTreeMap<String, u64>,
+    /// Where in the file what the summary names begins, and how long it is.
+    known: BTreeMap<u64, u64>,
     pub(crate) attachments: Vec<AttachmentEntry>,
     is_from_summary: bool,
+    /// How many bytes at the end are no whole record.
+    lost_bytes: u64,
 }
 
 impl Index {
@@ -44,8 +51,8 @@ impl Index {
             Err(Stop::Io(source)) => return Err(RecordingError::File { path: path.to_owned(), source }),
             Err(Stop::Cut(_) | Stop::Damage(_)) => return Ok(None),
         };
-        let index = Self::parse(&summary);
-        Ok(index.filter(|index| index.fits(open.file.bytes())))
+        let Some(index) = Self::parse(&summary) else { return Ok(None) };
+        Ok((index.fits(open.file.bytes()) && index.is_all(&mut open)?).then_some(index))
     }
 
     fn parse(summary: &[u8]) -> Option<Self> {
@@ -57,10 +64,19 @@ impl Index {
             match Record::parse(opcode, &summary[content]).ok()? {
                 Record::Schema(id, schema) => index.directory.add_schema(id, schema),
                 Record::Channel(channel) => drop(index.directory.add_channel(channel)),
-                Record::ChunkIndex(chunk) => index.chunks.push(chunk),
+                Record::ChunkIndex(chunk) => {
+                    index.known.insert(chunk.at, chunk.bytes.checked_add(chunk.index_bytes)?);
+                    index.chunks.push(chunk);
+                }
                 Record::Statistics(statistics) => index.statistics = Some(statistics),
-                Record::MetadataIndex(at, name) => drop(index.metadata.insert(name, at)),
-                Record::AttachmentIndex(attachment) => index.attachments.push(attachment),
+                Record::MetadataIndex(at, bytes, name) => {
+                    index.known.insert(at, bytes);
+                    index.metadata.insert(name, at);
+                }
+                Record::AttachmentIndex(attachment) => {
+                    index.known.insert(attachment.at, attachment.record_bytes);
+                    index.attachments.push(attachment);
+                }
                 _ => {}
             }
         }
@@ -73,6 +89,27 @@ impl Index {
         self.chunks.iter().all(inside) && (messages == 0 || !self.chunks.is_empty())
     }
 
+    /// Whether the file has no message and no chunk but those that the summary names: others may write messages
+    /// into chunks and between them. Reads the frames of what the summary does not name.
+    fn is_all(&self, open: &mut Open) -> Result<bool, RecordingError> {
+        let mut at = MAGIC.len() as u64;
+        loop {
+            if let Some(&bytes) = self.known.get(&at) {
+                let Some(end) = at.checked_add(bytes).filter(|end| *end > at) else { return Ok(false) };
+                if self.known.range(at + 1..end).next().is_some() {
+                    return Ok(false);
+                }
+                at = end;
+                continue;
+            }
+            match open.frame_at(at)? {
+                Some((op::DATA_END | op::FOOTER, _)) => return Ok(true),
+                Some((op::MESSAGE | op::CHUNK, _)) | None => return Ok(false),
+                Some((_, end)) => at = end,
+            }
+        }
+    }
+
     fn by_a_pass(path: &Path) -> Result<Self, RecordingError> {
         let mut open = Open::new(path)?;
         let (mut index, mut is_in_run) = (Self::default(), false);
@@ -82,7 +119,7 @@ impl Index {
             match piece {
                 Piece::Chunk => {
                     let (first_ns, last_ns) = open.skip_chunk()?.unwrap_or((u64::MAX, 0));
-                    index.chunks.push(ChunkEntry { first_ns, last_ns, at, bytes, channels: Vec::new() });
+                    index.chunks.push(entry(first_ns, last_ns, at, bytes));
                     is_in_run = false;
                 }
                 Piece::Part(Part::Message(message)) => {
@@ -91,10 +128,14 @@ impl Index {
                 }
                 Piece::Part(Part::Metadata(name, _)) => drop(index.metadata.insert(name, at)),
                 Piece::Part(Part::Attachment(Attachment { name, data, .. })) => {
-                    index.attachments.push(AttachmentEntry { name, at, bytes: data.len() as u64 });
+                    let (record_bytes, bytes) = (bytes, data.len() as u64);
+                    index.attachments.push(AttachmentEntry { name, at, record_bytes, bytes });
                 }
                 Piece::Part(_) => {}
-                Piece::End { .. } => break,
+                Piece::End { clean } => {
+                    index.lost_bytes = if clean { 0 } else { open.file.bytes() - at };
+                    break;
+                }
             }
         }
         index.directory = open.into_directory();
@@ -109,16 +150,18 @@ impl Index {
                 (run.first_ns, run.last_ns) = (run.first_ns.min(ns), run.last_ns.max(ns));
                 run.bytes = at + bytes - run.at;
             }
-            None => {
-                let (first_ns, last_ns, channels) = (ns, ns, Vec::new());
-                self.chunks.push(ChunkEntry { first_ns, last_ns, at, bytes, channels });
-            }
+            None => self.chunks.push(entry(ns, ns, at, bytes)),
         }
     }
 
     /// Whether the file itself has the index, because its writer came to an end.
     pub fn is_from_summary(&self) -> bool {
         self.is_from_summary
+    }
+
+    /// How many bytes at the end are no whole record: the file is cut off in the middle of one.
+    pub fn lost_bytes(&self) -> u64 {
+        self.lost_bytes
     }
 
     /// How many chunks there are.
@@ -167,4 +210,9 @@ impl Index {
             _ => Ok(None),
         }
     }
+}
+
+/// A chunk or a run whose channels nobody has listed.
+fn entry(first_ns: u64, last_ns: u64, at: u64, bytes: u64) -> ChunkEntry {
+    ChunkEntry { first_ns, last_ns, at, bytes, index_bytes: 0, channels: Vec::new() }
 }

@@ -148,6 +148,15 @@ impl Open {
         Record::parse(opcode, self.file.content()).map_err(|kind| self.damaged(Damage::Content { at, kind }))
     }
 
+    /// The opcode of the record that begins there and where it ends; none where the file ends before it does.
+    pub(crate) fn frame_at(&mut self, at: u64) -> Result<Option<(u8, u64)>, RecordingError> {
+        match self.file.frame_at(at) {
+            Ok(frame) => Ok(Some(frame)),
+            Err(Stop::Io(source)) => Err(self.stopped(Stop::Io(source))),
+            Err(Stop::Cut(_) | Stop::Damage(_)) => Ok(None),
+        }
+    }
+
     fn in_file(&mut self) -> Result<Option<Piece>, RecordingError> {
         let at = self.file.at();
         self.record_at = at;

@@ -51,7 +51,7 @@ pub struct RawMessage {
     pub topic: Arc<Topic>,
     /// Its number on its channel.
     pub sequence: u32,
-    /// Simulation time, nanoseconds.
+    /// Simulation time, nanoseconds; of `/health`, which several processes write, no earlier than of the one before.
     pub stamp_ns: u64,
     /// When it was sent, where the file tells it apart, nanoseconds.
     pub publish_ns: u64,

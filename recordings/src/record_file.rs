@@ -1,7 +1,7 @@
 //! A file of records, read one after the other or from any place; and the index at its end.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, Read};
 use std::path::Path;
 
 use mcap::records::op;
@@ -81,7 +81,8 @@ impl RecordFile {
             return Err(Stop::Cut(at));
         }
         if at != self.at {
-            self.file.seek(SeekFrom::Start(at))?;
+            // Within what is read ahead nothing is read again.
+            self.file.seek_relative(at as i64 - self.at as i64)?;
             self.at = at;
         }
         Ok(())
@@ -113,6 +114,19 @@ impl RecordFile {
             return Err(Damage::Checksum { at: begin, kind: "attachment" }.into());
         }
         Ok(opcode)
+    }
+
+    /// The opcode of the record that begins there, and where it ends.
+    pub fn frame_at(&mut self, at: u64) -> Result<(u8, u64), Stop> {
+        self.seek(at)?;
+        if self.bytes - at < FRAME_BYTES {
+            return Err(Stop::Cut(at));
+        }
+        let mut frame = [0; FRAME_BYTES as usize];
+        self.fill_from_file(&mut frame)?;
+        let [opcode, length @ ..] = frame;
+        let end = self.at.checked_add(u64::from_le_bytes(length)).filter(|end| *end <= self.bytes);
+        end.map(|end| (opcode, end)).ok_or(Stop::Cut(at))
     }
 
     fn fill_from_file(&mut self, into: &mut [u8]) -> Result<(), Stop> {

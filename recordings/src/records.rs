@@ -181,6 +181,8 @@ pub struct ChunkEntry {
     pub at: u64,
     /// Length of the record with its frame, or of the run.
     pub bytes: u64,
+    /// Length of what stands behind it to find its messages by, which says nothing new.
+    pub index_bytes: u64,
     /// The channels that have messages in it; empty where that is not known.
     pub channels: Vec<u16>,
 }
@@ -192,6 +194,8 @@ pub struct AttachmentEntry {
     pub name: String,
     /// Where its record begins.
     pub at: u64,
+    /// Length of its record with its frame.
+    pub record_bytes: u64,
     /// Length of its content.
     pub bytes: u64,
 }
@@ -234,8 +238,8 @@ pub enum Record<'a> {
     ChunkIndex(ChunkEntry),
     /// Of the index: an attachment.
     AttachmentIndex(AttachmentEntry),
-    /// Of the index: metadata and its name.
-    MetadataIndex(u64, String),
+    /// Of the index: where metadata lie, the length of their record with its frame, their name.
+    MetadataIndex(u64, u64, String),
     /// Of the index: counts.
     Statistics(Statistics),
     /// One that says nothing new.
@@ -335,18 +339,17 @@ fn footer<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
 fn chunk_index<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
     let (first_ns, last_ns, at, bytes) = (f.u64()?, f.u64()?, f.u64()?, f.u64()?);
     let offsets = f.map(|f| Some((f.u16()?, f.u64()?)))?;
-    let channels = offsets.into_keys().collect();
-    Some(Record::ChunkIndex(ChunkEntry { first_ns, last_ns, at, bytes, channels }))
+    let (channels, index_bytes) = (offsets.into_keys().collect(), f.u64()?);
+    Some(Record::ChunkIndex(ChunkEntry { first_ns, last_ns, at, bytes, index_bytes, channels }))
 }
 
 fn attachment_index<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
-    let (at, _record, _log, _created, bytes) = (f.u64()?, f.u64()?, f.u64()?, f.u64()?, f.u64()?);
-    Some(Record::AttachmentIndex(AttachmentEntry { name: f.text()?, at, bytes }))
+    let (at, record_bytes, _log, _created, bytes) = (f.u64()?, f.u64()?, f.u64()?, f.u64()?, f.u64()?);
+    Some(Record::AttachmentIndex(AttachmentEntry { name: f.text()?, at, record_bytes, bytes }))
 }
 
 fn metadata_index<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
-    let (at, _bytes) = (f.u64()?, f.u64()?);
-    Some(Record::MetadataIndex(at, f.text()?))
+    Some(Record::MetadataIndex(f.u64()?, f.u64()?, f.text()?))
 }
 
 fn statistics<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {

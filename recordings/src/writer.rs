@@ -160,10 +160,11 @@ impl<W: Write> Writer<W> {
             return Err(RecordingError::Message { topic: topic_name(name), seq: header.seq, source });
         }
         topic.messages += 1;
-        topic.facts.see_time(header.stamp_ns);
+        let log_ns = topic.log_ns(header.stamp_ns);
+        topic.facts.see_time(log_ns);
         let id = topic.id;
         let sequence = header.seq as u32; // `to_cdr` refuses larger ones
-        self.append(id, sequence, header.stamp_ns)?;
+        self.append(id, sequence, log_ns)?;
         if name == channels::ODOMETRY.spec.name {
             self.write_transform(bytemuck::bytes_of(message))?;
         }
@@ -269,6 +270,15 @@ impl<W: Write> Writer<W> {
 impl Topic {
     fn see(&mut self, seq: u64) -> Seen {
         self.facts.see_number(&mut self.sequence, self.spec.writer.is_none(), seq)
+    }
+
+    /// The time under which a message of this stamp is logged. What several processes write comes as it comes; a
+    /// file's readers count on it that the times of a topic do not go back.
+    fn log_ns(&self, stamp_ns: u64) -> u64 {
+        match (self.spec.writer, self.facts.times_ns) {
+            (None, Some((_, last_ns))) => stamp_ns.max(last_ns),
+            _ => stamp_ns,
+        }
     }
 }
 

@@ -1,5 +1,8 @@
 //! The world as a whole: what a navigator can rely on.
 
+#[path = "../../tests/support/skip.rs"]
+mod skip;
+
 use sketchnav_schemas::codes::BodyKind;
 use sketchnav_schemas::geometry::{Pose, World as WorldFrame};
 use sketchnav_schemas::message::{Contact, GroundTruth, Header, LaserScan, Odometry, Twist, VelocityCommand};
@@ -322,8 +325,7 @@ fn a_real_map_becomes_a_world() {
     let data = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/maps");
     let path = data.join("Freiburg79_scan_furnitures.yaml");
     if !path.exists() {
-        eprintln!("skipped: {} is not at hand", path.display());
-        return;
+        return skip::skipped("data", format_args!("{} is not there", path.display()));
     }
     let floor = sketchnav_sim::files::map_file(&path).unwrap();
     let start = |column: f64, row: f64| {

@@ -8,6 +8,7 @@
 
 pub mod page;
 pub mod room;
+mod skip;
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -22,6 +23,8 @@ use nix::unistd::Pid;
 use serde_json::Value;
 use sketchnav_schemas::message::fingerprint;
 use tempfile::TempDir;
+
+pub use skip::skipped;
 
 /// Longest that anything may take before it is taken to hang.
 const LIMIT: Duration = Duration::from_secs(180);
@@ -293,7 +296,7 @@ pub fn repository() -> &'static Path {
 pub fn shared_data(file: &str) -> Option<PathBuf> {
     let path = repository().join("../shared/data").join(file);
     if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
+        skipped("data", format_args!("{} is not there", path.display()));
         return None;
     }
     Some(path)

@@ -46,7 +46,9 @@ fn records(file: &[u8]) -> Vec<(usize, u8)> {
     found
 }
 
+const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
+const DATA_END: u8 = 15;
 
 #[test]
 fn a_file_cut_at_any_byte_of_its_last_chunks_gives_what_is_whole() {
@@ -120,6 +122,69 @@ fn messages_in_no_chunk_are_found() {
     let mut in_time: Vec<_> = recording.timeline(wanted).unwrap().map(|m| m.unwrap().sequence).collect();
     in_time.reverse();
     assert_eq!(in_time, found);
+}
+
+/// A message in no chunk, as a record of the file.
+fn loose(channel: u16, sequence: u32, ns: u64) -> Vec<u8> {
+    let times = [ns, ns].map(u64::to_le_bytes).concat();
+    let content = [&channel.to_le_bytes()[..], &sequence.to_le_bytes(), &times, b"{}"].concat();
+    [&[MESSAGE][..], &(content.len() as u64).to_le_bytes(), &content].concat()
+}
+
+/// Chunks, and messages between them: those were left out where the file has an index, which names chunks alone.
+#[test]
+fn messages_between_chunks_are_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mixed.mcap");
+    let mut other = mcap::Writer::new(std::fs::File::create(&path).unwrap()).unwrap();
+    let channel_id = other.add_channel(0, "/a", "json", &Default::default()).unwrap();
+    for sequence in 1..=40_u32 {
+        let log_time = u64::from(sequence) * 10;
+        let header = mcap::records::MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+        other.write_to_known_channel(&header, b"{}").unwrap();
+        if sequence % 10 == 0 {
+            other.flush().unwrap();
+        }
+    }
+    other.finish().unwrap();
+    drop(other);
+    let file = std::fs::read(&path).unwrap();
+    let found = records(&file);
+    let data_end = found.iter().find(|(_, opcode)| *opcode == DATA_END).unwrap().0;
+    let chunks: Vec<_> = found.iter().filter(|(_, opcode)| *opcode == CHUNK).map(|(at, _)| *at).collect();
+    assert_eq!(chunks.len(), 4);
+    // Without an index: a message before the second chunk, two before the third, and the file ends there.
+    let head = [&file[..chunks[1]], &loose(channel_id, 41, 205)];
+    let tail = [&file[chunks[1]..chunks[2]], &loose(channel_id, 42, 5), &loose(channel_id, 43, 1000)];
+    let no_index = [head.concat(), tail.concat(), file[chunks[2]..data_end].to_vec()].concat();
+    check_mixed(&path, &no_index, 43, [42, 1, 2], [40, 43]);
+    // With the index of the chunks alone: the messages stand before the end of the data, the index is moved.
+    let added = [loose(channel_id, 41, 205), loose(channel_id, 42, 5)].concat();
+    let mut with_index = [&file[..data_end], &added, &file[data_end..]].concat();
+    let footer = with_index.len() - 8 - 20;
+    for place in [footer, footer + 8] {
+        let moved = u64::from_le_bytes(with_index[place..place + 8].try_into().unwrap()) + added.len() as u64;
+        with_index[place..place + 8].copy_from_slice(&moved.to_le_bytes());
+    }
+    with_index[footer + 16..footer + 20].fill(0);
+    check_mixed(&path, &with_index, 42, [42, 1, 2], [39, 40]);
+}
+
+/// Whatever the way to read it, all messages are there, in the order of time from these to those.
+fn check_mixed(path: &Path, file: &[u8], count: usize, first: [u32; 3], last: [u32; 2]) {
+    std::fs::write(path, file).unwrap();
+    assert_eq!(read_all(path).unwrap().0, count as u64);
+    let recording = Recording::open(path).unwrap();
+    let all = |times| recording.timeline(Selection::default().between(times)).unwrap();
+    let numbers: Vec<_> = all(0..u64::MAX).map(|message| message.unwrap().sequence).collect();
+    assert_eq!((numbers.len(), &numbers[..3], &numbers[count - 2..]), (count, &first[..], &last[..]));
+    assert_eq!(recording.select(Selection::default()).unwrap().filter(Result::is_ok).count(), count);
+    let within: Vec<_> = all(200..210).map(|message| message.unwrap().sequence).collect();
+    assert_eq!(within, [20, 41]);
+    let mut copy = sketchnav_recordings::copy::Copy::new(Vec::new()).unwrap();
+    let copied = sketchnav_recordings::copy::recover(path, &mut copy).unwrap();
+    // Cut off behind a whole record, it has lost nothing: the record before it counted as lost.
+    assert_eq!((copied.messages, copied.lost_chunks, copied.lost_bytes), (count as u64, 0, 0));
 }
 
 /// The length of a chunk that the file has no room for: the error says where, not that there is no index.

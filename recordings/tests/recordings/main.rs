@@ -9,3 +9,5 @@ mod golden;
 mod python;
 mod reading;
 mod round_trip;
+#[path = "../../../tests/support/skip.rs"]
+mod skip;

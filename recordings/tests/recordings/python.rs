@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::common;
+use super::skip::skipped;
 
 fn python() -> Option<PathBuf> {
     let python = std::env::var_os("SKETCHNAV_PYTHON").map_or_else(|| "python3".into(), PathBuf::from);
@@ -15,8 +16,8 @@ fn python() -> Option<PathBuf> {
 #[test]
 fn python_decodes_every_message_type() {
     let Some(python) = python() else {
-        eprintln!("skipped: no Python with rosbags 0.11.9 and mcap-ros2-support 0.6.0 (SKETCHNAV_PYTHON)");
-        return;
+        let what = "no Python with rosbags 0.11.9 and mcap-ros2-support 0.6.0 (SKETCHNAV_PYTHON)";
+        return skipped("rosbags", what);
     };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("samples.mcap");

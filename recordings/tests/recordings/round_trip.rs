@@ -3,11 +3,13 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use bytemuck::Zeroable;
 use sketchnav_recordings::info::info;
-use sketchnav_recordings::reader::Recording;
+use sketchnav_recordings::reader::{Recording, Selection};
 use sketchnav_recordings::sequence::{Gap, Seen};
 use sketchnav_recordings::{RecordingError, Writer};
-use sketchnav_schemas::channels::{self, Channel, ChannelVisitor};
+use sketchnav_schemas::channels::{self, Channel, ChannelVisitor, HEALTH};
+use sketchnav_schemas::message::{Header, Health};
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::samples::sample;
 use sketchnav_schemas::seed::stream;
@@ -209,4 +211,27 @@ fn what_is_no_recording_is_named() {
     assert!(matches!(error, RecordingError::Damaged { .. }), "{error}");
     std::fs::write(&path, "").unwrap();
     assert!(Recording::open(&path).is_err());
+}
+
+/// What several processes write comes as it comes. Readers take it that the times of a topic do not go back; the
+/// message itself says when it was.
+#[test]
+fn the_times_of_a_topic_do_not_go_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("health.mcap");
+    let mut writer = common::create(&path);
+    let stamps = [5, 2, 9, 7];
+    for stamp_ns in stamps {
+        let header = Header { seq: 1, stamp_ns, source_seq: 0 };
+        writer.write(HEALTH, &Health { header, ..Health::zeroed() }, &[]).unwrap();
+    }
+    writer.finish().unwrap();
+    let recording = Recording::open(&path).unwrap();
+    let all = || recording.select(Selection::of_topics(["/health"])).unwrap().map(Result::unwrap);
+    assert_eq!(
+        all().map(|m| [m.stamp_ns, m.publish_ns]).collect::<Vec<_>>(),
+        [[5; 2], [5; 2], [9; 2], [9; 2]]
+    );
+    let said: Vec<_> = recording.all(HEALTH).unwrap().iter().map(|health| health.header.stamp_ns).collect();
+    assert_eq!(said, stamps);
 }

@@ -23,11 +23,11 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
         Tool::Replay { file, options } => replay::replay(&file, &options),
         Tool::Rerun { file, options } => rerun::rerun(&file, &options),
         Tool::Judge { files, options } => judge::judge(&files, &options),
-        Tool::Report { file, output, rooms } => report::report(&file, &output, rooms.as_deref()),
+        Tool::Report { file, output, rooms, json } => report::report(&file, &output, rooms.as_deref(), json),
         Tool::Import { log, options } => import::import(&log, &options),
         Tool::Recover { file, output, json } => rewrite::recover(&file, &output, json),
         Tool::Filter { file, options } => rewrite::filter(&file, &options),
-        Tool::Merge { files, output } => rewrite::merge(&files, &output),
+        Tool::Merge { files, output, json } => rewrite::merge(&files, &output, json),
         Tool::Split { file, options } => rewrite::split(&file, &options),
     }
 }

@@ -236,6 +236,10 @@ fn entered(polygons: impl Iterator<Item = (String, Vec<[f64; 2]>)>, ground: &Gro
 }
 
 #[cfg(test)]
+#[path = "../../../tests/support/skip.rs"]
+mod skip;
+
+#[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
     use std::path::PathBuf;
@@ -278,7 +282,7 @@ mod tests {
     fn people_deform_as_the_marks_in_their_drawings_say() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/sketches/kth");
         if !folder.is_dir() {
-            return eprintln!("skipped: {} is missing", folder.display());
+            return skip::skipped("data", format_args!("{} is not there", folder.display()));
         }
         let drawings = (0..10).flat_map(|n| ["a", "b"].map(|by| format!("{n:02}.annotator-{by}.dat")));
         let found: Vec<_> = drawings.filter_map(|file| measured(&folder.join(file))).map(figures).collect();

@@ -57,7 +57,12 @@ impl Disk {
 /// # Errors
 /// As the system says.
 pub fn set_aside(path: &Path) -> io::Result<()> {
-    if path.exists() { std::fs::rename(path, free_name(path)) } else { Ok(()) }
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_file() => std::fs::rename(path, free_name(path)),
+        // A folder or a device is no recording.
+        Ok(_) => Err(io::Error::other("expected the name of a file, found something else")),
+        Err(_) => Ok(()),
+    }
 }
 
 /// The file of a recording's part: the first one is the recording itself, `NAME.mcap`, what successors of
@@ -89,6 +94,7 @@ mod tests {
         for name in ["demo.mcap", "demo.1.mcap", "demo.2.mcap"] {
             assert_eq!(std::fs::read(path.with_file_name(name)).unwrap(), b"something", "{name}");
         }
+        assert!(set_aside(folder.path()).is_err() && folder.path().is_dir());
     }
 
     #[test]

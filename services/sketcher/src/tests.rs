@@ -1,6 +1,9 @@
 //! The whole way from bytes to messages, over drawings made here and, where they lie beside the
 //! project, over drawings by people.
 
+#[path = "../../../tests/support/skip.rs"]
+mod skip;
+
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::path::{Path, PathBuf};
 
@@ -391,7 +394,7 @@ proptest! {
 fn drawings(folder: &str, extension: &str) -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/sketches").join(folder);
     let Ok(entries) = std::fs::read_dir(&root) else {
-        eprintln!("skipped: no drawings at {}", root.display());
+        skip::skipped("data", format_args!("no drawings at {}", root.display()));
         return Vec::new();
     };
     let paths = entries.flatten().map(|entry| entry.path());

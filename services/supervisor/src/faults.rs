@@ -12,16 +12,17 @@ use crate::{Death, Result};
 
 /// The supervisor's end of the channel, and what others have it say there.
 pub(crate) struct Faults {
-    writer: Writer<Fault>,
+    /// None where the channel is ceded.
+    writer: Option<Writer<Fault>>,
     notices: Notices,
     /// Of the mission's last status.
     now: Header,
 }
 
 impl Faults {
-    pub(crate) fn open(node: &Node) -> Result<Self> {
-        let mut writer = node.writer(FAULTS)?;
-        writer.resume_behind_kept();
+    pub(crate) fn open(node: &Node, is_ceded: bool) -> Result<Self> {
+        let mut writer = (!is_ceded).then(|| node.writer(FAULTS)).transpose()?;
+        writer.iter_mut().for_each(Writer::resume_behind_kept);
         let now = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         Ok(Self { writer, notices: Notices::open(node.system())?, now })
     }
@@ -50,7 +51,8 @@ impl Faults {
         pid: u32,
         fill: impl FnOnce(&mut Fault),
     ) -> Result<()> {
-        self.writer.send(|fault| {
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        writer.send(|fault| {
             fault.header = Header { seq: 0, ..self.now };
             (fault.kind, fault.process, fault.pid) = (kind.code(), process.code(), pid);
             fill(fault);

@@ -28,7 +28,7 @@ mod vigil;
 
 pub use child::ProcessLine;
 pub use error::{Death, Error};
-pub use supervisor::{Grace, Progress, Supervisor};
+pub use supervisor::{Ceded, Grace, Progress, Supervisor};
 
 /// What a function of this crate returns.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

@@ -47,6 +47,15 @@ impl Default for Grace {
     }
 }
 
+/// Which of the supervisor's channels somebody else writes, by [`Supervisor::node`]: who plays a recording of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Ceded {
+    /// The orders; the supervisor gives none then.
+    pub mission: bool,
+    /// What befalls the processes; the supervisor does not tell then.
+    pub faults: bool,
+}
+
 /// How the mission goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
@@ -79,7 +88,8 @@ pub struct Supervisor {
 }
 
 struct Ports {
-    mission: Writer<MissionCommand>,
+    /// None where it is ceded.
+    mission: Option<Writer<MissionCommand>>,
     status: Reader<MissionStatus>,
     estimate: Reader<PoseEstimate>,
     health: Reader<Health>,
@@ -93,7 +103,20 @@ impl Supervisor {
     /// # Errors
     /// Where the system runs already, or a process cannot be started; nothing is left of it then.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
-        Self::begin(System::create(run)?, run.pad, lines, grace)
+        Self::begin(System::create(run)?, run.pad, lines, grace, Ceded::default())
+    }
+
+    /// As [`Supervisor::start`], for a player that speaks for the supervisor too.
+    ///
+    /// # Errors
+    /// As [`Supervisor::start`].
+    pub fn start_for_player(
+        run: &RunConfig,
+        lines: Vec<ProcessLine>,
+        grace: Grace,
+        ceded: Ceded,
+    ) -> Result<Self> {
+        Self::begin(System::create(run)?, run.pad, lines, grace, ceded)
     }
 
     /// Goes on with a dead system that was taken over: its processes go on where they were.
@@ -102,7 +125,7 @@ impl Supervisor {
     /// As [`Supervisor::start`]; the system is then cleared.
     pub fn resume(system: System, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let pad = system.run_config()?.pad;
-        let mut supervisor = Self::begin(system, pad, lines, grace)?;
+        let mut supervisor = Self::begin(system, pad, lines, grace, Ceded::default())?;
         if let Some(ports) = &mut supervisor.ports {
             let words = "its supervisor was killed; its processes go on where they were";
             ports.faults.tell(
@@ -117,13 +140,14 @@ impl Supervisor {
         Ok(supervisor)
     }
 
-    fn begin(system: System, pad: Pad, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
-        let mut supervisor = Self::prepare(system, pad, grace)?;
+    fn begin(system: System, pad: Pad, lines: Vec<ProcessLine>, grace: Grace, ceded: Ceded) -> Result<Self> {
+        let mut supervisor = Self::prepare(system, pad, grace, ceded)?;
         for line in lines {
             supervisor.spawn(line)?;
         }
         // Where somebody before this one has given orders, they were just sent again.
-        let is_ordered = supervisor.ports.as_ref().is_some_and(|ports| ports.mission.last_kept().is_some());
+        let mission = supervisor.ports.as_ref().and_then(|ports| ports.mission.as_ref());
+        let is_ordered = mission.is_none_or(|mission| mission.last_kept().is_some());
         if !is_ordered && !pad.draws() {
             supervisor.order(Order::Start, 0)?;
         }
@@ -152,11 +176,17 @@ impl Supervisor {
         }
     }
 
-    /// Sends an order to the planner. `task`: the task that it is about, where the order names one.
+    /// Its node, for who speaks in its name; none when it was shut down.
+    pub fn node(&self) -> Option<&Node> {
+        self.node.as_ref()
+    }
+
+    /// Sends an order to the planner, where the orders are not ceded. `task`: the task that it is about, where the
+    /// order names one.
     pub fn order(&mut self, order: Order, task: u32) -> Result<()> {
-        if let Some(ports) = &mut self.ports {
+        if let Some(mission) = self.ports.as_mut().and_then(|ports| ports.mission.as_mut()) {
             let stamp_ns = self.status.map_or(0, |status| status.header.stamp_ns);
-            ports.mission.send(|message| {
+            mission.send(|message| {
                 message.header.stamp_ns = stamp_ns;
                 message.order = order.code();
                 message.task = task;
@@ -217,7 +247,7 @@ impl Supervisor {
         services.and(recorder).and(received).and(removed.map_err(Error::from))
     }
 
-    fn prepare(system: System, pad: Pad, grace: Grace) -> Result<Self> {
+    fn prepare(system: System, pad: Pad, grace: Grace, ceded: Ceded) -> Result<Self> {
         let system = Rc::new(system);
         let mut supervisor = Self {
             grace,
@@ -235,14 +265,14 @@ impl Supervisor {
         };
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
         supervisor.channels = Some(Channels::create(node)?);
-        let mut mission = node.writer(MISSION)?;
-        mission.resume_behind_kept();
+        let mut mission = (!ceded.mission).then(|| node.writer(MISSION)).transpose()?;
+        mission.iter_mut().for_each(Writer::resume_behind_kept);
         supervisor.ports = Some(Ports {
             mission,
             status: node.reader(STATUS)?,
             estimate: node.reader(ESTIMATE)?,
             health: node.reader(HEALTH)?,
-            faults: Faults::open(node)?,
+            faults: Faults::open(node, ceded.faults)?,
         });
         Ok(supervisor)
     }

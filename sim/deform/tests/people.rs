@@ -1,5 +1,8 @@
 //! Drawings at degree 1 are deformed as people deform, at degree 0 not at all, and the sketcher reads them.
 
+#[path = "../../../tests/support/skip.rs"]
+mod skip;
+
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::{ProptestConfig, prop_assert, proptest};
@@ -156,7 +159,7 @@ fn the_svg_shows_what_the_strokes_say() {
 fn data(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(name);
     if !path.is_file() {
-        eprintln!("skipped: {} is missing", path.display());
+        skip::skipped("data", format_args!("{} is not there", path.display()));
     }
     path.is_file().then_some(path)
 }

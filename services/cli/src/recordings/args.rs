@@ -57,6 +57,9 @@ pub enum Tool {
         /// Which room of the floor is which of the drawing: a file (TOML).
         #[arg(long, value_name = "TOML")]
         rooms: Option<PathBuf>,
+        /// One JSON object instead of text.
+        #[arg(long)]
+        json: bool,
     },
     /// Make a recording of a laser log of the CARMEN toolkit (.log, or .log.gz).
     #[command(
@@ -84,7 +87,7 @@ pub enum Tool {
     },
     /// Copy some topics or some time of a recording.
     #[command(
-        after_help = "Exit codes: 0 done, 1 error, 2 usage.\nExample: sketchnav filter a.mcap --topics scan,odometry --start 10 --end 20 -o part.mcap"
+        after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of a recording that was cut off.\nExample: sketchnav filter a.mcap --topics scan,odometry --start 10 --end 20 -o part.mcap"
     )]
     Filter {
         /// The recording.
@@ -94,7 +97,7 @@ pub enum Tool {
     },
     /// Make one recording of several, in the order of time.
     #[command(
-        after_help = "Exit codes: 0 done, 1 error, 2 usage.\nExample: sketchnav merge a.mcap b.mcap -o both.mcap"
+        after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of recordings of which one was cut off.\nExample: sketchnav merge a.mcap b.mcap -o both.mcap"
     )]
     Merge {
         /// The recordings.
@@ -103,10 +106,13 @@ pub enum Tool {
         /// The result.
         #[arg(short, long)]
         output: PathBuf,
+        /// One JSON object instead of text.
+        #[arg(long)]
+        json: bool,
     },
     /// Cut a recording into parts, each with the latched messages; or make a folder of rosbag2 of it.
     #[command(
-        after_help = "Exit codes: 0 done, 1 error, 2 usage.\nExample: sketchnav split a.mcap --seconds 60 --rosbag2 -o bag"
+        after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of a recording that was cut off.\nExample: sketchnav split a.mcap --seconds 60 --rosbag2 -o bag"
     )]
     Split {
         /// The recording.
@@ -123,9 +129,10 @@ impl Tool {
             Self::Rerun { options, .. } => options.json,
             Self::Judge { options, .. } => options.json,
             Self::Import { options, .. } => options.json,
-            Self::Recover { json, .. } => *json,
+            Self::Report { json, .. } | Self::Recover { json, .. } | Self::Merge { json, .. } => *json,
+            Self::Filter { options, .. } => options.json,
             Self::Split { options, .. } => options.json,
-            Self::Replay { .. } | Self::Report { .. } | Self::Filter { .. } | Self::Merge { .. } => false,
+            Self::Replay { .. } => false,
         }
     }
 }
@@ -134,10 +141,10 @@ impl Tool {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Times {
     /// From this recorded second on.
-    #[arg(long, value_name = "S", value_parser = parse_second)]
+    #[arg(long, value_name = "S", value_parser = parse_second, allow_hyphen_values = true)]
     pub start: Option<f64>,
     /// Up to before this recorded second.
-    #[arg(long, value_name = "S", value_parser = parse_second)]
+    #[arg(long, value_name = "S", value_parser = parse_second, allow_hyphen_values = true)]
     pub end: Option<f64>,
 }
 
@@ -207,6 +214,11 @@ fn parse_remap(text: &str) -> Result<(String, String), String> {
     let (from, to) = text.split_once(":=").ok_or("expected A:=B")?;
     let slashed = |name: &str| format!("/{}", name.trim_start_matches('/'));
     Ok((slashed(from), slashed(to)))
+}
+
+fn parse_range(text: &str) -> Result<f64, String> {
+    let range = text.parse().ok().filter(|m: &f64| m.is_finite() && *m > 0.0);
+    range.ok_or_else(|| "expected a number of metres above 0".to_owned())
 }
 
 fn parse_start(text: &str) -> Result<[f64; 3], String> {
@@ -284,7 +296,7 @@ pub struct ImportOptions {
     #[arg(long, value_name = "C,R,DEG", value_parser = parse_start, allow_hyphen_values = true)]
     pub start: Option<[f64; 3]>,
     /// A reading from here on is none, metres.
-    #[arg(long, default_value_t = 79.0)]
+    #[arg(long, value_name = "M", default_value = "79", value_parser = parse_range, allow_hyphen_values = true)]
     pub range_max: f64,
     /// Seed of the run that the log stands for.
     #[arg(long, default_value_t = 1)]
@@ -311,6 +323,9 @@ pub struct FilterOptions {
     /// The copy.
     #[arg(short, long)]
     pub output: PathBuf,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// How to cut a recording.

@@ -1,5 +1,5 @@
 //! Files that appear under their names when they are whole: until then what was there before stays, which may
-//! be the very file that is being read.
+//! be the very file that is being read. What is no file, a pipe or a device, is written as it is.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -14,24 +14,32 @@ pub type Sink = BufWriter<File>;
 /// A file that is moved to its name when it is whole; dropped before, it is gone.
 pub struct Draft {
     path: PathBuf,
-    draft: PathBuf,
+    /// None where there is nothing to be moved.
+    draft: Option<PathBuf>,
 }
 
 impl Draft {
-    /// Begins `path`, as `path.unfinished` beside it.
+    /// Begins `path`, as `path.unfinished` beside it; of a link, where it leads to.
     pub fn begin(path: &Path) -> io::Result<(Self, Sink)> {
-        let mut draft = OsString::from(path);
+        if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+            // To be moved over, a device would be gone; a folder is refused here.
+            let file = File::options().write(true).open(path)?;
+            return Ok((Self { path: path.to_owned(), draft: None }, BufWriter::new(file)));
+        }
+        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let mut draft = OsString::from(&path);
         draft.push(".unfinished");
         let draft = PathBuf::from(draft);
         let file = File::create(&draft)?;
-        Ok((Self { path: path.to_owned(), draft }, BufWriter::new(file)))
+        Ok((Self { path, draft: Some(draft) }, BufWriter::new(file)))
     }
 
     /// Gives it its name, once its sink was flushed.
     pub fn finish(self) -> anyhow::Result<()> {
+        let Some(draft) = &self.draft else { return Ok(()) };
         let work = || {
-            File::open(&self.draft)?.sync_data()?;
-            std::fs::rename(&self.draft, &self.path)
+            File::open(draft)?.sync_data()?;
+            std::fs::rename(draft, &self.path)
         };
         work().with_context(|| self.path.display().to_string())
     }
@@ -39,8 +47,10 @@ impl Draft {
 
 impl Drop for Draft {
     fn drop(&mut self) {
-        // After `finish` there is none.
-        let _ = std::fs::remove_file(&self.draft);
+        if let Some(draft) = &self.draft {
+            // After `finish` there is none.
+            let _ = std::fs::remove_file(draft);
+        }
     }
 }
 
@@ -66,5 +76,30 @@ mod tests {
         assert_eq!((text.as_str(), std::fs::read(&path).unwrap().as_slice()), ("old", &b"new"[..]));
         drop(Draft::begin(&path).unwrap());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    /// `-o /dev/null`, as root, made a file of the device.
+    #[test]
+    fn what_is_no_file_stays_what_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let (pipe, link, file) = ["pipe", "link", "file"].map(|name| folder.path().join(name)).into();
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read(pipe).unwrap()
+        });
+        let (draft, mut sink) = Draft::begin(&pipe).unwrap();
+        sink.write_all(b"said").unwrap();
+        sink.flush().unwrap();
+        drop(sink);
+        draft.finish().unwrap();
+        assert_eq!(reader.join().unwrap(), b"said");
+        assert!(!std::fs::metadata(&pipe).unwrap().is_file());
+        std::fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        Draft::begin(&link).unwrap().0.finish().unwrap();
+        assert!(link.is_symlink() && std::fs::read(&file).unwrap().is_empty());
+        let error = Draft::begin(folder.path()).err().unwrap();
+        assert_eq!(error.kind(), io::ErrorKind::IsADirectory);
     }
 }

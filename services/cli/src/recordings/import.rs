@@ -41,7 +41,8 @@ struct Drawn {
 /// Makes a recording of a log.
 pub fn import(log: &Path, options: &ImportOptions) -> Result<Outcome, Failure> {
     super::refuse_to_overwrite(log, &options.output)?;
-    let first = scans(log)?.next().transpose().or_input()?;
+    let named = || log.display().to_string();
+    let first = scans(log)?.next().transpose().with_context(named).or_input()?;
     let first = first.ok_or_else(|| Failure::Input(anyhow!("{}: expected FLASER lines", log.display())))?;
     let laser = LaserFacts::of_half_circle(first.ranges_m.len(), options.range_max);
     let mut run = run(log, options, &first, &laser)?;
@@ -52,10 +53,12 @@ pub fn import(log: &Path, options: &ImportOptions) -> Result<Outcome, Failure> {
     for parameters in &options.set {
         run.mission.parameters.extend(parameters);
     }
+    // It is the localizer that such a recording is for: what it would refuse is told now.
+    sketchnav_localizer::core::Core::new(&run).or_input()?;
     let count = write(log, options, &run, &laser, &drawn)?;
     let output = options.output.display();
     if options.json {
-        out!("{}", serde_json::json!({ "recording": options.output, "scans": count }))?;
+        out!("{}", serde_json::json!({ "recording": output.to_string(), "scans": count }))?;
     } else {
         out!("{count} scans of {} beams\nrecording  {output}", first.ranges_m.len())?;
     }

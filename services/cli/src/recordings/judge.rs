@@ -25,6 +25,7 @@ use crate::output::out;
 /// The figures of a recording, with what it is.
 #[derive(Debug, Serialize)]
 pub struct Judged {
+    #[serde(serialize_with = "as_text")]
     recording: PathBuf,
     mission: Option<String>,
     seed: Option<u64>,
@@ -41,6 +42,11 @@ pub struct Judged {
     pub log: Log,
     #[serde(skip)]
     map: Option<MetricMap>,
+}
+
+/// A path as it is shown, which need not be UTF-8.
+fn as_text<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&path.display())
 }
 
 /// Judges recordings.

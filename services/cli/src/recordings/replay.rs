@@ -13,7 +13,7 @@ mod ports;
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
-use sketchnav_recordings::Recording;
+use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_rehearsal::rerun;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::{Pace, RunConfig};
@@ -36,20 +36,28 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
     let lines: Result<Vec<_>, _> =
         live.iter().map(|process| ProcessLine::serve(*process, &run.system)).collect();
     let lines = lines.context("starting processes")?;
-    let mut supervisor = Supervisor::start(&run, lines, Grace::default()).context("starting the system")?;
+    let mut supervisor = Supervisor::start_for_player(&run, lines, Grace::default(), plan.ceded)
+        .context("starting the system")?;
     if live.is_empty() {
         say!("playing in the system {}; look at it with: sketchnav echo estimate --system {0}", run.system);
     }
-    let played = Player::new(&recording, &run, options, &plan)
-        .and_then(|mut player| player.play(&mut supervisor))
-        .with_context(|| file.display().to_string());
+    let played = Player::new(&recording, &run, options, &plan, &supervisor)
+        .and_then(|mut player| player.play(&mut supervisor));
     let ended = supervisor.shut_down();
-    let end = played?;
+    let end = played.map_err(|error| failure(error, file))?;
     ended.context("ending the system")?;
     match end {
         End::Played => Ok(Outcome::Success),
         End::Interrupted => Err(Failure::Other(anyhow!("interrupted before the end"))),
     }
+}
+
+/// What is wrong with the recording, which names itself, and what with the system.
+fn failure(error: anyhow::Error, file: &Path) -> Failure {
+    if error.downcast_ref::<RecordingError>().is_some() {
+        return Failure::Input(error);
+    }
+    Failure::Other(error.context(file.display().to_string()))
 }
 
 /// The recorded run as one of its own, with its files out of the recording.
@@ -64,6 +72,12 @@ fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<
     }
     if let Some(record) = &options.record {
         super::refuse_to_overwrite(recording.path(), record)?;
+        if record.exists() && !record.is_file() {
+            return Err(Failure::Input(anyhow!(
+                "--record {}: expected the name of a file",
+                record.display()
+            )));
+        }
     }
     let mut run = rerun::run_of(recording, folder).or_input()?;
     run.system = match &options.system {

@@ -32,7 +32,7 @@ use crate::report::{cloud, floor_picture, sketch_picture};
 const MOMENTS: usize = 4;
 
 /// Writes the page.
-pub fn report(file: &Path, output: &Path, rooms: Option<&Path>) -> Result<Outcome, Failure> {
+pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> Result<Outcome, Failure> {
     let rooms = rooms.map(judge::rooms).transpose()?;
     super::refuse_to_overwrite(file, output)?;
     let recording = super::open(file)?;
@@ -43,7 +43,12 @@ pub fn report(file: &Path, output: &Path, rooms: Option<&Path>) -> Result<Outcom
     let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log };
     let html = page.html().with_context(|| file.display().to_string())?;
     std::fs::write(output, html).with_context(|| output.display().to_string()).or_input()?;
-    out!("page       {}", output.display())?;
+    let output = output.display().to_string();
+    if json {
+        out!("{}", serde_json::json!({ "page": output }))?;
+    } else {
+        out!("page       {output}")?;
+    }
     Ok(Outcome::Success)
 }
 
@@ -235,9 +240,9 @@ impl Page<'_> {
         };
         html! {
             h2 { "Over time" }
-            p.small {
-                "Dashed: a task begins." @if !faults.is_empty() { " Red: a process died or fell silent." }
-            }
+            @if !marks.is_empty() || !faults.is_empty() { p.small {
+                @if !marks.is_empty() { "Dashed: a task begins." } @if !faults.is_empty() { " Red: a process died or fell silent." }
+            } }
             div.cards {
                 (chart("Error in local metres", "m", &error))
                 (chart("Local scales", "px/m", &scales))

@@ -29,6 +29,13 @@ pub fn rerun(file: &Path, options: &RerunOptions) -> Result<Outcome, Failure> {
     let mut judged: Vec<_> =
         asks_what_if.then(|| judge::of_file(file, None)).transpose()?.into_iter().collect();
     let outcome = execute(&recording, &run, options, copy.as_deref())?;
+    if outcome.recorded + outcome.sent == 0 {
+        let process = options.process;
+        let file = file.display();
+        return Err(Failure::Input(anyhow!(
+            "{file}: the {process} has sent nothing, and has nothing to answer"
+        )));
+    }
     if let (Some(copy), true) = (&copy, asks_what_if) {
         judged.push(judge::of_file(copy, None)?);
     }

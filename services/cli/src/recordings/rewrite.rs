@@ -13,7 +13,7 @@ use sketchnav_schemas::time::{nanoseconds, seconds};
 use super::args::{FilterOptions, SplitOptions};
 use super::draft::{Draft, Sink};
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::out;
+use crate::output::{out, say};
 
 /// The file that names the parts of a folder of rosbag2.
 const METADATA: &str = "metadata.yaml";
@@ -58,17 +58,57 @@ pub fn filter(file: &Path, options: &FilterOptions) -> Result<Outcome, Failure> 
         }
     };
     selection.times_ns = options.times.ns().or_input()?;
-    let work = || -> anyhow::Result<u64> {
+    let work = || -> anyhow::Result<Made> {
         let recording = Recording::open(file)?;
         check_topics(&recording, &selection)?;
         let (draft, mut copy) = begin(&options.output)?;
         copy::filter(&recording, &selection, &mut copy)?;
-        let messages = copy.messages();
+        let made = Made::of(copy.messages(), std::slice::from_ref(&recording))?;
         finish(draft, copy)?;
-        Ok(messages)
+        Ok(made)
     };
-    out!("{} messages", work().map_err(Failure::Plain)?)?;
-    Ok(Outcome::Success)
+    work().map_err(Failure::Plain)?.tell(options.json)
+}
+
+/// What became of a copy of whole recordings.
+struct Made {
+    messages: u64,
+    /// Those of the recordings that end in the middle of a record.
+    cut_off: Vec<String>,
+}
+
+impl Made {
+    fn of(messages: u64, recordings: &[Recording]) -> Result<Self, RecordingError> {
+        Ok(Self { messages, cut_off: cut_off(recordings)? })
+    }
+
+    fn tell(&self, json: bool) -> Result<Outcome, Failure> {
+        let Self { messages, cut_off } = self;
+        if json {
+            out!("{}", serde_json::json!({ "messages": messages, "cut_off": cut_off }))?;
+        } else {
+            out!("{messages} messages")?;
+        }
+        Ok(outcome_of(cut_off))
+    }
+}
+
+fn cut_off(recordings: &[Recording]) -> Result<Vec<String>, RecordingError> {
+    let mut names = Vec::new();
+    for recording in recordings {
+        if recording.index()?.lost_bytes() > 0 {
+            names.push(recording.path().display().to_string());
+        }
+    }
+    Ok(names)
+}
+
+/// As MCAP's own tool: what was copied of a recording that was cut off is not all that was sent.
+fn outcome_of(cut_off: &[String]) -> Outcome {
+    for name in cut_off {
+        say!("notice: {name} was cut off; what was whole is in the copy");
+    }
+    if cut_off.is_empty() { Outcome::Success } else { Outcome::Loss }
 }
 
 fn check_topics(recording: &Recording, selection: &Selection) -> anyhow::Result<()> {
@@ -80,23 +120,24 @@ fn check_topics(recording: &Recording, selection: &Selection) -> anyhow::Result<
 }
 
 /// Makes one of several.
-pub fn merge(files: &[PathBuf], output: &Path) -> Result<Outcome, Failure> {
-    let work = || -> anyhow::Result<u64> {
-        let recordings: Result<Vec<_>, _> = files.iter().map(|file| Recording::open(file)).collect();
+pub fn merge(files: &[PathBuf], output: &Path, json: bool) -> Result<Outcome, Failure> {
+    let work = || -> anyhow::Result<Made> {
+        let recordings = files.iter().map(|file| Recording::open(file)).collect::<Result<Vec<_>, _>>()?;
         let (draft, mut copy) = begin(output)?;
-        copy::merge(&recordings?, &mut copy)?;
-        let messages = copy.messages();
+        copy::merge(&recordings, &mut copy)?;
+        let made = Made::of(copy.messages(), &recordings)?;
         finish(draft, copy)?;
-        Ok(messages)
+        Ok(made)
     };
-    out!("{} messages", work().map_err(Failure::Plain)?)?;
-    Ok(Outcome::Success)
+    work().map_err(Failure::Plain)?.tell(json)
 }
 
 /// Cuts one into parts.
 pub fn split(file: &Path, options: &SplitOptions) -> Result<Outcome, Failure> {
     let limit = limit(options)?;
-    let parts = parts(file, options, limit).map_err(Failure::Plain)?;
+    let recording = Recording::open(file).map_err(|error| Failure::Plain(error.into()))?;
+    let parts = parts(&recording, options, limit).map_err(Failure::Plain)?;
+    let cut_off = cut_off(&[recording]).map_err(|error| Failure::Plain(error.into()))?;
     if options.json {
         let object: Vec<_> =
             parts.iter().map(|(name, part)| serde_json::json!({ "file": name, "part": part })).collect();
@@ -108,7 +149,7 @@ pub fn split(file: &Path, options: &SplitOptions) -> Result<Outcome, Failure> {
             out!("{name}  {:.1} to {:.1} s, {messages} messages", span.0, span.1)?;
         }
     }
-    Ok(Outcome::Success)
+    Ok(outcome_of(&cut_off))
 }
 
 fn limit(options: &SplitOptions) -> Result<Option<Limit>, Failure> {
@@ -123,18 +164,17 @@ fn limit(options: &SplitOptions) -> Result<Option<Limit>, Failure> {
 }
 
 fn parts(
-    file: &Path,
+    recording: &Recording,
     options: &SplitOptions,
     limit: Option<Limit>,
 ) -> anyhow::Result<Vec<(String, PartFacts)>> {
-    let recording = Recording::open(file)?;
     let folder = &options.output;
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let stem = recording.path().file_stem().unwrap_or_default().to_string_lossy().into_owned();
     refuse_earlier_parts(folder, &stem, options.rosbag2)?;
     let name = |number: usize| format!("{stem}_{number}.mcap");
     let mut drafts = Vec::new();
-    let facts = copy::split(&recording, limit, |number| {
+    let facts = copy::split(recording, limit, |number| {
         let path = folder.join(name(number));
         let begun = Draft::begin(&path);
         let (draft, sink) = begun.map_err(|source| RecordingError::File { path, source })?;

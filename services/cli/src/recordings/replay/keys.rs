@@ -1,10 +1,12 @@
 //! Keys of a terminal, one at a time, without waiting for them.
 
+use std::collections::VecDeque;
 use std::io::{IsTerminal, Read, Stdin, stdin};
 use std::os::fd::AsFd;
 
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::termios::{LocalFlags, SetArg, Termios, tcgetattr, tcsetattr};
+use nix::unistd::{getpgrp, tcgetpgrp};
 
 /// What a key asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,53 +28,70 @@ const SEEK_S: f64 = 10.0;
 /// The keys; the terminal is as it was when this is dropped.
 pub struct Keys {
     input: Stdin,
-    /// How the terminal was; none where there is no terminal.
+    /// How the terminal was; none where there is no terminal, or it is not ours.
     before: Option<Termios>,
+    /// What was read and is not understood yet: keys that are held come several at once.
+    read: VecDeque<u8>,
 }
 
 impl Keys {
     pub fn new() -> Self {
         let input = stdin();
-        let before = input.is_terminal().then(|| tcgetattr(input.as_fd()).ok()).flatten();
+        let before = is_ours(&input).then(|| tcgetattr(input.as_fd()).ok()).flatten();
         if let Some(before) = &before {
             let mut single = before.clone();
             single.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
             // Where it cannot be set, keys come with the next line.
             let _ = tcsetattr(input.as_fd(), SetArg::TCSANOW, &single);
         }
-        Self { input, before }
+        Self { input, before, read: VecDeque::new() }
     }
 
     /// The next wish, where a key was pressed.
     pub fn next(&mut self) -> Option<Wish> {
         self.before.as_ref()?;
-        let mut bytes = [0; 8];
+        let mut bytes = [0; 64];
         let mut ready = [PollFd::new(self.input.as_fd(), PollFlags::POLLIN)];
         let is_ready = poll(&mut ready, PollTimeout::ZERO).is_ok_and(|count| count > 0);
-        let count = if is_ready { self.input.lock().read(&mut bytes).ok()? } else { 0 };
-        wish(&bytes[..count])
+        let count =
+            if is_ready && is_ours(&self.input) { self.input.lock().read(&mut bytes).ok()? } else { 0 };
+        self.read.extend(&bytes[..count]);
+        wish(&mut self.read)
     }
+}
+
+/// Whether the terminal listens to us: who reads from one in the background, or sets it, is stopped.
+fn is_ours(input: &Stdin) -> bool {
+    input.is_terminal() && tcgetpgrp(input).is_ok_and(|group| group == getpgrp())
 }
 
 impl Drop for Keys {
     fn drop(&mut self) {
-        if let Some(before) = &self.before {
+        if let Some(before) = self.before.as_ref().filter(|_| is_ours(&self.input)) {
             let _ = tcsetattr(self.input.as_fd(), SetArg::TCSANOW, before);
         }
     }
 }
 
-fn wish(key: &[u8]) -> Option<Wish> {
-    match key {
-        [b' ', ..] => Some(Wish::Pause),
-        [b's' | b'.', ..] => Some(Wish::Step),
-        b"\x1b[C" | [b'l', ..] => Some(Wish::Seek(SEEK_S)),
-        b"\x1b[D" | [b'h', ..] => Some(Wish::Seek(-SEEK_S)),
-        [b'+' | b'=', ..] => Some(Wish::Rate(2.0)),
-        [b'-', ..] => Some(Wish::Rate(0.5)),
-        [b'q', ..] => Some(Wish::Quit),
-        _ => None,
+/// Takes what was read up to the first key that asks for something.
+fn wish(read: &mut VecDeque<u8>) -> Option<Wish> {
+    while let Some(key) = read.pop_front() {
+        // An arrow is an escape, a bracket (or an O) and a letter.
+        let is_arrow = key == 0x1b && matches!(read.front(), Some(b'[' | b'O'));
+        let key = if is_arrow { read.drain(..2.min(read.len())).next_back() } else { Some(key) };
+        let wish = match (is_arrow, key) {
+            (false, Some(b' ')) => Wish::Pause,
+            (false, Some(b's' | b'.')) => Wish::Step,
+            (true, Some(b'C')) | (false, Some(b'l')) => Wish::Seek(SEEK_S),
+            (true, Some(b'D')) | (false, Some(b'h')) => Wish::Seek(-SEEK_S),
+            (false, Some(b'+' | b'=')) => Wish::Rate(2.0),
+            (false, Some(b'-')) => Wish::Rate(0.5),
+            (false, Some(b'q')) => Wish::Quit,
+            _ => continue,
+        };
+        return Some(wish);
     }
+    None
 }
 
 #[cfg(test)]
@@ -81,8 +100,17 @@ mod tests {
 
     #[test]
     fn keys_are_understood() {
-        assert_eq!(wish(b" "), Some(Wish::Pause));
-        assert_eq!(wish(b"\x1b[D"), Some(Wish::Seek(-SEEK_S)));
-        assert_eq!((wish(b"x"), wish(b"")), (None, None));
+        let all = |bytes: &[u8]| {
+            let mut read: VecDeque<u8> = bytes.iter().copied().collect();
+            std::iter::from_fn(move || wish(&mut read)).collect::<Vec<_>>()
+        };
+        assert_eq!(all(b" "), [Wish::Pause]);
+        assert_eq!(all(b"x\x1b[D"), [Wish::Seek(-SEEK_S)]);
+        // Held arrows come several at once, and none of them counted.
+        assert_eq!(
+            all(b"\x1b[C\x1b[C\x1bOCs"),
+            [Wish::Seek(10.0), Wish::Seek(10.0), Wish::Seek(10.0), Wish::Step]
+        );
+        assert_eq!((all(b"\x1b"), all(b"\x1b["), all(b"\x1b[A")), (vec![], vec![], vec![]));
     }
 }

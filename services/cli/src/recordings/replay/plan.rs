@@ -7,9 +7,10 @@ use anyhow::{Context, ensure};
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::reader::Selection;
 use sketchnav_recordings::writer::topic_name;
-use sketchnav_schemas::channels::{ChannelSpec, TABLE};
+use sketchnav_schemas::channels::{ChannelSpec, FAULTS, MISSION, TABLE};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::time::seconds;
+use sketchnav_supervisor::Ceded;
 
 use crate::recordings::args::ReplayOptions;
 
@@ -19,6 +20,8 @@ pub struct Plan {
     topics: BTreeMap<&'static str, String>,
     /// When; there is some message in it.
     pub times_ns: Range<u64>,
+    /// What is played of the supervisor's own.
+    pub ceded: Ceded,
 }
 
 /// In whose name a channel is played.
@@ -40,7 +43,7 @@ impl Plan {
         }
         // An end of its own is not beyond the recording's.
         let times_ns = asked.start.max(first_ns)..asked.end.min(last_ns.saturating_add(1));
-        let plan = Self { topics, times_ns };
+        let mut plan = Self { topics, times_ns, ceded: Ceded::default() };
         let is_there = |times: &Range<u64>| !times.is_empty() && plan.has_message(recording, times.clone());
         ensure!(
             is_there(&plan.times_ns),
@@ -51,6 +54,14 @@ impl Plan {
             seconds(first_ns),
             seconds(last_ns),
         );
+        // Orders that the recording does not have this system's supervisor gives to a live planner; nobody else
+        // needs them.
+        let has_orders = plan.topic_of(MISSION.spec).is_some_and(|topic| has_message_of(recording, topic));
+        plan.ceded.mission = has_orders || !options.live.contains(&Process::Planner);
+        plan.ceded.faults = options.live.is_empty();
+        if !has_orders {
+            plan.topics.remove(MISSION.spec.name);
+        }
         Ok(plan)
     }
 
@@ -71,6 +82,10 @@ impl Plan {
     }
 }
 
+fn has_message_of(recording: &Recording, topic: &str) -> bool {
+    recording.select(Selection::of_topics([topic])).is_ok_and(|mut messages| messages.next().is_some())
+}
+
 fn plain(topic: &str) -> &str {
     topic.trim_start_matches('/')
 }
@@ -78,12 +93,11 @@ fn plain(topic: &str) -> &str {
 /// By channel the topic that is played into it: those of the processes that are not live, all or those that
 /// are named, each its own or the one that is mapped to it.
 fn topics(options: &ReplayOptions) -> anyhow::Result<BTreeMap<&'static str, String>> {
-    // The order to start, and what befalls the processes, are this system's supervisor's own.
-    let is_played = |spec: &&&ChannelSpec| {
-        spec.recorded && !options.live.contains(&speaker(spec)) && speaker(spec) != Process::Supervisor
-    };
+    // What befalls live processes this system's supervisor tells.
+    let is_told = |spec: &ChannelSpec| spec.name == FAULTS.spec.name && !options.live.is_empty();
+    let is_played =
+        |spec: &&&ChannelSpec| spec.recorded && !options.live.contains(&speaker(spec)) && !is_told(spec);
     let played: Vec<&'static ChannelSpec> = TABLE.iter().filter(is_played).copied().collect();
-    ensure!(!played.is_empty(), "nothing to play: every process is live");
     let names = played.iter().map(|spec| spec.name).collect::<Vec<_>>();
     let targets = options.remap.iter().map(|(_, to)| ("--remap", plain(to)));
     for (option, name) in options.topics.iter().map(|name| ("--topics", plain(name))).chain(targets) {

@@ -10,7 +10,7 @@ use sketchnav_recordings::Recording;
 use sketchnav_recordings::reader::{RawMessage, Selection, Timeline};
 use sketchnav_recordings::writer::topic_name;
 use sketchnav_runtime::{Node, Reader, System, Wake};
-use sketchnav_schemas::channels::{ESTIMATE, LOCKSTEP_WINDOW, RECORDED, SCAN, STATUS};
+use sketchnav_schemas::channels::{ESTIMATE, LOCKSTEP_WINDOW, MISSION, RECORDED, SCAN, STATUS};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::{MissionStatus, PoseEstimate, Recorded};
 use sketchnav_schemas::run::RunConfig;
@@ -69,8 +69,9 @@ impl<'a> Player<'a> {
         run: &RunConfig,
         options: &'a ReplayOptions,
         plan: &'a Plan,
+        supervisor: &Supervisor,
     ) -> anyhow::Result<Self> {
-        let ports = Ports::open(&run.system, plan)?;
+        let ports = Ports::open(&run.system, plan, supervisor)?;
         let waits = options.rate == Rate::Max && !options.live.is_empty();
         let answers = waits.then(|| Answers::open(&run.system, &options.live)).transpose()?;
         Ok(Self {
@@ -161,8 +162,10 @@ impl<'a> Player<'a> {
             Some(Ok(first)) => first.stamp_ns,
             _ => from_ns,
         };
-        for latched in self.latched(from_ns)? {
-            self.ports.play(&RawMessage { stamp_ns: at_ns, ..latched }, self.shift)?;
+        // Who begins in the middle has not heard the orders before it.
+        let orders = if self.sent_ns == 0 { self.orders(from_ns)? } else { Vec::new() };
+        for earlier in self.latched(from_ns)?.into_iter().chain(orders) {
+            self.ports.play(&RawMessage { stamp_ns: at_ns, ..earlier }, self.shift)?;
         }
         Ok(())
     }
@@ -184,6 +187,12 @@ impl<'a> Player<'a> {
             last.insert(message.topic.name.clone(), message);
         }
         Ok(last.into_values().collect())
+    }
+
+    fn orders(&self, before_ns: u64) -> anyhow::Result<Vec<RawMessage>> {
+        let Some(topic) = self.plan.topic_of(MISSION.spec) else { return Ok(Vec::new()) };
+        let selection = Selection::of_topics([topic]).between(0..before_ns);
+        Ok(self.recording.select(selection)?.collect::<Result<_, _>>()?)
     }
 
     /// Waits by the clock, and does what keys ask for meanwhile.
@@ -216,7 +225,8 @@ impl<'a> Player<'a> {
 
     fn tell(&self, stamp_ns: u64) {
         if !self.bar.is_hidden() {
-            self.bar.set_message(format!("{:.1} s  {}", seconds(stamp_ns), self.clock.words()));
+            let (now, last) = (seconds(stamp_ns), seconds(self.plan.times_ns.end));
+            self.bar.set_message(format!("{now:.1} of {last:.1} s  {}", self.clock.words()));
         }
     }
 

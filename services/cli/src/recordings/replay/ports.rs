@@ -11,6 +11,7 @@ use sketchnav_schemas::channels::{self, Channel, ChannelVisitor};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::ros2::Ros2;
+use sketchnav_supervisor::Supervisor;
 
 use super::plan::{Plan, speaker};
 
@@ -87,10 +88,10 @@ pub struct Ports {
 }
 
 impl Ports {
-    /// Opens the channels that are played into.
-    pub fn open(system: &str, plan: &Plan) -> anyhow::Result<Self> {
+    /// Opens the channels that are played into; those of the supervisor by its own node.
+    pub fn open(system: &str, plan: &Plan, supervisor: &Supervisor) -> anyhow::Result<Self> {
         let ports = Self { ports: BTreeMap::new(), nodes: BTreeMap::new() };
-        let mut open = Open { system, plan, ports };
+        let mut open = Open { system, plan, supervisor, ports };
         channels::visit(&mut open)?;
         Ok(open.ports)
     }
@@ -115,6 +116,7 @@ impl Ports {
 struct Open<'a> {
     system: &'a str,
     plan: &'a Plan,
+    supervisor: &'a Supervisor,
     ports: Ports,
 }
 
@@ -125,6 +127,9 @@ impl Open<'_> {
     }
 
     fn node(&mut self, process: Process) -> anyhow::Result<&Node> {
+        if process == Process::Supervisor {
+            return self.supervisor.node().context("the system has ended");
+        }
         if !self.ports.nodes.contains_key(&process) {
             let system = Rc::new(System::open(self.system)?);
             let node = Node::join(system, process).with_context(|| format!("speaking for the {process}"))?;

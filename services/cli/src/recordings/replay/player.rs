@@ -92,6 +92,9 @@ impl<'a> Player<'a> {
     /// Plays to the end.
     pub fn play(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<End> {
         let mut from_ns = self.plan.times_ns.start;
+        if self.wait_for_lives(supervisor)? == Wake::Terminate {
+            return Ok(End::Interrupted);
+        }
         loop {
             let end = match self.play_from(from_ns, supervisor)? {
                 Turn::Seek(to_ns) => {
@@ -108,6 +111,26 @@ impl<'a> Player<'a> {
             self.bar.finish_and_clear();
             self.wait_for_answers(self.scan, supervisor)?;
             return Ok(end);
+        }
+    }
+
+    /// Waits for the first word of each live process: it hears everything from then on. One that came to its
+    /// channels after a short recording was over had heard nothing of it.
+    fn wait_for_lives(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<Wake> {
+        let since = Instant::now();
+        loop {
+            supervisor.poll(Duration::ZERO)?;
+            let Some(silent) =
+                self.options.live.iter().find(|process| supervisor.health(**process).is_none())
+            else {
+                return Ok(self.ports.nap(Duration::ZERO));
+            };
+            if since.elapsed() > PATIENCE {
+                bail!("no word from the {silent} within {} s", PATIENCE.as_secs());
+            }
+            if self.ports.nap(NAP) == Wake::Terminate {
+                return Ok(Wake::Terminate);
+            }
         }
     }
 

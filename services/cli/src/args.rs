@@ -1,6 +1,7 @@
 //! The command line.
 
-use std::net::{IpAddr, Ipv4Addr};
+mod system;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -8,6 +9,8 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
+
+pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
 
 /// The processes that a system is made of, beside its supervisor.
 pub const SERVICES: [Process; 5] =
@@ -54,6 +57,10 @@ pub enum Command {
         /// The mission file (TOML); the README says how to write one.
         #[arg(required_unless_present = "resume", conflicts_with = "resume")]
         mission: Option<PathBuf>,
+        /// Go on with the mission whose recording lies in this folder, after its supervisor was killed: with its
+        /// own seed and pace, from where its processes were.
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system"])]
+        resume: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,
     },
@@ -238,118 +245,6 @@ impl EvalOptions {
     }
 }
 
-/// How to run a mission.
-#[derive(Debug, Clone, Args)]
-pub struct RunOptions {
-    /// `max`: in lockstep, as fast as it goes; a number: simulated seconds a second (1 is real time).
-    #[arg(long, default_value = "max", value_parser = parse_speed)]
-    pub speed: Pace,
-    /// The mission's seed.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// How the robot finds its way: ours, paper, fixed-scale or one-scale; else the mission says.
-    #[arg(long)]
-    pub method: Option<Method>,
-    /// Folder for the recording and the pictures; made if it is missing.
-    #[arg(long, default_value = "out")]
-    pub out: PathBuf,
-    /// One JSON object on standard output instead of progress and a table.
-    #[arg(long)]
-    pub json: bool,
-    /// The system's name; several systems run side by side without seeing each other.
-    #[arg(long)]
-    pub system: Option<String>,
-    /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
-    #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
-    pub without: Vec<Process>,
-    /// A process that is stopped (SIGSTOP) is killed and started again after so many seconds.
-    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = parse_seconds)]
-    pub stopped_limit: f64,
-    /// Go on with the mission whose recording lies in this folder, after its supervisor was killed: with its
-    /// own seed and pace, from where its processes were.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system"])]
-    pub resume: Option<PathBuf>,
-    /// Serve a page beside the mission that shows how it goes, and can abort it and go on with it.
-    #[arg(long)]
-    pub pad: bool,
-    #[command(flatten)]
-    pub site: PadSite,
-    /// The token of the page, letters and digits; else one is made where it takes one.
-    #[arg(long, value_parser = parse_token, requires = "pad")]
-    pub token: Option<String>,
-}
-
-impl Default for RunOptions {
-    fn default() -> Self {
-        Self {
-            speed: Pace::Lockstep,
-            seed: 1,
-            method: None,
-            out: "out".into(),
-            json: false,
-            system: None,
-            without: Vec::new(),
-            stopped_limit: 3.0,
-            resume: None,
-            pad: false,
-            site: PadSite::default(),
-            token: None,
-        }
-    }
-}
-
-/// Where the pad serves its page.
-#[derive(Debug, Clone, Args)]
-pub struct PadSite {
-    /// Port of the page.
-    #[arg(long, default_value_t = PAD_PORT)]
-    pub port: u16,
-    /// Address of the page; any other than a loopback one wants a token, which the link then has.
-    #[arg(long, default_value = "127.0.0.1", value_name = "ADDRESS")]
-    pub bind: IpAddr,
-    /// Folder for mission files that are made on the page.
-    #[arg(long, default_value = ".", value_name = "DIR")]
-    pub save: PathBuf,
-}
-
-impl Default for PadSite {
-    fn default() -> Self {
-        Self { port: PAD_PORT, bind: IpAddr::V4(Ipv4Addr::LOCALHOST), save: ".".into() }
-    }
-}
-
-/// How to drive by what people draw.
-#[derive(Debug, Clone, Args)]
-pub struct PadOptions {
-    /// The world, the robot and its true start are this mission's; its drawing and its tasks are left out. Without
-    /// it, the demo's building.
-    #[arg(long, value_name = "FILE")]
-    pub mission: Option<PathBuf>,
-    #[command(flatten)]
-    pub site: PadSite,
-    /// The token, letters and digits; else one is made where it takes one.
-    #[arg(long, value_parser = parse_token)]
-    pub token: Option<String>,
-    /// Simulated seconds a second (1 is real time).
-    #[arg(long, default_value = "1", value_parser = parse_pace)]
-    pub speed: Pace,
-    /// The seed.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// How the robot finds its way: ours, paper, fixed-scale or one-scale; else the mission says.
-    #[arg(long)]
-    pub method: Option<Method>,
-    /// Folder for the recording; made if it is missing.
-    #[arg(long, default_value = "out")]
-    pub out: PathBuf,
-    /// The system's name.
-    #[arg(long)]
-    pub system: Option<String>,
-    /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
-    #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
-    pub without: Vec<Process>,
-}
-
 /// Whom to kill, how and when.
 #[derive(Debug, Clone, Args)]
 pub struct ChaosOptions {
@@ -431,32 +326,8 @@ fn parse_served(word: &str) -> Result<Process, String> {
     if word == Process::Pad.word() { Ok(Process::Pad) } else { parse_service(word) }
 }
 
-fn parse_token(text: &str) -> Result<String, String> {
-    let holds = (MIN_TOKEN..=64).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_alphanumeric());
-    let expected = || format!("expected {MIN_TOKEN} to 64 letters and digits");
-    if holds { Ok(text.to_owned()) } else { Err(expected()) }
-}
-
-/// Real time alone: nobody draws in lockstep.
-fn parse_pace(text: &str) -> Result<Pace, String> {
-    match parse_speed(text)? {
-        Pace::Lockstep => Err(format!("expected a number above 0 and up to {MAX_SPEED}")),
-        pace => Ok(pace),
-    }
-}
-
-/// Shorter ones can be guessed.
-const MIN_TOKEN: usize = 16;
-/// Where the page is where nobody says otherwise.
-const PAD_PORT: u16 = 7004;
 /// Beyond this no machine keeps up; `max` is for those who want all that there is.
 const MAX_SPEED: f64 = 100.0;
-
-/// A length of time that a person waits for.
-fn parse_seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|seconds| (1.0..=86_400.0).contains(seconds));
-    seconds.ok_or_else(|| "expected a number of seconds, from 1 to 86400".into())
-}
 
 fn parse_speed(text: &str) -> Result<Pace, String> {
     if text == "max" {

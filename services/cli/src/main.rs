@@ -6,6 +6,7 @@ mod deform;
 mod eval;
 mod failure;
 mod folder;
+mod launch;
 mod mission;
 mod output;
 mod pad;
@@ -36,12 +37,13 @@ fn main() -> ExitCode {
 
 fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
     match cli.command {
-        None => mission::demo(&args::RunOptions::default()),
-        Some(Command::Demo { options } | Command::Run { mission: None, options }) => match &options.resume {
-            Some(folder) => mission::resume(folder, &options),
+        None => dispatch(Cli::parse_from(["sketchnav", "demo"])),
+        Some(Command::Demo { options }) => mission::demo(&options),
+        Some(Command::Run { resume: Some(folder), options, .. }) => mission::resume(&folder, &options),
+        Some(Command::Run { mission, options, .. }) => match mission {
+            Some(mission) => mission::run(&mission, &options),
             None => mission::demo(&options),
         },
-        Some(Command::Run { mission: Some(mission), options }) => mission::run(&mission, &options),
         Some(Command::Pad { options }) => pad::pad(&options),
         Some(Command::Eval { suite, options }) => eval::eval(&suite, &options),
         Some(Command::Deform { map, options }) => deform::deform(&map, &options),

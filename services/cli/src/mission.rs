@@ -1,6 +1,6 @@
 //! Runs a mission: starts its system, shows how it goes, reports.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
@@ -11,11 +11,12 @@ use sketchnav_schemas::message::{MissionStatus, PoseEstimate};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
-use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine, Progress, Supervisor};
+use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
-use crate::args::{RunOptions, SERVICES};
+use crate::args::RunOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::{create, plain_name};
+use crate::launch::{classify, configure, discard, grace, lines};
 use crate::output::say;
 use crate::pad::Link;
 use crate::report;
@@ -32,7 +33,7 @@ const DEMO: [(&str, &[u8]); 3] = [
 
 /// Writes the demo's files beside its results, to be changed and run again, and runs it.
 pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
-    let folder = create(&options.out, "demo").or_input()?;
+    let folder = create(&options.system.out, "demo").or_input()?;
     let (mission, robot) = load_demo(&folder)?;
     run_in(&folder, mission, robot, options)
 }
@@ -49,7 +50,7 @@ pub fn load_demo(folder: &Path) -> Result<(Mission, Robot), Failure> {
 /// Runs the mission in the file `path`.
 pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let (mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
-    let folder = create(&options.out, &plain_name(&mission.name)).or_input()?;
+    let folder = create(&options.system.out, &plain_name(&mission.name)).or_input()?;
     run_in(&folder, mission, robot, options)
 }
 
@@ -58,46 +59,25 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let (system, run) = System::resume(folder).map_err(|error| classify(error.into()))?;
     let began = Instant::now();
     let link = link(&run, options)?;
-    let lines = lines(&run, options, link.as_ref()).map_err(classify)?;
-    let supervisor = Supervisor::resume(system, lines, grace(options)).map_err(classify)?;
+    let lines = lines(&options.system, &run, link.as_ref()).map_err(classify)?;
+    let supervisor = Supervisor::resume(system, lines, grace(&options.system)).map_err(classify)?;
     if let Some(link) = link {
         say!("{}", link.text());
     }
-    follow(supervisor, began, &run, options, folder)
+    follow(supervisor, began, &run, options, (folder, Origin::Resumed))
 }
 
-fn run_in(
-    folder: &Path,
-    mut mission: Mission,
-    robot: Robot,
-    options: &RunOptions,
-) -> Result<Outcome, Failure> {
-    mission.method = options.method.unwrap_or(mission.method);
-    let name = plain_name(&mission.name);
-    let recording = folder.join(format!("{name}.mcap"));
-    let run = RunConfig {
-        system: options.system.clone().unwrap_or_else(|| format!("{name}-{}", std::process::id())),
-        mission,
-        robot,
-        seed: options.seed,
-        pace: options.speed,
-        recording: Some(recording.into_os_string().into_string().map_err(|path| {
-            Failure::Input(anyhow!("{}: expected a path in UTF-8", PathBuf::from(path).display()))
-        })?),
-        pad: if options.pad { Pad::Watches } else { Pad::Absent },
-    };
+fn run_in(folder: &Path, mission: Mission, robot: Robot, options: &RunOptions) -> Result<Outcome, Failure> {
+    let pad = if options.pad { Pad::Watches } else { Pad::Absent };
+    let run = configure(&options.system, folder, mission, robot, (options.speed, pad)).or_input()?;
     drive(&run, options, folder)
-}
-
-fn grace(options: &RunOptions) -> Grace {
-    Grace { stopped: Duration::from_secs_f64(options.stopped_limit), ..Grace::default() }
 }
 
 fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let link = link(run, options)?;
-    let started =
-        lines(run, options, link.as_ref()).and_then(|lines| Supervisor::start(run, lines, grace(options)));
+    let started = lines(&options.system, run, link.as_ref())
+        .and_then(|lines| Supervisor::start(run, lines, grace(&options.system)));
     let supervisor = started.map_err(|error| {
         discard(folder);
         classify(error)
@@ -105,7 +85,14 @@ fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome
     if let Some(link) = link {
         say!("{}", link.text());
     }
-    follow(supervisor, began, run, options, folder)
+    follow(supervisor, began, run, options, (folder, Origin::New))
+}
+
+/// Whether a run's folder held anything before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    New,
+    Resumed,
 }
 
 /// Follows the mission to its end and reports.
@@ -114,14 +101,14 @@ fn follow(
     began: Instant,
     run: &RunConfig,
     options: &RunOptions,
-    folder: &Path,
+    (folder, origin): (&Path, Origin),
 ) -> Result<Outcome, Failure> {
     let watched = watch(&mut supervisor, run, options.json);
     let wall = began.elapsed();
     let ended = supervisor.shut_down();
     let progress = match watched {
         Ok(progress) => progress,
-        Err(error) if supervisor.status().is_none() && options.resume.is_none() => {
+        Err(error) if supervisor.status().is_none() && origin == Origin::New => {
             discard(folder);
             return Err(classify(error));
         }
@@ -144,44 +131,10 @@ fn follow(
     }
 }
 
-/// Takes away the folder of a run that never began.
-pub fn discard(folder: &Path) {
-    // What cannot be removed is in nobody's way: the next run gets a folder of its own.
-    let _ = std::fs::remove_dir_all(folder);
-}
-
 /// Where the run has a page.
 fn link(run: &RunConfig, options: &RunOptions) -> Result<Option<Link>, Failure> {
     let link = || Link::new(&options.site, options.token.clone()).or_input();
     (!run.pad.is_absent()).then(link).transpose()
-}
-
-fn lines(
-    run: &RunConfig,
-    options: &RunOptions,
-    link: Option<&Link>,
-) -> Result<Vec<ProcessLine>, SystemError> {
-    for process in &options.without {
-        say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
-    }
-    let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
-    let services = services.map(|process| ProcessLine::serve(process, &run.system));
-    services.chain(link.map(|link| link.line(&run.system))).collect()
-}
-
-/// Whether the user can mend what went wrong.
-pub fn classify(error: SystemError) -> Failure {
-    match &error {
-        // What a service says of its input is for the user; that a process said it is not.
-        SystemError::Died(death) if error.is_bad_input() => {
-            let words = death.last_lines.trim_start_matches("error: ");
-            Failure::Input(anyhow!("{}: {words}", death.process))
-        }
-        SystemError::Runtime(cause) if cause.is_about_the_name() || cause.is_about_what_to_resume() => {
-            Failure::Input(error.into())
-        }
-        _ => Failure::Other(error.into()),
-    }
 }
 
 /// Shows how the mission goes until its end.

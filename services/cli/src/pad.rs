@@ -4,7 +4,7 @@ use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use qrcode::QrCode;
 use qrcode::render::unicode::Dense1x2;
 use rand::RngExt;
@@ -13,12 +13,13 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::{Mission, SketchSource, WallTone};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
-use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine, Progress, Supervisor};
+use sketchnav_supervisor::{Error as SystemError, ProcessLine, Progress, Supervisor};
 
-use crate::args::{PadOptions, PadSite, SERVICES};
+use crate::args::{PadOptions, PadSite};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::{create, plain_name};
-use crate::mission::{classify, discard, load_demo};
+use crate::launch::{classify, configure, discard, grace, lines};
+use crate::mission::load_demo;
 use crate::output::{out, say};
 
 /// How often to look for deaths and for the end.
@@ -31,8 +32,8 @@ pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     let link = Link::new(&options.site, options.token.clone()).or_input()?;
     let (folder, mission, robot) = place(options)?;
     let run = run_config(options, &folder, mission, robot).or_input()?;
-    let started =
-        lines(&run, options, &link).and_then(|lines| Supervisor::start(&run, lines, Grace::default()));
+    let started = lines(&options.system, &run, Some(&link))
+        .and_then(|lines| Supervisor::start(&run, lines, grace(&options.system)));
     let mut supervisor = started.map_err(|error| {
         discard(&folder);
         classify(error)
@@ -57,11 +58,11 @@ fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
     match &options.mission {
         Some(path) => {
             let (mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
-            let folder = create(&options.out, &plain_name(&mission.name)).or_input()?;
+            let folder = create(&options.system.out, &plain_name(&mission.name)).or_input()?;
             Ok((folder, mission, robot))
         }
         None => {
-            let folder = create(&options.out, "pad").or_input()?;
+            let folder = create(&options.system.out, "pad").or_input()?;
             let (mission, robot) = load_demo(&folder)?;
             Ok((folder, mission, robot))
         }
@@ -75,31 +76,10 @@ fn run_config(
     mut mission: Mission,
     robot: Robot,
 ) -> anyhow::Result<RunConfig> {
-    mission.method = options.method.unwrap_or(mission.method);
     mission.sketch = SketchSource { file: sketchnav_sketcher::desk::NAME.to_owned(), walls: WallTone::Auto };
     (mission.start.sketch, mission.start.sketch_heading_deg) = (None, None);
     mission.task.clear();
-    let name = plain_name(&mission.name);
-    let recording = folder.join(format!("{name}.mcap")).into_os_string().into_string();
-    let recording = recording.map_err(|path| anyhow!("{}: expected a path in UTF-8", path.display()))?;
-    Ok(RunConfig {
-        system: options.system.clone().unwrap_or_else(|| format!("{name}-{}", std::process::id())),
-        mission,
-        robot,
-        seed: options.seed,
-        pace: options.speed,
-        recording: Some(recording),
-        pad: Pad::Draws,
-    })
-}
-
-fn lines(run: &RunConfig, options: &PadOptions, link: &Link) -> Result<Vec<ProcessLine>, SystemError> {
-    for process in &options.without {
-        say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
-    }
-    let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
-    let services = services.map(|process| ProcessLine::serve(process, &run.system));
-    services.chain([link.line(&run.system)]).collect()
+    configure(&options.system, folder, mission, robot, (options.speed, Pad::Draws))
 }
 
 /// Until a person ends it.

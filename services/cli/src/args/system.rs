@@ -1,0 +1,111 @@
+//! The options of the commands that run a whole system.
+
+use std::net::IpAddr;
+use std::path::PathBuf;
+
+use clap::Args;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::method::Method;
+use sketchnav_schemas::run::Pace;
+
+use super::{MAX_SPEED, parse_service, parse_speed};
+
+/// Shorter tokens can be guessed.
+const MIN_TOKEN: usize = 16;
+
+/// What system to run, and where its results go.
+#[derive(Debug, Clone, Args)]
+pub struct SystemOptions {
+    /// The mission's seed.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// How the robot finds its way: ours, paper, fixed-scale or one-scale; else the mission says.
+    #[arg(long)]
+    pub method: Option<Method>,
+    /// Folder for the recording and the pictures; made if it is missing.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// The system's name; several systems run side by side without seeing each other.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
+    #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
+    pub without: Vec<Process>,
+    /// A process that is stopped (SIGSTOP) is killed and started again after so many seconds.
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = parse_seconds)]
+    pub stopped_limit: f64,
+}
+
+/// How to run a mission.
+#[derive(Debug, Clone, Args)]
+pub struct RunOptions {
+    /// `max`: in lockstep, as fast as it goes; a number: simulated seconds a second (1 is real time).
+    #[arg(long, default_value = "max", value_parser = parse_speed)]
+    pub speed: Pace,
+    #[command(flatten)]
+    pub system: SystemOptions,
+    /// One JSON object on standard output instead of progress and a table.
+    #[arg(long)]
+    pub json: bool,
+    /// Serve a page beside the mission that shows how it goes, and can abort it and go on with it.
+    #[arg(long)]
+    pub pad: bool,
+    #[command(flatten)]
+    pub site: PadSite,
+    /// The token of the page, letters and digits; else one is made where it takes one.
+    #[arg(long, value_parser = parse_token, requires = "pad")]
+    pub token: Option<String>,
+}
+
+/// Where the pad serves its page.
+#[derive(Debug, Clone, Args)]
+pub struct PadSite {
+    /// Port of the page.
+    #[arg(long, default_value_t = 7004)]
+    pub port: u16,
+    /// Address of the page; any other than a loopback one wants a token, which the link then has.
+    #[arg(long, default_value = "127.0.0.1", value_name = "ADDRESS")]
+    pub bind: IpAddr,
+    /// Folder for mission files that are made on the page.
+    #[arg(long, default_value = ".", value_name = "DIR")]
+    pub save: PathBuf,
+}
+
+/// How to drive by what people draw.
+#[derive(Debug, Clone, Args)]
+pub struct PadOptions {
+    /// The world, the robot and its true start are this mission's; its drawing and its tasks are left out. Without
+    /// it, the demo's building.
+    #[arg(long, value_name = "FILE")]
+    pub mission: Option<PathBuf>,
+    /// Simulated seconds a second (1 is real time).
+    #[arg(long, default_value = "1", value_parser = parse_pace)]
+    pub speed: Pace,
+    #[command(flatten)]
+    pub system: SystemOptions,
+    #[command(flatten)]
+    pub site: PadSite,
+    /// The token, letters and digits; else one is made where it takes one.
+    #[arg(long, value_parser = parse_token)]
+    pub token: Option<String>,
+}
+
+fn parse_token(text: &str) -> Result<String, String> {
+    let holds = (MIN_TOKEN..=64).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_alphanumeric());
+    let expected = || format!("expected {MIN_TOKEN} to 64 letters and digits");
+    if holds { Ok(text.to_owned()) } else { Err(expected()) }
+}
+
+/// Real time alone: nobody draws in lockstep.
+fn parse_pace(text: &str) -> Result<Pace, String> {
+    match parse_speed(text)? {
+        Pace::Lockstep => Err(format!("expected a number above 0 and up to {MAX_SPEED}")),
+        pace => Ok(pace),
+    }
+}
+
+/// A length of time that a person waits for.
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| (1.0..=86_400.0).contains(seconds));
+    seconds.ok_or_else(|| "expected a number of seconds, from 1 to 86400".into())
+}

@@ -1,0 +1,86 @@
+//! What `sketchnav run` and `sketchnav pad` share: from options to a configured run and its processes.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::anyhow;
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine};
+
+use crate::args::{SERVICES, SystemOptions};
+use crate::failure::Failure;
+use crate::folder::plain_name;
+use crate::output::say;
+use crate::pad::Link;
+
+/// A run of `mission` with `robot`, recorded in `folder`.
+///
+/// # Errors
+/// Where the folder's path is not in UTF-8.
+pub fn configure(
+    options: &SystemOptions,
+    folder: &Path,
+    mut mission: Mission,
+    robot: Robot,
+    (pace, pad): (Pace, Pad),
+) -> anyhow::Result<RunConfig> {
+    mission.method = options.method.unwrap_or(mission.method);
+    let name = plain_name(&mission.name);
+    let recording = folder.join(format!("{name}.mcap")).into_os_string().into_string();
+    let recording =
+        recording.map_err(|path| anyhow!("{}: expected a path in UTF-8", PathBuf::from(path).display()))?;
+    Ok(RunConfig {
+        system: options.system.clone().unwrap_or_else(|| format!("{name}-{}", std::process::id())),
+        mission,
+        robot,
+        seed: options.seed,
+        pace,
+        recording: Some(recording),
+        pad,
+    })
+}
+
+/// How the processes of `run` are started, those that are left to the user left out; with a page, its own too.
+///
+/// # Errors
+/// As [`ProcessLine::serve`].
+pub fn lines(
+    options: &SystemOptions,
+    run: &RunConfig,
+    link: Option<&Link>,
+) -> Result<Vec<ProcessLine>, SystemError> {
+    for process in &options.without {
+        say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
+    }
+    let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
+    let services = services.map(|process| ProcessLine::serve(process, &run.system));
+    services.chain(link.map(|link| link.line(&run.system))).collect()
+}
+
+/// How long processes may do without a sign of life.
+pub fn grace(options: &SystemOptions) -> Grace {
+    Grace { stopped: Duration::from_secs_f64(options.stopped_limit), ..Grace::default() }
+}
+
+/// Takes away the folder of a run that never began.
+pub fn discard(folder: &Path) {
+    // What cannot be removed is in nobody's way: the next run gets a folder of its own.
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+/// Whether the user can mend what went wrong.
+pub fn classify(error: SystemError) -> Failure {
+    match &error {
+        // What a service says of its input is for the user; that a process said it is not.
+        SystemError::Died(death) if error.is_bad_input() => {
+            let words = death.last_lines.trim_start_matches("error: ");
+            Failure::Input(anyhow!("{}: {words}", death.process))
+        }
+        SystemError::Runtime(cause) if cause.is_about_the_name() || cause.is_about_what_to_resume() => {
+            Failure::Input(error.into())
+        }
+        _ => Failure::Other(error.into()),
+    }
+}

@@ -71,13 +71,22 @@ fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)>
         // One that was stopped was away before it died.
         let silences = faults[..i].iter().filter(|f| f.kind == "silent" && f.pid == died.pid);
         let silent_ms = silences.map(|fault| fault.duration_ms).fold(0.0, f64::max);
-        let away_s = |back: &FaultInfo| (silent_ms + back.duration_ms) / 1e3 * speed;
+        let away_s =
+            |back: &FaultInfo| (silent_ms + back.duration_ms - halted_ms(faults, died, back)) / 1e3 * speed;
         let to_s = back.map_or(end_s, |back| died.stamp_s + away_s(back));
         if to_s > died.stamp_s + stop_s(run) {
             away.push((died.stamp_s, to_s));
         }
     }
     away
+}
+
+/// For how long the world was away too, from `died` to `back`, milliseconds on the clock: its time, the robot's, stood
+/// still.
+fn halted_ms(faults: &[FaultInfo], died: &FaultInfo, back: &FaultInfo) -> f64 {
+    let is_meanwhile = |fault: &&FaultInfo| (died.stamp_s..=back.stamp_s).contains(&fault.stamp_s);
+    let worlds = faults.iter().filter(|f| f.kind == "recovered" && f.process == Process::World.word());
+    worlds.filter(is_meanwhile).map(|fault| fault.duration_ms).sum()
 }
 
 /// How long a robot without commands may move, simulated s.
@@ -138,6 +147,20 @@ mod tests {
         assert_eq!((safety.outages, safety.unstopped), (1, 0));
         assert!((safety.longest_stop_s - 0.9).abs() < 1e-9, "{safety:?}");
         assert_eq!(judge(&run(), &stopped, &truth(11.9), &[]).unstopped, 1);
+    }
+
+    /// Its robot was once said to drive on, because a second on the clock was taken for one of the world's.
+    #[test]
+    fn while_the_world_is_dead_too_its_time_stands_still() {
+        let both = [
+            fault("died", "world", 0.0),
+            fault("died", "localizer", 0.0),
+            fault("recovered", "world", 1500.0),
+            fault("recovered", "localizer", 2000.0),
+        ];
+        assert_eq!(judge(&run(), &both, &truth(20.0), &[]).outages, 0);
+        let alone = [both[1].clone(), both[3].clone()];
+        assert_eq!(judge(&run(), &alone, &truth(20.0), &[]).unstopped, 1);
     }
 
     /// Once the worst case of all was no outage.

@@ -35,11 +35,12 @@ pub struct Parameters {
     pub speed_share: f64,
     /// Share of the robot's top turn rate that is used.
     pub turn_share: f64,
-    /// No way driven for this long is a standstill, seconds.
+    /// No way driven for this long is a standstill, seconds; for a robot whose top speed is below half a metre a
+    /// second as much longer as it is slower.
     pub stall_s: f64,
     /// Less than this is no way, metres.
     pub stall_distance_m: f64,
-    /// Driving around without coming nearer for this long is a standstill, too, seconds.
+    /// Driving around without coming nearer for this long is a standstill, too, seconds; longer as above.
     pub detour_s: f64,
     /// And so is driving about one place for as long as this way takes at the robot's top speed, whatever the
     /// estimate says, metres.

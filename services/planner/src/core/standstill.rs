@@ -25,6 +25,8 @@ const JUMP_M: f64 = 1.0;
 const NEARER_M: f64 = 0.1;
 /// A standstill this far from another one is elsewhere, metres.
 const ELSEWHERE_M: f64 = 2.0;
+/// A robot whose top speed is lower than this needs longer for the same way, and is waited for as much longer, m/s.
+const USUAL_MPS: f64 = 0.5;
 /// The places of so many standstills are remembered.
 const REMEMBERED: usize = 16;
 
@@ -86,9 +88,10 @@ impl Progress {
         if cost_px < self.best_px - NEARER_M * scale_pxpm || jumped {
             (self.best_px, self.bettered_s) = (cost_px, now_s);
         }
-        stands_s > p.stall_s
+        let patience = (USUAL_MPS / speed_mps).max(1.0);
+        stands_s > p.stall_s * patience
             || circles_s * speed_mps > p.circling_way_m
-            || now_s - self.bettered_s > p.detour_s
+            || now_s - self.bettered_s > p.detour_s * patience
     }
 }
 
@@ -207,6 +210,21 @@ mod tests {
         let mut progress = Progress::new(0.0, Point::new(0.0, 0.0));
         let mut at = |s: f64| progress.is_standstill(s, Point::new(0.1, 0.0), 9.0, 20.0, 0.5, &parameters);
         assert!(!at(6.9) && at(7.1));
+    }
+
+    /// One that creeps through a door at a tenth of a metre a second, as it slows down there, once was taken for one
+    /// that stands still, and gave up at every door.
+    #[test]
+    fn a_slow_robot_is_waited_for() {
+        let parameters = Parameters::default();
+        let mut progress = Progress::new(0.0, Point::new(0.0, 0.0));
+        let ended = (0..600).find(|i| {
+            let s = f64::from(*i) * 0.1;
+            progress.is_standstill(s, Point::new(0.03 * s, 0.0), 900.0 - 0.6 * s, 20.0, 0.12, &parameters)
+        });
+        assert_eq!(ended, None);
+        let mut at = |s: f64| progress.is_standstill(s, Point::new(1.8, 0.0), 864.0, 20.0, 0.12, &parameters);
+        assert!(!at(70.0) && at(95.0), "standing still");
     }
 
     /// It once was not: whenever the estimate jumped, the watch began anew, and the robot drove in circles

@@ -1,0 +1,238 @@
+//! The actor: this very binary, started again as a process that obeys.
+
+use std::time::Duration;
+
+use nix::sys::signal::{SigSet, Signal, raise};
+use sketchnav_runtime::*;
+use sketchnav_schemas::channels::{ODOMETRY, SCAN, SKETCH, TRUTH};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::{GroundTruth, LaserScan, Odometry, SketchMap};
+use sketchnav_schemas::run::RunConfig;
+
+const LONG: Duration = Duration::from_secs(600);
+
+/// What an actor has opened.
+#[derive(Default)]
+struct Actor {
+    channels: Option<Channels>,
+    scan_writer: Option<Writer<LaserScan>>,
+    scan_reader: Option<Reader<LaserScan>>,
+    sketch_writer: Option<SliceWriter<SketchMap>>,
+    sketch_reader: Option<SliceReader<SketchMap>>,
+    odometry_reader: Option<Reader<Odometry>>,
+    truth_reader: Option<Reader<GroundTruth>>,
+    held: Vec<Sample<LaserScan>>,
+    node: Option<Node>,
+    system: Option<System>,
+}
+
+#[test]
+#[ignore = "a process of the other tests, which start it themselves"]
+fn actor() {
+    let mut actor = Actor::default();
+    for line in std::io::stdin().lines() {
+        let line = line.unwrap();
+        let words: Vec<_> = line.split(' ').collect();
+        let answer = actor.obey(&words).unwrap_or_else(|error| format!("error {error}"));
+        println!("\n> {answer}");
+    }
+}
+
+impl Actor {
+    fn obey(&mut self, words: &[&str]) -> Result<String> {
+        match *words {
+            ["create", name] => self.create(name)?,
+            ["remove"] => self.remove()?,
+            ["join", name, process] => {
+                self.node = Some(Node::join(System::open(name)?, process.parse().unwrap())?);
+            }
+            ["be-asked-to-end"] => {
+                // As the supervisor starts a process: the signal waits until somebody listens.
+                SigSet::from(Signal::SIGTERM).thread_block().unwrap();
+                raise(Signal::SIGTERM).unwrap();
+            }
+            ["leave"] => *self = Self { system: self.system.take(), ..Self::default() },
+            ["open", what] => self.open(what)?,
+            ["send", count] => return self.send(count.parse().unwrap()),
+            ["receive"] => return self.receive(),
+            ["wait"] => return Ok(format!("{:?}", self.node().wait(LONG))),
+            ["refresh"] => return Ok(format!("{:?}", self.node().wait(Duration::ZERO))),
+            ["until", seq] => return self.receive_until(seq.parse().unwrap()),
+            ["loan"] => return self.loan(),
+            ["hold"] => return self.hold(),
+            ["sketch"] => return self.send_sketch(),
+            ["hold-sketch"] => return self.hold_sketch(),
+            ["count-sending"] => return self.count_sending(),
+            ["count-receiving"] => return self.count_receiving(),
+            ["list"] => {
+                let names: Vec<_> = System::list()?.iter().map(|s| s.name().to_string()).collect();
+                return Ok(names.join(" "));
+            }
+            ["sweep"] => return Ok(System::sweep_dead()?.join(" ")),
+            _ => panic!("no such order: {words:?}"),
+        }
+        Ok("done".into())
+    }
+
+    fn create(&mut self, name: &str) -> Result<()> {
+        let system = System::create(&run_config(name))?;
+        let node = Node::join(System::open(name)?, Process::Supervisor)?;
+        self.channels = Some(Channels::create(&node)?);
+        (self.node, self.system) = (Some(node), Some(system));
+        Ok(())
+    }
+
+    fn remove(&mut self) -> Result<()> {
+        let system = self.system.take();
+        *self = Self::default();
+        system.unwrap().remove()
+    }
+
+    fn node(&self) -> &Node {
+        self.node.as_ref().unwrap()
+    }
+
+    fn open(&mut self, what: &str) -> Result<()> {
+        match what {
+            "scan-writer" => self.scan_writer = Some(self.node().writer(SCAN)?),
+            "second-scan-writer" => drop(self.node().writer(SCAN)?),
+            "scan-reader" => self.scan_reader = Some(self.node().reader(SCAN)?),
+            "sketch-writer" => self.sketch_writer = Some(self.node().slice_writer(SKETCH)?),
+            "sketch-reader" => self.sketch_reader = Some(self.node().slice_reader(SKETCH)?),
+            "odometry-reader" => self.odometry_reader = Some(self.node().reader(ODOMETRY)?),
+            "truth-reader" => self.truth_reader = Some(self.node().reader(TRUTH)?),
+            _ => panic!("no such end: {what}"),
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, count: u64) -> Result<String> {
+        let writer = self.scan_writer.as_mut().unwrap();
+        for _ in 0..count {
+            writer.send(fill)?;
+        }
+        Ok(writer.last_seq().to_string())
+    }
+
+    /// Everything that has come: first and last number, how many, how many lost.
+    fn receive(&mut self) -> Result<String> {
+        let reader = self.scan_reader.as_mut().unwrap();
+        let mut numbers = Vec::new();
+        while let Some(scan) = reader.receive()? {
+            assert_eq!(scan.ranges_m[100], 2.5);
+            numbers.push(scan.header.seq);
+        }
+        let (first, last) = (numbers.first().unwrap_or(&0), numbers.last().unwrap_or(&0));
+        Ok(format!("{first}..{last} {} lost {}", numbers.len(), reader.lost()))
+    }
+
+    fn receive_until(&mut self, seq: u64) -> Result<String> {
+        loop {
+            let reader = self.scan_reader.as_mut().unwrap();
+            while let Some(scan) = reader.receive()? {
+                if scan.header.seq >= seq {
+                    return Ok(scan.header.seq.to_string());
+                }
+            }
+            assert_eq!(self.node().wait(LONG), Wake::Message);
+        }
+    }
+
+    fn loan(&mut self) -> Result<String> {
+        let writer = self.scan_writer.as_mut().unwrap();
+        let mut loan = writer.loan()?;
+        assert!(loan.ranges_m.iter().all(|&range| range == 0.0));
+        fill(&mut loan);
+        let place = place_in_file(&raw const *loan);
+        loan.send()?;
+        Ok(place)
+    }
+
+    fn hold(&mut self) -> Result<String> {
+        let scan = self.scan_reader.as_mut().unwrap().receive()?.unwrap();
+        let place = place_in_file(&raw const *scan);
+        self.held.push(scan);
+        Ok(place)
+    }
+
+    fn send_sketch(&mut self) -> Result<String> {
+        let mut loan = self.sketch_writer.as_mut().unwrap().loan(2540 * 1252)?;
+        loan.message_mut().width_px = 2540;
+        loan.bytes_mut()[2540 * 1252 - 1] = 100;
+        let place = place_in_file(loan.bytes_mut().as_ptr());
+        loan.send()?;
+        Ok(place)
+    }
+
+    fn hold_sketch(&mut self) -> Result<String> {
+        let sketch = self.sketch_reader.as_mut().unwrap().receive()?.unwrap();
+        assert_eq!((sketch.message().width_px, sketch.bytes().len()), (2540, 2540 * 1252));
+        assert_eq!((sketch.bytes()[0], sketch.bytes()[2540 * 1252 - 1]), (0, 100));
+        Ok(place_in_file(sketch.bytes().as_ptr()))
+    }
+
+    /// Allocations of this thread while a thousand messages are sent and the health is reported.
+    fn count_sending(&mut self) -> Result<String> {
+        let (writer, node) = (self.scan_writer.as_mut().unwrap(), self.node.as_ref().unwrap());
+        let mut health = HealthReporter::new(node)?;
+        health.report(0)?;
+        let (before, handles) = (allocations_of_this_thread(), loan_handles_of_this_thread());
+        for stamp_ns in 0..1000 {
+            let step = Step::begin();
+            writer.send(fill)?;
+            node.wait(Duration::ZERO);
+            health.end(step);
+            health.report(stamp_ns)?;
+        }
+        let handles = loan_handles_of_this_thread() - handles;
+        Ok(format!("{} and {handles} handles", allocations_since(before)))
+    }
+
+    /// Allocations of this thread while it receives up to message 1000.
+    fn count_receiving(&mut self) -> Result<String> {
+        let (reader, node) = (self.scan_reader.as_mut().unwrap(), self.node.as_ref().unwrap());
+        let before = allocations_of_this_thread();
+        loop {
+            while let Some(scan) = reader.receive()? {
+                if scan.header.seq == 1000 {
+                    return Ok(allocations_since(before));
+                }
+            }
+            node.wait(LONG);
+        }
+    }
+}
+
+fn allocations_since(before: u64) -> String {
+    let counted = allocations_of_this_thread() - before;
+    drop(std::hint::black_box(Box::new(0)));
+    assert!(allocations_of_this_thread() > before + counted, "the counter does not count");
+    counted.to_string()
+}
+
+fn fill(scan: &mut LaserScan) {
+    scan.beam_count = 683;
+    scan.ranges_m[100] = 2.5;
+}
+
+/// Which byte of which file an address is: the file's device, inode and path, and the offset.
+fn place_in_file<T>(address: *const T) -> String {
+    let address = address as usize;
+    let maps = std::fs::read_to_string("/proc/self/maps").unwrap();
+    for line in maps.lines() {
+        let words: Vec<_> = line.split_whitespace().collect();
+        let (from, to) = words[0].split_once('-').unwrap();
+        let hex = |text: &str| usize::from_str_radix(text, 16).unwrap();
+        if (hex(from)..hex(to)).contains(&address) {
+            let offset = hex(words[2]) + address - hex(from);
+            return format!("{} {} {} {offset}", words[3], words[4], words[5]);
+        }
+    }
+    panic!("{address:#x} is not mapped");
+}
+
+fn run_config(name: &str) -> RunConfig {
+    let mut run: RunConfig = serde_json::from_str(include_str!("../run.json")).unwrap();
+    run.system = name.into();
+    run
+}

@@ -1,0 +1,258 @@
+//! Real processes on real shared memory.
+//!
+//! A test starts this very binary again as actors and talks to them line by line: an order to an
+//! actor's standard input, an answer from its standard output. Each test has a root of its own, so
+//! the tests do not see each other either.
+
+mod actor;
+mod stage;
+
+use std::collections::BTreeMap;
+use std::process::Command;
+
+use sketchnav_runtime::CountingAllocator;
+use sketchnav_schemas::codes::Process;
+use stage::Stage;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+#[test]
+fn a_message_goes_from_process_to_process() {
+    let stage = Stage::new();
+    let mut supervisor = stage.system("round-trip");
+    let mut reader = stage.join("round-trip", Process::Planner, &["scan-reader"]);
+    let mut writer = stage.join("round-trip", Process::World, &["scan-writer"]);
+    reader.begin("until 3");
+    assert_eq!(writer.tell("send 3"), "3");
+    assert_eq!(reader.answer(), "3");
+    assert_eq!(reader.tell("receive"), "0..0 0 lost 0");
+    writer.does("leave");
+    reader.does("leave");
+    supervisor.does("remove");
+    assert_eq!(stage.leftovers("round-trip"), Vec::<String>::new());
+}
+
+#[test]
+fn a_message_is_read_where_it_was_written() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("zero-copy");
+    let mut writer = stage.join("zero-copy", Process::World, &["scan-writer"]);
+    let mut reader = stage.join("zero-copy", Process::Localizer, &["scan-reader"]);
+    let mut recorder = stage.join("zero-copy", Process::Recorder, &["scan-reader"]);
+    let mut places = Vec::new();
+    for _ in 0..3 {
+        let place = writer.tell("loan");
+        assert!(place.contains(" /dev/shm/sketchnav_zero-copy_"), "{place}");
+        assert_eq!((reader.tell("hold"), recorder.tell("hold")), (place.clone(), place.clone()));
+        places.push(place);
+    }
+    places.dedup();
+    assert_eq!(places.len(), 3, "each message has a place of its own");
+}
+
+#[test]
+fn a_sketch_is_read_where_it_was_written() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("zero-copy-slice");
+    let mut writer = stage.join("zero-copy-slice", Process::Sketcher, &["sketch-writer"]);
+    let mut reader = stage.join("zero-copy-slice", Process::Localizer, &["sketch-reader"]);
+    let place = writer.tell("sketch");
+    assert!(place.contains(" /dev/shm/sketchnav_zero-copy-slice_"), "{place}");
+    assert_eq!(reader.tell("hold-sketch"), place);
+}
+
+#[test]
+fn sending_and_receiving_allocate_nothing() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("allocations");
+    let mut writer = stage.join("allocations", Process::World, &["scan-writer"]);
+    let mut reader = stage.join("allocations", Process::Localizer, &["scan-reader"]);
+    // The first message connects the two.
+    writer.tell("send 1");
+    assert_eq!(reader.tell("until 1"), "1");
+    reader.begin("count-receiving");
+    // Two messages a round: the scan and the health.
+    assert_eq!(writer.tell("count-sending"), "0 and 2000 handles");
+    assert_eq!(reader.answer(), "0");
+}
+
+#[test]
+fn two_systems_side_by_side_do_not_see_each_other() {
+    let stage = Stage::new();
+    let mut one = stage.system("side-1");
+    let mut two = stage.system("side-2");
+    let mut writer = stage.join("side-1", Process::World, &["scan-writer"]);
+    let mut near = stage.join("side-1", Process::Planner, &["scan-reader"]);
+    let mut far = stage.join("side-2", Process::Planner, &["scan-reader"]);
+    writer.tell("send 2");
+    assert_eq!(near.tell("receive"), "1..2 2 lost 0");
+    assert_eq!(far.tell("receive"), "0..0 0 lost 0");
+    assert_eq!(one.tell("list"), "side-1 side-2");
+    assert!(two.tell("create side-1").contains("is running already"));
+    for player in [&mut writer, &mut near] {
+        player.does("leave");
+    }
+    one.does("remove");
+    assert_eq!(two.tell("list"), "side-2");
+    assert!(stage.leftovers("side-1").iter().all(|name| name == "side-2"));
+}
+
+#[test]
+fn a_second_writer_is_refused() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("second");
+    let mut writer = stage.join("second", Process::World, &["scan-writer"]);
+    let pid = writer.child.id();
+    let answer = writer.tell("open second-scan-writer");
+    let expected = format!(
+        "channel \"scan\" of system \"second\" takes one writer and has one already: world, process {pid}"
+    );
+    assert_eq!(answer, format!("error {expected}"));
+    let mut twin = stage.player();
+    let answer = twin.tell("join second world");
+    assert_eq!(
+        answer,
+        format!("error world of system \"second\" runs already as process {pid}; end that one first")
+    );
+    writer.kill();
+    twin.does("join second world");
+    twin.does("open scan-writer");
+    assert_eq!(twin.tell("send 1"), "1");
+}
+
+#[test]
+fn no_navigator_opens_the_truth() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("truth");
+    for navigator in [Process::Sketcher, Process::Localizer, Process::Planner] {
+        let answer = stage.join("truth", navigator, &[]).tell("open truth-reader");
+        let expected = "may not read channel \"truth\"; the table of channels allows recorder, observer";
+        assert_eq!(answer, format!("error {navigator} {expected}"));
+    }
+    stage.join("truth", Process::Recorder, &["truth-reader"]);
+    let answer = stage.join("truth", Process::Planner, &[]).tell("open scan-writer");
+    assert_eq!(answer, "error planner may not write channel \"scan\"; the table of channels allows world");
+}
+
+#[test]
+fn a_system_that_does_not_run_is_named() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("here");
+    let answer = stage.player().tell("join there planner");
+    assert!(
+        answer.contains("system \"there\" is not running (running: here); `sketchnav run` starts one"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn what_a_killed_system_leaves_is_swept() {
+    let stage = Stage::new();
+    let mut supervisor = stage.system("swept");
+    let mut writer = stage.join("swept", Process::World, &["scan-writer"]);
+    let mut reader = stage.join("swept", Process::Planner, &["scan-reader"]);
+    writer.tell("send 5");
+    reader.tell("hold");
+    supervisor.kill();
+    assert!(stage.leftovers("swept").len() > 3, "the test needs something to sweep");
+    let mut other = stage.player();
+    assert_eq!(other.tell("list"), "");
+    assert!(other.tell("join swept planner").contains("is not running"));
+    assert_eq!(other.tell("sweep"), "swept");
+    assert_eq!(stage.leftovers("swept"), Vec::<String>::new());
+    for mut player in [writer, reader] {
+        assert!(!player.child.wait().unwrap().success(), "a process of the dead system lives");
+    }
+}
+
+#[test]
+fn a_new_system_takes_the_place_of_a_killed_one() {
+    let stage = Stage::new();
+    stage.system("again").kill();
+    let mut supervisor = stage.system("again");
+    let mut writer = stage.join("again", Process::World, &["scan-writer"]);
+    assert_eq!(writer.tell("send 1"), "1");
+    writer.does("leave");
+    supervisor.does("remove");
+    assert_eq!(stage.leftovers("again"), Vec::<String>::new());
+}
+
+#[test]
+fn history_reaches_a_late_reader() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("late");
+    let mut writer = stage.join("late", Process::World, &["scan-writer"]);
+    writer.tell("send 100");
+    // The writer sleeps until a reader comes; the reader sleeps until it has been served.
+    writer.begin("wait");
+    let mut reader = stage.join("late", Process::Planner, &["scan-reader"]);
+    reader.begin("until 100");
+    assert_eq!(writer.answer(), "Message");
+    writer.tell("refresh");
+    assert_eq!(reader.answer(), "100");
+}
+
+#[test]
+fn lost_messages_are_counted() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("lost");
+    let mut writer = stage.join("lost", Process::World, &["scan-writer"]);
+    let mut reader = stage.join("lost", Process::Planner, &["scan-reader"]);
+    writer.tell("send 10");
+    assert_eq!(reader.tell("receive"), "1..10 10 lost 0");
+    writer.tell("send 200");
+    assert_eq!(reader.tell("receive"), "83..210 128 lost 72");
+}
+
+#[test]
+fn a_dead_reader_stops_nobody() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("dead-reader");
+    let mut writer = stage.join("dead-reader", Process::World, &["scan-writer"]);
+    let mut dead = stage.join("dead-reader", Process::Localizer, &["scan-reader"]);
+    let mut alive = stage.join("dead-reader", Process::Planner, &["scan-reader"]);
+    writer.tell("send 1");
+    dead.tell("hold");
+    dead.kill();
+    assert_eq!(writer.tell("send 100"), "101");
+    assert_eq!(alive.tell("receive"), "1..101 101 lost 0");
+}
+
+#[test]
+fn a_request_to_end_wakes_a_sleeper() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("signal");
+    for signal in ["TERM", "INT", "HUP"] {
+        let mut sleeper = stage.join("signal", Process::Planner, &["scan-reader"]);
+        sleeper.begin("wait");
+        for signal in ["STOP", "CONT", signal] {
+            let pid = sleeper.child.id().to_string();
+            assert!(Command::new("kill").args([&format!("-{signal}"), &pid]).status().unwrap().success());
+        }
+        assert_eq!(sleeper.answer(), "Terminate");
+        assert_eq!(sleeper.tell("wait"), "Terminate");
+    }
+}
+
+/// A process that was asked to end while it joined had its bell rung by the signal before it first
+/// looked at the bell, took the ring for an old one and slept for good; one in five systems that were
+/// interrupted at once hung on a loaded machine.
+#[test]
+fn a_request_to_end_before_joining_is_heard() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("early-signal");
+    let mut player = stage.player();
+    player.does("be-asked-to-end");
+    player.does("join early-signal planner");
+    assert_eq!(player.tell("wait"), "Terminate");
+}
+
+#[test]
+fn both_ends_of_every_channel_fit_the_table() {
+    let mut names = BTreeMap::new();
+    for spec in sketchnav_schemas::channels::TABLE {
+        assert!(spec.history <= spec.buffer, "{}: a reader takes the whole history at once", spec.name);
+        assert!(names.insert(spec.name, spec).is_none());
+    }
+}

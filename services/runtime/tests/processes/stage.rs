@@ -1,0 +1,121 @@
+//! Starting actors and talking to them.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use sketchnav_schemas::codes::Process;
+
+/// A root of systems that is this test's own.
+pub struct Stage {
+    root: tempfile::TempDir,
+}
+
+/// A process on a stage.
+pub struct Player {
+    pub child: Child,
+    orders: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Stage {
+    pub fn new() -> Self {
+        Self { root: tempfile::tempdir().unwrap() }
+    }
+
+    pub fn player(&self) -> Player {
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["actor::actor", "--exact", "--ignored", "--nocapture"])
+            .env("XDG_RUNTIME_DIR", self.root.path())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let orders = child.stdin.take().unwrap();
+        let answers = BufReader::new(child.stdout.take().unwrap());
+        Player { child, orders, answers }
+    }
+
+    /// A supervisor of the system `name`.
+    pub fn system(&self, name: &str) -> Player {
+        let mut supervisor = self.player();
+        supervisor.does(&format!("create {name}"));
+        supervisor
+    }
+
+    pub fn join(&self, name: &str, process: Process, ends: &[&str]) -> Player {
+        let mut player = self.player();
+        player.does(&format!("join {name} {process}"));
+        for end in ends {
+            player.does(&format!("open {end}"));
+        }
+        player
+    }
+
+    pub fn folder(&self) -> PathBuf {
+        self.root.path().join("sketchnav")
+    }
+
+    /// What lies in the root, but for its guard, and in shared memory under the name of `system`.
+    pub fn leftovers(&self, system: &str) -> Vec<String> {
+        let names = |path: &Path| -> Vec<String> {
+            let entries = std::fs::read_dir(path).unwrap();
+            entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
+        };
+        let mut found = names(&self.folder());
+        found.retain(|name| name != ".guard");
+        let mark = format!("sketchnav_{system}_");
+        found.extend(names(Path::new("/dev/shm")).into_iter().filter(|name| name.starts_with(&mark)));
+        found
+    }
+}
+
+impl Drop for Stage {
+    /// The supervisors of most tests are killed with their players.
+    fn drop(&mut self) {
+        let mut sweeper = self.player();
+        sweeper.begin("sweep");
+        let mut line = String::new();
+        while sweeper.answers.read_line(&mut line).is_ok_and(|read| read > 0) && !line.starts_with("> ") {
+            line.clear();
+        }
+    }
+}
+
+impl Player {
+    pub fn tell(&mut self, order: &str) -> String {
+        self.begin(order);
+        self.answer()
+    }
+
+    pub fn begin(&mut self, order: &str) {
+        writeln!(self.orders, "{order}").unwrap();
+    }
+
+    pub fn answer(&mut self) -> String {
+        let mut line = String::new();
+        while self.answers.read_line(&mut line).unwrap() > 0 {
+            if let Some(answer) = line.trim_end_matches('\n').strip_prefix("> ") {
+                return answer.to_string();
+            }
+            line.clear();
+        }
+        panic!("the actor has ended");
+    }
+
+    pub fn does(&mut self, order: &str) {
+        assert_eq!(self.tell(order), "done", "{order}");
+    }
+
+    pub fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
+impl Drop for Player {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

@@ -210,8 +210,13 @@ async function savesTheMission({ page }) {
 async function outlivesTheServer({ page }) {
   const pid = Number(process.env.SKETCHNAV_PAD_PID);
   if (!pid) return;
+  // However short the time for which it is not connected: it is told.
+  await page.evaluate(() => {
+    const role = document.getElementById("link-role");
+    new MutationObserver(() => { window.wasLost ||= role.textContent === "Not connected"; }).observe(role, { childList: true, subtree: true, characterData: true });
+  });
   process.kill(pid, "SIGKILL");
-  await says(page, "link-role", "Not connected");
+  await page.waitForFunction(() => window.wasLost, null, { timeout: LIMIT_MS });
   await says(page, "link-role", "You drive");
   await goesOn(page);
 }
@@ -226,9 +231,12 @@ async function main() {
   await says(page, "headline", "No map yet");
   assert.equal(await isOn(page, "send-sketch"), false, "a blank sheet is no map");
 
-  // The pauses of a busy machine are no hand that holds still.
+  // The pauses of a busy machine are no hand that holds still, and no link that is lost.
   await page.click("#menu-button");
   await page.uncheck("#hold");
+  await page.fill("#limit", "60");
+  await page.press("#limit", "Enter");
+  await says(page, "say", "pauses after 60 s");
   await page.click("#menu-button");
 
   await drawMap(desk);
@@ -259,16 +267,14 @@ async function main() {
   await press(page, "execute");
   await says(page, "headline", "Driving");
   await page.waitForFunction(() => parseFloat(document.getElementById("n-path").textContent) >= 2, null, { timeout: LIMIT_MS });
+  assert.ok(await isOn(watcher.page, "abort"), "anybody may stop the robot");
   await page.screenshot({ path: join(out, "desktop.png") });
   await watcher.page.screenshot({ path: join(out, "phone.png") });
-  await isAtHand(watcher);
-  assert.ok(await isOn(watcher.page, "abort"), "anybody may stop the robot");
-
-  await phone.close();
-
   await page.keyboard.press("Escape");
   await says(page, "headline", "Stopped");
   await says(page, "task", "aborted");
+  await isAtHand(watcher);
+  await phone.close();
   await stands(page);
   const stood = await text(page, "n-path");
   Object.assign(figures, await manyStrokes(desk, drawing.canvas));

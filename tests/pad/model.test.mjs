@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import { test } from "node:test";
 
-import { erased, inside, meantStraight, squared, widthAtRow } from "../../services/pad/page/geometry.js";
+import { erased, inside, meantStraight, squared, roomAt } from "../../services/pad/page/geometry.js";
 import * as model from "../../services/pad/page/model.js";
 
 const sheet = () => model.blank(model.LANDSCAPE);
@@ -159,6 +159,7 @@ test("holding still straightens what was nearly straight, and nothing else", () 
 test("inside a polygon, and how wide it is there", () => {
   const triangle = [[0, 0], [100, 0], [50, 100]];
   assert.ok(inside([50, 50], triangle) && !inside([5, 90], triangle));
-  assert.equal(widthAtRow([50, 50], triangle), 50);
-  assert.equal(widthAtRow([500, 50], triangle), 0);
+  assert.equal(roomAt([50, 50], triangle, 0), 50);
+  assert.equal(roomAt([50, 50], triangle, 20), 40, "its corners are within, too");
+  assert.equal(roomAt([500, 50], triangle, 0), 0);
 });

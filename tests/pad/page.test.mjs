@@ -40,6 +40,7 @@ test("every state has a headline and advice", () => {
     assert.ok(advice(page({ feed: feed(state) })).length > 5);
   }
   assert.equal(headline(page({ up: false })), "Not connected");
+  assert.match(advice(page({ up: false, refusal: "expected the token" })), /expected the token/);
   assert.deepEqual(stages(feed("path")).map(([, is]) => is), ["done", "done", "now"]);
   assert.deepEqual(stages(feed("ended")).map(([, is]) => is), ["done", "done", "done"]);
   assert.deepEqual(stages(null).map(([, is]) => is), ["now", "later", "later"]);
@@ -48,6 +49,7 @@ test("every state has a headline and advice", () => {
 test("words for tasks, times, limits", () => {
   assert.equal(taskWords({ index: 0, count: 2, name: "kitchen", state: "blocked", reason: "a chair" }), "Task 1 of 2 “kitchen”: blocked, a chair");
   assert.equal(taskWords({ index: 2, count: 3, state: "finished", reached: 2 }), "2 of 3 tasks reached");
+  assert.equal(taskWords({ index: 0, count: 1, name: "route", state: "driving", reason: "around a chair" }), "Task 1 of 1 “route”: driving", "the warnings say it");
   assert.equal(taskWords(null), null);
   assert.equal(seconds(125.9), "2:05");
   assert.equal(seconds(undefined), "–");

@@ -32,25 +32,31 @@ pub type Answer = (u16, Value);
 
 /// Sends a request as it stands and hands back its answer.
 pub fn request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
-    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    try_request(port, head, headers, body).unwrap_or_else(|| panic!("no answer to {head}"))
+}
+
+/// The same of a server that may not live to answer.
+pub fn try_request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8]) -> Option<Answer> {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
     stream.set_read_timeout(Some(LIMIT)).unwrap();
     let mut text = format!("{head} HTTP/1.1\r\nconnection: close\r\ncontent-length: {}\r\n", body.len());
     if !headers.iter().any(|(name, _)| *name == "host") {
         text += &format!("host: 127.0.0.1:{port}\r\n");
     }
     headers.iter().for_each(|(name, value)| text += &format!("{name}: {value}\r\n"));
-    stream.write_all((text + "\r\n").as_bytes()).unwrap();
+    stream.write_all((text + "\r\n").as_bytes()).ok()?;
     // A server that refuses by the head alone closes before it has read all.
     let _ = stream.write_all(body);
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
-    let answer = String::from_utf8_lossy(&answer).into_owned();
-    let status = answer.split(' ').nth(1).and_then(|code| code.parse().ok());
+    parsed(&String::from_utf8_lossy(&answer))
+}
+
+/// An answer as it came over the wire; `None` where it is none.
+pub fn parsed(answer: &str) -> Option<Answer> {
+    let status = answer.split(' ').nth(1)?.parse().ok()?;
     let body = answer.split_once("\r\n\r\n").map_or("", |(_, body)| body);
-    (
-        status.unwrap_or_else(|| panic!("no answer to {head}: {answer:?}")),
-        serde_json::from_str(body).unwrap_or_default(),
-    )
+    Some((status, serde_json::from_str(body).unwrap_or_default()))
 }
 
 /// An open page.
@@ -66,16 +72,21 @@ pub struct Page {
 impl Page {
     /// Connects; `session`: as the page that had it.
     pub fn open(port: u16, session: Option<&str>) -> Self {
-        let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
-        stream.set_read_timeout(Some(LIMIT)).unwrap();
+        Self::try_open(port, session).expect("a page that is let in")
+    }
+
+    /// The same of a server that may not live so long.
+    pub fn try_open(port: u16, session: Option<&str>) -> Option<Self> {
+        let stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
+        stream.set_read_timeout(Some(LIMIT)).ok()?;
         let query = session.map_or_else(String::new, |session| format!("?session={session}"));
         let url = format!("ws://127.0.0.1:{port}/ws{query}");
-        let (socket, _) = tungstenite::client(url, stream).unwrap();
+        let (socket, _) = tungstenite::client(url, stream).ok()?;
         let mut page = Self { port, socket, hello: Value::Null, feed: Value::Null };
         while page.hello.is_null() {
-            page.read();
+            page.try_read().ok()?;
         }
-        page
+        Some(page)
     }
 
     /// Its session.
@@ -85,17 +96,21 @@ impl Page {
 
     /// Takes the next word of the pad.
     pub fn read(&mut self) {
-        let Message::Text(text) = self.socket.read().expect("a word of the pad within the limit") else {
-            return;
-        };
+        self.try_read().expect("a word of the pad within the limit");
+    }
+
+    fn try_read(&mut self) -> tungstenite::Result<()> {
+        let Message::Text(text) = self.socket.read()? else { return Ok(()) };
         let said: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
         if let Some(hello) = said.get("hello") {
             self.hello = hello.clone();
         }
         if let Some(feed) = said.get("feed") {
             self.feed = feed.clone();
-            self.say(&json!({ "seen": feed["n"] }));
+            let seen = json!({ "seen": feed["n"] }).to_string();
+            self.socket.send(Message::Text(seen.into()))?;
         }
+        Ok(())
     }
 
     /// Says something.
@@ -135,6 +150,17 @@ impl Page {
         let session = self.session();
         let headers = [("x-sketchnav-session", session.as_str()), ("content-type", content_type)];
         request(self.port, &format!("POST {path}"), &headers, body)
+    }
+
+    /// Sends a drawing by a name of its own, to a server that may not live to answer.
+    pub fn send(&self, path: &str, body: &[u8], name: &str) -> Option<Answer> {
+        let session = self.session();
+        let headers = [
+            ("x-sketchnav-session", session.as_str()),
+            ("x-sketchnav-sending", name),
+            ("content-type", "application/json"),
+        ];
+        try_request(self.port, &format!("POST {path}"), &headers, body)
     }
 
     /// Sends a request that is to succeed.

@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 
 use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, LATENCY, PARTICLES, ROUTE, SCAN,
-    SKETCH, STATUS, TRUTH,
+    COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, LATENCY, ORDERS, PARTICLES, ROUTE,
+    SCAN, SKETCH, STATUS, TRUTH,
 };
-use sketchnav_schemas::codes::Tracking;
+use sketchnav_schemas::codes::{Order, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
 use sketchnav_schemas::message::{
     Contact, Fault, GroundTruth, Health, Latency, Message, MissionStatus, Particles, PoseEstimate, Route,
-    SketchMap, VelocityCommand,
+    RouteTask, SketchMap, VelocityCommand,
 };
+use sketchnav_schemas::mission::{Place, Task};
 use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::RunConfig;
 
 use crate::error::RecordingError;
 use crate::faults::FaultInfo;
@@ -44,7 +46,7 @@ pub struct Instant {
 pub struct Log {
     /// The channel `truth`.
     pub truth: Vec<GroundTruth>,
-    /// The channel `status`.
+    /// The channel `status`; where people draw, of the last drive alone.
     pub status: Vec<MissionStatus>,
     /// The channel `contact`.
     pub contacts: Vec<Contact>,
@@ -68,12 +70,14 @@ pub struct Log {
     pub route: Option<Box<Route>>,
     /// The drawing and its cells; the last one, where people drew several.
     pub sketch: Option<(SketchMap, Vec<u8>)>,
+    /// When people last had the robot begin with the first task: simulation time, nanoseconds.
+    began_ns: Option<u64>,
     /// The scan of the last command.
     last_answered: u64,
 }
 
 /// What a verdict and the figures need.
-const NEEDED: [&ChannelSpec; 11] = [
+const NEEDED: [&ChannelSpec; 12] = [
     TRUTH.spec,
     STATUS.spec,
     CONTACT.spec,
@@ -85,6 +89,7 @@ const NEEDED: [&ChannelSpec; 11] = [
     SKETCH.spec,
     SCAN.spec,
     COMMAND.spec,
+    ORDERS.spec,
 ];
 
 impl Log {
@@ -111,6 +116,9 @@ impl Log {
             log.take(&message?, recording)?;
         }
         log.forget_earlier_drawings();
+        if recording.run().is_ok_and(|run| run.pad.draws()) {
+            log.forget_earlier_drives();
+        }
         log.instants = instants(&log.truth, &log.estimates);
         Ok(log)
     }
@@ -120,6 +128,40 @@ impl Log {
         let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
         self.estimates.retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
         self.particles.retain(|set| set.header.stamp_ns >= drawn_ns);
+    }
+
+    /// What was said of tasks before the last ones were begun: of others, or of these in an earlier drive. Nothing is
+    /// left where they were sent and not driven.
+    fn forget_earlier_drives(&mut self) {
+        let sent_ns = self.route.as_ref().map_or(0, |route| route.header.stamp_ns);
+        let Some(began_ns) = self.began_ns.filter(|began_ns| *began_ns > sent_ns) else {
+            self.status.clear();
+            return;
+        };
+        // The planner takes an order some steps after it was given.
+        let is_begin = |status: &MissionStatus| {
+            let is_driving = TaskState::from_code(status.state) == Some(TaskState::Driving);
+            status.header.stamp_ns > began_ns && status.task == 0 && is_driving
+        };
+        let first = self.status.iter().position(is_begin).unwrap_or(self.status.len());
+        self.status.drain(..first);
+    }
+
+    /// The run with the tasks that people have drawn last, where they have. Their places in the true world are
+    /// not known.
+    #[must_use]
+    pub fn with_drawn_tasks(&self, mut run: RunConfig) -> RunConfig {
+        if let Some(route) = self.route.as_ref().filter(|_| run.pad.draws()) {
+            let task = |task: &RouteTask| Task {
+                name: task.name.as_str().to_owned(),
+                goal: None,
+                route: None,
+                there: Place::default(),
+                time_limit_s: task.time_limit_s,
+            };
+            run.mission.task = route.tasks().iter().map(task).collect();
+        }
+        run
     }
 
     /// The drawing without its cells.
@@ -142,6 +184,10 @@ impl Log {
             self.sketch = Some((sketch, cells));
         } else if let Some((route, _)) = from.channel(ROUTE)? {
             self.route = Some(Box::new(route));
+        } else if let Some((order, _)) = from.channel(ORDERS)? {
+            if Order::from_code(order.order) == Some(Order::Start) {
+                self.began_ns = Some(order.header.stamp_ns);
+            }
         } else {
             from.put(TRUTH, &mut self.truth)?;
             from.put(STATUS, &mut self.status)?;

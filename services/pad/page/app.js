@@ -145,7 +145,7 @@ async function takeWalls(number) {
 function refresh() {
   const { drawing } = desk;
   show({
-    up: link.up, latencyMs: link.latencyMs, drives: robot.feed?.drives ?? robot.hello?.drives ?? false,
+    up: link.up, refusal: link.refusal, latencyMs: link.latencyMs, drives: robot.feed?.drives ?? robot.hello?.drives ?? false,
     watches: robot.hello?.mode === "watches", busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
     map: hasMap(drawing), path: canGo(drawing, robot.feed?.pose), silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
   });
@@ -174,7 +174,7 @@ async function sendSketch() {
   const body = picture ? await flattened(drawing) : sketchBody(drawing);
   const bytes = picture ? body.size : new TextEncoder().encode(body).length;
   refuse(tooMuch(robot.hello?.limits, { strokes: drawing.strokes.length, points: pointCount(drawing), bytes }));
-  const answer = await link.post("/api/sketch", body, picture ? "image/jpeg" : "application/json");
+  const answer = await link.send("/api/sketch", body, picture ? "image/jpeg" : "application/json", broken);
   robot.placed = null;
   desk.trail = [];
   keepDraft();
@@ -185,12 +185,14 @@ async function sendSketch() {
 async function sendPath() {
   const { drawing } = desk;
   refuse(tooMuch(robot.hello?.limits, { route: drawing.route?.length, goals: drawing.goals.length }));
-  await link.post("/api/path", pathBody(drawing, robot.placed));
+  await link.send("/api/path", pathBody(drawing, robot.placed), "application/json", broken);
   robot.placed = drawing.start;
   desk.trail = [];
   keepDraft();
   return drawing.route ? "The path has arrived." : `${drawing.goals.length === 1 ? "The goal has" : "The goals have"} arrived.`;
 }
+
+const broken = () => say("The link broke while this was sent. It is sent again when the link is back.", true);
 
 function refuse(words) {
   if (words) throw new Error(words);

@@ -7,7 +7,7 @@
 // - `live`: the stroke under the pen. A movement draws its new segments and nothing else, in the event
 //   itself, on a canvas that need not wait for the others (`desynchronized`).
 
-import { middle, widthAtRow } from "./geometry.js";
+import { middle, roomAt } from "./geometry.js";
 import { inkRuns, widthAt } from "./ink.js";
 
 /** Screens beyond twice as fine cost more than the eye gains. */
@@ -157,7 +157,7 @@ export class Sheet {
 
   /** A label no wider than its obstacle; where it would be too small to read, none. */
   #drawLabel(context, label, polygon) {
-    const room = widthAtRow(middle(polygon), polygon) * this.view.scale * 0.9;
+    const room = roomAt(middle(polygon), polygon, this.px(9)) * this.view.scale * 0.94;
     context.font = "600 12px system-ui, sans-serif";
     const size = Math.min(12, (12 * room) / context.measureText(label).width);
     if (size >= 7) this.#write(context, label, middle(polygon), this.colors["obstacle-text"], size);

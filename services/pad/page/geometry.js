@@ -37,13 +37,19 @@ export function inside(p, polygon) {
   return odd;
 }
 
-/** How wide a polygon is at a point within it, along its row; 0 where the point is outside. */
-export function widthAtRow(p, polygon) {
+/** How far it is from a point within a polygon to its edges, along its row: left, right; 0 where it is outside. */
+function reach(p, polygon) {
   const crossings = polygon.map((b, i) => [polygon.at(i - 1), b]).filter(([a, b]) => a[1] > p[1] !== b[1] > p[1])
-    .map(([a, b]) => a[0] + ((p[1] - a[1]) / (b[1] - a[1])) * (b[0] - a[0]));
-  const left = Math.max(...crossings.filter((x) => x <= p[0]));
-  const right = Math.min(...crossings.filter((x) => x > p[0]));
-  return Number.isFinite(right - left) ? right - left : 0;
+    .map(([a, b]) => a[0] + ((p[1] - a[1]) / (b[1] - a[1])) * (b[0] - a[0]) - p[0]);
+  const left = Math.max(...crossings.filter((x) => x <= 0));
+  const right = Math.min(...crossings.filter((x) => x > 0));
+  return Number.isFinite(right - left) ? [-left, right] : [0, 0];
+}
+
+/** How wide a line of text may be that is centred at a point of a polygon, `height` high, and stays within. */
+export function roomAt([x, y], polygon, height) {
+  const rows = [-0.5, 0, 0.5].flatMap((part) => reach([x, y + part * height], polygon));
+  return 2 * Math.min(...rows);
 }
 
 /** Middle of the corners. */

@@ -6,6 +6,9 @@ const PAUSES_MS = [250, 500, 1000, 2000, 4000];
 const PING_MS = 2000;
 /** A link that says nothing for so long is dead, whatever the browser believes. */
 const SILENT_MS = 6000;
+/** How long a link may take to come back until what was sent on it is given up, and how often it is sent. */
+const BACK_MS = 60000;
+const ATTEMPTS = 5;
 
 /** The pause before the attempt `n`, counted from 0. */
 export const pauseMs = (n) => PAUSES_MS[Math.min(n, PAUSES_MS.length - 1)];
@@ -21,6 +24,14 @@ export function takeToken(place = window.location, store = window.sessionStorage
   return store.getItem("token") ?? "";
 }
 
+function parsed(text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return {};
+  }
+}
+
 export class Link {
   #token;
   #session;
@@ -29,9 +40,12 @@ export class Link {
   #heard = 0;
   #timer = 0;
   #listener;
+  #waiting = new Set();
   /** Round trip, milliseconds, `null` before the first. */
   latencyMs = null;
   up = false;
+  /** Why the server does not let this page in, in its words; `null` where it does, or says nothing. */
+  refusal = null;
 
   /** The listener has `changed()`, `hello(h)`, `feed(f)`. */
   constructor(token, listener) {
@@ -43,14 +57,20 @@ export class Link {
     this.#connect();
   }
 
-  #connect() {
-    window.clearTimeout(this.#timer);
-    const scheme = window.location.protocol === "https:" ? "wss" : "ws";
+  #query() {
     const query = new URLSearchParams();
     if (this.#token) query.set("token", this.#token);
     if (this.#session) query.set("session", this.#session);
-    const socket = new WebSocket(`${scheme}://${window.location.host}/ws?${query}`);
+    return query;
+  }
+
+  #connect() {
+    window.clearTimeout(this.#timer);
+    const scheme = window.location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${window.location.host}/ws?${this.#query()}`);
     this.#socket = socket;
+    // A sign of life while a long hello comes in.
+    socket.onopen = () => socket === this.#socket && this.#ping();
     socket.onmessage = (event) => this.#take(socket, event.data);
     socket.onclose = () => this.#lost(socket);
   }
@@ -77,19 +97,34 @@ export class Link {
     window.sessionStorage.setItem("session", hello.session);
     if (!this.up) {
       this.up = true;
+      this.refusal = null;
       this.#attempts = 0;
       this.#ping();
     }
     this.#listener.hello(hello);
+    this.#waiting.forEach((go) => go());
   }
 
   #lost(socket) {
     if (socket !== this.#socket) return;
     this.#socket = null;
+    if (!this.up) this.#askWhy();
     this.up = false;
     this.latencyMs = null;
     this.#again(pauseMs(this.#attempts));
     this.#attempts += 1;
+    this.#listener.changed();
+  }
+
+  /** A browser does not tell why a WebSocket was refused; the server does. */
+  async #askWhy() {
+    try {
+      const response = await fetch(`/api/seat?${this.#query()}`, { headers: this.#headers() });
+      const answer = await response.json();
+      this.refusal = response.ok ? null : answer.error;
+    } catch {
+      this.refusal = null;
+    }
     this.#listener.changed();
   }
 
@@ -100,7 +135,10 @@ export class Link {
   }
 
   #tick() {
-    if (!this.up) return;
+    if (!this.up) {
+      this.#ping();
+      return;
+    }
     if (performance.now() - this.#heard > SILENT_MS) {
       const dead = this.#socket;
       dead.close();
@@ -137,17 +175,50 @@ export class Link {
     return headers;
   }
 
-  /** Sends a body; the answer, or an `Error` with the server's words. */
-  async post(path, body, type = "application/json") {
+  /** Sends a body; the answer, or an `Error` with the server's words, or `unheard` where none came. */
+  async post(path, body, type = "application/json", more = {}) {
     let response;
+    let answer;
     try {
-      response = await fetch(path, { method: "POST", headers: this.#headers(type), body });
+      response = await fetch(path, { method: "POST", headers: { ...this.#headers(type), ...more }, body });
+      answer = await response.text();
     } catch {
-      throw new Error("The server does not answer.");
+      throw Object.assign(new Error("The server does not answer."), { unheard: true });
     }
-    const answer = await response.json().catch(() => ({}));
+    answer = parsed(answer);
     if (!response.ok) throw new Error(answer.error ?? `The server answered ${response.status}.`);
     return answer;
+  }
+
+  /**
+   * Sends a body as `post` does, until it is answered: where the link breaks on the way, it is sent again by the
+   * same name when the link is back, and the server takes it over once. `broken` is told of each time.
+   */
+  async send(path, body, type, broken) {
+    const name = Array.from(crypto.getRandomValues(new Uint32Array(4)), (n) => n.toString(16).padStart(8, "0")).join("");
+    for (let attempt = 1; ; attempt += 1) {
+      try {
+        return await this.post(path, body, type, { "x-sketchnav-sending": name });
+      } catch (error) {
+        if (!error.unheard || attempt === ATTEMPTS) throw error;
+        broken();
+        if (!await this.#back()) throw new Error("The link did not come back. Whether this has arrived is not known: send it again.");
+      }
+    }
+  }
+
+  /** Waits for the next hello; whether it came in time. */
+  #back() {
+    return new Promise((resolve) => {
+      const done = (is) => {
+        window.clearTimeout(timer);
+        this.#waiting.delete(go);
+        resolve(is);
+      };
+      const go = () => done(true);
+      const timer = window.setTimeout(() => done(false), BACK_MS);
+      this.#waiting.add(go);
+    });
   }
 
   /** Fetches a file. */

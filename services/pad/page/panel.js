@@ -16,6 +16,7 @@ function write(element, text) {
 export function show(state) {
   const { feed } = state;
   document.body.classList.toggle("robot", Boolean(feed?.pose));
+  document.body.classList.toggle("tasked", Boolean(feed?.task) && feed.task.state !== "waiting");
   document.body.classList.toggle("watches", Boolean(state.watches));
   document.body.classList.toggle("passenger", state.up && !state.drives);
   const buttons = enabled(state);

@@ -46,7 +46,8 @@ export function headline({ up, feed }) {
 }
 
 /** What to do next, in one sentence. */
-export function advice({ up, drives, watches, feed, map, path }) {
+export function advice({ up, refusal, drives, watches, feed, map, path }) {
+  if (!up && refusal) return `The robot does not let this page in: ${refusal}.`;
   if (!up) return "The page connects again by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
   if (watches) return "The drawing and the tasks come from a mission file.";
@@ -70,7 +71,8 @@ export function taskWords(task) {
   if (task.state === "finished") return `${task.reached} of ${task.count} ${task.count === 1 ? "task" : "tasks"} reached`;
   const name = task.name ? ` “${task.name}”` : "";
   const parts = [`Task ${task.index + 1} of ${task.count}${name}: ${task.state}`];
-  if (task.reason) parts.push(task.reason);
+  // What keeps a robot that drives or waits is in the advice and the warnings.
+  if (task.reason && !["driving", "paused", "waiting"].includes(task.state)) parts.push(task.reason);
   return parts.join(", ");
 }
 

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use axum::body::Bytes;
 use serde_json::Value;
 use sketchnav_runtime::Waker;
 use tokio::sync::{oneshot, watch};
@@ -28,8 +29,13 @@ pub enum Call {
         /// Its session.
         reply: oneshot::Sender<Result<String, Refusal>>,
     },
-    /// A connection of the session has ended.
-    Leave(String),
+    /// A page asks whether it would be let in.
+    Seat {
+        /// The session that it had.
+        named: Option<String>,
+        /// Whether it would.
+        reply: oneshot::Sender<Result<(), Refusal>>,
+    },
     /// Something has come from the session.
     Heard(String),
     /// A page wants something.
@@ -48,10 +54,10 @@ pub enum Call {
 /// What a page wants.
 #[derive(Debug)]
 pub enum Request {
-    /// A sketch is to be taken over.
-    Sketch(SketchRequest),
-    /// A path.
-    Path(PathRequest),
+    /// A sketch is to be taken over; with the page's own name for the sending.
+    Sketch(SketchRequest, Option<String>),
+    /// A path, likewise.
+    Path(PathRequest, Option<String>),
     /// The robot is to do something.
     Order(Step),
     /// The wheel.
@@ -92,7 +98,7 @@ pub struct Image {
     /// Its type.
     pub kind: SketchType,
     /// Its bytes.
-    pub bytes: Arc<Vec<u8>>,
+    pub bytes: Bytes,
 }
 
 /// Where the bridge puts what the server gives to the pages.
@@ -119,6 +125,18 @@ impl Default for Board {
     }
 }
 
+impl Board {
+    /// Who has the wheel.
+    pub fn driver(&self) -> Option<String> {
+        self.welcome.borrow().as_ref()?.driver.clone()
+    }
+
+    /// Whether the session has it.
+    pub fn drives(&self, session: &str) -> bool {
+        self.driver().as_deref() == Some(session)
+    }
+}
+
 /// What a lock holds; whoever died with it left it whole, for it is replaced in one piece.
 pub fn image(place: &Mutex<Option<Image>>) -> Option<Image> {
     place.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -133,6 +151,7 @@ pub fn put_image(place: &Mutex<Option<Image>>, image: Option<Image>) {
 #[derive(Clone)]
 pub struct Caller {
     calls: SyncSender<Call>,
+    leaves: Leaves,
     abort: Arc<AtomicBool>,
     waker: Waker,
     /// What there is to see.
@@ -142,16 +161,21 @@ pub struct Caller {
 /// The bridge's end.
 pub struct Calls {
     calls: Receiver<Call>,
+    leaves: Leaves,
     abort: Arc<AtomicBool>,
 }
+
+/// Sessions of connections that have ended: as few as there were connections, so that none is ever lost.
+type Leaves = Arc<Mutex<Vec<String>>>;
 
 impl Caller {
     /// Both ends.
     pub fn new(waker: Waker) -> (Self, Calls) {
         let (sender, calls) = sync_channel(MAX_CALLS);
         let abort = Arc::new(AtomicBool::new(false));
-        let board = Arc::default();
-        (Self { calls: sender, abort: abort.clone(), waker, board }, Calls { calls, abort })
+        let (leaves, board) = (Leaves::default(), Arc::default());
+        let caller = Self { calls: sender, leaves: leaves.clone(), abort: abort.clone(), waker, board };
+        (caller, Calls { calls, leaves, abort })
     }
 
     /// Calls the bridge.
@@ -161,10 +185,16 @@ impl Caller {
     pub fn call(&self, call: Call) -> Result<(), Refusal> {
         self.calls.try_send(call).map_err(|error| match error {
             TrySendError::Full(_) => Refusal::TooOften,
-            TrySendError::Disconnected(_) => Refusal::Absent("the pad is ending".into()),
+            TrySendError::Disconnected(_) => Refusal::ending(),
         })?;
         self.waker.wake();
         Ok(())
+    }
+
+    /// A connection of the session has ended.
+    pub fn leave(&self, session: String) {
+        self.leaves.lock().unwrap_or_else(PoisonError::into_inner).push(session);
+        self.waker.wake();
     }
 
     /// Stops the robot, ahead of all that waits.
@@ -180,7 +210,7 @@ impl Caller {
     pub async fn ask(&self, session: String, request: Request) -> Answer {
         let (reply, answer) = oneshot::channel();
         self.call(Call::Ask { session, request, reply })?;
-        answer.await.unwrap_or_else(|_| Err(Refusal::Absent("the pad is ending".into())))
+        answer.await.unwrap_or_else(|_| Err(Refusal::ending()))
     }
 }
 
@@ -190,8 +220,13 @@ impl Calls {
         self.abort.swap(false, SeqCst)
     }
 
-    /// The next call, where there is one.
-    pub fn next(&self) -> Option<Call> {
-        self.calls.try_recv().ok()
+    /// The sessions of connections that have ended since the last time.
+    pub fn take_leaves(&self) -> Vec<String> {
+        std::mem::take(&mut *self.leaves.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The calls that wait; those that come while they are answered are left for the next time.
+    pub fn waiting(&self) -> impl Iterator<Item = Call> {
+        self.calls.try_iter().take(MAX_CALLS)
     }
 }

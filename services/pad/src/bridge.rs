@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use sketchnav_runtime::{Checkpoints, HealthReporter, Node, SliceWriter, Step as WorkStep, Wake, Writer};
 use sketchnav_schemas::channels::{DRAWING, ORDERS};
 use sketchnav_schemas::codes::{Order, Tracking};
-use sketchnav_schemas::message::{Drawing, MissionCommand};
+use sketchnav_schemas::message::{Drawing, MissionCommand, Understood};
 use sketchnav_schemas::run::RunConfig;
 use tokio::sync::oneshot;
 
@@ -35,7 +35,7 @@ const FEED_EVERY: Duration = Duration::from_millis(90);
 /// And at most, so that pages see that nothing comes from the navigation.
 const FEED_AT_LEAST: Duration = Duration::from_millis(500);
 /// The form of [`State`].
-const CHECKPOINT: &str = "pad 1";
+const CHECKPOINT: &str = "pad 2";
 
 /// What a successor needs to know.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -44,6 +44,34 @@ struct State {
     understood: u64,
     driver: Option<String>,
     link_limit_s: f64,
+    sendings: Sendings,
+}
+
+/// The names that the page has given to what it sent.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct Sendings {
+    /// Of what has no answer yet.
+    pending: Option<String>,
+    /// Of what was answered last, and the answer: its facts in JSON, or why it was refused.
+    answered: Option<(String, Result<String, String>)>,
+}
+
+impl Sendings {
+    /// The answer to one that comes again: `None` where it does not, `Some(None)` where there is none yet.
+    fn again(&self, name: Option<&str>) -> Option<Option<Answer>> {
+        let name = name?;
+        if self.pending.as_deref() == Some(name) {
+            return Some(None);
+        }
+        let (_, answer) = self.answered.as_ref().filter(|(answered, _)| answered == name)?;
+        let facts = |text: String| serde_json::from_str(&text).unwrap_or_default();
+        Some(Some(answer.clone().map(facts).map_err(Refusal::Drawing)))
+    }
+
+    fn answer(&mut self, answer: &Answer) {
+        let kept = answer.as_ref().map(Value::to_string).map_err(Refusal::to_string);
+        self.answered = self.pending.take().map(|name| (name, kept));
+    }
 }
 
 /// Runs the bridge until the process is asked to end.
@@ -83,6 +111,7 @@ struct Bridge<'a> {
     sessions: Sessions,
     /// Who waits for the sketcher's answer.
     reply: Option<oneshot::Sender<Answer>>,
+    sendings: Sendings,
     ends: Ends,
     services: Services,
     trail: Trail,
@@ -99,6 +128,7 @@ impl<'a> Bridge<'a> {
     fn open(node: &Node, run: &'a RunConfig, folder: PathBuf, caller: Caller) -> anyhow::Result<Self> {
         let (checkpoints, found) = Checkpoints::<State>::open(node, CHECKPOINT)?;
         found.report(node);
+        let is_lost = found.is_lost();
         let mut orders = node.writer(ORDERS)?;
         orders.resume_behind_kept();
         let mut bridge = Self {
@@ -113,6 +143,7 @@ impl<'a> Bridge<'a> {
             machine: Machine::new(run.pad.draws()),
             sessions: Sessions::default(),
             reply: None,
+            sendings: Sendings::default(),
             ends: Ends::default(),
             services: Services::default(),
             trail: Trail::default(),
@@ -124,6 +155,8 @@ impl<'a> Bridge<'a> {
         };
         if let Some(state) = found.state {
             bridge.resume(state)?;
+        } else if is_lost {
+            bridge.begin_behind(node)?;
         }
         bridge.paint();
         bridge.welcome();
@@ -137,11 +170,23 @@ impl<'a> Bridge<'a> {
         self.inbox.understood.resume_after(state.understood);
         self.sessions.resume(state.driver, state.link_limit_s, now);
         self.machine.resume(state.machine, now);
+        self.sendings = state.sendings;
         self.drawings.resume_after(seq);
         if let Some(pending) = self.machine.memory().pending.clone() {
             self.drawings.resume_after(seq - 1);
             self.send_drawing(&pending.what)?;
         }
+        Ok(())
+    }
+
+    /// Nothing is known of what was drawn, and people have to send it again: behind the last drawing that was
+    /// answered, and behind one that may not have been.
+    fn begin_behind(&mut self, node: &Node) -> anyhow::Result<()> {
+        let mut last = 0;
+        self.inbox.understood.take_kept(node, |answer| last = answer.header.source_seq)?;
+        eprintln!("no checkpoint can be used: the drawing is to be sent again");
+        self.machine.begin_behind(last + 1);
+        self.drawings.resume_after(last + 1);
         Ok(())
     }
 
@@ -151,6 +196,7 @@ impl<'a> Bridge<'a> {
             understood: self.inbox.understood.position(),
             driver: self.sessions.driver().map(str::to_owned),
             link_limit_s: self.sessions.limit_s(),
+            sendings: self.sendings.clone(),
         };
         Ok(self.checkpoints.write(&state)?)
     }
@@ -159,7 +205,10 @@ impl<'a> Bridge<'a> {
     fn pass(&mut self, calls: &Calls) -> anyhow::Result<()> {
         self.abort_if_asked(calls)?;
         self.receive()?;
-        while let Some(call) = calls.next() {
+        for session in calls.take_leaves() {
+            self.sessions.leave(&session);
+        }
+        for call in calls.waiting() {
             self.abort_if_asked(calls)?;
             self.answer(call)?;
         }
@@ -202,7 +251,10 @@ impl<'a> Bridge<'a> {
                 }
                 News::Estimate(estimate) => self.machine.on_estimate(&estimate),
                 News::Understood(answer) => {
-                    let said = self.machine.on_understood(&answer);
+                    let said = self.machine.on_understood(&answer).map(|said| said.map(|()| facts(&answer)));
+                    if let Some(said) = &said {
+                        self.sendings.answer(said);
+                    }
                     self.checkpoint()?;
                     if let Some(said) = said {
                         self.on_answer(&answer, said);
@@ -219,25 +271,17 @@ impl<'a> Bridge<'a> {
     }
 
     /// The sketcher has answered what is pending.
-    fn on_answer(&mut self, answer: &sketchnav_schemas::message::Understood, said: Result<(), Refusal>) {
+    fn on_answer(&mut self, answer: &Understood, said: Answer) {
         if said.is_ok() {
             self.ends.clear();
+            self.trail = Trail::default();
             if answer.sketch_seq != self.inbox.sketch_seq {
-                self.trail = Trail::default();
                 self.inbox.forget_pose(answer.sketch_seq);
             }
             self.paint();
             self.welcome();
         }
-        let facts = || {
-            json!({
-                "seq": answer.header.source_seq,
-                "wall_direction_rad": answer.wall_direction_rad,
-                "width_px": answer.sketch_width_px,
-                "height_px": answer.sketch_height_px,
-            })
-        };
-        self.tell(said.map(|()| facts()));
+        self.tell(said);
         self.is_new = true;
     }
 
@@ -253,12 +297,22 @@ impl<'a> Bridge<'a> {
         let now = self.began.elapsed();
         match call {
             Call::Join { named, fresh, reply } => {
+                let before = self.sessions.driver().map(str::to_owned);
                 let joined = self.sessions.join(named.as_deref(), fresh, now);
-                self.checkpoint()?;
-                self.welcome();
-                let _ = reply.send(joined);
+                if self.sessions.driver() == before.as_deref() {
+                    self.freshen_welcome();
+                } else {
+                    self.checkpoint()?;
+                    self.welcome();
+                }
+                if let Err(Ok(session)) = reply.send(joined) {
+                    // Who wanted in has gone again.
+                    self.sessions.leave(&session);
+                }
             }
-            Call::Leave(session) => self.sessions.leave(&session),
+            Call::Seat { named, reply } => {
+                let _ = reply.send(self.sessions.check_seat(named.as_deref()));
+            }
             Call::Heard(session) => self.sessions.hear(&session, now),
             Call::Walls(number, picture) if number == self.painting => {
                 self.walls = number;
@@ -283,13 +337,19 @@ impl<'a> Bridge<'a> {
         let drives = self.sessions.drives(session);
         let done = |result: Result<(), Refusal>| result.map(|()| json!({}));
         let answer = match request {
-            Request::Sketch(sketch) => match self.machine.send_sketch(sketch, drives, now) {
-                Ok(_) => return self.submit(),
-                Err(refusal) => Err(refusal),
+            Request::Sketch(sketch, name) => match self.sendings.again(name.as_deref()) {
+                Some(answer) => return Ok(answer),
+                None => match self.machine.send_sketch(sketch, drives, now) {
+                    Ok(_) => return self.submit(name),
+                    Err(refusal) => Err(refusal),
+                },
             },
-            Request::Path(path) => match self.machine.send_path(path, drives, now) {
-                Ok(_) => return self.submit(),
-                Err(refusal) => Err(refusal),
+            Request::Path(path, name) => match self.sendings.again(name.as_deref()) {
+                Some(answer) => return Ok(answer),
+                None => match self.machine.send_path(path, drives, now) {
+                    Ok(_) => return self.submit(name),
+                    Err(refusal) => Err(refusal),
+                },
             },
             Request::Order(step) => match self.machine.order(step, drives, now) {
                 Ok(order) => {
@@ -303,8 +363,8 @@ impl<'a> Bridge<'a> {
             },
             Request::Wheel => done(self.sessions.take_wheel(session, now)),
             Request::Limit(limit_s) if drives => done(self.sessions.set_limit(limit_s)),
-            Request::Limit(_) => Err(Refusal::Forbidden("another page drives; this one watches".into())),
-            Request::Mission(name) => self.write_mission(&name),
+            Request::Mission(name) if drives => self.write_mission(&name),
+            Request::Limit(_) | Request::Mission(_) => Err(Refusal::watches()),
         };
         self.checkpoint()?;
         self.welcome();
@@ -312,7 +372,8 @@ impl<'a> Bridge<'a> {
     }
 
     /// Sends what the machine has just taken over, to the checkpoint first.
-    fn submit(&mut self) -> anyhow::Result<Option<Answer>> {
+    fn submit(&mut self, name: Option<String>) -> anyhow::Result<Option<Answer>> {
+        self.sendings.pending = name;
         self.checkpoint()?;
         let Some(pending) = self.machine.memory().pending.clone() else { return Ok(None) };
         self.send_drawing(&pending.what)?;
@@ -357,7 +418,7 @@ impl<'a> Bridge<'a> {
             return;
         };
         let photo = (sketch.kind != SketchType::Strokes)
-            .then(|| Image { kind: sketch.kind, bytes: Arc::new(sketch.bytes.clone()) });
+            .then(|| Image { kind: sketch.kind, bytes: sketch.bytes.clone().into() });
         put_image(&self.caller.board.photo, photo);
         self.painting += 1;
         let (number, run, bytes) = (self.painting, self.run.clone(), sketch.bytes.clone());
@@ -371,7 +432,7 @@ impl<'a> Bridge<'a> {
     }
 
     fn show_walls(&mut self, picture: Vec<u8>) {
-        let image = Image { kind: SketchType::Png, bytes: Arc::new(picture) };
+        let image = Image { kind: SketchType::Png, bytes: picture.into() };
         put_image(&self.caller.board.walls, Some(image));
         self.is_new = true;
         self.welcome();
@@ -394,6 +455,20 @@ impl<'a> Bridge<'a> {
 
     /// Tells all pages anew who they are and what there is.
     fn welcome(&mut self) {
+        self.caller.board.welcome.send_replace(Some(Arc::new(self.greeting())));
+        self.is_new = true;
+    }
+
+    /// For a page that has just come; the others know all of it.
+    fn freshen_welcome(&self) {
+        let greeting = Some(Arc::new(self.greeting()));
+        self.caller.board.welcome.send_if_modified(|welcome| {
+            *welcome = greeting;
+            false
+        });
+    }
+
+    fn greeting(&self) -> Welcome {
         let memory = self.machine.memory();
         let drawing = memory.sketch.as_ref().map(|sketch| match sketch.kind {
             SketchType::Strokes => String::from_utf8_lossy(&sketch.bytes).into_owned(),
@@ -412,9 +487,7 @@ impl<'a> Bridge<'a> {
             walls: self.walls,
             trail: self.trail.points(),
         };
-        let driver = self.sessions.driver().map(str::to_owned);
-        self.caller.board.welcome.send_replace(Some(Arc::new(Welcome { hello, driver })));
-        self.is_new = true;
+        Welcome { hello, driver: self.sessions.driver().map(str::to_owned) }
     }
 
     /// Shows the pages what there is, where it is time.
@@ -442,13 +515,15 @@ impl<'a> Bridge<'a> {
     fn look(&mut self, now: Duration) -> Feed {
         self.services.settle(self.stamp_ns);
         let (view, robot) = (self.view(), &self.run.robot);
-        let estimate = self.inbox.estimate.as_deref();
+        // Before a path has placed the robot in a new sketch, all that is known is about the one before.
+        let is_placed = !self.run.pad.draws() || self.machine.memory().path.is_some();
+        let estimate = self.inbox.estimate.as_deref().filter(|_| is_placed);
         let pose = view.zip(estimate).and_then(|(view, e)| PoseView::new(e, robot, &view));
         if let Some(pose) = &pose {
             self.trail.go_to([pose.x, pose.y]);
         }
         let located = view.filter(|_| pose.is_some());
-        let status = self.machine.status();
+        let status = self.machine.status().filter(|_| is_placed);
         let tracking = estimate.and_then(|e| Tracking::from_code(e.tracking)).filter(|_| pose.is_some());
         let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
         let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
@@ -473,6 +548,16 @@ impl<'a> Bridge<'a> {
     }
 }
 
+/// What whoever has sent a drawing is told of it.
+fn facts(answer: &Understood) -> Value {
+    json!({
+        "seq": answer.header.source_seq,
+        "wall_direction_rad": answer.wall_direction_rad,
+        "width_px": answer.sketch_width_px,
+        "height_px": answer.sketch_height_px,
+    })
+}
+
 /// The canvas of paper 004, IV.
 const CANVAS: [u32; 2] = [2540, 1252];
 
@@ -483,4 +568,27 @@ pub fn ok(facts: Value) -> Value {
         answer.extend(facts);
     }
     answer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A state that cannot be read again is a state that is lost.
+    #[test]
+    fn a_successor_reads_what_its_predecessor_has_written() {
+        let mut sendings = Sendings { pending: Some("first".into()), answered: None };
+        assert_eq!(sendings.again(None), None);
+        assert_eq!(sendings.again(Some("first")), Some(None));
+        sendings.answer(&Ok(json!({ "seq": 1, "wall_direction_rad": 0.25 })));
+        let state = State { sendings, driver: Some("me".into()), ..State::default() };
+        let mut slot = [0; 1024];
+        let read: State = postcard::from_bytes(postcard::to_slice(&state, &mut slot).unwrap()).unwrap();
+        let told = Some(Some(Ok(json!({ "seq": 1, "wall_direction_rad": 0.25 }))));
+        assert_eq!(read.sendings.again(Some("first")), told);
+        assert_eq!(read.sendings.again(Some("second")), None);
+        let refused = Sendings { pending: None, answered: Some(("third".into(), Err("no walls".into()))) };
+        let told = Some(Some(Err(Refusal::Drawing("no walls".into()))));
+        assert_eq!(refused.again(Some("third")), told);
+    }
 }

@@ -6,13 +6,18 @@
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
 use std::time::Duration;
+
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::protocol::Refusal;
 
 /// Requests that a session may make at once, and each second after that: uploads, all others.
 const UPLOADS: [f64; 2] = [8.0, 1.0];
 const OTHERS: [f64; 2] = [20.0, 5.0];
+/// Requests of a session that may be under way at the same time: a browser opens six connections.
+const AT_ONCE: usize = 6;
 /// Most sessions with buckets.
 const MAX_SESSIONS: usize = 64;
 
@@ -81,14 +86,21 @@ pub enum Load {
     Other,
 }
 
+/// What may come at once, refilled as time goes by.
 #[derive(Debug, Clone, Copy)]
-struct Bucket {
+pub(crate) struct Bucket {
     left: f64,
     at: Duration,
 }
 
 impl Bucket {
-    fn take(&mut self, [most, each_s]: [f64; 2], now: Duration) -> bool {
+    /// All of it.
+    pub(crate) fn full([most, _]: [f64; 2], now: Duration) -> Self {
+        Self { left: most, at: now }
+    }
+
+    /// Takes one, where there is one left.
+    pub(crate) fn take(&mut self, [most, each_s]: [f64; 2], now: Duration) -> bool {
         let since = now.saturating_sub(self.at).as_secs_f64();
         (self.left, self.at) = (most.min(self.left + since * each_s), now);
         let has = self.left >= 1.0;
@@ -97,39 +109,71 @@ impl Bucket {
     }
 }
 
-/// How often each session has asked.
+/// How often each session has asked, and how much of it is under way.
 #[derive(Debug, Default)]
 pub struct Rates {
-    sessions: BTreeMap<String, [Bucket; 2]>,
+    sessions: BTreeMap<String, Rate>,
+}
+
+#[derive(Debug)]
+struct Rate {
+    buckets: [Bucket; 2],
+    places: Arc<Semaphore>,
+    connections: u32,
 }
 
 impl Rates {
-    /// The session was joined.
-    pub fn admit(&mut self, session: &str, now: Duration) {
+    /// A connection of the session has come. Where there are too many sessions, one without a connection goes, but
+    /// never the driver's.
+    pub fn enter(&mut self, session: &str, driver: Option<&str>, now: Duration) {
         if self.sessions.len() >= MAX_SESSIONS && !self.sessions.contains_key(session) {
-            let oldest = self.sessions.iter().min_by_key(|(_, buckets)| buckets[0].at.max(buckets[1].at));
+            let gone = self
+                .sessions
+                .iter()
+                .filter(|(id, rate)| rate.connections == 0 && driver != Some(id.as_str()));
+            let oldest = gone.min_by_key(|(_, rate)| rate.buckets[0].at.max(rate.buckets[1].at));
             let oldest = oldest.map(|(id, _)| id.clone());
             oldest.and_then(|id| self.sessions.remove(&id));
         }
-        let full = |[most, _]: [f64; 2]| Bucket { left: most, at: now };
-        self.sessions.entry(session.to_owned()).or_insert([full(UPLOADS), full(OTHERS)]);
+        let fresh = || Rate {
+            buckets: [Bucket::full(UPLOADS, now), Bucket::full(OTHERS, now)],
+            places: Arc::new(Semaphore::new(AT_ONCE)),
+            connections: 0,
+        };
+        self.sessions.entry(session.to_owned()).or_insert_with(fresh).connections += 1;
     }
 
-    /// Takes a request from the session's bucket.
+    /// A connection of the session has ended.
+    pub fn leave(&mut self, session: &str) {
+        if let Some(rate) = self.sessions.get_mut(session) {
+            rate.connections = rate.connections.saturating_sub(1);
+        }
+    }
+
+    /// Takes a request from the session's bucket, and a place for as long as it lasts.
     ///
     /// # Errors
-    /// [`Refusal::Forbidden`] for a session that is none, [`Refusal::TooOften`].
-    pub fn take(&mut self, session: Option<&str>, load: Load, now: Duration) -> Result<String, Refusal> {
-        let found = session.and_then(|id| self.sessions.get_mut(id).map(|buckets| (id, buckets)));
-        let Some((id, buckets)) = found else {
+    /// [`Refusal::Forbidden`] for a session that is none, [`Refusal::TooOften`], [`Refusal::AtOnce`].
+    pub fn take(
+        &mut self,
+        session: Option<&str>,
+        load: Load,
+        now: Duration,
+    ) -> Result<(String, OwnedSemaphorePermit), Refusal> {
+        let found = session.and_then(|id| self.sessions.get_mut(id).map(|rate| (id, rate)));
+        let Some((id, rate)) = found else {
             let words = "x-sketchnav-session: expected the session of the page's link, found another or none";
             return Err(Refusal::Forbidden(words.into()));
         };
         let has = match load {
-            Load::Upload => buckets[0].take(UPLOADS, now),
-            Load::Other => buckets[1].take(OTHERS, now),
+            Load::Upload => rate.buckets[0].take(UPLOADS, now),
+            Load::Other => rate.buckets[1].take(OTHERS, now),
         };
-        if has { Ok(id.to_owned()) } else { Err(Refusal::TooOften) }
+        if !has {
+            return Err(Refusal::TooOften);
+        }
+        let place = rate.places.clone().try_acquire_owned().map_err(|_| Refusal::AtOnce(AT_ONCE))?;
+        Ok((id.to_owned(), place))
     }
 }
 
@@ -172,13 +216,41 @@ mod tests {
     fn a_session_that_asks_too_often_waits_and_no_other_does() {
         let mut rates = Rates::default();
         let now = Duration::from_secs(5);
-        rates.admit("a", now);
-        rates.admit("b", now);
+        rates.enter("a", None, now);
+        rates.enter("b", None, now);
         let mut take = |id, at| rates.take(Some(id), Load::Upload, at).is_ok();
         assert_eq!((0..20).filter(|_| take("a", now)).count(), 8);
         assert!(take("b", now) && !take("a", now));
         assert!(take("a", now + Duration::from_secs(1)));
         assert_eq!(rates.take(Some("c"), Load::Other, now).unwrap_err().status(), 403);
         assert_eq!(rates.take(None, Load::Other, now).unwrap_err().status(), 403);
+    }
+
+    #[test]
+    fn a_session_has_few_requests_under_way() {
+        let mut rates = Rates::default();
+        rates.enter("a", None, Duration::ZERO);
+        let mut take = || rates.take(Some("a"), Load::Other, Duration::ZERO);
+        let mut under_way: Vec<_> = (0..AT_ONCE).map(|_| take().unwrap()).collect();
+        assert_eq!(take().unwrap_err().status(), 429);
+        under_way.pop();
+        assert!(take().is_ok());
+    }
+
+    #[test]
+    fn neither_the_driver_nor_a_page_that_is_open_is_forgotten() {
+        let mut rates = Rates::default();
+        for id in ["driver", "watcher"] {
+            rates.enter(id, Some("driver"), Duration::ZERO);
+        }
+        rates.leave("driver");
+        for i in 0..200 {
+            rates.enter(&format!("{i}"), Some("driver"), Duration::from_secs(i));
+            rates.leave(&format!("{i}"));
+        }
+        assert_eq!(rates.sessions.len(), MAX_SESSIONS);
+        for id in ["driver", "watcher"] {
+            assert!(rates.take(Some(id), Load::Other, Duration::from_secs(200)).is_ok(), "{id}");
+        }
     }
 }

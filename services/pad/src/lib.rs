@@ -7,13 +7,15 @@
 //! ```
 //! - [`protocol`]: what page and server say, and what of it is bounded;
 //! - [`machine`]: which step is allowed; [`sessions`]: who has the wheel, and whether they can be heard;
-//!   [`guard`]: who may ask, and how often; [`feed`]: what there is to see. These are pure;
+//!   [`guard`]: who may ask, and how often; `doors`: which connections stay; [`feed`]: what there is to see. These
+//!   are pure;
 //! - `server`, `bridge`: the threads around them. The server never touches a channel, the bridge never a socket.
 //!
 //! The page computes nothing of the robot's, and nothing here reads the truth.
 
 mod board;
 mod bridge;
+mod doors;
 pub mod feed;
 pub mod guard;
 pub mod machine;

@@ -78,6 +78,9 @@ pub struct Pending {
     /// When it was sent; not for a successor.
     #[serde(skip)]
     pub since: Duration,
+    /// Whether whoever sent it was told that the sketcher does not answer. It may yet.
+    #[serde(default)]
+    pub late: bool,
 }
 
 /// Something that goes to the sketcher.
@@ -162,6 +165,11 @@ impl Machine {
         self.memory = memory;
     }
 
+    /// Goes on for a predecessor that has left nothing but the number of its last drawing.
+    pub fn begin_behind(&mut self, drawing_seq: u64) {
+        self.memory.drawing_seq = drawing_seq;
+    }
+
     /// For a checkpoint.
     pub fn memory(&self) -> &Memory {
         &self.memory
@@ -187,16 +195,15 @@ impl Machine {
         self.status.as_ref().filter(|_| self.assumed.is_none())
     }
 
-    /// Where people are.
+    /// Where people are. A robot that drives does so even where nobody knows any more what it was sent.
     pub fn state(&self) -> State {
-        if self.draws {
-            match (&self.memory.sketch, &self.memory.path) {
-                (None, _) => return State::NoSketch,
-                (Some(_), None) => return State::Sketch,
-                (Some(_), Some(_)) => {}
-            }
+        let state = self.assumed.unwrap_or_else(|| self.told());
+        match (&self.memory.sketch, &self.memory.path) {
+            _ if !self.draws || state == State::Driving => state,
+            (None, _) => State::NoSketch,
+            (Some(_), None) => State::Sketch,
+            (Some(_), Some(_)) => state,
         }
-        self.assumed.unwrap_or_else(|| self.told())
     }
 
     /// As the planner says.
@@ -237,11 +244,11 @@ impl Machine {
             return if under_way { Ok(()) } else { Err(not_now("the robot drives", self.state())) };
         }
         if !drives {
-            return Err(Refusal::Forbidden("another page drives; this one watches".into()));
+            return Err(Refusal::watches());
         }
         self.check_state(step)?;
         let is_drawing = matches!(step, Step::Sketch | Step::Path);
-        if is_drawing && self.memory.pending.is_some() {
+        if is_drawing && self.memory.pending.as_ref().is_some_and(|pending| !pending.late) {
             return Err(Refusal::NotNow("the last drawing is still being read".into()));
         }
         if !is_drawing && !self.is_ready(now) {
@@ -303,7 +310,7 @@ impl Machine {
     fn submit(&mut self, what: Submission, now: Duration) -> u64 {
         let seq = self.memory.drawing_seq + 1;
         self.memory.drawing_seq = seq;
-        self.memory.pending = Some(Pending { seq, what, since: now });
+        self.memory.pending = Some(Pending { seq, what, since: now, late: false });
         seq
     }
 
@@ -333,10 +340,12 @@ impl Machine {
         Some(Ok(()))
     }
 
-    /// Gives up waiting for a sketcher that does not answer; whether it has.
+    /// Gives up waiting for a sketcher that does not answer; whether it has. Another drawing may be sent from then on,
+    /// and if an answer comes before that, it counts.
     pub fn has_waited_too_long(&mut self, now: Duration) -> bool {
-        let late = |pending: &mut Pending| now.saturating_sub(pending.since) > PATIENCE;
-        self.memory.pending.take_if(late).is_some()
+        let pending = self.memory.pending.as_mut().filter(|pending| !pending.late);
+        let late = pending.filter(|pending| now.saturating_sub(pending.since) > PATIENCE);
+        late.map(|pending| pending.late = true).is_some()
     }
 
     /// Somebody orders something that is no drawing; what to tell the planner.

@@ -17,8 +17,18 @@
 //! | `POST /api/wheel` | nothing: takes the wheel when nobody has it, or whoever had it cannot be heard | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
 //! | `POST /api/mission` | `{"name":"…"}`: writes `name.toml` and the drawing into the pad's folder | `mission`, `drawing` (names), `toml`, `json` (their text; `json` is null for a photo) |
+//! | `GET /api/seat` | `?session=…`: whether a page would be let in now | |
 //! | `GET /api/walls.png` | | the walls as the robot understands them: gray with alpha, as large as the sketch |
 //! | `GET /api/drawing` | | the photo that was sent last |
+//!
+//! Sketches, paths, limits and missions are taken from the session that drives alone, and no other's are read. A
+//! connection is one request: its head comes within 10 s, its body within 10 s (a drawing's or a path's within
+//! 60 s), or it is refused (408); a session makes few at the same time (429). Connections that say nothing are few,
+//! too (503): see `doors`.
+//!
+//! A sketch or a path may have a header `x-sketchnav-sending`, a name that the page makes for it. Who hears no answer,
+//! because the link breaks or the server dies, sends it again by the same name, and it is taken over once: what is
+//! still being read is waited for, what was answered is answered again.
 //!
 //! The first path of a sketch places the robot at its first point, looking along it; a later one leaves it
 //! where it has come to, unless it has a `start`.
@@ -64,6 +74,9 @@ pub enum Refusal {
     /// Not in this state.
     #[error("{0}")]
     NotNow(String),
+    /// It does not come to an end.
+    #[error("{0}")]
+    Slow(String),
     /// Larger than it may be.
     #[error("expected at most {limit}, found {found}")]
     TooLarge {
@@ -78,6 +91,9 @@ pub enum Refusal {
     /// More often than it may be.
     #[error("too many requests: wait a moment and send it again")]
     TooOften,
+    /// More at the same time than there may be.
+    #[error("expected at most {0} requests of a page at the same time, found one more")]
+    AtOnce(usize),
     /// The navigation does not answer.
     #[error("{0}")]
     Absent(String),
@@ -93,10 +109,11 @@ impl Refusal {
             Self::Malformed(_) => 400,
             Self::Token(_) => 401,
             Self::Forbidden(_) => 403,
+            Self::Slow(_) => 408,
             Self::NotNow(_) => 409,
             Self::TooLarge { .. } => 413,
             Self::Drawing(_) => 422,
-            Self::TooOften => 429,
+            Self::TooOften | Self::AtOnce(_) => 429,
             Self::File(_) => 500,
             Self::Absent(_) => 503,
         }
@@ -105,6 +122,16 @@ impl Refusal {
     /// That a request is no JSON of the kind.
     pub fn malformed(what: &str, error: impl std::fmt::Display) -> Self {
         Self::Malformed(format!("{what}: {error}"))
+    }
+
+    /// That only who drives may ask for it.
+    pub fn watches() -> Self {
+        Self::Forbidden("another page drives; this one watches".into())
+    }
+
+    /// That there is nobody to ask any more.
+    pub fn ending() -> Self {
+        Self::Absent("the pad is ending".into())
     }
 
     /// That something is larger than it may be.

@@ -1,14 +1,17 @@
 //! The HTTP side: checks who asks, bounds what comes in, and hands it to the bridge.
 
+mod listen;
 mod socket;
 
+use std::convert::Infallible;
 use std::net::TcpListener as StdListener;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::body::{Body, Bytes, to_bytes};
-use axum::extract::{Query, Request, State, WebSocketUpgrade};
+use axum::extract::{FromRequestParts, Query, Request, State, WebSocketUpgrade};
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
@@ -17,7 +20,7 @@ use rand::RngExt;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::net::TcpListener;
-use tokio::sync::{Notify, Semaphore, oneshot};
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, oneshot};
 
 use crate::board::{Call, Caller, Image, Request as Wish, image};
 use crate::bridge::ok;
@@ -29,14 +32,18 @@ use crate::protocol::{
 };
 use sketchnav_schemas::message::MAX_DRAWING_BYTES;
 
-/// Drawings that are taken in at the same time.
+/// Drawings that are taken in at the same time, all of them the driver's.
 const MAX_UPLOADS: usize = 2;
-/// Longest that the body of a request may take to come.
-const BODY_WITHIN: Duration = Duration::from_secs(60);
+/// Longest that the body of a request may take to come: a drawing's, any other's.
+const DRAWING_WITHIN: Duration = Duration::from_secs(60);
+const BODY_WITHIN: Duration = Duration::from_secs(10);
 /// Longest message of a page on its WebSocket, bytes.
 const MAX_TEXT: usize = 1024;
 const SESSION: HeaderName = HeaderName::from_static("x-sketchnav-session");
 const TOKEN: HeaderName = HeaderName::from_static("x-sketchnav-token");
+const SENDING: HeaderName = HeaderName::from_static("x-sketchnav-sending");
+/// Longest name of a sending, bytes.
+const MAX_SENDING: usize = 64;
 /// What the page may load and talk to: this server alone.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
      connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -76,9 +83,8 @@ pub fn serve(listener: StdListener, guard: Guard, caller: Caller, end: Arc<Notif
     runtime.block_on(async {
         listener.set_nonblocking(true)?;
         let listener = TcpListener::from_std(listener)?;
-        let serving = axum::serve(listener, router(desk));
         tokio::select! {
-            served = serving => served,
+            failure = listen::listen(listener, router(desk)) => Err(failure),
             () = end.notified() => Ok(()),
         }
     })
@@ -92,6 +98,7 @@ fn router(desk: Desk) -> Router {
         .route("/api/wheel", post(wheel))
         .route("/api/limit", post(limit))
         .route("/api/mission", post(mission))
+        .route("/api/seat", get(seat))
         .route("/api/walls.png", get(walls))
         .route("/api/drawing", get(drawing))
         .route("/ws", get(connect))
@@ -110,7 +117,11 @@ async fn check_origin(State(desk): State<Desk>, request: Request, next: Next) ->
         Ok(()) => next.run(request).await,
         Err(refusal) => refusal.into_response(),
     };
+    let is_request = response.status() != StatusCode::SWITCHING_PROTOCOLS;
     let headers = response.headers_mut();
+    if is_request {
+        headers.insert(header::CONNECTION, HeaderValue::from_static("close"));
+    }
     for (name, value) in [
         (header::CONTENT_SECURITY_POLICY, POLICY),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
@@ -142,28 +153,80 @@ async fn check_token(
     }
 }
 
+/// A request of a known session, while it lasts.
+struct Admitted {
+    session: String,
+    _place: OwnedSemaphorePermit,
+}
+
 impl Desk {
-    /// Whose request it is, where the session may make one now.
-    fn admit(&self, headers: &HeaderMap, load: Load) -> Result<String, Refusal> {
-        let mut rates = self.rates.lock().unwrap_or_else(PoisonError::into_inner);
-        rates.take(text(headers, &SESSION), load, self.began.elapsed())
+    fn rates(&self) -> MutexGuard<'_, Rates> {
+        self.rates.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    async fn ask(&self, session: String, wish: Wish) -> Reply {
-        self.caller.ask(session, wish).await.map(ok)
+    /// Whose request it is, where the session may make one now. The connection is no stranger's any more.
+    fn admit(&self, visit: &Visit, load: Load) -> Result<Admitted, Refusal> {
+        let (session, place) =
+            self.rates().take(text(&visit.headers, &SESSION), load, self.began.elapsed())?;
+        visit.leave_lobby();
+        Ok(Admitted { session, _place: place })
+    }
+
+    /// As [`Desk::admit`] for what only who drives may send: nobody else's is even read.
+    fn admit_driver(&self, visit: &Visit, load: Load) -> Result<Admitted, Refusal> {
+        let admitted = self.admit(visit, load)?;
+        match self.caller.board.drives(&admitted.session) {
+            true => Ok(admitted),
+            false => Err(Refusal::watches()),
+        }
+    }
+
+    async fn ask(&self, admitted: Admitted, wish: Wish) -> Reply {
+        self.caller.ask(admitted.session.clone(), wish).await.map(ok)
+    }
+}
+
+/// A request before its body.
+struct Visit {
+    headers: HeaderMap,
+    place: Option<Arc<listen::Place>>,
+}
+
+impl<S: Sync> FromRequestParts<S> for Visit {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        Ok(Self { headers: parts.headers.clone(), place: parts.extensions.get().cloned() })
+    }
+}
+
+impl Visit {
+    /// The page's own name for what it sends.
+    fn sending(&self) -> Result<Option<String>, Refusal> {
+        let Some(name) = self.headers.get(SENDING) else { return Ok(None) };
+        let name = name.to_str().ok().filter(|name| (1..=MAX_SENDING).contains(&name.len()));
+        let words = || format!("{SENDING}: expected 1 to {MAX_SENDING} characters of ASCII, found others");
+        name.map(|name| Some(name.to_owned())).ok_or_else(|| Refusal::Malformed(words()))
+    }
+
+    /// The connection is no stranger's any more.
+    fn leave_lobby(&self) {
+        if let Some(place) = &self.place {
+            place.leave();
+        }
     }
 }
 
 /// The whole body, where it is no longer than it may be.
-async fn body(headers: &HeaderMap, body: Body, limit: usize) -> Result<Bytes, Refusal> {
-    let told = text(headers, &header::CONTENT_LENGTH).and_then(|length| length.parse::<usize>().ok());
+async fn body(visit: &Visit, body: Body, limit: usize, within: Duration) -> Result<Bytes, Refusal> {
+    let told = text(&visit.headers, &header::CONTENT_LENGTH).and_then(|length| length.parse::<usize>().ok());
     if let Some(length) = told.filter(|length| *length > limit) {
         return Err(Refusal::too_large(limit, "bytes", length));
     }
-    match tokio::time::timeout(BODY_WITHIN, to_bytes(body, limit)).await {
+    match tokio::time::timeout(within, to_bytes(body, limit)).await {
         Ok(Ok(bytes)) => Ok(bytes),
         Ok(Err(_)) => Err(Refusal::too_large(limit, "bytes", "more, or a request that was cut off")),
-        Err(_) => Err(Refusal::Malformed(format!("expected the whole request within {BODY_WITHIN:?}"))),
+        Err(_) => Err(Refusal::Slow(format!("expected the whole request within {within:?}"))),
     }
 }
 
@@ -175,24 +238,26 @@ fn respond(reply: Reply) -> Response {
     reply.map_or_else(IntoResponse::into_response, |value| answer(StatusCode::OK, &value))
 }
 
-async fn sketch(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+async fn sketch(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
     let reply = async {
-        let session = desk.admit(&headers, Load::Upload)?;
-        let kind = SketchType::of(text(&headers, &header::CONTENT_TYPE))?;
+        let admitted = desk.admit_driver(&visit, Load::Upload)?;
+        let sending = visit.sending()?;
+        let kind = SketchType::of(text(&visit.headers, &header::CONTENT_TYPE))?;
         let Ok(_place) = desk.uploads.try_acquire() else { return Err(Refusal::TooOften) };
-        let bytes = body(&headers, content, MAX_DRAWING_BYTES).await?;
+        let bytes = body(&visit, content, MAX_DRAWING_BYTES, DRAWING_WITHIN).await?;
         let request = aside(move || SketchRequest::parse(kind, bytes.into())).await?;
-        desk.ask(session, Wish::Sketch(request)).await
+        desk.ask(admitted, Wish::Sketch(request, sending)).await
     };
     respond(reply.await)
 }
 
-async fn path(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+async fn path(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
     let reply = async {
-        let session = desk.admit(&headers, Load::Upload)?;
-        let bytes = body(&headers, content, MAX_PATH_BYTES).await?;
+        let admitted = desk.admit_driver(&visit, Load::Upload)?;
+        let sending = visit.sending()?;
+        let bytes = body(&visit, content, MAX_PATH_BYTES, DRAWING_WITHIN).await?;
         let request = aside(move || PathRequest::parse(&bytes)).await?;
-        desk.ask(session, Wish::Path(request)).await
+        desk.ask(admitted, Wish::Path(request, sending)).await
     };
     respond(reply.await)
 }
@@ -205,10 +270,10 @@ async fn aside<T: Send + 'static>(
     done.unwrap_or_else(|_| Err(Refusal::Malformed("the request cannot be read".into())))
 }
 
-async fn order(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+async fn order(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
     let reply = async {
-        let admitted = desk.admit(&headers, Load::Other);
-        let bytes = body(&headers, content, MAX_SMALL_BYTES).await?;
+        let admitted = desk.admit(&visit, Load::Other);
+        let bytes = body(&visit, content, MAX_SMALL_BYTES, BODY_WITHIN).await?;
         let OrderBody { order } = parse("the order", &bytes)?;
         if order == Step::Abort && !matches!(admitted, Err(Refusal::Forbidden(_))) {
             // However often it is asked for.
@@ -220,27 +285,37 @@ async fn order(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> R
     respond(reply.await)
 }
 
-async fn wheel(State(desk): State<Desk>, headers: HeaderMap) -> Response {
-    let reply = async { desk.ask(desk.admit(&headers, Load::Other)?, Wish::Wheel).await };
+async fn wheel(State(desk): State<Desk>, visit: Visit) -> Response {
+    let reply = async { desk.ask(desk.admit(&visit, Load::Other)?, Wish::Wheel).await };
     respond(reply.await)
 }
 
-async fn limit(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+async fn limit(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
     let reply = async {
-        let session = desk.admit(&headers, Load::Other)?;
-        let bytes = body(&headers, content, MAX_SMALL_BYTES).await?;
+        let admitted = desk.admit_driver(&visit, Load::Other)?;
+        let bytes = body(&visit, content, MAX_SMALL_BYTES, BODY_WITHIN).await?;
         let LimitBody { link_limit_s } = parse("the limit", &bytes)?;
-        desk.ask(session, Wish::Limit(link_limit_s)).await
+        desk.ask(admitted, Wish::Limit(link_limit_s)).await
     };
     respond(reply.await)
 }
 
-async fn mission(State(desk): State<Desk>, headers: HeaderMap, content: Body) -> Response {
+async fn mission(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
     let reply = async {
-        let session = desk.admit(&headers, Load::Upload)?;
-        let bytes = body(&headers, content, MAX_SMALL_BYTES).await?;
+        let admitted = desk.admit_driver(&visit, Load::Upload)?;
+        let bytes = body(&visit, content, MAX_SMALL_BYTES, BODY_WITHIN).await?;
         let MissionBody { name } = parse("the mission", &bytes)?;
-        desk.ask(session, Wish::Mission(name)).await
+        desk.ask(admitted, Wish::Mission(name)).await
+    };
+    respond(reply.await)
+}
+
+/// Whether a page would be let in: a browser does not tell a page why its WebSocket was refused.
+async fn seat(State(desk): State<Desk>, Query(asked): Query<Asked>) -> Response {
+    let (reply, answer) = oneshot::channel();
+    let reply = async {
+        desk.caller.call(Call::Seat { named: asked.session, reply })?;
+        answer.await.unwrap_or_else(|_| Err(Refusal::ending())).map(|()| ok(json!({})))
     };
     respond(reply.await)
 }
@@ -255,9 +330,7 @@ async fn drawing(State(desk): State<Desk>) -> Response {
 
 fn picture(found: Option<Image>) -> Response {
     match found {
-        Some(Image { kind, bytes }) => {
-            ([(header::CONTENT_TYPE, kind.content_type())], bytes.to_vec()).into_response()
-        }
+        Some(Image { kind, bytes }) => ([(header::CONTENT_TYPE, kind.content_type())], bytes).into_response(),
         None => missing(),
     }
 }
@@ -277,30 +350,37 @@ async fn asset(request: Request) -> Response {
 async fn connect(
     State(desk): State<Desk>,
     Query(asked): Query<Asked>,
+    visit: Visit,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     let (reply, joined) = oneshot::channel();
     let fresh = format!("{:032x}", rand::rng().random::<u128>());
     let call = Call::Join { named: asked.session, fresh, reply };
     let session = match desk.caller.call(call) {
-        Ok(()) => joined.await.unwrap_or_else(|_| Err(Refusal::Absent("the pad is ending".into()))),
+        Ok(()) => joined.await.unwrap_or_else(|_| Err(Refusal::ending())),
         Err(refusal) => Err(refusal),
     };
-    match session {
-        Ok(session) => {
-            let mut rates = desk.rates.lock().unwrap_or_else(PoisonError::into_inner);
-            rates.admit(&session, desk.began.elapsed());
-            drop(rates);
-            let caller = desk.caller.clone();
-            let upgrade = upgrade.max_message_size(MAX_TEXT).max_frame_size(MAX_TEXT);
-            let failed = (caller.clone(), session.clone());
-            upgrade
-                .on_failed_upgrade(move |_| {
-                    let (caller, session) = failed;
-                    let _ = caller.call(Call::Leave(session));
-                })
-                .on_upgrade(move |socket| socket::serve(socket, session, caller))
-        }
-        Err(refusal) => refusal.into_response(),
+    let session = match session {
+        Ok(session) => session,
+        Err(refusal) => return refusal.into_response(),
+    };
+    visit.leave_lobby();
+    desk.rates().enter(&session, desk.caller.board.driver().as_deref(), desk.began.elapsed());
+    let seat = Seat { session, desk };
+    upgrade.max_message_size(MAX_TEXT).max_frame_size(MAX_TEXT).on_upgrade(move |socket| async move {
+        socket::serve(socket, &seat.session, &seat.desk.caller).await
+    })
+}
+
+/// A session's connection, until it ends, however it does.
+struct Seat {
+    session: String,
+    desk: Desk,
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        self.desk.rates().leave(&self.session);
+        self.desk.caller.leave(std::mem::take(&mut self.session));
     }
 }

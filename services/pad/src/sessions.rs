@@ -8,8 +8,10 @@ use std::time::Duration;
 
 use crate::protocol::{DEFAULT_LINK_LIMIT_S, LINK_LIMIT_S, Refusal};
 
-/// Most pages that are open at the same time.
+/// Most pages that are open at the same time; who drives finds room beside them.
 const MAX_CONNECTED: usize = 16;
+/// Most connections of one page: those that it has lost are noticed late.
+const MAX_CONNECTIONS: u32 = 8;
 /// Most pages that are remembered after they have gone.
 const MAX_REMEMBERED: usize = 32;
 
@@ -47,17 +49,33 @@ impl Sessions {
         let _ = self.set_limit(link_limit_s);
     }
 
+    /// Whether a page that names a session would be let in.
+    ///
+    /// # Errors
+    /// [`Refusal::Absent`] where there are too many already, or too many of its own.
+    pub fn check_seat(&self, named: Option<&str>) -> Result<(), Refusal> {
+        let known = named.and_then(|id| self.known.get(id));
+        let own = known.map_or(0, |session| session.connections);
+        if own >= MAX_CONNECTIONS {
+            let words = format!("expected at most {MAX_CONNECTIONS} links of a page, found one more");
+            return Err(Refusal::Absent(words));
+        }
+        let others = self.known.iter().filter(|(id, session)| session.connections > 0 && !self.drives(id));
+        let has_seat = own > 0 || named.is_some_and(|id| self.drives(id)) || self.driver.is_none();
+        if !has_seat && others.count() >= MAX_CONNECTED {
+            let words =
+                format!("expected at most {MAX_CONNECTED} open pages beside the driver's, found one more");
+            return Err(Refusal::Absent(words));
+        }
+        Ok(())
+    }
+
     /// A page has connected: the session that it names, where that is known, or `fresh`. The first gets the wheel.
     ///
     /// # Errors
-    /// [`Refusal::Absent`] where there are too many already.
+    /// As [`Sessions::check_seat`].
     pub fn join(&mut self, named: Option<&str>, fresh: String, now: Duration) -> Result<String, Refusal> {
-        let connected = self.known.values().filter(|session| session.connections > 0).count();
-        if connected >= MAX_CONNECTED {
-            return Err(Refusal::Absent(format!(
-                "expected at most {MAX_CONNECTED} open pages, found one more"
-            )));
-        }
+        self.check_seat(named)?;
         let known = named.filter(|&id| self.known.contains_key(id)).map(str::to_owned);
         let id = known.unwrap_or(fresh);
         let session = self.known.entry(id.clone()).or_insert(Session { connections: 0, heard: now });
@@ -240,5 +258,11 @@ mod tests {
             sessions.join(None, format!("open {i}"), s(300)).unwrap();
         }
         assert_eq!(sessions.join(None, "more".into(), s(300)).unwrap_err().status(), 503);
+        assert_eq!(sessions.join(Some("0"), "more".into(), s(300)).unwrap(), "0", "who drives comes back");
+        assert_eq!(sessions.join(Some("open 3"), "more".into(), s(300)).unwrap(), "open 3");
+        for _ in 1..MAX_CONNECTIONS {
+            sessions.join(Some("0"), "more".into(), s(300)).unwrap();
+        }
+        assert_eq!(sessions.check_seat(Some("0")).unwrap_err().status(), 503);
     }
 }

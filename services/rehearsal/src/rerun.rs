@@ -46,9 +46,12 @@ pub enum RerunError {
     RealTime,
     /// A run in which people took part.
     #[error(
-        "people took part in this run by the pad: at which step their drawings and orders came is not recorded; expected a recording without a pad, of the mission that the page saved, say"
+        "people took part in this run by the pad: at which step their drawings and orders came to the {process} is not recorded; expected the sketcher, or a recording without a pad, of the mission that the page saved, say"
     )]
-    People,
+    People {
+        /// The process.
+        process: Process,
+    },
     /// The files of the run.
     #[error("the files of the run: {0}")]
     Files(#[from] std::io::Error),
@@ -105,8 +108,14 @@ pub fn rerun<W: std::io::Write>(
     if process == Process::World && run.pace != Pace::Lockstep {
         return Err(RerunError::RealTime);
     }
-    if !run.pad.is_absent() {
-        return Err(RerunError::People);
+    // Who only watches gives orders, too; what the sketcher and the localizer do depends on none.
+    let depends_on_people = match process {
+        Process::Sketcher => false,
+        Process::Localizer => run.pad.draws(),
+        _ => !run.pad.is_absent(),
+    };
+    if depends_on_people {
+        return Err(RerunError::People { process });
     }
     let mut subject = Subject::new(process, run)?;
     let mut sent = Sent {

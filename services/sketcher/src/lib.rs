@@ -41,7 +41,7 @@ pub use error::SketchError;
 pub use places::{Errand, Intent, PlacedErrand, Places};
 pub use preview::preview;
 pub use process::{run, understand, understand_bytes};
-pub use publish::{fill_cells, fill_route, fill_sketch};
+pub use publish::{fill_cells, fill_route, fill_sketch, fill_understood};
 pub use settings::{Options, Settings};
 pub use strokes::{GoalMark, Marks, StartMark};
 

@@ -13,12 +13,12 @@ use sketchnav_runtime::{
 };
 use sketchnav_schemas::channels::{DRAWING, ROUTE, SKETCH, UNDERSTOOD};
 use sketchnav_schemas::codes::DrawingKind;
-use sketchnav_schemas::message::{Drawing, Header, Route, SketchMap, Text, Understood};
+use sketchnav_schemas::message::{Drawing, Header, Route, SketchMap, Understood};
 use sketchnav_schemas::run::RunConfig;
 
 use crate::desk::{self, Change, Desk};
 use crate::error::SketchError;
-use crate::publish::{fill_cells, fill_route, fill_sketch};
+use crate::publish::{fill_cells, fill_route, fill_sketch, fill_understood};
 
 /// Longest sleep between two signs of life.
 const NAP: Duration = Duration::from_millis(250);
@@ -209,15 +209,9 @@ impl Ports {
         let drawing = self.desk.drawing();
         self.understood.send(|answer| {
             answer.header = said.header();
-            (answer.kind, answer.accepted) = (said.kind, said.refusal.is_none().into());
+            answer.kind = said.kind;
             (answer.sketch_seq, answer.route_seq) = (sketch_seq, route_seq);
-            if let Some(drawing) = drawing {
-                answer.sketch_width_px = drawing.width_px;
-                answer.sketch_height_px = drawing.height_px;
-                answer.scale = drawing.scale;
-                answer.wall_direction_rad = drawing.wall_direction_rad;
-            }
-            answer.words = said.refusal.as_deref().map_or(Text([0; 256]), Text::new);
+            fill_understood(drawing, said.refusal.as_deref(), answer);
         })?;
         Ok(())
     }

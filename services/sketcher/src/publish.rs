@@ -1,6 +1,6 @@
 //! Fills the messages in the memory they are sent from; their headers are the sender's.
 
-use sketchnav_schemas::message::{PosePx, Route, RouteTask, SketchMap, Text};
+use sketchnav_schemas::message::{PosePx, Route, RouteTask, SketchMap, Text, Understood};
 
 use crate::drawing::Drawing;
 use crate::error::SketchError;
@@ -15,6 +15,19 @@ pub fn fill_sketch(drawing: &Drawing, places: &Places, map: &mut SketchMap) {
     map.start = PosePx::new(&places.start);
     map.start_spread_px = places.start_spread_px;
     map.start_spread_rad = places.start_spread_rad;
+}
+
+/// Fills what is said to a drawing: what holds now, and why it was refused, where it was. The numbers of what was
+/// sent are the sender's.
+pub fn fill_understood(drawing: Option<&Drawing>, refusal: Option<&str>, answer: &mut Understood) {
+    answer.accepted = refusal.is_none().into();
+    if let Some(drawing) = drawing {
+        answer.sketch_width_px = drawing.width_px;
+        answer.sketch_height_px = drawing.height_px;
+        answer.scale = drawing.scale;
+        answer.wall_direction_rad = drawing.wall_direction_rad;
+    }
+    answer.words = refusal.map_or(Text([0; 256]), Text::new);
 }
 
 /// Fills the cells of a sketch message, row 0 at the bottom.

@@ -92,7 +92,7 @@ pub fn of_file(path: &Path, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
 pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     let path = recording.path();
     let info = sketchnav_recordings::info::info(path).or_input()?;
-    let run = recording.run().ok();
+    let run = recording.run().ok().map(|run| log.with_drawn_tasks(run));
     let map = run.as_ref().and_then(|run| map_of(recording, run));
     let mission = run.as_ref().filter(|run| run.system != LOG_SYSTEM).map(|run| &run.mission);
     Ok(Judged {
@@ -117,6 +117,10 @@ fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<Stri
     let recording = Recording::open(&judged.recording)?;
     let folder = tempfile::tempdir()?;
     let run = sketchnav_rehearsal::rerun::run_of(&recording, folder.path())?;
+    if run.pad.draws() {
+        // Anchors are a file's, and this drawing is in none.
+        return Ok(BTreeMap::new());
+    }
     let (drawing, _) = sketchnav_sketcher::understand(&run)?;
     let floor =
         run.mission.world.floor_plan.as_deref().or(run.mission.world.map.as_deref()).unwrap_or_default();

@@ -39,7 +39,7 @@ pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> R
     let log = Log::with_particles(&recording).or_input()?;
     let judged = judge::of_log(&recording, log, rooms.as_ref())?;
     let folder = tempfile::tempdir().context("a folder for the files of the run")?;
-    let run = rerun::run_of(&recording, folder.path()).or_input()?;
+    let run = judged.log.with_drawn_tasks(rerun::run_of(&recording, folder.path()).or_input()?);
     let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log };
     let html = page.html().with_context(|| file.display().to_string())?;
     std::fs::write(output, html).with_context(|| output.display().to_string()).or_input()?;

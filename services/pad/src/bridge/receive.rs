@@ -8,6 +8,9 @@ use sketchnav_schemas::message::{
 
 use crate::walls;
 
+/// Estimates after another sketch that may still be about the one before: on their way, or at work.
+const IN_FLIGHT: u32 = 2;
+
 /// Something that the machine has to hear.
 pub(super) enum News {
     Status(MissionStatus),
@@ -34,6 +37,8 @@ pub(super) struct Inbox {
     pub(super) size_px: Option<[u32; 2]>,
     pub(super) sketch_seq: u64,
     pub(super) wall_direction_rad: f64,
+    /// Estimates to come that may still be about an earlier sketch.
+    in_flight: u32,
     pub(super) estimate: Option<Box<PoseEstimate>>,
     pub(super) scan: Option<Box<LaserScan>>,
     pub(super) plan: Option<Box<Plan>>,
@@ -55,6 +60,7 @@ impl Inbox {
             size_px: None,
             sketch_seq: 0,
             wall_direction_rad: 0.0,
+            in_flight: 0,
             estimate: None,
             scan: None,
             plan: None,
@@ -73,7 +79,10 @@ impl Inbox {
         }
         if let Some(estimate) = self.estimates.receive_sound()? {
             let estimate: Box<PoseEstimate> = Box::new(*estimate);
-            self.estimate = Some(estimate.clone());
+            match self.in_flight.checked_sub(1) {
+                Some(left) => self.in_flight = left,
+                None => self.estimate = Some(estimate.clone()),
+            }
             return Ok(Some(News::Estimate(estimate)));
         }
         if let Some(status) = self.statuses.receive()? {
@@ -110,7 +119,7 @@ impl Inbox {
 
     /// What was known belongs to a sketch before the one with this number.
     pub(super) fn forget_pose(&mut self, sketch_seq: u64) {
-        self.sketch_seq = sketch_seq;
+        (self.sketch_seq, self.in_flight) = (sketch_seq, IN_FLIGHT);
         (self.estimate, self.plan, self.particles) = (None, None, None);
     }
 }

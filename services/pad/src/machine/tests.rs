@@ -195,7 +195,25 @@ fn a_sketcher_that_does_not_answer_is_given_up() {
     scene.machine.send_sketch(request, true, scene.now).unwrap();
     assert!(!scene.machine.has_waited_too_long(scene.now + PATIENCE));
     assert!(scene.machine.has_waited_too_long(scene.now + PATIENCE + s(1)));
+    assert!(!scene.machine.has_waited_too_long(scene.now + PATIENCE + s(2)), "told once");
     assert_eq!(scene.allowed(), [Step::Sketch]);
+    // What it says after all is heard: it has taken the drawing over.
+    assert_eq!(scene.answer(true), Some(Ok(())));
+    assert_eq!(scene.machine.state(), State::Sketch);
+}
+
+#[test]
+fn a_successor_that_knows_nothing_can_stop_a_robot_that_drives() {
+    let mut scene = Scene::new(true);
+    scene.machine.begin_behind(7);
+    scene.located();
+    scene.say(TaskState::Driving);
+    assert_eq!((scene.machine.state(), scene.allowed()), (State::Driving, vec![Step::Abort]));
+    scene.order(Step::Abort);
+    scene.say(TaskState::Aborted);
+    assert_eq!((scene.machine.state(), scene.allowed()), (State::NoSketch, vec![Step::Sketch]));
+    scene.sketch();
+    assert_eq!(scene.machine.memory().drawing_seq, 8);
 }
 
 #[test]

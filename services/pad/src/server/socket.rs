@@ -5,13 +5,14 @@
 use std::time::Duration;
 
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
-use futures_util::stream::SplitStream;
+use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::json;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until, timeout};
 
 use crate::board::{Call, Caller, Picture, Welcome};
+use crate::guard::Bucket;
 use crate::protocol::{Hello, Said};
 
 /// Feeds that may be on the way unseen.
@@ -23,12 +24,33 @@ const PING_EVERY: Duration = Duration::from_millis(500);
 /// Words of the page that wait for the answering task; more are dropped.
 const MAX_WORDS: usize = 32;
 
+/// A page of which nothing comes for so long has gone, whatever the system believes: its browser answers every sign
+/// of life that it is asked for, and while it is still taking in what came before the page asks for one itself.
+const SILENT: Duration = Duration::from_secs(20);
+/// What a page says is heard so often at once, and each second after that; the rest waits on its own link.
+const WORDS: [f64; 2] = [200.0, 60.0];
+/// The bridge is told so often that a page was heard.
+const HEARD_EVERY: Duration = Duration::from_millis(100);
+
 /// Talks to a page until it goes.
-pub(super) async fn serve(socket: WebSocket, session: String, caller: Caller) {
-    let (mut sink, stream) = socket.split();
-    let (words, mut said) = mpsc::channel(MAX_WORDS);
-    let listening = tokio::spawn(listen(stream, session.clone(), caller.clone(), words));
-    let mut talk = Talk::new(session.clone());
+pub(super) async fn serve(socket: WebSocket, session: &str, caller: &Caller) {
+    let (sink, stream) = socket.split();
+    let (words, said) = mpsc::channel(MAX_WORDS);
+    // Each ends with the other: a link on which nothing can be sent any more may wait for long.
+    tokio::select! {
+        () = listen(stream, session, caller, words) => {}
+        () = talk(sink, session, caller, said) => {}
+    }
+}
+
+/// Tells the page the newest of everything, and answers it.
+async fn talk(
+    mut sink: SplitSink<WebSocket, Message>,
+    session: &str,
+    caller: &Caller,
+    mut said: mpsc::Receiver<Said>,
+) {
+    let mut talk = Talk::new(session.to_owned());
     let (mut pictures, mut welcomes) = (caller.board.picture.subscribe(), caller.board.welcome.subscribe());
     welcomes.mark_changed();
     let mut pings = interval(PING_EVERY);
@@ -38,11 +60,11 @@ pub(super) async fn serve(socket: WebSocket, session: String, caller: Caller) {
         let text = tokio::select! {
             word = said.recv() => match word {
                 Some(word) => talk.answer(word).map(text),
-                None => break,
+                None => return,
             },
             changed = welcomes.changed() => match changed {
                 Ok(()) => welcomes.borrow_and_update().as_deref().map(|w| text(talk.hello(w))),
-                Err(_) => break,
+                Err(_) => return,
             },
             _ = pings.tick() => Some(Message::Ping(Vec::new().into())),
             _ = async { sleep_until(due).await; pictures.changed().await } => {
@@ -53,33 +75,40 @@ pub(super) async fn serve(socket: WebSocket, session: String, caller: Caller) {
         if let Some(text) = text
             && sink.send(text).await.is_err()
         {
-            break;
+            return;
         }
     }
-    listening.abort();
-    // Where the bridge has ended there is nobody left to be told.
-    let _ = caller.call(Call::Leave(session));
 }
 
 fn text(text: String) -> Message {
     Message::Text(Utf8Bytes::from(text))
 }
 
-/// Hears the page until it goes.
+/// Hears the page until it goes, or falls silent.
 async fn listen(
     mut stream: SplitStream<WebSocket>,
-    session: String,
-    caller: Caller,
+    session: &str,
+    caller: &Caller,
     words: mpsc::Sender<Said>,
 ) {
-    while let Some(Ok(message)) = stream.next().await {
-        // A bridge that has too much to do hears the next one.
-        let _ = caller.call(Call::Heard(session.clone()));
-        let Message::Text(text) = message else { continue };
-        match Said::parse(&text) {
-            Some(Said::Abort) => caller.abort(),
-            Some(word) => drop(words.try_send(word)),
-            None => {}
+    let began = Instant::now();
+    let mut patience = Bucket::full(WORDS, Duration::ZERO);
+    let mut told: Option<Instant> = None;
+    while let Ok(Some(Ok(message))) = timeout(SILENT, stream.next()).await {
+        if told.is_none_or(|told| told.elapsed() >= HEARD_EVERY) {
+            // A bridge that has too much to do hears the next one.
+            let _ = caller.call(Call::Heard(session.to_owned()));
+            told = Some(Instant::now());
+        }
+        if let Message::Text(text) = message {
+            match Said::parse(&text) {
+                Some(Said::Abort) => caller.abort(),
+                Some(word) => drop(words.try_send(word)),
+                None => {}
+            }
+        }
+        while !patience.take(WORDS, began.elapsed()) {
+            sleep(HEARD_EVERY).await;
         }
     }
 }

@@ -4,20 +4,26 @@ use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use sketchnav_recordings::reader::RawMessage;
-use sketchnav_schemas::channels::{COMMAND, ESTIMATE, MISSION, ODOMETRY, ROUTE, SCAN, SKETCH};
-use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::{LaserScan, Odometry, PoseEstimate};
+use sketchnav_schemas::channels::{
+    COMMAND, DRAWING, ESTIMATE, MISSION, ODOMETRY, ROUTE, SCAN, SKETCH, UNDERSTOOD,
+};
+use sketchnav_schemas::codes::{DrawingKind, Process};
+use sketchnav_schemas::message::{
+    Drawing as DrawingMessage, Header, LaserScan, Odometry, PoseEstimate, Route, SketchMap, Understood,
+};
 use sketchnav_schemas::run::{Pace, RunConfig};
-use sketchnav_sketcher::{Drawing, Places};
+use sketchnav_sketcher::desk::{Change, Desk};
+use sketchnav_sketcher::{Drawing, Places, SketchError, fill_route, fill_sketch, fill_understood};
 
 use super::RerunError;
-use crate::voices::{self, LocalizerVoice, PlannerVoice, WorldVoice};
+use crate::voices::{self, LocalizerVoice, Outbox, PlannerVoice, WorldVoice};
 use crate::{RehearsalError, Tap};
 
 /// A service under examination.
 pub(super) enum Subject {
     World(Box<WorldVoice>),
     Sketcher(Box<Sketcher>),
+    LiveSketcher(Box<LiveSketcher>),
     Localizer(Box<Localizer>),
     Planner(Box<Planner>),
 }
@@ -29,6 +35,7 @@ impl Subject {
                 let world = WorldVoice::new(run).map_err(RehearsalError::from)?;
                 Ok(Self::World(Box::new(world)))
             }
+            Process::Sketcher if run.pad.draws() => Ok(Self::LiveSketcher(Box::new(LiveSketcher::new(run)?))),
             Process::Sketcher => Ok(Self::Sketcher(Box::new(Sketcher::new(run)?))),
             Process::Localizer => Ok(Self::Localizer(Box::new(Localizer::new(run)?))),
             Process::Planner => Ok(Self::Planner(Box::new(Planner::new(run)?))),
@@ -41,7 +48,7 @@ impl Subject {
         match self {
             Self::Localizer(localizer) => localizer.answered = scans,
             Self::Planner(planner) => planner.answered = scans,
-            Self::World(_) | Self::Sketcher(_) => {}
+            Self::World(_) | Self::Sketcher(_) | Self::LiveSketcher(_) => {}
         }
     }
 
@@ -50,7 +57,7 @@ impl Subject {
         match self {
             Self::World(world) => world.observe(tap),
             Self::Sketcher(sketcher) => drop(voices::sketch(&sketcher.understood, tap)),
-            Self::Localizer(_) | Self::Planner(_) => {}
+            Self::LiveSketcher(_) | Self::Localizer(_) | Self::Planner(_) => {}
         }
     }
 
@@ -59,6 +66,7 @@ impl Subject {
         match self {
             Self::World(world) => hear_command(world, message, tap),
             Self::Sketcher(_) => Ok(()),
+            Self::LiveSketcher(sketcher) => sketcher.hear(message, tap),
             Self::Localizer(localizer) => localizer.hear(message, tap),
             Self::Planner(planner) => planner.hear(message, tap),
         }
@@ -69,6 +77,7 @@ impl Subject {
         match self {
             Self::World(world) => world.spent,
             Self::Sketcher(sketcher) => sketcher.spent,
+            Self::LiveSketcher(sketcher) => sketcher.spent,
             Self::Localizer(localizer) => localizer.voice.spent,
             Self::Planner(planner) => planner.voice.spent,
         }
@@ -96,6 +105,65 @@ impl Sketcher {
         let began = Instant::now();
         let understood = sketchnav_sketcher::understand(run).map_err(RehearsalError::Sketch)?;
         Ok(Self { understood, spent: began.elapsed() })
+    }
+}
+
+/// The sketcher where people draw while it runs: all that it says follows from the drawings in their order.
+pub(super) struct LiveSketcher {
+    desk: Desk,
+    sketches: Outbox<SketchMap>,
+    routes: Outbox<Route>,
+    answers: Outbox<Understood>,
+    spent: Duration,
+}
+
+impl LiveSketcher {
+    fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
+        Ok(Self {
+            desk: Desk::new(run).map_err(|error| RehearsalError::Sketch(error.into()))?,
+            sketches: Outbox::new(SKETCH),
+            routes: Outbox::new(ROUTE),
+            answers: Outbox::new(UNDERSTOOD),
+            spent: Duration::ZERO,
+        })
+    }
+
+    fn hear(&mut self, raw: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
+        if raw.topic.is(DRAWING) {
+            let (about, bytes) = raw.read(DRAWING)?;
+            let began = Instant::now();
+            let read = match DrawingKind::from_code(about.kind) {
+                Some(kind) => self.desk.take(kind, &bytes),
+                None => Err(SketchError::Kind { found: about.kind }),
+            };
+            self.spent += began.elapsed();
+            self.answer(&about, read, tap);
+        }
+        Ok(())
+    }
+
+    fn answer(&mut self, about: &DrawingMessage, read: Result<Change, SketchError>, tap: &mut impl Tap) {
+        let header = Header { seq: 0, source_seq: about.header.seq, ..about.header };
+        let placed = self.desk.placed().filter(|_| matches!(read, Ok(Change::Start | Change::Tasks)));
+        if let Some((drawing, places)) = placed {
+            if matches!(read, Ok(Change::Start)) {
+                let sketch = self.sketches.blank();
+                fill_sketch(drawing, places, sketch);
+                sketch.header = header;
+                self.sketches.send(tap, &drawing.cells);
+            }
+            let route = self.routes.blank();
+            fill_route(places, route);
+            route.header = Header { source_seq: self.sketches.last_seq, ..header };
+            self.routes.send(tap, &[]);
+        }
+        let refusal = read.err().map(|error| error.to_string());
+        let answer = self.answers.blank();
+        fill_understood(self.desk.drawing(), refusal.as_deref(), answer);
+        answer.header = header;
+        answer.kind = about.kind;
+        (answer.sketch_seq, answer.route_seq) = (self.sketches.last_seq, self.routes.last_seq);
+        self.answers.send(tap, &[]);
     }
 }
 

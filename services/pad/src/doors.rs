@@ -1,0 +1,116 @@
+//! Connections that have not said yet whose they are, and which of them has to go when there are too many.
+//!
+//! Every connection is a stranger's until a request on it has named a session, or a page has joined by it: from
+//! then on the session's own bounds hold. Strangers are few. When one more comes than there may be, the oldest of
+//! those who have the most, by where they come from, goes for it: who opens connections and says nothing pushes
+//! out nobody but themselves, and who has something to say has said it before that.
+//!
+//! Pure: `T` is by whom a connection is told to go.
+
+use std::collections::BTreeMap;
+use std::net::{IpAddr, Ipv6Addr};
+
+/// Most connections of strangers at the same time.
+pub const MAX_STRANGERS: usize = 64;
+
+/// The connections of strangers, in the order in which they came.
+#[derive(Debug)]
+pub struct Doors<T> {
+    next: u64,
+    strangers: BTreeMap<u64, (IpAddr, T)>,
+}
+
+impl<T> Default for Doors<T> {
+    fn default() -> Self {
+        Self { next: 0, strangers: BTreeMap::new() }
+    }
+}
+
+impl<T> Doors<T> {
+    /// A connection has come: its number, and who has to go for it.
+    pub fn enter(&mut self, from: IpAddr, bell: T) -> (u64, Option<T>) {
+        let id = self.next;
+        self.next += 1;
+        self.strangers.insert(id, (origin(from), bell));
+        let is_full = self.strangers.len() > MAX_STRANGERS;
+        let goes = is_full.then(|| self.oldest_of_most()).flatten();
+        (id, goes.and_then(|id| self.strangers.remove(&id)).map(|(_, bell)| bell))
+    }
+
+    /// A connection has ended, or is no stranger's any more.
+    pub fn leave(&mut self, id: u64) -> Option<T> {
+        self.strangers.remove(&id).map(|(_, bell)| bell)
+    }
+
+    fn oldest_of_most(&self) -> Option<u64> {
+        let mut counts = BTreeMap::<IpAddr, usize>::new();
+        for (from, _) in self.strangers.values() {
+            *counts.entry(*from).or_default() += 1;
+        }
+        let most = counts.values().max()?;
+        self.strangers.iter().find(|(_, (from, _))| counts[from] == *most).map(|(id, _)| *id)
+    }
+}
+
+/// Where a connection comes from: an address of version 4, or a network of version 6, of whose addresses one
+/// device may have as many as it likes.
+fn origin(from: IpAddr) -> IpAddr {
+    match from.to_canonical() {
+        IpAddr::V6(address) if !address.is_loopback() => {
+            let [a, b, c, d, ..] = address.segments();
+            Ipv6Addr::new(a, b, c, d, 0, 0, 0, 0).into()
+        }
+        address => address,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn from(text: &str) -> IpAddr {
+        text.parse().unwrap()
+    }
+
+    #[test]
+    fn whoever_has_the_most_connections_goes_the_oldest_first() {
+        let mut doors = Doors::default();
+        for i in 0..MAX_STRANGERS - 1 {
+            assert_eq!(doors.enter(from("192.0.2.1"), i).1, None);
+        }
+        assert_eq!(doors.enter(from("192.0.2.2"), 1000), (63, None));
+        assert_eq!(doors.enter(from("192.0.2.3"), 1001).1, Some(0), "a phone gets in");
+        assert_eq!(doors.enter(from("192.0.2.1"), 1002).1, Some(1), "by itself it pushes out itself");
+        assert_eq!(doors.leave(63), Some(1000));
+        assert_eq!(doors.enter(from("192.0.2.1"), 1003).1, None, "one place was free");
+        assert_eq!(doors.leave(63), None);
+    }
+
+    #[test]
+    fn a_network_is_one_origin() {
+        assert_eq!(origin(from("2001:db8::1")), origin(from("2001:db8::2:3")));
+        assert_ne!(origin(from("2001:db8::1")), origin(from("2001:db8:0:1::1")));
+        assert_eq!(origin(from("::ffff:192.0.2.1")), from("192.0.2.1"));
+        assert_eq!(origin(from("::1")), from("::1"));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// However many come from however many places: they stay few, and who comes is not the one who goes where
+        /// anybody else has more.
+        #[test]
+        fn strangers_stay_few(comers in prop::collection::vec((0..6_u8, any::<bool>()), 0..400)) {
+            let mut doors = Doors::default();
+            for (place, leaves) in comers {
+                let (id, gone) = doors.enter(IpAddr::from([192, 0, 2, place]), place);
+                prop_assert!(doors.strangers.len() <= MAX_STRANGERS && gone.is_none_or(|_| doors.strangers.contains_key(&id)));
+                if leaves {
+                    doors.leave(id);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! The listener: takes connections in, has each of them say what it wants in time, and bounds how long it stays.
+//!
+//! A connection is one request: each answer closes it, and there is none that only waits for the next. It has to tell the head of it soon,
+//! and to be through with all of it some time after; a WebSocket is bounded by its own rules from then on. Who has
+//! to go before the head has come is told why (408, 431, 503).
+
+use std::io::{Cursor, ErrorKind};
+use std::net::{IpAddr, SocketAddr};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use axum::{Extension, Router};
+use hyper::server::conn::http1;
+use hyper_util::rt::TokioIo;
+use hyper_util::service::TowerToHyperService;
+use serde_json::json;
+use tokio::io::{AsyncReadExt, AsyncWriteExt, join};
+use tokio::net::tcp::OwnedReadHalf;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::oneshot;
+use tokio::time::{sleep, timeout};
+
+use crate::doors::Doors;
+
+/// Longest that the head of a request may take to come.
+const HEAD_WITHIN: Duration = Duration::from_secs(10);
+/// Longest head, bytes.
+const MAX_HEAD: usize = 16 * 1024;
+/// Longest that a request may take from its head to the end of its answer: the body, the sketcher, and the way
+/// back.
+const DONE_WITHIN: Duration = Duration::from_secs(180);
+/// Longest that the last words to a connection may take.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+/// Until the next try where the system has no connections left.
+const PAUSE: Duration = Duration::from_millis(200);
+
+/// The connections whose owners are not known yet.
+type Lobby = Arc<Mutex<Doors<oneshot::Sender<()>>>>;
+
+/// A connection's place among them, until its owner is known.
+pub(super) struct Place {
+    lobby: Lobby,
+    id: u64,
+}
+
+impl Place {
+    /// Takes a place; the bell rings when the connection has to go for another one.
+    fn enter(lobby: &Lobby, from: IpAddr) -> (Arc<Self>, oneshot::Receiver<()>) {
+        let (sender, bell) = oneshot::channel();
+        let (id, goes) = lobby.lock().unwrap_or_else(PoisonError::into_inner).enter(from, sender);
+        if let Some(goes) = goes {
+            // One that has just ended by itself does not hear it.
+            let _ = goes.send(());
+        }
+        (Arc::new(Self { lobby: lobby.clone(), id }), bell)
+    }
+
+    /// Its owner is known: from now on the bell does not ring.
+    pub(super) fn leave(&self) {
+        self.lobby.lock().unwrap_or_else(PoisonError::into_inner).leave(self.id);
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.leave();
+    }
+}
+
+/// Serves whoever comes.
+pub(super) async fn listen(listener: TcpListener, router: Router) -> std::io::Error {
+    let lobby = Lobby::default();
+    loop {
+        match listener.accept().await {
+            Ok((stream, from)) => drop(tokio::spawn(attend(stream, from, lobby.clone(), router.clone()))),
+            // One that has gone before it was let in says nothing about the next.
+            Err(error) if is_about_one_connection(error.kind()) => {}
+            // No connections left, say: some will end.
+            Err(error) if error.raw_os_error().is_some() => sleep(PAUSE).await,
+            Err(error) => return error,
+        }
+    }
+}
+
+fn is_about_one_connection(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::ConnectionRefused | ErrorKind::ConnectionAborted | ErrorKind::ConnectionReset)
+}
+
+async fn attend(stream: TcpStream, from: SocketAddr, lobby: Lobby, router: Router) {
+    let (place, mut bell) = Place::enter(&lobby, from.ip());
+    // Small answers are not held back for more.
+    let _ = stream.set_nodelay(true);
+    let (mut reader, mut writer) = stream.into_split();
+    let told = tokio::select! {
+        told = timeout(HEAD_WITHIN, head(&mut reader)) => told.unwrap_or(Err(Dismissal::Late)),
+        _ = rings(&mut bell) => Err(Dismissal::Crowd),
+    };
+    let head = match told {
+        Ok(head) => head,
+        Err(dismissal) => {
+            // Who does not listen either is cut off.
+            let _ = timeout(LAST_WORDS, writer.write_all(dismissal.text().as_bytes())).await;
+            return;
+        }
+    };
+    let io = TokioIo::new(join(Cursor::new(head).chain(reader), writer));
+    let service = TowerToHyperService::new(router.layer(Extension(place)));
+    let serving = http1::Builder::new().serve_connection(io, service).with_upgrades();
+    tokio::select! {
+        // Whatever went wrong, the connection has ended.
+        _ = serving => {}
+        _ = sleep(DONE_WITHIN) => {}
+        _ = rings(&mut bell) => {}
+    }
+}
+
+/// Waits until the bell rings; forever where it cannot any more.
+async fn rings(bell: &mut oneshot::Receiver<()>) {
+    if bell.await.is_err() {
+        std::future::pending().await
+    }
+}
+
+/// Why a connection has to go before it has said what it wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Dismissal {
+    /// It takes too long.
+    Late,
+    /// It says too much.
+    Long,
+    /// Others want in.
+    Crowd,
+    /// It has gone by itself.
+    Gone,
+}
+
+impl Dismissal {
+    /// The whole answer.
+    fn text(self) -> String {
+        let (status, words) = match self {
+            Self::Late => {
+                ("408 Request Timeout", format!("expected the head of a request within {HEAD_WITHIN:?}"))
+            }
+            Self::Long => (
+                "431 Request Header Fields Too Large",
+                format!("expected at most {MAX_HEAD} bytes as the head of a request, found more"),
+            ),
+            Self::Crowd => (
+                "503 Service Unavailable",
+                "too many connections that say nothing: come again with a request".to_owned(),
+            ),
+            Self::Gone => return String::new(),
+        };
+        let body = json!({ "error": words }).to_string();
+        format!(
+            "HTTP/1.1 {status}\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\
+             cache-control: no-store\r\nconnection: close\r\n\r\n{body}",
+            body.len()
+        )
+    }
+}
+
+/// What has come up to the end of the head, and what has come with it.
+async fn head(reader: &mut OwnedReadHalf) -> Result<Vec<u8>, Dismissal> {
+    let mut come = Vec::with_capacity(1024);
+    loop {
+        let before = come.len();
+        match reader.read_buf(&mut come).await {
+            Ok(0) | Err(_) => return Err(Dismissal::Gone),
+            Ok(_) => {}
+        }
+        if ends(&come[before.saturating_sub(3)..]) {
+            return Ok(come);
+        }
+        if come.len() > MAX_HEAD {
+            return Err(Dismissal::Long);
+        }
+    }
+}
+
+fn ends(come: &[u8]) -> bool {
+    come.windows(4).any(|four| four == b"\r\n\r\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_is_dismissed_is_told_why() {
+        for (dismissal, status) in
+            [(Dismissal::Late, "408"), (Dismissal::Long, "431"), (Dismissal::Crowd, "503")]
+        {
+            let text = dismissal.text();
+            let (head, body) = text.split_once("\r\n\r\n").unwrap();
+            assert_eq!(head.split(' ').nth(1), Some(status));
+            assert!(head.contains(&format!("content-length: {}", body.len())));
+            let said: serde_json::Value = serde_json::from_str(body).unwrap();
+            assert!(said["error"].as_str().is_some_and(|words| words.len() > 10), "{body}");
+        }
+    }
+
+    #[test]
+    fn a_head_ends_with_an_empty_line() {
+        assert!(ends(b"GET / HTTP/1.1\r\nhost: x\r\n\r\n{}"));
+        assert!(!ends(b"GET / HTTP/1.1\r\nhost: x\r\n\r") && !ends(b""));
+    }
+}

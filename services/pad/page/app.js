@@ -179,7 +179,8 @@ async function sendSketch() {
   desk.trail = [];
   keepDraft();
   const degrees = (answer.wall_direction_rad * 180) / Math.PI;
-  return Number.isFinite(degrees) ? `The map has arrived. Its walls run at ${degrees.toFixed(1)}°.` : "The map has arrived.";
+  // Nothing runs at minus nothing.
+  return Number.isFinite(degrees) ? `The map has arrived. Its walls run at ${(Math.round(degrees * 10) / 10 + 0).toFixed(1)}°.` : "The map has arrived.";
 }
 
 async function sendPath() {

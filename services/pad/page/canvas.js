@@ -13,9 +13,9 @@ import { inkRuns, widthAt } from "./ink.js";
 /** Screens beyond twice as fine cost more than the eye gains. */
 const MAX_RATIO = 2;
 
-/** Colours by name, from the style sheet. */
-export function palette() {
-  const style = getComputedStyle(document.documentElement);
+/** Colours by name, as the style sheet has them for the sheet's element. */
+export function palette(element) {
+  const style = getComputedStyle(element);
   const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "trail", "rubber", "walls"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
@@ -28,16 +28,25 @@ export class Sheet {
   view = { scale: 1, x: 0, y: 0 };
   area = [1, 1];
   ratio = 1;
-  colors = palette();
+  colors = {};
   /** What was done since the page was loaded: for the figures that the page shows. */
   work = { redraws: 0, strokesAdded: 0, liveSegments: 0, liveMoves: 0 };
 
   constructor(element) {
     this.#element = element;
+    this.colors = palette(element);
     for (const name of ["ink", "marks", "feed", "live"]) {
       const canvas = element.querySelector(`canvas.${name}`);
       this.#layers[name] = canvas.getContext("2d", { desynchronized: name === "live" });
     }
+  }
+
+  /** Takes the colours of the theme; of white paper where there is a picture. Answers whether they have changed. */
+  recolor({ photo, underlay }) {
+    this.#element.classList.toggle("lit", Boolean(photo || underlay));
+    const before = this.colors;
+    this.colors = palette(this.#element);
+    return before.paper !== this.colors.paper;
   }
 
   /** The canvas of a layer. */
@@ -155,12 +164,15 @@ export class Sheet {
     if (label) this.#drawLabel(context, label, polygon);
   }
 
-  /** A label no wider than its obstacle; where it would be too small to read, none. */
+  /** A label no wider than its obstacle: smaller, or cut off; where nothing of it can be read, none. */
   #drawLabel(context, label, polygon) {
     const room = roomAt(middle(polygon), polygon, this.px(9)) * this.view.scale * 0.94;
     context.font = "600 12px system-ui, sans-serif";
-    const size = Math.min(12, (12 * room) / context.measureText(label).width);
-    if (size >= 7) this.#write(context, label, middle(polygon), this.colors["obstacle-text"], size);
+    const width = (text) => context.measureText(text).width / 12;
+    let text = label;
+    while (text.length > 3 && width(text) * 7 > room) text = `${text.slice(0, -2).trimEnd()}…`;
+    const size = Math.min(12, room / width(text));
+    if (size >= 7) this.#write(context, text, middle(polygon), this.colors["obstacle-text"], size);
   }
 
   #write(context, text, [x, y], color, size) {

@@ -1,7 +1,7 @@
 // The desk: the drawing with its history, the tool in hand, and the sheet that shows both. What is drawn
 // anew after a change is decided here: a finished stroke is added to the ink, anything else redraws.
 
-import { Sheet, palette } from "./canvas.js";
+import { Sheet } from "./canvas.js";
 import { drawFeed, trailed } from "./feed.js";
 import { changed, history, redone, undone } from "./model.js";
 import { makeTools } from "./tools.js";
@@ -54,6 +54,7 @@ export class Desk {
     });
     new ResizeObserver(() => this.#resized()).observe(element);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#recolored());
+    this.#recolored();
     this.#resized();
     this.#load(drawing);
   }
@@ -121,6 +122,7 @@ export class Desk {
     this.#shown = next;
     if (next.canvas !== before.canvas) this.fit();
     if (next.photo !== before.photo || next.underlay !== before.underlay) this.#load(next);
+    if (Boolean(next.photo || next.underlay) !== Boolean(before.photo || before.underlay)) this.#recolored();
     if (oneMore(before, next) && !this.#stale.ink) this.sheet.addStroke(next.strokes.at(-1));
     else if (!sameInk(before, next)) this.#redraw("ink");
     this.#redraw("marks");
@@ -205,8 +207,7 @@ export class Desk {
   }
 
   #recolored() {
-    this.sheet.colors = palette();
-    this.#redraw("ink", "marks", "feed");
+    if (this.sheet.recolor(this.#shown)) this.#redraw("ink", "marks", "feed");
   }
 
   // ------------------------------------------------------------------ what pointers and keys do

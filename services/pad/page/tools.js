@@ -161,6 +161,7 @@ class Polygon {
   close() {
     const corners = this.#corners;
     this.cancel();
+    this.host.say("");
     if (corners.length > 2) addObstacle(this.host, corners);
   }
 

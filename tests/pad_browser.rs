@@ -9,41 +9,14 @@ mod support;
 
 use std::env::var_os;
 use std::fs;
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::process::Command;
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use sketchnav_schemas::mission::Mission;
 use sketchnav_sketcher::{Options, read};
-use support::{Ended, Place, Running, repository, skipped};
-
-/// The mission whose drawing and route the pen follows.
-const MISSION: &str = "sim/missions/routes/court-01";
-/// How long the browser may take in all: longer than any wait in the script.
-const LIMIT: Duration = Duration::from_secs(420);
-
-fn has_node() -> bool {
-    let found = Command::new("node").arg("--version").output().is_ok_and(|output| output.status.success());
-    if !found {
-        skipped("browser", "no node");
-    }
-    found
-}
-
-/// The folder of playwright-core and the browser.
-fn browser() -> Option<(PathBuf, PathBuf)> {
-    let folder =
-        var_os("SKETCHNAV_PLAYWRIGHT").map_or_else(|| repository().join("target/browser"), PathBuf::from);
-    let chromium = var_os("SKETCHNAV_CHROMIUM").map_or_else(|| "/usr/bin/chromium".into(), PathBuf::from);
-    let found = folder.join("node_modules/playwright-core").is_dir() && chromium.exists();
-    if !found {
-        skipped("browser", "no playwright-core (SKETCHNAV_PLAYWRIGHT) or no chromium (SKETCHNAV_CHROMIUM)");
-    }
-    found.then_some((folder, chromium))
-}
+use support::browser::{Browser, has_node, mission, pad};
+use support::{Ended, Place, repository};
 
 #[test]
 fn the_modules_of_the_page_hold_by_themselves() {
@@ -61,23 +34,10 @@ fn the_modules_of_the_page_hold_by_themselves() {
 
 #[test]
 fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
-    if !has_node() {
-        return;
-    }
-    let Some((playwright, chromium)) = browser() else { return };
+    let Some(browser) = Browser::find() else { return };
     let place = Place::new();
     let (mut pad, link) = pad(&place);
-    place.wait_until_joined(&mut pad, "pad", &["pad"]);
-    let route = place.files().join("route.json");
-    fs::write(&route, serde_json::to_vec(&mission().task[0].route).unwrap()).unwrap();
-
-    let mut script = Command::new("node");
-    script.arg(repository().join("tests/pad/browser.mjs")).arg(link);
-    script.arg(repository().join(format!("{MISSION}.json"))).arg(route).arg(place.files());
-    script.env("SKETCHNAV_PLAYWRIGHT", playwright).env("SKETCHNAV_CHROMIUM", chromium);
-    script.env("SKETCHNAV_PAD_PID", place.pid("pad", "pad").to_string());
-    script.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let ended = Running::spawn(script).end_within(LIMIT);
+    let ended = browser.draws_and_drives(&place, &link, 3);
     assert_eq!(ended.code, Some(0), "{ended}");
     // For people: what the test's browser has measured.
     eprintln!("{}", ended.out.trim());
@@ -88,27 +48,6 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     pad.signal(Signal::SIGINT);
     pad.end();
     place.assert_nothing_left("pad");
-}
-
-fn mission() -> Mission {
-    let file = repository().join(format!("{MISSION}.toml"));
-    Mission::parse(&fs::read_to_string(file).unwrap()).unwrap()
-}
-
-/// Starts the pad in the mission's world and hands back the link that it prints.
-fn pad(place: &Place) -> (Running, String) {
-    let file = repository().join(format!("{MISSION}.toml"));
-    let options = "--port 0 --system pad --out results --speed 1";
-    let mut command = place.command(&format!("pad --mission {} {options}", file.display()));
-    let mut child = command.spawn().unwrap();
-    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-    let link = lines.by_ref().map_while(Result::ok).find_map(|line| {
-        let at = line.find("http://")?;
-        line[at..].split_whitespace().next().map(str::to_owned)
-    });
-    // Its output is read on, so that it never waits for a reader.
-    std::thread::spawn(move || lines.for_each(drop));
-    (Running::of(child), link.expect("the pad's link"))
 }
 
 /// The cells on the channel are those that the drawing, as the page saves it, is read as.

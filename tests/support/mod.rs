@@ -6,6 +6,7 @@
 //! keep a test from hanging for ever and decide nothing else.
 #![allow(dead_code, reason = "each test file uses its own part of this one")]
 
+pub mod browser;
 pub mod page;
 pub mod room;
 mod skip;

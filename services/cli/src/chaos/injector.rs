@@ -15,6 +15,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use sketchnav_runtime::{System, Watch};
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::run::Pace;
 use sketchnav_schemas::seed;
 
 use crate::args::ChaosOptions;
@@ -23,6 +24,8 @@ use crate::args::ChaosOptions;
 const LOOK_EVERY: Duration = Duration::from_micros(500);
 /// After this share of the mission nobody is killed: what is killed later has nothing left to recover.
 const LAST_SHARE: f64 = 0.95;
+/// The same in real time, where a mission may end sooner than the undisturbed one.
+const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;
 /// How often two are killed at once.
 const PAIRS: f64 = 0.2;
 /// A process that starts is killed within this time of its life.
@@ -53,7 +56,11 @@ struct Blow {
 
 /// Draws so many kills.
 fn blows(options: &ChaosOptions, steps: u32, rng: &mut Pcg64Mcg) -> Vec<Blow> {
-    let last = (f64::from(steps) * LAST_SHARE) as u32;
+    let share = match options.speed {
+        Pace::Lockstep => LAST_SHARE,
+        Pace::RealTime { .. } => LAST_SHARE_IN_REAL_TIME,
+    };
+    let last = (f64::from(steps) * share) as u32;
     let targets = &options.targets;
     let (mut blows, mut left) = (Vec::new(), options.kills);
     while left > 0 {

@@ -41,6 +41,7 @@ export class Link {
   #timer = 0;
   #listener;
   #waiting = new Set();
+  #hellos = 0;
   /** Round trip, milliseconds, `null` before the first. */
   latencyMs = null;
   up = false;
@@ -101,6 +102,7 @@ export class Link {
       this.#attempts = 0;
       this.#ping();
     }
+    this.#hellos += 1;
     this.#listener.hello(hello);
     this.#waiting.forEach((go) => go());
   }
@@ -197,12 +199,16 @@ export class Link {
   async send(path, body, type, broken) {
     const name = Array.from(crypto.getRandomValues(new Uint32Array(4)), (n) => n.toString(16).padStart(8, "0")).join("");
     for (let attempt = 1; ; attempt += 1) {
+      const { up } = this;
+      const hellos = this.#hellos;
       try {
         return await this.post(path, body, type, { "x-sketchnav-sending": name });
       } catch (error) {
-        if (!error.unheard || attempt === ATTEMPTS) throw error;
+        // A successor of the server refuses what comes before this page has joined it.
+        const isBack = hellos !== this.#hellos;
+        if (!(error.unheard || isBack || !up || !this.up) || attempt === ATTEMPTS) throw error;
         broken();
-        if (!await this.#back()) throw new Error("The link did not come back. Whether this has arrived is not known: send it again.");
+        if (!isBack && !await this.#back()) throw new Error("The link did not come back. Whether this has arrived is not known: send it again.");
       }
     }
   }

@@ -40,9 +40,16 @@ async function opened(context, canvas = drawing.canvas) {
 }
 
 const text = (page, id) => page.locator(`#${id}`).textContent();
-const says = (page, id, words) => page.waitForFunction(
-  ([where, what]) => document.getElementById(where).textContent.includes(what), [id, words], { timeout: LIMIT_MS },
-);
+const says = async (page, id, words) => {
+  try {
+    await page.waitForFunction(
+      ([where, what]) => document.getElementById(where).textContent.includes(what), [id, words], { timeout: LIMIT_MS },
+    );
+  } catch (error) {
+    const found = await page.evaluate(() => ["say", "headline", "link-role"].map((id) => document.getElementById(id).textContent));
+    throw new Error(`#${id}: expected "${words}", found say, headline, role: ${JSON.stringify(found)}`, { cause: error });
+  }
+};
 /** The robot goes on, or has arrived already: how fast this browser is must not matter. */
 const goesOn = (page) => page.waitForFunction(
   () => /Driving|Finished/.test(document.getElementById("headline").textContent), null, { timeout: LIMIT_MS },
@@ -228,8 +235,10 @@ function padPid() {
 async function sendsToTheServersSuccessor({ page }) {
   await page.waitForSelector("#send-path:enabled");
   const pid = padPid();
+  // It stops first: one that had died already would have taken the button with it.
+  if (pid) process.kill(pid, "SIGSTOP");
+  await page.click("#send-path:enabled");
   if (pid) process.kill(pid, "SIGKILL");
-  await page.evaluate(() => document.getElementById("send-path").click());
   await says(page, "say", "The path has arrived");
 }
 

@@ -213,7 +213,7 @@ mod tests {
     }
 
     /// One that creeps through a door at a tenth of a metre a second, as it slows down there, once was taken for one
-    /// that stands still, and gave up at every door.
+    /// that stands still, and gave up.
     #[test]
     fn a_slow_robot_is_waited_for() {
         let parameters = Parameters::default();

@@ -68,8 +68,8 @@ fn killed_one_after_the_other(processes: &[&str]) {
         kills += 1;
     }
     let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, processes);
-    // A fast machine is at the end after a few; the last one killed may not be missed any more.
-    assert!(kills >= 2 && restarts + 1 >= kills, "{kills} kills, {restarts} restarts");
+    // How many it are until the end is the machine's affair; the last one killed may not be missed any more.
+    assert!(restarts >= 1 && restarts + 1 >= kills, "{kills} kills, {restarts} restarts");
 }
 
 #[test]

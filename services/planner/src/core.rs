@@ -14,6 +14,7 @@
 
 pub mod agenda;
 pub mod driving;
+mod journey;
 mod mission;
 pub mod report;
 pub mod standstill;

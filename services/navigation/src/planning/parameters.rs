@@ -51,6 +51,11 @@ pub struct Parameters {
     pub recoveries: u32,
     /// How often to recover during one task.
     pub recoveries_per_task: u32,
+    /// Who has driven more than this many times the way that the drawing showed, and `astray_m` with it, is elsewhere than
+    /// the estimate says, and lost.
+    pub astray_factor: f64,
+    /// What is added to the drawn way before it is multiplied, metres.
+    pub astray_m: f64,
     /// A task has failed after the localizer was lost for this long, seconds.
     pub lost_s: f64,
 }
@@ -79,6 +84,8 @@ impl Default for Parameters {
             circling_distance_m: 1.5,
             recoveries: 3,
             recoveries_per_task: 8,
+            astray_factor: 3.0,
+            astray_m: 5.0,
             lost_s: 20.0,
         }
     }
@@ -131,6 +138,8 @@ impl Parameters {
             ("detour_s", self.detour_s),
             ("circling_way_m", self.circling_way_m),
             ("circling_distance_m", self.circling_distance_m),
+            ("astray_factor", self.astray_factor),
+            ("astray_m", self.astray_m),
             ("lost_s", self.lost_s),
         ];
         let not_negative = [("comfort_weight", self.comfort_weight), ("margin_m", self.margin_m)];

@@ -21,6 +21,7 @@ use sketchnav_schemas::message::{LaserScan, Twist};
 use sketchnav_schemas::robot::Robot;
 
 use super::agenda::Task;
+use super::journey::Journey;
 use super::report::Reason;
 use super::standstill::{Maneuver, Next, Progress, Standstills};
 pub use memory::{Memory, MemoryView};
@@ -63,6 +64,7 @@ struct Errand {
     guide: Guide,
     goal: Point<Sketch>,
     progress: Progress,
+    journey: Journey,
     standstills: Standstills,
     maneuver: Option<Maneuver>,
     blocked: Vec<Blockage>,
@@ -192,6 +194,7 @@ impl Driver {
     pub fn drive(&mut self, chart: &Chart, lost: bool, now_s: f64, dt_s: f64) -> Verdict {
         self.chart = Some(*chart);
         self.errand.lost_s = if lost { self.errand.lost_s + dt_s } else { 0.0 };
+        self.errand.journey.drive(chart.robot_m().position());
         if self.errand.guide != Guide::Goal {
             self.keep_to_route(chart, now_s);
         }
@@ -258,6 +261,7 @@ impl Driver {
             self.errand.goal = self.route.end().unwrap_or(robot);
             self.errand.plan_due_s = now_s;
             self.errand.progress = Progress::new(now_s, chart.robot_m().position());
+            self.errand.journey = Journey::new(chart.robot_m().position());
         }
         if self.errand.guide == Guide::Route {
             self.route.track(chart, window_m);
@@ -269,8 +273,11 @@ impl Driver {
             let too_long = self.errand.lost_s >= self.parameters.lost_s;
             return too_long.then_some((TaskState::Lost, Reason::Lost(self.errand.lost_s)));
         }
-        let off_m = self.goal_within(chart, self.parameters.arrival_radius_m)?;
-        Some((TaskState::Reached, Reason::Arrived(off_m)))
+        if let Some(off_m) = self.goal_within(chart, self.parameters.arrival_radius_m) {
+            return Some((TaskState::Reached, Reason::Arrived(off_m)));
+        }
+        let (driven_m, drawn_m) = self.errand.journey.astray_m(&self.parameters)?;
+        Some((TaskState::Lost, Reason::Astray(driven_m, drawn_m)))
     }
 
     /// The distance to the task's end, metres, where it is within `radius_m` and no drawn wall lies
@@ -354,6 +361,7 @@ impl Driver {
         if self.errand.guide != Guide::Route && self.errand.blocked.len() < MAX_BLOCKAGES {
             let radius_px = BLOCKAGE_M * chart.mean_scale_pxpm();
             self.errand.blocked.push(Blockage { place, radius_px, weight: BLOCKAGE_WEIGHT });
+            self.errand.journey = Journey::new(chart.robot_m().position());
             self.solve(chart);
         }
     }
@@ -389,6 +397,7 @@ impl Errand {
             guide,
             goal,
             progress: Progress::new(0.0, robot),
+            journey: Journey::new(robot),
             standstills: Standstills::default(),
             maneuver: None,
             blocked,

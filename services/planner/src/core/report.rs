@@ -33,6 +33,8 @@ pub enum Reason {
     NoDrawnWay(Point<Sketch>),
     /// The scans did not fit anywhere near for so many seconds.
     Lost(f64),
+    /// So many metres driven, where the drawing showed so many.
+    Astray(f64, f64),
     /// The time limit, seconds.
     TimeLimit(f64),
     /// A person gave it up.
@@ -64,6 +66,9 @@ impl fmt::Display for Reason {
                 write!(f, "the drawing shows no way to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
             }
             Self::Lost(s) => write!(f, "the scans fit nowhere near for {s:.0} s"),
+            Self::Astray(driven, drawn) => {
+                write!(f, "{driven:.0} m driven where the drawing shows {drawn:.0} m: this must be elsewhere")
+            }
             Self::TimeLimit(s) => write!(f, "the time limit of {s:.0} s passed"),
             Self::GivenUp => f.write_str("given up by a person"),
             Self::Stopped => f.write_str("stopped by a person"),
@@ -107,7 +112,12 @@ mod tests {
     #[test]
     fn every_reason_fits_its_field() {
         let far = Point::new(-1234.0, 1234.0);
-        for reason in [Reason::Shut(far, 10), Reason::NoDrawnWay(far), Reason::Recovering(10)] {
+        for reason in [
+            Reason::Shut(far, 10),
+            Reason::NoDrawnWay(far),
+            Reason::Recovering(10),
+            Reason::Astray(9999.0, 999.0),
+        ] {
             assert_eq!(reason.text().as_str(), reason.to_string());
         }
     }

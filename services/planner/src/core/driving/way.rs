@@ -51,7 +51,12 @@ impl Driver {
 
     fn plan(&mut self, chart: &Chart) {
         self.local.prepare(&self.obstacles, chart.robot_m().position(), self.room);
-        if self.errand.guide == Guide::Route { self.plan_on_route(chart) } else { self.plan_to_goal(chart) }
+        if self.errand.guide == Guide::Route {
+            self.plan_on_route(chart)
+        } else {
+            self.plan_to_goal(chart)
+        }
+        self.errand.journey.plan(self.errand.remaining_m);
     }
 
     fn plan_to_goal(&mut self, chart: &Chart) {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use nix::sys::signal::Signal;
 use sketchnav_schemas::channels::STATUS;
-use support::{Place, Running, SERVICES, kill_if_alive, repository, room, send};
+use support::{Place, Running, SERVICES, kill_if_alive, repository, room, send, wait_until};
 
 fn recording(report: &serde_json::Value) -> PathBuf {
     PathBuf::from(report["recording"].as_str().unwrap())
@@ -200,18 +200,37 @@ fn a_process_that_dies_again_and_again_is_given_up() {
 /// Flips a bit in the state of the process's newest checkpoint, or of both, and kills it.
 fn damage_and_kill(place: &Place, process: &str, slots: usize) {
     for pid in place.serving("disturbed", process) {
-        send(pid, Signal::SIGSTOP);
-        let mark = format!("checkpoint_{process}_");
-        let files = place.files_of("disturbed").into_iter().filter(|file| file.contains(&mark));
-        let mut files: Vec<_> = files.map(|file| (std::fs::read(&file).unwrap(), file)).collect();
-        let number = |bytes: &[u8]| u64::from_ne_bytes(bytes[8..16].try_into().unwrap());
-        files.sort_by_key(|(bytes, _)| std::cmp::Reverse(number(bytes)));
-        for (bytes, file) in &mut files[..slots] {
+        for (mut bytes, file) in checkpoints_of_stopped(place, process, pid).into_iter().take(slots) {
             bytes[100] ^= 1;
             std::fs::write(file, bytes).unwrap();
         }
         kill_if_alive(pid);
     }
+}
+
+/// Stops the process between two checkpoints, neither half written; the newest first.
+fn checkpoints_of_stopped(place: &Place, process: &str, pid: u32) -> Vec<(Vec<u8>, String)> {
+    let mark = format!("checkpoint_{process}_");
+    let number = |bytes: &[u8]| u64::from_ne_bytes(bytes[8..16].try_into().unwrap());
+    loop {
+        send(pid, Signal::SIGSTOP);
+        wait_until(&format!("{process} to stop"), || is_stopped(pid));
+        let files = place.files_of("disturbed").into_iter().filter(|file| file.contains(&mark));
+        let mut files: Vec<_> = files.map(|file| (std::fs::read(&file).unwrap(), file)).collect();
+        if files.iter().all(|(bytes, _)| number(bytes) > 0) {
+            files.sort_by_key(|(bytes, _)| std::cmp::Reverse(number(bytes)));
+            return files;
+        }
+        send(pid, Signal::SIGCONT);
+        std::thread::yield_now();
+    }
+}
+
+/// Whether the kernel holds every thread of it.
+fn is_stopped(pid: u32) -> bool {
+    let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap();
+    let stats = tasks.map(|task| std::fs::read_to_string(task.unwrap().path().join("stat")).unwrap());
+    stats.into_iter().all(|stat| stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with('T')))
 }
 
 fn drive_on(place: &Place) -> Running {

@@ -78,6 +78,7 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
         "effective_sample_size",
         "fit",
         "particle_count",
+        "tracking",
     ];
     let tolerances: Vec<_> = all.iter().map(|field| format!("--tolerance estimate.{field}=1e9")).collect();
     let line =

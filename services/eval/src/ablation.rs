@@ -28,10 +28,14 @@ struct Part {
 }
 
 /// The parts: a new one is a line here.
-const PARTS: [Part; 14] = [
+const PARTS: [Part; 16] = [
     Part { name: "whole", localizer: "", planner: "" },
     // The likelihood field of paper 001, equation 7, without our comparison of ranges.
     Part { name: "no-visibility", localizer: "likelihood = 'field'", planner: "" },
+    // What the drawing shows at bearings near by, as if no door were drawn beside its place.
+    Part { name: "no-bearing-error", localizer: "bearing_error_rad = 0.0", planner: "" },
+    // As exact as a drawing by hand, whatever it shows of itself.
+    Part { name: "learns-no-exactness", localizer: "least_visibility_width = 0.25", planner: "" },
     Part { name: "one-scale", localizer: "scales = 'one'", planner: "" },
     Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
     Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },

@@ -22,7 +22,7 @@ use crate::core::{Core, State};
 /// Longest sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(250);
 /// The form of [`Positions`] and [`State`].
-const CHECKPOINT: &str = "localizer 2";
+const CHECKPOINT: &str = "localizer 3";
 
 /// Where in its channels the localizer stands: the last number that was taken or given.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]

@@ -11,12 +11,12 @@
 pub mod adaptive;
 pub mod beams;
 pub mod confidence;
+pub mod field;
 pub mod grid;
 pub mod lanes;
 pub mod metric;
 pub mod mode;
 pub mod motion;
-pub mod observation;
 pub mod outline;
 pub mod parameters;
 pub mod particles;
@@ -24,6 +24,7 @@ pub mod scales;
 pub mod sight;
 pub mod start;
 mod sweep;
+pub mod visibility;
 pub mod weighing;
 pub mod workers;
 
@@ -41,11 +42,11 @@ use crate::sketch::Sketch;
 use adaptive::SampleSize;
 use beams::{Beams, Mounting};
 use confidence::Confidence;
+use field::Field;
 use grid::Grid;
 use metric::ScaleFrame;
 use mode::{Kernel, Mode, find_mode};
 use motion::{Motion, Terrain, inject, perturb, propagate};
-use observation::{Field, Visibility};
 use outline::enclosed;
 use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
@@ -53,6 +54,7 @@ use scales::{ScaledPose, least_squares};
 use sight::{SIGHT_CELLS, Sight};
 pub use start::Start;
 use start::extent_px;
+use visibility::{Room, Visibility, learned};
 use weighing::{FieldOfScan, VisibilityOfScan, weigh};
 use workers::Workers;
 
@@ -102,6 +104,8 @@ pub struct State {
     rng: Pcg64Mcg,
     /// Mean scales of the drawing, (ln a, ln b).
     mean_ln_scales: [f32; 2],
+    /// How far ranges are typically off in this drawing, in ln(measured / expected).
+    drawing_error: f32,
     started: bool,
     /// Odometry at the last update (x m, y m, yaw rad).
     updated_at: [f64; 3],
@@ -130,6 +134,7 @@ pub struct Localizer {
     frame: ScaleFrame,
     scale_guess_pxpm: f32,
     visibility: Visibility,
+    room: Room,
     /// The table of ranges of the visibility model; none where the likelihood field weighs.
     sight: Option<Sight>,
     field: Field,
@@ -168,6 +173,7 @@ impl Localizer {
             frame: ScaleFrame::new(sketch.wall_direction_rad()),
             scale_guess_pxpm,
             visibility: Visibility::new(&parameters),
+            room: Room::new(parameters.beams),
             sight: sight(sketch, &parameters),
             field: Field::new(&grid, &parameters, scale_guess_pxpm),
             level: Level::new(),
@@ -176,7 +182,7 @@ impl Localizer {
             resampler: Resampler::new(parameters.particles),
             sample_size: SampleSize::new(parameters.particles),
             size_px: [sketch.width() as f32, sketch.height() as f32],
-            state: State::new(parameters.particles, mission_seed),
+            state: State::new(&parameters, mission_seed),
             grid,
             parameters,
         })
@@ -190,6 +196,7 @@ impl Localizer {
     /// Takes in the scan and the odometry of its time; returns where the robot is now.
     pub fn step(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> Estimate {
         self.beams.select(scan, &self.mounting, self.parameters.beams);
+        self.visibility.read(&self.beams, self.state.drawing_error);
         if !self.state.started {
             self.begin(odometry);
         }
@@ -254,7 +261,8 @@ impl Localizer {
     /// Equation (7), or the visibility model. `best` is the predicted pose of the best particle.
     fn reweight(&mut self, best: &ScaledPose) {
         let count = self.beams.len() as f32;
-        let per_beam = (self.parameters.independent_beams / count.max(1.0)).min(1.0);
+        let independent = self.parameters.independent_beams * self.visibility.exactness();
+        let per_beam = (independent / count.max(1.0)).min(1.0);
         let Self { beams, frame, visibility, sight, field, level, workers, state, .. } = self;
         let set = &mut state.particles;
         if let Some(sight) = sight {
@@ -289,6 +297,9 @@ impl Localizer {
         let last = self.state.last_mode();
         let mode = find_mode(&self.state.particles, &kernel, last.as_ref(), p.mode_loyalty);
         let fit = self.fit(&mode.pose);
+        if let Some(seen) = self.visibility.error(&mut self.room) {
+            self.state.drawing_error = learned(self.state.drawing_error, seen);
+        }
         self.state.set_mode(&mode);
         self.state.effective_sample_size = self.state.particles.effective_sample_size();
         self.state.confidence.update(fit, mode.share, &self.parameters);
@@ -322,17 +333,18 @@ impl Localizer {
     }
 
     /// Mean log likelihood of a beam at a pose (visibility model); 0 where there is no beam.
-    fn fit(&self, pose: &ScaledPose) -> f32 {
+    fn fit(&mut self, pose: &ScaledPose) -> f32 {
         let metric = self.frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
         let place = [pose.x_px, pose.y_px];
-        let sum = self.visibility.log_likelihood(&self.grid, &self.beams, place, &metric);
+        let sum = self.visibility.log_likelihood(&self.grid, &self.beams, place, &metric, &mut self.room);
         sum / self.beams.len().max(1) as f32
     }
 
     /// The mode of the last update, dead-reckoned to now.
-    fn estimate(&self) -> Estimate {
+    fn estimate(&mut self) -> Estimate {
+        let pose = self.dead_reckoned(self.state.mode);
+        let fit = self.fit(&pose);
         let s = &self.state;
-        let pose = self.dead_reckoned(s.mode);
         let mut covariance = [0.0; 25];
         covariance.copy_from_slice(&s.covariance);
         Estimate {
@@ -341,7 +353,7 @@ impl Localizer {
             scale_b_pxpm: pose.b_pxpm.into(),
             covariance,
             effective_sample_size: s.effective_sample_size,
-            fit: self.fit(&pose).into(),
+            fit: fit.into(),
             tracking: s.confidence.tracking(),
         }
     }
@@ -383,11 +395,12 @@ impl Localizer {
 }
 
 impl State {
-    fn new(particles: usize, mission_seed: u64) -> Self {
+    fn new(parameters: &Parameters, mission_seed: u64) -> Self {
         Self {
-            particles: ParticleSet::new(particles),
+            particles: ParticleSet::new(parameters.particles),
             rng: seed::stream(mission_seed, "localizer"),
             mean_ln_scales: [0.0; 2],
+            drawing_error: parameters.visibility_width,
             started: false,
             updated_at: [0.0; 3],
             odometry: [0.0; 3],

@@ -17,12 +17,13 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rayon_core::ThreadPoolBuilder;
 use sketchnav_navigation::localization::beams::{Beams, Mounting};
+use sketchnav_navigation::localization::field::Field;
 use sketchnav_navigation::localization::grid::Grid;
 use sketchnav_navigation::localization::metric::ScaleFrame;
-use sketchnav_navigation::localization::observation::{Field, Visibility};
 use sketchnav_navigation::localization::parameters::Parameters;
 use sketchnav_navigation::localization::particles::{ParticleSet, Resampler};
 use sketchnav_navigation::localization::sight::Sight;
+use sketchnav_navigation::localization::visibility::{Room, Visibility};
 use sketchnav_navigation::localization::weighing::{FieldOfScan, Model, VisibilityOfScan, weigh};
 use sketchnav_navigation::localization::workers::Workers;
 use sketchnav_schemas::seed;
@@ -50,10 +51,12 @@ impl Scene {
         let scan = scan_from([WAY[1][0], WAY[1][1], 1.57], BEAMS, -3.1, 20.0, || 0.0);
         beams.select(&scan, &Mounting { x_m: 0.1, ..Mounting::default() }, BEAMS);
         assert_eq!(beams.end_m.len(), BEAMS);
+        let mut visibility = Visibility::new(&parameters);
+        visibility.read(&beams, parameters.visibility_width);
         Self {
             sight: Sight::new(&grid),
             field: Field::new(&grid, &parameters, 25.0),
-            visibility: Visibility::new(&parameters),
+            visibility,
             frame: ScaleFrame::new(DRAWING.turn_rad),
             beams,
             grid,
@@ -162,11 +165,13 @@ pub fn scalar(criterion: &mut Criterion) {
             });
         });
     });
+    let mut room = Room::new(BEAMS);
     group.bench_function("visibility, ray by ray/2000", |bencher| {
         bencher.iter(|| {
             scene.weigh_one_by_one(&mut set, |scene, i, set| {
                 let place = [set.x_px[i], set.y_px[i]];
-                scene.visibility.log_likelihood(&scene.grid, &scene.beams, place, &metric(scene, i, set))
+                let metric = metric(scene, i, set);
+                scene.visibility.log_likelihood(&scene.grid, &scene.beams, place, &metric, &mut room)
             });
         });
     });

@@ -51,7 +51,8 @@ pub struct Parameters {
     pub beams: usize,
     /// How the likelihood of a scan is computed.
     pub likelihood: Likelihood,
-    /// The beams of a scan are not independent: all together they count as so many.
+    /// The beams of a scan are not independent: all together they count as so many, by a drawing by hand; as
+    /// many more by one that has shown itself more exact, as the root of its narrower width has it.
     pub independent_beams: f32,
     /// Travelled distance after which a scan is used, metres.
     pub update_distance_m: f64,
@@ -113,14 +114,20 @@ pub struct Parameters {
     /// equation 7); 0 switches them off.
     pub field_scale_width: f32,
 
-    /// Width of the Laplace distribution of ln(measured / expected).
+    /// Width of the Laplace distribution of ln(measured / expected) for a drawing by hand.
     pub visibility_width: f32,
+    /// The same for a surveyed map; the drawing's own, between the two, is learned while driving.
+    pub least_visibility_width: f32,
     /// Share of readings at the expected range.
     pub visibility_hit: f32,
     /// Share of readings in front of it: things that are not drawn.
     pub visibility_short: f32,
     /// Share of readings anywhere.
     pub visibility_random: f32,
+    /// By how much a bearing in the drawing may be wrong, radians; 0: by nothing.
+    pub bearing_error_rad: f32,
+    /// Width of the Laplace distribution of that error, radians.
+    pub bearing_width_rad: f32,
 
     /// Share of particles that resampling perturbs.
     pub perturbed_share: f32,
@@ -160,7 +167,7 @@ impl Default for Parameters {
             bin_m: 0.5,
             beams: 48,
             likelihood: Likelihood::Visibility,
-            independent_beams: 5.0,
+            independent_beams: 2.2,
             update_distance_m: 0.2,
             update_turn_rad: 0.35,
             resample_below: 0.5,
@@ -188,9 +195,12 @@ impl Default for Parameters {
             field_random: 0.1,
             field_scale_width: 0.3,
             visibility_width: 0.25,
-            visibility_hit: 0.75,
-            visibility_short: 0.15,
-            visibility_random: 0.1,
+            least_visibility_width: 0.08,
+            visibility_hit: 0.65,
+            visibility_short: 0.09,
+            visibility_random: 0.26,
+            bearing_error_rad: 0.35,
+            bearing_width_rad: 0.87,
             perturbed_share: 0.05,
             perturbed_share_lost: 0.3,
             injected_share_lost: 0.0,
@@ -256,6 +266,12 @@ impl Parameters {
             field_sigma_m: 0.25,
             field_random: 0.1,
             field_scale_width: 0.3,
+            // How well a scan fits is told by a plain comparison of ranges, which learns nothing.
+            visibility_hit: 0.75,
+            visibility_short: 0.15,
+            visibility_random: 0.1,
+            least_visibility_width: 0.25,
+            bearing_error_rad: 0.0,
             // There is no recovery in the paper.
             perturbed_share: 0.0,
             perturbed_share_lost: 0.0,
@@ -300,6 +316,16 @@ impl Parameters {
         for (key, found) in self.not_negative() {
             expect(key, "a number of 0 or more", found, found.is_finite() && found >= 0.0)?;
         }
+        let widths = [
+            ("visibility_width", self.visibility_width),
+            ("least_visibility_width", self.least_visibility_width),
+        ];
+        for (key, found) in widths {
+            expect(key, "a width from 0.05 to 10", found.into(), (0.05..=10.0).contains(&found))?;
+        }
+        let below = self.least_visibility_width <= self.visibility_width;
+        let found = self.least_visibility_width.into();
+        expect("least_visibility_width", "no more than visibility_width", found, below)?;
         for (key, found) in self.shares() {
             expect(key, "a share from 0 to 1", found, (0.0..=1.0).contains(&found))?;
         }
@@ -321,14 +347,14 @@ impl Parameters {
             ("wall_crossing_factor", self.wall_crossing_factor.into()),
             ("building_size_m", self.building_size_m.into()),
             ("field_sigma_m", self.field_sigma_m.into()),
-            ("visibility_width", self.visibility_width.into()),
+            ("bearing_width_rad", self.bearing_width_rad.into()),
             ("mode_radius_m", self.mode_radius_m.into()),
             ("mode_radius_rad", self.mode_radius_rad.into()),
             ("mode_loyalty", self.mode_loyalty.into()),
         ]
     }
 
-    fn not_negative(&self) -> [(&'static str, f64); 17] {
+    fn not_negative(&self) -> [(&'static str, f64); 18] {
         [
             ("outline_gap_m", self.outline_gap_m.into()),
             ("step_noise_m", self.step_noise_m.into()),
@@ -346,6 +372,7 @@ impl Parameters {
             ("perturbation_m", self.perturbation_m.into()),
             ("perturbation_rad", self.perturbation_rad.into()),
             ("perturbation_log_scale", self.perturbation_log_scale.into()),
+            ("bearing_error_rad", self.bearing_error_rad.into()),
             ("hysteresis", self.hysteresis.into()),
         ]
     }

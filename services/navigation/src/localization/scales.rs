@@ -4,8 +4,8 @@
 use super::beams::Beams;
 use super::grid::Grid;
 use super::metric::ScaleFrame;
-use super::observation::expected_range;
 use super::parameters::Scales;
+use super::visibility::expected_range;
 use serde::{Deserialize, Serialize};
 
 /// A pose with scales, as a particle has it.

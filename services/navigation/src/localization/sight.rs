@@ -31,6 +31,15 @@ const TOGETHER: usize = 16;
 /// The codes of one cell, by direction.
 pub type Row = [u8; DIRECTIONS];
 
+/// The codes of one cell; [`Sight::log2_px`] decodes both kinds.
+#[derive(Debug, Clone, Copy)]
+pub struct Rows<'a> {
+    /// Ranges to the first wall.
+    pub range: &'a Row,
+    /// In a wall, the ways out of it: code 0 is none at all.
+    pub leave: Option<&'a Row>,
+}
+
 /// The table.
 #[derive(Debug, Clone)]
 pub struct Sight {
@@ -82,12 +91,12 @@ impl Sight {
         self.px_per_cell
     }
 
-    /// Codes of the ranges and of the ways out of a wall from a cell. [`Self::log2_px`] decodes both; a
-    /// way of code 0 is none at all.
+    /// What is to be seen from a cell.
     #[inline(always)]
-    pub fn rows(&self, cell: usize) -> (&Row, &Row) {
+    pub fn rows(&self, cell: usize) -> Rows<'_> {
         let cell = cell.min(self.range.len() - 1);
-        (&self.range[cell], &self.leave[self.leave_row[cell] as usize])
+        let row = self.leave_row[cell] as usize;
+        Rows { range: &self.range[cell], leave: (row > 0).then(|| &self.leave[row]) }
     }
 
     /// Factor and summand that turn a code into the binary logarithm of a way in pixels.
@@ -161,6 +170,11 @@ mod tests {
     use proptest::prelude::*;
     use sketchnav_schemas::codes::WALL;
 
+    /// The code of the way out of a cell's wall; 0 where there is none.
+    fn leave(sight: &Sight, cell: usize, direction: usize) -> u8 {
+        sight.rows(cell).leave.map_or(0, |row| row[direction])
+    }
+
     /// Whether a way in cells has the code, to the rounding of both tables.
     fn has_code(way: f32, code: u8) -> bool {
         let found = (f32::from(code) / PER_OCTAVE + SHORTEST_LOG2).exp2();
@@ -201,7 +215,7 @@ mod tests {
                         grid.cast(from, d, 1e6, 1e6)
                     };
                     let code = sight.range[row * size[0] + column][direction];
-                    let leave = sight.rows(row * size[0] + column).1[direction];
+                    let leave = leave(&sight, row * size[0] + column, direction);
                     let fits = |t: f32| if leave == NEVER { t == 0.0 } else { has_code(t, code) };
                     prop_assert!([0.0, 1e-3, -1e-3].iter().any(|&off| fits(cast(off))),
                         "cell {column}, {row}: {} in the table ({leave}), {} by ray", f32::from(code) / PER_OCTAVE, cast(0.0));
@@ -222,7 +236,7 @@ mod tests {
                 let (dy, dx) = (direction as f32 / DIRECTIONS as f32 * std::f32::consts::TAU).sin_cos();
                 let approach = dy - dx;
                 let to_wall = (column - row) as f32 / approach;
-                let range = (f32::from(sight.rows(row * width + column).0[direction]) / PER_OCTAVE
+                let range = (f32::from(sight.rows(row * width + column).range[direction]) / PER_OCTAVE
                     + SHORTEST_LOG2)
                     .exp2();
                 // Half a cell off across, and a cell of wall, along a ray that may come in flat.
@@ -243,14 +257,14 @@ mod tests {
         let cells: Vec<u8> = (0..w * h).map(|i| if wall(i % w, i / w) { WALL } else { 0 }).collect();
         let grid = Grid::new(&Sketch::new(w, h, &cells, 0.0).unwrap(), 1_000_000);
         let (sight, [width, _]) = (Sight::new(&grid), grid.cells());
-        let at = |column: usize, row: usize| sight.rows((row + 1) * width + column + 1);
+        let cell = |column: usize, row: usize| (row + 1) * width + column + 1;
         // Along x: off the line at once, and on to the pillar nine and a half cells further.
-        let (range, leave) = at(10, 25);
-        assert!(leave[0] == 0 && has_code(9.5, range[0]), "{} {}", leave[0], range[0]);
+        let range = sight.rows(cell(10, 25)).range[0];
+        assert!(leave(&sight, cell(10, 25), 0) == 0 && has_code(9.5, range), "{range}");
         // In the pillar's middle it is four and a half cells to its last.
-        let (_, leave) = at(24, 25);
-        assert!(has_code(4.5, leave[0]), "{}", leave[0]);
+        let way = leave(&sight, cell(24, 25), 0);
+        assert!(has_code(4.5, way), "{way}");
         // Along the line there is no way out of the wall.
-        assert_eq!(at(10, 25).1[DIRECTIONS / 4], NEVER);
+        assert_eq!(leave(&sight, cell(10, 25), DIRECTIONS / 4), NEVER);
     }
 }

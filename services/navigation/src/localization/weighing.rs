@@ -4,14 +4,17 @@
 //! an index and a look-up. Particles do not know of each other, and each adds up its beams in their
 //! order: neither the width of the processor's vectors nor the number of threads changes a bit.
 
+use std::cell::Cell;
+
 use fearless_simd::{Level, dispatch, f32x16, i32x16, prelude::*};
 
 use super::beams::{Beams, SHORTEST_M};
+use super::field::Field;
 use super::lanes::{self, LANES};
 use super::metric::ScaleFrame;
-use super::observation::{Field, LEAVE_WALL_M, LOOK_BEYOND, Visibility};
 use super::particles::ParticleSet;
-use super::sight::{DIRECTIONS, Row, Sight};
+use super::sight::{DIRECTIONS, Sight};
+use super::visibility::{LEAVE_WALL_M, LOOK_BEYOND, Powers, Visibility};
 use super::workers::Workers;
 
 /// Particles that a thread takes at a time.
@@ -148,9 +151,14 @@ impl Model for FieldOfScan<'_> {
     }
 }
 
+thread_local! {
+    /// What sixteen particles expect of each beam: a thread's room to work in.
+    static EXPECTED: Cell<Vec<Powers<[f32; LANES]>>> = const { Cell::new(Vec::new()) };
+}
+
 /// The visibility model, by the table of ranges.
 pub struct VisibilityOfScan<'a> {
-    /// The model.
+    /// The model, which has read the beams.
     pub visibility: &'a Visibility,
     /// The drawing's ranges.
     pub sight: &'a Sight,
@@ -165,33 +173,33 @@ impl Model for VisibilityOfScan<'_> {
         let place = group.in_cells(self.sight.px_per_cell()).end(beams.origin_m);
         let from: [i32; LANES] = cell(place, self.sight.cells()).into();
         let rows = from.map(|cell| self.sight.rows(cell as u32 as usize));
+        let walled = rows.iter().any(|row| row.leave.is_some());
         let [per_code, shortest] = self.sight.log2_px();
         let longest = (beams.range_max_m * LOOK_BEYOND).log2();
-        let mut sum = f32x16::splat(simd, 0.0);
+        let mut expected = EXPECTED.take();
+        expected.clear();
         for i in 0..beams.len() {
             let [x, y] = group.span([beams.forward[i], beams.left[i]]);
             let log2_scale = lanes::fast_log2(x * x + y * y) * 0.5;
-            let [range, leave] = codes(simd, &rows, lanes::direction(x, y, DIRECTIONS as f32));
-            let expected = (range * per_code + (shortest - log2_scale)).min(longest);
-            let left = leave * per_code + (shortest - log2_scale);
-            let stuck = leave.simd_gt(0.0) & left.simd_ge(LEAVE_WALL_M.log2());
-            let expected = stuck.select(f32x16::splat(simd, SHORTEST_M.log2()), expected);
-            let ratio = -expected.max(SHORTEST_M.log2()) + beams.log2_range[i];
-            sum += self.visibility.of(simd, beams.returned[i], ratio);
+            let nearest: i32x16<S> = (lanes::direction(x, y, DIRECTIONS as f32) + 0.5).to_int();
+            let nearest: [i32; LANES] = nearest.into();
+            let directions = nearest.map(|direction| direction as u32 as usize % DIRECTIONS);
+            let range = i32x16::from_fn(simd, |lane| i32::from(rows[lane].range[directions[lane]]));
+            let mut log2 = (range.to_float::<f32x16<S>>() * per_code + (shortest - log2_scale)).min(longest);
+            if walled {
+                let leave =
+                    |lane: usize| rows[lane].leave.map_or(0, |leave| i32::from(leave[directions[lane]]));
+                let leave: f32x16<S> = i32x16::from_fn(simd, leave).to_float();
+                let left = leave * per_code + (shortest - log2_scale);
+                let stuck = leave.simd_gt(0.0) & left.simd_ge(LEAVE_WALL_M.log2());
+                log2 = stuck.select(f32x16::splat(simd, SHORTEST_M.log2()), log2);
+            }
+            expected.push(self.visibility.expect(log2.max(SHORTEST_M.log2())));
         }
+        let sum = self.visibility.of(simd, &expected);
+        EXPECTED.set(expected);
         sum
     }
-}
-
-/// The codes of range and way out of the wall, in one direction of each particle's cell.
-#[inline(always)]
-fn codes<S: Simd>(simd: S, rows: &[(&Row, &Row); LANES], direction: f32x16<S>) -> [f32x16<S>; 2] {
-    let nearest: i32x16<S> = (direction + 0.5).to_int();
-    let nearest: [i32; LANES] = nearest.into();
-    let at = |lane: usize| nearest[lane] as u32 as usize % DIRECTIONS;
-    let range = i32x16::from_fn(simd, |lane| i32::from(rows[lane].0[at(lane)]));
-    let leave = i32x16::from_fn(simd, |lane| i32::from(rows[lane].1[at(lane)]));
-    [range.to_float(), leave.to_float()]
 }
 
 #[cfg(test)]
@@ -200,6 +208,7 @@ mod tests {
     use crate::localization::grid::Grid;
     use crate::localization::lanes::levels;
     use crate::localization::parameters::Parameters;
+    use crate::localization::visibility::Room;
     use crate::sketch::Sketch;
     use proptest::prelude::*;
     use rand::RngExt;
@@ -224,12 +233,14 @@ mod tests {
         fn new(rng: &mut Pcg64Mcg) -> Self {
             let grid = Grid::new(&strokes(rng), 1_000_000);
             let parameters = Parameters::default();
+            let (beams, mut visibility) = (random_beams(rng), Visibility::new(&parameters));
+            visibility.read(&beams, rng.random_range(0.0..0.5));
             Self {
                 sight: Sight::new(&grid),
                 field: Field::new(&grid, &parameters, 20.0),
-                visibility: Visibility::new(&parameters),
+                visibility,
                 frame: ScaleFrame::new(rng.random::<f64>()),
-                beams: random_beams(rng),
+                beams,
                 grid,
             }
         }
@@ -338,7 +349,9 @@ mod tests {
             let off = |i: usize| {
                 let metric = scene.frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
                 let place = [set.x_px[i], set.y_px[i]];
-                (found[i] - scene.visibility.log_likelihood(&scene.grid, &scene.beams, place, &metric)).abs()
+                let Scene { visibility, grid, beams, .. } = &scene;
+                let plain = visibility.log_likelihood(grid, beams, place, &metric, &mut Room::default());
+                (found[i] - plain).abs()
             };
             let mean_off = (0..set.len()).map(off).sum::<f32>() / (set.len() * scene.beams.len()) as f32;
             prop_assert!(mean_off < 0.08, "{mean_off}");

@@ -74,7 +74,7 @@ impl Scene {
     fn weigh_one_by_one(
         &self,
         set: &mut ParticleSet,
-        likelihood: impl Fn(&Self, usize, &ParticleSet) -> f32,
+        mut likelihood: impl FnMut(&Self, usize, &ParticleSet) -> f32,
     ) {
         for i in 0..set.len() {
             let gain = likelihood(self, i, set);

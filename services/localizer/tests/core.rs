@@ -100,7 +100,9 @@ fn without_a_sketch_it_waits() {
 
 #[test]
 fn each_scan_is_answered_and_the_scales_are_found() {
-    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    // One look at a bare room says little: how large it may be must be right.
+    let parameters = "[parameters.localizer]\nbuilding_size_m = 5";
+    let (mut core, (map, cells)) = (core(parameters).unwrap(), room());
     core.on_sketch(&map, &cells).unwrap();
     let mut out = PoseEstimate::zeroed();
     for seq in 1..=5 {

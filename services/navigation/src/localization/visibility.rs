@@ -5,7 +5,9 @@
 //! its place, so where the robot truly is some beams pass where the drawing has a wall. The range r of
 //! a beam is therefore explained by what the drawing shows at bearings β + δ near by,
 //!
-//!     p(r) = Σ_δ q(δ) p(r | expected range at β + δ),
+//! ```text
+//! p(r) = Σ_δ q(δ) p(r | expected range at β + δ),
+//! ```
 //!
 //! the likelihood proper of a reading whose error of the bearing is not known. (The best δ alone, a
 //! maximum, forgives most where most is to be seen, and pulls the estimate there.)

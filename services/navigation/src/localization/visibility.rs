@@ -168,7 +168,7 @@ impl Visibility {
     /// A range by its binary logarithm.
     fn powers(&self, log2_m: f32, root: f32) -> Powers<f32> {
         let log2 = log2_m - self.unit_log2;
-        let sharp = (log2 * self.inverse_width).exp2();
+        let sharp = (log2 * self.inverse_width).clamp(-126.0, 126.0).exp2();
         Powers { sharp, inverse: 1.0 / sharp, root: (log2 * root).exp2() }
     }
 

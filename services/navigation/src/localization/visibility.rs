@@ -345,6 +345,30 @@ mod tests {
         assert!(likelihood(&ours, &measured, &[1.0; 5]) < 0.5 * likelihood(&ours, &measured, &beside));
     }
 
+    /// With a laser of 79 m, a reading and a wall both under 7 cm were an infinite fit: their ratio to the longest
+    /// range, to the power 1/w of a map, left the range of single precision.
+    #[test]
+    fn the_shortest_ranges_of_a_long_laser_are_as_likely_as_any() {
+        let p = Parameters::default();
+        let mut beams = fan(&[0.05, 0.2, 7.0, 100.0]);
+        beams.range_max_m = 79.0;
+        let mut visibility = Visibility::new(&p);
+        visibility.read(&beams, 0.0);
+        assert_eq!(visibility.width, p.least_visibility_width);
+        let all = |range: f32| -> Vec<_> {
+            (0..beams.len()).map(|_| visibility.powers(range.log2(), -0.5)).collect()
+        };
+        let hit = p.visibility_hit / (2.0 * p.least_visibility_width);
+        for range in [SHORTEST_M, 0.05, 0.06, 0.2, 7.0, 79.0, 79.0 * LOOK_BEYOND] {
+            let expected = all(range);
+            for reading in &visibility.readings {
+                let likelihood = visibility.likelihood(reading, &expected);
+                assert!(likelihood > 0.0 && likelihood < 1.3 * hit, "{range} m: {likelihood}");
+            }
+        }
+        assert!(visibility.likelihood(&visibility.readings[0], &all(0.05)) > 0.99 * hit);
+    }
+
     #[test]
     fn a_drawing_that_fits_for_a_while_is_not_yet_a_map() {
         let after = |from: f32, seen: f32, updates: usize| (0..updates).fold(from, |e, _| learned(e, seen));

@@ -28,7 +28,7 @@ struct Part {
 }
 
 /// The parts: a new one is a line here.
-const PARTS: [Part; 16] = [
+const PARTS: [Part; 17] = [
     Part { name: "whole", localizer: "", planner: "" },
     // The likelihood field of paper 001, equation 7, without our comparison of ranges.
     Part { name: "no-visibility", localizer: "likelihood = 'field'", planner: "" },
@@ -51,6 +51,8 @@ const PARTS: [Part; 16] = [
     },
     Part { name: "no-loyalty", localizer: "mode_loyalty = 1.0", planner: "" },
     Part { name: "no-memory", localizer: "", planner: "memory_s = 0.1" },
+    // More doubt than there can be.
+    Part { name: "believes-arrivals", localizer: "", planner: "look_above = 100.0\ndoubt_above = 100.0" },
     // More than any task may take.
     Part { name: "may-circle", localizer: "", planner: "circling_way_m = 100000.0" },
 ];

@@ -13,6 +13,7 @@
 //!   words.
 
 pub mod agenda;
+mod arrival;
 pub mod driving;
 mod journey;
 mod mission;
@@ -338,7 +339,7 @@ impl Core {
     fn drive(&mut self, chart: &Chart, estimate: &PoseEstimate, dt_s: f64) {
         let lost = Tracking::from_code(estimate.tracking) == Some(Tracking::Lost);
         let limit_s = self.tasks.as_deref().unwrap_or_default()[self.mission.task].time_limit_s;
-        match self.driver.drive(chart, lost, self.mission.elapsed_s, dt_s) {
+        match self.driver.drive(chart, estimate.fit, lost, self.mission.elapsed_s, dt_s) {
             Verdict::Ended(state, reason) => self.end(state, reason),
             Verdict::Driving(_) if self.mission.elapsed_s >= limit_s => {
                 self.driver.stop(dt_s);

@@ -56,9 +56,17 @@ pub struct Parameters {
     pub astray_factor: f64,
     /// What is added to the drawn way before it is multiplied, metres.
     pub astray_m: f64,
+    /// An arrival is doubted by how badly the scans fit, minus the mean log likelihood of a beam, and half the
+    /// logarithm of how often the estimate jumped. Above this the robot looks around before it believes.
+    pub look_above: f64,
+    /// Above this, having looked around, it is lost.
+    pub doubt_above: f64,
     /// A task has failed after the localizer was lost for this long, seconds.
     pub lost_s: f64,
 }
+
+/// More doubt than there can be.
+const NEVER: f64 = 100.0;
 
 impl Default for Parameters {
     fn default() -> Self {
@@ -86,6 +94,8 @@ impl Default for Parameters {
             recoveries_per_task: 8,
             astray_factor: 3.0,
             astray_m: 5.0,
+            look_above: 0.6,
+            doubt_above: 1.5,
             lost_s: 20.0,
         }
     }
@@ -113,9 +123,10 @@ impl Parameters {
     }
 
     /// Planning as paper 001, III-C, describes it. What it leaves open (the radius ρ, the distance from
-    /// walls, the speeds) is as in ours, so that the methods differ in what they are about.
+    /// walls, the speeds) is as in ours, so that the methods differ in what they are about. It believes every
+    /// arrival.
     pub fn paper() -> Self {
-        Self::default()
+        Self { look_above: NEVER, doubt_above: NEVER, ..Self::default() }
     }
 
     /// Checks every value.
@@ -140,6 +151,8 @@ impl Parameters {
             ("circling_distance_m", self.circling_distance_m),
             ("astray_factor", self.astray_factor),
             ("astray_m", self.astray_m),
+            ("look_above", self.look_above),
+            ("doubt_above", self.doubt_above),
             ("lost_s", self.lost_s),
         ];
         let not_negative = [("comfort_weight", self.comfort_weight), ("margin_m", self.margin_m)];

@@ -21,6 +21,7 @@ use sketchnav_schemas::message::{LaserScan, Twist};
 use sketchnav_schemas::robot::Robot;
 
 use super::agenda::Task;
+use super::arrival::{Arrival, Belief};
 use super::journey::Journey;
 use super::report::Reason;
 use super::standstill::{Maneuver, Next, Progress, Standstills};
@@ -65,6 +66,7 @@ struct Errand {
     goal: Point<Sketch>,
     progress: Progress,
     journey: Journey,
+    arrival: Arrival,
     standstills: Standstills,
     maneuver: Option<Maneuver>,
     blocked: Vec<Blockage>,
@@ -190,17 +192,22 @@ impl Driver {
         self.pursuit.stop(dt_s);
     }
 
-    /// Drives on for `dt_s` seconds; `now_s` is the time since the task began.
-    pub fn drive(&mut self, chart: &Chart, lost: bool, now_s: f64, dt_s: f64) -> Verdict {
+    /// Drives on for `dt_s` seconds; `now_s` is the time since the task began. The estimate, `chart`, fits so well:
+    /// the mean log likelihood of a beam.
+    pub fn drive(&mut self, chart: &Chart, fit: f64, lost: bool, now_s: f64, dt_s: f64) -> Verdict {
         self.chart = Some(*chart);
         self.errand.lost_s = if lost { self.errand.lost_s + dt_s } else { 0.0 };
         self.errand.journey.drive(chart.robot_m().position());
+        self.errand.arrival.follow(chart, fit, dt_s);
         if self.errand.guide != Guide::Goal {
             self.keep_to_route(chart, now_s);
         }
-        if let Some((state, reason)) = self.verdict(chart, lost) {
+        if let Some((state, reason)) = self.verdict(lost) {
             self.stop(dt_s);
             return Verdict::Ended(state, reason);
+        }
+        if let Some(off_m) = self.arrives(chart, lost) {
+            return self.arrive(Reason::Arrived(off_m), chart, now_s, dt_s);
         }
         if self.errand.maneuver.is_some() {
             return self.recover(chart, now_s, dt_s);
@@ -268,16 +275,34 @@ impl Driver {
         }
     }
 
-    fn verdict(&self, chart: &Chart, lost: bool) -> Option<(TaskState, Reason)> {
+    fn verdict(&self, lost: bool) -> Option<(TaskState, Reason)> {
         if lost {
             let too_long = self.errand.lost_s >= self.parameters.lost_s;
             return too_long.then_some((TaskState::Lost, Reason::Lost(self.errand.lost_s)));
         }
-        if let Some(off_m) = self.goal_within(chart, self.parameters.arrival_radius_m) {
-            return Some((TaskState::Reached, Reason::Arrived(off_m)));
-        }
         let (driven_m, drawn_m) = self.errand.journey.astray_m(&self.parameters)?;
         Some((TaskState::Lost, Reason::Astray(driven_m, drawn_m)))
+    }
+
+    /// The distance to the task's end, metres, where the robot is there and is not looking around.
+    fn arrives(&self, chart: &Chart, lost: bool) -> Option<f64> {
+        let may = !lost && !self.errand.arrival.is_looking();
+        may.then(|| self.goal_within(chart, self.parameters.arrival_radius_m)).flatten()
+    }
+
+    /// Ends the task where the arrival is to be believed; else looks around first.
+    fn arrive(&mut self, reason: Reason, chart: &Chart, now_s: f64, dt_s: f64) -> Verdict {
+        self.stop(dt_s);
+        match self.errand.arrival.judge(&self.parameters) {
+            Belief::Reached => Verdict::Ended(TaskState::Reached, reason),
+            Belief::Doubted(jumps, fit) => Verdict::Ended(TaskState::Lost, Reason::Doubted(jumps, fit)),
+            Belief::Look => {
+                self.errand.arrival.begin_look();
+                let turn = Maneuver::look_around(now_s, &chart.robot_m(), self.turn_rate_radps);
+                self.errand.maneuver = Some(turn);
+                Verdict::Driving(Reason::LookingAround)
+            }
+        }
     }
 
     /// The distance to the task's end, metres, where it is within `radius_m` and no drawn wall lies
@@ -321,7 +346,7 @@ impl Driver {
     fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> Verdict {
         self.stop(dt_s);
         if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m) {
-            return Verdict::Ended(TaskState::Reached, Reason::NearEnough(off_m));
+            return self.arrive(Reason::NearEnough(off_m), chart, now_s, dt_s);
         }
         let place = chart.robot_m().position();
         let shut = self.shut_place(chart);
@@ -380,12 +405,14 @@ impl Driver {
             }
             Next::Done => {
                 self.errand.maneuver = None;
+                self.errand.arrival.end_look();
                 self.errand.plan_due_s = now_s;
                 self.errand.progress = Progress::new(now_s, robot.position());
                 self.stop(dt_s);
             }
         }
-        Verdict::Driving(Reason::Recovering(count))
+        let looks = self.errand.arrival.is_looking();
+        Verdict::Driving(if looks { Reason::LookingAround } else { Reason::Recovering(count) })
     }
 }
 
@@ -398,6 +425,7 @@ impl Errand {
             goal,
             progress: Progress::new(0.0, robot),
             journey: Journey::new(robot),
+            arrival: Arrival::default(),
             standstills: Standstills::default(),
             maneuver: None,
             blocked,

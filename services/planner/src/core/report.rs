@@ -23,6 +23,10 @@ pub enum Reason {
     Arrived(f64),
     /// Near the goal, so many metres off, and no way leads nearer.
     NearEnough(f64),
+    /// At the goal by the estimate: looking around before believing it.
+    LookingAround,
+    /// At the goal by an estimate that is not to be believed: it jumped so often and fits so badly.
+    Doubted(u32, f64),
     /// Going around something, on another way than the drawing's.
     Detour,
     /// Getting out of a standstill, for the so-manieth time.
@@ -57,6 +61,13 @@ impl fmt::Display for Reason {
             Self::NoPose => f.write_str("waiting for the localizer"),
             Self::Arrived(m) => write!(f, "{m:.2} m from the goal"),
             Self::NearEnough(m) => write!(f, "{m:.2} m from the goal, no way leads nearer"),
+            Self::LookingAround => f.write_str("at the goal, it seems: looking around to be sure"),
+            Self::Doubted(jumps, fit) => {
+                write!(
+                    f,
+                    "at the goal, it seems, but the estimate jumped {jumps} times and fits badly ({fit:.1})"
+                )
+            }
             Self::Detour => f.write_str("going around something that is not in the drawing"),
             Self::Recovering(n) => write!(f, "no progress: backing up and looking around ({n})"),
             Self::Shut(p, n) => {
@@ -116,6 +127,8 @@ mod tests {
             Reason::Shut(far, 10),
             Reason::NoDrawnWay(far),
             Reason::Recovering(10),
+            Reason::LookingAround,
+            Reason::Doubted(1234, -12.0),
             Reason::Astray(9999.0, 999.0),
         ] {
             assert_eq!(reason.text().as_str(), reason.to_string());

@@ -4,6 +4,8 @@
 //! around without coming nearer to its goal. The way out: back up, forget what the laser saw, turn
 //! and look anew.
 
+use std::f64::consts::TAU;
+
 use serde::{Deserialize, Serialize};
 use sketchnav_navigation::planning::parameters::Parameters;
 use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
@@ -131,6 +133,11 @@ impl Maneuver {
     /// Begins with backing up.
     pub fn begin(now_s: f64, robot: Point<Odom>) -> Self {
         Self::BackUp { from: robot, until_s: now_s + BACK_S }
+    }
+
+    /// A full turn on the spot, to see what is all around.
+    pub fn look_around(now_s: f64, robot: &Pose<Odom>, turn_rate_radps: f64) -> Self {
+        Self::Turn { left_rad: TAU, yaw_rad: robot.yaw_rad, until_s: now_s + 2.0 * TAU / turn_rate_radps }
     }
 
     /// Takes a step; `count` says which way to turn.

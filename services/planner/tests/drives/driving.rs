@@ -1,6 +1,8 @@
 //! Where it goes, and what it says when it cannot.
 
-use sketchnav_schemas::codes::TaskState::{Blocked, Finished, Reached, TimedOut};
+use std::f64::consts::TAU;
+
+use sketchnav_schemas::codes::TaskState::{Blocked, Finished, Lost, Reached, TimedOut};
 
 use crate::support::*;
 
@@ -99,6 +101,34 @@ fn it_keeps_to_the_time_limit() {
     let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 5.0).run(100.0);
     assert_eq!(outcome.states(), [TimedOut, Finished], "{:?}", outcome.ends);
     assert!((outcome.seconds - 5.0).abs() < 0.3, "{}", outcome.seconds);
+}
+
+/// The estimate says that the goal is here, and the scans fit so well.
+fn arrive(fit: f64) -> Outcome {
+    let scene = Scene::faithful(two_rooms(9.0), SIZE, START);
+    let mut drive = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0);
+    drive.fit = fit;
+    drive.run(200.0)
+}
+
+#[test]
+fn it_looks_around_before_it_believes_a_doubtful_arrival() {
+    let (sure, doubtful) = (arrive(-0.2), arrive(-1.0));
+    assert_eq!((sure.states(), doubtful.states()), (vec![Reached, Finished], vec![Reached, Finished]));
+    let turned = |outcome: &Outcome| {
+        outcome.commands.iter().map(|command| command.twist.yaw_rate_radps * DT_S).sum::<f64>()
+    };
+    let more = turned(&doubtful) - turned(&sure);
+    assert!((more - TAU).abs() < 0.3, "one turn more: {more}");
+    assert!(doubtful.closest_m > 0.0 && (doubtful.length_m() - sure.length_m()).abs() < 0.1);
+}
+
+#[test]
+fn it_says_lost_where_nothing_around_looks_like_the_goal() {
+    let outcome = arrive(-2.0);
+    assert_eq!(outcome.states(), [Lost, Finished], "{:?}", outcome.ends);
+    let reason = "at the goal, it seems, but the estimate jumped 0 times and fits badly (-2.0)";
+    assert_eq!(outcome.ends[0].1, reason);
 }
 
 /// Following the local path at 0.7 m ahead cut the corner of a door's jamb: the safety check stopped

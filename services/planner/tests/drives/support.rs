@@ -12,7 +12,7 @@ use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
 pub const ROBOTINO: &str = include_str!("../../../../sim/robots/robotino.toml");
 pub const TURTLEBOT: &str = include_str!("../../../../sim/robots/turtlebot3.toml");
-const DT_S: f64 = 0.1;
+pub const DT_S: f64 = 0.1;
 
 /// From a place of the world, metres, to the drawing, pixels, and the local scales there.
 pub type Warp = fn(f64, f64) -> ([f64; 2], [f64; 2]);
@@ -60,6 +60,8 @@ pub struct Drive {
     truth: Pose<WorldFrame>,
     twist: Twist,
     seq: u64,
+    /// How well the scans fit, as the estimate says.
+    pub fit: f64,
     pub scan: Box<LaserScan>,
     pub estimate: Box<PoseEstimate>,
     pub odometry: Odometry,
@@ -175,6 +177,7 @@ impl Drive {
             robot: config.robot,
             twist: Zeroable::zeroed(),
             seq: 0,
+            fit: 0.0,
             scan: Box::new(Zeroable::zeroed()),
             estimate: Box::new(Zeroable::zeroed()),
             odometry: Zeroable::zeroed(),
@@ -224,6 +227,7 @@ impl Drive {
         (estimate.scale_a_pxpm, estimate.scale_b_pxpm) = (a, b);
         estimate.odometry = odometry;
         estimate.tracking = Tracking::Tracking.code();
+        estimate.fit = self.fit;
     }
 
     /// Lets the planner take its step.

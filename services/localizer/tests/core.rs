@@ -73,22 +73,32 @@ fn room() -> (SketchMap, Vec<u8>) {
     (map, (0..8000).map(|i| if free(i) { FREE } else { WALL }).collect())
 }
 
-/// The room as the laser sees it at 20 px a metre.
+/// The room as the laser sees it at 20 px a metre from its middle.
 fn scan(seq: u64) -> LaserScan {
+    scan_at(seq, 0.0)
+}
+
+/// The same `x` metres ahead of the middle.
+fn scan_at(seq: u64, x: f32) -> LaserScan {
     let mut scan = LaserScan::zeroed();
     (scan.header.seq, scan.header.stamp_ns) = (seq, (seq - 1) * 100_000_000);
     (scan.beam_count, scan.range_min_m, scan.range_max_m) = (61, 0.02, 5.6);
     (scan.angle_min_rad, scan.angle_increment_rad) = (-120_f32.to_radians(), 4_f32.to_radians());
     for i in 0..61 {
         let (sin, cos) = scan.angle_rad(i).sin_cos();
-        scan.ranges_m[i] = (2.0 / cos.abs()).min(1.5 / sin.abs());
+        scan.ranges_m[i] = ((2.0 - x * cos.signum()) / cos.abs()).min(1.5 / sin.abs());
     }
     scan
 }
 
 /// A robot that has not moved.
 fn at_the_origin() -> Odometry {
-    Odometry { pose: PoseM::new(&Pose::<()>::new(0.0, 0.0, 0.0)), ..Odometry::zeroed() }
+    ahead(0.0)
+}
+
+/// One that has driven `x` metres.
+fn ahead(x: f64) -> Odometry {
+    Odometry { pose: PoseM::new(&Pose::<()>::new(x, 0.0, 0.0)), ..Odometry::zeroed() }
 }
 
 #[test]
@@ -114,6 +124,26 @@ fn each_scan_is_answered_and_the_scales_are_found() {
     for scale in [out.scale_a_pxpm, out.scale_b_pxpm] {
         assert!((scale / 20.0).ln().abs() < 0.2, "{scale}");
     }
+}
+
+/// A building is 25 m long by default, and this one is a room of 4 m: the first look alone tells little, a few metres'
+/// drive tells enough.
+#[test]
+fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    core.on_sketch(&map, &cells).unwrap();
+    let mut out = PoseEstimate::zeroed();
+    core.step(&at_the_origin(), &scan(1), &mut out, None);
+    assert_eq!(out.tracking, Tracking::Doubtful.code());
+    for seq in 2..=60 {
+        let x = 1.2 * (0.1 * (seq - 1) as f64).sin();
+        core.step(&ahead(x), &scan_at(seq, x as f32), &mut out, None);
+        assert_ne!(out.tracking, Tracking::Lost.code());
+    }
+    assert_eq!(out.tracking, Tracking::Tracking.code());
+    // The laser hardly sees the wall behind, and the scale that is expected, 4 px/m, draws the estimate back.
+    let expected = 50.0 + 20.0 * 1.2 * 5.9_f64.sin();
+    assert!((out.pose.x_px - expected).abs() < 15.0 && (out.pose.y_px - 40.0).abs() < 5.0, "{:?}", out.pose);
 }
 
 #[test]

@@ -252,25 +252,35 @@ impl Visibility {
         reading: &Reading,
         expected: &[Powers<[f32; LANES]>],
     ) -> f32x16<S> {
-        let (zero, Powers { sharp, inverse, root }) = (f32x16::splat(simd, 0.0), reading.range);
-        let (mut about, mut before) = (zero, zero);
-        for (&beside, share) in reading.beside.iter().zip(self.shares) {
-            let Some(expected) = expected.get(usize::from(beside)) else { continue };
-            let ratio = f32x16::from_slice(simd, &expected.inverse) * sharp;
-            let laplace = ratio.min(f32x16::from_slice(simd, &expected.sharp) * inverse);
-            let is_short = ratio.simd_lt(1.0);
-            if reading.returned {
-                about += laplace * share;
-                before += is_short.select(f32x16::from_slice(simd, &expected.root) * share, zero);
-            } else {
-                about += is_short.select(-laplace + 2.0, laplace) * share;
-            }
-        }
+        let (mut about, mut before) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 0.0));
+        // By index: as iterators over both arrays, a tenth of the time went into copying the shares.
         if reading.returned {
-            about * (self.hit * 0.5 * self.inverse_width) + before * (self.short * root) + self.random
+            for k in 0..BEARINGS {
+                let (share, expected) = (self.shares[k], &expected[usize::from(reading.beside[k])]);
+                let (laplace, ratio) = reading.compared(simd, expected);
+                about += laplace * share;
+                let root = f32x16::from_slice(simd, &expected.root) * share;
+                before += ratio.simd_lt(1.0).select(root, f32x16::splat(simd, 0.0));
+            }
+            let hit = about * (self.hit * 0.5 * self.inverse_width);
+            hit + before * (self.short * reading.range.root) + self.random
         } else {
+            for k in 0..BEARINGS {
+                let (share, expected) = (self.shares[k], &expected[usize::from(reading.beside[k])]);
+                let (laplace, ratio) = reading.compared(simd, expected);
+                about += ratio.simd_lt(1.0).select(-laplace + 2.0, laplace) * share;
+            }
             about * (0.5 * LOST_LEVEL * LOST_SHARES[0]) + LOST_LEVEL * LOST_SHARES[1]
         }
+    }
+}
+
+impl Reading {
+    /// The Laplace term of sixteen particles, and (r/x)^(1/w).
+    #[inline(always)]
+    fn compared<S: Simd>(&self, simd: S, expected: &Powers<[f32; LANES]>) -> (f32x16<S>, f32x16<S>) {
+        let ratio = f32x16::from_slice(simd, &expected.inverse) * self.range.sharp;
+        (ratio.min(f32x16::from_slice(simd, &expected.sharp) * self.range.inverse), ratio)
     }
 }
 

@@ -151,9 +151,24 @@ impl Model for FieldOfScan<'_> {
     }
 }
 
+/// In which direction of the table, modulo its directions, sixteen particles look along a beam, and the
+/// binary logarithm of how long a metre is there, pixels.
+#[derive(Debug, Clone, Copy)]
+struct Look {
+    direction: [i32; LANES],
+    log2_scale: [f32; LANES],
+}
+
+/// What a thread works with, an entry a beam. (The steps of the model go over all beams one after the other:
+/// what a beam needs is a long chain, and a processor overlaps several short ones.)
+#[derive(Debug, Default)]
+struct Scratch {
+    looks: Vec<Look>,
+    expected: Vec<Powers<[f32; LANES]>>,
+}
+
 thread_local! {
-    /// What sixteen particles expect of each beam: a thread's room to work in.
-    static EXPECTED: Cell<Vec<Powers<[f32; LANES]>>> = const { Cell::new(Vec::new()) };
+    static SCRATCH: Cell<Scratch> = const { Cell::new(Scratch { looks: Vec::new(), expected: Vec::new() }) };
 }
 
 /// The visibility model, by the table of ranges.
@@ -169,36 +184,53 @@ pub struct VisibilityOfScan<'a> {
 impl Model for VisibilityOfScan<'_> {
     #[inline(always)]
     fn log_likelihood<S: Simd>(&self, simd: S, group: &Group<S>) -> f32x16<S> {
-        let beams = self.beams;
-        let place = group.in_cells(self.sight.px_per_cell()).end(beams.origin_m);
+        let mut scratch = SCRATCH.take();
+        scratch.looks.clear();
+        for beam in 0..self.beams.len() {
+            scratch.looks.push(self.look(group, beam));
+        }
+        self.expect(simd, group, &mut scratch);
+        let sum = self.visibility.of(simd, &scratch.expected);
+        SCRATCH.set(scratch);
+        sum
+    }
+}
+
+impl VisibilityOfScan<'_> {
+    #[inline(always)]
+    fn look<S: Simd>(&self, group: &Group<S>, beam: usize) -> Look {
+        let [x, y] = group.span([self.beams.forward[beam], self.beams.left[beam]]);
+        let nearest: i32x16<S> = (lanes::direction(x, y, DIRECTIONS as f32) + 0.5).to_int();
+        let log2_scale = lanes::fast_log2(x * x + y * y) * 0.5;
+        Look { direction: nearest.into(), log2_scale: log2_scale.into() }
+    }
+
+    /// What the particles expect of each beam by where they look.
+    #[inline(always)]
+    fn expect<S: Simd>(&self, simd: S, group: &Group<S>, scratch: &mut Scratch) {
+        let place = group.in_cells(self.sight.px_per_cell()).end(self.beams.origin_m);
         let from: [i32; LANES] = cell(place, self.sight.cells()).into();
         let rows = from.map(|cell| self.sight.rows(cell as u32 as usize));
         let walled = rows.iter().any(|row| row.leave.is_some());
         let [per_code, shortest] = self.sight.log2_px();
-        let longest = (beams.range_max_m * LOOK_BEYOND).log2();
-        let mut expected = EXPECTED.take();
+        let longest = (self.beams.range_max_m * LOOK_BEYOND).log2();
+        let Scratch { looks, expected } = scratch;
         expected.clear();
-        for i in 0..beams.len() {
-            let [x, y] = group.span([beams.forward[i], beams.left[i]]);
-            let log2_scale = lanes::fast_log2(x * x + y * y) * 0.5;
-            let nearest: i32x16<S> = (lanes::direction(x, y, DIRECTIONS as f32) + 0.5).to_int();
-            let nearest: [i32; LANES] = nearest.into();
-            let directions = nearest.map(|direction| direction as u32 as usize % DIRECTIONS);
-            let range = i32x16::from_fn(simd, |lane| i32::from(rows[lane].range[directions[lane]]));
-            let mut log2 = (range.to_float::<f32x16<S>>() * per_code + (shortest - log2_scale)).min(longest);
+        for look in looks.iter() {
+            let direction = |lane: usize| look.direction[lane] as u32 as usize % DIRECTIONS;
+            let nearest = -f32x16::from_slice(simd, &look.log2_scale) + shortest;
+            let range = i32x16::from_fn(simd, |lane| i32::from(rows[lane].range[direction(lane)]));
+            let mut log2 = (range.to_float::<f32x16<S>>() * per_code + nearest).min(longest);
             if walled {
                 let leave =
-                    |lane: usize| rows[lane].leave.map_or(0, |leave| i32::from(leave[directions[lane]]));
+                    |lane: usize| rows[lane].leave.map_or(0, |leave| i32::from(leave[direction(lane)]));
                 let leave: f32x16<S> = i32x16::from_fn(simd, leave).to_float();
-                let left = leave * per_code + (shortest - log2_scale);
+                let left = leave * per_code + nearest;
                 let stuck = leave.simd_gt(0.0) & left.simd_ge(LEAVE_WALL_M.log2());
                 log2 = stuck.select(f32x16::splat(simd, SHORTEST_M.log2()), log2);
             }
             expected.push(self.visibility.expect(log2.max(SHORTEST_M.log2())));
         }
-        let sum = self.visibility.of(simd, &expected);
-        EXPECTED.set(expected);
-        sum
     }
 }
 

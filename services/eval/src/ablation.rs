@@ -28,7 +28,7 @@ struct Part {
 }
 
 /// The parts: a new one is a line here.
-const PARTS: [Part; 17] = [
+const PARTS: [Part; 18] = [
     Part { name: "whole", localizer: "", planner: "" },
     // The likelihood field of paper 001, equation 7, without our comparison of ranges.
     Part { name: "no-visibility", localizer: "likelihood = 'field'", planner: "" },
@@ -43,6 +43,8 @@ const PARTS: [Part; 17] = [
     Part { name: "no-usual-size", localizer: "start_size_share = 0.0", planner: "" },
     Part { name: "500-particles", localizer: "particles = 500\nleast_particles = 500", planner: "" },
     Part { name: "no-outline", localizer: "outline_gap_m = 0.0", planner: "" },
+    // A door as narrow as it is drawn.
+    Part { name: "doors-as-drawn", localizer: "door_width_m = 0.0", planner: "" },
     Part { name: "walls-do-not-count", localizer: "wall_crossing_factor = 1.0", planner: "" },
     Part {
         name: "no-perturbation",

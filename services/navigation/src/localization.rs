@@ -11,6 +11,7 @@
 pub mod adaptive;
 pub mod beams;
 pub mod confidence;
+pub mod doors;
 pub mod field;
 pub mod grid;
 pub mod lanes;
@@ -162,6 +163,9 @@ impl Localizer {
         parameters.check()?;
         start.check(sketch)?;
         let scale_guess_pxpm = extent_px(sketch) / parameters.building_size_m;
+        let door_px = parameters.door_width_m * scale_guess_pxpm;
+        let widened = (door_px > 0.0).then(|| doors::widened(sketch, door_px)).flatten();
+        let sketch = widened.as_ref().unwrap_or(sketch);
         let gap_px = parameters.outline_gap_m * scale_guess_pxpm;
         let enclosed = (gap_px > 0.0).then(|| enclosed(sketch, start.pose.position(), gap_px)).flatten();
         let sketch = enclosed.as_ref().unwrap_or(sketch);

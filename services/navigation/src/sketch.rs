@@ -62,6 +62,12 @@ impl Sketch {
         Self { wall, ..*self }
     }
 
+    /// The same without the walls in `cleared`, which has as many cells.
+    pub fn cleared(&self, cleared: &[bool]) -> Self {
+        let wall = self.wall.iter().zip(cleared).map(|(wall, cleared)| wall & !cleared).collect();
+        Self { wall, ..*self }
+    }
+
     /// Width, pixels.
     pub fn width(&self) -> usize {
         self.width

@@ -88,6 +88,8 @@ pub struct Parameters {
     /// The robot stays within the drawn outline, where that has no opening wider than this, metres by the
     /// drawing's extent; 0: it may leave.
     pub outline_gap_m: f32,
+    /// A gap in a wall is a door at least so wide, metres by the drawing's extent; 0: as wide as drawn.
+    pub door_width_m: f32,
 
     /// Least spread of the start position, metres.
     pub start_spread_m: f32,
@@ -184,6 +186,7 @@ impl Default for Parameters {
             scale_limit: 1.6,
             wall_crossing_factor: 0.3,
             outline_gap_m: 1.5,
+            door_width_m: 0.7,
             start_spread_m: 0.4,
             start_spread_rad: 0.08,
             start_log_scale_spread: 0.45,
@@ -257,6 +260,7 @@ impl Parameters {
             // The drawn walls do not stop a particle.
             wall_crossing_factor: 1.0,
             outline_gap_m: 0.0,
+            door_width_m: 0.0,
             // IV: "estimated … applying the least-square approximation".
             start_scales: StartScales::LeastSquares,
             start_anisotropy: 1.0,
@@ -354,9 +358,10 @@ impl Parameters {
         ]
     }
 
-    fn not_negative(&self) -> [(&'static str, f64); 18] {
+    fn not_negative(&self) -> [(&'static str, f64); 19] {
         [
             ("outline_gap_m", self.outline_gap_m.into()),
+            ("door_width_m", self.door_width_m.into()),
             ("step_noise_m", self.step_noise_m.into()),
             ("step_noise_rad", self.step_noise_rad.into()),
             ("step_scale_noise", self.step_scale_noise.into()),

@@ -88,7 +88,8 @@ pub struct Parameters {
     /// The robot stays within the drawn outline, where that has no opening wider than this, metres by the
     /// drawing's extent; 0: it may leave.
     pub outline_gap_m: f32,
-    /// A gap in a wall is a door at least so wide, metres by the drawing's extent; 0: as wide as drawn.
+    /// Gaps in walls that are narrower than this are widened towards it, metres by the drawing's extent; 0: none
+    /// is. Less than `outline_gap_m`, which would take wider doors for an open outline.
     pub door_width_m: f32,
 
     /// Least spread of the start position, metres.
@@ -330,6 +331,8 @@ impl Parameters {
         let below = self.least_visibility_width <= self.visibility_width;
         let found = self.least_visibility_width.into();
         expect("least_visibility_width", "no more than visibility_width", found, below)?;
+        let below = self.outline_gap_m == 0.0 || self.door_width_m < self.outline_gap_m;
+        expect("door_width_m", "less than outline_gap_m", self.door_width_m.into(), below)?;
         for (key, found) in self.shares() {
             expect(key, "a share from 0 to 1", found, (0.0..=1.0).contains(&found))?;
         }

@@ -9,6 +9,8 @@
 //! past it), gaps in walls thicker than about half the gap, slips of the pen, and what lies within a door's
 //! width of a narrower gap. Posts between two gaps stay.
 
+use nalgebra::Vector2;
+
 use crate::sketch::Sketch;
 
 /// A gap narrower than this share of a door is a slip of the pen, no door.
@@ -43,9 +45,7 @@ pub fn widened(sketch: &Sketch, door_px: f32) -> Option<Sketch> {
         for side in gap.sides() {
             side.clear(sketch, side.yields_px(sketch, missing_px), &mut cleared);
         }
-        around(sketch, middle, door_px, |place, cell| {
-            near_door[cell] |= length(minus(place, middle)) < door_px
-        });
+        around(sketch, middle, door_px, |place, cell| near_door[cell] |= (place - middle).norm() < door_px);
     }
     cleared.contains(&true).then(|| sketch.cleared(&cleared))
 }
@@ -58,28 +58,12 @@ fn around(sketch: &Sketch, middle: Vector, reach_px: f32, mut visit: impl FnMut(
     };
     for row in cells(1, sketch.height()) {
         for column in cells(0, sketch.width()) {
-            visit([column as f32, row as f32], row * sketch.width() + column);
+            visit(Vector::new(column as f32, row as f32), row * sketch.width() + column);
         }
     }
 }
 
-type Vector = [f32; 2];
-
-fn plus(a: Vector, b: Vector) -> Vector {
-    [a[0] + b[0], a[1] + b[1]]
-}
-
-fn minus(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-fn length([x, y]: Vector) -> f32 {
-    x.hypot(y)
-}
-
-fn dot(a: Vector, b: Vector) -> f32 {
-    a[0] * b[0] + a[1] * b[1]
-}
+type Vector = Vector2<f32>;
 
 /// Two wall cells with free cells between.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,19 +83,20 @@ struct Side {
 
 impl Gap {
     fn between(a: Vector, b: Vector) -> Self {
-        Self { ends: [a, b], width_px: length(minus(a, b)) - 1.0 }
+        Self { ends: [a, b], width_px: (a - b).norm() - 1.0 }
     }
 
     fn middle(&self) -> Vector {
         let [a, b] = self.ends;
-        [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0]
+        (a + b) / 2.0
     }
 
     fn sides(&self) -> [Side; 2] {
         let [a, b] = self.ends;
-        let side = |end, other| {
-            let away = minus(end, other).map(|v| v / (self.width_px + 1.0));
-            Side { end, away, width_px: self.width_px }
+        let side = |end: Vector, other: Vector| Side {
+            end,
+            away: (end - other).normalize(),
+            width_px: self.width_px,
         };
         [side(a, b), side(b, a)]
     }
@@ -125,8 +110,7 @@ impl Side {
 
     /// The place so far along the wall and so far beside the gap's line.
     fn at(&self, along: f32, beside: f32) -> Vector {
-        let ([x, y], [dx, dy]) = (self.end, self.away);
-        [x + dx * along - dy * beside, y + dy * along + dx * beside]
+        self.end + self.away * along + turned(self.away) * beside
     }
 
     /// How much of its wall the side gives to the gap, at most `missing_px`, and of the wall's length up to
@@ -134,7 +118,7 @@ impl Side {
     /// gap is wide: a post.
     fn yields_px(&self, sketch: &Sketch, missing_px: f32) -> f32 {
         let is_wall = |along: f32, beside: i32| {
-            let [x, y] = self.at(along, beside as f32).map(|v| v.round() as i64);
+            let [x, y] = self.at(along, beside as f32).map(|v| v.round() as i64).into();
             let inside = (0..sketch.width() as i64).contains(&x) && (0..sketch.height() as i64).contains(&y);
             inside && sketch.is_wall_cell(x, y)
         };
@@ -158,9 +142,8 @@ impl Side {
             return;
         }
         around(sketch, self.end, along_px + self.band_px(along_px), |place, cell| {
-            let from_end = minus(place, self.end);
-            let along = dot(from_end, self.away);
-            let beside = dot(from_end, [-self.away[1], self.away[0]]);
+            let from_end = place - self.end;
+            let (along, beside) = (from_end.dot(&self.away), from_end.dot(&turned(self.away)));
             let is_along = (-1.0..along_px - 0.5).contains(&along);
             cleared[cell] |= is_along && beside.abs() <= self.band_px(along);
         });
@@ -222,11 +205,12 @@ impl<'a> Nearest<'a> {
         let width = self.sketch.width();
         let gap = |at: usize, [dx, dy]: [usize; 2]| {
             let (column, row) = (at % width, at / width);
-            let here = self.to_wall[at]?.map(f32::from);
-            let there = self.get([column + dx, row + dy])?.map(f32::from);
-            let (place, next) = ([column as f32, row as f32], [(column + dx) as f32, (row + dy) as f32]);
-            let gap = Gap::between(plus(place, here), plus(next, there));
-            let is_opposite = dot(here, there) < OPPOSITE * length(here) * length(there);
+            let here = vector(self.to_wall[at]?);
+            let there = vector(self.get([column + dx, row + dy])?);
+            let place = Vector::new(column as f32, row as f32);
+            let next = Vector::new((column + dx) as f32, (row + dy) as f32);
+            let gap = Gap::between(place + here, next + there);
+            let is_opposite = here.dot(&there) < OPPOSITE * here.norm() * there.norm();
             (is_opposite && widths_px.contains(&gap.width_px)).then_some(gap)
         };
         (0..self.to_wall.len()).flat_map(|at| [gap(at, [1, 0]), gap(at, [0, 1])]).flatten().collect()
@@ -237,12 +221,21 @@ impl<'a> Nearest<'a> {
         let [middle, side] = [gap.middle(), gap.sides()[0].away];
         let step = gap.width_px / 2.0 + BEYOND_PX;
         [step, -step].iter().all(|step| {
-            let place = [middle[0] - step * side[1], middle[1] + step * side[0]];
+            let place = middle + turned(side) * *step;
             let cell = place.map(|v| if v < 0.0 { usize::MAX } else { v.round() as usize });
-            let is_wide = |to_wall: [i16; 2]| length(to_wall.map(f32::from)) > OPENS_OUT * gap.width_px / 2.0;
-            self.get(cell).is_none_or(is_wide)
+            let is_wide = |to_wall| vector(to_wall).norm() > OPENS_OUT * gap.width_px / 2.0;
+            self.get(cell.into()).is_none_or(is_wide)
         })
     }
+}
+
+fn vector(to_wall: [i16; 2]) -> Vector {
+    to_wall.map(f32::from).into()
+}
+
+/// A quarter of a turn on.
+fn turned(v: Vector) -> Vector {
+    Vector::new(-v.y, v.x)
 }
 
 fn squared([x, y]: [i16; 2]) -> i32 {
@@ -294,7 +287,7 @@ mod tests {
     fn a_passage_through_a_thick_wall_does_not_open_out() {
         let thick = |half: usize| {
             let walls = sheet(|x, y| y.abs_diff(100) <= half && !(92..108).contains(&x));
-            let gap = Gap::between([91.0, 100.0], [108.0, 100.0]);
+            let gap = Gap::between([91.0, 100.0].into(), [108.0, 100.0].into());
             Nearest::new(&walls, DOOR_PX).opens_out(&gap)
         };
         assert!(thick(2) && !thick(12));
@@ -303,7 +296,7 @@ mod tests {
     #[test]
     fn a_narrow_corridor_does_not_open_out() {
         let walls = sheet(|x, y| (20..180).contains(&y) && [90, 91, 110, 111].contains(&x));
-        let gap = Gap::between([91.0, 100.0], [110.0, 100.0]);
+        let gap = Gap::between([91.0, 100.0].into(), [110.0, 100.0].into());
         assert!(!Nearest::new(&walls, DOOR_PX).opens_out(&gap));
         assert!(widened(&walls, DOOR_PX).is_none());
     }

@@ -375,9 +375,9 @@ impl Localizer {
         }
     }
 
-    /// Draws the first particles: the pose as the person marked it, the scales as the first scan
-    /// suggests (there; what they are drawn back to is the drawing's mean), and once the noise of the motion model (paper 001, IV: "sampled according to the state
-    /// model").
+    /// Draws the first particles: the pose as the person marked it, the scales as the first scan suggests
+    /// (there; what they are drawn back to is the drawing's mean), and once the noise of the motion model
+    /// (paper 001, IV: "sampled according to the state model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);
         let best = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
@@ -463,4 +463,36 @@ fn sight(sketch: &Sketch, p: &Parameters) -> Option<Sight> {
 /// The geometric mean of the two scales, pixels a metre.
 fn mean_scale([ln_a, ln_b]: &[f32; 2]) -> f32 {
     ((ln_a + ln_b) / 2.0).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sketchnav_schemas::codes::{FREE, WALL};
+
+    /// A building of 500 px, hence of 20 px/m: two rooms, and a door of 8 px where doors are of 14.
+    fn two_rooms() -> Sketch {
+        let is_wall = |x: usize, y: usize| {
+            let outline = !(3..497).contains(&x) || !(3..297).contains(&y);
+            outline || (149..152).contains(&y) && !(246..254).contains(&x)
+        };
+        let cell = |i: usize| if is_wall(i % 500, i / 500) { WALL } else { FREE };
+        Sketch::new(500, 300, &(0..500 * 300).map(cell).collect::<Vec<u8>>(), 0.0).unwrap()
+    }
+
+    /// The width of the door in the drawing that the filter looks at, pixels.
+    fn door_px(parameters: Parameters) -> usize {
+        let start = Start { pose: Pose::new(100.0, 100.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };
+        let drive = Drive::Omnidirectional;
+        let localizer =
+            Localizer::new(&two_rooms(), Mounting::default(), drive, parameters, start, 1).unwrap();
+        (220..280).filter(|&x| !localizer.grid.is_wall(x as f32 + 0.5, 150.5)).count()
+    }
+
+    #[test]
+    fn the_filter_sees_doors_as_wide_as_doors_are_and_the_paper_sees_them_as_drawn() {
+        assert_eq!(door_px(Parameters::default()), 14);
+        assert_eq!(door_px(Parameters { door_width_m: 0.0, ..Parameters::default() }), 8);
+        assert_eq!(door_px(Parameters::paper()), 8);
+    }
 }

@@ -1,68 +1,96 @@
 //! Drives missions in one process and prints how each task ended.
 //!
-//! `cargo run --release -p sketchnav-rehearsal --example rehearse -- MISSION… [--seeds A..B]
-//! [--method M] [--set 'particles = 800'] [--control] [--verbose]`
-//!
-//! `--set` changes parameters of the localizer; `--control` takes the true floor plan for the drawing.
+//! `cargo run --release -p sketchnav-rehearsal --example rehearse -- --help` tells the options.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use std::path::Path;
+use std::num::ParseIntError;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::time::Instant;
 
+use clap::Parser;
 use sketchnav_recordings::judge::judge;
 use sketchnav_rehearsal::Rehearsal;
+use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut seeds = 1..=1;
-    let mut missions = Vec::new();
-    let (mut verbose, mut control) = (false, false);
-    let drawing = std::env::temp_dir().join(format!("control-{}.svg", std::process::id()));
-    let mut method = None;
-    let mut set = String::new();
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        match argument.as_str() {
-            "--seeds" => {
-                let text = arguments.next().ok_or("--seeds: expected A..B")?;
-                let (a, b) = text.split_once("..").ok_or("--seeds: expected A..B")?;
-                seeds = a.parse()?..=b.parse()?;
-            }
-            "--method" => method = Some(arguments.next().ok_or("--method: expected a method")?.parse()?),
-            "--set" => set = set + &arguments.next().ok_or("--set: expected KEY = VALUE")? + "\n",
-            "--control" => control = true,
-            "--verbose" => verbose = true,
-            _ => missions.push(argument),
+/// Drive missions in one process and print how each task ended.
+#[derive(Debug, Parser)]
+#[command(
+    after_help = "Example: rehearse sim/missions/building/building-a.toml --seeds 1..5 --set 'particles = 800'
+Exit codes: 0 all tasks reached, 1 some not, 2 bad input or usage."
+)]
+struct Options {
+    /// Mission files.
+    #[arg(required = true)]
+    missions: Vec<PathBuf>,
+    /// Seeds to drive with: one, or the first and the last.
+    #[arg(long, value_name = "A..B", default_value = "1", value_parser = seeds)]
+    seeds: RangeInclusive<u64>,
+    /// ours, paper, fixed-scale or one-scale; left out, what the mission says.
+    #[arg(long)]
+    method: Option<Method>,
+    /// Another value of a parameter of the localizer; may be repeated.
+    #[arg(long, value_name = "KEY = VALUE")]
+    set: Vec<String>,
+    /// Take the true floor plan for the drawing.
+    #[arg(long)]
+    control: bool,
+    /// Print the tasks that were reached, too, and the estimate every five seconds.
+    #[arg(long)]
+    verbose: bool,
+}
+
+fn seeds(text: &str) -> Result<RangeInclusive<u64>, ParseIntError> {
+    let (first, last) = text.split_once("..").unwrap_or((text, text));
+    Ok(first.parse()?..=last.parse()?)
+}
+
+fn main() -> ExitCode {
+    match rehearse_all(&Options::parse()) {
+        Ok((reached, tasks)) => {
+            println!("{reached} of {tasks} tasks");
+            ExitCode::from(u8::from(reached < tasks))
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
         }
     }
+}
+
+/// Returns how many tasks were reached, and how many there were.
+fn rehearse_all(options: &Options) -> anyhow::Result<(usize, usize)> {
+    let drawing = tempfile::Builder::new().prefix("control-").suffix(".svg").tempfile()?;
+    let set: toml::Table = toml::from_str(&options.set.join("\n"))?;
     let (mut reached, mut tasks) = (0, 0);
-    for path in &missions {
-        for seed in seeds.clone() {
-            let (mut mission, robot) = sketchnav_sim::mission_file::load(Path::new(path))?;
-            if control {
-                mission = support::true_to_scale(&mission, &drawing)?;
+    for path in &options.missions {
+        for seed in options.seeds.clone() {
+            let (mut mission, robot) = sketchnav_sim::mission_file::load(path)?;
+            if options.control {
+                mission = support::true_to_scale(&mission, drawing.path())?;
             }
-            mission.method = method.unwrap_or(mission.method);
-            mission.parameters.localizer.extend(toml::from_str::<toml::Table>(&set)?);
-            let (sum, of) = rehearse(path, mission, robot, seed, verbose)?;
+            mission.method = options.method.unwrap_or(mission.method);
+            mission.parameters.localizer.extend(set.clone());
+            let (sum, of) = rehearse(path, mission, robot, seed, options.verbose)?;
             (reached, tasks) = (reached + sum, tasks + of);
         }
     }
-    println!("{reached} of {tasks} tasks");
-    Ok(())
+    Ok((reached, tasks))
 }
 
 fn rehearse(
-    path: &str,
+    path: &Path,
     mission: Mission,
     robot: Robot,
     seed: u64,
     verbose: bool,
-) -> Result<(usize, usize), Box<dyn std::error::Error>> {
+) -> anyhow::Result<(usize, usize)> {
     let run = RunConfig {
         system: "rehearsal".into(),
         mission,
@@ -79,7 +107,8 @@ fn rehearse(
     let verdict = judge(&run.mission, &log.truth, &log.status, &log.contacts);
     let reached = verdict.tasks.iter().filter(|task| task.reached).count();
     println!(
-        "{path} seed {seed}: {reached} of {}, {:.0} s, {:.0} × real time",
+        "{} seed {seed}: {reached} of {}, {:.0} s, {:.0} × real time",
+        path.display(),
         verdict.tasks.len(),
         verdict.sim_seconds,
         verdict.sim_seconds / wall_s

@@ -63,10 +63,13 @@ impl fmt::Display for Reason {
             Self::NearEnough(m) => write!(f, "{m:.2} m from the goal, no way leads nearer"),
             Self::LookingAround => f.write_str("at the goal, it seems: looking around to be sure"),
             Self::Doubted(jumps, fit) => {
-                write!(
-                    f,
-                    "at the goal, it seems, but the estimate jumped {jumps} times and fits badly ({fit:.1})"
-                )
+                f.write_str("at the goal, it seems, but the estimate ")?;
+                match jumps {
+                    0 => Ok(()),
+                    1 => f.write_str("jumped once and "),
+                    _ => write!(f, "jumped {jumps} times and "),
+                }?;
+                write!(f, "fits badly ({fit:.1})")
             }
             Self::Detour => f.write_str("going around something that is not in the drawing"),
             Self::Recovering(n) => write!(f, "no progress: backing up and looking around ({n})"),
@@ -119,6 +122,14 @@ impl Write for Words {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_doubt_tells_how_often_the_estimate_jumped_where_it_did() {
+        let words = |jumps| Reason::Doubted(jumps, -2.04).to_string();
+        assert_eq!(words(0), "at the goal, it seems, but the estimate fits badly (-2.0)");
+        assert_eq!(words(1), "at the goal, it seems, but the estimate jumped once and fits badly (-2.0)");
+        assert_eq!(words(7), "at the goal, it seems, but the estimate jumped 7 times and fits badly (-2.0)");
+    }
 
     #[test]
     fn every_reason_fits_its_field() {

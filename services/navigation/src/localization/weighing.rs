@@ -14,7 +14,7 @@ use super::lanes::{self, LANES};
 use super::metric::ScaleFrame;
 use super::particles::ParticleSet;
 use super::sight::{DIRECTIONS, Sight};
-use super::visibility::{LEAVE_WALL_M, LOOK_BEYOND, Powers, Visibility};
+use super::visibility::{LEAVE_WALL_M, Powers, Visibility};
 use super::workers::Workers;
 
 /// Particles that a thread takes at a time.
@@ -213,14 +213,13 @@ impl VisibilityOfScan<'_> {
         let rows = from.map(|cell| self.sight.rows(cell as u32 as usize));
         let walled = rows.iter().any(|row| row.leave.is_some());
         let [per_code, shortest] = self.sight.log2_px();
-        let longest = (self.beams.range_max_m * LOOK_BEYOND).log2();
         let Scratch { looks, expected } = scratch;
         expected.clear();
         for look in looks.iter() {
             let direction = |lane: usize| look.direction[lane] as u32 as usize % DIRECTIONS;
             let nearest = -f32x16::from_slice(simd, &look.log2_scale) + shortest;
             let range = i32x16::from_fn(simd, |lane| i32::from(rows[lane].range[direction(lane)]));
-            let mut log2 = (range.to_float::<f32x16<S>>() * per_code + nearest).min(longest);
+            let mut log2 = range.to_float::<f32x16<S>>() * per_code + nearest;
             if walled {
                 let leave =
                     |lane: usize| rows[lane].leave.map_or(0, |leave| i32::from(leave[direction(lane)]));
@@ -229,7 +228,7 @@ impl VisibilityOfScan<'_> {
                 let stuck = leave.simd_gt(0.0) & left.simd_ge(LEAVE_WALL_M.log2());
                 log2 = stuck.select(f32x16::splat(simd, SHORTEST_M.log2()), log2);
             }
-            expected.push(self.visibility.expect(log2.max(SHORTEST_M.log2())));
+            expected.push(self.visibility.expect(log2));
         }
     }
 }

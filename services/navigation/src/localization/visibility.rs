@@ -121,7 +121,6 @@ struct Reading {
 pub struct Powers<T> {
     sharp: T,
     inverse: T,
-    root: T,
 }
 
 impl Visibility {
@@ -137,7 +136,7 @@ impl Visibility {
             width: p.visibility_width,
             inverse_width: 1.0 / p.visibility_width,
             hit: p.visibility_hit,
-            short: p.visibility_short * 0.5,
+            short: p.visibility_short * 0.3,
             random: p.visibility_random * ANYWHERE,
             bearing_error_rad,
             shares: weights.map(|weight| weight / sum),
@@ -159,7 +158,7 @@ impl Visibility {
         self.readings.clear();
         for i in 0..beams.len() {
             let near = |error: f32| nearest(&beams.angle_rad, beams.angle_rad[i] + error);
-            let range = self.powers(beams.log2_range[i], 0.5);
+            let range = self.powers(beams.log2_range[i]);
             let level = self.shares.map(|share| share * self.hit * 0.5 * self.inverse_width);
             self.readings.push(Reading {
                 returned: beams.returned[i],
@@ -178,10 +177,10 @@ impl Visibility {
     }
 
     /// A range by its binary logarithm.
-    fn powers(&self, log2_m: f32, root: f32) -> Powers<f32> {
+    fn powers(&self, log2_m: f32) -> Powers<f32> {
         let log2 = log2_m.clamp(self.bounds_log2[0], self.bounds_log2[1]) - self.unit_log2;
         let sharp = (log2 * self.inverse_width).exp2();
-        Powers { sharp, inverse: 1.0 / sharp, root: (log2 * root).exp2() }
+        Powers { sharp, inverse: 1.0 / sharp }
     }
 
     /// Σ ln p over all beams of the scan that was read, `beams`: the plain form of what
@@ -196,7 +195,7 @@ impl Visibility {
     ) -> f32 {
         let range = |i| expected_range(grid, beams, i, place_px, metric).max(SHORTEST_M);
         room.expected.clear();
-        room.expected.extend((0..beams.len()).map(|i| self.powers(range(i).log2(), -0.5)));
+        room.expected.extend((0..beams.len()).map(|i| self.powers(range(i).log2())));
         self.readings.iter().map(|reading| self.likelihood(reading, &room.expected).ln()).sum()
     }
 
@@ -221,7 +220,7 @@ impl Visibility {
         if reading.returned {
             let ahead = at(BEARINGS / 2);
             let is_short = reading.range.sharp * ahead.inverse < 1.0;
-            let short = if is_short { self.short * reading.range.root * ahead.root } else { 0.0 };
+            let short = if is_short { self.short } else { 0.0 };
             self.hit * 0.5 * self.inverse_width * near(Powers::laplace) + short + self.random
         } else {
             LOST_LEVEL * (LOST_SHARES[0] * 0.5 * near(|_, x| x.twice_beyond()) + LOST_SHARES[1])
@@ -237,7 +236,6 @@ impl Visibility {
         Powers {
             sharp: sharp.into(),
             inverse: lanes::rough_inverse(sharp).into(),
-            root: lanes::rough_exp2(log2, -0.5).into(),
         }
     }
 
@@ -273,8 +271,8 @@ impl Visibility {
             }
             let ahead = &expected[usize::from(reading.beside[BEARINGS / 2])];
             let is_short = f32x16::from_slice(simd, &ahead.sharp).simd_gt(reading.range.sharp);
-            let short = is_short.select(f32x16::from_slice(simd, &ahead.root), nothing);
-            near + short * (self.short * reading.range.root) + self.random
+            let short = f32x16::splat(simd, self.short + self.random);
+            near + is_short.select(short, f32x16::splat(simd, self.random))
         } else {
             for k in 0..BEARINGS {
                 let expected = &expected[usize::from(reading.beside[k])];
@@ -335,7 +333,7 @@ mod tests {
     fn likelihood(parameters: &Parameters, measured: &[f32], drawn: &[f32]) -> f32 {
         let mut visibility = Visibility::new(parameters);
         visibility.read(&fan(measured), parameters.visibility_width);
-        let expected: Vec<_> = drawn.iter().map(|range| visibility.powers(range.log2(), -0.5)).collect();
+        let expected: Vec<_> = drawn.iter().map(|range| visibility.powers(range.log2())).collect();
         visibility.likelihood(&visibility.readings[measured.len() / 2], &expected)
     }
 
@@ -381,7 +379,7 @@ mod tests {
         visibility.read(&beams, 0.0);
         assert_eq!(visibility.width, p.least_visibility_width);
         let all = |range: f32| -> Vec<_> {
-            (0..beams.len()).map(|_| visibility.powers(range.log2(), -0.5)).collect()
+            (0..beams.len()).map(|_| visibility.powers(range.log2())).collect()
         };
         let hit = p.visibility_hit / (2.0 * p.least_visibility_width);
         for range in [SHORTEST_M, 0.05, 0.06, 0.2, 7.0, 79.0, 79.0 * LOOK_BEYOND] {

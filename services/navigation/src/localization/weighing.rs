@@ -200,7 +200,9 @@ impl VisibilityOfScan<'_> {
     #[inline(always)]
     fn look<S: Simd>(&self, group: &Group<S>, beam: usize) -> Look {
         let [x, y] = group.span([self.beams.forward[beam], self.beams.left[beam]]);
-        let nearest: i32x16<S> = (lanes::direction(x, y, DIRECTIONS as f32) + 0.5).to_int();
+        // A turn more, for the conversion cuts off towards zero.
+        let turned = lanes::direction(x, y, DIRECTIONS as f32) + (DIRECTIONS as f32 + 0.5);
+        let nearest: i32x16<S> = turned.to_int();
         let log2_scale = lanes::fast_log2(x * x + y * y) * 0.5;
         Look { direction: nearest.into(), log2_scale: log2_scale.into() }
     }

@@ -213,18 +213,21 @@ impl Visibility {
 
     /// The likelihood of a reading by the ranges that the drawing shows.
     fn likelihood(&self, reading: &Reading, expected: &[Powers<f32>]) -> f32 {
-        let at = |k: usize| &expected[usize::from(reading.beside[k])];
-        let near = |of: fn(&Powers<f32>, &Powers<f32>) -> f32| -> f32 {
-            (0..BEARINGS).map(|k| self.shares[k] * of(&reading.range, at(k))).sum()
-        };
-        if reading.returned {
-            let ahead = at(BEARINGS / 2);
-            let is_short = reading.range.sharp * ahead.inverse < 1.0;
-            let short = if is_short { self.short } else { 0.0 };
-            self.hit * 0.5 * self.inverse_width * near(Powers::laplace) + short + self.random
-        } else {
-            LOST_LEVEL * (LOST_SHARES[0] * 0.5 * near(|_, x| x.twice_beyond()) + LOST_SHARES[1])
-        }
+        let of_each = (0..BEARINGS).map(|k| {
+            let expected = &expected[usize::from(reading.beside[k])];
+            let p = if reading.returned {
+                let about = self.hit * 0.5 * self.inverse_width;
+                let farther = about * reading.range.inverse * expected.sharp;
+                let nearer = about * reading.range.sharp * expected.inverse;
+                farther.min(nearer.max(self.short)) + self.random
+            } else {
+                let beyond =
+                    if expected.inverse < 1.0 { 1.0 - 0.5 * expected.inverse } else { 0.5 * expected.sharp };
+                LOST_LEVEL * (LOST_SHARES[0] * beyond + LOST_SHARES[1])
+            };
+            self.shares[k] * p
+        });
+        of_each.sum()
     }
 
     /// The expected ranges of sixteen particles in one direction, by their binary logarithms, metres.
@@ -260,19 +263,16 @@ impl Visibility {
         reading: &Reading,
         expected: &[Powers<[f32; LANES]>],
     ) -> f32x16<S> {
-        let nothing = f32x16::splat(simd, 0.0);
-        let mut near = nothing;
+        let mut near = f32x16::splat(simd, 0.0);
         // By index: as iterators over both arrays, a tenth of the time went into copying the shares.
         if reading.returned {
             for k in 0..BEARINGS {
                 let expected = &expected[usize::from(reading.beside[k])];
-                let farther = f32x16::from_slice(simd, &expected.inverse) * reading.sharp[k];
-                near += farther.min(f32x16::from_slice(simd, &expected.sharp) * reading.inverse[k]);
+                let nearer = f32x16::from_slice(simd, &expected.inverse) * reading.sharp[k];
+                let farther = f32x16::from_slice(simd, &expected.sharp) * reading.inverse[k];
+                near += farther.min(nearer.max(self.short * self.shares[k]));
             }
-            let ahead = &expected[usize::from(reading.beside[BEARINGS / 2])];
-            let is_short = f32x16::from_slice(simd, &ahead.sharp).simd_gt(reading.range.sharp);
-            let short = f32x16::splat(simd, self.short + self.random);
-            near + is_short.select(short, f32x16::splat(simd, self.random))
+            near + self.random
         } else {
             for k in 0..BEARINGS {
                 let expected = &expected[usize::from(reading.beside[k])];
@@ -282,18 +282,6 @@ impl Visibility {
             }
             near * (0.5 * LOST_LEVEL * LOST_SHARES[0]) + LOST_LEVEL * LOST_SHARES[1]
         }
-    }
-}
-
-impl Powers<f32> {
-    /// The Laplace term of the range of a reading about an expected one, at most 1.
-    fn laplace(&self, expected: &Self) -> f32 {
-        (self.sharp * expected.inverse).min(self.inverse * expected.sharp)
-    }
-
-    /// Twice the share of the readings about this expected range that are beyond the longest one.
-    fn twice_beyond(&self) -> f32 {
-        if self.inverse < 1.0 { 2.0 - self.inverse } else { self.sharp }
     }
 }
 

@@ -46,9 +46,14 @@ struct Options {
     verbose: bool,
 }
 
-fn seeds(text: &str) -> Result<RangeInclusive<u64>, ParseIntError> {
+fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
     let (first, last) = text.split_once("..").unwrap_or((text, text));
-    Ok(first.parse()?..=last.parse()?)
+    let number = |text: &str| text.parse().map_err(|error: ParseIntError| format!("`{text}`: {error}"));
+    let (first, last): (u64, u64) = (number(first)?, number(last)?);
+    if first > last {
+        return Err(format!("expected the smaller seed first: {last}..{first}"));
+    }
+    Ok(first..=last)
 }
 
 fn main() -> ExitCode {

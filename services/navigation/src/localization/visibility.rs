@@ -12,10 +12,11 @@
 //! the likelihood proper of a reading whose error of the bearing is not known. (The best δ alone, a
 //! maximum, forgives most where most is to be seen, and pulls the estimate there.)
 //!
-//! About an expected range x a reading r is, by e = ln(r / x): about there (Laplace, of width w), or
-//! short of it (what is not drawn), or anywhere. A beam without return says that the wall is beyond the
-//! sensor's range. With r and x to the power 1/w at hand, the Laplace term is the lesser of (r/x)^(1/w)
-//! and (x/r)^(1/w): five bearings cost no exponential and no table.
+//! About an expected range x a reading r is, by e = ln(r / x): about there (Laplace, of width w), short of
+//! it (what is not drawn: a level below which the Laplace term does not fall on that side), or anywhere. A
+//! beam without return says that the wall is beyond the sensor's range. With r and x to the power 1/w at
+//! hand, the Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w): five bearings cost no exponential
+//! and no table.
 //!
 //! How wide w is depends on who drew: a surveyed map errs by its cells, a drawing from memory by a
 //! quarter. The filter learns it while it drives ([`learned`]).
@@ -34,8 +35,9 @@ pub const LOOK_BEYOND: f32 = 1.5;
 pub const LEAVE_WALL_M: f32 = 0.4;
 /// At how many bearings the drawing is asked about a reading.
 const BEARINGS: usize = 5;
-/// Density of a reading anywhere, over e.
+/// Density of a reading anywhere, over e, and of one anywhere short of the expected range.
 const ANYWHERE: f32 = 0.25;
+const ANYWHERE_SHORT: f32 = 0.3;
 /// Brings the probability of no return to the level of the density of a return.
 const LOST_LEVEL: f32 = 1.2;
 /// Share of the beams without return that the expected range explains, and of those at any place.
@@ -116,7 +118,7 @@ struct Reading {
     inverse: [f32; BEARINGS],
 }
 
-/// A range x in units of the longest one: x^(1/w), its inverse, and √x (measured) or 1/√x (expected).
+/// A range x in units of the longest one: x^(1/w), and its inverse.
 #[derive(Debug, Clone, Copy)]
 pub struct Powers<T> {
     sharp: T,
@@ -136,7 +138,7 @@ impl Visibility {
             width: p.visibility_width,
             inverse_width: 1.0 / p.visibility_width,
             hit: p.visibility_hit,
-            short: p.visibility_short * 0.3,
+            short: p.visibility_short * ANYWHERE_SHORT,
             random: p.visibility_random * ANYWHERE,
             bearing_error_rad,
             shares: weights.map(|weight| weight / sum),
@@ -154,7 +156,8 @@ impl Visibility {
         self.inverse_width = 1.0 / self.width;
         self.unit_log2 = beams.range_max_m.log2();
         let (nearest_log2, told) = (SHORTEST_M.log2() - self.unit_log2, lanes::MOST_EXP2 * self.width);
-        self.bounds_log2 = [nearest_log2.max(-told), LOOK_BEYOND.log2().min(told)].map(|b| b + self.unit_log2);
+        self.bounds_log2 =
+            [nearest_log2.max(-told), LOOK_BEYOND.log2().min(told)].map(|b| b + self.unit_log2);
         self.readings.clear();
         for i in 0..beams.len() {
             let near = |error: f32| nearest(&beams.angle_rad, beams.angle_rad[i] + error);
@@ -236,10 +239,7 @@ impl Visibility {
         let [least, most] = self.bounds_log2;
         let log2 = log2_m.max(least).min(most) - self.unit_log2;
         let sharp = lanes::rough_exp2(log2, self.inverse_width);
-        Powers {
-            sharp: sharp.into(),
-            inverse: lanes::rough_inverse(sharp).into(),
-        }
+        Powers { sharp: sharp.into(), inverse: lanes::rough_inverse(sharp).into() }
     }
 
     /// Σ ln p of sixteen particles, by what each expects of each beam.
@@ -326,16 +326,16 @@ mod tests {
     }
 
     #[test]
-    fn by_hand_it_is_the_sum_of_three_densities() {
+    fn by_hand_it_is_made_of_three_densities() {
         let p = Parameters { bearing_error_rad: 0.0, ..Parameters::default() };
         let level = |measured: f32| likelihood(&p, &[measured], &[2.0]);
         let hit =
             |e: f32| p.visibility_hit * (-e.abs() / p.visibility_width).exp() / (2.0 * p.visibility_width);
         let anywhere = p.visibility_random * 0.25;
-        let short = |e: f32| p.visibility_short * 0.5 * (e / 2.0).exp();
-        for measured in [0.5_f32, 1.9, 2.1, 4.0] {
+        let short = p.visibility_short * 0.3;
+        for measured in [0.5_f32, 1.9, 2.1, 4.0, 4.99] {
             let e = (measured / 2.0).ln();
-            let expected = hit(e) + anywhere + if e < 0.0 { short(e) } else { 0.0 };
+            let expected = anywhere + if e < 0.0 { hit(e).max(short) } else { hit(e) };
             assert!((level(measured) / expected - 1.0).abs() < 1e-4, "{measured}");
         }
         // Nothing returned from a wall at 2 m, ln 2.5 nearer than the sensor's longest range.
@@ -366,9 +366,8 @@ mod tests {
         let mut visibility = Visibility::new(&p);
         visibility.read(&beams, 0.0);
         assert_eq!(visibility.width, p.least_visibility_width);
-        let all = |range: f32| -> Vec<_> {
-            (0..beams.len()).map(|_| visibility.powers(range.log2())).collect()
-        };
+        let all =
+            |range: f32| -> Vec<_> { (0..beams.len()).map(|_| visibility.powers(range.log2())).collect() };
         let hit = p.visibility_hit / (2.0 * p.least_visibility_width);
         for range in [SHORTEST_M, 0.05, 0.06, 0.2, 7.0, 79.0, 79.0 * LOOK_BEYOND] {
             let expected = all(range);

@@ -359,7 +359,9 @@ mod tests {
     fn random_beams(rng: &mut Pcg64Mcg) -> Beams {
         let mut scan: LaserScan = bytemuck::Zeroable::zeroed();
         scan.beam_count = 37;
-        (scan.range_min_m, scan.range_max_m, scan.angle_increment_rad) = (0.02, 5.0, 0.17);
+        // All around, or so dense that some beams are looked along by those beside them.
+        let step_rad = [0.17, -0.17, 0.03, -0.03][rng.random_range(0..4)];
+        (scan.range_min_m, scan.range_max_m, scan.angle_increment_rad) = (0.02, 5.0, step_rad);
         scan.ranges_m[..37].fill_with(|| 0.1 + 6.0 * rng.random::<f32>());
         let mut beams = Beams::with_capacity(MAX_BEAMS);
         beams.select(&scan, &super::super::beams::Mounting { x_m: 0.2, y_m: -0.1, yaw_rad: 0.3 }, 37);
@@ -420,6 +422,46 @@ mod tests {
         };
         let offs: Vec<f32> = (0..set.len()).map(off).collect();
         assert!(offs.iter().all(|&off| off < 0.05) && offs.iter().filter(|&&off| off > 1e-4).count() < 20);
+    }
+
+    /// Where all particles look along each beam, by the model; or each beam by itself.
+    #[inline(always)]
+    fn looks<S: Simd>(simd: S, scene: &Scene, set: &ParticleSet, each: bool) -> Vec<NearestLook> {
+        let ParticleSet { x_px, y_px, yaw_rad, ln_a, ln_b, .. } = set;
+        let group = Group::load(simd, &Columns { x_px, y_px, yaw_rad, ln_a, ln_b }, 0, &scene.frame);
+        let Scene { visibility, sight, beams, .. } = scene;
+        let model = VisibilityOfScan { visibility, sight, beams };
+        let mut looks = Vec::new();
+        if each {
+            looks.extend((0..beams.len()).map(|beam| model.look(&group, beam).nearest()));
+        } else {
+            model.look_around(&group, &mut looks);
+        }
+        looks
+    }
+
+    #[test]
+    fn between_two_beams_one_looks_where_one_would() {
+        let mut rng = seed::stream(4, "weighing");
+        let mut dense = 0;
+        for _ in 0..40 {
+            let (scene, mut set) = (Scene::new(&mut rng), random_set(&mut rng, LANES));
+            // Stretched twofold at most.
+            set.ln_b = set.ln_a.iter().map(|ln_a| ln_a + rng.random_range(-0.7..0.7)).collect();
+            let [around, each] =
+                [false, true].map(|each| dispatch!(Level::new(), simd => looks(simd, &scene, &set, each)));
+            assert_eq!(around.len(), scene.beams.len());
+            dense += usize::from(scene.beams.angle_rad[..2].iter().sum::<f32>() != 0.0);
+            for (found, exact) in around.iter().zip(&each) {
+                for lane in 0..LANES {
+                    let turned =
+                        (found.direction[lane] - exact.direction[lane]).rem_euclid(DIRECTIONS as i32);
+                    assert!([0, 1, DIRECTIONS as i32 - 1].contains(&turned), "{turned}");
+                    assert!((found.log2_scale[lane] - exact.log2_scale[lane]).abs() < 0.02);
+                }
+            }
+        }
+        assert!(dense > 0);
     }
 
     proptest! {

@@ -96,8 +96,7 @@ pub fn fast_log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     exponent + above_one * (above_one * -0.346_555_3 + 1.346_555_3)
 }
 
-/// The largest power of two that [`rough_exp2`] is for, and its inverse: what is left of single precision's 126 is
-/// for factors.
+/// The largest power of two that [`rough_exp2`] is for; its inverse is the least.
 pub const MOST_EXP2: f32 = 120.0;
 /// The bits of 1.0, lowered so far that a straight line for the mantissa is as much too low as too high.
 const ROUGH_ONE: i32 = (127 << 23) - 361_000;
@@ -110,7 +109,7 @@ pub fn rough_exp2<S: Simd>(x: f32x16<S>, times: f32) -> f32x16<S> {
     bits.bitcast()
 }
 
-/// The inverse of a [`rough_exp2`], to the same 3 %.
+/// What [`rough_exp2`] makes of the opposite of the logarithm that it made `power` of.
 #[inline(always)]
 pub fn rough_inverse<S: Simd>(power: f32x16<S>) -> f32x16<S> {
     let bits: i32x16<S> = power.bitcast();
@@ -118,7 +117,7 @@ pub fn rough_inverse<S: Simd>(power: f32x16<S>) -> f32x16<S> {
 }
 
 /// The direction of (x, y) in `per_turn`-ths of a turn, to 0.001 turns and not yet rounded, from −¼ of a turn to
-/// ¾: by a cubic of y / (|x| + |y|), which goes evenly from quarter to quarter but for a few degrees.
+/// ¾: by a cubic of y / (|x| + |y|), which is nearly even by itself.
 #[inline(always)]
 pub fn direction<S: Simd>(x: f32x16<S>, y: f32x16<S>, per_turn: f32) -> f32x16<S> {
     let part = y / (x.abs() + y.abs()).max(f32::MIN_POSITIVE);

@@ -123,7 +123,7 @@ pub struct Parameters {
     pub least_visibility_width: f32,
     /// Share of readings at the expected range.
     pub visibility_hit: f32,
-    /// Share of readings in front of it: things that are not drawn.
+    /// Share of readings in front of it: things that are not drawn. It sets the level that the density keeps there.
     pub visibility_short: f32,
     /// Share of readings anywhere.
     pub visibility_random: f32,

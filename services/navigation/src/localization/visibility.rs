@@ -35,7 +35,7 @@ pub const LOOK_BEYOND: f32 = 1.5;
 pub const LEAVE_WALL_M: f32 = 0.4;
 /// At how many bearings the drawing is asked about a reading.
 const BEARINGS: usize = 5;
-/// Density of a reading anywhere, over e, and of one anywhere short of the expected range.
+/// Density of a reading anywhere, over e, and the level short of the expected range were all that is measured there.
 const ANYWHERE: f32 = 0.25;
 const ANYWHERE_SHORT: f32 = 0.3;
 /// Brings the probability of no return to the level of the density of a return.
@@ -113,7 +113,7 @@ struct Reading {
     range: Powers<f32>,
     /// The beams at the bearings that it is compared with.
     beside: [u16; BEARINGS],
-    /// For each of these, r^(1/w) and its inverse times the density of a reading just as expected there.
+    /// For each of these r^(1/w) and its inverse, both times the density of a reading just as expected there.
     sharp: [f32; BEARINGS],
     inverse: [f32; BEARINGS],
 }
@@ -196,7 +196,7 @@ impl Visibility {
         metric: &PxFromBase,
         room: &mut Room,
     ) -> f32 {
-        let range = |i| expected_range(grid, beams, i, place_px, metric).max(SHORTEST_M);
+        let range = |i| expected_range(grid, beams, i, place_px, metric);
         room.expected.clear();
         room.expected.extend((0..beams.len()).map(|i| self.powers(range(i).log2())));
         self.readings.iter().map(|reading| self.likelihood(reading, &room.expected).ln()).sum()
@@ -306,6 +306,7 @@ fn nearest(angles: &[f32], angle: f32) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fearless_simd::{Level, dispatch};
     use proptest::prelude::*;
 
     /// A fan of beams 0.1 rad apart with these ranges; the longest one is 5 m.
@@ -356,6 +357,13 @@ mod tests {
         assert!(likelihood(&ours, &measured, &[1.0; 5]) < 0.5 * likelihood(&ours, &measured, &beside));
     }
 
+    /// Likelihoods of a reading by sixteen particles that expect the same range everywhere.
+    #[inline(always)]
+    fn of_sixteen<S: Simd>(simd: S, visibility: &Visibility, reading: &Reading, range: f32) -> [f32; LANES] {
+        let expected = visibility.expect(f32x16::splat(simd, range.log2()));
+        visibility.likelihood_of_each(simd, reading, &vec![expected; visibility.readings.len()]).into()
+    }
+
     /// With a laser of 79 m, a reading and a wall both under 7 cm were an infinite fit: their ratio to the longest
     /// range, to the power 1/w of a map, left the range of single precision.
     #[test]
@@ -374,6 +382,11 @@ mod tests {
             for reading in &visibility.readings {
                 let likelihood = visibility.likelihood(reading, &expected);
                 assert!(likelihood > 0.0 && likelihood < 1.3 * hit, "{range} m: {likelihood}");
+                let rough = dispatch!(Level::new(), simd => of_sixteen(simd, &visibility, reading, range));
+                assert!(
+                    rough.iter().all(|rough| (rough / likelihood).ln().abs() < 0.07),
+                    "{range} m: {rough:?}"
+                );
             }
         }
         assert!(visibility.likelihood(&visibility.readings[0], &all(0.05)) > 0.99 * hit);

@@ -158,11 +158,11 @@ impl Visibility {
         let (nearest_log2, told) = (SHORTEST_M.log2() - self.unit_log2, lanes::MOST_EXP2 * self.width);
         self.bounds_log2 =
             [nearest_log2.max(-told), LOOK_BEYOND.log2().min(told)].map(|b| b + self.unit_log2);
+        let level = self.shares.map(|share| share * self.hit * 0.5 * self.inverse_width);
         self.readings.clear();
         for i in 0..beams.len() {
             let near = |error: f32| nearest(&beams.angle_rad, beams.angle_rad[i] + error);
             let range = self.powers(beams.log2_range[i]);
-            let level = self.shares.map(|share| share * self.hit * 0.5 * self.inverse_width);
             self.readings.push(Reading {
                 returned: beams.returned[i],
                 range,
@@ -238,8 +238,8 @@ impl Visibility {
     pub fn expect<S: Simd>(&self, log2_m: f32x16<S>) -> Powers<[f32; LANES]> {
         let [least, most] = self.bounds_log2;
         let log2 = log2_m.max(least).min(most) - self.unit_log2;
-        let sharp = lanes::rough_exp2(log2, self.inverse_width);
-        Powers { sharp: sharp.into(), inverse: lanes::rough_inverse(sharp).into() }
+        let [sharp, inverse] = lanes::fast_exp2(log2, self.inverse_width).map(Into::into);
+        Powers { sharp, inverse }
     }
 
     /// Σ ln p of sixteen particles, by what each expects of each beam.
@@ -382,10 +382,10 @@ mod tests {
             for reading in &visibility.readings {
                 let likelihood = visibility.likelihood(reading, &expected);
                 assert!(likelihood > 0.0 && likelihood < 1.3 * hit, "{range} m: {likelihood}");
-                let rough = dispatch!(Level::new(), simd => of_sixteen(simd, &visibility, reading, range));
+                let found = dispatch!(Level::new(), simd => of_sixteen(simd, &visibility, reading, range));
                 assert!(
-                    rough.iter().all(|rough| (rough / likelihood).ln().abs() < 0.07),
-                    "{range} m: {rough:?}"
+                    found.iter().all(|found| (found / likelihood).ln().abs() < 0.01),
+                    "{range} m: {found:?}"
                 );
             }
         }

@@ -35,15 +35,15 @@ pub struct Parameters {
     pub speed_share: f64,
     /// Share of the robot's top turn rate that is used.
     pub turn_share: f64,
-    /// No way driven for this long is a standstill, seconds; for a robot whose top speed is below half a metre a
-    /// second as much longer as it is slower.
+    /// No way driven for this long is a standstill, seconds; for a robot that may drive less than half a metre
+    /// a second as much longer as it is slower.
     pub stall_s: f64,
     /// Less than this is no way, metres.
     pub stall_distance_m: f64,
     /// Driving around without coming nearer for this long is a standstill, too, seconds; longer as above.
     pub detour_s: f64,
-    /// And so is driving about one place for as long as this way takes at the robot's top speed, whatever the
-    /// estimate says, metres.
+    /// And so is driving about one place for as long as this way takes at the most that the robot may drive,
+    /// whatever the estimate says, metres.
     pub circling_way_m: f64,
     /// Less than this from where it began is about one place, metres.
     pub circling_distance_m: f64,

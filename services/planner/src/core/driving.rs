@@ -92,6 +92,7 @@ struct Solved {
 pub struct Driver {
     parameters: Parameters,
     room: Room,
+    /// The most that the robot may drive.
     speed_mps: f64,
     turn_rate_radps: f64,
     radius_m: f64,
@@ -117,7 +118,7 @@ impl Driver {
         let nowhere = Point::new(0.0, 0.0);
         Self {
             room: Room { hard_m, soft_m: hard_m + parameters.berth_m },
-            speed_mps: limits.speed_mps,
+            speed_mps: limits.speed_mps * parameters.speed_share,
             turn_rate_radps: limits.yaw_rate_radps,
             radius_m: robot.radius_m,
             field: None,

@@ -27,7 +27,7 @@ const JUMP_M: f64 = 1.0;
 const NEARER_M: f64 = 0.1;
 /// A standstill this far from another one is elsewhere, metres.
 const ELSEWHERE_M: f64 = 2.0;
-/// A robot whose top speed is lower than this needs longer for the same way, and is waited for as much longer, m/s.
+/// A robot that may only drive slower than this needs longer for the same way, and is waited for as much longer, m/s.
 const USUAL_MPS: f64 = 0.5;
 /// The places of so many standstills are remembered.
 const REMEMBERED: usize = 16;
@@ -72,7 +72,7 @@ impl Progress {
         }
     }
 
-    /// Whether the robot, at `robot` with the cost-to-go `cost_px` and its top speed, is at a standstill.
+    /// Whether the robot, at `robot` with the cost-to-go `cost_px` and the most that it may drive, is at a standstill.
     pub fn is_standstill(
         &mut self,
         now_s: f64,

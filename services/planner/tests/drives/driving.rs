@@ -95,6 +95,19 @@ fn it_says_where_the_drawing_shows_no_way() {
     assert!(outcome.ends[0].1.starts_with("the drawing shows no way to (230, 155) px"), "{:?}", outcome.ends);
 }
 
+/// A robot that was held to a share of its speed was watched as if it took all of it: at a fifth it once was taken
+/// for one that drives about one place, and gave up in the open corridor.
+#[test]
+fn a_robot_held_to_a_share_of_its_speed_is_waited_for() {
+    for share in [0.5, 0.2] {
+        let scene = Scene::faithful(two_rooms(9.0), SIZE, START);
+        let slow = config(ROBOTINO, &format!("speed_share = {share}"));
+        let outcome = Drive::with(scene, slow, &[&[[10.5, 4.5]]], 300.0).run(400.0);
+        assert_eq!(outcome.states(), [Reached, Finished], "{share}: {:?}", outcome.ends);
+        assert_eq!(outcome.standstills, 0, "{share}");
+    }
+}
+
 #[test]
 fn it_keeps_to_the_time_limit() {
     let scene = Scene::faithful(two_rooms(9.0), SIZE, START);

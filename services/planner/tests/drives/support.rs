@@ -164,7 +164,11 @@ pub fn route(warp: Warp, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Box<Route>
 
 impl Drive {
     pub fn new(scene: Scene, robot: &str, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Self {
-        let config = config(robot, "");
+        Self::with(scene, config(robot, ""), tasks, time_limit_s)
+    }
+
+    /// A drive by the planner's parameters of `config`.
+    pub fn with(scene: Scene, config: RunConfig, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Self {
         let mut core = Core::new(&config).unwrap();
         let (map, cells) = scene.cells();
         core.on_sketch(&map, &cells).unwrap();

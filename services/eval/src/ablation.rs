@@ -28,7 +28,7 @@ struct Part {
 }
 
 /// The parts: a new one is a line here.
-const PARTS: [Part; 18] = [
+const PARTS: [Part; 19] = [
     Part { name: "whole", localizer: "", planner: "" },
     // The likelihood field of paper 001, equation 7, without our comparison of ranges.
     Part { name: "no-visibility", localizer: "likelihood = 'field'", planner: "" },
@@ -40,6 +40,8 @@ const PARTS: [Part; 18] = [
     Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
     Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },
     Part { name: "first-scan-unsifted", localizer: "start_scales = 'least-squares'", planner: "" },
+    // In proportion as a whole, however the first scan's place is stretched.
+    Part { name: "no-anisotropy", localizer: "anisotropic_share = 0.0", planner: "" },
     Part { name: "no-usual-size", localizer: "start_size_share = 0.0", planner: "" },
     Part { name: "500-particles", localizer: "particles = 500\nleast_particles = 500", planner: "" },
     Part { name: "no-outline", localizer: "outline_gap_m = 0.0", planner: "" },

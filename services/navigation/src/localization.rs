@@ -54,7 +54,7 @@ use particles::{ParticleSet, Resampler};
 use scales::{ScaledPose, least_squares};
 use sight::{SIGHT_CELLS, Sight};
 pub use start::Start;
-use start::extent_px;
+use start::{believed, extent_px, first_anisotropy};
 use visibility::{Room, Visibility, learned};
 use weighing::{FieldOfScan, VisibilityOfScan, weigh};
 use workers::Workers;
@@ -105,6 +105,8 @@ pub struct State {
     rng: Pcg64Mcg,
     /// Mean scales of the drawing, (ln a, ln b).
     mean_ln_scales: [f32; 2],
+    /// Half the logarithm of scale a over scale b in the first scan.
+    first_anisotropy: f32,
     /// How far ranges are typically off in this drawing, in ln(measured / expected).
     drawing_error: f32,
     started: bool,
@@ -252,12 +254,13 @@ impl Localizer {
 
     /// Equation (6).
     fn propagate(&mut self, motion: &Motion) {
-        let State { particles, rng, mean_ln_scales, .. } = &mut self.state;
+        let State { particles, rng, mean_ln_scales, first_anisotropy, .. } = &mut self.state;
         let terrain = Terrain {
             grid: &self.grid,
             size_px: self.size_px,
             frame: &self.frame,
             mean_ln_scales: *mean_ln_scales,
+            first_anisotropy: *first_anisotropy,
         };
         propagate(particles, motion, self.drive, &terrain, &self.parameters, rng);
     }
@@ -311,7 +314,9 @@ impl Localizer {
 
     fn resample(&mut self) {
         let p = &self.parameters;
-        let State { particles, rng, confidence, mean_ln_scales, effective_sample_size, .. } = &mut self.state;
+        let State {
+            particles, rng, confidence, mean_ln_scales, first_anisotropy, effective_sample_size, ..
+        } = &mut self.state;
         if *effective_sample_size >= p.resample_below * particles.len() as f64 {
             return;
         }
@@ -325,6 +330,7 @@ impl Localizer {
             size_px: self.size_px,
             frame: &self.frame,
             mean_ln_scales: *mean_ln_scales,
+            first_anisotropy: *first_anisotropy,
         };
         let share = p.perturbed_share + p.perturbed_share_lost * confidence.decline();
         if share > 0.0 {
@@ -380,18 +386,21 @@ impl Localizer {
     /// (paper 001, IV: "sampled according to the state model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);
-        let best = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
+        let first = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
+        let best = believed(&first, p);
+        self.state.first_anisotropy = first_anisotropy(&first, p);
         self.state.best = best;
         self.state.mean_ln_scales = start.mean_ln_scales(&best, self.scale_guess_pxpm, p);
         self.field = Field::new(&self.grid, p, mean_scale(&self.state.mean_ln_scales));
-        let State { particles, rng, .. } = &mut self.state;
+        let State { particles, rng, mean_ln_scales, first_anisotropy, .. } = &mut self.state;
         let terrain = Terrain {
             grid: &self.grid,
             size_px: self.size_px,
             frame: &self.frame,
-            mean_ln_scales: [best.a_pxpm.ln(), best.b_pxpm.ln()],
+            mean_ln_scales: *mean_ln_scales,
+            first_anisotropy: *first_anisotropy,
         };
-        start.scatter(particles, &terrain, p, rng);
+        start.scatter(particles, [best.a_pxpm.ln(), best.b_pxpm.ln()], &terrain, p, rng);
         self.propagate(&Motion::default());
         let at = [odometry.x, odometry.y, odometry.yaw_rad];
         (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
@@ -404,6 +413,7 @@ impl State {
             particles: ParticleSet::new(parameters.particles),
             rng: seed::stream(mission_seed, "localizer"),
             mean_ln_scales: [0.0; 2],
+            first_anisotropy: 0.0,
             drawing_error: parameters.visibility_width,
             started: false,
             updated_at: [0.0; 3],

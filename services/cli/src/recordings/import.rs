@@ -196,6 +196,7 @@ fn known_scales(cells: &[u8], width: usize, resolution_m: f64) -> toml::Table {
         ("start_size_share", 1.0),
         ("start_log_scale_spread", 0.0),
         ("start_anisotropy", 0.0),
+        ("anisotropic_share", 0.0),
         ("scale_noise", 0.0),
         ("step_scale_noise", 0.0),
         ("perturbation_log_scale", 0.0),

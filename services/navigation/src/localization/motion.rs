@@ -43,6 +43,24 @@ pub struct Terrain<'a> {
     pub frame: &'a ScaleFrame,
     /// The drawing's mean scales, (ln a, ln b).
     pub mean_ln_scales: [f32; 2],
+    /// Half the logarithm of scale a over scale b in the first scan.
+    pub first_anisotropy: f32,
+}
+
+impl Terrain<'_> {
+    /// The mean scales, (ln a, ln b), of a drawing that is stretched by `anisotropy` as a whole.
+    pub(super) fn mean_ln_scales_by(&self, anisotropy: f32) -> [f32; 2] {
+        let [mean_a, mean_b] = self.mean_ln_scales;
+        [mean_a + anisotropy, mean_b - anisotropy]
+    }
+
+    /// What a particle takes the whole drawing to be stretched by: nothing, or, `anisotropic_share` of them,
+    /// a part of what the place of the first scan is. A drawing is mostly in proportion but for single places,
+    /// yet some are a strip from end to end.
+    pub(super) fn anisotropy(&self, p: &Parameters, rng: &mut Pcg64Mcg) -> f32 {
+        let is_anisotropic = p.anisotropic_share > 0.0 && rng.random::<f32>() < p.anisotropic_share;
+        if is_anisotropic { self.first_anisotropy * rng.random::<f32>() } else { 0.0 }
+    }
 }
 
 /// Standard deviations of one propagation.
@@ -100,7 +118,6 @@ pub fn propagate(
     parameters: &Parameters,
     rng: &mut Pcg64Mcg,
 ) {
-    let [mean_a, mean_b] = terrain.mean_ln_scales;
     let spread = Spread::new(motion, drive, parameters);
     let crossing = parameters.wall_crossing_factor.ln();
     for i in 0..set.len() {
@@ -116,6 +133,7 @@ pub fn propagate(
         }
         (set.x_px[i], set.y_px[i]) = (to[0], to[1]);
         set.yaw_rad[i] = wrap(yaw_rad + motion.turn_rad + spread.yaw_rad * normal(rng));
+        let [mean_a, mean_b] = terrain.mean_ln_scales_by(set.anisotropy[i]);
         set.ln_a[i] = spread.evolve(set.ln_a[i], mean_a, parameters.scale_limit, rng);
         set.ln_b[i] = match parameters.scales {
             Scales::Two => spread.evolve(set.ln_b[i], mean_b, parameters.scale_limit, rng),
@@ -134,7 +152,6 @@ pub fn perturb(
     rng: &mut Pcg64Mcg,
 ) {
     let p = parameters;
-    let [mean_a, mean_b] = terrain.mean_ln_scales;
     let bounded = |ln: f32, mean: f32| ln.clamp(mean - p.scale_limit, mean + p.scale_limit);
     for i in 0..set.len() {
         if rng.random::<f32>() >= share {
@@ -147,6 +164,8 @@ pub fn perturb(
             (set.x_px[i], set.y_px[i]) = (x, y);
         }
         set.yaw_rad[i] = wrap(set.yaw_rad[i] + p.perturbation_rad * normal(rng));
+        set.anisotropy[i] = terrain.anisotropy(p, rng);
+        let [mean_a, mean_b] = terrain.mean_ln_scales_by(set.anisotropy[i]);
         set.ln_a[i] = bounded(set.ln_a[i] + p.perturbation_log_scale * normal(rng), mean_a);
         set.ln_b[i] = match p.scales {
             Scales::Two => bounded(set.ln_b[i] + p.perturbation_log_scale * normal(rng), mean_b),
@@ -171,7 +190,9 @@ pub fn inject(
         let Some(place) = free_place(terrain, rng) else { continue };
         [set.x_px[i], set.y_px[i]] = place;
         set.yaw_rad[i] = wrap(TAU * rng.random::<f32>());
-        [set.ln_a[i], set.ln_b[i]] = start_scales(terrain.mean_ln_scales, parameters, rng);
+        set.anisotropy[i] = terrain.anisotropy(parameters, rng);
+        let mean = terrain.mean_ln_scales_by(set.anisotropy[i]);
+        [set.ln_a[i], set.ln_b[i]] = scales_about(mean, parameters, rng);
     }
 }
 
@@ -183,7 +204,7 @@ fn free_place(terrain: &Terrain<'_>, rng: &mut Pcg64Mcg) -> Option<[f32; 2]> {
 
 /// Scales about the mean, (ln a, ln b): a part of the error is common to both axes, the rest is each
 /// one's own.
-pub fn start_scales(mean_ln_scales: [f32; 2], parameters: &Parameters, rng: &mut Pcg64Mcg) -> [f32; 2] {
+pub fn scales_about(mean_ln_scales: [f32; 2], parameters: &Parameters, rng: &mut Pcg64Mcg) -> [f32; 2] {
     let shared = 0.6 * normal(rng);
     let mut error = || parameters.start_log_scale_spread * (shared + 0.8 * normal(rng));
     let ln_a = mean_ln_scales[0] + error();
@@ -212,7 +233,7 @@ mod tests {
     }
 
     fn terrain<'a>(grid: &'a Grid, frame: &'a ScaleFrame) -> Terrain<'a> {
-        Terrain { grid, size_px: [400.0; 2], frame, mean_ln_scales: [3.0, 3.0] }
+        Terrain { grid, size_px: [400.0; 2], frame, mean_ln_scales: [3.0, 3.0], first_anisotropy: 0.0 }
     }
 
     /// Twenty thousand particles of the scales 30 and 10 px/m, all at one place, after a motion.
@@ -320,6 +341,31 @@ mod tests {
         assert!((900..1100).contains(&thrown.len()), "{}", thrown.len());
         assert!(thrown.iter().all(|&i| set.x_px[i] >= 300.0 && set.y_px[i] <= 400.0));
         assert!((sample(thrown.iter().map(|&i| set.y_px[i])).0 - 200.0).abs() < 20.0);
+    }
+
+    /// Scales once were drawn back to what they are in the mean, along the walls as across, in every particle: of
+    /// three thousand hardly one lay in a drawing that is nine times as wide as it is high from end to end.
+    #[test]
+    fn some_believe_that_the_whole_is_drawn_as_the_first_scan_has_it() {
+        let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
+        let terrain = Terrain { first_anisotropy: 1.1, ..terrain(&grid, &frame) };
+        let parameters = Parameters { scale_noise: 0.0, position_noise: 0.0, ..Parameters::default() };
+        let mut rng = seed::stream(1, "test");
+        let mut set = ParticleSet::new(20_000);
+        inject(&mut set, 1.0, &terrain, &parameters, &mut rng);
+        let believers: Vec<f32> = set.anisotropy.iter().copied().filter(|&part| part != 0.0).collect();
+        assert!((3800..4200).contains(&believers.len()), "a fifth of them: {}", believers.len());
+        // Each a part of its own: uniform from 0 to 1.1.
+        let (mean, deviation) = sample(believers.iter().copied());
+        assert!((mean - 0.55).abs() < 0.02 && (deviation - 1.1 / 12.0_f64.sqrt()).abs() < 0.02);
+        assert!(believers.iter().all(|part| (0.0..=1.1).contains(part)));
+        // A long way on, each has the scales of the drawing that it believes in.
+        let far = Motion { distance_m: 100.0, ..Motion::default() };
+        propagate(&mut set, &far, OMNI, &terrain, &parameters, &mut rng);
+        for i in 0..set.len() {
+            let off = [set.ln_a[i] - 3.0 - set.anisotropy[i], set.ln_b[i] - 3.0 + set.anisotropy[i]];
+            assert!(off.iter().all(|off| off.abs() < 1e-3), "{off:?}");
+        }
     }
 
     #[test]

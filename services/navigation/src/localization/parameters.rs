@@ -102,6 +102,9 @@ pub struct Parameters {
     pub start_scales: StartScales,
     /// How much of the two scales' difference in the first scan is believed, 0 to 1.
     pub start_anisotropy: f32,
+    /// Share of the particles that take the whole drawing to be stretched by a part of what the first scan's
+    /// place is, each by a part of its own; the others take it to be in proportion as a whole.
+    pub anisotropic_share: f32,
     /// Extent of a building, metres: with the extent of the drawing it says a scale.
     pub building_size_m: f32,
     /// How much of the drawing's mean scale comes from that, 0 to 1 (geometric mean), rather than from the
@@ -193,6 +196,7 @@ impl Default for Parameters {
             start_log_scale_spread: 0.45,
             start_scales: StartScales::TrimmedMean,
             start_anisotropy: 0.0,
+            anisotropic_share: 0.2,
             building_size_m: 25.0,
             start_size_share: 0.5,
             field_sigma_m: 0.25,
@@ -265,6 +269,7 @@ impl Parameters {
             // IV: "estimated … applying the least-square approximation".
             start_scales: StartScales::LeastSquares,
             start_anisotropy: 1.0,
+            anisotropic_share: 0.0,
             start_size_share: 0.0,
             start_log_scale_spread: 0.15,
             // σ of equation (7), λ and ν: not given.
@@ -385,11 +390,12 @@ impl Parameters {
         ]
     }
 
-    fn shares(&self) -> [(&'static str, f64); 10] {
+    fn shares(&self) -> [(&'static str, f64); 11] {
         [
             ("injected_share_lost", self.injected_share_lost.into()),
             ("resample_below", self.resample_below),
             ("start_anisotropy", self.start_anisotropy.into()),
+            ("anisotropic_share", self.anisotropic_share.into()),
             ("start_size_share", self.start_size_share.into()),
             ("field_random", self.field_random.into()),
             ("visibility_hit", self.visibility_hit.into()),

@@ -9,7 +9,7 @@ use sketchnav_schemas::message::{MAX_PARTICLES, Particle, Particles};
 use super::lanes::{self, LANES};
 use super::scales::ScaledPose;
 
-/// Weighted samples of (x, y, θ, a, b), one array for each coordinate.
+/// Weighted samples of (x, y, θ, a, b) and of the drawing's anisotropy, one array for each coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParticleSet {
     /// Position, pixels.
@@ -22,11 +22,17 @@ pub struct ParticleSet {
     pub ln_a: Vec<f32>,
     /// Natural logarithm of scale b, pixels a metre.
     pub ln_b: Vec<f32>,
+    /// What the particle takes the drawing as a whole to be stretched by: half the logarithm of mean scale a
+    /// over mean scale b, beyond the drawing's mean.
+    pub anisotropy: Vec<f32>,
     /// Logarithm of the weight, up to a constant.
     pub log_weight: Vec<f32>,
     /// Normalized weight; valid after [`Self::normalize`].
     pub weight: Vec<f32>,
 }
+
+/// How many coordinates a particle has.
+const COORDINATES: usize = 6;
 
 impl ParticleSet {
     /// `count` particles at the origin, of equal weight.
@@ -38,6 +44,7 @@ impl ParticleSet {
             yaw_rad: zeros(),
             ln_a: zeros(),
             ln_b: zeros(),
+            anisotropy: zeros(),
             log_weight: zeros(),
             weight: vec![1.0 / count as f32; count],
         }
@@ -45,18 +52,15 @@ impl ParticleSet {
 
     /// Makes room for `count` particles in all: the set may grow so far without allocating.
     pub fn reserve(&mut self, count: usize) {
-        let Self { x_px, y_px, yaw_rad, ln_a, ln_b, log_weight, weight } = self;
-        for column in [x_px, y_px, yaw_rad, ln_a, ln_b, log_weight, weight] {
-            column.reserve_exact(count.saturating_sub(column.len()));
-        }
+        let reserve = |column: &mut Vec<f32>| column.reserve_exact(count.saturating_sub(column.len()));
+        self.columns_mut().into_iter().for_each(reserve);
+        [&mut self.log_weight, &mut self.weight].into_iter().for_each(reserve);
     }
 
-    fn columns(&self) -> [&[f32]; 5] {
-        [&self.x_px, &self.y_px, &self.yaw_rad, &self.ln_a, &self.ln_b]
-    }
-
-    pub(super) fn columns_mut(&mut self) -> [&mut Vec<f32>; 5] {
-        [&mut self.x_px, &mut self.y_px, &mut self.yaw_rad, &mut self.ln_a, &mut self.ln_b]
+    /// The coordinates: all that a particle takes along when it is copied.
+    pub(super) fn columns_mut(&mut self) -> [&mut Vec<f32>; COORDINATES] {
+        let Self { x_px, y_px, yaw_rad, ln_a, ln_b, anisotropy, .. } = self;
+        [x_px, y_px, yaw_rad, ln_a, ln_b, anisotropy]
     }
 
     /// How many particles there are.
@@ -133,14 +137,14 @@ impl ParticleSet {
 pub struct Resampler {
     /// For each particle of the new set, the one it comes from; one place more than particles.
     ancestor: Vec<u32>,
-    /// The columns of the new set.
-    spare: [Vec<f32>; 5],
+    /// A column of the new set; the old one of the column before lies in it afterwards.
+    spare: Vec<f32>,
 }
 
 impl Resampler {
     /// For sets of `count` particles.
     pub fn new(count: usize) -> Self {
-        Self { ancestor: vec![0; count + 1], spare: std::array::from_fn(|_| vec![0.0; count]) }
+        Self { ancestor: vec![0; count + 1], spare: Vec::with_capacity(count) }
     }
 
     /// Replaces the set by one of equal weights, each particle as often as its weight says. One
@@ -154,10 +158,12 @@ impl Resampler {
         self.ancestor.resize(count + 1, 0);
         self.mark(&set.weight, offset);
         let Self { ancestor, spare } = self;
-        spare.iter_mut().for_each(|spare| spare.resize(count, 0.0));
         dispatch!(Level::new(), simd => fill_up(simd, &mut ancestor[..count]));
-        copy_from(&ancestor[..count], set.columns(), spare.each_mut().map(|spare| &mut spare[..]));
-        set.columns_mut().into_iter().zip(spare).for_each(|(column, spare)| std::mem::swap(column, spare));
+        for column in set.columns_mut() {
+            spare.clear();
+            spare.extend(ancestor[..count].iter().map(|&i| column[i as usize]));
+            std::mem::swap(column, spare);
+        }
         set.weight.clear();
         set.weight.resize(count, 1.0 / count as f32);
         set.log_weight.clear();
@@ -205,20 +211,6 @@ fn fill_up<S: Simd>(simd: S, marks: &mut [u32]) {
     for mark in rest {
         latest = latest.max(*mark);
         *mark = latest;
-    }
-}
-
-/// Column by column the elements that `ancestor` names.
-fn copy_from(ancestor: &[u32], [x, y, yaw, a, b]: [&[f32]; 5], to: [&mut [f32]; 5]) {
-    // One look at each column's length is enough for all that follows.
-    let (old, new) = (x.len(), ancestor.len());
-    let (x, y, yaw, a, b) = (&x[..old], &y[..old], &yaw[..old], &a[..old], &b[..old]);
-    let [to_x, to_y, to_yaw, to_a, to_b] = to;
-    let (to_x, to_y, to_yaw, to_a, to_b) =
-        (&mut to_x[..new], &mut to_y[..new], &mut to_yaw[..new], &mut to_a[..new], &mut to_b[..new]);
-    for k in 0..new {
-        let i = ancestor[k] as usize;
-        (to_x[k], to_y[k], to_yaw[k], to_a[k], to_b[k]) = (x[i], y[i], yaw[i], a[i], b[i]);
     }
 }
 

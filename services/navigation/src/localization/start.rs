@@ -8,7 +8,7 @@ use super::LocalizationError;
 use super::beams::Beams;
 use super::grid::Grid;
 use super::metric::{PxFromBase, ScaleFrame, wrap};
-use super::motion::{Terrain, normal, start_scales};
+use super::motion::{Terrain, normal, scales_about};
 use super::parameters::{Parameters, Scales, StartScales};
 use super::particles::ParticleSet;
 use super::scales::{ScaledPose, least_squares, trimmed_means};
@@ -69,24 +69,29 @@ impl Start {
         [first.a_pxpm, first.b_pxpm].map(|scale| scale.ln() + share * (size_pxpm / scale).ln())
     }
 
-    /// Spreads the particles around the start, in free cells where some can be found.
+    /// Spreads the particles around the start, in free cells where some can be found, with scales around
+    /// (ln a, ln b) there.
     pub(super) fn scatter(
         &self,
         particles: &mut ParticleSet,
+        [ln_a, ln_b]: [f32; 2],
         terrain: &Terrain<'_>,
         parameters: &Parameters,
         rng: &mut Pcg64Mcg,
     ) {
-        let (middle, [mean_a, mean_b]) = ([self.pose.x as f32, self.pose.y as f32], terrain.mean_ln_scales);
+        let middle = [self.pose.x as f32, self.pose.y as f32];
         let spread_rad = (self.spread_rad as f32).max(parameters.start_spread_rad);
         // The person's own doubt is in pixels, the least one in metres: along the walls and across.
         let spread_px = |ln: f32| (self.spread_px as f32).max(parameters.start_spread_m * ln.exp());
-        let px_from_draw = terrain.frame.px_from_frame(spread_px(mean_a), spread_px(mean_b));
+        let px_from_draw = terrain.frame.px_from_frame(spread_px(ln_a), spread_px(ln_b));
         for i in 0..particles.len() {
             let place = free_place(terrain.grid, middle, &px_from_draw, rng);
             [particles.x_px[i], particles.y_px[i]] = place;
             particles.yaw_rad[i] = wrap(self.pose.yaw_rad as f32 + spread_rad * normal(rng));
-            [particles.ln_a[i], particles.ln_b[i]] = start_scales([mean_a, mean_b], parameters, rng);
+            let anisotropy = terrain.anisotropy(parameters, rng);
+            particles.anisotropy[i] = anisotropy;
+            [particles.ln_a[i], particles.ln_b[i]] =
+                scales_about([ln_a + anisotropy, ln_b - anisotropy], parameters, rng);
         }
     }
 }
@@ -111,18 +116,28 @@ fn initial_scales(
         pose.a_pxpm = a.or(b).unwrap_or(guess_pxpm);
         pose.b_pxpm = b.or(a).unwrap_or(guess_pxpm);
     }
-    shrunk([pose.a_pxpm, pose.b_pxpm], parameters)
+    [pose.a_pxpm, pose.b_pxpm]
 }
 
-/// Both scales drawn to their geometric mean: an anisotropy of 1 leaves them, 0 makes them equal.
-fn shrunk(scales_pxpm: [f32; 2], parameters: &Parameters) -> [f32; 2] {
-    let anisotropy = match parameters.scales {
+/// How the first scan's place is stretched: half the logarithm of scale a over scale b; 0 with one scale.
+pub(super) fn first_anisotropy(first: &ScaledPose, parameters: &Parameters) -> f32 {
+    match parameters.scales {
+        Scales::Two => (first.a_pxpm / first.b_pxpm).ln() / 2.0,
+        Scales::One => 0.0,
+    }
+}
+
+/// The scales of the first scan as far as they are believed to differ: a `start_anisotropy` of 1 leaves
+/// them, 0 makes them equal.
+pub(super) fn believed(first: &ScaledPose, parameters: &Parameters) -> ScaledPose {
+    let share = match parameters.scales {
         Scales::Two => parameters.start_anisotropy,
         Scales::One => 0.0,
     };
-    let [ln_a, ln_b] = scales_pxpm.map(f32::ln);
-    let mean = (ln_a + ln_b) / 2.0;
-    [ln_a, ln_b].map(|ln| (mean + anisotropy * (ln - mean)).exp())
+    let ln_scales = [first.a_pxpm, first.b_pxpm].map(f32::ln);
+    let mean = (ln_scales[0] + ln_scales[1]) / 2.0;
+    let [a_pxpm, b_pxpm] = ln_scales.map(|ln| (mean + share * (ln - mean)).exp());
+    ScaledPose { a_pxpm, b_pxpm, ..*first }
 }
 
 /// A place around `middle`, free where ten tries find one.

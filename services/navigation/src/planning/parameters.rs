@@ -51,8 +51,8 @@ pub struct Parameters {
     pub recoveries: u32,
     /// How often to recover during one task.
     pub recoveries_per_task: u32,
-    /// Who has driven more than this many times the way that the drawing showed, and `astray_m` with it, is elsewhere than
-    /// the estimate says, and lost.
+    /// Who has been on the way for longer than this many times the drawn way, and `astray_m` with it, takes at half a
+    /// metre a second, or at what the robot may drive where that is less, is elsewhere than the estimate says, and lost.
     pub astray_factor: f64,
     /// What is added to the drawn way before it is multiplied, metres.
     pub astray_m: f64,

@@ -198,12 +198,11 @@ impl Driver {
     pub fn drive(&mut self, chart: &Chart, fit: f64, lost: bool, now_s: f64, dt_s: f64) -> Verdict {
         self.chart = Some(*chart);
         self.errand.lost_s = if lost { self.errand.lost_s + dt_s } else { 0.0 };
-        self.errand.journey.drive(chart.robot_m().position());
         self.errand.arrival.follow(chart, fit, dt_s);
         if self.errand.guide != Guide::Goal {
             self.keep_to_route(chart, now_s);
         }
-        if let Some((state, reason)) = self.verdict(lost) {
+        if let Some((state, reason)) = self.verdict(lost, now_s) {
             self.stop(dt_s);
             return Verdict::Ended(state, reason);
         }
@@ -269,20 +268,20 @@ impl Driver {
             self.errand.goal = self.route.end().unwrap_or(robot);
             self.errand.plan_due_s = now_s;
             self.errand.progress = Progress::new(now_s, chart.robot_m().position());
-            self.errand.journey = Journey::new(chart.robot_m().position());
+            self.errand.journey = Journey::new(now_s);
         }
         if self.errand.guide == Guide::Route {
             self.route.track(chart, window_m);
         }
     }
 
-    fn verdict(&self, lost: bool) -> Option<(TaskState, Reason)> {
+    fn verdict(&self, lost: bool, now_s: f64) -> Option<(TaskState, Reason)> {
         if lost {
             let too_long = self.errand.lost_s >= self.parameters.lost_s;
             return too_long.then_some((TaskState::Lost, Reason::Lost(self.errand.lost_s)));
         }
-        let (driven_m, drawn_m) = self.errand.journey.astray_m(&self.parameters)?;
-        Some((TaskState::Lost, Reason::Astray(driven_m, drawn_m)))
+        let (on_way_s, drawn_m) = self.errand.journey.astray(now_s, self.speed_mps, &self.parameters)?;
+        Some((TaskState::Lost, Reason::Astray(on_way_s, drawn_m)))
     }
 
     /// The distance to the task's end, metres, where the robot is there and is not looking around.
@@ -387,7 +386,7 @@ impl Driver {
         if self.errand.guide != Guide::Route && self.errand.blocked.len() < MAX_BLOCKAGES {
             let radius_px = BLOCKAGE_M * chart.mean_scale_pxpm();
             self.errand.blocked.push(Blockage { place, radius_px, weight: BLOCKAGE_WEIGHT });
-            self.errand.journey = Journey::new(chart.robot_m().position());
+            self.errand.journey.go_around();
             self.solve(chart);
         }
     }
@@ -425,7 +424,7 @@ impl Errand {
             guide,
             goal,
             progress: Progress::new(0.0, robot),
-            journey: Journey::new(robot),
+            journey: Journey::new(0.0),
             arrival: Arrival::default(),
             standstills: Standstills::default(),
             maneuver: None,

@@ -37,7 +37,7 @@ pub enum Reason {
     NoDrawnWay(Point<Sketch>),
     /// The scans did not fit anywhere near for so many seconds.
     Lost(f64),
-    /// So many metres driven, where the drawing showed so many.
+    /// So many seconds on a way for which the drawing shows so many metres.
     Astray(f64, f64),
     /// The time limit, seconds.
     TimeLimit(f64),
@@ -80,8 +80,11 @@ impl fmt::Display for Reason {
                 write!(f, "the drawing shows no way to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
             }
             Self::Lost(s) => write!(f, "the scans fit nowhere near for {s:.0} s"),
-            Self::Astray(driven, drawn) => {
-                write!(f, "{driven:.0} m driven where the drawing shows {drawn:.0} m: this must be elsewhere")
+            Self::Astray(on_way_s, drawn_m) => {
+                write!(
+                    f,
+                    "on the way for {on_way_s:.0} s where the drawing shows {drawn_m:.0} m: this must be elsewhere"
+                )
             }
             Self::TimeLimit(s) => write!(f, "the time limit of {s:.0} s passed"),
             Self::GivenUp => f.write_str("given up by a person"),
@@ -140,7 +143,7 @@ mod tests {
             Reason::Recovering(10),
             Reason::LookingAround,
             Reason::Doubted(1234, -12.0),
-            Reason::Astray(9999.0, 999.0),
+            Reason::Astray(99_999.0, 999.0),
         ] {
             assert_eq!(reason.text().as_str(), reason.to_string());
         }

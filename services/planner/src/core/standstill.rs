@@ -28,7 +28,7 @@ const NEARER_M: f64 = 0.1;
 /// A standstill this far from another one is elsewhere, metres.
 const ELSEWHERE_M: f64 = 2.0;
 /// A robot that may only drive slower than this needs longer for the same way, and is waited for as much longer, m/s.
-const USUAL_MPS: f64 = 0.5;
+pub(super) const USUAL_MPS: f64 = 0.5;
 /// The places of so many standstills are remembered.
 const REMEMBERED: usize = 16;
 

@@ -24,6 +24,7 @@ mod bells;
 mod channels;
 mod checkpoint;
 mod error;
+mod half_made;
 mod health;
 mod kept;
 mod lock;

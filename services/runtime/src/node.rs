@@ -13,6 +13,7 @@ use sketchnav_schemas::message::Message;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::bells::{Bells, sleep_until_changed};
+use crate::half_made::Sweeper;
 use crate::lock::Lock;
 use crate::reader::{Reader, SliceReader};
 use crate::system::System;
@@ -56,6 +57,8 @@ pub struct Node {
     counters: Rc<Counters>,
     /// Says that this process lives, and keeps a second one of its kind out.
     _presence: Option<Lock>,
+    /// The supervisor's. It goes last: the rest may have to wait for what it takes away.
+    _sweeper: Option<Sweeper>,
 }
 
 /// What a process counts over all its readers.
@@ -92,6 +95,7 @@ impl Node {
         // Before others can see it: who is seen may be asked to end.
         signals::install(bells.word(process));
         let presence = system.enter(process)?;
+        let sweeper = (process == Process::Supervisor).then(|| Sweeper::start(system.view()));
         let inner = shared_memory_node(&system, process)?;
         system.keep_others_out()?;
         Ok(Self {
@@ -104,6 +108,7 @@ impl Node {
             bells,
             counters: Rc::default(),
             _presence: presence,
+            _sweeper: sweeper,
         })
     }
 

@@ -31,7 +31,7 @@ use sketchnav_schemas::message::fingerprint;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::lock::{self, Lock};
-use crate::{Error, Result, root};
+use crate::{Error, Result, half_made, root};
 
 const SHARED_MEMORY: &str = "/dev/shm";
 /// How the names of the files begin, behind the prefix, that successors go on with.
@@ -272,6 +272,24 @@ impl System {
         Ok(())
     }
 
+    /// Takes away what no living process finishes in shared memory.
+    pub(crate) fn clear_half_made(&self) -> Result<()> {
+        for path in self.shared_files()? {
+            let Some(file) = half_made::unfinished(&path) else { continue };
+            let is_held = self.processes()?.iter().any(|&(_, pid)| half_made::has_open(pid, &file));
+            // Its maker may have finished it and gone while we looked.
+            if !is_held && half_made::unfinished(&path).is_some() {
+                unless_gone(&path, fs::remove_file(&path))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The same system once more, for another thread; it owns nothing.
+    pub(crate) fn view(&self) -> Self {
+        Self::at(self.root.clone(), &self.name)
+    }
+
     pub(crate) fn bells(&self) -> PathBuf {
         self.folder.join("bells")
     }
@@ -477,6 +495,8 @@ fn unless_gone(path: &Path, result: std::io::Result<()>) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::OpenOptionsExt;
+
     use super::*;
 
     #[test]
@@ -487,6 +507,28 @@ mod tests {
         for bad in ["", "-a", "A", "a/b", "..", "a_b", "ä", &"x".repeat(33)] {
             assert!(check_name(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn what_nobody_finishes_goes_and_what_somebody_makes_stays() {
+        let root = tempfile::tempdir().unwrap();
+        let run = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
+        let system = System::create_in(root.path().into(), &run).unwrap();
+        let make = |name: &str, mode, bytes| {
+            let path = system.shared_memory(name);
+            let file = fs::OpenOptions::new().write(true).create_new(true).mode(mode).open(&path).unwrap();
+            file.set_len(bytes).unwrap();
+            (path, file)
+        };
+        let empty = make("empty.connection", 0o200, 0);
+        let sized = make("sized.connection", 0o200, 4096);
+        let (finished, _) = make("finished.connection", 0o600, 4096);
+        system.clear_half_made().unwrap();
+        assert_eq!(system.shared_files().unwrap(), [&empty.0, &finished, &sized.0].map(PathBuf::clone));
+        drop((empty, sized));
+        system.clear_half_made().unwrap();
+        assert_eq!(system.shared_files().unwrap(), [finished]);
+        system.remove().unwrap();
     }
 
     #[test]

@@ -10,6 +10,7 @@ use sketchnav_schemas::message::{GroundTruth, LaserScan, Odometry, SketchMap};
 use sketchnav_schemas::run::RunConfig;
 
 const LONG: Duration = Duration::from_secs(600);
+const CLEARING: Duration = Duration::from_millis(500);
 
 /// What an actor has opened.
 #[derive(Default)]
@@ -43,6 +44,7 @@ impl Actor {
         match *words {
             ["create", name] => self.create(name)?,
             ["remove"] => self.remove()?,
+            ["clear-dead"] => self.node().clear_dead(CLEARING),
             ["join", name, process] => {
                 self.node = Some(Node::join(System::open(name)?, process.parse().unwrap())?);
             }

@@ -8,6 +8,9 @@ mod actor;
 mod stage;
 
 use std::collections::BTreeMap;
+use std::fs::OpenOptions;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::PathBuf;
 use std::process::Command;
 
 use sketchnav_runtime::CountingAllocator;
@@ -217,6 +220,34 @@ fn a_dead_reader_stops_nobody() {
     dead.kill();
     assert_eq!(writer.tell("send 100"), "101");
     assert_eq!(alive.tell("receive"), "1..101 101 lost 0");
+}
+
+/// iceoryx2 0.10 waits for ever, as root, for the maker of an empty connection.
+#[test]
+fn a_reader_killed_while_it_connects_stops_nobody() {
+    let stage = Stage::new();
+    let mut supervisor = stage.system("half-made");
+    let mut writer = stage.join("half-made", Process::World, &["scan-writer"]);
+    let mut dead = stage.join("half-made", Process::Localizer, &["scan-reader"]);
+    writer.tell("send 1");
+    assert_eq!(dead.tell("receive"), "1..1 1 lost 0");
+    let connections = stage.shared_memory("half-made", ".connection");
+    assert!(!connections.is_empty());
+    dead.kill();
+    for path in &connections {
+        std::fs::remove_file(path).unwrap();
+        OpenOptions::new().write(true).create_new(true).mode(0o200).open(path).unwrap();
+    }
+    supervisor.does("clear-dead");
+    assert_eq!(stage.shared_memory("half-made", ".connection"), Vec::<PathBuf>::new());
+    let mut successor = stage.join("half-made", Process::Localizer, &["scan-reader"]);
+    assert_eq!(writer.tell("send 2"), "3");
+    assert_eq!(successor.tell("until 3"), "3");
+    for player in [&mut writer, &mut successor] {
+        player.does("leave");
+    }
+    supervisor.does("remove");
+    assert_eq!(stage.leftovers("half-made"), Vec::<String>::new());
 }
 
 #[test]

@@ -56,18 +56,26 @@ impl Stage {
         self.root.path().join("sketchnav")
     }
 
+    /// The files of `system` in shared memory whose names end so.
+    pub fn shared_memory(&self, system: &str, end: &str) -> Vec<PathBuf> {
+        let mark = format!("sketchnav_{system}_");
+        let mut found = names(Path::new("/dev/shm"));
+        found.retain(|name| name.starts_with(&mark) && name.ends_with(end));
+        found.iter().map(|name| Path::new("/dev/shm").join(name)).collect()
+    }
+
     /// What lies in the root, but for its guard, and in shared memory under the name of `system`.
     pub fn leftovers(&self, system: &str) -> Vec<String> {
-        let names = |path: &Path| -> Vec<String> {
-            let entries = std::fs::read_dir(path).unwrap();
-            entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
-        };
         let mut found = names(&self.folder());
         found.retain(|name| name != ".guard");
-        let mark = format!("sketchnav_{system}_");
-        found.extend(names(Path::new("/dev/shm")).into_iter().filter(|name| name.starts_with(&mark)));
+        found.extend(self.shared_memory(system, "").iter().map(|path| path.display().to_string()));
         found
     }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
 }
 
 impl Drop for Stage {

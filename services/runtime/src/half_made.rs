@@ -3,7 +3,7 @@
 //! iceoryx2 0.10 makes a file that its owner may write and nobody read, gives it its size, fills it and makes it
 //! readable at last. A process that is killed in between leaves one that nobody finishes. Whoever else needs it,
 //! a living writer or the supervisor that clears up behind the dead, is refused it, or waits for it for ever where
-//! it is root and the file still empty. So such a file goes as soon as nobody has it open.
+//! it is root and the file still empty. So such a file goes when nobody has it open.
 
 use std::fs::{self, Metadata};
 use std::os::unix::fs::MetadataExt;
@@ -20,9 +20,14 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 const UNFINISHED: u32 = 0o200;
 const PERMISSIONS: u32 = 0o777;
 
-/// The file, where it is one that its maker has not finished.
+/// Making one takes microseconds. (A maker in another container cannot be asked what it has open.)
+const MAKING: Duration = Duration::from_millis(100);
+
+/// The file, where it is one that its maker has not finished for longer than it should take.
 pub(crate) fn unfinished(path: &Path) -> Option<Metadata> {
-    fs::metadata(path).ok().filter(|found| found.mode() & PERMISSIONS == UNFINISHED)
+    let found = fs::metadata(path).ok()?;
+    let age = found.modified().ok()?.elapsed().ok()?;
+    (found.mode() & PERMISSIONS == UNFINISHED && age > MAKING).then_some(found)
 }
 
 /// Whether the process `pid` has the file open: its maker has, from the first moment on.

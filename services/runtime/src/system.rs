@@ -496,6 +496,7 @@ fn unless_gone(path: &Path, result: std::io::Result<()>) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use std::os::unix::fs::OpenOptionsExt;
+    use std::time::SystemTime;
 
     use super::*;
 
@@ -514,20 +515,25 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let run = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
         let system = System::create_in(root.path().into(), &run).unwrap();
-        let make = |name: &str, mode, bytes| {
+        let now = SystemTime::now();
+        let make = |name: &str, mode, bytes, made| {
             let path = system.shared_memory(name);
             let file = fs::OpenOptions::new().write(true).create_new(true).mode(mode).open(&path).unwrap();
             file.set_len(bytes).unwrap();
+            file.set_modified(made).unwrap();
             (path, file)
         };
-        let empty = make("empty.connection", 0o200, 0);
-        let sized = make("sized.connection", 0o200, 4096);
-        let (finished, _) = make("finished.connection", 0o600, 4096);
+        let before = now - Duration::from_secs(60);
+        let (empty, maker_of_empty) = make("empty", 0o200, 0, before);
+        let (sized, maker_of_sized) = make("sized", 0o200, 4096, before);
+        // As if by a maker that cannot be asked.
+        let (fresh, _) = make("fresh", 0o200, 0, now + Duration::from_secs(60));
+        let (finished, _) = make("finished", 0o600, 4096, before);
         system.clear_half_made().unwrap();
-        assert_eq!(system.shared_files().unwrap(), [&empty.0, &finished, &sized.0].map(PathBuf::clone));
-        drop((empty, sized));
+        assert_eq!(system.shared_files().unwrap(), [&empty, &finished, &fresh, &sized].map(PathBuf::clone));
+        drop((maker_of_empty, maker_of_sized));
         system.clear_half_made().unwrap();
-        assert_eq!(system.shared_files().unwrap(), [finished]);
+        assert_eq!(system.shared_files().unwrap(), [finished, fresh]);
         system.remove().unwrap();
     }
 

@@ -47,7 +47,7 @@ use field::Field;
 use grid::Grid;
 use metric::ScaleFrame;
 use mode::{Kernel, Mode, find_mode};
-use motion::{Motion, Terrain, inject, perturb, propagate};
+use motion::{Motion, Proportions, Terrain, inject, perturb, propagate};
 use outline::enclosed;
 use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
@@ -103,10 +103,7 @@ pub enum LocalizationError {
 pub struct State {
     particles: ParticleSet,
     rng: Pcg64Mcg,
-    /// Mean scales of the drawing, (ln a, ln b).
-    mean_ln_scales: [f32; 2],
-    /// Half the logarithm of scale a over scale b in the first scan.
-    first_anisotropy: f32,
+    proportions: Proportions,
     /// How far ranges are typically off in this drawing, in ln(measured / expected).
     drawing_error: f32,
     started: bool,
@@ -133,7 +130,6 @@ pub struct Localizer {
     drive: Drive,
     start: Start,
     grid: Grid,
-    size_px: [f32; 2],
     frame: ScaleFrame,
     scale_guess_pxpm: f32,
     visibility: Visibility,
@@ -187,7 +183,6 @@ impl Localizer {
             beams: Beams::with_capacity(parameters.beams),
             resampler: Resampler::new(parameters.particles),
             sample_size: SampleSize::new(parameters.particles),
-            size_px: [sketch.width() as f32, sketch.height() as f32],
             state: State::new(&parameters, mission_seed),
             grid,
             parameters,
@@ -226,7 +221,7 @@ impl Localizer {
     /// Goes on from a checkpoint of a localizer with the same drawing and parameters.
     pub fn restore(&mut self, state: State) {
         if state.started {
-            self.field = Field::new(&self.grid, &self.parameters, mean_scale(&state.mean_ln_scales));
+            self.field = Field::new(&self.grid, &self.parameters, state.proportions.mean_scale_pxpm());
         }
         self.state = state;
         self.state.particles.reserve(self.parameters.particles);
@@ -255,14 +250,8 @@ impl Localizer {
 
     /// Equation (6).
     fn propagate(&mut self, motion: &Motion) {
-        let State { particles, rng, mean_ln_scales, first_anisotropy, .. } = &mut self.state;
-        let terrain = Terrain {
-            grid: &self.grid,
-            size_px: self.size_px,
-            frame: &self.frame,
-            mean_ln_scales: *mean_ln_scales,
-            first_anisotropy: *first_anisotropy,
-        };
+        let State { particles, rng, proportions, .. } = &mut self.state;
+        let terrain = Terrain { grid: &self.grid, frame: &self.frame, proportions: *proportions };
         propagate(particles, motion, self.drive, &terrain, &self.parameters, rng);
     }
 
@@ -288,7 +277,7 @@ impl Localizer {
     fn reweight_scales(&mut self, best: &ScaledPose) {
         let p = &self.parameters;
         let found = least_squares(&self.grid, &self.frame, &self.beams, best, p.scales);
-        let widths = self.state.mean_ln_scales.map(|ln| p.field_scale_width * ln.exp());
+        let widths = self.state.proportions.mean_ln_scales.map(|ln| p.field_scale_width * ln.exp());
         let set = &mut self.state.particles;
         for i in 0..set.len() {
             set.log_weight[i] += found.log_likelihood([set.ln_a[i], set.ln_b[i]], widths);
@@ -299,7 +288,7 @@ impl Localizer {
     fn locate(&mut self, last: Option<ScaledPose>) {
         let p = &self.parameters;
         let kernel = Kernel {
-            radius_px: p.mode_radius_m * mean_scale(&self.state.mean_ln_scales),
+            radius_px: p.mode_radius_m * self.state.proportions.mean_scale_pxpm(),
             radius_rad: p.mode_radius_rad,
         };
         let mode = find_mode(&self.state.particles, &kernel, last.as_ref(), p.mode_loyalty);
@@ -314,24 +303,16 @@ impl Localizer {
 
     fn resample(&mut self) {
         let p = &self.parameters;
-        let State {
-            particles, rng, confidence, mean_ln_scales, first_anisotropy, effective_sample_size, ..
-        } = &mut self.state;
+        let State { particles, rng, confidence, proportions, effective_sample_size, .. } = &mut self.state;
         if *effective_sample_size >= p.resample_below * particles.len() as f64 {
             return;
         }
         self.resampler.resample(particles, rng.random());
         if p.least_particles < p.particles {
-            let wanted = self.sample_size.wanted(particles, mean_scale(mean_ln_scales), p);
+            let wanted = self.sample_size.wanted(particles, proportions.mean_scale_pxpm(), p);
             self.resampler.resample_to(particles, wanted, rng.random());
         }
-        let terrain = Terrain {
-            grid: &self.grid,
-            size_px: self.size_px,
-            frame: &self.frame,
-            mean_ln_scales: *mean_ln_scales,
-            first_anisotropy: *first_anisotropy,
-        };
+        let terrain = Terrain { grid: &self.grid, frame: &self.frame, proportions: *proportions };
         let share = p.perturbed_share + p.perturbed_share_lost * confidence.decline();
         if share > 0.0 {
             perturb(particles, share, &terrain, p, rng);
@@ -388,18 +369,14 @@ impl Localizer {
         let (p, start) = (&self.parameters, &self.start);
         let first = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
         let best = believed(&first, p);
-        self.state.first_anisotropy = first_anisotropy(&first, p);
-        self.state.best = best;
-        self.state.mean_ln_scales = start.mean_ln_scales(&best, self.scale_guess_pxpm, p);
-        self.field = Field::new(&self.grid, p, mean_scale(&self.state.mean_ln_scales));
-        let State { particles, rng, mean_ln_scales, first_anisotropy, .. } = &mut self.state;
-        let terrain = Terrain {
-            grid: &self.grid,
-            size_px: self.size_px,
-            frame: &self.frame,
-            mean_ln_scales: *mean_ln_scales,
-            first_anisotropy: *first_anisotropy,
+        let proportions = Proportions {
+            mean_ln_scales: start.mean_ln_scales(&best, self.scale_guess_pxpm, p),
+            first_anisotropy: first_anisotropy(&first, p),
         };
+        self.field = Field::new(&self.grid, p, proportions.mean_scale_pxpm());
+        (self.state.best, self.state.proportions) = (best, proportions);
+        let State { particles, rng, .. } = &mut self.state;
+        let terrain = Terrain { grid: &self.grid, frame: &self.frame, proportions };
         start.scatter(particles, [best.a_pxpm.ln(), best.b_pxpm.ln()], &terrain, p, rng);
         self.propagate(&Motion::default());
         let at = [odometry.x, odometry.y, odometry.yaw_rad];
@@ -412,8 +389,7 @@ impl State {
         Self {
             particles: ParticleSet::new(parameters.particles),
             rng: seed::stream(mission_seed, "localizer"),
-            mean_ln_scales: [0.0; 2],
-            first_anisotropy: 0.0,
+            proportions: Proportions::default(),
             drawing_error: parameters.visibility_width,
             started: false,
             updated_at: [0.0; 3],
@@ -468,11 +444,6 @@ impl State {
 fn sight(sketch: &Sketch, p: &Parameters) -> Option<Sight> {
     let wanted = p.likelihood == Likelihood::Visibility;
     wanted.then(|| Sight::new(&Grid::new(sketch, p.grid_cells.min(SIGHT_CELLS))))
-}
-
-/// The geometric mean of the two scales, pixels a metre.
-fn mean_scale([ln_a, ln_b]: &[f32; 2]) -> f32 {
-    ((ln_a + ln_b) / 2.0).exp()
 }
 
 #[cfg(test)]

@@ -15,6 +15,8 @@ const STEPS_PER_CELL: f32 = 2.0;
 /// The drawing, reduced, with distances. A ring of wall runs around it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
+    /// Width and height of the drawing, pixels.
+    size_px: [f32; 2],
     width: usize,
     height: usize,
     px_per_cell: f32,
@@ -33,7 +35,13 @@ impl Grid {
         let wall = reduced_walls(sketch, reduction, width, height);
         let free_radius = chessboard_distance(&wall, width, height);
         let distance = euclidean_distance(&surface(&wall, width, height), width, height);
-        Self { width, height, px_per_cell: reduction as f32, free_radius, distance }
+        let size_px = [sketch.width() as f32, sketch.height() as f32];
+        Self { size_px, width, height, px_per_cell: reduction as f32, free_radius, distance }
+    }
+
+    /// Width and height of the drawing, pixels.
+    pub fn size_px(&self) -> [f32; 2] {
+        self.size_px
     }
 
     /// Columns and rows, the ring included.

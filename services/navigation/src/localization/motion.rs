@@ -10,6 +10,7 @@ use std::f32::consts::TAU;
 use rand::RngExt;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::robot::Drive;
 
 use super::grid::Grid;
@@ -37,17 +38,28 @@ pub struct Motion {
 pub struct Terrain<'a> {
     /// The drawing.
     pub grid: &'a Grid,
-    /// Its width and height, pixels.
-    pub size_px: [f32; 2],
     /// The axes along which it is stretched.
     pub frame: &'a ScaleFrame,
-    /// The drawing's mean scales, (ln a, ln b).
+    /// How it is stretched as a whole.
+    pub proportions: Proportions,
+}
+
+/// How the drawing is stretched as a whole, as the first scan suggests.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Proportions {
+    /// Its mean scales, (ln a, ln b).
     pub mean_ln_scales: [f32; 2],
     /// Half the logarithm of scale a over scale b in the first scan.
     pub first_anisotropy: f32,
 }
 
-impl Terrain<'_> {
+impl Proportions {
+    /// The geometric mean of the two mean scales, pixels a metre.
+    pub fn mean_scale_pxpm(&self) -> f32 {
+        let [ln_a, ln_b] = self.mean_ln_scales;
+        ((ln_a + ln_b) / 2.0).exp()
+    }
+
     /// The mean scales, (ln a, ln b), of a drawing that is stretched by `anisotropy` as a whole.
     pub(super) fn mean_ln_scales_by(&self, anisotropy: f32) -> [f32; 2] {
         let [mean_a, mean_b] = self.mean_ln_scales;
@@ -133,7 +145,7 @@ pub fn propagate(
         }
         (set.x_px[i], set.y_px[i]) = (to[0], to[1]);
         set.yaw_rad[i] = wrap(yaw_rad + motion.turn_rad + spread.yaw_rad * normal(rng));
-        let [mean_a, mean_b] = terrain.mean_ln_scales_by(set.anisotropy[i]);
+        let [mean_a, mean_b] = terrain.proportions.mean_ln_scales_by(set.anisotropy[i]);
         set.ln_a[i] = spread.evolve(set.ln_a[i], mean_a, parameters.scale_limit, rng);
         set.ln_b[i] = match parameters.scales {
             Scales::Two => spread.evolve(set.ln_b[i], mean_b, parameters.scale_limit, rng),
@@ -164,8 +176,8 @@ pub fn perturb(
             (set.x_px[i], set.y_px[i]) = (x, y);
         }
         set.yaw_rad[i] = wrap(set.yaw_rad[i] + p.perturbation_rad * normal(rng));
-        set.anisotropy[i] = terrain.anisotropy(p, rng);
-        let [mean_a, mean_b] = terrain.mean_ln_scales_by(set.anisotropy[i]);
+        set.anisotropy[i] = terrain.proportions.anisotropy(p, rng);
+        let [mean_a, mean_b] = terrain.proportions.mean_ln_scales_by(set.anisotropy[i]);
         set.ln_a[i] = bounded(set.ln_a[i] + p.perturbation_log_scale * normal(rng), mean_a);
         set.ln_b[i] = match p.scales {
             Scales::Two => bounded(set.ln_b[i] + p.perturbation_log_scale * normal(rng), mean_b),
@@ -190,15 +202,15 @@ pub fn inject(
         let Some(place) = free_place(terrain, rng) else { continue };
         [set.x_px[i], set.y_px[i]] = place;
         set.yaw_rad[i] = wrap(TAU * rng.random::<f32>());
-        set.anisotropy[i] = terrain.anisotropy(parameters, rng);
-        let mean = terrain.mean_ln_scales_by(set.anisotropy[i]);
+        set.anisotropy[i] = terrain.proportions.anisotropy(parameters, rng);
+        let mean = terrain.proportions.mean_ln_scales_by(set.anisotropy[i]);
         [set.ln_a[i], set.ln_b[i]] = scales_about(mean, parameters, rng);
     }
 }
 
 /// A free place anywhere in the drawing; `None` where a hundred tries find none.
 fn free_place(terrain: &Terrain<'_>, rng: &mut Pcg64Mcg) -> Option<[f32; 2]> {
-    let mut place = || terrain.size_px.map(|size| size * rng.random::<f32>());
+    let mut place = || terrain.grid.size_px().map(|size| size * rng.random::<f32>());
     std::iter::repeat_with(&mut place).take(100).find(|&[x, y]| !terrain.grid.is_wall(x, y))
 }
 
@@ -233,7 +245,11 @@ mod tests {
     }
 
     fn terrain<'a>(grid: &'a Grid, frame: &'a ScaleFrame) -> Terrain<'a> {
-        Terrain { grid, size_px: [400.0; 2], frame, mean_ln_scales: [3.0, 3.0], first_anisotropy: 0.0 }
+        Terrain {
+            grid,
+            frame,
+            proportions: Proportions { mean_ln_scales: [3.0, 3.0], first_anisotropy: 0.0 },
+        }
     }
 
     /// Twenty thousand particles of the scales 30 and 10 px/m, all at one place, after a motion.
@@ -348,7 +364,8 @@ mod tests {
     #[test]
     fn some_believe_that_the_whole_is_drawn_as_the_first_scan_has_it() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
-        let terrain = Terrain { first_anisotropy: 1.1, ..terrain(&grid, &frame) };
+        let mut terrain = terrain(&grid, &frame);
+        terrain.proportions.first_anisotropy = 1.1;
         let parameters = Parameters { scale_noise: 0.0, position_noise: 0.0, ..Parameters::default() };
         let mut rng = seed::stream(1, "test");
         let mut set = ParticleSet::new(20_000);

@@ -88,7 +88,7 @@ impl Start {
             let place = free_place(terrain.grid, middle, &px_from_draw, rng);
             [particles.x_px[i], particles.y_px[i]] = place;
             particles.yaw_rad[i] = wrap(self.pose.yaw_rad as f32 + spread_rad * normal(rng));
-            let anisotropy = terrain.anisotropy(parameters, rng);
+            let anisotropy = terrain.proportions.anisotropy(parameters, rng);
             particles.anisotropy[i] = anisotropy;
             [particles.ln_a[i], particles.ln_b[i]] =
                 scales_about([ln_a + anisotropy, ln_b - anisotropy], parameters, rng);

@@ -43,7 +43,7 @@ const PARTS: [Part; 19] = [
     // In proportion as a whole, however the first scan's place is stretched.
     Part { name: "no-anisotropy", localizer: "anisotropic_share = 0.0", planner: "" },
     Part { name: "no-usual-size", localizer: "start_size_share = 0.0", planner: "" },
-    Part { name: "500-particles", localizer: "particles = 500\nleast_particles = 500", planner: "" },
+    Part { name: "500-particles", localizer: "particles = 500", planner: "" },
     Part { name: "no-outline", localizer: "outline_gap_m = 0.0", planner: "" },
     // A door as narrow as it is drawn.
     Part { name: "doors-as-drawn", localizer: "door_width_m = 0.0", planner: "" },

@@ -60,11 +60,6 @@ impl Kind {
             _ => Self::Aborted,
         }
     }
-
-    /// Whether the robot failed and said so, instead of claiming a place where it was not.
-    pub const fn knows_its_failure(self) -> bool {
-        matches!(self, Self::Lost | Self::Blocked)
-    }
 }
 
 /// One task of one trial, driven once.

@@ -19,7 +19,7 @@ use crate::trial::Trial;
 pub struct Log {
     /// True poses, one a step.
     pub truth: Vec<GroundTruth>,
-    /// What the planner said: of each task, changes of state or reason and the last.
+    /// What the planner said, one a step.
     pub status: Vec<MissionStatus>,
     /// Contacts that began or ended.
     pub contacts: Vec<Contact>,

@@ -76,8 +76,12 @@ impl Core {
     }
 
     /// Has the filter begin where an estimate says that the robot was, once a sketch comes, instead of at
-    /// its start: for who knows nothing but what was last sent.
+    /// its start: for who knows nothing but what was last sent. An estimate that still waits for a sketch says
+    /// nothing.
     pub fn begin_at(&mut self, last: &PoseEstimate) {
+        if last.tracking == Tracking::Waiting.code() {
+            return;
+        }
         let variance = |i: usize| last.covariance[6 * i];
         let (spread_px, spread_rad) = (variance(0).max(variance(1)).sqrt(), variance(2).sqrt());
         self.start = Some(Start { pose: last.pose.pose(), spread_px, spread_rad });

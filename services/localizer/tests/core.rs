@@ -162,6 +162,43 @@ fn with_another_sketch_the_filter_begins_anew() {
     assert!((first.pose.x_px - 50.0).abs() < 5.0 && (second.pose.x_px - 30.0).abs() < 10.0, "{second:?}");
 }
 
+/// An estimate that waits for a sketch is at (0, 0), which is a place in every drawing. Who began there forgot the
+/// start that the person marked.
+#[test]
+fn an_estimate_that_waits_is_no_place_to_begin_at() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    let mut out = PoseEstimate::zeroed();
+    core.step(&at_the_origin(), &scan(1), &mut out, None);
+    assert_eq!(out.tracking, Tracking::Waiting.code());
+    core.begin_at(&out);
+    core.on_sketch(&map, &cells).unwrap();
+    core.step(&at_the_origin(), &scan(2), &mut out, None);
+    assert!((out.pose.x_px - 50.0).abs() < 5.0, "{:?}", out.pose);
+}
+
+/// A scan without any reading once fitted best of all: a robot with a covered lens was sure of itself, and even one that
+/// was lost found itself again.
+#[test]
+fn a_robot_that_sees_nothing_is_lost_and_one_that_sees_again_is_not() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    core.on_sketch(&map, &cells).unwrap();
+    let mut out = PoseEstimate::zeroed();
+    let mut drive = |seqs: std::ops::RangeInclusive<u64>, covered: bool| {
+        for seq in seqs {
+            let x = (seq as f64 * 0.1).sin();
+            let mut scan = scan_at(seq, x as f32);
+            if covered {
+                scan.ranges_m.fill(f32::NAN);
+            }
+            core.step(&ahead(x), &scan, &mut out, None);
+        }
+        out.tracking
+    };
+    assert_eq!(drive(1..=60, false), Tracking::Tracking.code());
+    assert_eq!(drive(61..=120, true), Tracking::Lost.code());
+    assert_eq!(drive(121..=240, false), Tracking::Tracking.code());
+}
+
 #[test]
 fn particles_are_due_once_a_second() {
     let (mut core, (map, cells)) = (core("").unwrap(), room());

@@ -59,6 +59,9 @@ use visibility::{Room, Visibility, learned};
 use weighing::{FieldOfScan, VisibilityOfScan, weigh};
 use workers::Workers;
 
+/// How much worse than that of a lost robot the fit of a scan is that shows nothing.
+const BLIND: f32 = 1.0;
+
 /// Where the robot is in the drawing, after a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
@@ -134,9 +137,7 @@ pub struct Localizer {
     scale_guess_pxpm: f32,
     visibility: Visibility,
     room: Room,
-    /// The table of ranges of the visibility model; none where the likelihood field weighs.
-    sight: Option<Sight>,
-    field: Field,
+    weigher: Weigher,
     level: Level,
     workers: Workers,
     beams: Beams,
@@ -176,8 +177,7 @@ impl Localizer {
             scale_guess_pxpm,
             visibility: Visibility::new(&parameters),
             room: Room::new(parameters.beams),
-            sight: sight(sketch, &parameters),
-            field: Field::new(&grid, &parameters, scale_guess_pxpm),
+            weigher: Weigher::new(sketch, &grid, &parameters, scale_guess_pxpm),
             level: Level::new(),
             workers: Workers::default(),
             beams: Beams::with_capacity(parameters.beams),
@@ -221,7 +221,7 @@ impl Localizer {
     /// Goes on from a checkpoint of a localizer with the same drawing and parameters.
     pub fn restore(&mut self, state: State) {
         if state.started {
-            self.field = Field::new(&self.grid, &self.parameters, state.proportions.mean_scale_pxpm());
+            self.weigher.suit(&self.grid, &self.parameters, &state.proportions);
         }
         self.state = state;
         self.state.particles.reserve(self.parameters.particles);
@@ -260,15 +260,19 @@ impl Localizer {
         let count = self.beams.len() as f32;
         let independent = self.parameters.independent_beams * self.visibility.exactness();
         let per_beam = (independent / count.max(1.0)).min(1.0);
-        let Self { beams, frame, visibility, sight, field, level, workers, state, .. } = self;
+        let Self { beams, frame, visibility, weigher, level, workers, state, .. } = self;
         let set = &mut state.particles;
-        if let Some(sight) = sight {
-            let model = VisibilityOfScan { visibility, sight, beams };
-            return weigh(set, &model, frame, per_beam, *level, workers);
-        }
-        weigh(set, &FieldOfScan { field, beams }, frame, per_beam, *level, workers);
-        if self.parameters.field_scale_width > 0.0 {
-            self.reweight_scales(best);
+        match weigher {
+            Weigher::Visibility(sight) => {
+                let model = VisibilityOfScan { visibility, sight, beams };
+                weigh(set, &model, frame, per_beam, *level, workers);
+            }
+            Weigher::Field(field) => {
+                weigh(set, &FieldOfScan { field, beams }, frame, per_beam, *level, workers);
+                if self.parameters.field_scale_width > 0.0 {
+                    self.reweight_scales(best);
+                }
+            }
         }
     }
 
@@ -308,7 +312,7 @@ impl Localizer {
             return;
         }
         self.resampler.resample(particles, rng.random());
-        if p.least_particles < p.particles {
+        if (1..p.particles).contains(&p.least_particles) {
             let wanted = self.sample_size.wanted(particles, proportions.mean_scale_pxpm(), p);
             self.resampler.resample_to(particles, wanted, rng.random());
         }
@@ -323,12 +327,16 @@ impl Localizer {
         }
     }
 
-    /// Mean log likelihood of a beam at a pose (visibility model); 0 where there is no beam.
+    /// Mean log likelihood of a beam at a pose (visibility model). A scan without any valid beam fits nowhere: a
+    /// robot that sees nothing is lost after a while, however well it did before.
     fn fit(&mut self, pose: &ScaledPose) -> f32 {
+        if self.beams.is_empty() {
+            return self.parameters.lost_below - BLIND;
+        }
         let metric = self.frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
         let place = [pose.x_px, pose.y_px];
         let sum = self.visibility.log_likelihood(&self.grid, &self.beams, place, &metric, &mut self.room);
-        sum / self.beams.len().max(1) as f32
+        sum / self.beams.len() as f32
     }
 
     /// The mode of the last update, dead-reckoned to now.
@@ -373,7 +381,7 @@ impl Localizer {
             mean_ln_scales: start.mean_ln_scales(&best, self.scale_guess_pxpm, p),
             first_anisotropy: first_anisotropy(&first, p),
         };
-        self.field = Field::new(&self.grid, p, proportions.mean_scale_pxpm());
+        self.weigher.suit(&self.grid, p, &proportions);
         (self.state.best, self.state.proportions) = (best, proportions);
         let State { particles, rng, .. } = &mut self.state;
         let terrain = Terrain { grid: &self.grid, frame: &self.frame, proportions };
@@ -440,10 +448,30 @@ impl State {
     }
 }
 
-/// The table of ranges, where the model looks at it.
-fn sight(sketch: &Sketch, p: &Parameters) -> Option<Sight> {
-    let wanted = p.likelihood == Likelihood::Visibility;
-    wanted.then(|| Sight::new(&Grid::new(sketch, p.grid_cells.min(SIGHT_CELLS))))
+/// What of the drawing the scans are weighed by.
+#[derive(Debug, Clone)]
+enum Weigher {
+    /// The visibility model's table of ranges.
+    Visibility(Sight),
+    /// The likelihood field.
+    Field(Field),
+}
+
+impl Weigher {
+    fn new(sketch: &Sketch, grid: &Grid, p: &Parameters, scale_guess_pxpm: f32) -> Self {
+        match p.likelihood {
+            Likelihood::Field => Self::Field(Field::new(grid, p, scale_guess_pxpm)),
+            Likelihood::Visibility if p.grid_cells <= SIGHT_CELLS => Self::Visibility(Sight::new(grid)),
+            Likelihood::Visibility => Self::Visibility(Sight::new(&Grid::new(sketch, SIGHT_CELLS))),
+        }
+    }
+
+    /// The field's kernel has a width in metres: it suits a scale.
+    fn suit(&mut self, grid: &Grid, p: &Parameters, proportions: &Proportions) {
+        if let Self::Field(field) = self {
+            *field = Field::new(grid, p, proportions.mean_scale_pxpm());
+        }
+    }
 }
 
 #[cfg(test)]

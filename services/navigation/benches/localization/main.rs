@@ -18,7 +18,7 @@ use support::{Drive, WAY};
 fn update(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("a whole update, ours");
     for particles in [1_000, 10_000, 100_000] {
-        let parameters = Parameters { particles, least_particles: particles, ..Parameters::default() };
+        let parameters = Parameters { particles, ..Parameters::default() };
         for threads in [1, 2] {
             let mut drive = Drive::new(weighing::DRAWING, parameters.clone(), 1);
             let pool = Arc::new(ThreadPoolBuilder::new().num_threads(threads).build().expect("threads"));

@@ -146,6 +146,6 @@ mod tests {
         beams.select(&scan(&[1.0; 101]), &Mounting { yaw_rad: 0.5, ..Mounting::default() }, 4);
         let steps: Vec<f32> = beams.angle_rad.windows(2).map(|w| w[1] - w[0]).collect();
         assert!(steps.iter().all(|s| (s - 0.5).abs() < 0.03), "{steps:?}");
-        assert!(beams.angle_rad.iter().sum::<f32>().abs() / 4.0 - 0.5 < 0.03);
+        assert!((beams.angle_rad.iter().sum::<f32>() / 4.0 - 0.5).abs() < 0.03);
     }
 }

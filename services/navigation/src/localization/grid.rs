@@ -54,7 +54,8 @@ impl Grid {
         self.free_radius.iter().map(|&radius| radius == 0)
     }
 
-    /// The distance step of each cell, row by row from the bottom, the ring included.
+    /// The distance from each cell to the nearest surface of a wall, in steps of half a cell, row by row from the bottom,
+    /// the ring included. Within a wall it grows again: what a laser measures is a surface, not the inside of a pillar.
     pub fn distance_steps(&self) -> &[u8] {
         &self.distance
     }
@@ -64,20 +65,9 @@ impl Grid {
         self.px_per_cell
     }
 
-    /// Number of steps of [`Self::distance_step`].
-    pub const DISTANCE_STEPS: usize = 256;
-
     /// What a distance step stands for, pixels.
     pub fn distance_px(&self, step: u8) -> f32 {
         f32::from(step) / STEPS_PER_CELL * self.px_per_cell
-    }
-
-    /// Distance from a place in pixels to the nearest surface of a wall, in steps of half a cell.
-    /// Within a wall it grows again: what a laser measures is a surface, not the inside of a pillar.
-    #[inline]
-    pub fn distance_step(&self, x_px: f32, y_px: f32) -> u8 {
-        let inv = 1.0 / self.px_per_cell;
-        self.distance[self.index(self.cell(x_px * inv, self.width), self.cell(y_px * inv, self.height))]
     }
 
     /// Whether a place in pixels is in a wall or outside.
@@ -382,7 +372,8 @@ mod tests {
                 for column in 0..w {
                     let squared = walls.iter().map(|(c, r)| (c - column).pow(2) + (r - row).pow(2)).min().unwrap();
                     let expected = ((squared as f32).sqrt() * STEPS_PER_CELL) as u8;
-                    let found = grid.distance_step(column as f32 + 0.5, row as f32 + 0.5);
+                    let at = (row + 1) as usize * grid.cells()[0] + (column + 1) as usize;
+                    let found = grid.distance_steps()[at];
                     prop_assert_eq!(found, expected, "at {} {}", column, row);
                 }
             }

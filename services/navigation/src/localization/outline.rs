@@ -2,8 +2,8 @@
 //! building is no place for a particle, however well the scan would fit there.
 //!
 //! People leave their outlines open, for an entrance or by a hasty hand. So outside is what a square
-//! brush reaches from the sheet's edge that is as wide as the widest opening that counts as closed (a
-//! morphological opening of the sheet around the building).
+//! brush reaches from beside the sheet that is as wide as the widest opening that counts as closed (a
+//! morphological opening of what lies around the building).
 
 use sketchnav_schemas::geometry::{Point, Sketch as SketchFrame};
 
@@ -18,23 +18,28 @@ pub fn enclosed(sketch: &Sketch, inside: Point<SketchFrame>, gap_px: f32) -> Opt
     (!outside[row * sketch.width() + column]).then(|| sketch.walled(&outside))
 }
 
-/// Which cells the brush reaches.
+/// Which cells of the sheet the brush reaches. It begins beside the sheet, where there is room for it however close to
+/// the edge people draw.
 fn outside(sketch: &Sketch, gap_px: f32) -> Vec<bool> {
-    let [width, height] = [sketch.width(), sketch.height()];
     // The brush is 2·radius − 1 cells wide.
     let radius = ((gap_px + 1.0) / 2.0).ceil().clamp(1.0, 250.0) as u8;
-    let room = chessboard_distance(sketch.walls(), width, height);
-    let near: Vec<bool> = reached(&room, radius, width, height);
-    let away = chessboard_distance(&near, width, height);
-    away.iter().map(|&away| away < radius).collect()
+    let margin = usize::from(radius);
+    let [width, height] = [sketch.width(), sketch.height()].map(|size| size + 2 * margin);
+    let sheet = |row: usize| (row + margin) * width + margin;
+    let mut wall = vec![false; width * height];
+    for (row, cells) in sketch.walls().chunks_exact(sketch.width()).enumerate() {
+        wall[sheet(row)..][..sketch.width()].copy_from_slice(cells);
+    }
+    let room = chessboard_distance(&wall, width, height);
+    let away = chessboard_distance(&reached(&room, radius, width, height), width, height);
+    let rows = (0..sketch.height()).flat_map(|row| &away[sheet(row)..][..sketch.width()]);
+    rows.map(|&away| away < radius).collect()
 }
 
-/// The cells that the brush's middle reaches from the sheet's edge.
+/// The cells that the brush's middle reaches from the corner.
 fn reached(room: &[u8], radius: u8, width: usize, height: usize) -> Vec<bool> {
     let mut reached = vec![false; room.len()];
-    let columns = (0..width).flat_map(|column| [column, (height - 1) * width + column]);
-    let rows = (0..height).flat_map(|row| [row * width, row * width + width - 1]);
-    let mut open: Vec<usize> = columns.chain(rows).collect();
+    let mut open = vec![0];
     while let Some(at) = open.pop() {
         if room[at] < radius || std::mem::replace(&mut reached[at], true) {
             continue;
@@ -78,6 +83,30 @@ mod tests {
         let free = |column, row| !found.is_wall_cell(column, row);
         assert!(free(50, 50) && free(21, 21) && free(79, 79));
         assert!(!free(10, 50) && !free(50, 90) && !free(0, 0) && !free(99, 99));
+    }
+
+    /// People fill the sheet. A brush that was believed to fit at every cell of the sheet's edge once reached as far
+    /// into the rooms behind the outer walls as it is wide.
+    #[test]
+    fn a_room_that_fills_its_sheet_stays_whole() {
+        for margin in [0, 1, 3, 8] {
+            let (low, high) = (margin, SIZE - 1 - margin);
+            let cell = |i: usize| {
+                let (column, row) = (i % SIZE, i / SIZE);
+                let within = |k: usize| (low..=high).contains(&k);
+                let side = (column == low || column == high) && within(row);
+                let end = (row == low || row == high) && within(column);
+                if side || end { WALL } else { FREE }
+            };
+            let cells: Vec<u8> = (0..SIZE * SIZE).map(cell).collect();
+            let sketch = Sketch::new(SIZE, SIZE, &cells, 0.0).unwrap();
+            let found = enclosed(&sketch, Point::new(50.0, 50.0), 40.0).unwrap();
+            let inside = low + 1..high;
+            for (column, row) in (0..SIZE).flat_map(|row| (0..SIZE).map(move |column| (column, row))) {
+                let is_room = inside.contains(&column) && inside.contains(&row);
+                assert_eq!(found.walls()[row * SIZE + column], !is_room, "{margin}: ({column}, {row})");
+            }
+        }
     }
 
     #[test]

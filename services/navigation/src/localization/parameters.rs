@@ -40,8 +40,8 @@ pub enum StartScales {
 pub struct Parameters {
     /// How many particles at most, 16 to 100 000.
     pub particles: usize,
-    /// How many particles at least, where their number follows the belief (Fox 2003), 16 to 100 000; from
-    /// `particles` on it does not.
+    /// How many particles at least, where their number follows the belief (Fox 2003); 0: there are always
+    /// `particles`.
     pub least_particles: usize,
     /// ε, how far the particles' distribution may be from the belief (Kullback-Leibler divergence).
     pub kld_error: f32,
@@ -168,7 +168,7 @@ impl Default for Parameters {
     fn default() -> Self {
         Self {
             particles: 3000,
-            least_particles: 3000,
+            least_particles: 0,
             kld_error: 0.05,
             bin_m: 0.5,
             beams: 48,
@@ -243,7 +243,6 @@ impl Parameters {
         Self {
             // Not given.
             particles: 2000,
-            least_particles: 2000,
             // N of equation (7): not given.
             beams: 48,
             // Equation (7), a product over all beams: they count as independent.
@@ -313,7 +312,7 @@ impl Parameters {
     pub fn check(&self) -> Result<(), ParameterError> {
         let counts = [
             ("particles", "16 to 100000", self.particles, 16..=100_000),
-            ("least_particles", "16 to 100000", self.least_particles, 16..=100_000),
+            ("least_particles", "0 to 100000", self.least_particles, 0..=100_000),
             ("beams", "4 to 1440", self.beams, 4..=1440),
             ("grid_cells", "1000 to 4000000", self.grid_cells, 1000..=4_000_000),
         ];

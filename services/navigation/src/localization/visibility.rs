@@ -397,7 +397,7 @@ mod tests {
         let after = |from: f32, seen: f32, updates: usize| (0..updates).fold(from, |e, _| learned(e, seen));
         assert!(after(0.25, 0.05, 25) > 0.15);
         assert!((after(0.25, 0.05, 400) - 0.05).abs() < 1e-3);
-        assert!(after(0.05, 0.3, 25) > 0.25, "an error is believed at once");
+        assert!(after(0.05, 0.3, 25) > 0.25, "an error is believed soon");
         assert!(after(0.25, 100.0, 400) <= MOST_ERROR);
     }
 

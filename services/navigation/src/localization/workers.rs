@@ -13,24 +13,6 @@ pub struct Workers {
     pool: Option<Arc<ThreadPool>>,
 }
 
-/// What can be cut in two.
-pub trait Parts: Sized + Send {
-    /// How many elements there are.
-    fn count(&self) -> usize;
-    /// The first `at` elements and the rest.
-    fn cut(self, at: usize) -> (Self, Self);
-}
-
-impl<T: Send> Parts for &mut [T] {
-    fn count(&self) -> usize {
-        self.len()
-    }
-
-    fn cut(self, at: usize) -> (Self, Self) {
-        self.split_at_mut(at)
-    }
-}
-
 impl Workers {
     /// The threads of `pool`. A caller that is one of them does not wait for the others to wake up,
     /// and nothing is allocated.
@@ -40,31 +22,21 @@ impl Workers {
 
     /// Calls `job` once for each block of `block` elements, the last one shorter, with the index of
     /// its first element.
-    pub fn each<P: Parts>(&self, parts: P, block: usize, job: impl Fn(usize, P) + Sync) {
+    pub fn each<T: Send>(&self, all: &mut [T], block: usize, job: impl Fn(usize, &mut [T]) + Sync) {
         match &self.pool {
-            None => one_by_one(parts, block, &job),
-            Some(pool) => pool.install(|| halve(0, parts, block, &job)),
+            None => all.chunks_mut(block).enumerate().for_each(|(i, part)| job(i * block, part)),
+            Some(pool) => pool.install(|| halve(0, all, block, &job)),
         }
     }
 }
 
-fn one_by_one<P: Parts>(mut parts: P, block: usize, job: &impl Fn(usize, P)) {
-    let mut first = 0;
-    while parts.count() > block {
-        let (front, rest) = parts.cut(block);
-        job(first, front);
-        (first, parts) = (first + block, rest);
-    }
-    job(first, parts);
-}
-
-fn halve<P: Parts>(first: usize, parts: P, block: usize, job: &(impl Fn(usize, P) + Sync)) {
-    let blocks = parts.count().div_ceil(block);
+fn halve<T: Send>(first: usize, all: &mut [T], block: usize, job: &(impl Fn(usize, &mut [T]) + Sync)) {
+    let blocks = all.len().div_ceil(block);
     if blocks <= 1 {
-        return job(first, parts);
+        return job(first, all);
     }
     let middle = blocks / 2 * block;
-    let (front, back) = parts.cut(middle);
+    let (front, back) = all.split_at_mut(middle);
     rayon_core::join(|| halve(first, front, block, job), || halve(first + middle, back, block, job));
 }
 

@@ -56,9 +56,10 @@ impl Buckets {
         self.current
     }
 
-    /// Puts a cell where its cost belongs, wherever it was. The cost is no less than that of the cell
+    /// Puts a cell where its cost belongs, wherever it was. The cost is finite, no less than that of the cell
     /// popped last, and no more than the costliest step above it.
     pub fn put(&mut self, cell: usize, cost: f32) {
+        debug_assert!(cost.is_finite(), "cell {cell}: {cost}");
         self.unlink(cell);
         let bucket = ((cost * self.per_cost) as u32).max(self.current) as usize % RING;
         let next = std::mem::replace(&mut self.first[bucket], cell as u32);

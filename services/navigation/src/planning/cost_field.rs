@@ -129,15 +129,16 @@ impl CostField {
         self.goal.is_some_and(|goal| self.free_cell(goal) == cell)
     }
 
-    /// Whether no drawn wall lies between the two places; the wall in which `from` itself may lie
-    /// does not count.
+    /// Whether no drawn wall lies between the two places; the walls in which they may lie themselves do not count,
+    /// for a cell is wall where a corner of it is.
     pub fn sees(&self, from: Point<SketchFrame>, to: Point<SketchFrame>) -> bool {
         let steps = (from.distance(&to) / self.pixels_per_cell as f64 * 2.0).ceil().max(1.0) as usize;
-        let mut left_first_wall = false;
+        let (mut left_first_wall, last) = (false, self.cell(to));
         (0..=steps).all(|i| {
             let share = i as f64 / steps as f64;
             let place = Point::new(from.x + share * (to.x - from.x), from.y + share * (to.y - from.y));
-            let wall = self.wall[self.cell(place)];
+            let cell = self.cell(place);
+            let wall = cell != last && self.wall[cell];
             left_first_wall |= !wall;
             !(wall && left_first_wall)
         })
@@ -277,6 +278,21 @@ mod tests {
         assert!(cost.is_finite() && cost > 1000.0);
         assert!(!field.is_open(Point::new(50.0, 20.0)) && field.is_open(Point::new(120.0, 90.0)));
         assert!(!field.sees(Point::new(50.0, 20.0), Point::new(150.0, 20.0)));
+    }
+
+    /// A cell is wall where one pixel of it is. A route whose end lay beside a wall once was never to be seen, from
+    /// wherever, and its task ended as blocked.
+    #[test]
+    fn a_place_beside_a_wall_is_seen_and_one_behind_it_is_not() {
+        let (width, height) = (800, 600);
+        let cell = |i: usize| if i % width == 403 { WALL } else { FREE };
+        let sketch =
+            Sketch::new(width, height, &(0..width * height).map(cell).collect::<Vec<_>>(), 0.0).unwrap();
+        let field = solved(&sketch, Point::new(300.0, 300.0), &[]);
+        let beside = Point::new(402.5, 300.0);
+        assert!(field.pixels_per_cell > 1 && field.is_wall(beside));
+        assert!(field.sees(Point::new(300.0, 300.0), beside));
+        assert!(!field.sees(Point::new(300.0, 300.0), Point::new(500.0, 300.0)));
     }
 
     #[test]

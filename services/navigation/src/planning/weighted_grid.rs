@@ -34,7 +34,8 @@ impl Frontier {
     /// Lowers the cell's cost to `cost` where that is less, by a way of this length.
     fn lower(&mut self, cell: usize, cost: f32, length: f32) {
         let before = self.cost[cell];
-        if cost < before || (cost == before && length < self.length[cell]) {
+        let is_shorter = cost == before && cost.is_finite() && length < self.length[cell];
+        if cost < before || is_shorter {
             self.cost[cell] = cost;
             self.length[cell] = length;
             self.buckets.put(cell, cost);

@@ -31,6 +31,21 @@ fn fine(place: &Place, arguments: &str) -> Ended {
     ended
 }
 
+/// `sketchnav diff … | head -1` once said that two recordings are the same: whatever a command came to, 0 was its exit
+/// code as soon as nobody read what it printed.
+#[test]
+fn who_does_not_read_on_gets_the_same_exit_code() {
+    let place = Place::new();
+    let golden = repository().join("recordings/golden");
+    let [story, log] = ["story.mcap", "log.mcap"].map(|name| golden.join(name).display().to_string());
+    for (arguments, code) in [(format!("diff {story} {log}"), 1), (format!("diff {story} {story}"), 0)] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let status = place.command(&arguments).stdout(writer).status().unwrap();
+        assert_eq!(status.code(), Some(code), "{arguments}");
+    }
+}
+
 /// The recording of a run, its replay through live processes, and each service executed again agree. The
 /// drawing and the floor are inside the recording: the files that the mission named are gone.
 #[test]

@@ -3,11 +3,23 @@
 use std::fmt::Arguments;
 use std::io::{self, Write};
 
-/// A line on standard output.
+/// A line of a result on standard output. Where its reader has gone nobody misses it, and what the command comes to
+/// stays what it is: its exit code tells.
+///
+/// # Errors
+/// Where it cannot be written: a full disk, say.
+pub fn line(text: Arguments<'_>) -> anyhow::Result<()> {
+    match live_line(text) {
+        Err(error) if is_unheard(&error) => Ok(()),
+        written => written,
+    }
+}
+
+/// A line of what goes on for as long as somebody reads it.
 ///
 /// # Errors
 /// Where nobody takes it; see [`is_unheard`].
-pub fn line(text: Arguments<'_>) -> anyhow::Result<()> {
+pub fn live_line(text: Arguments<'_>) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
     writeln!(out, "{text}")?;
     Ok(out.flush()?)
@@ -29,9 +41,14 @@ macro_rules! out {
     ($($text:tt)*) => { $crate::output::line(format_args!($($text)*)) };
 }
 
+/// Prints a line on standard output, and says where nobody reads any more.
+macro_rules! live {
+    ($($text:tt)*) => { $crate::output::live_line(format_args!($($text)*)) };
+}
+
 /// Prints a line on standard error, as `eprintln!` does, without panicking.
 macro_rules! say {
     ($($text:tt)*) => { $crate::output::aside(format_args!($($text)*)) };
 }
 
-pub(crate) use {out, say};
+pub(crate) use {live, out, say};

@@ -10,7 +10,7 @@ use sketchnav_schemas::ros2::Ros2;
 
 use crate::args::Tap;
 use crate::failure::{Failure, Outcome};
-use crate::output::out;
+use crate::output::live;
 use crate::systems;
 
 /// How often to look: messages wake no observer.
@@ -52,7 +52,7 @@ impl Listener for Echo {
         let line = serde_json::json!({
             "seq": header.seq, "stamp_ns": header.stamp_ns, "source_seq": header.source_seq, "message": form,
         });
-        out!("{line}")
+        live!("{line}")
     }
 
     fn tick(&mut self, _lost: u64) -> anyhow::Result<()> {
@@ -90,16 +90,16 @@ impl Listener for Rate {
 impl Rate {
     fn print(&self, when: &str) -> anyhow::Result<()> {
         let (Some((first, first_ns)), Some((last, last_ns))) = (self.first, self.last) else {
-            return out!("{when}: no message");
+            return live!("{when}: no message");
         };
         let intervals = self.count.saturating_sub(1) as f64;
         let wall = intervals / (last - first).as_secs_f64().max(1e-9);
         let simulated = intervals / (last_ns.saturating_sub(first_ns) as f64 / 1e9).max(1e-9);
         let (count, lost) = (self.count, self.lost);
         if intervals == 0.0 {
-            out!("{when}: 1 message")
+            live!("{when}: 1 message")
         } else {
-            out!(
+            live!(
                 "{when}: {wall:.1} messages a second, {simulated:.2} a simulated second; {count} seen, {lost} missed"
             )
         }

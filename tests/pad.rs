@@ -272,6 +272,8 @@ fn whoever_is_killed_the_drawing_is_driven() {
         kill(process);
     }
     page.until_allowed("execute");
+    let saved = json!({ "name": "Saved twice" });
+    page.must("/api/mission", &saved);
     let session = page.session();
     kill("pad");
     page.vanish();
@@ -280,6 +282,11 @@ fn whoever_is_killed_the_drawing_is_driven() {
         Page::open(stage.port, Some(&session))
     };
     assert_eq!((&page.hello["drives"], &page.hello["path"]), (&json!(true), &route()));
+    // It knows which mission files are its own, and replaces no others.
+    page.must("/api/mission", &saved);
+    std::fs::write(place.files().join("saved/my-floor.toml"), "by hand").unwrap();
+    let (status, refused) = page.post("/api/mission", br#"{"name":"My floor"}"#);
+    assert!(status == 409 && refused["error"].as_str().unwrap().contains("my-floor.toml"), "{refused}");
     page.until_allowed("execute");
     assert_eq!(page.order("execute").0, 200);
     page.until("way driven", |feed| feed["task"]["path_m"].as_f64().is_some_and(|way| way > 1.0));

@@ -5,6 +5,7 @@
 
 mod receive;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -35,7 +36,7 @@ const FEED_EVERY: Duration = Duration::from_millis(90);
 /// And at most, so that pages see that nothing comes from the navigation.
 const FEED_AT_LEAST: Duration = Duration::from_millis(500);
 /// The form of [`State`].
-const CHECKPOINT: &str = "pad 2";
+const CHECKPOINT: &str = "pad 3";
 
 /// What a successor needs to know.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -45,6 +46,7 @@ struct State {
     driver: Option<String>,
     link_limit_s: f64,
     sendings: Sendings,
+    saved: BTreeSet<String>,
 }
 
 /// The names that the page has given to what it sent.
@@ -112,6 +114,8 @@ struct Bridge<'a> {
     /// Who waits for the sketcher's answer.
     reply: Option<oneshot::Sender<Answer>>,
     sendings: Sendings,
+    /// Names of the mission files that were saved: these may be saved again.
+    saved: BTreeSet<String>,
     ends: Ends,
     services: Services,
     trail: Trail,
@@ -144,6 +148,7 @@ impl<'a> Bridge<'a> {
             sessions: Sessions::default(),
             reply: None,
             sendings: Sendings::default(),
+            saved: BTreeSet::new(),
             ends: Ends::default(),
             services: Services::default(),
             trail: Trail::default(),
@@ -171,6 +176,7 @@ impl<'a> Bridge<'a> {
         self.sessions.resume(state.driver, state.link_limit_s, now);
         self.machine.resume(state.machine, now);
         self.sendings = state.sendings;
+        self.saved = state.saved;
         self.drawings.resume_after(seq);
         if let Some(pending) = self.machine.memory().pending.clone() {
             self.drawings.resume_after(seq - 1);
@@ -197,6 +203,7 @@ impl<'a> Bridge<'a> {
             driver: self.sessions.driver().map(str::to_owned),
             link_limit_s: self.sessions.limit_s(),
             sendings: self.sendings.clone(),
+            saved: self.saved.clone(),
         };
         Ok(self.checkpoints.write(&state)?)
     }
@@ -399,14 +406,15 @@ impl<'a> Bridge<'a> {
         self.checkpoint()
     }
 
-    fn write_mission(&self, name: &str) -> Answer {
+    fn write_mission(&mut self, name: &str) -> Answer {
         let memory = self.machine.memory();
         let (Some(sketch), Some(path)) = (&memory.sketch, &memory.path) else {
             return Err(Refusal::NotNow(
                 "expected that a sketch and a path were sent; one is missing".into(),
             ));
         };
-        let files = mission_file::write(&self.folder, name, &self.run.mission, sketch, path)?;
+        let mission = &self.run.mission;
+        let files = mission_file::write(&self.folder, name, mission, sketch, path, &mut self.saved)?;
         Ok(json!({ "files": files }))
     }
 
@@ -581,12 +589,14 @@ mod tests {
         assert_eq!(sendings.again(None), None);
         assert_eq!(sendings.again(Some("first")), Some(None));
         sendings.answer(&Ok(json!({ "seq": 1, "wall_direction_rad": 0.25 })));
-        let state = State { sendings, driver: Some("me".into()), ..State::default() };
+        let saved = BTreeSet::from(["my-room.toml".to_owned()]);
+        let state = State { sendings, saved, driver: Some("me".into()), ..State::default() };
         let mut slot = [0; 1024];
         let read: State = postcard::from_bytes(postcard::to_slice(&state, &mut slot).unwrap()).unwrap();
         let told = Some(Some(Ok(json!({ "seq": 1, "wall_direction_rad": 0.25 }))));
         assert_eq!(read.sendings.again(Some("first")), told);
         assert_eq!(read.sendings.again(Some("second")), None);
+        assert!(read.saved.contains("my-room.toml"));
         let refused = Sendings { pending: None, answered: Some(("third".into(), Err("no walls".into()))) };
         let told = Some(Some(Err(Refusal::Drawing("no walls".into()))));
         assert_eq!(refused.again(Some("third")), told);

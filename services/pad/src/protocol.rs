@@ -44,6 +44,8 @@
 //! - `{"ping":t}` is answered by `{"pong":t}`, any number;
 //! - `{"abort":true}`: as the order, ahead of whatever else is under way.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{MAX_DRAWING_BYTES, MAX_DRAWN_POINTS, MAX_ROUTE_POINTS, MAX_TASKS};
 use sketchnav_sketcher::strokes::{GoalMark, Marks, StartMark};
@@ -97,6 +99,13 @@ pub enum Refusal {
     /// The navigation does not answer.
     #[error("{0}")]
     Absent(String),
+    /// A file is in the way that the pad has not written.
+    #[error(
+        "{}: expected no file, or one that this pad has saved; found another, which stays as it is: \
+         choose another name",
+        .0.display()
+    )]
+    Taken(PathBuf),
     /// A file cannot be written.
     #[error("{0}")]
     File(String),
@@ -110,7 +119,7 @@ impl Refusal {
             Self::Token(_) => 401,
             Self::Forbidden(_) => 403,
             Self::Slow(_) => 408,
-            Self::NotNow(_) => 409,
+            Self::NotNow(_) | Self::Taken(_) => 409,
             Self::TooLarge { .. } => 413,
             Self::Drawing(_) => 422,
             Self::TooOften | Self::AtOnce(_) => 429,

@@ -478,3 +478,33 @@ fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
     assert!(ended.code == Some(0) || ended.code == Some(1), "{ended}");
     assert!(!ended.out.contains("aborted"), "{ended}");
 }
+
+/// While the sketcher reads a large photo, the planner of a mission from a file waits, or says nothing at all in
+/// lockstep. The pad once answered an abort `ok` then, passed nothing on, and the robot drove off a second later. Here
+/// the sketcher does not come until somebody has aborted.
+#[test]
+fn an_abort_before_the_robot_drives_is_heard() {
+    for (name, speed) in [("early", "2"), ("early-lockstep", "max")] {
+        let (place, port) = (Place::new(), free_port());
+        let mission = repository().join(LABORATORY);
+        let options = format!("--speed {speed} --pad --port {port} --system {name} --without sketcher");
+        let mut running = place.start(&format!("run {} {options}", mission.display()));
+        wait_for(&mut running, port);
+        let mut page = Page::open(port, None);
+        let (status, answer) = page.order("abort");
+        assert_eq!((status, &answer["ok"]), (200, &json!(true)), "{answer}");
+        // There is nothing left to abort, and the answer says so.
+        let (status, answer) = page.order("abort");
+        assert!(status == 409 && answer["error"].as_str().unwrap().contains("aborted"), "{status} {answer}");
+        let sketcher = place.start(&format!("serve sketcher --system {name}"));
+        page.until_allowed("restore");
+        assert_eq!((&page.feed["state"], &page.feed["task"]["path_m"]), (&json!("aborted"), &json!(0.0)));
+        assert_eq!(page.order("restore").0, 200);
+        page.until("way driven", |feed| feed["task"]["path_m"].as_f64().is_some_and(|way| way > 0.1));
+        drop(page);
+        running.signal(Signal::SIGINT);
+        let (ended, sketcher) = (running.end(), sketcher.end());
+        assert!(!ended.out.contains("aborted"), "{ended}{sketcher}");
+        place.assert_nothing_left(name);
+    }
+}

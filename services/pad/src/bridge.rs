@@ -225,9 +225,17 @@ impl<'a> Bridge<'a> {
     }
 
     fn abort_if_asked(&mut self, calls: &Calls) -> anyhow::Result<()> {
+        let Some(waiting) = calls.take_aborts() else { return Ok(()) };
         let now = self.began.elapsed();
-        if calls.take_abort() && self.machine.order(Step::Abort, false, now).is_ok() {
-            self.send_order(Order::Abort)?;
+        let ordered = self.machine.order(Step::Abort, false, now);
+        if let Ok(order) = &ordered {
+            self.send_order(*order)?;
+            self.checkpoint()?;
+        }
+        let answer = ordered.map(|_| json!({}));
+        for reply in waiting {
+            // Who has gone does not want to know.
+            let _ = reply.send(answer.clone());
         }
         Ok(())
     }
@@ -238,6 +246,7 @@ impl<'a> Bridge<'a> {
             && let Some(order) = self.machine.on_silence()
         {
             self.send_order(order)?;
+            self.checkpoint()?;
         }
         if self.machine.has_waited_too_long(now) {
             self.checkpoint()?;
@@ -363,6 +372,8 @@ impl<'a> Bridge<'a> {
                     if order == Order::Start {
                         self.ends.clear();
                     }
+                    // Who does not know of the order would refuse an abort.
+                    self.checkpoint()?;
                     self.send_order(order)?;
                     Ok(json!({}))
                 }
@@ -403,7 +414,7 @@ impl<'a> Bridge<'a> {
             message.order = order.code();
         })?;
         self.is_new = true;
-        self.checkpoint()
+        Ok(())
     }
 
     fn write_mission(&mut self, name: &str) -> Answer {

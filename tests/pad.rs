@@ -67,13 +67,23 @@ fn route() -> Value {
     json!({ "route": mission.task[0].route.clone().unwrap() })
 }
 
-/// Draws and sends. A machine that is busy for a while is no link that is lost.
+/// What an answer says, in the order of the alphabet.
+fn keys(answer: &Value) -> Vec<&str> {
+    let mut keys: Vec<_> = answer.as_object().unwrap().keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    keys
+}
+
+/// Draws and sends. A machine that is busy for a while is no link that is lost. The answers have what the table in
+/// `services/pad/src/protocol.rs` says: it once told of others.
 fn draw(page: &mut Page) {
-    page.must("/api/limit", &json!({ "link_limit_s": 60 }));
+    assert_eq!(keys(&page.must("/api/limit", &json!({ "link_limit_s": 60 }))), ["ok"]);
     let (status, answer) = page.post("/api/sketch", &strokes());
     assert_eq!(status, 200, "{answer}");
     assert_eq!((&answer["ok"], &answer["width_px"]), (&json!(true), &json!(1320)));
-    page.must("/api/path", &route());
+    let facts = ["height_px", "ok", "seq", "wall_direction_rad", "width_px"];
+    assert_eq!(keys(&answer), facts);
+    assert_eq!(keys(&page.must("/api/path", &route())), facts);
     page.until_allowed("execute");
 }
 
@@ -108,7 +118,9 @@ fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
     assert!(stopped["pose"]["x"] != ended["pose"]["x"]);
     page.say(&json!({ "ping": 7 }));
 
-    let files = page.must("/api/mission", &json!({ "name": "My room" }))["files"].clone();
+    let answer = page.must("/api/mission", &json!({ "name": "My room" }));
+    let files = answer["files"].clone();
+    assert_eq!((keys(&answer), keys(&files[0])), (vec!["files", "ok"], vec!["name", "text"]));
     assert_eq!((&files[0]["name"], &files[1]["name"]), (&json!("my-room.toml"), &json!("my-room.json")));
     let (place, recording) = stage.end();
     arrived_as_drawn(&recording);
@@ -272,6 +284,8 @@ fn whoever_is_killed_the_drawing_is_driven() {
         kill(process);
     }
     page.until_allowed("execute");
+    let saved = json!({ "name": "Saved twice" });
+    page.must("/api/mission", &saved);
     let session = page.session();
     kill("pad");
     page.vanish();
@@ -280,6 +294,11 @@ fn whoever_is_killed_the_drawing_is_driven() {
         Page::open(stage.port, Some(&session))
     };
     assert_eq!((&page.hello["drives"], &page.hello["path"]), (&json!(true), &route()));
+    // It knows which mission files are its own, and replaces no others.
+    page.must("/api/mission", &saved);
+    std::fs::write(place.files().join("saved/my-floor.toml"), "by hand").unwrap();
+    let (status, refused) = page.post("/api/mission", br#"{"name":"My floor"}"#);
+    assert!(status == 409 && refused["error"].as_str().unwrap().contains("my-floor.toml"), "{refused}");
     page.until_allowed("execute");
     assert_eq!(page.order("execute").0, 200);
     page.until("way driven", |feed| feed["task"]["path_m"].as_f64().is_some_and(|way| way > 1.0));
@@ -470,4 +489,51 @@ fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
     let ended = running.end();
     assert!(ended.code == Some(0) || ended.code == Some(1), "{ended}");
     assert!(!ended.out.contains("aborted"), "{ended}");
+    // What the pad says of itself at its end is reported as of any other process: it once was not.
+    let report = ended.json();
+    let processes: Vec<_> = report["processes"].as_array().unwrap().iter().map(|p| &p["process"]).collect();
+    assert!(processes.contains(&&json!("pad")), "{report}");
+}
+
+/// A run that does not even begin once left an empty folder behind: only a system that could not be started had its
+/// folder taken away, not one whose page has no address to listen on. (192.0.2.1 is nobody's: RFC 5737.)
+#[test]
+fn a_page_without_an_address_leaves_no_folder() {
+    let place = Place::new();
+    let mission = repository().join(LABORATORY);
+    let site = "--bind 192.0.2.1 --port 0 --out out";
+    for command in [format!("run {} --pad {site}", mission.display()), format!("demo --pad {site}")] {
+        let ended = place.run(&command);
+        assert!(ended.code == Some(2) && ended.err.contains("192.0.2.1"), "{command}: {ended}");
+        let left = std::fs::read_dir(place.files().join("out")).map_or(0, Iterator::count);
+        assert_eq!(left, 0, "{command}");
+    }
+}
+
+/// While the sketcher reads a large photo, the planner of a mission from a file waits, or says nothing at all in
+/// lockstep. The pad once answered an abort `ok` then, passed nothing on, and the robot drove off a second later. Here
+/// the sketcher does not come until somebody has aborted.
+#[test]
+fn an_abort_before_the_robot_drives_is_heard() {
+    for (name, speed) in [("early", "2"), ("early-lockstep", "max")] {
+        let (place, port) = (Place::new(), free_port());
+        let mission = repository().join(LABORATORY);
+        let options = format!("--speed {speed} --pad --port {port} --system {name} --without sketcher");
+        let mut running = place.start(&format!("run {} {options}", mission.display()));
+        wait_for(&mut running, port);
+        let mut page = Page::open(port, None);
+        let (status, answer) = page.order("abort");
+        assert_eq!((status, &answer["ok"]), (200, &json!(true)), "{answer}");
+        let sketcher = place.start(&format!("serve sketcher --system {name}"));
+        page.until_allowed("restore");
+        assert_eq!((&page.feed["state"], &page.feed["task"]["path_m"]), (&json!("aborted"), &json!(0.0)));
+        // There is nothing left to abort, and the answer says so.
+        let (status, answer) = page.order("abort");
+        assert!(status == 409 && answer["error"].as_str().unwrap().contains("aborted"), "{status} {answer}");
+        assert_eq!(page.order("restore").0, 200);
+        drop(page);
+        running.signal(Signal::SIGINT);
+        let _ = (running.end(), sketcher.end());
+        place.assert_nothing_left(name);
+    }
 }

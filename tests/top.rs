@@ -4,7 +4,7 @@ mod support;
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use support::{Place, kill_if_alive, send};
+use support::{Place, kill_if_alive, send, wait_until};
 
 fn top(place: &Place) -> Value {
     let ended = place.run("top --json --system seen");
@@ -12,9 +12,12 @@ fn top(place: &Place) -> Value {
     ended.json()
 }
 
+fn rows(snapshot: &Value) -> &[Value] {
+    snapshot["processes"].as_array().unwrap()
+}
+
 fn row<'a>(snapshot: &'a Value, process: &str) -> &'a Value {
-    let rows = snapshot["processes"].as_array().unwrap();
-    rows.iter().find(|row| row["process"] == process).unwrap_or_else(|| panic!("{snapshot:#}"))
+    rows(snapshot).iter().find(|row| row["process"] == process).unwrap_or_else(|| panic!("{snapshot:#}"))
 }
 
 #[test]
@@ -31,6 +34,7 @@ fn a_program_sees_how_the_processes_get_on() {
         assert_eq!(row["restarts"], 0, "{row:#}");
     }
     assert!(row(&snapshot, "planner")["queue"].is_u64(), "{snapshot:#}");
+    assert!(!rows(&snapshot).iter().any(|row| row["process"] == "pad"), "{snapshot:#}");
 
     let first = place.pid("seen", "localizer");
     kill_if_alive(first);
@@ -44,6 +48,23 @@ fn a_program_sees_how_the_processes_get_on() {
     assert!(sketcher["state"] == "stopped" || sketcher["restarts"] == 1, "{snapshot:#}");
     let told = snapshot["faults"].as_array().unwrap().iter();
     assert!(told.into_iter().any(|fault| fault.as_str().unwrap().contains("localizer died")), "{snapshot:#}");
+    running.signal(Signal::SIGINT);
+    running.end();
+    place.assert_nothing_left("seen");
+}
+
+/// The pad was no row: in its own systems nobody saw how it got on, nor could kill it.
+#[test]
+fn a_program_sees_how_the_pad_gets_on() {
+    let place = Place::new();
+    let mut running = place.start("demo --json --pad --port 0 --system seen --speed 5");
+    place.wait_until_driving(&mut running, "seen");
+    place.wait_until_joined(&mut running, "seen", &["pad"]);
+    let first = place.pid("seen", "pad");
+    let snapshot = top(&place);
+    assert_eq!(row(&snapshot, "pad")["pid"], first, "{snapshot:#}");
+    kill_if_alive(first);
+    wait_until("another pad", || row(&top(&place), "pad")["restarts"] == 1);
     running.signal(Signal::SIGINT);
     running.end();
     place.assert_nothing_left("seen");

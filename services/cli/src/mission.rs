@@ -34,7 +34,7 @@ const DEMO: [(&str, &[u8]); 3] = [
 /// Writes the demo's files beside its results, to be changed and run again, and runs it.
 pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
     let folder = create(&options.system.out, "demo").or_input()?;
-    let (mission, robot) = load_demo(&folder)?;
+    let (mission, robot) = load_demo(&folder).inspect_err(|_| discard(&folder))?;
     run_in(&folder, mission, robot, options)
 }
 
@@ -69,13 +69,19 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
 
 fn run_in(folder: &Path, mission: Mission, robot: Robot, options: &RunOptions) -> Result<Outcome, Failure> {
     let pad = if options.pad { Pad::Watches } else { Pad::Absent };
-    let run = configure(&options.system, folder, mission, robot, (options.speed, pad)).or_input()?;
-    drive(&run, options, folder)
+    let run = configure(&options.system, folder, mission, robot, (options.speed, pad)).or_input();
+    let ready = run.and_then(|run| Ok((link(&run, options)?, run)));
+    let (link, run) = ready.inspect_err(|_| discard(folder))?;
+    drive(&run, link, options, folder)
 }
 
-fn drive(run: &RunConfig, options: &RunOptions, folder: &Path) -> Result<Outcome, Failure> {
+fn drive(
+    run: &RunConfig,
+    link: Option<Link>,
+    options: &RunOptions,
+    folder: &Path,
+) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let link = link(run, options)?;
     let started = lines(&options.system, run, link.as_ref())
         .and_then(|lines| Supervisor::start(run, lines, grace(&options.system)));
     let supervisor = started.map_err(|error| {

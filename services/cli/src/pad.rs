@@ -31,7 +31,7 @@ const LOOK: Duration = Duration::from_millis(50);
 pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     let link = Link::new(&options.site, options.token.clone()).or_input()?;
     let (folder, mission, robot) = place(options)?;
-    let run = run_config(options, &folder, mission, robot).or_input()?;
+    let run = run_config(options, &folder, mission, robot).or_input().inspect_err(|_| discard(&folder))?;
     let started = lines(&options.system, &run, Some(&link))
         .and_then(|lines| Supervisor::start(&run, lines, grace(&options.system)));
     let mut supervisor = started.map_err(|error| {
@@ -63,7 +63,7 @@ fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
         }
         None => {
             let folder = create(&options.system.out, "pad").or_input()?;
-            let (mission, robot) = load_demo(&folder)?;
+            let (mission, robot) = load_demo(&folder).inspect_err(|_| discard(&folder))?;
             Ok((folder, mission, robot))
         }
     }

@@ -10,6 +10,7 @@ use sketchnav_recordings::Recording;
 use sketchnav_recordings::judge::log::Log;
 use sketchnav_recordings::judge::{self, TaskSpan, TaskVerdict, Verdict};
 use sketchnav_recordings::picture::{self, FloorPicture, Outcome, SketchPicture, TaskPicture};
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::Particles;
 use sketchnav_schemas::run::RunConfig;
@@ -62,7 +63,9 @@ impl Report {
         let missing =
             sketchnav_recordings::info::info(Path::new(recording)).context(recording.to_owned())?.missing;
         let pictures = draw(run, &log, &verdict, folder)?;
-        let processes: Vec<_> = SERVICES.into_iter().filter_map(|p| figures(p, supervisor)).collect();
+        // Who did not run has said nothing: mostly the pad.
+        let processes = SERVICES.into_iter().chain([Process::Pad]);
+        let processes: Vec<_> = processes.filter_map(|process| figures(process, supervisor)).collect();
         let lost: u64 = processes.iter().map(|p| p.lost_messages).sum();
         Ok(Self {
             mission: run.mission.name.clone(),
@@ -121,7 +124,7 @@ impl Report {
     }
 }
 
-fn figures(process: sketchnav_schemas::codes::Process, supervisor: &Supervisor) -> Option<ProcessFigures> {
+fn figures(process: Process, supervisor: &Supervisor) -> Option<ProcessFigures> {
     let health = supervisor.health(process)?;
     Some(ProcessFigures {
         process: process.word(),

@@ -1,6 +1,5 @@
 //! What the bridge has for the server, and the server for the bridge: the newest of everything, and calls.
 
-use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -152,7 +151,7 @@ pub fn put_image(place: &Mutex<Option<Image>>, image: Option<Image>) {
 pub struct Caller {
     calls: SyncSender<Call>,
     leaves: Leaves,
-    abort: Arc<AtomicBool>,
+    aborts: Aborts,
     waker: Waker,
     /// What there is to see.
     pub board: Arc<Board>,
@@ -162,20 +161,22 @@ pub struct Caller {
 pub struct Calls {
     calls: Receiver<Call>,
     leaves: Leaves,
-    abort: Arc<AtomicBool>,
+    aborts: Aborts,
 }
 
 /// Sessions of connections that have ended: as few as there were connections, so that none is ever lost.
 type Leaves = Arc<Mutex<Vec<String>>>;
 
+/// Those who want to hear what became of their abort; `None` where nobody wants the robot to stop.
+type Aborts = Arc<Mutex<Option<Vec<oneshot::Sender<Answer>>>>>;
+
 impl Caller {
     /// Both ends.
     pub fn new(waker: Waker) -> (Self, Calls) {
         let (sender, calls) = sync_channel(MAX_CALLS);
-        let abort = Arc::new(AtomicBool::new(false));
-        let (leaves, board) = (Leaves::default(), Arc::default());
-        let caller = Self { calls: sender, leaves: leaves.clone(), abort: abort.clone(), waker, board };
-        (caller, Calls { calls, leaves, abort })
+        let (leaves, aborts, board) = (Leaves::default(), Aborts::default(), Arc::default());
+        let caller = Self { calls: sender, leaves: leaves.clone(), aborts: aborts.clone(), waker, board };
+        (caller, Calls { calls, leaves, aborts })
     }
 
     /// Calls the bridge.
@@ -197,10 +198,17 @@ impl Caller {
         self.waker.wake();
     }
 
-    /// Stops the robot, ahead of all that waits.
-    pub fn abort(&self) {
-        self.abort.store(true, SeqCst);
+    /// Stops the robot, ahead of all that waits; what becomes of it is for who wants to hear it.
+    pub fn abort(&self) -> oneshot::Receiver<Answer> {
+        let (reply, answer) = oneshot::channel();
+        let mut aborts = self.aborts.lock().unwrap_or_else(PoisonError::into_inner);
+        let waiting = aborts.get_or_insert_default();
+        // Who has gone, or has said it over a WebSocket, waits for nothing.
+        waiting.retain(|reply| !reply.is_closed());
+        waiting.push(reply);
+        drop(aborts);
         self.waker.wake();
+        answer
     }
 
     /// Asks the bridge and waits for its answer.
@@ -215,9 +223,9 @@ impl Caller {
 }
 
 impl Calls {
-    /// Whether somebody wants the robot to stop.
-    pub fn take_abort(&self) -> bool {
-        self.abort.swap(false, SeqCst)
+    /// Who wants the robot to stop; `None` where nobody does.
+    pub fn take_aborts(&self) -> Option<Vec<oneshot::Sender<Answer>>> {
+        self.aborts.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
     /// The sessions of connections that have ended since the last time.

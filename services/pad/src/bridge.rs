@@ -4,38 +4,36 @@
 //! process dies is sent again by its successor, with the same number. An abort goes before everything that waits.
 
 mod receive;
+mod sendings;
+mod show;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sketchnav_runtime::{Checkpoints, HealthReporter, Node, SliceWriter, Step as WorkStep, Wake, Writer};
 use sketchnav_schemas::channels::{DRAWING, ORDERS};
-use sketchnav_schemas::codes::{Order, Tracking};
+use sketchnav_schemas::codes::Order;
 use sketchnav_schemas::message::{Drawing, MissionCommand, Understood};
 use sketchnav_schemas::run::RunConfig;
 use tokio::sync::oneshot;
 
-use crate::board::{Answer, Call, Caller, Calls, Image, Picture, Request, Welcome, put_image};
-use crate::feed::{self, Ends, Feed, PlanView, PoseView, Services, TaskView, Trail, View};
+use crate::board::{Answer, Call, Caller, Calls, Request};
+use crate::feed::{Ends, Services, Trail};
 use crate::machine::{Machine, Memory, Submission};
 use crate::mission_file;
-use crate::protocol::{Hello, Limits, Refusal, SketchType, Step};
+use crate::protocol::{Refusal, Step};
 use crate::sessions::Sessions;
-use crate::walls;
 
 use receive::{Inbox, News};
+use sendings::Sendings;
 
 /// Longest sleep between two looks at the channels, the calls and the clock.
 const NAP: Duration = Duration::from_millis(50);
-/// Feeds are at least so long apart.
-const FEED_EVERY: Duration = Duration::from_millis(90);
-/// And at most, so that pages see that nothing comes from the navigation.
-const FEED_AT_LEAST: Duration = Duration::from_millis(500);
 /// The form of [`State`].
-const CHECKPOINT: &str = "pad 2";
+const CHECKPOINT: &str = "pad 3";
 
 /// What a successor needs to know.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -45,33 +43,7 @@ struct State {
     driver: Option<String>,
     link_limit_s: f64,
     sendings: Sendings,
-}
-
-/// The names that the page has given to what it sent.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Sendings {
-    /// Of what has no answer yet.
-    pending: Option<String>,
-    /// Of what was answered last, and the answer: its facts in JSON, or why it was refused.
-    answered: Option<(String, Result<String, String>)>,
-}
-
-impl Sendings {
-    /// The answer to one that comes again: `None` where it does not, `Some(None)` where there is none yet.
-    fn again(&self, name: Option<&str>) -> Option<Option<Answer>> {
-        let name = name?;
-        if self.pending.as_deref() == Some(name) {
-            return Some(None);
-        }
-        let (_, answer) = self.answered.as_ref().filter(|(answered, _)| answered == name)?;
-        let facts = |text: String| serde_json::from_str(&text).unwrap_or_default();
-        Some(Some(answer.clone().map(facts).map_err(Refusal::Drawing)))
-    }
-
-    fn answer(&mut self, answer: &Answer) {
-        let kept = answer.as_ref().map(Value::to_string).map_err(Refusal::to_string);
-        self.answered = self.pending.take().map(|name| (name, kept));
-    }
+    saved: BTreeSet<String>,
 }
 
 /// Runs the bridge until the process is asked to end.
@@ -112,6 +84,8 @@ struct Bridge<'a> {
     /// Who waits for the sketcher's answer.
     reply: Option<oneshot::Sender<Answer>>,
     sendings: Sendings,
+    /// Names of the mission files that were saved: these may be saved again.
+    saved: BTreeSet<String>,
     ends: Ends,
     services: Services,
     trail: Trail,
@@ -144,6 +118,7 @@ impl<'a> Bridge<'a> {
             sessions: Sessions::default(),
             reply: None,
             sendings: Sendings::default(),
+            saved: BTreeSet::new(),
             ends: Ends::default(),
             services: Services::default(),
             trail: Trail::default(),
@@ -171,6 +146,7 @@ impl<'a> Bridge<'a> {
         self.sessions.resume(state.driver, state.link_limit_s, now);
         self.machine.resume(state.machine, now);
         self.sendings = state.sendings;
+        self.saved = state.saved;
         self.drawings.resume_after(seq);
         if let Some(pending) = self.machine.memory().pending.clone() {
             self.drawings.resume_after(seq - 1);
@@ -197,6 +173,7 @@ impl<'a> Bridge<'a> {
             driver: self.sessions.driver().map(str::to_owned),
             link_limit_s: self.sessions.limit_s(),
             sendings: self.sendings.clone(),
+            saved: self.saved.clone(),
         };
         Ok(self.checkpoints.write(&state)?)
     }
@@ -218,9 +195,17 @@ impl<'a> Bridge<'a> {
     }
 
     fn abort_if_asked(&mut self, calls: &Calls) -> anyhow::Result<()> {
+        let Some(waiting) = calls.take_aborts() else { return Ok(()) };
         let now = self.began.elapsed();
-        if calls.take_abort() && self.machine.order(Step::Abort, false, now).is_ok() {
-            self.send_order(Order::Abort)?;
+        let ordered = self.machine.order(Step::Abort, false, now);
+        if let Ok(order) = &ordered {
+            self.send_order(*order)?;
+            self.checkpoint()?;
+        }
+        let answer = ordered.map(|_| json!({}));
+        for reply in waiting {
+            // Who has gone does not want to know.
+            let _ = reply.send(answer.clone());
         }
         Ok(())
     }
@@ -231,6 +216,7 @@ impl<'a> Bridge<'a> {
             && let Some(order) = self.machine.on_silence()
         {
             self.send_order(order)?;
+            self.checkpoint()?;
         }
         if self.machine.has_waited_too_long(now) {
             self.checkpoint()?;
@@ -356,6 +342,8 @@ impl<'a> Bridge<'a> {
                     if order == Order::Start {
                         self.ends.clear();
                     }
+                    // Who does not know of the order would refuse an abort.
+                    self.checkpoint()?;
                     self.send_order(order)?;
                     Ok(json!({}))
                 }
@@ -396,155 +384,19 @@ impl<'a> Bridge<'a> {
             message.order = order.code();
         })?;
         self.is_new = true;
-        self.checkpoint()
+        Ok(())
     }
 
-    fn write_mission(&self, name: &str) -> Answer {
+    fn write_mission(&mut self, name: &str) -> Answer {
         let memory = self.machine.memory();
         let (Some(sketch), Some(path)) = (&memory.sketch, &memory.path) else {
             return Err(Refusal::NotNow(
                 "expected that a sketch and a path were sent; one is missing".into(),
             ));
         };
-        let files = mission_file::write(&self.folder, name, &self.run.mission, sketch, path)?;
+        let mission = &self.run.mission;
+        let files = mission_file::write(&self.folder, name, mission, sketch, path, &mut self.saved)?;
         Ok(json!({ "files": files }))
-    }
-
-    /// Has the walls of the drawing that holds painted, in a thread of its own, where they are not yet.
-    fn paint(&mut self) {
-        let memory = self.machine.memory();
-        let Some(sketch) = memory.sketch.as_ref().filter(|_| memory.path.is_none() || self.painting == 0)
-        else {
-            return;
-        };
-        let photo = (sketch.kind != SketchType::Strokes)
-            .then(|| Image { kind: sketch.kind, bytes: sketch.bytes.clone().into() });
-        put_image(&self.caller.board.photo, photo);
-        self.painting += 1;
-        let (number, run, bytes) = (self.painting, self.run.clone(), sketch.bytes.clone());
-        let caller = self.caller.clone();
-        std::thread::spawn(move || {
-            if let Some(picture) = walls::of_drawing(&run, &bytes) {
-                // Where the pad is ending nobody wants to see them.
-                let _ = caller.call(Call::Walls(number, picture));
-            }
-        });
-    }
-
-    fn show_walls(&mut self, picture: Vec<u8>) {
-        let image = Image { kind: SketchType::Png, bytes: picture.into() };
-        put_image(&self.caller.board.walls, Some(image));
-        self.is_new = true;
-        self.welcome();
-    }
-
-    /// Width and height of the canvas.
-    fn canvas(&self) -> [u32; 2] {
-        match &self.machine.memory().sketch {
-            Some(sketch) => sketch.canvas,
-            None => self.inbox.size_px.unwrap_or(CANVAS),
-        }
-    }
-
-    fn view(&self) -> Option<View> {
-        match &self.machine.memory().sketch {
-            Some(sketch) => Some(View { height_px: sketch.size_px[1].into(), scale: sketch.scale }),
-            None => self.inbox.size_px.map(|[_, height]| View { height_px: height.into(), scale: 1.0 }),
-        }
-    }
-
-    /// Tells all pages anew who they are and what there is.
-    fn welcome(&mut self) {
-        self.caller.board.welcome.send_replace(Some(Arc::new(self.greeting())));
-        self.is_new = true;
-    }
-
-    /// For a page that has just come; the others know all of it.
-    fn freshen_welcome(&self) {
-        let greeting = Some(Arc::new(self.greeting()));
-        self.caller.board.welcome.send_if_modified(|welcome| {
-            *welcome = greeting;
-            false
-        });
-    }
-
-    fn greeting(&self) -> Welcome {
-        let memory = self.machine.memory();
-        let drawing = memory.sketch.as_ref().map(|sketch| match sketch.kind {
-            SketchType::Strokes => String::from_utf8_lossy(&sketch.bytes).into_owned(),
-            _ => json!({ "canvas": sketch.canvas, "image": "/api/drawing" }).to_string(),
-        });
-        let hello = Hello {
-            session: String::new(),
-            drives: false,
-            mode: if self.run.pad.draws() { "draws" } else { "watches" },
-            canvas: self.canvas(),
-            mission: self.run.mission.name.clone(),
-            robot_radius_m: self.run.robot.radius_m,
-            limits: Limits::new(self.sessions.limit_s()),
-            drawing,
-            path: memory.path.as_ref().map(|path| path.body.clone()),
-            walls: self.walls,
-            trail: self.trail.points(),
-        };
-        Welcome { hello, driver: self.sessions.driver().map(str::to_owned) }
-    }
-
-    /// Shows the pages what there is, where it is time.
-    fn feed(&mut self) {
-        let now = self.began.elapsed();
-        let since = now.saturating_sub(self.fed);
-        if since < FEED_EVERY || !(self.is_new || since > FEED_AT_LEAST) {
-            return;
-        }
-        (self.fed, self.is_new) = (now, false);
-        let unattended = self.sessions.is_unattended(now);
-        let feed = self.look(now);
-        let body = serde_json::to_string(&feed).unwrap_or_default();
-        let body = body.strip_prefix('{').and_then(|body| body.strip_suffix('}'));
-        let picture = Picture {
-            body: body.unwrap_or_default().to_owned(),
-            driver: self.sessions.driver().map(str::to_owned),
-            wheel: unattended || self.sessions.driver().is_none(),
-            driver_may: self.machine.allowed(true, now),
-            watcher_may: self.machine.allowed(false, now),
-        };
-        self.caller.board.picture.send_replace(Arc::new(picture));
-    }
-
-    fn look(&mut self, now: Duration) -> Feed {
-        self.services.settle(self.stamp_ns);
-        let (view, robot) = (self.view(), &self.run.robot);
-        // Before a path has placed the robot in a new sketch, all that is known is about the one before.
-        let is_placed = !self.run.pad.draws() || self.machine.memory().path.is_some();
-        let estimate = self.inbox.estimate.as_deref().filter(|_| is_placed);
-        let pose = view.zip(estimate).and_then(|(view, e)| PoseView::new(e, robot, &view));
-        if let Some(pose) = &pose {
-            self.trail.go_to([pose.x, pose.y]);
-        }
-        let located = view.filter(|_| pose.is_some());
-        let status = self.machine.status().filter(|_| is_placed);
-        let tracking = estimate.and_then(|e| Tracking::from_code(e.tracking)).filter(|_| pose.is_some());
-        let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
-        let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
-        Feed {
-            t_ms: self.stamp_ns / 1_000_000,
-            state: self.machine.state(),
-            ready: self.machine.is_ready(now),
-            driver: self.sessions.driver().is_some() && silence.is_none(),
-            walls: self.walls,
-            task: status.and_then(TaskView::new),
-            speed_mps: status.map_or(0.0, |status| (status.speed_mps * 100.0).round() / 100.0),
-            particles: located.zip(self.inbox.particles.take()).map(|(view, p)| feed::particles(&p, &view)),
-            scan: scan.map_or_else(Vec::new, |((view, estimate), scan)| {
-                feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
-            }),
-            plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)),
-            trail: self.trail.last(),
-            warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
-            services: self.services.views(),
-            pose,
-        }
     }
 }
 
@@ -557,9 +409,6 @@ fn facts(answer: &Understood) -> Value {
         "height_px": answer.sketch_height_px,
     })
 }
-
-/// The canvas of paper 004, IV.
-const CANVAS: [u32; 2] = [2540, 1252];
 
 /// An answer's JSON: `ok` and what else there is.
 pub fn ok(facts: Value) -> Value {
@@ -581,12 +430,14 @@ mod tests {
         assert_eq!(sendings.again(None), None);
         assert_eq!(sendings.again(Some("first")), Some(None));
         sendings.answer(&Ok(json!({ "seq": 1, "wall_direction_rad": 0.25 })));
-        let state = State { sendings, driver: Some("me".into()), ..State::default() };
+        let saved = BTreeSet::from(["my-room.toml".to_owned()]);
+        let state = State { sendings, saved, driver: Some("me".into()), ..State::default() };
         let mut slot = [0; 1024];
         let read: State = postcard::from_bytes(postcard::to_slice(&state, &mut slot).unwrap()).unwrap();
         let told = Some(Some(Ok(json!({ "seq": 1, "wall_direction_rad": 0.25 }))));
         assert_eq!(read.sendings.again(Some("first")), told);
         assert_eq!(read.sendings.again(Some("second")), None);
+        assert!(read.saved.contains("my-room.toml"));
         let refused = Sendings { pending: None, answered: Some(("third".into(), Err("no walls".into()))) };
         let told = Some(Some(Err(Refusal::Drawing("no walls".into()))));
         assert_eq!(refused.again(Some("third")), told);

@@ -165,9 +165,11 @@ impl Machine {
         self.memory = memory;
     }
 
-    /// Goes on for a predecessor that has left nothing but the number of its last drawing.
+    /// Goes on for a predecessor that has left nothing but the number of its last drawing. Somebody may have ordered
+    /// the robot to drive.
     pub fn begin_behind(&mut self, drawing_seq: u64) {
         self.memory.drawing_seq = drawing_seq;
+        self.memory.ordered = true;
     }
 
     /// For a checkpoint.
@@ -206,11 +208,13 @@ impl Machine {
         }
     }
 
-    /// As the planner says.
+    /// As the planner says. One that waits, or has said nothing yet, is about to drive where it is ordered to: by a
+    /// page, or, where the mission is from a file, by the supervisor.
     fn told(&self) -> State {
         let state = self.status.and_then(|status| TaskState::from_code(status.state));
+        let is_ordered = self.memory.ordered || !self.draws;
         match state {
-            None | Some(TaskState::Waiting) if self.memory.ordered => State::Driving,
+            None | Some(TaskState::Waiting) if is_ordered => State::Driving,
             None | Some(TaskState::Waiting) => State::Path,
             Some(TaskState::Paused) => State::Paused,
             Some(TaskState::Aborted) => State::Aborted,
@@ -240,8 +244,8 @@ impl Machine {
     pub fn check(&self, step: Step, drives: bool, now: Duration) -> Result<(), Refusal> {
         // Who sees that something goes wrong stops the robot, whoever has the wheel.
         if step == Step::Abort {
-            let under_way = matches!(self.state(), State::Driving | State::Paused);
-            return if under_way { Ok(()) } else { Err(not_now("the robot drives", self.state())) };
+            let words = || not_now("the robot drives", self.state());
+            return if self.may_be_under_way() { Ok(()) } else { Err(words()) };
         }
         if !drives {
             return Err(Refusal::watches());
@@ -255,6 +259,17 @@ impl Machine {
             return Err(Refusal::Absent("the navigation is not ready: it waits, or starts again".into()));
         }
         Ok(())
+    }
+
+    /// Whether there is something to abort, as far as anybody can know: an abort too many changes nothing, one that
+    /// is not passed on has the robot drive off.
+    fn may_be_under_way(&self) -> bool {
+        match self.state() {
+            State::Driving | State::Paused => true,
+            // Somebody has ordered it to go on since, and the planner has not said so yet.
+            State::Aborted => self.memory.ordered,
+            State::NoSketch | State::Sketch | State::Path | State::Ended => false,
+        }
     }
 
     fn check_state(&self, step: Step) -> Result<(), Refusal> {

@@ -1,11 +1,18 @@
 //! A mission file out of what was drawn: `sketchnav run` drives it again, without a page.
+//!
+//! The folder is the user's, and mostly the one in which the missions lie that they have written by hand. A file in
+//! it that the pad has not written is never replaced.
 
-use std::io::Write;
+use std::collections::BTreeSet;
+use std::fs::Permissions;
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use serde::Serialize;
 use sketchnav_schemas::mission::{Mission, SketchSource, Task, WallTone};
 use sketchnav_sketcher::strokes::Marks;
+use tempfile::Builder;
 
 use crate::machine;
 use crate::protocol::{Refusal, SketchType};
@@ -24,24 +31,29 @@ pub struct Written {
     pub text: Option<String>,
 }
 
-/// Writes `name.toml` and the drawing beside it into `folder`; files of these names are replaced. `mission` says in
-/// which world and with which robot; its paths are absolute.
+/// Writes `name.toml` and the drawing beside it into `folder`, both or neither where a file is in the way. `mission`
+/// says in which world and with which robot; its paths are absolute. `own`: the names in the folder that the pad has
+/// written, which may be replaced; these come to them.
 ///
 /// # Errors
-/// [`Refusal::Malformed`] for a name that is none, [`Refusal::File`].
+/// [`Refusal::Malformed`] for a name that is none, [`Refusal::Taken`], [`Refusal::File`].
 pub fn write(
     folder: &Path,
     name: &str,
     mission: &Mission,
     sketch: &machine::Sketch,
     path: &machine::Path,
+    own: &mut BTreeSet<String>,
 ) -> Result<Vec<Written>, Refusal> {
     let stem = stem(name)?;
     let drawing = format!("{stem}.{}", sketch.kind.extension());
     let toml = text(name, &drawing, mission, path)?;
     let file = format!("{stem}.toml");
-    put(&folder.join(&drawing), &sketch.bytes)?;
-    put(&folder.join(&file), toml.as_bytes())?;
+    for name in [&file, &drawing] {
+        check_free(&folder.join(name), own.contains(name))?;
+    }
+    put(folder, &drawing, &sketch.bytes, own)?;
+    put(folder, &file, toml.as_bytes(), own)?;
     let is_text = sketch.kind == SketchType::Strokes;
     let strokes = is_text.then(|| String::from_utf8_lossy(&sketch.bytes).into_owned());
     Ok(vec![Written { name: file, text: Some(toml) }, Written { name: drawing, text: strokes }])
@@ -106,16 +118,30 @@ fn heading_deg(route: &[[f64; 2]]) -> Option<f64> {
 /// How far a route must lead until it tells a heading, pixels of the canvas.
 const HEADING_PX: f64 = 50.0;
 
-/// Under its own name once it is whole.
-fn put(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
-    let draft = path.with_extension("part");
-    let write = || {
-        let mut file = std::fs::File::create(&draft)?;
-        file.write_all(bytes)?;
-        std::fs::rename(&draft, path)
-    };
-    write().map_err(|error: std::io::Error| Refusal::File(format!("{}: {error}", path.display())))
+fn check_free(path: &Path, is_own: bool) -> Result<(), Refusal> {
+    // A link that leads nowhere is somebody's, too.
+    let is_taken = !is_own && path.symlink_metadata().is_ok();
+    if is_taken { Err(Refusal::Taken(path.into())) } else { Ok(()) }
 }
+
+/// Under its own name once it is whole. A file that has come there since somebody looked is not replaced either.
+fn put(folder: &Path, name: &str, bytes: &[u8], own: &mut BTreeSet<String>) -> Result<(), Refusal> {
+    let path = folder.join(name);
+    let failed = |error: std::io::Error| match error.kind() {
+        ErrorKind::AlreadyExists => Refusal::Taken(path.clone()),
+        _ => Refusal::File(format!("{}: {error}", path.display())),
+    };
+    let mut draft =
+        Builder::new().permissions(Permissions::from_mode(MODE)).tempfile_in(folder).map_err(failed)?;
+    draft.write_all(bytes).map_err(failed)?;
+    let put = if own.contains(name) { draft.persist(&path) } else { draft.persist_noclobber(&path) };
+    put.map_err(|refused| failed(refused.error))?;
+    own.insert(name.to_owned());
+    Ok(())
+}
+
+/// As any other new file: what the user's mask leaves of it.
+const MODE: u32 = 0o666;
 
 #[cfg(test)]
 mod tests {
@@ -154,6 +180,59 @@ mod tests {
         assert_eq!((read.start.sketch, read.start.sketch_heading_deg), (Some([100.0, 300.0]), Some(90.0)));
         let names: Vec<_> = read.task.iter().map(|task| task.name.as_str()).collect();
         assert_eq!(names, ["goal 1", "hall"]);
+    }
+
+    /// The pad once took whatever name a page gave: saving "My floor" in the folder in which it was started with
+    /// `--mission my-floor.toml` replaced that hand-written mission, and "package" a `package.json` beside it.
+    #[test]
+    fn what_the_pad_has_not_written_is_never_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let in_folder = |name: &str| folder.path().join(name);
+        let read = |name: &str| std::fs::read_to_string(in_folder(name)).unwrap();
+        for name in ["my-floor.toml", "my-floor.part", "package.json"] {
+            std::fs::write(in_folder(name), "by hand").unwrap();
+        }
+        std::os::unix::fs::symlink("nowhere", in_folder("away.toml")).unwrap();
+        let mut own = BTreeSet::new();
+        let mut save = |name: &str, bytes: &str| {
+            let sketch = machine::Sketch {
+                kind: SketchType::Strokes,
+                bytes: bytes.into(),
+                canvas: [9, 9],
+                size_px: [9, 9],
+                scale: 1.0,
+            };
+            write(folder.path(), name, &mission(), &sketch, &path(ROUTE, ROUTE), &mut own)
+        };
+        for (name, in_the_way) in
+            [("My floor", "my-floor.toml"), ("package", "package.json"), ("away", "away.toml")]
+        {
+            let refusal = save(name, "{}").unwrap_err();
+            assert_eq!(refusal.status(), 409);
+            let words = refusal.to_string();
+            assert!(words.contains(in_the_way) && words.contains("another name"), "{words}");
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "nothing is written beside them");
+        // By another name it is saved, and by that name as often as one likes.
+        save("My floor 2", "first").unwrap();
+        save("My floor 2", "second").unwrap();
+        assert_eq!(read("my-floor-2.json"), "second");
+        assert!(Mission::parse(&read("my-floor-2.toml")).is_ok());
+        let mode = |name: &str| in_folder(name).metadata().unwrap().permissions().mode();
+        assert_eq!(mode("my-floor-2.toml"), mode("my-floor.toml"), "others may read it as any file");
+        for name in ["my-floor.toml", "my-floor.part", "package.json"] {
+            assert_eq!(read(name), "by hand");
+        }
+    }
+
+    #[test]
+    fn a_file_that_comes_in_between_stays_too() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("late.toml"), "by hand").unwrap();
+        let mut own = BTreeSet::new();
+        assert_eq!(put(folder.path(), "late.toml", b"drawn", &mut own).unwrap_err().status(), 409);
+        assert_eq!(std::fs::read(folder.path().join("late.toml")).unwrap(), b"by hand");
+        assert!(own.is_empty() && std::fs::read_dir(folder.path()).unwrap().count() == 1, "no draft is left");
     }
 
     #[test]

@@ -5,44 +5,48 @@
 //! turns the robot's frame (y up, other scale) round; the page never does.
 //!
 //! # HTTP
-//! Every `POST` has the headers `x-sketchnav-session` (from the last `hello`) and, where the pad wants one,
-//! `x-sketchnav-token`. The answer is 200 `{"ok":true,…}`, or `{"error":"words"}` with a status of
-//! [`Refusal::status`].
+//! Every `POST` has the header `x-sketchnav-session` (from the last `hello`); everything below, where the pad wants
+//! one, the header `x-sketchnav-token` or, behind the question mark, `token=…`. The answer is 200 `{"ok":true,…}`, or
+//! `{"error":"words"}` with a status of [`Refusal::status`]. `GET` of any other path is a file of the page, or 404.
 //!
 //! | request | body | answer beside `ok` |
 //! |---|---|---|
-//! | `POST /api/sketch` | strokes in JSON (`sketchnav_sketcher::strokes`; what only the page needs under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`, `wall_direction_rad`, `width_px`, `height_px` (of the sketch) |
-//! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | `seq` |
+//! | `POST /api/sketch` | strokes in JSON (`sketchnav_sketcher::strokes`; what only the page needs under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; of the sketch `wall_direction_rad`, `width_px`, `height_px` |
+//! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again` | |
 //! | `POST /api/wheel` | nothing: takes the wheel when nobody has it, or whoever had it cannot be heard | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
-//! | `POST /api/mission` | `{"name":"…"}`: writes `name.toml` and the drawing into the pad's folder | `mission`, `drawing` (names), `toml`, `json` (their text; `json` is null for a photo) |
-//! | `GET /api/seat` | `?session=…`: whether a page would be let in now | |
-//! | `GET /api/walls.png` | | the walls as the robot understands them: gray with alpha, as large as the sketch |
-//! | `GET /api/drawing` | | the photo that was sent last |
+//! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, where no file is in the way that the pad has not written (409) | `files`: of the mission and of the drawing `name` and `text` (null for a photo) |
+//! | `GET /api/seat` | `?session=…`: whether a page would be let in now (503: not) | |
+//! | `GET /api/walls.png` | | a picture: the walls as the robot understands them, gray with alpha, as large as the sketch; 404 before there are any |
+//! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 where it is none |
 //!
-//! Sketches, paths, limits and missions are taken from the session that drives alone, and no other's are read. A
-//! connection is one request: its head comes within 10 s, its body within 10 s (a drawing's or a path's within
-//! 60 s), or it is refused (408); a session makes few at the same time (429). Connections that say nothing are few,
-//! too (503): see `doors`.
+//! Sketches, paths, limits and missions are taken from the session that drives alone, and no other's are read. Of
+//! orders anybody may give one, `abort`, however often: it goes before all else, and is answered when it was passed on
+//! to the planner, or refused (409) where nothing is under way. A connection is one request: its head comes within
+//! 10 s, its body within 10 s (a drawing's or a path's within 60 s), or it is refused (408); a session makes few at the
+//! same time, and not too often (429). Connections that say nothing are few, too (503): see `doors`.
 //!
 //! A sketch or a path may have a header `x-sketchnav-sending`, a name that the page makes for it. Who hears no answer,
 //! because the link breaks or the server dies, sends it again by the same name, and it is taken over once: what is
 //! still being read is waited for, what was answered is answered again.
 //!
-//! The first path of a sketch places the robot at its first point, looking along it; a later one leaves it
-//! where it has come to, unless it has a `start`.
+//! The first path of a sketch places the robot at its first point, looking along it, or at its `start`, which goals
+//! need then; a later one leaves it where it has come to, unless it has a `start`.
 //!
 //! # WebSocket
 //! `GET /ws?token=…&session=…`; `session` is that of the last `hello`, so that who comes back keeps the wheel.
-//! Everything is text, one JSON object each.
+//! Everything is text, one JSON object each; what the page says has at most 1024 bytes.
 //!
-//! - `{"hello":{…}}`: [`Hello`], again whenever something in it changes;
-//! - `{"feed":{"n":…,…}}`: what there is to see; the page answers `{"seen":n}` when it has drawn it. No more than
-//!   two are on the way unseen (a page that says nothing gets one a second): a slow page gets the newest
-//!   picture, never a queue;
+//! - `{"hello":{…}}`: [`Hello`], again whenever something in it changes but the trail, which grows in the feed;
+//! - `{"feed":{"n":…,…}}`: what there is to see ([`Feed`](crate::feed::Feed)), and for this page `drives`, `wheel`
+//!   (whether it can be taken) and `allowed` (the steps that are open to it); the page answers `{"seen":n}` when it has
+//!   drawn it. No more than two are on the way unseen (a page that says nothing gets one a second): a slow page gets the
+//!   newest picture, never a queue;
 //! - `{"ping":t}` is answered by `{"pong":t}`, any number;
-//! - `{"abort":true}`: as the order, ahead of whatever else is under way.
+//! - `{"abort":true}`: as the order; the feed shows what becomes of it.
+
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{MAX_DRAWING_BYTES, MAX_DRAWN_POINTS, MAX_ROUTE_POINTS, MAX_TASKS};
@@ -97,6 +101,13 @@ pub enum Refusal {
     /// The navigation does not answer.
     #[error("{0}")]
     Absent(String),
+    /// A file is in the way that the pad has not written.
+    #[error(
+        "{}: expected no file, or one that this pad has saved; found another, which stays as it is: \
+         choose another name",
+        .0.display()
+    )]
+    Taken(PathBuf),
     /// A file cannot be written.
     #[error("{0}")]
     File(String),
@@ -110,7 +121,7 @@ impl Refusal {
             Self::Token(_) => 401,
             Self::Forbidden(_) => 403,
             Self::Slow(_) => 408,
-            Self::NotNow(_) => 409,
+            Self::NotNow(_) | Self::Taken(_) => 409,
             Self::TooLarge { .. } => 413,
             Self::Drawing(_) => 422,
             Self::TooOften | Self::AtOnce(_) => 429,

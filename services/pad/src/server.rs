@@ -277,8 +277,7 @@ async fn order(State(desk): State<Desk>, visit: Visit, content: Body) -> Respons
         let OrderBody { order } = parse("the order", &bytes)?;
         if order == Step::Abort && !matches!(admitted, Err(Refusal::Forbidden(_))) {
             // However often it is asked for.
-            desk.caller.abort();
-            return Ok(ok(json!({})));
+            return desk.caller.abort().await.unwrap_or_else(|_| Err(Refusal::ending())).map(ok);
         }
         desk.ask(admitted?, Wish::Order(order)).await
     };

@@ -54,9 +54,11 @@ struct Tally {
 
 impl Tally {
     /// A channel begins with 1, and a process of the mission misses what came before it joined;
-    /// an observer comes when it likes.
+    /// an observer comes when it likes, and the pad shows what there is now: its successor has lost nothing of
+    /// what was shown before.
     fn new(spec: &ChannelSpec, process: Process) -> Self {
-        let last = (process != Process::Observer).then_some(0);
+        let comes_late = matches!(process, Process::Observer | Process::Pad);
+        let last = (!comes_late).then_some(0);
         Self { last, lost: 0, many_writers: spec.writer.is_none() }
     }
 
@@ -249,6 +251,14 @@ mod tests {
     fn an_observer_misses_nothing_before_it_came() {
         let tally = Tally::new(SCAN.spec, Process::Observer);
         assert_eq!(accepted(tally, &[40, 41, 43]), (vec![40, 41, 43], 1));
+    }
+
+    /// A pad that was killed in the middle of a mission had its successor report all that had been sent until then,
+    /// 1675 messages, as lost.
+    #[test]
+    fn a_pad_that_was_started_again_has_lost_nothing_of_what_was_shown_before() {
+        let tally = Tally::new(SCAN.spec, Process::Pad);
+        assert_eq!(accepted(tally, &[400, 401, 403]), (vec![400, 401, 403], 1));
     }
 
     #[test]

@@ -130,7 +130,10 @@ impl Gatherer {
         self.look()?;
         let took = std::mem::replace(&mut self.since, Instant::now()).elapsed();
         let alive: BTreeMap<_, _> = self.node.system().processes()?.into_iter().collect();
-        let order = [Process::Supervisor].into_iter().chain(SERVICES);
+        // Beside a system without one somebody may have started one by hand.
+        let has_pad = !self.run.pad.is_absent() || alive.contains_key(Process::Pad.word());
+        let pad = has_pad.then_some(Process::Pad);
+        let order = [Process::Supervisor].into_iter().chain(SERVICES).chain(pad);
         let rows: Vec<_> =
             order.map(|process| self.row(process, alive.get(process.word()).copied(), took)).collect();
         self.taps.iter_mut().for_each(|tap| tap.count_anew());

@@ -188,6 +188,39 @@ fn a_mission_from_a_file_can_be_stopped_and_gone_on_with() {
     assert_eq!(scene.machine.check(Step::Sketch, true, scene.now).unwrap_err().status(), 409);
 }
 
+/// The order to start such a mission is the supervisor's. While the planner waited for the sketcher, who read a large
+/// photo, or had said nothing yet, in lockstep or to a pad that had just been started again, the pad took the mission
+/// for one that nobody had ordered: it threw an abort away, said `ok`, and the robot drove off.
+#[test]
+fn a_mission_from_a_file_can_be_aborted_before_the_robot_drives() {
+    let mut scene = Scene { machine: Machine::new(false), now: s(1) };
+    assert_eq!((scene.machine.state(), scene.allowed()), (State::Driving, vec![Step::Abort]));
+    scene.say(TaskState::Waiting);
+    assert_eq!((scene.machine.state(), scene.allowed()), (State::Driving, vec![Step::Abort]));
+    assert_eq!(scene.order(Step::Abort), Order::Abort);
+    assert_eq!(
+        scene.machine.order(Step::Abort, true, scene.now).unwrap_err().status(),
+        409,
+        "it was passed on"
+    );
+    scene.say(TaskState::Aborted);
+    assert_eq!(scene.machine.state(), State::Aborted);
+}
+
+/// At many times real time more statuses are on their way than the pad waits for: the robot was told to go on, and
+/// an abort was refused since it had not said so.
+#[test]
+fn what_was_ordered_to_go_on_can_be_aborted_before_the_planner_says_so() {
+    let mut scene = Scene::new(false);
+    scene.say(TaskState::Driving);
+    scene.order(Step::Abort);
+    scene.located();
+    scene.say(TaskState::Aborted);
+    scene.order(Step::Restore);
+    scene.say(TaskState::Aborted);
+    assert_eq!(scene.order(Step::Abort), Order::Abort);
+}
+
 #[test]
 fn a_sketcher_that_does_not_answer_is_given_up() {
     let mut scene = Scene::new(true);
@@ -214,6 +247,17 @@ fn a_successor_that_knows_nothing_can_stop_a_robot_that_drives() {
     assert_eq!((scene.machine.state(), scene.allowed()), (State::NoSketch, vec![Step::Sketch]));
     scene.sketch();
     assert_eq!(scene.machine.memory().drawing_seq, 8);
+}
+
+/// Nobody knows whether the robot is about to drive until the planner says so: until then it is taken to.
+#[test]
+fn a_successor_that_knows_nothing_can_stop_a_robot_of_which_nothing_was_heard() {
+    let mut machine = Machine::new(true);
+    machine.begin_behind(7);
+    assert_eq!((machine.state(), machine.allowed(true, s(0))), (State::Driving, vec![Step::Abort]));
+    machine.on_status(&status(TaskState::Waiting), s(1));
+    assert_eq!(machine.order(Step::Abort, false, s(1)), Ok(Order::Abort));
+    assert_eq!((machine.state(), machine.allowed(true, s(1))), (State::NoSketch, vec![Step::Sketch]));
 }
 
 #[test]

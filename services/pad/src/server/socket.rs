@@ -102,7 +102,8 @@ async fn listen(
         }
         if let Message::Text(text) = message {
             match Said::parse(&text) {
-                Some(Said::Abort) => caller.abort(),
+                // What becomes of it is in the feed.
+                Some(Said::Abort) => drop(caller.abort()),
                 Some(word) => drop(words.try_send(word)),
                 None => {}
             }

@@ -118,6 +118,8 @@ impl Mission {
                 self.phase = Phase::Over;
                 self.set(TaskState::Aborted, Reason::GivenUp);
             }
+            // The supervisor's order to start may come after it: what a person says at the pad goes before.
+            Order::Abort if pad == Pad::Watches => self.held = Some(Hold::Aborted),
             Order::Abort => self.hold(Hold::Aborted),
             Order::Pause => self.hold(Hold::Paused),
             Order::Unattended => self.hold(Hold::Unattended),
@@ -180,6 +182,18 @@ mod tests {
         mission.on_order(Order::Abort, Pad::Draws);
         mission.on_order(Order::Start, Pad::Draws);
         assert_eq!((mission.phase, mission.task, mission.is_driving()), (Phase::Waiting, 0, true));
+    }
+
+    /// The planner reads what comes from the pad first. Of a mission from a file it once forgot an abort that came
+    /// before the supervisor's order to start, and drove off.
+    #[test]
+    fn a_mission_from_a_file_can_be_aborted_before_it_is_started() {
+        let mut mission = Mission::default();
+        mission.on_order(Order::Abort, Pad::Watches);
+        mission.on_order(Order::Start, Pad::Watches);
+        assert_eq!((mission.held, mission.is_driving()), (Some(Hold::Aborted), false));
+        mission.on_order(Order::Resume, Pad::Watches);
+        assert!(mission.is_driving());
     }
 
     #[test]

@@ -193,7 +193,9 @@ impl<'a> Recorder<'a> {
     pub fn end(mut self) -> anyhow::Result<()> {
         self.health.report(self.stamp_ns)?;
         self.latencies.tell()?;
-        self.drain()?;
+        for input in &mut self.inputs {
+            take_all(input.as_mut(), self.node, self.disk.as_ref(), &mut self.core)?;
+        }
         let (mut report, _sink) = self.core.finish();
         match report.failure {
             None => self
@@ -214,11 +216,10 @@ impl<'a> Recorder<'a> {
 
     fn drain(&mut self) -> anyhow::Result<()> {
         for input in &mut self.inputs {
-            while let Some(said) = input.record_next(&mut self.core)? {
-                if let Err(error) = said {
-                    complain(self.node, self.disk.as_ref(), &error);
-                }
+            if self.core.has_failed() && input.waits_for_room(self.node) {
+                continue;
             }
+            take_all(input.as_mut(), self.node, self.disk.as_ref(), &mut self.core)?;
         }
         Ok(())
     }
@@ -256,6 +257,21 @@ impl<'a> Recorder<'a> {
     fn told<T>(&self, result: Result<T, RecordingError>) -> Option<T> {
         result.inspect_err(|error| complain(self.node, self.disk.as_ref(), error)).ok()
     }
+}
+
+/// Takes all that has come on a channel.
+fn take_all(
+    input: &mut dyn Input,
+    node: &Node,
+    disk: Option<&Disk>,
+    core: &mut FileCore,
+) -> sketchnav_runtime::Result<()> {
+    while let Some(said) = input.record_next(core)? {
+        if let Err(error) = said {
+            complain(node, disk, &error);
+        }
+    }
+    Ok(())
 }
 
 /// Says what went wrong; a file that failed is cut back to what is whole.
@@ -348,6 +364,9 @@ trait Input {
         core: &mut FileCore,
     ) -> sketchnav_runtime::Result<Option<Result<(), RecordingError>>>;
 
+    /// Whether its messages are to stay in the channel while the file has failed, as nothing else keeps them.
+    fn waits_for_room(&mut self, node: &Node) -> bool;
+
     /// Goes on after the message `position`, first with what is kept of the channel; what the core
     /// complains about.
     fn catch_up(
@@ -371,6 +390,11 @@ impl<T: Ros2> Input for Fixed<T> {
         Ok(self.reader.receive()?.map(|message| core.record(self.channel, &*message, &[])))
     }
 
+    /// Its writer keeps them.
+    fn waits_for_room(&mut self, _: &Node) -> bool {
+        false
+    }
+
     fn catch_up(
         &mut self,
         node: &Node,
@@ -389,6 +413,7 @@ impl<T: Ros2> Input for Fixed<T> {
 struct Sliced<T: Ros2> {
     channel: Channel<T>,
     reader: SliceReader<T>,
+    is_waiting: bool,
 }
 
 impl<T: Ros2> Input for Sliced<T> {
@@ -400,15 +425,33 @@ impl<T: Ros2> Input for Sliced<T> {
         Ok(sample.map(|sample| core.record(self.channel, sample.message(), sample.bytes())))
     }
 
-    /// Nothing is kept of a sketch: its writer draws it once more.
+    /// From the moment that the file fails. The reader is opened anew then, for the history to come again: what came
+    /// last may have been in what was cut off. Where that cannot be, what comes from now on waits all the same.
+    fn waits_for_room(&mut self, node: &Node) -> bool {
+        if !self.is_waiting {
+            self.is_waiting = true;
+            if let Ok(reader) = node.slice_reader(self.channel) {
+                self.reader = reader;
+            }
+        }
+        true
+    }
+
+    /// With what waits in the channel. Where the recorder has died there is nothing yet: the history comes when its
+    /// writer has seen the new reader, and a writer that has died too sends its last message once more.
     fn catch_up(
         &mut self,
         _: &Node,
         position: u64,
-        _: &mut FileCore,
+        core: &mut FileCore,
     ) -> sketchnav_runtime::Result<Vec<RecordingError>> {
+        self.is_waiting = false;
         self.reader.resume_after(position);
-        Ok(Vec::new())
+        let mut complaints = Vec::new();
+        while let Some(said) = self.record_next(core)? {
+            complaints.extend(said.err());
+        }
+        Ok(complaints)
     }
 }
 
@@ -430,7 +473,7 @@ impl ChannelVisitor for OpenInputs<'_> {
 
     fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> sketchnav_runtime::Result<()> {
         if channel.spec.recorded {
-            self.inputs.push(Box::new(Sliced { channel, reader: self.node.slice_reader(channel)? }));
+            self.inputs.push(Box::new(Sliced { channel, reader: self.node.slice_reader(channel)?, is_waiting: false }));
         }
         Ok(())
     }

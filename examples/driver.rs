@@ -40,11 +40,19 @@ fn main() -> anyhow::Result<()> {
     let mut commands = node.reader(COMMAND)?;
     let laser = node.run_config()?.robot.laser;
     let period = Duration::from_secs_f64(1.0 / laser.rate_hz);
-    let mut robot = Robot { pose: Pose::new(0.0, 0.0, 0.0), twist: STANDSTILL };
+    // Where a driver has died, this one goes on: its numbers, its clock and its odometry do.
+    scans.resume_behind_kept();
+    odometry.resume_behind_kept();
+    let last = odometry.last_kept().copied();
+    let clock = last.map_or(Duration::ZERO, |last| Duration::from_nanos(last.header.stamp_ns) + period);
+    let pose = last.map_or(Pose::new(0.0, 0.0, 0.0), |last| last.pose());
+    let scans_before = scans.last_seq();
+    let mut robot = Robot { pose, twist: STANDSTILL };
     let (began, mut commanded) = (Instant::now(), Instant::now());
     for step in 1.. {
-        // The odometry of an instant goes before its scan; both bear the same stamp.
-        let header = Header { seq: 0, stamp_ns: began.elapsed().as_nanos() as u64, source_seq: step };
+        // The odometry of an instant goes before its scan; both bear the same stamp. The writers number them.
+        let stamp_ns = (clock + began.elapsed()).as_nanos() as u64;
+        let header = Header { seq: 0, stamp_ns, source_seq: 0 };
         odometry.send(|message| robot.write_odometry(header, message))?;
         scans.send(|message| robot.write_scan(header, &laser, message))?;
         let due = began + period * step as u32;
@@ -53,9 +61,12 @@ fn main() -> anyhow::Result<()> {
                 return Ok(());
             }
             while let Some(command) = commands.receive_sound()? {
-                (robot.twist, commanded) = (command.twist, Instant::now());
                 if command.last == 1 {
                     return Ok(());
+                }
+                // What answers a scan of the driver before this one is over.
+                if command.header.source_seq > scans_before {
+                    (robot.twist, commanded) = (command.twist, Instant::now());
                 }
             }
         }

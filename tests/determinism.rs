@@ -83,8 +83,16 @@ impl Tap for Recorder {
 fn rehearse(mission: &Path, seed: u64, path: &Path) {
     let (mission, robot) = mission_file::load(mission).unwrap();
     let system = "rehearsal".to_owned();
-    let run =
-        RunConfig { system, mission, robot, seed, pace: Pace::Lockstep, recording: None, pad: Pad::Absent };
+    let run = RunConfig {
+        system,
+        mission,
+        robot,
+        seed,
+        pace: Pace::Lockstep,
+        recording: None,
+        pad: Pad::Absent,
+        without: Vec::new(),
+    };
     let sink = BufWriter::new(File::create(path).unwrap());
     let mut recorder = Recorder(Writer::create(sink, &run).unwrap());
     Rehearsal::new(&run).unwrap().run(&mut recorder).unwrap();

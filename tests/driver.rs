@@ -3,29 +3,74 @@
 mod support;
 
 use std::path::Path;
-use std::process::Command;
 
-use support::{Place, Running, room};
+use nix::sys::signal::Signal;
+use sketchnav_recordings::Recording;
+use sketchnav_schemas::channels::{ODOMETRY, SCAN};
+use sketchnav_schemas::message::Message;
+use support::{BESIDE_A_DRIVER, Place, Running, room};
+
+/// A mission in the room that waits for its driver.
+fn start(place: &Place) -> Running {
+    room::write(place.files());
+    let mut running = place.start("run room.toml --system driver --speed 1 --without world --json");
+    place.wait_until_joined(&mut running, "driver", &BESIDE_A_DRIVER);
+    running
+}
 
 #[test]
 fn the_example_of_a_driver_drives_a_mission() {
     let place = Place::new();
-    room::write(place.files());
-    let mut running = place.start("run room.toml --system driver --speed 1 --without world --json");
-    place.wait_until_joined(&mut running, "driver", &["localizer", "planner", "recorder", "sketcher"]);
-    let program = Path::new(env!("CARGO_BIN_EXE_sketchnav")).with_file_name("examples").join("driver");
-    assert!(
-        program.exists(),
-        "{}: expected the example; `cargo build --examples` makes it",
-        program.display()
-    );
-    let mut command = Command::new(program);
-    command.arg("driver");
-    place.settle(&mut command);
-    let driver = Running::spawn(command);
+    let running = start(&place);
+    let driver = place.driver("driver");
     let ended = running.end();
     assert_eq!(driver.end().code, Some(0));
     let report = ended.json();
     assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
     place.assert_nothing_left("driver");
+}
+
+/// What the driver before has sent, as many scans as these, before it is killed.
+const BEFORE: usize = 60;
+const PERIOD_NS: u64 = 100_000_000;
+
+/// The driver dies on the way, and is started again. It began its numbers anew, so its writers took its messages for
+/// those of its predecessor, which had been sent: for as long as that had run, nobody heard of it, and nothing
+/// said so. And its clock and its odometry began at 0 again, which is a jump to those who read them.
+#[test]
+fn a_driver_that_is_started_again_goes_on() {
+    let place = Place::new();
+    let running = start(&place);
+    let first = place.driver("driver");
+    let heard = place.run(&format!("echo scan --count {BEFORE} --system driver"));
+    assert_eq!(heard.out.lines().count(), BEFORE, "{heard}");
+    first.signal(Signal::SIGKILL);
+    assert_eq!(first.end().code, None);
+    let second = place.driver("driver");
+    let ended = running.end();
+    assert_eq!(second.end().code, Some(0));
+    let report = ended.json();
+    assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    let recording = Recording::open(Path::new(report["recording"].as_str().unwrap())).unwrap();
+    let (scans, odometry) = (recording.all(SCAN).unwrap(), recording.all(ODOMETRY).unwrap());
+    assert!(scans.len() > BEFORE, "{}", scans.len());
+    goes_on(&scans);
+    goes_on(&odometry);
+    for pair in odometry.windows(2) {
+        let way_m = pair[0].pose().position().distance(&pair[1].pose().position());
+        assert!(way_m < 0.5, "{way_m} m from {:?}", pair[0].header);
+    }
+    place.assert_nothing_left("driver");
+}
+
+/// A driver that is not heard of for as long as its predecessor ran leaves a gap of that length.
+fn goes_on<T: Message>(messages: &[T]) {
+    for (seq, message) in (1..).zip(messages) {
+        assert_eq!((message.header().seq, message.header().source_seq), (seq, seq));
+    }
+    for pair in messages.windows(2) {
+        let (from, to) = (pair[0].header().stamp_ns, pair[1].header().stamp_ns);
+        assert!(from < to && to - from < BEFORE as u64 * PERIOD_NS / 2, "{} {from} to {to}", T::NAME);
+    }
 }

@@ -205,6 +205,7 @@ fn can_be_opened(path: &Path) {
         pace: Pace::Lockstep,
         recording: None,
         pad: Pad::Absent,
+        without: Vec::new(),
     };
     let (_, places) = sketchnav_sketcher::understand(&run).unwrap();
     assert_eq!(places.errands.len(), tasks, "{}", path.display());

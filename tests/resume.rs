@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use nix::sys::signal::Signal;
 use sketchnav_schemas::channels::STATUS;
-use support::{Ended, Place, Running, room, send, wait_until};
+use support::{BESIDE_A_DRIVER, Ended, Place, Running, room, send, wait_until};
 
 /// The folder of the only run in the folder `out`.
 fn folder(place: &Place, out: &str) -> PathBuf {
@@ -94,6 +94,36 @@ fn in_real_time_too() {
     let ended = place.start(&format!("run --json --resume {}", folder.display())).end();
     assert_eq!(ended.code, Some(0), "{ended}");
     assert_eq!(ended.json()["success"], true, "{ended}");
+    place.assert_nothing_left("killed");
+}
+
+/// A real robot drove, its supervisor was killed and the mission resumed: all processes were started then, the
+/// simulated world among them, and the robot's driver was killed for it. Who was left out is left out again.
+#[test]
+fn a_simulated_world_does_not_take_the_place_of_a_robot() {
+    let place = Place::new();
+    room::write(place.files());
+    let mut running =
+        place.start("run room.toml --json --out killed --system killed --speed 1 --without world");
+    place.wait_until_joined(&mut running, "killed", &BESIDE_A_DRIVER);
+    let driver = place.driver("killed");
+    let heard = place.run("echo status --count 20 --system killed");
+    assert_eq!(heard.out.lines().count(), 20, "{heard}");
+    running.signal(Signal::SIGKILL);
+    assert_eq!(running.end().code, None);
+    wait_until("the end of the services", || place.living().len() == 1);
+    let folder = place.files().join("killed/room-001");
+    let mut resumed = place.start(&format!("run --json --resume {}", folder.display()));
+    // It belongs to a system that has gone, and is asked to end.
+    assert_eq!(driver.end().code, Some(0));
+    place.wait_until_joined(&mut resumed, "killed", &BESIDE_A_DRIVER);
+    assert!(place.serving("killed", "world").is_empty());
+    let driver = place.driver("killed");
+    let ended = resumed.end();
+    assert!(ended.err.contains("waiting for world"), "{ended}");
+    // Nobody knows where in the world it is, so that it has arrived is its own word.
+    assert_eq!(ended.json()["tasks"][0]["state"], "reached", "{ended}");
+    assert_eq!(driver.end().code, Some(0));
     place.assert_nothing_left("killed");
 }
 

@@ -1,9 +1,9 @@
 //! The first difference of two recordings.
 //!
 //! Compares the messages of each channel byte for byte, in the order of their channel; in which order
-//! the channels are interleaved does not matter. Health and faults are left out, for they tell of wall-clock time and chance;
-//! transforms are left out, for they are derived from the odometry. Reads both files side by side
-//! and keeps no more of them than they are apart. What need not be the same to the bit is given
+//! the channels are interleaved does not matter. Health, faults and latency are left out, for they tell of
+//! wall-clock time and chance; transforms are left out, for they are derived from the odometry. Reads both files
+//! side by side and keeps no more of them than they are apart. What need not be the same to the bit is given
 //! [`Tolerances`].
 
 use std::collections::VecDeque;
@@ -331,9 +331,16 @@ impl Explain<'_> {
         if let Some(leaf) = different {
             return Some(Some(What::Field { a: leaf.show(a), b: leaf.show(b), field: leaf.path }));
         }
-        let Some(i) = cells_a.iter().zip(&cells_b).position(|(a, b)| a != b) else { return Some(None) };
-        let (a, b) = (cells_a[i].to_string(), cells_b[i].to_string());
-        Some(Some(What::Field { field: format!("cells[{i}]"), a, b }))
+        Some(different_cells(&cells_a, &cells_b))
+    }
+}
+
+/// The first of the cells, or bytes, behind a message that differs; where one slice begins with the other, their lengths.
+fn different_cells(a: &[u8], b: &[u8]) -> Option<What> {
+    let field = |field: String, a: usize, b: usize| What::Field { field, a: a.to_string(), b: b.to_string() };
+    match a.iter().zip(b).position(|(a, b)| a != b) {
+        Some(i) => Some(field(format!("cells[{i}]"), a[i].into(), b[i].into())),
+        None => (a.len() != b.len()).then(|| field("length of cells".to_owned(), a.len(), b.len())),
     }
 }
 

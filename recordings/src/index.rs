@@ -27,8 +27,7 @@ pub struct Index {
     known: BTreeMap<u64, u64>,
     pub(crate) attachments: Vec<AttachmentEntry>,
     is_from_summary: bool,
-    /// How many bytes at the end are no whole record.
-    lost_bytes: u64,
+    is_cut_off: bool,
 }
 
 impl Index {
@@ -133,7 +132,7 @@ impl Index {
                 }
                 Piece::Part(_) => {}
                 Piece::End { clean } => {
-                    index.lost_bytes = if clean { 0 } else { open.file.bytes() - at };
+                    index.is_cut_off = !clean;
                     break;
                 }
             }
@@ -159,9 +158,9 @@ impl Index {
         self.is_from_summary
     }
 
-    /// How many bytes at the end are no whole record: the file is cut off in the middle of one.
-    pub fn lost_bytes(&self) -> u64 {
-        self.lost_bytes
+    /// Whether the file ends before its writer came to an end, in the middle of a record or behind a whole one.
+    pub fn is_cut_off(&self) -> bool {
+        self.is_cut_off
     }
 
     /// How many chunks there are.

@@ -8,6 +8,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use sketchnav_schemas::channels::{HEALTH, TABLE, has_many_writers};
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Health;
 use sketchnav_schemas::time::seconds;
 
@@ -43,6 +44,16 @@ pub struct Info {
     pub topics: Vec<TopicInfo>,
     /// The attachments.
     pub attachments: Vec<AttachmentInfo>,
+}
+
+impl Info {
+    /// How often processes were started again, all together. The recorder is among those that say so themselves;
+    /// its own count knows of lives in which it said nothing, and is missing where the file is cut off.
+    pub fn all_restarts(&self) -> u64 {
+        let told: u64 = self.process_restarts.values().sum();
+        let by_recorder = self.process_restarts.get(Process::Recorder.word()).copied().unwrap_or(0);
+        told - by_recorder + self.restarts.max(by_recorder)
+    }
 }
 
 /// What is in a topic.

@@ -44,6 +44,11 @@ impl ChannelSpec {
         self.writer.is_none_or(|writer| writer == process)
     }
 
+    /// Whether its messages are what sensors read: each is its own cause.
+    pub fn is_sensed(&self) -> bool {
+        [SCAN.spec, ODOMETRY.spec, TRUTH.spec].iter().any(|sensed| sensed.name == self.name)
+    }
+
     /// Whether the channel is recorded under this topic: its name with a slash before it.
     pub fn is_topic(&self, topic: &str) -> bool {
         topic.strip_prefix('/') == Some(self.name)

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::codes::Process;
 use crate::mission::Mission;
 use crate::robot::Robot;
 
@@ -63,4 +64,8 @@ pub struct RunConfig {
     /// Whether people take part by the pad's page.
     #[serde(default, skip_serializing_if = "Pad::is_absent")]
     pub pad: Pad,
+    /// The services that the supervisor does not start: somebody runs them by hand, or a robot's driver stands in for
+    /// the world.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<Process>,
 }

@@ -2,9 +2,11 @@
 //! whatever its writer put there, a real robot's driver among them.
 //!
 //! What is refused here, nobody has to fear behind the reader: counts beyond the list, numbers that are none,
-//! headings that are no rotation. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
+//! headings that are no rotation. What passes can be recorded, too. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
 
-use crate::message::{LaserScan, Message, Odometry, PoseEstimate, PoseM, PosePx, Twist, VelocityCommand};
+use crate::message::{
+    Header, LaserScan, Message, Odometry, PoseEstimate, PoseM, PosePx, Twist, VelocityCommand,
+};
 
 /// Farther than any robot drives, metres or pixels.
 const FAR: f64 = 1e7;
@@ -19,7 +21,9 @@ pub trait Sound: Message {
 
 impl Sound for LaserScan {
     fn is_sound(&self) -> bool {
-        let counted = self.ranges_m.get(..self.beam_count as usize);
+        let Some((counted, behind)) = self.ranges_m.split_at_checked(self.beam_count as usize) else {
+            return false;
+        };
         let numbers = [
             self.angle_min_rad,
             self.angle_max_rad,
@@ -30,16 +34,19 @@ impl Sound for LaserScan {
             self.range_max_m,
         ];
         let is_range = |range: &f32| !range.is_finite() || (0.0..FAR as f32).contains(range);
-        numbers.iter().all(|v| v.abs() < FAR as f32)
+        timely(&self.header)
+            && numbers.iter().all(|v| v.abs() < FAR as f32)
             && self.range_min_m >= 0.0
             && self.range_max_m > self.range_min_m
-            && counted.is_some_and(|ranges| !ranges.is_empty() && ranges.iter().all(is_range))
+            && !counted.is_empty()
+            && counted.iter().all(is_range)
+            && behind.iter().all(|range| range.to_bits() == 0)
     }
 }
 
 impl Sound for Odometry {
     fn is_sound(&self) -> bool {
-        metres(&self.pose) && twist(&self.twist)
+        timely(&self.header) && metres(&self.pose) && twist(&self.twist)
     }
 }
 
@@ -54,6 +61,11 @@ impl Sound for VelocityCommand {
     fn is_sound(&self) -> bool {
         twist(&self.twist)
     }
+}
+
+/// Whether the stamp has room in a recorded message.
+fn timely(header: &Header) -> bool {
+    header.stamp_ns / 1_000_000_000 <= i32::MAX as u64
 }
 
 fn metres(pose: &PoseM) -> bool {
@@ -80,6 +92,7 @@ fn rotation([z, w]: [f64; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ros2::Ros2;
     use bytemuck::Zeroable;
 
     fn scan() -> LaserScan {
@@ -117,8 +130,34 @@ mod tests {
                 |scan| scan.range_min_m = -1.0,
                 |scan| scan.ranges_m[4] = -0.5,
                 |scan| scan.ranges_m[4] = 1e30,
+                |scan| scan.ranges_m[5] = 1.0,
+                |scan| scan.header.stamp_ns = u64::MAX,
             ],
         );
+    }
+
+    /// A driver that left old ranges behind those that count drove well and had no scan in its recording: the
+    /// navigators took what the recorder refused.
+    #[test]
+    fn what_is_sound_can_be_recorded() {
+        let spoils: [Spoil<LaserScan>; 6] = [
+            |_| {},
+            |scan| scan.ranges_m[5] = 1.0,
+            |scan| scan.ranges_m[1439] = -0.0,
+            |scan| scan.beam_count = 4,
+            |scan| scan.header.stamp_ns = (1 << 31) * 1_000_000_000 - 1,
+            |scan| scan.header.stamp_ns = (1 << 31) * 1_000_000_000,
+        ];
+        let is_both = spoils.map(|spoil| {
+            let mut scan = scan();
+            scan.ranges_m[4] = 1.0;
+            (scan.header.seq, scan.header.source_seq) = (1, 1);
+            spoil(&mut scan);
+            let is_recordable = scan.to_cdr(&[], &mut Vec::new()).is_ok();
+            assert_eq!(scan.is_sound(), is_recordable);
+            is_recordable
+        });
+        assert_eq!(is_both, [true, false, false, false, true, false]);
     }
 
     #[test]
@@ -133,6 +172,7 @@ mod tests {
                 |odometry| odometry.pose.x_m = f64::INFINITY,
                 |odometry| odometry.pose.y_m = -1e300,
                 |odometry| odometry.twist.yaw_rate_radps = f64::NAN,
+                |odometry| odometry.header.stamp_ns = u64::MAX,
             ],
         );
         let mut estimate = PoseEstimate::zeroed();

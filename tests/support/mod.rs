@@ -32,6 +32,9 @@ const LIMIT: Duration = Duration::from_secs(180);
 /// The processes of a system, without the supervisor.
 pub const SERVICES: [&str; 5] = ["localizer", "planner", "recorder", "sketcher", "world"];
 
+/// Those of them that run beside a driver, which stands in for the world.
+pub const BESIDE_A_DRIVER: [&str; 4] = ["localizer", "planner", "recorder", "sketcher"];
+
 /// A user's place: a root for systems, and a folder for files.
 pub struct Place {
     runtime: TempDir,
@@ -94,6 +97,17 @@ impl Place {
     /// Starts `sketchnav`.
     pub fn start(&self, arguments: &str) -> Running {
         Running::spawn(self.command(arguments))
+    }
+
+    /// Starts the example of a driver in the system `name`.
+    pub fn driver(&self, name: &str) -> Running {
+        let program = Path::new(env!("CARGO_BIN_EXE_sketchnav")).with_file_name("examples").join("driver");
+        let missing = "expected the example; `cargo build --examples` makes it";
+        assert!(program.exists(), "{}: {missing}", program.display());
+        let mut command = Command::new(program);
+        command.arg(name);
+        self.settle(&mut command);
+        Running::spawn(command)
     }
 
     /// Runs a mission in lockstep as the system `name` and hands back its report, and the exit code.

@@ -74,6 +74,7 @@ pub fn run_config() -> RunConfig {
         pace: Pace::Lockstep,
         recording: None,
         pad: Pad::Absent,
+        without: Vec::new(),
     }
 }
 

@@ -84,6 +84,22 @@ fn what_a_kill_cut_off_is_recovered_up_to_the_cut() {
     assert!(info.clean_end && info.messages == known);
 }
 
+/// A recorder that is killed leaves, as a rule, a file that ends behind a whole record. `info` called it cut off, and a copy
+/// of it passed for all that there was.
+#[test]
+fn a_file_that_ends_behind_a_whole_record_is_cut_off_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = story(folder.path());
+    let is_cut_off = || Recording::open(&path).unwrap().index().unwrap().is_cut_off();
+    assert!(!is_cut_off());
+    let whole = std::fs::read(&path).unwrap();
+    let third = chunks(&whole)[2];
+    for end in [third, third + 20] {
+        std::fs::write(&path, &whole[..end]).unwrap();
+        assert!(is_cut_off() && !info(&path).unwrap().clean_end, "up to byte {end}");
+    }
+}
+
 /// A byte of a chunk in the middle: its checksum is wrong, the others are all there.
 #[test]
 fn a_damaged_chunk_is_left_out_and_the_rest_is_there() {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sketchnav_recordings::diff::{Difference, Side, What, diff};
-use sketchnav_schemas::channels::{self, SCAN, SKETCH};
+use sketchnav_schemas::channels::{self, DRAWING, SCAN, SKETCH};
 use sketchnav_schemas::message::*;
 
 use super::common;
@@ -111,4 +111,24 @@ fn a_cell_of_the_drawing_is_named() {
     let found = diff(&paths[0], &paths[1]).unwrap().unwrap();
     let what = What::Field { field: "cells[100]".into(), a: "0".into(), b: "100".into() };
     assert_eq!((found.channel, found.what), ("sketch", what));
+}
+
+/// What people draw has no field that tells its length: of two drawings, one of which began with the whole of the other,
+/// no byte differed as far as both went, and they counted as the same.
+#[test]
+fn a_longer_drawing_is_another_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = [folder.path().join("a.mcap"), folder.path().join("b.mcap")];
+    let header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
+    for (path, drawn) in paths.iter().zip(["a wall", "a wall and a door"]) {
+        let mut writer = common::create(path);
+        let drawing = Drawing { header, ..bytemuck::Zeroable::zeroed() };
+        writer.write(DRAWING, &drawing, drawn.as_bytes()).unwrap();
+        writer.finish().unwrap();
+    }
+    let found = |a: usize, b: usize| diff(&paths[a], &paths[b]).unwrap().map(|found| found.to_string());
+    let begin = "drawing message 1 at 0.000 s: length of cells is";
+    assert_eq!(found(0, 1), Some(format!("{begin} 6 in the first, 17 in the second")));
+    assert_eq!(found(1, 0), Some(format!("{begin} 17 in the first, 6 in the second")));
+    assert_eq!((found(0, 0), found(1, 1)), (None, None));
 }

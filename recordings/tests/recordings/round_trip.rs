@@ -9,6 +9,7 @@ use sketchnav_recordings::reader::{Recording, Selection};
 use sketchnav_recordings::sequence::{Gap, Seen};
 use sketchnav_recordings::{RecordingError, Writer};
 use sketchnav_schemas::channels::{self, Channel, ChannelVisitor, HEALTH};
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::{Header, Health};
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::samples::sample;
@@ -234,4 +235,28 @@ fn the_times_of_a_topic_do_not_go_back() {
     );
     let said: Vec<_> = recording.all(HEALTH).unwrap().iter().map(|health| health.header.stamp_ns).collect();
     assert_eq!(said, stamps);
+}
+
+/// The recorder says in `health` that it was started again, as every process does, and counts that itself beside: each
+/// of its restarts was judged to be two.
+#[test]
+fn a_restart_of_the_recorder_is_one_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("restarts.mcap");
+    // In one of its lives the recorder said nothing.
+    for (own_count, all) in [(0, 3), (2, 3), (3, 4)] {
+        let mut writer = common::create(&path);
+        for (process, pids) in
+            [(Process::Recorder, 1..=3), (Process::Planner, 11..=12), (Process::World, 20..=20)]
+        {
+            for pid in pids {
+                writer
+                    .write(HEALTH, &Health { process: process.code(), pid, ..Health::zeroed() }, &[])
+                    .unwrap();
+            }
+        }
+        writer.survived(own_count);
+        writer.finish().unwrap();
+        assert_eq!(info(&path).unwrap().all_restarts(), all, "{own_count} by its own count");
+    }
 }

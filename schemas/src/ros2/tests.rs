@@ -162,6 +162,27 @@ fn what_would_not_come_back_is_refused() {
     assert!(matches!(status.to_cdr(&[], &mut out), Err(Ros2Error::Text { field: "name" })));
 }
 
+/// A driver that gave no cause drove well and had nothing in its recording. Writers write it by the table of
+/// channels; the ROS 2 forms have no place for another.
+#[test]
+fn what_sensors_read_is_its_own_cause() {
+    struct Stray;
+    impl ChannelVisitor for Stray {
+        type Error = Infallible;
+        fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
+            let (mut message, cells) = sample::<T>(&mut stream(1, T::NAME), 7);
+            message.header_mut().source_seq = 6;
+            let is_refused = message.to_cdr(&cells, &mut Vec::new()).is_err();
+            assert_eq!(is_refused, channel.spec.is_sensed(), "{}", channel.spec.name);
+            Ok(())
+        }
+        fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
+            self.fixed(channel)
+        }
+    }
+    let Ok(()) = channels::visit(&mut Stray);
+}
+
 #[test]
 fn another_frame_is_not_ours() {
     let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };

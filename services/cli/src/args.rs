@@ -58,8 +58,8 @@ pub enum Command {
         #[arg(required_unless_present = "resume", conflicts_with = "resume")]
         mission: Option<PathBuf>,
         /// Go on with the mission whose recording lies in this folder, after its supervisor was killed: with its
-        /// own seed and pace, from where its processes were.
-        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system"])]
+        /// own seed and pace and without the processes that it was without, from where its processes were.
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without"])]
         resume: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,
@@ -145,7 +145,7 @@ pub enum Command {
         #[command(flatten)]
         tap: Tap,
     },
-    /// Compare two recordings, every message of every channel byte for byte (health and faults are left out).
+    /// Compare two recordings, every message of every channel byte for byte (health, faults and latency are left out).
     #[command(
         after_help = "Exit codes: 0 identical, 1 different, 2 unreadable.\nExample: sketchnav diff a.mcap b.mcap"
     )]

@@ -39,6 +39,7 @@ pub fn configure(
         pace,
         recording: Some(recording),
         pad,
+        without: options.without.clone(),
     })
 }
 
@@ -46,15 +47,11 @@ pub fn configure(
 ///
 /// # Errors
 /// As [`ProcessLine::serve`].
-pub fn lines(
-    options: &SystemOptions,
-    run: &RunConfig,
-    link: Option<&Link>,
-) -> Result<Vec<ProcessLine>, SystemError> {
-    for process in &options.without {
+pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, SystemError> {
+    for process in &run.without {
         say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
     }
-    let services = SERVICES.into_iter().filter(|process| !options.without.contains(process));
+    let services = SERVICES.into_iter().filter(|process| !run.without.contains(process));
     let services = services.map(|process| ProcessLine::serve(process, &run.system));
     services.chain(link.map(|link| link.line(&run.system))).collect()
 }

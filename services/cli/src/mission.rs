@@ -59,7 +59,7 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let (system, run) = System::resume(folder).map_err(|error| classify(error.into()))?;
     let began = Instant::now();
     let link = link(&run, options)?;
-    let lines = lines(&options.system, &run, link.as_ref()).map_err(classify)?;
+    let lines = lines(&run, link.as_ref()).map_err(classify)?;
     let supervisor = Supervisor::resume(system, lines, grace(&options.system)).map_err(classify)?;
     if let Some(link) = link {
         say!("{}", link.text());
@@ -82,8 +82,8 @@ fn drive(
     folder: &Path,
 ) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let started = lines(&options.system, run, link.as_ref())
-        .and_then(|lines| Supervisor::start(run, lines, grace(&options.system)));
+    let started =
+        lines(run, link.as_ref()).and_then(|lines| Supervisor::start(run, lines, grace(&options.system)));
     let supervisor = started.map_err(|error| {
         discard(folder);
         classify(error)

@@ -32,8 +32,8 @@ pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     let link = Link::new(&options.site, options.token.clone()).or_input()?;
     let (folder, mission, robot) = place(options)?;
     let run = run_config(options, &folder, mission, robot).or_input().inspect_err(|_| discard(&folder))?;
-    let started = lines(&options.system, &run, Some(&link))
-        .and_then(|lines| Supervisor::start(&run, lines, grace(&options.system)));
+    let started =
+        lines(&run, Some(&link)).and_then(|lines| Supervisor::start(&run, lines, grace(&options.system)));
     let mut supervisor = started.map_err(|error| {
         discard(&folder);
         classify(error)

@@ -21,7 +21,7 @@ pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
         out!("{object}")?;
     } else {
         match &difference {
-            None => out!("identical: every message of every channel (health and faults left out)")?,
+            None => out!("identical: every message of every channel (health, faults and latency left out)")?,
             Some(difference) => out!("different: {difference}")?,
         }
     }

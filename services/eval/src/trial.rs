@@ -86,6 +86,7 @@ impl Trial {
             pace: Pace::Lockstep,
             recording: None,
             pad: Pad::Absent,
+            without: Vec::new(),
         }
     }
 

@@ -61,6 +61,7 @@ fn core(parameters: &str) -> Result<Core, CoreError> {
         pace: Pace::Lockstep,
         recording: None,
         pad: Pad::Absent,
+        without: Vec::new(),
     })
 }
 

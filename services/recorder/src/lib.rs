@@ -473,7 +473,11 @@ impl ChannelVisitor for OpenInputs<'_> {
 
     fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> sketchnav_runtime::Result<()> {
         if channel.spec.recorded {
-            self.inputs.push(Box::new(Sliced { channel, reader: self.node.slice_reader(channel)?, is_waiting: false }));
+            self.inputs.push(Box::new(Sliced {
+                channel,
+                reader: self.node.slice_reader(channel)?,
+                is_waiting: false,
+            }));
         }
         Ok(())
     }

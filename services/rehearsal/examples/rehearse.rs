@@ -104,6 +104,7 @@ fn rehearse(
         pace: Pace::Lockstep,
         recording: None,
         pad: Pad::Absent,
+        without: Vec::new(),
     };
     let mut log = support::Log::default();
     let began = Instant::now();

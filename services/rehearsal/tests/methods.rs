@@ -18,7 +18,16 @@ fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
     mission.task.truncate(tasks);
     mission.method = method;
     let (system, pace) = ("rehearsal".into(), Pace::Lockstep);
-    let run = RunConfig { system, mission, robot, seed, pace, recording: None, pad: Pad::Absent };
+    let run = RunConfig {
+        system,
+        mission,
+        robot,
+        seed,
+        pace,
+        recording: None,
+        pad: Pad::Absent,
+        without: Vec::new(),
+    };
     let mut log = support::Log::default();
     Rehearsal::new(&run).unwrap().run(&mut log).unwrap();
     judge(&run.mission, &log.truth, &log.status, &[]).tasks.iter().filter(|task| task.reached).count()

@@ -35,7 +35,16 @@ fn driven(thinking_scans: u32) -> Log {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/laboratory/laboratory-a.toml");
     let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
     let (system, pace) = ("rehearsal".into(), Pace::Lockstep);
-    let run = RunConfig { system, mission, robot, seed: 1, pace, recording: None, pad: Pad::Absent };
+    let run = RunConfig {
+        system,
+        mission,
+        robot,
+        seed: 1,
+        pace,
+        recording: None,
+        pad: Pad::Absent,
+        without: Vec::new(),
+    };
     let mut log = Log::default();
     Rehearsal::new(&run).unwrap().thinking_for(thinking_scans).run(&mut log).unwrap();
     log

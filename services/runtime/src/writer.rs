@@ -10,7 +10,7 @@ use iceoryx2::prelude::ipc;
 use iceoryx2::sample_mut::SampleMut;
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::Message;
+use sketchnav_schemas::message::{Header, Message};
 
 use crate::allocations::loan_handle;
 use crate::bells::Bells;
@@ -34,6 +34,14 @@ struct Outbox {
 impl Outbox {
     fn new(node: &Node, spec: &'static ChannelSpec) -> Self {
         Self { spec, bells: node.bells(), process: node.process(), last_seq: 0 }
+    }
+
+    /// Gives a message its number. A sensor's reading is its own cause, whatever a driver has written there.
+    fn number(&self, header: &mut Header) {
+        header.seq = self.last_seq;
+        if self.spec.is_sensed() {
+            header.source_seq = self.last_seq;
+        }
     }
 
     /// A sign of life is no progress.
@@ -164,7 +172,7 @@ impl<'a, T: Message> Loan<'a, T> {
         if self.kept.as_ref().is_some_and(|kept| seq <= kept.last_seq()) {
             return Ok((self.outbox, seq));
         }
-        self.header_mut().seq = seq;
+        self.outbox.number(self.sample.payload_mut().0.header_mut());
         if let Some(kept) = self.kept {
             kept.keep(&self.sample.payload().0);
         }

@@ -134,6 +134,7 @@ fn run(
         pace: Pace::Lockstep,
         recording,
         pad: Pad::Absent,
+        without: Vec::new(),
     })
 }
 

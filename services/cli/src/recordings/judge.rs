@@ -103,7 +103,7 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
         missing: info.missing,
         homotopic: None,
         faults: log.told_faults(),
-        restarts: info.restarts + info.process_restarts.values().sum::<u64>(),
+        restarts: info.all_restarts(),
         figures: figures(&log, mission, map, rooms),
         log,
         map,

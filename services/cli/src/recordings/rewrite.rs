@@ -73,7 +73,7 @@ pub fn filter(file: &Path, options: &FilterOptions) -> Result<Outcome, Failure> 
 /// What became of a copy of whole recordings.
 struct Made {
     messages: u64,
-    /// Those of the recordings that end in the middle of a record.
+    /// Those of the recordings that `info` calls cut off.
     cut_off: Vec<String>,
 }
 
@@ -96,7 +96,7 @@ impl Made {
 fn cut_off(recordings: &[Recording]) -> Result<Vec<String>, RecordingError> {
     let mut names = Vec::new();
     for recording in recordings {
-        if recording.index()?.lost_bytes() > 0 {
+        if recording.index()?.is_cut_off() {
             names.push(recording.path().display().to_string());
         }
     }

@@ -141,6 +141,7 @@ pub fn config(robot: &str, planner: &str) -> RunConfig {
         pace: Pace::Lockstep,
         recording: None,
         pad: Pad::Absent,
+        without: Vec::new(),
     }
 }
 

@@ -250,9 +250,9 @@ fn a_restart_of_the_recorder_is_one_restart() {
             [(Process::Recorder, 1..=3), (Process::Planner, 11..=12), (Process::World, 20..=20)]
         {
             for pid in pids {
-                writer
-                    .write(HEALTH, &Health { process: process.code(), pid, ..Health::zeroed() }, &[])
-                    .unwrap();
+                let header = Header { seq: pid.into(), stamp_ns: 0, source_seq: 0 };
+                let health = Health { header, process: process.code(), pid, ..Health::zeroed() };
+                writer.write(HEALTH, &health, &[]).unwrap();
             }
         }
         writer.survived(own_count);

@@ -1,21 +1,62 @@
-//! The table of channels: who writes what, who may read it, and how much of it is kept.
+//! The pipeline as one table: for each channel its message, who writes it, who may read it, and what part it has in
+//! an instant.
+//!
+//! Everything that needs a list of channels or of processes derives it from here: the supervisor, the recorder, the
+//! hosts of stages, replay, `top`, `chaos`, the pad, tests. The order of the table is the order of an instant.
+//!
+//! A program may add channels of its own by [`register`], for a navigator of its own.
 
 use std::marker::PhantomData;
+use std::sync::OnceLock;
 
 use crate::codes::Process;
+use crate::erased::MessageType;
 use crate::message::*;
 use crate::ros2::Ros2;
 
-/// How many steps the world in lockstep may run ahead of what the recorder has in its file.
+/// How many ticks the world in lockstep may run ahead of what the recorder has in its file.
 /// Every recorded channel's buffer and history hold more than that.
 pub const LOCKSTEP_WINDOW: u64 = 64;
-/// The recorder acknowledges every so many scans.
+/// The recorder acknowledges every so many ticks.
 pub const RECORDED_EVERY: u64 = 16;
-/// Most cells of a sketch: the canvas of paper 004, IV, 2540 × 1252, in either orientation.
+/// Instants that a channel's history and buffers hold.
+const INSTANTS: usize = 128;
+/// Most cells of a sketch: the canvas of Boniardi et al. 2016, IV, 2540 × 1252, in either orientation.
 pub const MAX_SKETCH_CELLS: usize = 2540 * 1252;
+/// Most channels of a system, those of a foreign navigator included.
+pub const MAX_CHANNELS: usize = 32;
+
+/// What a channel's messages are in the flow; how many of them are held follows from it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// What holds until the next one comes: a sketch, a route. Transient-local (latched).
+    Instruction,
+    /// What people ask for; each is heard once.
+    Request,
+    /// What is said to a request.
+    Reply,
+    /// What is true in the world; for the recorder and the judge.
+    Truth,
+    /// What a sensor measures. The next tick names it.
+    Sensor,
+    /// The heartbeat: ends the world's part of an instant.
+    Tick,
+    /// The localizer's answer to a tick.
+    Situation,
+    /// The planner's answer to a situation.
+    Command,
+    /// How the mission stands: the last message of an instant.
+    Status,
+    /// What else belongs to an instant, for who looks on.
+    Detail,
+    /// What is measured by the clock or depends on chance: no two runs agree on it.
+    Report,
+    /// What is safe in the recording; the one channel that is not recorded.
+    Safe,
+}
 
 /// A row of the table.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct ChannelSpec {
     /// Name, unique within a system.
     pub name: &'static str,
@@ -23,15 +64,24 @@ pub struct ChannelSpec {
     pub writer: Option<Process>,
     /// The processes that may read it, beside the recorder and observers, who may read all.
     pub readers: &'static [Process],
-    /// Messages that the writer keeps for a reader that comes late.
-    pub history: usize,
-    /// Messages that wait for a reader before the oldest is lost.
-    pub buffer: usize,
-    /// Whether the recorder writes it to the file.
-    pub recorded: bool,
-    /// Longest slice behind the message, bytes; 0 where there is none.
-    pub max_slice_bytes: usize,
+    /// What its messages are in the flow.
+    pub role: Role,
+    /// The kind of navigator that has it; `None` where all have.
+    pub kind: Option<&'static str>,
+    /// Most messages between two ticks.
+    pub per_tick: usize,
+    /// Longest slice of bytes behind a message; 0 where there is none.
+    pub max_cells: usize,
+    /// Its message.
+    pub message: MessageType,
 }
+
+impl PartialEq for ChannelSpec {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+impl Eq for ChannelSpec {}
 
 impl ChannelSpec {
     /// Whether `process` may read the channel.
@@ -44,20 +94,53 @@ impl ChannelSpec {
         self.writer.is_none_or(|writer| writer == process)
     }
 
-    /// Whether its messages are what sensors read: each is its own cause.
+    /// Messages that the writer keeps for a reader that comes late.
+    pub fn history(&self) -> usize {
+        match self.role {
+            Role::Instruction => 1,
+            // The next one may come before its reader has made sure that it remembers the one before.
+            Role::Request if self.max_cells > 0 => 2,
+            Role::Request | Role::Reply => 16,
+            Role::Safe => 8,
+            Role::Report if self.writer.is_none() => 8,
+            _ => INSTANTS * self.per_tick,
+        }
+    }
+
+    /// Messages that wait for a reader before the oldest is lost.
+    pub fn buffer(&self) -> usize {
+        match self.role {
+            Role::Instruction => 2,
+            Role::Request if self.max_cells > 0 => 4,
+            Role::Report if self.writer.is_none() => 64,
+            _ => self.history().max(16),
+        }
+    }
+
+    /// Whether the recorder writes it to the file.
+    pub fn is_recorded(&self) -> bool {
+        self.role != Role::Safe
+    }
+
+    /// Whether a reader that comes late gets the newest message: ROS 2 calls it transient local.
+    pub fn is_latched(&self) -> bool {
+        self.role == Role::Instruction
+    }
+
+    /// Whether its messages are readings: each is its own cause.
     pub fn is_sensed(&self) -> bool {
-        [SCAN.spec, ODOMETRY.spec, TRUTH.spec].iter().any(|sensed| sensed.name == self.name)
+        matches!(self.role, Role::Sensor | Role::Truth)
+    }
+
+    /// Whether a run of this kind of navigator has the channel.
+    pub fn belongs_to(&self, kind: &str) -> bool {
+        self.kind.is_none_or(|own| own == kind)
     }
 
     /// Whether the channel is recorded under this topic: its name with a slash before it.
     pub fn is_topic(&self, topic: &str) -> bool {
         topic.strip_prefix('/') == Some(self.name)
     }
-}
-
-/// Whether several processes write the channel of this topic, so that its numbers tell nothing.
-pub fn has_many_writers(topic: &str) -> bool {
-    TABLE.iter().any(|spec| spec.writer.is_none() && spec.is_topic(topic))
 }
 
 /// A channel of messages of type `T`.
@@ -74,101 +157,232 @@ impl<T> Clone for Channel<T> {
 }
 impl<T> Copy for Channel<T> {}
 
-/// Does something with every channel of the table, each with its own message type.
+impl<T: Ros2> Channel<T> {
+    /// The channel of a row whose message is `T`.
+    ///
+    /// # Panics
+    /// Where the row's message has another size; for a constant, when the program is compiled.
+    pub const fn of(spec: &'static ChannelSpec) -> Self {
+        assert!(spec.message.size == size_of::<T>(), "the row is of another message");
+        Self { spec, message: PhantomData }
+    }
+}
+
+/// Does something with every channel of the table, each with its own message type: for tests.
+#[cfg(any(test, feature = "samples"))]
 pub trait ChannelVisitor {
     /// What may go wrong.
     type Error;
-    /// A channel whose messages have a fixed size.
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error>;
-    /// A channel whose messages are followed by a slice of bytes.
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error>;
+    /// A channel.
+    fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error>;
 }
 
 macro_rules! channels {
-    ($($(#[$meta:meta])* $constant:ident: $visit:ident $message:ty = $name:literal, from $writer:expr, to [$($reader:ident),*],
-        history $history:expr, buffer $buffer:expr, recorded $recorded:literal, slice $slice:expr;)*) => {
-        $($(#[$meta])* pub const $constant: Channel<$message> = Channel {
-            spec: &ChannelSpec {
-                name: $name,
-                writer: $writer,
-                readers: &[$(Process::$reader),*],
-                history: $history,
-                buffer: $buffer,
-                recorded: $recorded,
-                max_slice_bytes: $slice,
-            },
-            message: PhantomData,
-        };)*
+    ($($(#[$meta:meta])* $constant:ident: $role:ident $message:ty = $name:literal, $writer:expr => [$($reader:ident),*]
+        $(, of $kind:literal)? $(, up to $per_tick:literal a tick)? $(, behind it up to $cells:expr)?;)*) => {
+        $($(#[$meta])* pub const $constant: Channel<$message> = Channel::of(&ChannelSpec {
+            name: $name,
+            writer: $writer,
+            readers: &[$(Process::$reader),*],
+            role: Role::$role,
+            kind: channels!(@kind $($kind)?),
+            per_tick: channels!(@or 1 $(, $per_tick)?),
+            max_cells: channels!(@or 0 $(, $cells)?),
+            message: MessageType::of::<$message>(),
+        });)*
 
-        /// Every channel, in the order of the table.
-        pub const TABLE: &[&ChannelSpec] = &[$($constant.spec),*];
+        /// The channels that this project has, in the order of an instant.
+        const TABLE: &[&ChannelSpec] = &[$($constant.spec),*];
 
-        /// Visits every channel in the order of the table; stops at the first error.
+        /// Visits every message type of the table; stops at the first error.
+        #[cfg(any(test, feature = "samples"))]
         pub fn visit<V: ChannelVisitor>(visitor: &mut V) -> Result<(), V::Error> {
-            $(visitor.$visit($constant)?;)*
+            $(visitor.visit($constant)?;)*
             Ok(())
         }
     };
+    (@kind) => { None };
+    (@kind $kind:literal) => { Some($kind) };
+    (@or $default:literal) => { $default };
+    (@or $default:literal, $given:expr) => { $given };
 }
 
+const WORLD: Option<Process> = Some(Process::World);
+const SKETCHER: Option<Process> = Some(Process::Sketcher);
+const LOCALIZER: Option<Process> = Some(Process::Localizer);
+const PLANNER: Option<Process> = Some(Process::Planner);
+const RECORDER: Option<Process> = Some(Process::Recorder);
+const SUPERVISOR: Option<Process> = Some(Process::Supervisor);
+const PAD: Option<Process> = Some(Process::Pad);
+
 channels! {
-    /// Laser scans.
-    SCAN: fixed LaserScan = "scan", from Some(Process::World), to [Localizer, Planner, Pad],
-        history 128, buffer 128, recorded true, slice 0;
-    /// Dead reckoning; the reading of a scan's time is sent before the scan.
-    ODOMETRY: fixed Odometry = "odometry", from Some(Process::World), to [Localizer, Planner],
-        history 128, buffer 128, recorded true, slice 0;
-    /// The true pose; no navigator may open it.
-    TRUTH: fixed GroundTruth = "truth", from Some(Process::World), to [],
-        history 128, buffer 128, recorded true, slice 0;
-    /// Touches of walls, furniture and people.
-    CONTACT: fixed Contact = "contact", from Some(Process::World), to [],
-        history 512, buffer 512, recorded true, slice 0;
-    /// The drawing.
-    SKETCH: sliced SketchMap = "sketch", from Some(Process::Sketcher), to [Localizer, Planner, Pad],
-        history 1, buffer 2, recorded true, slice MAX_SKETCH_CELLS;
-    /// The tasks.
-    ROUTE: fixed Route = "route", from Some(Process::Sketcher), to [Planner],
-        history 1, buffer 2, recorded true, slice 0;
-    /// Where the robot is in the drawing.
-    ESTIMATE: fixed PoseEstimate = "estimate", from Some(Process::Localizer), to [Planner, Supervisor, Pad],
-        history 128, buffer 128, recorded true, slice 0;
-    /// A sample of the particle set.
-    PARTICLES: fixed Particles = "particles", from Some(Process::Localizer), to [Pad],
-        history 128, buffer 128, recorded true, slice 0;
-    /// What the planner is about to do.
-    PLAN: fixed Plan = "plan", from Some(Process::Planner), to [Pad],
-        history 128, buffer 128, recorded true, slice 0;
-    /// How the robot is to move.
-    COMMAND: fixed VelocityCommand = "command", from Some(Process::Planner), to [World],
-        history 128, buffer 128, recorded true, slice 0;
     /// What a person draws.
-    DRAWING: sliced Drawing = "drawing", from Some(Process::Pad), to [Sketcher],
-        history 1, buffer 4, recorded true, slice MAX_DRAWING_BYTES;
-    /// What became of it.
-    UNDERSTOOD: fixed Understood = "understood", from Some(Process::Sketcher), to [Pad],
-        history 4, buffer 8, recorded true, slice 0;
+    DRAWING: Request Drawing = "drawing", PAD => [Sketcher], behind it up to MAX_DRAWING_BYTES;
+    /// The drawing.
+    SKETCH: Instruction SketchMap = "sketch", SKETCHER => [Localizer, Planner, Pad], of "sketch",
+        behind it up to MAX_SKETCH_CELLS;
+    /// The tasks.
+    ROUTE: Instruction Route = "route", SKETCHER => [Planner], of "sketch";
+    /// What became of what a person draws.
+    UNDERSTOOD: Reply Understood = "understood", SKETCHER => [Pad];
     /// What the person at the pad wants.
-    ORDERS: fixed MissionCommand = "orders", from Some(Process::Pad), to [Planner],
-        history 16, buffer 16, recorded true, slice 0;
-    /// What the person wants.
-    MISSION: fixed MissionCommand = "mission", from Some(Process::Supervisor), to [Planner],
-        history 16, buffer 16, recorded true, slice 0;
-    /// How the mission stands; the last message of a step.
-    STATUS: fixed MissionStatus = "status", from Some(Process::Planner), to [Supervisor, Pad],
-        history 128, buffer 128, recorded true, slice 0;
-    /// Signs of life, from every process.
-    HEALTH: fixed Health = "health", from None, to [Supervisor],
-        history 8, buffer 64, recorded true, slice 0;
-    /// Kills, deaths, restarts, recoveries.
-    FAULTS: fixed Fault = "faults", from Some(Process::Supervisor), to [Pad],
-        history 128, buffer 128, recorded true, slice 0;
+    ORDERS: Request MissionCommand = "orders", PAD => [Planner];
+    /// What the mission wants.
+    MISSION: Request MissionCommand = "mission", SUPERVISOR => [Planner];
+    /// Touches of walls, furniture and people.
+    CONTACT: Detail Contact = "contact", WORLD => [], up to 4 a tick;
+    /// The true pose; no navigator may open it.
+    TRUTH: Truth GroundTruth = "truth", WORLD => [];
+    /// Dead reckoning.
+    ODOMETRY: Sensor Odometry = "odometry", WORLD => [Localizer, Planner], up to 8 a tick;
+    /// Laser scans.
+    SCAN: Sensor LaserScan = "scan", WORLD => [Localizer, Planner, Pad];
+    /// The heartbeat, last of what the world sends in an instant.
+    TICK: Tick Tick = "tick", WORLD => [Localizer, Planner, Pad];
+    /// A sample of the particle set.
+    PARTICLES: Detail Particles = "particles", LOCALIZER => [Pad], of "sketch";
+    /// Where the robot is in the drawing.
+    ESTIMATE: Situation PoseEstimate = "estimate", LOCALIZER => [Planner, Supervisor, Pad], of "sketch";
+    /// What the planner is about to do.
+    PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
+    /// How the robot is to move.
+    COMMAND: Command VelocityCommand = "command", PLANNER => [World];
+    /// How the mission stands; the last message of an instant.
+    STATUS: Status MissionStatus = "status", PLANNER => [Supervisor, Pad];
     /// How long each step took by the clock.
-    LATENCY: fixed Latency = "latency", from Some(Process::Recorder), to [],
-        history 128, buffer 128, recorded true, slice 0;
+    LATENCY: Report Latency = "latency", RECORDER => [];
+    /// Signs of life, from every process.
+    HEALTH: Report Health = "health", None => [Supervisor];
+    /// Kills, deaths, restarts, recoveries.
+    FAULTS: Report Fault = "faults", SUPERVISOR => [Pad];
     /// What is safe in the file.
-    RECORDED: fixed Recorded = "recorded", from Some(Process::Recorder), to [World],
-        history 8, buffer 16, recorded false, slice 0;
+    RECORDED: Safe Recorded = "recorded", RECORDER => [World];
+}
+
+static REGISTERED: OnceLock<&'static [&'static ChannelSpec]> = OnceLock::new();
+
+/// Why channels cannot be added.
+#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+pub enum RegisterError {
+    /// Channels were added before.
+    #[error("channels can be registered once, before the first use of the table")]
+    Again,
+    /// Two channels of one name.
+    #[error("channel {name:?}: expected a name that no other channel has")]
+    Name {
+        /// The name.
+        name: &'static str,
+    },
+    /// Too many.
+    #[error("expected at most {MAX_CHANNELS} channels in all, found {found}")]
+    TooMany {
+        /// How many there would be.
+        found: usize,
+    },
+}
+
+/// Adds the channels of foreign navigators to the table: once, the first thing that a program does.
+///
+/// # Errors
+/// [`RegisterError`].
+pub fn register(channels: &'static [&'static ChannelSpec]) -> Result<(), RegisterError> {
+    let found = TABLE.len() + channels.len();
+    if found > MAX_CHANNELS {
+        return Err(RegisterError::TooMany { found });
+    }
+    let mut known: Vec<_> = TABLE.to_vec();
+    for &spec in channels {
+        if known.contains(&spec) {
+            return Err(RegisterError::Name { name: spec.name });
+        }
+        known.push(spec);
+    }
+    REGISTERED.set(channels).map_err(|_| RegisterError::Again)
+}
+
+/// Every channel, in the order of an instant; registered ones come last.
+pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
+    TABLE.iter().chain(*REGISTERED.get_or_init(|| &[])).copied()
+}
+
+/// The channels of a run of this kind of navigator.
+pub fn of_kind(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
+    all().filter(move |spec| spec.belongs_to(kind))
+}
+
+/// The channel of this name.
+pub fn find(name: &str) -> Option<&'static ChannelSpec> {
+    all().find(|spec| spec.name == name)
+}
+
+/// The channel that is recorded under this topic.
+pub fn of_topic(topic: &str) -> Option<&'static ChannelSpec> {
+    find(topic.strip_prefix('/')?)
+}
+
+/// Whether several processes write the channel of this topic, so that its numbers tell nothing.
+pub fn has_many_writers(topic: &str) -> bool {
+    of_topic(topic).is_some_and(|spec| spec.writer.is_none())
+}
+
+/// The names of all channels, for messages: `scan, odometry, …`.
+pub fn names() -> String {
+    all().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
+}
+
+/// The sensors' channels: the number of the newest message of the `i`-th stands at `newest[i]` of a [`Tick`].
+pub fn sensors() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
+    all().filter(|spec| spec.role == Role::Sensor)
+}
+
+/// The channel of this role in a run of this kind of navigator.
+pub fn of_role(role: Role, kind: &str) -> Option<&'static ChannelSpec> {
+    of_kind(kind).find(|spec| spec.role == role)
+}
+
+/// What `process` writes, `health` left out, in the order of an instant.
+pub fn written_by(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
+    of_kind(kind).filter(move |spec| spec.writer == Some(process))
+}
+
+/// What `process` is to read, in the order of an instant.
+pub fn read_by(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
+    of_kind(kind).filter(move |spec| spec.readers.contains(&process))
+}
+
+/// The channel whose messages `process` answers, one step each; `None` where it has no steps.
+pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
+    let role = match process {
+        Process::World => Role::Command,
+        Process::Localizer => Role::Tick,
+        Process::Planner => Role::Situation,
+        _ => return None,
+    };
+    of_role(role, kind)
+}
+
+/// The last channel that `process` writes in an instant: once its message is there, all others are.
+pub fn last_word_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
+    let role = match process {
+        Process::World => Role::Tick,
+        Process::Localizer => Role::Situation,
+        Process::Planner => Role::Status,
+        _ => return None,
+    };
+    of_role(role, kind)
+}
+
+/// The processes of every run, beside its supervisor, in the order in which they start.
+pub const SERVICES: [Process; 5] =
+    [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
+/// The processes that host the stages of a navigator, in the order of an instant.
+pub const NAVIGATORS: [Process; 3] = [Process::Sketcher, Process::Localizer, Process::Planner];
+/// The processes that a run may have besides.
+pub const EXTRAS: [Process; 1] = [Process::Pad];
+
+/// The names of processes, for messages.
+pub fn words(processes: impl IntoIterator<Item = Process>) -> String {
+    processes.into_iter().map(Process::word).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -177,7 +391,7 @@ mod tests {
 
     #[test]
     fn names_are_unique() {
-        let mut names: Vec<_> = TABLE.iter().map(|c| c.name).collect();
+        let mut names: Vec<_> = all().map(|c| c.name).collect();
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), TABLE.len());
@@ -185,25 +399,45 @@ mod tests {
 
     #[test]
     fn no_navigator_reads_the_truth() {
-        for process in [Process::Sketcher, Process::Localizer, Process::Planner] {
-            assert!(!TRUTH.spec.may_read(process) && !CONTACT.spec.may_read(process), "{process}");
+        for process in NAVIGATORS {
+            let reads = read_by(process, "sketch").filter(|spec| spec.role == Role::Truth);
+            assert_eq!(reads.count(), 0, "{process}");
         }
     }
 
     #[test]
     fn only_health_has_many_writers() {
-        for channel in TABLE {
+        for channel in all() {
             assert_eq!(channel.writer.is_none(), channel.name == "health", "{}", channel.name);
         }
     }
 
     #[test]
-    fn recorded_channels_hold_more_than_the_lockstep_window() {
-        let by_a_person = ["sketch", "route", "mission", "drawing", "understood", "orders"];
-        for channel in
-            TABLE.iter().filter(|c| c.recorded && c.writer.is_some() && !by_a_person.contains(&c.name))
-        {
-            assert!(channel.buffer as u64 > LOCKSTEP_WINDOW + RECORDED_EVERY, "{}", channel.name);
+    fn channels_of_an_instant_hold_more_than_the_lockstep_window() {
+        let people = [Role::Instruction, Role::Request, Role::Reply];
+        for channel in all().filter(|c| c.is_recorded() && c.writer.is_some() && !people.contains(&c.role)) {
+            let instants = channel.buffer().min(channel.history()) / channel.per_tick;
+            assert!(instants as u64 > LOCKSTEP_WINDOW + RECORDED_EVERY, "{}", channel.name);
         }
+    }
+
+    #[test]
+    fn every_navigator_has_a_heartbeat_a_situation_a_command_and_a_status() {
+        for process in [Process::World, Process::Localizer, Process::Planner] {
+            let trigger = trigger_of(process, "sketch").unwrap();
+            assert!(trigger.readers.contains(&process), "{process} reads {}", trigger.name);
+            assert_eq!(last_word_of(process, "sketch").unwrap().writer, Some(process));
+        }
+    }
+
+    #[test]
+    fn a_tick_has_room_for_every_sensor() {
+        assert!(sensors().count() <= MAX_SENSORS);
+    }
+
+    #[test]
+    fn a_name_stands_once() {
+        static TWICE: [&ChannelSpec; 1] = [SCAN.spec];
+        assert_eq!(register(&TWICE), Err(RegisterError::Name { name: "scan" }));
     }
 }

@@ -219,12 +219,9 @@ mod tests {
 
     impl ChannelVisitor for Sizes {
         type Error = String;
-        fn fixed<T: Ros2>(&mut self, _: Channel<T>) -> Result<(), String> {
+        fn visit<T: Ros2>(&mut self, _: Channel<T>) -> Result<(), String> {
             assert_eq!(Layout::of::<T>().size(), size_of::<T>(), "{}", T::NAME);
             Ok(())
-        }
-        fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), String> {
-            self.fixed(channel)
         }
     }
 

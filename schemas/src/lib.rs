@@ -2,7 +2,7 @@
 //!
 //! - [`message`]: the structs as they lie in shared memory; [`codes`]: the small numbers inside them.
 //! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form.
-//! - [`channels`]: who writes what, who may read it.
+//! - [`channels`]: the pipeline: who writes what, who may read it, in which order; [`erased`]: messages by bytes.
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
 //! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`method`]: a choice in them.
 //! - [`run`]: what a process is told at its start; [`seed`]: random streams.
@@ -11,6 +11,7 @@
 
 pub mod channels;
 pub mod codes;
+pub mod erased;
 pub mod floor_plan;
 pub mod geometry;
 pub mod layout;

@@ -81,7 +81,7 @@ layout! {
         pub seq: u64,
         /// Simulation time at which the content was true, nanoseconds since the mission's start.
         pub stamp_ns: u64,
-        /// `seq` of the scan that caused this message. A sensor reading is its own cause.
+        /// `seq` of the tick that caused this message. A sensor's reading is its own cause.
         pub source_seq: u64,
     }
 }
@@ -216,6 +216,8 @@ pub const MAX_LOCAL_POINTS: usize = 256;
 pub const MAX_DRAWING_BYTES: usize = 8 << 20;
 /// Most points of all strokes and obstacles of a drawing that is sent.
 pub const MAX_DRAWN_POINTS: usize = 1 << 18;
+/// Most kinds of sensors of a robot.
+pub const MAX_SENSORS: usize = 16;
 /// Most contacts of one step.
 pub const MAX_CONTACTS: usize = 8;
 
@@ -240,6 +242,14 @@ messages! {
         pub beam_count: u32,
         /// Ranges; +∞ where nothing returned, NaN where the reading is invalid (REP 117).
         pub ranges_m: [f32; 1440],
+    }
+
+    /// The heartbeat: the world has said all of this instant. Its `seq` is the number of the instant; what
+    /// follows from it names it as `source_seq`.
+    pub struct Tick version 1 {
+        /// Number of the newest message of each sensor, in the order of [`crate::channels::sensors`]; 0 where there
+        /// is none yet.
+        pub newest: [u64; 16],
     }
 
     /// Dead reckoning in frame [`Odom`] (ROS 2: `nav_msgs/Odometry`).

@@ -212,6 +212,11 @@ impl Mission {
         Ok(mission)
     }
 
+    /// The kind of navigator that drives it.
+    pub fn navigator_kind(&self) -> &str {
+        "sketch"
+    }
+
     fn check(&self) -> Result<(), MissionError> {
         let sources = usize::from(self.world.floor_plan.is_some()) + usize::from(self.world.map.is_some());
         check(sources == 1, || "world".into(), "one of floor_plan and map", || sources.to_string())?;

@@ -63,6 +63,20 @@ impl Sound for VelocityCommand {
     }
 }
 
+/// Whether a message of the type `name` can be what it says; of those that are not listed all can.
+pub fn is_valid(name: &str, message: &[u8]) -> bool {
+    fn check<T: Sound>(message: &[u8]) -> bool {
+        bytemuck::from_bytes::<T>(message).is_sound()
+    }
+    match name {
+        LaserScan::NAME => check::<LaserScan>(message),
+        Odometry::NAME => check::<Odometry>(message),
+        PoseEstimate::NAME => check::<PoseEstimate>(message),
+        VelocityCommand::NAME => check::<VelocityCommand>(message),
+        _ => true,
+    }
+}
+
 /// Whether the stamp has room in a recorded message.
 fn timely(header: &Header) -> bool {
     header.stamp_ns / 1_000_000_000 <= i32::MAX as u64

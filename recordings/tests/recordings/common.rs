@@ -97,15 +97,12 @@ pub struct WriteSamples<'a> {
 
 impl ChannelVisitor for WriteSamples<'_> {
     type Error = ();
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), ()> {
+    fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), ()> {
         for seq in 1..=self.count * u64::from(channel.spec.recorded) {
             let (message, cells) = sample::<T>(&mut self.random, seq);
             self.writer.write(channel, &message, &cells).unwrap();
         }
         Ok(())
-    }
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), ()> {
-        self.fixed(channel)
     }
 }
 

@@ -25,7 +25,7 @@ struct ReadSamples<'a> {
 
 impl ChannelVisitor for ReadSamples<'_> {
     type Error = RecordingError;
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
+    fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
         let count = self.count * u64::from(channel.spec.recorded);
         let read: Vec<_> = self.recording.channel(channel)?.collect::<Result<_, _>>()?;
         assert_eq!(read.len() as u64, count, "{}", channel.spec.name);
@@ -35,9 +35,6 @@ impl ChannelVisitor for ReadSamples<'_> {
             assert_eq!(cells, expected_cells, "{}", channel.spec.name);
         }
         Ok(())
-    }
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
-        self.fixed(channel)
     }
 }
 

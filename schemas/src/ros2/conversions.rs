@@ -12,7 +12,7 @@ use ros2_interfaces_jazzy_serde::{
 use super::{parts::*, *};
 use crate::message::{
     Contact, Drawing, Fault, GroundTruth, Header, Health, LaserScan, Latency, MissionCommand, MissionStatus,
-    Odometry, Particle, Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, Text,
+    Odometry, Particle, Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, Text, Tick,
     Understood, VelocityCommand,
 };
 
@@ -359,6 +359,7 @@ macro_rules! plain {
     };
 }
 
+plain!(Tick, TickForm, "sketchnav_msgs/msg/Tick", [newest]);
 plain!(MissionCommand, MissionCommandForm, "sketchnav_msgs/msg/MissionCommand", [order, task]);
 plain!(Latency, LatencyForm, "sketchnav_msgs/msg/Latency", [estimate_ns, command_ns]);
 plain!(Recorded, RecordedForm, "sketchnav_msgs/msg/Recorded", [message_count]);

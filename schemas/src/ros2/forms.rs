@@ -184,6 +184,13 @@ forms! {
         words: String,
     }
 
+    /// `sketchnav_msgs/msg/Tick`.
+    TickForm {
+        header: Header,
+        source_seq: u64,
+        newest: [u64; 16],
+    }
+
     /// `sketchnav_msgs/msg/Latency`.
     LatencyForm {
         header: Header,

@@ -18,11 +18,7 @@ trait Check {
 
 impl<F: Check> ChannelVisitor for Every<F> {
     type Error = Infallible;
-    fn fixed<T: Ros2>(&mut self, _: Channel<T>) -> Result<(), Infallible> {
-        self.0.check::<T>();
-        Ok(())
-    }
-    fn sliced<T: Ros2>(&mut self, _: Channel<T>) -> Result<(), Infallible> {
+    fn visit<T: Ros2>(&mut self, _: Channel<T>) -> Result<(), Infallible> {
         self.0.check::<T>();
         Ok(())
     }
@@ -169,15 +165,12 @@ fn what_sensors_read_is_its_own_cause() {
     struct Stray;
     impl ChannelVisitor for Stray {
         type Error = Infallible;
-        fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
+        fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
             let (mut message, cells) = sample::<T>(&mut stream(1, T::NAME), 7);
             message.header_mut().source_seq = 6;
             let is_refused = message.to_cdr(&cells, &mut Vec::new()).is_err();
             assert_eq!(is_refused, channel.spec.is_sensed(), "{}", channel.spec.name);
             Ok(())
-        }
-        fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
-            self.fixed(channel)
         }
     }
     let Ok(()) = channels::visit(&mut Stray);

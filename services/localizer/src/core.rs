@@ -7,8 +7,8 @@ use sketchnav_navigation::localization::parameters::Parameters;
 use sketchnav_navigation::localization::{self, Estimate, LocalizationError, Localizer, Start};
 use sketchnav_navigation::sketch::{CellsError, Sketch};
 use sketchnav_schemas::codes::Tracking;
-use sketchnav_schemas::geometry::Pose;
-use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PosePx, SketchMap};
+use sketchnav_schemas::geometry::{Odom, Pose};
+use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
 use sketchnav_schemas::mission::overlaid;
 use sketchnav_schemas::robot::{Drive, Laser};
 use sketchnav_schemas::run::RunConfig;
@@ -35,6 +35,9 @@ pub enum CoreError {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct State<F = localization::State> {
     filter: Option<F>,
+    /// The odometry of the last scan, and what came of it.
+    odometry: Option<[f64; 4]>,
+    estimate: Option<Estimate>,
     particles_due_ns: u64,
     sketch_seq: u64,
 }
@@ -46,7 +49,7 @@ impl State {
     }
 }
 
-/// The localizer: waits for a sketch, then answers each scan with an estimate.
+/// The localizer: waits for a sketch, then answers each instant with an estimate.
 #[derive(Debug)]
 pub struct Core {
     parameters: Parameters,
@@ -57,6 +60,9 @@ pub struct Core {
     particles_due_ns: u64,
     /// The sketch that the filter belongs to; 0 before the first.
     sketch_seq: u64,
+    /// The odometry of the last scan, and what came of it.
+    odometry: Option<PoseM>,
+    estimate: Option<Estimate>,
     /// Where the robot was, known better than where the drawing marks the start.
     start: Option<Start>,
 }
@@ -71,8 +77,18 @@ impl Core {
         let parameters = overlaid(&Parameters::of(mission.method), &mission.parameters.localizer)?;
         parameters.check().map_err(LocalizationError::from)?;
         let (laser, drive, seed) = (run.robot.laser.clone(), run.robot.drive, run.seed);
-        let (localizer, start) = (None, None);
-        Ok(Self { parameters, laser, drive, seed, localizer, particles_due_ns: 0, sketch_seq: 0, start })
+        Ok(Self {
+            parameters,
+            laser,
+            drive,
+            seed,
+            localizer: None,
+            particles_due_ns: 0,
+            sketch_seq: 0,
+            odometry: None,
+            estimate: None,
+            start: None,
+        })
     }
 
     /// Has the filter begin where an estimate says that the robot was, once a sketch comes, instead of at
@@ -110,14 +126,16 @@ impl Core {
             ..last
         });
         self.localizer = Some(last.and_then(|last| begin(last).ok()).map_or_else(|| begin(marked), Ok)?);
-        self.sketch_seq = map.header.seq;
+        (self.sketch_seq, self.estimate) = (map.header.seq, None);
         Ok(())
     }
 
     /// The whole changing state, for a checkpoint; nothing is copied.
     pub fn state(&self) -> State<&localization::State> {
         let filter = self.localizer.as_ref().map(Localizer::state);
-        State { filter, particles_due_ns: self.particles_due_ns, sketch_seq: self.sketch_seq }
+        let odometry = self.odometry.map(|o| [o.x_m, o.y_m, o.orientation_z, o.orientation_w]);
+        let (particles_due_ns, sketch_seq) = (self.particles_due_ns, self.sketch_seq);
+        State { filter, odometry, estimate: self.estimate, particles_due_ns, sketch_seq }
     }
 
     /// Goes on from a checkpoint. Its sketch must have come again; where a newer one has come since, the
@@ -126,7 +144,14 @@ impl Core {
         let is_same = state.sketch_seq == self.sketch_seq;
         if let (Some(localizer), Some(filter)) = (&mut self.localizer, state.filter.filter(|_| is_same)) {
             localizer.restore(filter);
+            self.estimate = state.estimate;
         }
+        self.odometry = state.odometry.map(|[x_m, y_m, orientation_z, orientation_w]| PoseM {
+            x_m,
+            y_m,
+            orientation_z,
+            orientation_w,
+        });
         self.particles_due_ns = state.particles_due_ns;
     }
 
@@ -140,33 +165,38 @@ impl Core {
         self.localizer.is_some()
     }
 
-    /// Whether a sample of the particles is due with a scan of this time: once a simulated second.
-    pub fn particles_due(&self, stamp_ns: u64) -> bool {
-        self.has_sketch() && stamp_ns >= self.particles_due_ns
+    /// Takes in what the sensors say now: a scan where there is a new one, and the odometry of its time. Without a new
+    /// scan the last estimate still holds.
+    pub fn step(&mut self, odometry: &Odometry, scan: Option<&LaserScan>) {
+        let (Some(scan), Some(localizer)) = (scan, &mut self.localizer) else {
+            self.odometry.get_or_insert(odometry.pose);
+            return;
+        };
+        self.odometry = Some(odometry.pose);
+        self.estimate = Some(localizer.step(&odometry.pose(), scan));
     }
 
-    /// Answers a scan; before there is a sketch, that it waits for one. `odometry` is the newest whose stamp is not after the scan's. Fills `out`, and
-    /// `particles` where they are given; both but for their `seq`.
-    pub fn step(
-        &mut self,
-        odometry: &Odometry,
-        scan: &LaserScan,
-        out: &mut PoseEstimate,
-        particles: Option<&mut Particles>,
-    ) {
-        out.header.stamp_ns = scan.header.stamp_ns;
-        out.header.source_seq = scan.header.seq;
-        out.odometry = odometry.pose;
+    /// Whether a sample of the particles is due at this time: once a simulated second.
+    pub fn particles_due(&self, stamp_ns: u64) -> bool {
+        self.estimate.is_some() && stamp_ns >= self.particles_due_ns
+    }
+
+    /// Writes a sample of the particles, but for its header.
+    pub fn write_particles(&mut self, stamp_ns: u64, out: &mut Particles) {
+        if let Some(localizer) = &self.localizer {
+            localizer.particles().sample(out);
+        }
+        self.particles_due_ns = stamp_ns + PARTICLES_EVERY_NS;
+    }
+
+    /// Writes the estimate, but for its header; before there is a sketch, that it waits for one.
+    pub fn write_estimate(&self, out: &mut PoseEstimate) {
+        out.odometry = self.odometry.unwrap_or_else(|| PoseM::new(&Pose::<Odom>::new(0.0, 0.0, 0.0)));
         out.tracking = Tracking::Waiting.code();
         out.pose = PosePx::new(&Pose::new(0.0, 0.0, 0.0));
-        let Some(localizer) = &mut self.localizer else { return };
-        write_estimate(&localizer.step(&odometry.pose(), scan), out);
-        out.particle_count = localizer.particles().len() as u32;
-        if let Some(message) = particles {
-            message.header.stamp_ns = scan.header.stamp_ns;
-            message.header.source_seq = scan.header.seq;
-            localizer.particles().sample(message);
-            self.particles_due_ns = scan.header.stamp_ns + PARTICLES_EVERY_NS;
+        if let (Some(localizer), Some(estimate)) = (&self.localizer, &self.estimate) {
+            write_estimate(estimate, out);
+            out.particle_count = localizer.particles().len() as u32;
         }
     }
 }

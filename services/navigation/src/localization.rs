@@ -63,7 +63,7 @@ use workers::Workers;
 const BLIND: f32 = 1.0;
 
 /// Where the robot is in the drawing, after a scan.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
     /// The mode of the particles, never a mean of several modes.
     pub pose: Pose<SketchFrame>,

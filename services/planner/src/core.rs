@@ -207,11 +207,14 @@ impl Core {
         self.mission.ordered && self.has_drawing()
     }
 
-    /// Takes a step: the estimate, the scan that caused it and the odometry of that time.
-    pub fn step(&mut self, estimate: &PoseEstimate, scan: &LaserScan, odometry: &Odometry) -> Step {
+    /// Takes a step: the estimate, the scan of that time where there is a new one, and the odometry.
+    pub fn step(&mut self, estimate: &PoseEstimate, scan: Option<&LaserScan>, odometry: &Odometry) -> Step {
         let dt_s = self.take_time(estimate, odometry);
-        let robot = estimate.odometry();
-        self.driver.observe(&robot, &robot.compose(&self.base_from_laser), scan);
+        let robot = odometry.pose();
+        self.driver.begin_step();
+        if let Some(scan) = scan {
+            self.driver.observe(&robot, &robot.compose(&self.base_from_laser), scan);
+        }
         let known = Tracking::from_code(estimate.tracking).is_some_and(|t| t != Tracking::Waiting);
         let chart = Chart::new(estimate, self.wall_direction_rad).filter(|_| known);
         match self.mission.held {
@@ -287,7 +290,7 @@ impl Core {
         let stamp = estimate.header.stamp_ns;
         let since = mission.last_stamp_ns.map(|last| stamp.saturating_sub(last) as f64 * 1e-9);
         let dt_s = since.unwrap_or(self.nominal_dt_s);
-        let robot = estimate.odometry();
+        let robot = odometry.pose();
         let way = mission.last_odometry.map_or(0.0, |last| last.position().distance(&robot.position()));
         if mission.phase == Phase::Driving && mission.held.is_none() {
             mission.elapsed_s += dt_s;

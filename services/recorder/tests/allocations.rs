@@ -37,7 +37,7 @@ struct Encode;
 impl ChannelVisitor for Encode {
     type Error = Infallible;
 
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
+    fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
         let (mut form, mut out) = (T::Form::default(), Vec::with_capacity(1 << 20));
         for seq in 1..=40 {
             // What is latched comes once, or again the same.
@@ -48,10 +48,6 @@ impl ChannelVisitor for Encode {
             assert!(seq == 1 || allocated == 0, "{} {seq}: {allocated}", T::NAME);
         }
         Ok(())
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
-        self.fixed(channel)
     }
 }
 
@@ -87,17 +83,13 @@ impl Round {
 impl ChannelVisitor for Round {
     type Error = Infallible;
 
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
+    fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
         if channel.spec.recorded {
             let mut message = T::zeroed();
             *message.header_mut() = Header { seq: self.seq, stamp_ns: self.seq, source_seq: self.seq };
             self.allocated += allocations(|| self.core.record(channel, &message, &[]).unwrap());
         }
         Ok(())
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
-        self.fixed(channel)
     }
 }
 

@@ -1,17 +1,20 @@
 //! The channels of a system as services of iceoryx2: created by the supervisor, opened by everyone else.
+//!
+//! To iceoryx2 a message is a slice of bytes, aligned to eight: the struct, and behind it its cells. Which struct it is
+//! an attribute of the service says, by name and fingerprint of the layout; two builds that disagree cannot meet.
 
 use std::any::Any;
 use std::fmt::Debug;
 
 use iceoryx2::port::publisher::PublisherCreateError;
 use iceoryx2::prelude::*;
+use iceoryx2::service::attribute::{AttributeKey, AttributeSpecifier, AttributeValue, AttributeVerifier};
 use iceoryx2::service::builder::publish_subscribe::{Builder, PublishSubscribeOpenError};
 use iceoryx2::service::port_factory::publish_subscribe;
-use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor};
-use sketchnav_schemas::message::Message;
+use sketchnav_schemas::channels::{self, ChannelSpec};
+use sketchnav_schemas::erased::ALIGNMENT;
 
 use crate::node::Node;
-use crate::wire::{Wire, type_name};
 use crate::{Error, Result};
 
 /// Readers of a channel at the same time: the table's, the recorder, and a few observers.
@@ -20,75 +23,59 @@ const MAX_READERS: usize = 8;
 const MAX_WRITERS: usize = 16;
 /// Processes that have a channel open at the same time.
 const MAX_NODES: usize = 32;
-/// Samples that a reader holds at the same time. A sketch is large, and nobody holds an old one.
+/// Samples that a reader holds at the same time. A message with cells is large, and nobody holds an old one.
 const MAX_HELD: usize = 8;
-const MAX_HELD_SLICES: usize = 2;
+const MAX_HELD_WITH_CELLS: usize = 2;
+/// The attribute that names a channel's message type.
+const MESSAGE: &str = "message";
 
-pub(crate) type Fixed<T> = publish_subscribe::PortFactory<ipc::Service, Wire<T>, ()>;
-pub(crate) type Sliced<T> = publish_subscribe::PortFactory<ipc::Service, [u8], Wire<T>>;
+/// An open channel.
+pub(crate) type Factory = publish_subscribe::PortFactory<ipc::Service, [u8], ()>;
 
-/// Every channel of the table, held open. While this lives, a channel outlives its writer's death.
+/// Every channel of a run, held open. While this lives, a channel outlives its writer's death.
 pub struct Channels {
     _held: Vec<Box<dyn Any>>,
 }
 
 impl Channels {
-    /// Creates every channel. For the supervisor alone, before it starts the processes.
+    /// Creates every channel that the run's kind of navigator has. For the supervisor alone, before it starts the
+    /// processes.
     ///
     /// # Errors
     /// [`Error::SharedMemory`] where a channel cannot be created or exists already.
     pub fn create(node: &Node) -> Result<Self> {
-        let mut creator = Creator { node, held: Vec::new() };
-        channels::visit(&mut creator)?;
-        Ok(Self { _held: creator.held })
+        let run = node.run_config()?;
+        let held = channels::of_kind(run.mission.navigator_kind()).map(|spec| Ok(Box::new(create(node, spec)?) as Box<dyn Any>));
+        Ok(Self { _held: held.collect::<Result<_>>()? })
     }
 }
 
-struct Creator<'a> {
-    node: &'a Node,
-    held: Vec<Box<dyn Any>>,
+fn create(node: &Node, spec: &'static ChannelSpec) -> Result<Factory> {
+    let (key, value) = message_type(spec)?;
+    let attributes = AttributeSpecifier::new().define(&key, &value).map_err(creating(spec))?;
+    with_limits(builder(node, spec)?, spec).create_with_attributes(&attributes).map_err(creating(spec))
 }
 
-impl ChannelVisitor for Creator<'_> {
-    type Error = Error;
-
-    fn fixed<T: Message>(&mut self, channel: Channel<T>) -> Result<()> {
-        let service =
-            with_limits(fixed_builder::<T>(self.node, channel.spec)?, channel.spec, MAX_HELD).create();
-        self.held.push(Box::new(service.map_err(creating(channel.spec))?));
-        Ok(())
-    }
-
-    fn sliced<T: Message>(&mut self, channel: Channel<T>) -> Result<()> {
-        let builder = sliced_builder::<T>(self.node, channel.spec)?;
-        let service = with_limits(builder, channel.spec, MAX_HELD_SLICES).create();
-        self.held.push(Box::new(service.map_err(creating(channel.spec))?));
-        Ok(())
-    }
+/// Opens a channel.
+pub(crate) fn open(node: &Node, spec: &'static ChannelSpec) -> Result<Factory> {
+    let (key, value) = message_type(spec)?;
+    let attributes = AttributeVerifier::new().require(&key, &value).map_err(creating(spec))?;
+    builder(node, spec)?.open_with_attributes(&attributes).map_err(|error| open_error(node, spec, error))
 }
 
-/// Opens a channel of messages of fixed size.
-pub(crate) fn open_fixed<T: Message>(node: &Node, spec: &'static ChannelSpec) -> Result<Fixed<T>> {
-    fixed_builder::<T>(node, spec)?.open().map_err(|error| open_error::<T>(node, spec, error))
-}
-
-/// Opens a channel of messages with a slice behind them: the slice is iceoryx2's payload, the message
-/// its user header, both in the same sample.
-pub(crate) fn open_sliced<T: Message>(node: &Node, spec: &'static ChannelSpec) -> Result<Sliced<T>> {
-    sliced_builder::<T>(node, spec)?.open().map_err(|error| open_error::<T>(node, spec, error))
+fn message_type(spec: &ChannelSpec) -> Result<(AttributeKey, AttributeValue)> {
+    let key = AttributeKey::try_from(MESSAGE).map_err(creating(spec))?;
+    let value = AttributeValue::try_from(spec.message.type_name().as_str()).map_err(creating(spec))?;
+    Ok((key, value))
 }
 
 /// Why a writer could not be made.
-pub(crate) fn writer_error<P, H>(
+pub(crate) fn writer_error(
     node: &Node,
     spec: &'static ChannelSpec,
-    service: &publish_subscribe::PortFactory<ipc::Service, P, H>,
+    service: &Factory,
     error: PublisherCreateError,
-) -> Error
-where
-    P: IceoryxSend + Debug + ?Sized,
-    H: ZeroCopySend + Debug,
-{
+) -> Error {
     if error != PublisherCreateError::ExceedsMaxSupportedPublishers {
         return Error::shared_memory(format!("writing channel {:?}", spec.name))(error);
     }
@@ -102,36 +89,24 @@ where
     Error::SecondWriter { channel: spec.name, system: node.system().name().into(), owner }
 }
 
-type FixedBuilder<T> = Builder<Wire<T>, (), ipc::Service>;
-type SlicedBuilder<T> = Builder<[u8], Wire<T>, ipc::Service>;
+type ChannelBuilder = Builder<[u8], (), ipc::Service>;
 
-fn fixed_builder<T: Message>(node: &Node, spec: &ChannelSpec) -> Result<FixedBuilder<T>> {
-    Ok(node.inner().service_builder(&service_name(spec)?).publish_subscribe::<Wire<T>>())
-}
-
-fn sliced_builder<T: Message>(node: &Node, spec: &ChannelSpec) -> Result<SlicedBuilder<T>> {
+fn builder(node: &Node, spec: &ChannelSpec) -> Result<ChannelBuilder> {
+    let alignment = Alignment::new(ALIGNMENT).expect("a power of two");
     let builder = node.inner().service_builder(&service_name(spec)?).publish_subscribe::<[u8]>();
-    Ok(builder.user_header::<Wire<T>>())
+    Ok(builder.payload_alignment(alignment))
 }
 
 /// Safe overflow stays on: with it off, one stopped reader blocks the writer for seconds.
-fn with_limits<P, H>(
-    builder: Builder<P, H, ipc::Service>,
-    spec: &ChannelSpec,
-    max_held: usize,
-) -> Builder<P, H, ipc::Service>
-where
-    P: IceoryxSend + Debug + ?Sized,
-    H: ZeroCopySend + Debug,
-{
+fn with_limits(builder: ChannelBuilder, spec: &ChannelSpec) -> ChannelBuilder {
     builder
         .enable_safe_overflow(true)
         .max_publishers(if spec.writer.is_some() { 1 } else { MAX_WRITERS })
         .max_subscribers(MAX_READERS)
         .max_nodes(MAX_NODES)
-        .history_size(spec.history)
-        .subscriber_max_buffer_size(spec.buffer)
-        .subscriber_max_borrowed_samples(max_held)
+        .history_size(spec.history())
+        .subscriber_max_buffer_size(spec.buffer())
+        .subscriber_max_borrowed_samples(if spec.max_cells > 0 { MAX_HELD_WITH_CELLS } else { MAX_HELD })
 }
 
 fn service_name(spec: &ChannelSpec) -> Result<ServiceName> {
@@ -142,18 +117,14 @@ fn creating<E: Debug>(spec: &ChannelSpec) -> impl FnOnce(E) -> Error {
     Error::shared_memory(format!("creating channel {:?}", spec.name))
 }
 
-fn open_error<T: Message>(
-    node: &Node,
-    spec: &'static ChannelSpec,
-    error: PublishSubscribeOpenError,
-) -> Error {
-    if error != PublishSubscribeOpenError::IncompatibleTypes {
+fn open_error(node: &Node, spec: &'static ChannelSpec, error: PublishSubscribeOpenError) -> Error {
+    if error != PublishSubscribeOpenError::IncompatibleAttributes {
         return Error::shared_memory(format!("opening channel {:?}", spec.name))(error);
     }
     Error::Mismatch {
         channel: spec.name,
         system: node.system().name().into(),
-        expected: type_name::<T>().into(),
+        expected: spec.message.type_name(),
         found: found_type(node, spec).unwrap_or_else(|| "another type".into()),
     }
 }
@@ -163,9 +134,8 @@ fn found_type(node: &Node, spec: &ChannelSpec) -> Option<String> {
     let name = service_name(spec).ok()?;
     let pattern = iceoryx2::service::messaging_pattern::MessagingPattern::PublishSubscribe;
     let details = ipc::Service::details(&name, node.inner().config(), pattern).ok()??;
-    let types = details.static_details.publish_subscribe().message_type_details();
-    let message = if spec.max_slice_bytes == 0 { &types.payload } else { &types.user_header };
-    Some(message.type_name().to_string())
+    let key = AttributeKey::try_from(MESSAGE).ok()?;
+    details.static_details.attributes().key_value(&key, 0).map(ToString::to_string)
 }
 
 #[cfg(test)]
@@ -173,13 +143,23 @@ mod tests {
     use std::rc::Rc;
 
     use super::*;
-    use crate::reader::Reader;
+    use crate::reader::RawReader;
     use crate::system::System;
-    use crate::writer::Writer;
-    use sketchnav_schemas::channels::SCAN;
+    use crate::writer::RawWriter;
+    use sketchnav_schemas::channels::{ODOMETRY, SCAN};
     use sketchnav_schemas::codes::Process;
 
-    use sketchnav_schemas::message::{LaserScan, Odometry};
+    /// What another build says of `scan`.
+    static OTHER_SCAN: ChannelSpec = ChannelSpec {
+        name: "scan",
+        writer: Some(Process::World),
+        readers: &[],
+        role: channels::Role::Sensor,
+        kind: None,
+        per_tick: 1,
+        max_cells: 0,
+        message: ODOMETRY.spec.message,
+    };
 
     #[test]
     fn two_builds_that_disagree_about_a_message_cannot_meet() {
@@ -191,16 +171,15 @@ mod tests {
         let node = Node::join(system.clone(), Process::Supervisor).unwrap();
         let channels = Channels::create(&node).unwrap();
 
-        let spec = SCAN.spec;
-        Writer::<LaserScan>::open(&node, spec).unwrap();
+        RawWriter::open(&node, SCAN.spec).unwrap();
         let expected = format!(
             "channel \"scan\" of system \"mismatch\" carries {}, this program expects {}",
-            type_name::<LaserScan>(),
-            type_name::<Odometry>()
+            SCAN.spec.message.type_name(),
+            ODOMETRY.spec.message.type_name()
         );
         let errors = [
-            Reader::<Odometry>::open(&node, spec).err().unwrap().to_string(),
-            Writer::<Odometry>::open(&node, spec).err().unwrap().to_string(),
+            RawReader::open(&node, &OTHER_SCAN).err().unwrap().to_string(),
+            RawWriter::open(&node, &OTHER_SCAN).err().unwrap().to_string(),
         ];
         assert!(errors.iter().all(|error| error.starts_with(&expected)), "{errors:?}");
 

@@ -78,23 +78,43 @@ impl<T: DeserializeOwned> Checkpoints<T> {
     /// # Errors
     /// [`Error::File`] where shared memory is full or cannot be reached.
     pub fn open(node: &Node, version: &str) -> Result<(Self, Found<T>)> {
-        let name = |slot| format!("checkpoint_{}_{slot}", node.process());
-        Self::open_at([0, 1].map(|slot| node.system().shared_memory(&name(slot))), version)
+        Self::open_with(node, version, |bytes| postcard::from_bytes(bytes))
     }
 
-    fn open_at([first, second]: [PathBuf; 2], version: &str) -> Result<(Self, Found<T>)> {
+    #[cfg(test)]
+    fn open_at(slots: [PathBuf; 2], version: &str) -> Result<(Self, Found<T>)> {
+        Self::open_slots(slots, version, |bytes| postcard::from_bytes(bytes))
+    }
+}
+
+impl<T> Checkpoints<T> {
+    /// The same where `parse` reads the state.
+    pub(crate) fn open_with(
+        node: &Node,
+        version: &str,
+        parse: impl Fn(&[u8]) -> postcard::Result<T>,
+    ) -> Result<(Self, Found<T>)> {
+        let name = |slot| format!("checkpoint_{}_{slot}", node.process());
+        Self::open_slots([0, 1].map(|slot| node.system().shared_memory(&name(slot))), version, parse)
+    }
+
+    fn open_slots(
+        [first, second]: [PathBuf; 2],
+        version: &str,
+        parse: impl Fn(&[u8]) -> postcard::Result<T>,
+    ) -> Result<(Self, Found<T>)> {
         let slots = [Mapping::open(&first, FIRST_LENGTH)?, Mapping::open(&second, FIRST_LENGTH)?];
         let version = fingerprint(&format!("{version} of sketchnav {}", env!("CARGO_PKG_VERSION")));
         let mut checkpoints = Self { version, slots, next: 0, number: 0, steps: 0, state: PhantomData };
-        let found = checkpoints.read();
+        let found = checkpoints.read(parse);
         Ok((checkpoints, found))
     }
 
-    fn read(&mut self) -> Found<T> {
+    fn read(&mut self, parse: impl Fn(&[u8]) -> postcard::Result<T>) -> Found<T> {
         let mut found = Found { state: None, refused: Vec::new() };
         for slot in 0..self.slots.len() {
             let number = self.slots[slot].number(NUMBER).load(SeqCst);
-            match self.read_slot(slot) {
+            match self.read_slot(slot, &parse) {
                 Ok(Some(state)) if number > self.number => {
                     (self.number, self.next, found.state) = (number, 1 - slot, Some(state));
                 }
@@ -106,7 +126,11 @@ impl<T: DeserializeOwned> Checkpoints<T> {
     }
 
     /// The state in a slot; `None` where it is empty, or was being written when the process was killed.
-    fn read_slot(&self, slot: usize) -> Result<Option<T>> {
+    fn read_slot(
+        &self,
+        slot: usize,
+        parse: impl Fn(&[u8]) -> postcard::Result<T>,
+    ) -> Result<Option<T>> {
         let mapping = &self.slots[slot];
         let bytes = mapping.bytes();
         let number = |offset: usize| mapping.number(offset).load(SeqCst);
@@ -134,7 +158,13 @@ impl<T: DeserializeOwned> Checkpoints<T> {
             let found = number(CHECKSUM);
             return Err(refuse(format!("expected a state of checksum {found:08x}, found one of {sum:08x}")));
         }
-        postcard::from_bytes(state).map(Some).map_err(|error| refuse(error.to_string()))
+        parse(state).map(Some).map_err(|error| refuse(error.to_string()))
+    }
+
+    /// Counts a step; whether a checkpoint is due: after every [`CHECKPOINT_EVERY`].
+    pub(crate) fn is_due_after_step(&mut self) -> bool {
+        self.steps += 1;
+        self.steps >= CHECKPOINT_EVERY
     }
 
     /// Counts a step, and writes a checkpoint after every [`CHECKPOINT_EVERY`].
@@ -142,8 +172,7 @@ impl<T: DeserializeOwned> Checkpoints<T> {
     /// # Errors
     /// As [`Checkpoints::write`].
     pub fn after_step<S: Serialize>(&mut self, state: impl FnOnce() -> S) -> Result<()> {
-        self.steps += 1;
-        if self.steps < CHECKPOINT_EVERY { Ok(()) } else { self.write(&state()) }
+        if self.is_due_after_step() { self.write(&state()) } else { Ok(()) }
     }
 
     /// Writes a checkpoint: `state` is written as a `T` is.
@@ -152,10 +181,19 @@ impl<T: DeserializeOwned> Checkpoints<T> {
     /// [`Error::File`] where the state has outgrown its slot and shared memory is full. What was there
     /// before stays.
     pub fn write(&mut self, state: &impl Serialize) -> Result<()> {
+        self.write_with(|room| Ok(postcard::to_slice(state, room)?.len()))
+    }
+
+    /// The same where `save` writes the state to the beginning of the room that there is; how many bytes. Where
+    /// there is not room enough it is asked again.
+    pub(crate) fn write_with(
+        &mut self,
+        save: impl FnMut(&mut [u8]) -> postcard::Result<usize>,
+    ) -> Result<()> {
         let (number, slot) = (self.number + 1, self.next);
         self.slots[slot].number(NUMBER).store(0, SeqCst);
         fence(SeqCst);
-        let length = self.fill(slot, state)?;
+        let length = self.fill(slot, save)?;
         let mapping = &mut self.slots[slot];
         mapping.number(VERSION).store(self.version, SeqCst);
         mapping.number(LENGTH).store(length as u64, SeqCst);
@@ -172,11 +210,15 @@ impl<T: DeserializeOwned> Checkpoints<T> {
     }
 
     /// Puts the state behind the slot's head; its length in bytes.
-    fn fill(&mut self, slot: usize, state: &impl Serialize) -> Result<usize> {
+    fn fill(
+        &mut self,
+        slot: usize,
+        mut save: impl FnMut(&mut [u8]) -> postcard::Result<usize>,
+    ) -> Result<usize> {
         loop {
             let mapping = &mut self.slots[slot];
-            match postcard::to_slice(state, &mut mapping.bytes_mut()[HEAD..]) {
-                Ok(written) => return Ok(written.len()),
+            match save(&mut mapping.bytes_mut()[HEAD..]) {
+                Ok(length) => return Ok(length),
                 Err(postcard::Error::SerializeBufferFull) => mapping.grow(2 * mapping.bytes().len())?,
                 Err(error) => {
                     return Err(Error::BadCheckpoint {
@@ -260,7 +302,7 @@ mod tests {
         let (mut checkpoints, _) = place.open("test 1");
         // As far as `write` comes before the last line but one.
         checkpoints.slots[0].number(NUMBER).store(0, SeqCst);
-        checkpoints.fill(0, &state(5)).unwrap();
+        checkpoints.fill(0, |room| Ok(postcard::to_slice(&state(5), room)?.len())).unwrap();
         let (mut successor, found) = place.open("test 1");
         assert_eq!((found.state, found.refused.len()), (Some(state(4)), 0));
         successor.write(&state(6)).unwrap();

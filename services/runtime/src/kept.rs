@@ -9,18 +9,17 @@
 //! death: whoever could send it again what it has missed may be dead too, or have ended. Beside each message stands when
 //! it was sent, by the clock: in the message itself nothing is that two runs would not agree on.
 
-use std::marker::PhantomData;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst, fence};
 
 use nix::time::{ClockId, clock_gettime};
-use sketchnav_schemas::channels::{Channel, ChannelSpec};
-use sketchnav_schemas::message::{Header, Message, fingerprint};
+use sketchnav_schemas::channels::ChannelSpec;
+use sketchnav_schemas::erased;
+use sketchnav_schemas::message::Header;
 
 use crate::Result;
 use crate::mapping::Mapping;
 use crate::node::Node;
-use crate::wire::type_name;
 
 /// Length of a number, bytes.
 const NUMBER: usize = size_of::<u64>();
@@ -30,31 +29,32 @@ const ENTRIES: u64 = 2;
 const BEFORE: usize = 2 * NUMBER;
 
 /// As many messages as the channel's history holds, each behind its number (0 where an entry is empty) and its time.
-pub(crate) struct Kept<T> {
+/// Of a message with cells the header alone: its writer's successor makes it again.
+pub(crate) struct Kept {
     mapping: Mapping,
     capacity: u64,
+    /// What is kept of a message, bytes.
+    length: usize,
     last_seq: u64,
-    message: PhantomData<T>,
 }
 
-impl<T: Message> Kept<T> {
+impl Kept {
     /// Opens what the channel's last writer kept.
     pub(crate) fn open(node: &Node, spec: &ChannelSpec) -> Result<Self> {
         // Another build's messages are never taken for this one's.
-        let fingerprint = fingerprint(type_name::<T>()) ^ ENTRIES;
+        let fingerprint = spec.message.fingerprint() ^ ENTRIES;
         let name = format!("kept_{}_{:08x}", spec.name, fingerprint as u32);
-        Self::open_at(&node.system().shared_memory(&name), spec.history.max(1))
+        let length = if spec.max_cells > 0 { size_of::<Header>() } else { spec.message.size };
+        Self::open_at(&node.system().shared_memory(&name), spec.history(), length)
     }
 
-    fn open_at(path: &Path, capacity: usize) -> Result<Self> {
-        const { assert!(size_of::<T>().is_multiple_of(NUMBER), "entries stay aligned") };
-        let mapping = Mapping::open(path, capacity * Self::ENTRY)?;
-        let mut kept = Self { mapping, capacity: capacity as u64, last_seq: 0, message: PhantomData };
+    fn open_at(path: &Path, capacity: usize, length: usize) -> Result<Self> {
+        assert!(length.is_multiple_of(NUMBER), "entries stay aligned");
+        let mapping = Mapping::open(path, capacity * (BEFORE + length))?;
+        let mut kept = Self { mapping, capacity: capacity as u64, length, last_seq: 0 };
         kept.last_seq = kept.newest();
         Ok(kept)
     }
-
-    const ENTRY: usize = BEFORE + size_of::<T>();
 
     /// The number of the newest message, its writer's latest included.
     fn newest(&self) -> u64 {
@@ -67,14 +67,14 @@ impl<T: Message> Kept<T> {
     }
 
     /// Notes a message that has its number.
-    pub(crate) fn keep(&mut self, message: &T) {
-        let seq = message.header().seq;
+    pub(crate) fn keep(&mut self, message: &[u8]) {
+        let seq = erased::header(message).seq;
         let index = self.index(seq);
         // The process may be killed between any two of these lines.
         self.number(index).store(0, SeqCst);
         fence(SeqCst);
-        let begin = index as usize * Self::ENTRY + BEFORE;
-        self.mapping.bytes_mut()[begin..begin + size_of::<T>()].copy_from_slice(bytemuck::bytes_of(message));
+        let entry = self.entry(index);
+        self.mapping.bytes_mut()[entry].copy_from_slice(&message[..self.length]);
         self.word(index, 1).store(monotonic_ns(), SeqCst);
         fence(SeqCst);
         self.number(index).store(seq, SeqCst);
@@ -82,35 +82,35 @@ impl<T: Message> Kept<T> {
     }
 
     /// The messages, oldest first.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &[u8]> {
         let first = self.last_seq.saturating_sub(self.capacity) + 1;
         (first..=self.last_seq).filter_map(|seq| self.get(seq))
     }
 
-    /// Copies the messages after `seq`, oldest first, while their writer may be at work: what it writes
-    /// at the same moment is left out.
-    pub(crate) fn copy_after(&self, seq: u64) -> Vec<T> {
+    /// Hands `take` a copy of each message after `seq`, oldest first, while their writer may be at work: what it
+    /// writes at the same moment is left out.
+    pub(crate) fn copy_after(&self, seq: u64, mut take: impl FnMut(&[u8])) {
         let first = self.last_seq.saturating_sub(self.capacity).max(seq) + 1;
-        let copy = |seq| {
-            let message = *self.get(seq)?;
+        let mut copy = vec![0_u64; self.length / NUMBER];
+        for seq in first..=self.last_seq {
+            let Some(message) = self.get(seq) else { continue };
+            bytemuck::cast_slice_mut(&mut copy).copy_from_slice(message);
             fence(SeqCst);
-            self.get(seq).map(|_| message)
-        };
-        (first..=self.last_seq).filter_map(copy).collect()
+            if self.get(seq).is_some() {
+                take(bytemuck::cast_slice(&copy));
+            }
+        }
     }
 
     /// The newest message.
-    pub(crate) fn last(&self) -> Option<&T> {
+    pub(crate) fn last(&self) -> Option<&[u8]> {
         self.get(self.last_seq)
     }
 
-    fn get(&self, seq: u64) -> Option<&T> {
+    fn get(&self, seq: u64) -> Option<&[u8]> {
         let index = self.index(seq);
-        if seq == 0 || self.number(index).load(SeqCst) != seq {
-            return None;
-        }
-        let begin = index as usize * Self::ENTRY + BEFORE;
-        Some(bytemuck::from_bytes(&self.mapping.bytes()[begin..begin + size_of::<T>()]))
+        let is_there = seq > 0 && self.number(index).load(SeqCst) == seq;
+        is_there.then(|| &self.mapping.bytes()[self.entry(index)])
     }
 
     fn index(&self, seq: u64) -> u64 {
@@ -121,9 +121,14 @@ impl<T: Message> Kept<T> {
         self.word(index, 0)
     }
 
+    fn entry(&self, index: u64) -> std::ops::Range<usize> {
+        let begin = index as usize * (BEFORE + self.length) + BEFORE;
+        begin..begin + self.length
+    }
+
     /// An entry's words: its number, its time, then the message, which begins with its header's three.
     fn word(&self, index: u64, word: usize) -> &AtomicU64 {
-        self.mapping.number(index as usize * Self::ENTRY + word * NUMBER)
+        self.mapping.number(index as usize * (BEFORE + self.length) + word * NUMBER)
     }
 }
 
@@ -134,7 +139,7 @@ fn monotonic_ns() -> u64 {
 }
 
 /// What was sent on a channel when, as far back as its history goes, while its writer is at work.
-pub struct SendTimes<T>(Kept<T>);
+pub struct SendTimes(Kept);
 
 /// That a message was sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,13 +150,13 @@ pub struct Sent {
     pub at_ns: u64,
 }
 
-impl<T: Message> SendTimes<T> {
+impl SendTimes {
     /// Of a channel of `node`'s system that has one writer.
     ///
     /// # Errors
     /// [`crate::Error`] where shared memory fails.
-    pub fn open(node: &Node, channel: Channel<T>) -> Result<Self> {
-        Ok(Self(Kept::open(node, channel.spec)?))
+    pub fn open(node: &Node, spec: &ChannelSpec) -> Result<Self> {
+        Ok(Self(Kept::open(node, spec)?))
     }
 
     /// The number of the newest message; 0 before the first.
@@ -171,7 +176,7 @@ impl<T: Message> SendTimes<T> {
         is_there().then_some(Sent { header: Header { seq, stamp_ns, source_seq }, at_ns })
     }
 
-    /// Of the newest message that the scan `source_seq` caused.
+    /// Of the newest message that the tick `source_seq` caused.
     pub fn caused_by(&self, source_seq: u64) -> Option<Sent> {
         let newest = self.newest();
         let oldest = newest.saturating_sub(self.0.capacity) + 1;
@@ -187,14 +192,19 @@ mod tests {
     use bytemuck::Zeroable;
     use sketchnav_schemas::message::VelocityCommand;
 
+    fn open(path: &Path) -> Result<Kept> {
+        Kept::open_at(path, 4, size_of::<VelocityCommand>())
+    }
+
     fn command(seq: u64) -> VelocityCommand {
         let mut command = VelocityCommand::zeroed();
         (command.header.seq, command.header.stamp_ns) = (seq, 100 * seq);
         command
     }
 
-    fn numbers(kept: &Kept<VelocityCommand>) -> Vec<u64> {
+    fn numbers(kept: &Kept) -> Vec<u64> {
         kept.iter()
+            .map(bytemuck::from_bytes::<VelocityCommand>)
             .inspect(|m| assert_eq!(m.header.stamp_ns, 100 * m.header.seq))
             .map(|m| m.header.seq)
             .collect()
@@ -205,10 +215,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("kept");
         for (first, last, found) in [(1, 2, 1..=2), (3, 4, 1..=4), (5, 9, 6..=9)] {
-            let mut kept = Kept::open_at(&path, 4).unwrap();
+            let mut kept = open(&path).unwrap();
             assert_eq!(kept.last_seq(), first - 1);
-            (first..=last).for_each(|seq| kept.keep(&command(seq)));
-            assert_eq!(numbers(&Kept::open_at(&path, 4).unwrap()), found.collect::<Vec<_>>());
+            (first..=last).for_each(|seq| kept.keep(bytemuck::bytes_of(&command(seq))));
+            assert_eq!(numbers(&open(&path).unwrap()), found.collect::<Vec<_>>());
         }
     }
 
@@ -216,14 +226,14 @@ mod tests {
     fn who_looks_on_sees_when_each_message_was_sent() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("kept");
-        let times = SendTimes(Kept::<VelocityCommand>::open_at(&path, 4).unwrap());
+        let times = SendTimes(open(&path).unwrap());
         assert_eq!((times.newest(), times.of(0), times.of(1), times.caused_by(0)), (0, None, None, None));
-        let mut kept = Kept::open_at(&path, 4).unwrap();
+        let mut kept = open(&path).unwrap();
         let before = monotonic_ns();
         for seq in 1..=6 {
             let mut command = command(seq);
             command.header.source_seq = 10 * seq;
-            kept.keep(&command);
+            kept.keep(bytemuck::bytes_of(&command));
         }
         assert_eq!((times.newest(), times.of(2), times.of(7)), (6, None, None));
         let sent: Vec<_> = (3..=6).map(|seq| times.of(seq).unwrap()).collect();
@@ -237,10 +247,10 @@ mod tests {
     fn a_message_that_was_being_noted_is_not_there() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("kept");
-        let mut kept = Kept::open_at(&path, 4).unwrap();
-        (1..=6).for_each(|seq| kept.keep(&command(seq)));
+        let mut kept = open(&path).unwrap();
+        (1..=6).for_each(|seq| kept.keep(bytemuck::bytes_of(&command(seq))));
         kept.number(kept.index(7)).store(0, SeqCst);
-        let successor = Kept::<VelocityCommand>::open_at(&path, 4).unwrap();
+        let successor = open(&path).unwrap();
         assert_eq!((successor.last_seq(), numbers(&successor)), (6, vec![4, 5, 6]));
     }
 }

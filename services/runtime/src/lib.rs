@@ -3,6 +3,7 @@
 //! - [`System`]: a named system's folder, who lives in it, and how it goes away without a trace.
 //! - [`Channels`]: every channel of the table, created and held by the supervisor.
 //! - [`Node`]: a process in a system; opens a [`Writer`] or a [`Reader`] of a channel and waits.
+//! - [`host()`]: runs a stage of a navigator as a process; all of the following is at work in it.
 //! - [`Checkpoints`]: a process's state, for the one that goes on when it was killed.
 //! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
 //! - [`Notices`]: what the supervisor is to tell everybody.
@@ -16,7 +17,7 @@
 //! where in each channel it stood; its successor takes what it missed out of the channels' histories,
 //! computes again what it may have sent already, and sends only what is new: each message exactly once.
 //!
-//! Nothing here knows what a message means, and no process creates a channel but the supervisor: a
+//! Nothing here knows what a message means but the tick's, and no process creates a channel but the supervisor: a
 //! process that dies while it creates one would wedge it for good (iceoryx2 0.10).
 
 mod allocations;
@@ -26,6 +27,7 @@ mod checkpoint;
 mod error;
 mod half_made;
 mod health;
+mod host;
 mod kept;
 mod lock;
 mod mapping;
@@ -36,9 +38,7 @@ mod reader;
 mod root;
 mod signals;
 mod system;
-mod up_to;
 mod watch;
-mod wire;
 mod writer;
 
 pub use allocations::{CountingAllocator, allocations_of_this_thread, loan_handles_of_this_thread};
@@ -46,15 +46,15 @@ pub use channels::Channels;
 pub use checkpoint::{CHECKPOINT_EVERY, Checkpoints, Found};
 pub use error::Error;
 pub use health::{HealthReporter, Step};
+pub use host::{HostError, host};
 pub use kept::{SendTimes, Sent};
 pub use node::{Node, Wake, Waker};
 pub use notices::{Notice, Notices};
 pub use pacer::Pacer;
-pub use reader::{Reader, Sample, SliceReader, SliceSample};
+pub use reader::{RawReader, RawSample, Reader, Sample};
 pub use system::System;
-pub use up_to::UpTo;
 pub use watch::{ProcessState, Watch};
-pub use writer::{Loan, SliceLoan, SliceWriter, Writer};
+pub use writer::{Loan, RawLoan, RawWriter, Writer};
 
 /// What a function of this crate returns.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

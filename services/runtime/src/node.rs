@@ -7,17 +7,17 @@ use std::time::Duration;
 use iceoryx2::node::Node as SharedMemoryNode;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
-use sketchnav_schemas::channels::{Channel, ChannelSpec};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::Message;
+use sketchnav_schemas::message::{Message, Tick};
 use sketchnav_schemas::run::RunConfig;
 
 use crate::bells::{Bells, sleep_until_changed};
 use crate::half_made::Sweeper;
 use crate::lock::Lock;
-use crate::reader::{Reader, SliceReader};
+use crate::reader::{RawReader, Reader};
 use crate::system::System;
-use crate::writer::{SliceWriter, Writer};
+use crate::writer::{RawWriter, Writer};
 use crate::{Error, Result, signals};
 
 /// Why a wait ended.
@@ -77,7 +77,9 @@ impl Counters {
 /// A writer of this node, to be told that a reader has come.
 struct OwnWriter {
     port: Weak<dyn UpdateConnections>,
-    readers: &'static [Process],
+    /// The number of its last message.
+    numbers: Rc<Cell<u64>>,
+    spec: &'static ChannelSpec,
 }
 
 impl Node {
@@ -132,18 +134,15 @@ impl Node {
     /// # Errors
     /// [`Error::Forbidden`], [`Error::SecondWriter`], [`Error::Mismatch`].
     pub fn writer<T: Message>(&self, channel: Channel<T>) -> Result<Writer<T>> {
-        self.check_write(channel.spec)?;
-        let writer = Writer::open(self, channel.spec)?;
-        self.register(writer.port(), channel.spec);
-        self.system.reserve_small_files()?;
-        Ok(writer)
+        Ok(Writer::new(self.raw_writer(channel.spec)?))
     }
 
-    /// Opens a channel of messages with slices to write it. Errors as [`Node::writer`].
-    pub fn slice_writer<T: Message>(&self, channel: Channel<T>) -> Result<SliceWriter<T>> {
-        self.check_write(channel.spec)?;
-        let writer = SliceWriter::open(self, channel.spec)?;
-        self.register(writer.port(), channel.spec);
+    /// Opens a channel to write it, whatever its message is. Errors as [`Node::writer`].
+    pub fn raw_writer(&self, spec: &'static ChannelSpec) -> Result<RawWriter> {
+        self.check_write(spec)?;
+        let writer = RawWriter::open(self, spec)?;
+        let (port, numbers) = (writer.port(), writer.numbers());
+        self.writers.borrow_mut().push(OwnWriter { port, numbers, spec });
         self.system.reserve_small_files()?;
         Ok(writer)
     }
@@ -153,20 +152,26 @@ impl Node {
     /// # Errors
     /// [`Error::Forbidden`] (`truth` for a navigator), [`Error::Mismatch`].
     pub fn reader<T: Message>(&self, channel: Channel<T>) -> Result<Reader<T>> {
-        self.check_read(channel.spec)?;
-        let reader = Reader::open(self, channel.spec)?;
-        self.announce_reader(channel.spec);
+        Ok(Reader::new(self.raw_reader(channel.spec)?))
+    }
+
+    /// Opens a channel to read it, whatever its message is. Errors as [`Node::reader`].
+    pub fn raw_reader(&self, spec: &'static ChannelSpec) -> Result<RawReader> {
+        self.check_read(spec)?;
+        let reader = RawReader::open(self, spec)?;
+        self.announce_reader(spec);
         self.system.reserve_small_files()?;
         Ok(reader)
     }
 
-    /// Opens a channel of messages with slices to read it. Errors as [`Node::reader`].
-    pub fn slice_reader<T: Message>(&self, channel: Channel<T>) -> Result<SliceReader<T>> {
-        self.check_read(channel.spec)?;
-        let reader = SliceReader::open(self, channel.spec)?;
-        self.announce_reader(channel.spec);
-        self.system.reserve_small_files()?;
-        Ok(reader)
+    /// Names in a tick the newest message of each sensor that this node has a writer of. A tick is sent last in an
+    /// instant, with this done before: its readers wait for these messages.
+    pub fn name_readings(&self, tick: &mut Tick) {
+        for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
+            let writers = self.writers.borrow();
+            let own = writers.iter().find(|writer| writer.spec == sensor && writer.port.strong_count() > 0);
+            *newest = own.map_or(0, |writer| writer.numbers.get());
+        }
     }
 
     /// Sleeps until a message comes on a channel that the table has this process read, until the time
@@ -284,10 +289,6 @@ impl Node {
         Error::Forbidden { process: self.process, verb, channel: spec.name, allowed }
     }
 
-    fn register(&self, port: Weak<dyn UpdateConnections>, spec: &'static ChannelSpec) {
-        self.writers.borrow_mut().push(OwnWriter { port, readers: spec.readers });
-    }
-
     fn announce_reader(&self, spec: &ChannelSpec) {
         if let Some(writer) = spec.writer {
             self.bells.announce_reader(writer);
@@ -300,7 +301,7 @@ impl Node {
         if self.seen_joined.replace(joined) != joined {
             self.refresh_writers();
             for writer in self.writers.borrow().iter() {
-                writer.readers.iter().for_each(|&reader| self.bells.ring(reader));
+                writer.spec.readers.iter().for_each(|&reader| self.bells.ring(reader));
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The reading end of a channel.
 
+use std::marker::PhantomData;
 use std::ops::Deref;
 use std::rc::Rc;
 
@@ -7,40 +8,13 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::ipc;
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::Message;
-use sketchnav_schemas::sound::Sound;
+use sketchnav_schemas::erased;
+use sketchnav_schemas::message::{Header, Message};
 
-use crate::channels::{open_fixed, open_sliced};
+use crate::channels::open;
 use crate::kept::Kept;
 use crate::node::{Counters, Node};
-use crate::wire::Wire;
 use crate::{Error, Result};
-
-/// What both kinds of readers have: which numbers have come.
-struct Inbox {
-    spec: &'static ChannelSpec,
-    tally: Tally,
-    counters: Rc<Counters>,
-}
-
-impl Inbox {
-    fn new(node: &Node, spec: &'static ChannelSpec) -> Self {
-        Self { spec, tally: Tally::new(spec, node.process()), counters: node.counters() }
-    }
-
-    /// Whether the message is new.
-    fn accept(&mut self, message: &impl Message) -> bool {
-        let before = self.tally.lost;
-        let new = self.tally.accept(message.header().seq);
-        self.counters.lost.set(self.counters.lost.get() + self.tally.lost - before);
-        new
-    }
-
-    fn failed<E: std::fmt::Debug>(&self) -> impl FnOnce(E) -> Error {
-        let name = self.spec.name;
-        move |error| Error::shared_memory(format!("reading channel {name:?}"))(error)
-    }
-}
 
 /// Which numbers of a channel have come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,151 +56,199 @@ impl Tally {
     }
 }
 
-/// The reading end of a channel of messages of type `T`.
-pub struct Reader<T: Message> {
-    port: Subscriber<ipc::Service, Wire<T>, ()>,
-    inbox: Inbox,
+/// The reading end of a channel, whatever its message is.
+pub struct RawReader {
+    port: Subscriber<ipc::Service, [u8], ()>,
+    spec: &'static ChannelSpec,
+    tally: Tally,
+    counters: Rc<Counters>,
 }
 
-impl<T: Message> Reader<T> {
+impl RawReader {
     pub(crate) fn open(node: &Node, spec: &'static ChannelSpec) -> Result<Self> {
-        let service = open_fixed::<T>(node, spec)?;
+        let service = open(node, spec)?;
         let port = service.subscriber_builder().create();
         let port = port.map_err(Error::shared_memory(format!("reading channel {:?}", spec.name)))?;
-        Ok(Self { port, inbox: Inbox::new(node, spec) })
+        Ok(Self { port, spec, tally: Tally::new(spec, node.process()), counters: node.counters() })
+    }
+
+    /// The channel.
+    pub fn spec(&self) -> &'static ChannelSpec {
+        self.spec
     }
 
     /// The next message, where one has come. Messages whose number has come before are dropped.
     ///
     /// # Errors
-    /// [`Error::SharedMemory`], also where more than eight samples of the channel are held.
-    pub fn receive(&mut self) -> Result<Option<Sample<T>>> {
-        while let Some(sample) = self.port.receive().map_err(self.inbox.failed())? {
-            let sample = Sample { sample };
-            if self.inbox.accept(&*sample) {
+    /// [`Error::SharedMemory`], also where more samples of the channel are held than may be: eight, or two with
+    /// cells.
+    pub fn receive(&mut self) -> Result<Option<RawSample>> {
+        while let Some(sample) = self.port.receive().map_err(self.failed())? {
+            // A writer of another build cannot be here; one that is not of this project might be.
+            if sample.payload().len() < self.spec.message.size {
+                self.counters.count_refused();
+                continue;
+            }
+            let sample = RawSample { sample, size: self.spec.message.size };
+            if self.accept(sample.header().seq) {
                 return Ok(Some(sample));
             }
         }
         Ok(None)
     }
 
-    /// The next message that can be what it says, where one has come; others are refused and counted.
+    /// The next valid message, where one has come; invalid ones are rejected and counted.
     ///
     /// # Errors
-    /// As [`Reader::receive`].
-    pub fn receive_sound(&mut self) -> Result<Option<Sample<T>>>
-    where
-        T: Sound,
-    {
+    /// As [`RawReader::receive`].
+    pub fn receive_sound(&mut self) -> Result<Option<RawSample>> {
         while let Some(sample) = self.receive()? {
-            if sample.is_sound() {
+            if self.spec.message.is_valid(sample.message()) {
                 return Ok(Some(sample));
             }
-            self.inbox.counters.count_refused();
+            self.counters.count_refused();
         }
         Ok(None)
+    }
+
+    /// Whether the message is new.
+    fn accept(&mut self, seq: u64) -> bool {
+        let before = self.tally.lost;
+        let is_new = self.tally.accept(seq);
+        self.counters.lost.set(self.counters.lost.get() + self.tally.lost - before);
+        is_new
     }
 
     /// The number of the last message that came: where a successor is to go on.
     pub fn position(&self) -> u64 {
-        self.inbox.tally.position()
+        self.tally.position()
     }
 
     /// Goes on after the message `seq`, which a checkpoint says has come: what the writer kept of
     /// earlier ones is dropped.
     pub fn resume_after(&mut self, seq: u64) {
-        self.inbox.tally.last = Some(seq);
+        self.tally.last = Some(seq);
+    }
+
+    /// Begins with whatever message comes first: those before it count as seen, not as lost.
+    pub fn resume_anywhere(&mut self) {
+        self.tally.last = None;
     }
 
     /// Hands `take` what the channel's writer, or one before it, has kept and this reader has not had. For
-    /// a reader that goes on after its predecessor's death: a dead writer sends nothing again.
+    /// a reader that goes on after its predecessor's death: a dead writer sends nothing again. Of messages with
+    /// cells nothing is kept.
     ///
     /// # Errors
     /// [`Error::File`] where what was kept cannot be reached.
-    pub fn take_kept(&mut self, node: &Node, mut take: impl FnMut(&T)) -> Result<()> {
-        if self.inbox.spec.writer.is_some() {
-            for message in Kept::<T>::open(node, self.inbox.spec)?.copy_after(self.position()) {
-                if self.inbox.accept(&message) {
-                    take(&message);
+    pub fn take_kept(&mut self, node: &Node, mut take: impl FnMut(&[u8])) -> Result<()> {
+        if self.spec.writer.is_some() && self.spec.max_cells == 0 {
+            Kept::open(node, self.spec)?.copy_after(self.position(), |message| {
+                if self.accept(erased::header(message).seq) {
+                    take(message);
                 }
-            }
+            });
         }
         Ok(())
     }
 
     /// Messages that the numbers show to be missing.
     pub fn lost(&self) -> u64 {
-        self.inbox.tally.lost
+        self.tally.lost
+    }
+
+    fn failed<E: std::fmt::Debug>(&self) -> impl FnOnce(E) -> Error {
+        let name = self.spec.name;
+        move |error| Error::shared_memory(format!("reading channel {name:?}"))(error)
     }
 }
 
-/// A message in shared memory. Held, it keeps its place; a reader holds at most eight.
-pub struct Sample<T: Message> {
-    sample: iceoryx2::sample::Sample<ipc::Service, Wire<T>, ()>,
+/// A message in shared memory, whatever it is. Held, it keeps its place.
+pub struct RawSample {
+    sample: iceoryx2::sample::Sample<ipc::Service, [u8], ()>,
+    size: usize,
+}
+
+impl RawSample {
+    /// The message.
+    pub fn message(&self) -> &[u8] {
+        &self.sample.payload()[..self.size]
+    }
+
+    /// The bytes behind it.
+    pub fn cells(&self) -> &[u8] {
+        &self.sample.payload()[self.size..]
+    }
+
+    /// Its header.
+    pub fn header(&self) -> &Header {
+        erased::header(self.sample.payload())
+    }
+}
+
+/// The reading end of a channel of messages of type `T`: see [`RawReader`].
+pub struct Reader<T> {
+    raw: RawReader,
+    message: PhantomData<fn() -> T>,
+}
+
+impl<T: Message> Reader<T> {
+    pub(crate) fn new(raw: RawReader) -> Self {
+        Self { raw, message: PhantomData }
+    }
+
+    /// As [`RawReader::receive`].
+    pub fn receive(&mut self) -> Result<Option<Sample<T>>> {
+        Ok(self.raw.receive()?.map(Sample::new))
+    }
+
+    /// As [`RawReader::receive_sound`].
+    pub fn receive_sound(&mut self) -> Result<Option<Sample<T>>> {
+        Ok(self.raw.receive_sound()?.map(Sample::new))
+    }
+
+    /// As [`RawReader::position`].
+    pub fn position(&self) -> u64 {
+        self.raw.position()
+    }
+
+    /// As [`RawReader::resume_after`].
+    pub fn resume_after(&mut self, seq: u64) {
+        self.raw.resume_after(seq);
+    }
+
+    /// As [`RawReader::take_kept`].
+    pub fn take_kept(&mut self, node: &Node, mut take: impl FnMut(&T)) -> Result<()> {
+        self.raw.take_kept(node, |message| take(bytemuck::from_bytes(message)))
+    }
+
+    /// Messages that the numbers show to be missing.
+    pub fn lost(&self) -> u64 {
+        self.raw.lost()
+    }
+}
+
+/// A message in shared memory. Held, it keeps its place.
+pub struct Sample<T> {
+    raw: RawSample,
+    message: PhantomData<T>,
+}
+
+impl<T: Message> Sample<T> {
+    fn new(raw: RawSample) -> Self {
+        Self { raw, message: PhantomData }
+    }
+
+    /// The bytes behind it.
+    pub fn cells(&self) -> &[u8] {
+        self.raw.cells()
+    }
 }
 
 impl<T: Message> Deref for Sample<T> {
     type Target = T;
     fn deref(&self) -> &T {
-        &self.sample.payload().0
-    }
-}
-
-/// The reading end of a channel of messages of type `T`, each with a slice of bytes behind it.
-pub struct SliceReader<T: Message> {
-    port: Subscriber<ipc::Service, [u8], Wire<T>>,
-    inbox: Inbox,
-}
-
-impl<T: Message> SliceReader<T> {
-    pub(crate) fn open(node: &Node, spec: &'static ChannelSpec) -> Result<Self> {
-        let service = open_sliced::<T>(node, spec)?;
-        let port = service.subscriber_builder().create();
-        let port = port.map_err(Error::shared_memory(format!("reading channel {:?}", spec.name)))?;
-        Ok(Self { port, inbox: Inbox::new(node, spec) })
-    }
-
-    /// As [`Reader::receive`]; at most two samples may be held.
-    pub fn receive(&mut self) -> Result<Option<SliceSample<T>>> {
-        while let Some(sample) = self.port.receive().map_err(self.inbox.failed())? {
-            let sample = SliceSample { sample };
-            if self.inbox.accept(sample.message()) {
-                return Ok(Some(sample));
-            }
-        }
-        Ok(None)
-    }
-
-    /// As [`Reader::position`].
-    pub fn position(&self) -> u64 {
-        self.inbox.tally.position()
-    }
-
-    /// As [`Reader::resume_after`].
-    pub fn resume_after(&mut self, seq: u64) {
-        self.inbox.tally.last = Some(seq);
-    }
-
-    /// Messages that the numbers show to be missing.
-    pub fn lost(&self) -> u64 {
-        self.inbox.tally.lost
-    }
-}
-
-/// A message with a slice in shared memory. Held, it keeps its place; a reader holds at most two.
-pub struct SliceSample<T: Message> {
-    sample: iceoryx2::sample::Sample<ipc::Service, [u8], Wire<T>>,
-}
-
-impl<T: Message> SliceSample<T> {
-    /// The message.
-    pub fn message(&self) -> &T {
-        &self.sample.user_header().0
-    }
-
-    /// The bytes behind it.
-    pub fn bytes(&self) -> &[u8] {
-        self.sample.payload()
+        bytemuck::from_bytes(self.raw.message())
     }
 }
 

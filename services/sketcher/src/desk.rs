@@ -32,7 +32,7 @@ pub struct State {
 }
 
 /// What a drawing changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Change {
     /// There is a new sketch, in which nothing is marked yet.
     Sketch,

@@ -147,13 +147,13 @@ pub enum SketchError {
         /// What was expected and found.
         reason: String,
     },
-    /// The memory for the cells has the wrong size.
-    #[error("sketch cells: expected room for {expected} bytes, found {found}")]
-    Cells {
-        /// Width times height.
-        expected: usize,
-        /// Length of the slice.
-        found: usize,
+    /// The drawing cannot be opened.
+    #[error("{file}: expected a drawing: {reason}")]
+    File {
+        /// The file.
+        file: String,
+        /// Why not.
+        reason: String,
     },
 }
 

@@ -13,7 +13,7 @@
 //!
 //! Where people draw while the system runs, a [`desk`] takes what they send in place of a file.
 //!
-//! But for [`run`], the process around it, nothing here opens a file, reads a clock or sends a message;
+//! [`sketcher`] makes the stage of it. Nothing here opens a file, reads a clock or sends a message;
 //! the same bytes, options and seed give the same drawing to the bit. Source: paper 001, III-B (directions) and paper 004, IV (canvas,
 //! obstacles, drawn routes).
 
@@ -25,14 +25,13 @@ mod drawing;
 mod error;
 mod hough;
 mod ink;
-mod live;
 mod pen;
 mod places;
 mod preview;
-mod process;
 mod publish;
 mod raster;
 mod settings;
+mod stage;
 pub mod strokes;
 mod vector;
 
@@ -40,9 +39,9 @@ pub use drawing::{Drawing, Kind};
 pub use error::SketchError;
 pub use places::{Errand, Intent, PlacedErrand, Places};
 pub use preview::preview;
-pub use process::{run, understand, understand_bytes};
 pub use publish::{fill_cells, fill_route, fill_sketch, fill_understood};
 pub use settings::{Options, Settings};
+pub use stage::{sketcher, understand};
 pub use strokes::{GoalMark, Marks, StartMark};
 
 use image::ImageFormat;

@@ -3,7 +3,6 @@
 use sketchnav_schemas::message::{PosePx, Route, RouteTask, SketchMap, Text, Understood};
 
 use crate::drawing::Drawing;
-use crate::error::SketchError;
 use crate::places::Places;
 
 /// Fills a sketch message; its cells follow by [`fill_cells`].
@@ -30,16 +29,9 @@ pub fn fill_understood(drawing: Option<&Drawing>, refusal: Option<&str>, answer:
     answer.words = refusal.map_or(Text([0; 256]), Text::new);
 }
 
-/// Fills the cells of a sketch message, row 0 at the bottom.
-///
-/// # Errors
-/// [`SketchError::Cells`] where `cells` is not `width_px * height_px` long.
-pub fn fill_cells(drawing: &Drawing, cells: &mut [u8]) -> Result<(), SketchError> {
-    if cells.len() != drawing.cells.len() {
-        return Err(SketchError::Cells { expected: drawing.cells.len(), found: cells.len() });
-    }
+/// Fills the cells of a sketch message, row 0 at the bottom; there are as many as the drawing has.
+pub fn fill_cells(drawing: &Drawing, cells: &mut [u8]) {
     cells.copy_from_slice(&drawing.cells);
-    Ok(())
 }
 
 /// Fills a route message; what lies behind its counts becomes zero.

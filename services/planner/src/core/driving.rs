@@ -162,9 +162,13 @@ impl Driver {
         self.field.is_some()
     }
 
+    /// Nothing is planned yet in this step.
+    pub fn begin_step(&mut self) {
+        self.planned = false;
+    }
+
     /// Takes in a scan made at `sensor` by a robot at `robot`.
     pub fn observe(&mut self, robot: &Pose<Odom>, sensor: &Pose<Odom>, scan: &LaserScan) {
-        self.planned = false;
         self.obstacles.observe(robot, self.radius_m, sensor, scan);
     }
 

@@ -1,0 +1,220 @@
+//! A message type as a value: what can be done with a message whose type is known at run time alone.
+//!
+//! Whoever handles every channel alike (the runtime, the recorder, a replay, `echo`) works with bytes and this.
+//! A message is the bytes of its struct, aligned to eight; behind it there may be a slice of bytes, its cells.
+
+use std::any::Any;
+
+use bytemuck::Pod;
+
+use crate::layout::Layout;
+use crate::message::{Header, Message, fingerprint};
+use crate::ros2::{Ros2, Ros2Error};
+
+/// Alignment of every message in memory, bytes.
+pub const ALIGNMENT: usize = 8;
+
+/// What is to be known of a message type.
+#[derive(Clone, Copy)]
+pub struct MessageType {
+    /// Name of the struct.
+    pub name: &'static str,
+    /// Size of the struct, bytes; a multiple of [`ALIGNMENT`].
+    pub size: usize,
+    /// Its ROS 2 type, `package/msg/Type`.
+    pub ros2: &'static str,
+    type_name: fn() -> String,
+    schema: fn() -> String,
+    layout: fn() -> Layout,
+    is_valid: fn(&[u8]) -> bool,
+    spare: fn() -> Spare,
+    encode: fn(&[u8], &[u8], &mut Spare, &mut Vec<u8>) -> Result<(), Ros2Error>,
+    decode: fn(&[u8], u64) -> Result<Owned, Ros2Error>,
+    json: fn(&[u8], &[u8]) -> Result<serde_json::Value, Box<dyn std::error::Error + Send + Sync>>,
+}
+
+/// The ROS 2 form of an earlier message, whose memory the next one uses: see [`MessageType::encode`].
+pub type Spare = Box<dyn Any + Send>;
+
+impl MessageType {
+    /// The type `T`.
+    pub const fn of<T: Ros2>() -> Self {
+        const { assert!(size_of::<T>().is_multiple_of(ALIGNMENT) && align_of::<T>() <= ALIGNMENT) };
+        Self {
+            name: T::NAME,
+            size: size_of::<T>(),
+            ros2: T::TYPE,
+            type_name: T::type_name,
+            schema: T::schema,
+            layout: Layout::of::<T>,
+            is_valid: |message| crate::sound::is_valid(T::NAME, message),
+            spare: || Box::new(T::Form::default()),
+            encode: encode::<T>,
+            decode: decode::<T>,
+            json: json::<T>,
+        }
+    }
+
+    /// Name, version and a fingerprint of the layout: two builds that disagree about the type have different ones.
+    pub fn type_name(&self) -> String {
+        (self.type_name)()
+    }
+
+    /// A fingerprint of [`MessageType::type_name`].
+    pub fn fingerprint(&self) -> u64 {
+        fingerprint(&self.type_name())
+    }
+
+    /// The `ros2msg` schema: the `.msg` text with those that it depends on behind it.
+    pub fn schema(&self) -> String {
+        (self.schema)()
+    }
+
+    /// What lies where in it.
+    pub fn layout(&self) -> Layout {
+        (self.layout)()
+    }
+
+    /// Whether the contents of `message` are possible: see [`crate::sound`].
+    ///
+    /// # Panics
+    /// Where `message` is not of this type's size and alignment; so do the others.
+    pub fn is_valid(&self, message: &[u8]) -> bool {
+        (self.is_valid)(message)
+    }
+
+    /// Memory for [`MessageType::encode`].
+    pub fn spare(&self) -> Spare {
+        (self.spare)()
+    }
+
+    /// Appends the message in CDR to `out`. Allocates nothing once `spare` and `out` have had a message of this length.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where the message would not come back the same; `out` is then of no use.
+    pub fn encode(
+        &self,
+        message: &[u8],
+        cells: &[u8],
+        spare: &mut Spare,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Ros2Error> {
+        (self.encode)(message, cells, spare, out)
+    }
+
+    /// The message number `seq` out of its CDR.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where `cdr` is not what [`MessageType::encode`] would have written.
+    pub fn decode(&self, cdr: &[u8], seq: u64) -> Result<Owned, Ros2Error> {
+        (self.decode)(cdr, seq)
+    }
+
+    /// The ROS 2 form as JSON.
+    ///
+    /// # Errors
+    /// As [`MessageType::encode`].
+    pub fn json(
+        &self,
+        message: &[u8],
+        cells: &[u8],
+    ) -> Result<serde_json::Value, Box<dyn std::error::Error + Send + Sync>> {
+        (self.json)(message, cells)
+    }
+}
+
+impl std::fmt::Debug for MessageType {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+fn encode<T: Ros2>(
+    message: &[u8],
+    cells: &[u8],
+    spare: &mut Spare,
+    out: &mut Vec<u8>,
+) -> Result<(), Ros2Error> {
+    let message: &T = bytemuck::from_bytes(message);
+    match spare.downcast_mut::<T::Form>() {
+        Some(form) => message.to_cdr_by(cells, form, out),
+        None => message.to_cdr(cells, out),
+    }
+}
+
+fn decode<T: Ros2>(cdr: &[u8], seq: u64) -> Result<Owned, Ros2Error> {
+    let (message, cells) = T::from_cdr(cdr, seq)?;
+    Ok(Owned::new(&message, cells))
+}
+
+fn json<T: Ros2>(
+    message: &[u8],
+    cells: &[u8],
+) -> Result<serde_json::Value, Box<dyn std::error::Error + Send + Sync>> {
+    let message: &T = bytemuck::from_bytes(message);
+    Ok(serde_json::to_value(message.to_ros2(cells)?)?)
+}
+
+/// The header that every message begins with.
+///
+/// # Panics
+/// Where `message` is shorter than a header or not aligned.
+pub fn header(message: &[u8]) -> &Header {
+    bytemuck::from_bytes(&message[..size_of::<Header>()])
+}
+
+/// The header that every message begins with. Panics as [`header`].
+pub fn header_mut(message: &mut [u8]) -> &mut Header {
+    bytemuck::from_bytes_mut(&mut message[..size_of::<Header>()])
+}
+
+/// A message with its cells, in memory of its own.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Owned {
+    words: Vec<u64>,
+    cells: Vec<u8>,
+}
+
+impl Owned {
+    /// A copy of `message`.
+    pub fn new<T: Message>(message: &T, cells: Vec<u8>) -> Self {
+        let mut owned = Self { words: Vec::new(), cells };
+        owned.words.resize(size_of::<T>() / ALIGNMENT, 0);
+        bytemuck::cast_slice_mut(&mut owned.words).copy_from_slice(bytemuck::bytes_of(message));
+        owned
+    }
+
+    /// The memory for a message of `size` bytes with `cells` bytes behind it, all zero. Keeps what it has room for.
+    pub fn blank(&mut self, size: usize, cells: usize) -> (&mut [u8], &mut [u8]) {
+        self.words.clear();
+        self.words.resize(size / ALIGNMENT, 0);
+        self.cells.clear();
+        self.cells.resize(cells, 0);
+        (bytemuck::cast_slice_mut(&mut self.words), &mut self.cells)
+    }
+
+    /// Whether nothing was put there yet.
+    pub fn is_empty(&self) -> bool {
+        self.words.is_empty()
+    }
+
+    /// The message.
+    pub fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.words)
+    }
+
+    /// The message, to be changed.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        bytemuck::cast_slice_mut(&mut self.words)
+    }
+
+    /// The slice behind it.
+    pub fn cells(&self) -> &[u8] {
+        &self.cells
+    }
+
+    /// The message as what it is. Panics where it is of another size.
+    pub fn typed<T: Pod>(&self) -> &T {
+        bytemuck::from_bytes(self.bytes())
+    }
+}

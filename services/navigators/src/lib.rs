@@ -1,0 +1,71 @@
+//! The navigators that a mission can choose from, by the word of its `[navigator] kind`.
+//!
+//! A program that has navigators of its own adds them by [`register`], the first thing that it does.
+
+use std::sync::OnceLock;
+
+use sketchnav_localizer::Localizer;
+use sketchnav_planner::Planner;
+use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::Navigator;
+
+/// Navigation in drawings (Boniardi et al. 2015, 2016).
+pub const SKETCH: Navigator = Navigator {
+    kind: "sketch",
+    about: "drives to goals and along routes that a person marks in a drawing of the place",
+    sketcher: sketchnav_sketcher::sketcher,
+    localizer: |run, _| Ok(Box::new(Localizer::new(run)?)),
+    planner: |run, _| Ok(Box::new(Planner::new(run)?)),
+};
+
+/// The navigators of this project.
+const NAVIGATORS: [Navigator; 1] = [SKETCH];
+
+static REGISTERED: OnceLock<&'static [Navigator]> = OnceLock::new();
+
+/// No navigator has that name.
+#[derive(Debug, thiserror::Error)]
+#[error("navigator.kind: expected one of {known}, found {found:?}")]
+pub struct UnknownNavigator {
+    /// The names that there are.
+    pub known: String,
+    /// The mission's.
+    pub found: String,
+}
+
+/// Adds foreign navigators and the channels that they have beside those of all: once, before anything else.
+///
+/// # Errors
+/// [`RegisterError`].
+pub fn register(
+    navigators: &'static [Navigator],
+    channels: &'static [&'static ChannelSpec],
+) -> Result<(), RegisterError> {
+    channels::register(channels)?;
+    REGISTERED.set(navigators).map_err(|_| RegisterError::Again)
+}
+
+/// Every navigator; registered ones come last.
+pub fn all() -> impl Iterator<Item = &'static Navigator> {
+    NAVIGATORS.iter().chain(*REGISTERED.get_or_init(|| &[]))
+}
+
+/// The navigator that a run's mission names.
+///
+/// # Errors
+/// [`UnknownNavigator`].
+pub fn of(run: &RunConfig) -> Result<&'static Navigator, UnknownNavigator> {
+    let found = run.mission.navigator_kind();
+    let known = || all().map(|navigator| navigator.kind).collect::<Vec<_>>().join(", ");
+    let unknown = || UnknownNavigator { known: known(), found: found.to_owned() };
+    all().find(|navigator| navigator.kind == found).ok_or_else(unknown)
+}
+
+/// Reads a file as a mission names it: what stages are given at their start.
+///
+/// # Errors
+/// As [`std::fs::read`].
+pub fn read_file(path: &str) -> std::io::Result<Vec<u8>> {
+    std::fs::read(path)
+}

@@ -1,0 +1,229 @@
+//! Runs a stage of a navigator as a process: its channels, its steps, its checkpoints, its health.
+//!
+//! What the process reads and writes the table of channels says. Instructions and requests are heard as they come,
+//! each request with what was instructed before it; instants are taken one after the other, each with all that its
+//! tick names. After a kill the successor goes on from the last checkpoint: it hears the instructions that hold, takes
+//! its inputs since then once more out of the channels' histories, and sends what was not sent yet.
+//!
+//! A checkpoint is written after every few steps, and around everything that is heard: when people say something is
+//! chance, so a step after that cannot be taken a second time from before it.
+
+mod inputs;
+mod outputs;
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels;
+use sketchnav_stage::{Heard, Hosted, Outbox, StageError};
+
+use self::inputs::Inputs;
+use self::outputs::Outputs;
+use crate::{Checkpoints, Error, Found, HealthReporter, Node, RawSample, Step, Wake};
+
+/// Longest sleep between two looks at the channels.
+const NAP: Duration = Duration::from_millis(250);
+
+/// Why a process that hosts a stage ends before it is asked to.
+#[derive(Debug, thiserror::Error)]
+pub enum HostError {
+    /// Shared memory, a channel, a checkpoint.
+    #[error(transparent)]
+    Runtime(#[from] Error),
+    /// The stage.
+    #[error("{0}")]
+    Stage(#[from] StageError),
+}
+
+/// Runs `stage` as the node's process until the process is asked to end.
+///
+/// # Errors
+/// [`HostError`].
+pub fn host(node: &Node, stage: &mut dyn Hosted) -> Result<(), HostError> {
+    let kind = node.run_config()?.mission.navigator_kind().to_owned();
+    let health = HealthReporter::new(node)?;
+    let (checkpoints, found) = Checkpoints::open_with(node, stage.form(), parse)?;
+    found.report(node);
+    let (inputs, outputs) = (Inputs::open(node, &kind)?, Outputs::open(node, &kind)?);
+    let mut host = Host { node, stage, inputs, outputs, health, checkpoints, attempts: 0, stamp_ns: 0 };
+    if host.resume(&kind, found)? {
+        host.serve()?;
+    }
+    Ok(host.health.report(host.stamp_ns)?)
+}
+
+/// What a checkpoint says before the stage's own state.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Head {
+    inputs: inputs::Positions,
+    outputs: outputs::Positions,
+    /// How often the next request was heard without an end.
+    attempts: u32,
+    stamp_ns: u64,
+}
+
+/// The same where it lies, to be written.
+#[derive(Serialize)]
+struct HeadView<'a> {
+    inputs: &'a inputs::Positions,
+    outputs: &'a outputs::Positions,
+    attempts: u32,
+    stamp_ns: u64,
+}
+
+/// A checkpoint that was read.
+struct Saved {
+    head: Head,
+    stage: Vec<u8>,
+}
+
+fn parse(bytes: &[u8]) -> postcard::Result<Saved> {
+    let (head, stage) = postcard::take_from_bytes(bytes)?;
+    Ok(Saved { head, stage: stage.to_vec() })
+}
+
+struct Host<'a> {
+    node: &'a Node,
+    stage: &'a mut dyn Hosted,
+    inputs: Inputs,
+    outputs: Outputs,
+    health: HealthReporter,
+    checkpoints: Checkpoints<Saved>,
+    /// How often a predecessor heard the next request and died.
+    attempts: u32,
+    /// Time of the last instant.
+    stamp_ns: u64,
+}
+
+impl Host<'_> {
+    fn serve(&mut self) -> Result<(), HostError> {
+        loop {
+            self.hear_all()?;
+            while self.stage.is_ready() && self.inputs.next_instant(self.node)? {
+                self.step()?;
+                self.hear_all()?;
+            }
+            self.health.report_if_due(self.stamp_ns)?;
+            if self.node.wait(NAP) == Wake::Terminate {
+                return Ok(());
+            }
+        }
+    }
+
+    fn step(&mut self) -> Result<(), HostError> {
+        let step = Step::begin();
+        if let Some(instant) = self.inputs.instant() {
+            self.stamp_ns = instant.stamp_ns;
+            let mut out = Outbox::new(&mut self.outputs, instant.stamp_ns, instant.tick);
+            self.stage.step(&instant, &mut out)?;
+        }
+        self.inputs.end_instant();
+        if self.checkpoints.is_due_after_step() {
+            self.write_checkpoint()?;
+        }
+        self.health.end(step);
+        Ok(())
+    }
+
+    /// Hears what has come: before each request the instructions, for what is asked for was drawn before.
+    fn hear_all(&mut self) -> Result<(), HostError> {
+        loop {
+            if self.hear_instructions()? {
+                self.write_checkpoint()?;
+            }
+            let Some((index, request)) = self.inputs.next_request()? else { return Ok(()) };
+            self.hear_instructions()?;
+            self.hear_request(index, &request)?;
+        }
+    }
+
+    /// Whether there were any.
+    fn hear_instructions(&mut self) -> Result<bool, HostError> {
+        let mut is_new = false;
+        while let Some((spec, sample)) = self.inputs.next_instruction()? {
+            self.stage.hear(&Heard::new(spec, sample.message(), sample.cells()))?;
+            is_new = true;
+        }
+        Ok(is_new)
+    }
+
+    /// A request that has killed the process again and again is counted, so that the stage can refuse it.
+    fn hear_request(&mut self, index: usize, request: &RawSample) -> Result<(), HostError> {
+        let step = Step::begin();
+        let header = *request.header();
+        let heard = Heard::new(self.inputs.request_spec(index), request.message(), request.cells());
+        self.attempts += 1;
+        self.write_checkpoint()?;
+        self.stage.hear(&Heard { attempts: self.attempts - 1, ..heard })?;
+        self.inputs.take_request(index, header.stamp_ns, header.seq);
+        self.attempts = 0;
+        // Before what is said to it: whoever has that may forget the request.
+        self.write_checkpoint()?;
+        self.speak(header.stamp_ns, header.seq, false)?;
+        self.health.end(step);
+        Ok(())
+    }
+
+    fn speak(&mut self, stamp_ns: u64, source_seq: u64, is_resuming: bool) -> Result<(), HostError> {
+        let mut out = Outbox::new(&mut self.outputs, stamp_ns, source_seq).resuming(is_resuming);
+        Ok(self.stage.speak(&mut out)?)
+    }
+
+    fn write_checkpoint(&mut self) -> Result<(), HostError> {
+        let Self { inputs, outputs, stage, attempts, stamp_ns, .. } = self;
+        let (inputs, outputs) = (inputs.positions(), outputs.positions());
+        let head = HeadView { inputs, outputs, attempts: *attempts, stamp_ns: *stamp_ns };
+        Ok(self.checkpoints.write_with(|room| {
+            let used = postcard::to_slice(&head, room)?.len();
+            Ok(used + stage.save(&mut room[used..])?)
+        })?)
+    }
+
+    /// Goes on where the predecessor stood; false where the end comes first.
+    fn resume(&mut self, kind: &str, found: Found<Saved>) -> Result<bool, HostError> {
+        let (is_lost, is_resuming) = (found.is_lost(), found.state.is_some());
+        if let Some(saved) = found.state {
+            self.inputs.resume(&saved.head.inputs);
+            self.outputs.resume(&saved.head.outputs);
+            (self.attempts, self.stamp_ns) = (saved.head.attempts, saved.head.stamp_ns);
+            if !self.await_instructions(&saved.head.inputs)? {
+                return Ok(false);
+            }
+            self.stage.load(&saved.stage)?;
+        } else if is_lost {
+            self.begin_anew(kind)?;
+        }
+        let step = Step::begin();
+        let (stamp_ns, source_seq) = self.inputs.last_request();
+        self.speak(stamp_ns, source_seq, is_resuming)?;
+        self.health.end(step);
+        Ok(true)
+    }
+
+    /// Hears the instructions that the state belongs to, or newer ones; false where the end comes first.
+    fn await_instructions(&mut self, awaited: &inputs::Positions) -> Result<bool, HostError> {
+        loop {
+            self.hear_instructions()?;
+            if self.inputs.has_instructions(awaited) {
+                return Ok(true);
+            }
+            self.health.report_if_due(self.stamp_ns)?;
+            if self.node.wait(NAP) == Wake::Terminate {
+                return Ok(false);
+            }
+        }
+    }
+
+    /// No checkpoint can be used: the stage begins anew behind what its predecessor sent. What people asked for
+    /// before is old by now; a robot does not drive off by it.
+    fn begin_anew(&mut self, kind: &str) -> Result<(), HostError> {
+        self.outputs.resume_behind_kept();
+        let process = self.node.process();
+        let last_word = channels::last_word_of(process, kind);
+        let answered = last_word.and_then(|spec| self.outputs.last_kept(spec)).map_or(0, |h| h.source_seq);
+        eprintln!("no checkpoint can be used: the {process} begins anew after tick {answered}");
+        self.inputs.begin_behind(answered, self.node)?;
+        self.stage.recover(&self.outputs);
+        Ok(())
+    }
+}

@@ -1,0 +1,306 @@
+//! The channels that a stage reads, by what they are to it: instructions and requests, which it hears, and what makes
+//! an instant: a tick, the readings that the tick names, and the message that the step answers.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels::{self, ChannelSpec, Role};
+use sketchnav_schemas::message::Tick;
+use sketchnav_stage::{Instant, Reading};
+
+use crate::{Node, RawReader, RawSample, Result};
+
+/// The last number of each channel that was taken, by part.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Positions {
+    instructions: Vec<u64>,
+    requests: Vec<u64>,
+    /// Of the reading that belongs to the last instant.
+    sensors: Vec<u64>,
+    tick: u64,
+    trigger: u64,
+    /// Time and number of the last request.
+    last_request: (u64, u64),
+}
+
+pub(super) struct Inputs {
+    instructions: Vec<RawReader>,
+    requests: Vec<Requests>,
+    last_request: (u64, u64),
+    sensors: Vec<Sensor>,
+    ticks: Option<Ticks>,
+    /// What the step answers, where that is not the tick.
+    triggers: Option<Triggers>,
+    /// What was answered before a begin without a checkpoint.
+    answered: u64,
+    /// Memory for [`Inputs::positions`].
+    positions: Positions,
+}
+
+struct Requests {
+    reader: RawReader,
+    /// The last one that was taken in.
+    taken: u64,
+}
+
+struct Ticks {
+    reader: RawReader,
+    current: Option<RawSample>,
+    /// Of the last instant.
+    taken: u64,
+}
+
+struct Triggers {
+    reader: RawReader,
+    current: Option<RawSample>,
+    taken: u64,
+}
+
+impl Inputs {
+    pub(super) fn open(node: &Node, kind: &str) -> Result<Self> {
+        let process = node.process();
+        let trigger = channels::trigger_of(process, kind);
+        let of_role = |role| channels::read_by(process, kind).filter(move |spec| spec.role == role);
+        let readers = |role| of_role(role).map(|spec| node.raw_reader(spec)).collect::<Result<Vec<_>>>();
+        let mut instructions = readers(Role::Instruction)?;
+        instructions.iter_mut().for_each(RawReader::resume_anywhere);
+        let requests = readers(Role::Request)?.into_iter().map(|reader| Requests { reader, taken: 0 });
+        let sensors = readers(Role::Sensor)?.into_iter().map(Sensor::new);
+        let ticks = of_role(Role::Tick).next().filter(|_| trigger.is_some());
+        let ticks = ticks.map(|spec| Ok(Ticks { reader: node.raw_reader(spec)?, current: None, taken: 0 }));
+        let triggers = trigger.filter(|spec| spec.role != Role::Tick);
+        let triggers =
+            triggers.map(|spec| Ok(Triggers { reader: node.raw_reader(spec)?, current: None, taken: 0 }));
+        Ok(Self {
+            instructions,
+            requests: requests.collect(),
+            last_request: (0, 0),
+            sensors: sensors.collect(),
+            ticks: ticks.transpose()?,
+            triggers: triggers.transpose()?,
+            answered: 0,
+            positions: Positions::default(),
+        })
+    }
+
+    pub(super) fn next_instruction(&mut self) -> Result<Option<(&'static ChannelSpec, RawSample)>> {
+        for reader in &mut self.instructions {
+            if let Some(sample) = reader.receive_sound()? {
+                return Ok(Some((reader.spec(), sample)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether each instruction has come, or a newer one.
+    pub(super) fn has_instructions(&self, awaited: &Positions) -> bool {
+        let came = self.instructions.iter().map(RawReader::position);
+        came.zip(&awaited.instructions).all(|(came, &awaited)| came >= awaited)
+    }
+
+    /// The next request, and the index of its channel. It counts as taken once [`Inputs::take_request`] says so.
+    pub(super) fn next_request(&mut self) -> Result<Option<(usize, RawSample)>> {
+        for (index, requests) in self.requests.iter_mut().enumerate() {
+            if let Some(sample) = requests.reader.receive_sound()? {
+                return Ok(Some((index, sample)));
+            }
+        }
+        Ok(None)
+    }
+
+    pub(super) fn request_spec(&self, index: usize) -> &'static ChannelSpec {
+        self.requests[index].reader.spec()
+    }
+
+    pub(super) fn take_request(&mut self, index: usize, stamp_ns: u64, seq: u64) {
+        self.requests[index].taken = seq;
+        self.last_request = (stamp_ns, seq);
+    }
+
+    /// Time and number of the last request that was taken in.
+    pub(super) fn last_request(&self) -> (u64, u64) {
+        self.last_request
+    }
+
+    /// Goes on to the next instant, where all of it has come; otherwise it waits. Which part of it comes first is
+    /// chance: a reader that joins late gets each channel's history when its writer comes to it.
+    pub(super) fn next_instant(&mut self, node: &Node) -> Result<bool> {
+        let Self { ticks, triggers, answered, sensors, .. } = self;
+        let Some(ticks) = ticks else { return Ok(false) };
+        let is_there = match triggers {
+            None => ticks.next_after(*answered)?,
+            Some(triggers) => triggers.next_after(*answered)? && ticks.advance_to(triggers.cause())?,
+        };
+        let Some(tick) = ticks.current.as_ref().filter(|_| is_there) else { return Ok(false) };
+        let tick: &Tick = bytemuck::from_bytes(tick.message());
+        let mut is_whole = true;
+        for sensor in sensors {
+            is_whole &= sensor.advance_to(tick.newest[sensor.index], node)?;
+        }
+        Ok(is_whole)
+    }
+
+    /// The instant that [`Inputs::next_instant`] went on to.
+    pub(super) fn instant(&self) -> Option<Instant<'_>> {
+        let tick = self.ticks.as_ref()?.current.as_ref()?.header();
+        Some(Instant::new(tick.seq, tick.stamp_ns, self))
+    }
+
+    /// The step is done: what has come is of an earlier instant now.
+    pub(super) fn end_instant(&mut self) {
+        if let Some(ticks) = &mut self.ticks {
+            ticks.taken = ticks.current.take().map_or(ticks.taken, |tick| tick.header().seq);
+        }
+        if let Some(triggers) = &mut self.triggers {
+            triggers.taken = triggers.current.take().map_or(triggers.taken, |trigger| trigger.header().seq);
+        }
+        self.sensors.iter_mut().for_each(Sensor::end_instant);
+    }
+
+    pub(super) fn positions(&mut self) -> &Positions {
+        let Positions { instructions, requests, sensors, .. } = &mut self.positions;
+        instructions.clear();
+        instructions.extend(self.instructions.iter().map(RawReader::position));
+        requests.clear();
+        requests.extend(self.requests.iter().map(|requests| requests.taken));
+        sensors.clear();
+        sensors.extend(self.sensors.iter().map(|sensor| sensor.before));
+        self.positions.tick = self.ticks.as_ref().map_or(0, |ticks| ticks.taken);
+        self.positions.trigger = self.triggers.as_ref().map_or(0, |triggers| triggers.taken);
+        self.positions.last_request = self.last_request;
+        &self.positions
+    }
+
+    /// Goes on after what a predecessor took. Instructions are heard again, and of each sensor the newest reading
+    /// comes once more: it belongs to instants that follow.
+    pub(super) fn resume(&mut self, positions: &Positions) {
+        for (requests, &taken) in self.requests.iter_mut().zip(&positions.requests) {
+            requests.taken = taken;
+            requests.reader.resume_after(taken);
+        }
+        for (sensor, &before) in self.sensors.iter_mut().zip(&positions.sensors) {
+            sensor.before = before;
+            sensor.reader.resume_after(before.saturating_sub(1));
+        }
+        if let Some(ticks) = &mut self.ticks {
+            ticks.taken = positions.tick;
+            ticks.reader.resume_after(positions.tick);
+        }
+        if let Some(triggers) = &mut self.triggers {
+            triggers.taken = positions.trigger;
+            triggers.reader.resume_after(positions.trigger);
+        }
+        self.last_request = positions.last_request;
+    }
+
+    /// Goes on after the tick `answered`, with whatever the channels still have. What the pad asked for before is left
+    /// out, but for drawings, which nobody has any more.
+    pub(super) fn begin_behind(&mut self, answered: u64, node: &Node) -> Result<()> {
+        self.answered = answered;
+        for requests in self.requests.iter_mut().filter(|requests| is_of_people(requests.reader.spec())) {
+            requests.reader.take_kept(node, |_| {})?;
+            requests.taken = requests.reader.position();
+        }
+        let readers = self.sensors.iter_mut().map(|sensor| &mut sensor.reader);
+        let readers = readers.chain(self.ticks.iter_mut().map(|ticks| &mut ticks.reader));
+        let readers = readers.chain(self.triggers.iter_mut().map(|triggers| &mut triggers.reader));
+        let drawings = self.requests.iter_mut().map(|requests| &mut requests.reader);
+        readers.chain(drawings.filter(|reader| reader.spec().max_cells > 0)).for_each(RawReader::resume_anywhere);
+        Ok(())
+    }
+}
+
+fn is_of_people(spec: &ChannelSpec) -> bool {
+    spec.writer == Some(sketchnav_schemas::codes::Process::Pad)
+}
+
+impl sketchnav_stage::Inputs for Inputs {
+    fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>> {
+        if let Some(sensor) = self.sensors.iter().find(|sensor| sensor.reader.spec() == spec) {
+            let newest = sensor.newest.as_ref()?;
+            return Some(reading(newest, newest.header().seq > sensor.before));
+        }
+        let triggers = self.triggers.as_ref().filter(|triggers| triggers.reader.spec() == spec);
+        if let Some(trigger) = triggers.and_then(|triggers| triggers.current.as_ref()) {
+            return Some(reading(trigger, true));
+        }
+        let ticks = self.ticks.as_ref().filter(|ticks| ticks.reader.spec() == spec);
+        ticks.and_then(|ticks| ticks.current.as_ref()).map(|tick| reading(tick, true))
+    }
+}
+
+fn reading(sample: &RawSample, is_fresh: bool) -> Reading<'_> {
+    Reading { message: sample.message(), cells: sample.cells(), is_fresh }
+}
+
+impl Ticks {
+    /// The next one, where there is none yet; whether there is one.
+    fn next_after(&mut self, answered: u64) -> Result<bool> {
+        while self.current.is_none() {
+            let Some(tick) = self.reader.receive_sound()? else { return Ok(false) };
+            self.current = Some(tick).filter(|tick| tick.header().seq > answered);
+        }
+        Ok(true)
+    }
+
+    /// The tick of this number; whether it is there. One that is newer says that it will not come.
+    fn advance_to(&mut self, seq: u64) -> Result<bool> {
+        while self.current.as_ref().is_none_or(|tick| tick.header().seq < seq) {
+            let Some(tick) = self.reader.receive_sound()? else { return Ok(false) };
+            self.current = Some(tick);
+        }
+        Ok(true)
+    }
+}
+
+impl Triggers {
+    fn next_after(&mut self, answered: u64) -> Result<bool> {
+        while self.current.is_none() {
+            let Some(trigger) = self.reader.receive_sound()? else { return Ok(false) };
+            self.current = Some(trigger).filter(|trigger| trigger.header().source_seq > answered);
+        }
+        Ok(true)
+    }
+
+    /// The tick that caused it; 0 where there is none.
+    fn cause(&self) -> u64 {
+        self.current.as_ref().map_or(0, |trigger| trigger.header().source_seq)
+    }
+}
+
+/// A sensor's channel, read no further than the tick says.
+struct Sensor {
+    reader: RawReader,
+    /// Its place in [`Tick::newest`].
+    index: usize,
+    newest: Option<RawSample>,
+    /// One that belongs to a later instant.
+    next: Option<RawSample>,
+    /// The number of the newest reading at the instant before.
+    before: u64,
+}
+
+impl Sensor {
+    fn new(reader: RawReader) -> Self {
+        let index = channels::sensors().position(|spec| spec == reader.spec()).unwrap_or_default();
+        Self { reader, index, newest: None, next: None, before: 0 }
+    }
+
+    /// Takes the readings up to the number `seq`; whether all have come. Invalid ones are rejected and counted.
+    fn advance_to(&mut self, seq: u64, node: &Node) -> Result<bool> {
+        loop {
+            if self.next.is_none() && self.reader.position() < seq {
+                self.next = self.reader.receive()?;
+            }
+            match self.next.take_if(|next| next.header().seq <= seq) {
+                Some(reading) if self.reader.spec().message.is_valid(reading.message()) => {
+                    self.newest = Some(reading);
+                }
+                Some(_) => node.count_refused(),
+                None => return Ok(self.next.is_some() || self.reader.position() >= seq),
+            }
+        }
+    }
+
+    fn end_instant(&mut self) {
+        self.before = self.newest.as_ref().map_or(self.before, |newest| newest.header().seq);
+    }
+}

@@ -1,0 +1,77 @@
+//! The channels that a stage writes.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels::{self, ChannelSpec, Role};
+use sketchnav_schemas::erased;
+use sketchnav_schemas::message::Header;
+use sketchnav_stage::{Put, Remains, Sink, StageError};
+
+use crate::{Node, RawWriter, Result};
+
+/// The last number of each channel, in the order of the table.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Positions(Vec<u64>);
+
+pub(super) struct Outputs {
+    writers: Vec<RawWriter>,
+    /// Memory for [`Outputs::positions`].
+    positions: Positions,
+}
+
+impl Outputs {
+    pub(super) fn open(node: &Node, kind: &str) -> Result<Self> {
+        let writers = channels::written_by(node.process(), kind).map(|spec| node.raw_writer(spec));
+        let writers: Vec<_> = writers.collect::<Result<_>>()?;
+        let positions = Positions(Vec::with_capacity(writers.len()));
+        Ok(Self { writers, positions })
+    }
+
+    pub(super) fn positions(&mut self) -> &Positions {
+        self.positions.0.clear();
+        self.positions.0.extend(self.writers.iter().map(RawWriter::last_seq));
+        &self.positions
+    }
+
+    pub(super) fn resume(&mut self, positions: &Positions) {
+        for (writer, &last) in self.writers.iter_mut().zip(&positions.0) {
+            writer.resume_after(last);
+        }
+    }
+
+    pub(super) fn resume_behind_kept(&mut self) {
+        self.writers.iter_mut().for_each(RawWriter::resume_behind_kept);
+    }
+
+    pub(super) fn last_kept(&self, spec: &ChannelSpec) -> Option<&Header> {
+        self.writer(spec)?.last_kept().map(erased::header)
+    }
+
+    fn writer(&self, spec: &ChannelSpec) -> Option<&RawWriter> {
+        self.writers.iter().find(|writer| writer.spec() == spec)
+    }
+}
+
+impl Sink for Outputs {
+    /// What only onlookers read wakes nobody: another message of the same step follows.
+    fn put(&mut self, put: Put<'_>) -> Result<u64, StageError> {
+        let writer = self.writers.iter_mut().find(|writer| writer.spec() == put.spec);
+        let writer = writer.ok_or_else(|| format!("channel {:?} is not this process's to write", put.spec.name))?;
+        if put.is_repeated {
+            writer.resume_after(writer.last_seq().saturating_sub(1));
+        }
+        let mut loan = writer.loan(put.cells)?;
+        let (message, cells) = loan.parts_mut();
+        (put.fill)(message, cells);
+        Ok(if put.spec.role == Role::Detail { loan.send_quietly()? } else { loan.send()? })
+    }
+
+    fn last(&self, spec: &ChannelSpec) -> u64 {
+        self.writer(spec).map_or(0, RawWriter::last_seq)
+    }
+}
+
+impl Remains for Outputs {
+    fn last(&self, spec: &ChannelSpec) -> Option<&[u8]> {
+        self.writer(spec)?.last_kept().filter(|message| message.len() == spec.message.size)
+    }
+}

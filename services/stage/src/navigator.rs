@@ -1,0 +1,48 @@
+//! A navigator: the stages that a mission names.
+
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::run::RunConfig;
+
+use crate::{Hosted, StageError};
+
+/// Reads the files that a mission names; the path is as the mission has it.
+pub type Files<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + 'a;
+
+/// Makes a stage for a run.
+pub type Make = fn(&RunConfig, &Files<'_>) -> Result<Box<dyn Hosted>, StageError>;
+
+/// Three stages under the name by which a mission chooses them.
+#[derive(Debug, Clone, Copy)]
+pub struct Navigator {
+    /// The word: `[navigator] kind = "sketch"`.
+    pub kind: &'static str,
+    /// What a person gives it, and what it drives by, in a sentence.
+    pub about: &'static str,
+    /// Takes in what a person gives.
+    pub sketcher: Make,
+    /// Says in what situation the robot is.
+    pub localizer: Make,
+    /// Drives.
+    pub planner: Make,
+}
+
+impl Navigator {
+    /// The stage that `process` hosts; `None` for a process that hosts none.
+    ///
+    /// # Errors
+    /// What the run's mission or robot lacks for it.
+    pub fn stage(
+        &self,
+        process: Process,
+        run: &RunConfig,
+        files: &Files<'_>,
+    ) -> Result<Option<Box<dyn Hosted>>, StageError> {
+        let make = match process {
+            Process::Sketcher => self.sketcher,
+            Process::Localizer => self.localizer,
+            Process::Planner => self.planner,
+            _ => return Ok(None),
+        };
+        make(run, files).map(Some)
+    }
+}

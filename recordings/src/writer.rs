@@ -18,7 +18,7 @@ use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions, records};
 use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor};
 use sketchnav_schemas::message::Odometry;
-use sketchnav_schemas::ros2::{Ros2, Ros2Error, definitions, transforms};
+use sketchnav_schemas::ros2::{Ros2, Ros2Error, transforms};
 use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::error::RecordingError;
@@ -397,7 +397,7 @@ impl<W: Write> ChannelVisitor for AddTopics<'_, W> {
         if spec.history == 1 {
             metadata.insert("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned());
         }
-        let id = add_topic(self.mcap, &topic_name(spec.name), T::TYPE, &metadata)?;
+        let id = add_topic(self.mcap, &topic_name(spec.name), (T::TYPE, &T::schema()), &metadata)?;
         let (sequence, facts) = (Sequence::default(), TopicFacts::default());
         self.topics.push(Topic { spec, sequence, facts, messages: 0, refused: 0, id });
         self.forms.push(Box::new(T::Form::default()));
@@ -413,10 +413,9 @@ impl<W: Write> ChannelVisitor for AddTopics<'_, W> {
 fn add_topic<W: Write>(
     mcap: &mut Mcap<W>,
     topic: &str,
-    ros2_type: &str,
+    (ros2_type, text): (&str, &str),
     metadata: &BTreeMap<String, String>,
 ) -> Result<u16, RecordingError> {
-    let text = definitions::schema(ros2_type);
     let schema = mcap.add_schema(ros2_type, "ros2msg", text.as_bytes()).map_err(RecordingError::Write)?;
     mcap.add_channel(schema, topic, "cdr", metadata).map_err(RecordingError::Write)
 }
@@ -424,13 +423,15 @@ fn add_topic<W: Write>(
 /// Declares `/tf`, writes the one message of `/tf_static`; gives the id of `/tf`.
 fn add_transforms<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<u16, RecordingError> {
     let latched = BTreeMap::from([("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned())]);
-    let id = add_topic(mcap, "/tf_static", transforms::TYPE, &latched)?;
+    let text = transforms::schema();
+    let schema = (transforms::TYPE, text.as_str());
+    let id = add_topic(mcap, "/tf_static", schema, &latched)?;
     let mut cdr = Vec::new();
     let said = transforms::laser_in_base(&run.robot.laser, &mut cdr);
     said.map_err(|source| transform_error("/tf_static", source))?;
     let header = records::MessageHeader { channel_id: id, sequence: 1, log_time: 0, publish_time: 0 };
     mcap.write_to_known_channel(&header, &cdr).map_err(RecordingError::Write)?;
-    add_topic(mcap, "/tf", transforms::TYPE, &BTreeMap::new())
+    add_topic(mcap, "/tf", schema, &BTreeMap::new())
 }
 
 fn transform_error(topic: &str, source: Ros2Error) -> RecordingError {

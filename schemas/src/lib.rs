@@ -11,6 +11,7 @@
 
 pub mod channels;
 pub mod codes;
+mod declare;
 pub mod floor_plan;
 pub mod geometry;
 pub mod layout;

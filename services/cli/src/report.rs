@@ -235,7 +235,8 @@ fn floor(
         outcome: outcome(&spans[i], &verdict.tasks[i]),
     });
     let began = log.contacts.iter().filter(|contact| contact.begins == 1);
-    let contacts: Vec<_> = began.map(|contact| Point::new(contact.x_m, contact.y_m)).collect();
+    let contacts: Vec<_> =
+        began.map(|contact| Point::new(contact.position_m[0], contact.position_m[1])).collect();
     let start = &run.mission.start;
     Ok(picture::floor(&FloorPicture {
         title: &format!(

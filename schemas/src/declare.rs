@@ -88,14 +88,10 @@ macro_rules! or {
     };
 }
 
-/// The second where it is given, the first otherwise.
-macro_rules! or_type {
-    ($default:ty;) => {
-        $default
-    };
-    ($default:ty; $given:ty) => {
-        $given
-    };
+/// The form of the slice behind a message.
+macro_rules! slice {
+    () => { () };
+    ($slice:ident) => { Vec<u8> };
 }
 
 /// The fields of a struct in ROS 2.
@@ -163,12 +159,13 @@ macro_rules! parts {
 }
 
 /// Messages. `in "frame"` stands behind those whose `.msg` is generated; the others are mapped by hand.
-/// `with data: Vec<u8>` is the field that holds the slice behind the message.
+/// `with data` names the field that holds the slice behind the message, `valid if check` the function that
+/// checks the contents.
 macro_rules! messages {
     ($(
         $(#[doc = $doc:literal])*
         pub struct $name:ident version $version:literal
-            $(in $frame:literal)? $(with $slice:ident: $slice_type:ty)? { $($fields:tt)* }
+            $(in $frame:literal)? $(with $slice:ident)? $(valid if $check:path)? { $($fields:tt)* }
     )*) => {$(
         $crate::declare::layout! { $(#[doc = $doc])* pub struct $name {
             /// Number, time and cause.
@@ -181,12 +178,13 @@ macro_rules! messages {
             const NAME: &'static str = concat!("sketchnav/", stringify!($name), "/", $version);
             const LAYOUT: &'static str = $name::FIELDS;
             fn layout() -> $crate::layout::Layout { $name::layout() }
+            fn is_valid(&self) -> bool { $crate::declare::or!(true; $($check(self))?) }
             fn header(&self) -> &Header { &self.header }
             fn header_mut(&mut self) -> &mut Header { &mut self.header }
         }
 
         $crate::declare::own_message! {
-            [$($frame)?] [$($slice: $slice_type)?] $(#[doc = $doc])* $name { $($fields)* }
+            [$($frame)?] [$($slice)?] $(#[doc = $doc])* $name { $($fields)* }
         }
     )*};
 }
@@ -194,11 +192,11 @@ macro_rules! messages {
 /// The ROS 2 form of a message, where it is not mapped by hand.
 macro_rules! own_message {
     ([] [] $(#[doc = $doc:literal])* $name:ident $fields:tt) => {};
-    ([$frame:literal] [$($slice:ident: $slice_type:ty)?] $(#[doc = $doc:literal])* $name:ident $fields:tt) => {
+    ([$frame:literal] [$($slice:ident)?] $(#[doc = $doc:literal])* $name:ident $fields:tt) => {
         $crate::declare::own! { $(#[doc = $doc])* $name $fields }
 
         impl $crate::ros2::OwnMessage for $name {
-            type Slice = $crate::declare::or_type!((); $($slice_type)?);
+            type Slice = $crate::declare::slice!($($slice)?);
             const TYPE: &'static str = concat!("sketchnav_msgs/msg/", stringify!($name));
             const FRAME: &'static str = $frame;
             const SLICE: &'static str = concat!("", $(stringify!($slice))?);
@@ -206,4 +204,4 @@ macro_rules! own_message {
     };
 }
 
-pub(crate) use {layout, messages, or, or_type, own, own_message, parts, role, way};
+pub(crate) use {layout, messages, or, own, own_message, parts, role, slice, way};

@@ -10,6 +10,7 @@ use crate::codes::{BodyKind, DrawingKind, FaultKind, Order, Process, TaskState, 
 use crate::declare::{layout, messages, parts};
 use crate::geometry::{Odom, Point, Pose, Sketch, World};
 use crate::layout::Layout;
+use crate::valid;
 
 /// A message type: its name on the wire and a description of its layout.
 ///
@@ -24,6 +25,8 @@ pub unsafe trait Message: Pod {
     /// What lies where in the message.
     fn layout() -> Layout;
 
+    /// Whether the contents are valid, see [`crate::valid`]; true where the declaration names no check.
+    fn is_valid(&self) -> bool;
     /// The message's header.
     fn header(&self) -> &Header;
     /// The message's header.
@@ -195,7 +198,7 @@ pub const MAX_CONTACTS: usize = 8;
 
 messages! {
     /// One sweep of a planar laser range finder (ROS 2: `sensor_msgs/LaserScan`).
-    pub struct LaserScan version 1 {
+    pub struct LaserScan version 1 valid if valid::scan {
         /// Direction of beam 0 in the sensor's frame, counter-clockwise from its forward axis.
         pub angle_min_rad: f32,
         /// Direction of the last beam.
@@ -217,7 +220,7 @@ messages! {
     }
 
     /// Dead reckoning in frame [`Odom`] (ROS 2: `nav_msgs/Odometry`).
-    pub struct Odometry version 1 {
+    pub struct Odometry version 1 valid if valid::odometry {
         /// Where the robot has come by its own count; starts at the origin.
         pub pose: PoseM,
         /// How fast it believes to move.
@@ -278,7 +281,7 @@ messages! {
     }
 
     /// The robot's pose in the sketch and the sketch's local metric there (Boniardi et al. 2015, III-A).
-    pub struct PoseEstimate version 1 in "sketch" {
+    pub struct PoseEstimate version 1 in "sketch" valid if valid::estimate {
         /// The pose: the mode of the particles, never a mean of several modes.
         pub pose: PosePx,
         /// The local scale along the wall direction, pixels a metre.
@@ -328,7 +331,7 @@ messages! {
     }
 
     /// How the robot is to move, in its own axes.
-    pub struct VelocityCommand version 1 in "base_link" {
+    pub struct VelocityCommand version 1 in "base_link" valid if valid::command {
         /// The velocity.
         pub twist: Twist,
         /// 1: the mission is over, the world need not go on.
@@ -371,7 +374,7 @@ messages! {
 
     /// What a person sent from the pad. The slice behind it is a drawing file (strokes in JSON, PNG, JPEG),
     /// or the JSON of what is marked in the drawing.
-    pub struct Drawing version 1 in "" with data: Vec<u8> {
+    pub struct Drawing version 1 in "" with data {
         /// What the drawing holds.
         pub kind: u32 as DrawingKind,
         /// Zero.

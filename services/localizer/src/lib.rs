@@ -162,7 +162,7 @@ impl Ports {
     fn next(&mut self) -> anyhow::Result<Option<Sample<LaserScan>>> {
         loop {
             let scan = match self.waiting.take() {
-                None => self.scans.receive_sound()?,
+                None => self.scans.receive_valid()?,
                 scan => scan,
             };
             let Some(scan) = scan else { return Ok(None) };

@@ -251,7 +251,7 @@ impl Senses {
     /// a reader that joins late gets each channel's history when its writer comes to it.
     fn next(&mut self) -> anyhow::Result<Option<Sample<PoseEstimate>>> {
         let estimate = match self.waiting.take() {
-            None => self.estimates.receive_sound()?,
+            None => self.estimates.receive_valid()?,
             estimate => estimate,
         };
         let Some(estimate) = estimate else { return Ok(None) };

@@ -8,7 +8,6 @@ use iceoryx2::prelude::ipc;
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Message;
-use sketchnav_schemas::sound::Sound;
 
 use crate::channels::{open_fixed, open_sliced};
 use crate::kept::Kept;
@@ -110,16 +109,13 @@ impl<T: Message> Reader<T> {
         Ok(None)
     }
 
-    /// The next message that can be what it says, where one has come; others are refused and counted.
+    /// The next valid message, where one has come; invalid ones are rejected and counted.
     ///
     /// # Errors
     /// As [`Reader::receive`].
-    pub fn receive_sound(&mut self) -> Result<Option<Sample<T>>>
-    where
-        T: Sound,
-    {
+    pub fn receive_valid(&mut self) -> Result<Option<Sample<T>>> {
         while let Some(sample) = self.receive()? {
-            if sample.is_sound() {
+            if sample.is_valid() {
                 return Ok(Some(sample));
             }
             self.inbox.counters.count_refused();

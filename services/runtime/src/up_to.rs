@@ -1,19 +1,19 @@
-//! A channel, read no further than a moment of simulation time. What cannot be what it says is refused.
+//! A channel, read no further than a moment of simulation time. Invalid messages are rejected.
 
-use sketchnav_schemas::sound::Sound;
+use sketchnav_schemas::message::Message;
 
 use crate::Result;
 use crate::reader::{Reader, Sample};
 
 /// Knows a channel's newest message of a moment, whatever has come since: what a scan is to be put
 /// together with, so that the same scan always meets the same message.
-pub struct UpTo<T: Sound> {
+pub struct UpTo<T: Message> {
     reader: Reader<T>,
     newest: Option<Sample<T>>,
     next: Option<Sample<T>>,
 }
 
-impl<T: Sound> UpTo<T> {
+impl<T: Message> UpTo<T> {
     /// Nothing read yet.
     pub fn new(reader: Reader<T>) -> Self {
         Self { reader, newest: None, next: None }
@@ -24,7 +24,7 @@ impl<T: Sound> UpTo<T> {
     pub fn advance_to(&mut self, stamp_ns: u64) -> Result<bool> {
         loop {
             if self.next.is_none() {
-                self.next = self.reader.receive_sound()?;
+                self.next = self.reader.receive_valid()?;
             }
             match self.next.take_if(|next| next.header().stamp_ns <= stamp_ns) {
                 Some(message) => self.newest = Some(message),

@@ -199,7 +199,7 @@ impl<'a> Shell<'a> {
 
     fn receive(&mut self) -> anyhow::Result<()> {
         while !self.has_its_command()
-            && let Some(command) = self.command.receive_sound()?
+            && let Some(command) = self.command.receive_valid()?
         {
             self.held = Some(*command);
         }

@@ -228,7 +228,7 @@ impl World {
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = Contact> + '_ {
         self.events.iter().map(|event| Contact {
             header: Header { seq: 0, stamp_ns: 0, source_seq: 0 },
-            position_m: event.touch.place.into(),
+            position_m: event.touch.place,
             impulse_ns: event.touch.impulse_ns,
             body_kind: self.physics.kind(event.body).code(),
             begins: u32::from(event.begins),

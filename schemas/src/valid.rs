@@ -1,6 +1,6 @@
-//! Whether the contents of a message are valid: [`Message::is_valid`] of the messages whose declaration names a
-//! function of this file. A channel's type is checked when it is opened; its contents are whatever its writer
-//! put there, a real robot's driver among them.
+//! Whether the contents of a message are valid: [`is_valid`](crate::message::Message::is_valid) of the messages
+//! whose declaration names a function of this file. A channel's type is checked when it is opened; its contents
+//! are whatever its writer put there, a real robot's driver among them.
 //!
 //! Readers reject counts beyond the list, numbers that are not finite, and headings that are no rotation. A
 //! valid message can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.

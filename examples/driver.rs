@@ -60,7 +60,7 @@ fn main() -> anyhow::Result<()> {
             if node.wait(left) == Wake::Terminate {
                 return Ok(());
             }
-            while let Some(command) = commands.receive_sound()? {
+            while let Some(command) = commands.receive_valid()? {
                 if command.last == 1 {
                     return Ok(());
                 }

@@ -11,19 +11,12 @@ use std::fmt;
 use std::path::Path;
 
 use serde::Serialize;
-use sketchnav_schemas::channels::{
-    self, Channel, ChannelSpec, ChannelVisitor, FAULTS, HEALTH, LATENCY, TABLE,
-};
-use sketchnav_schemas::layout::Layout;
-use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::time::seconds;
 
 use crate::error::RecordingError;
 use crate::reader::{Part, Parts, RawMessage, Recording};
 use crate::writer::topic_name;
-
-/// Channels on which no two runs agree.
-const LEFT_OUT: [&str; 3] = [HEALTH.spec.name, FAULTS.spec.name, LATENCY.spec.name];
 
 /// Where two recordings part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -89,7 +82,7 @@ impl fmt::Display for Difference {
 /// [`RecordingError`] where one of them cannot be read.
 pub fn diff(a: &Path, b: &Path) -> Result<Option<Difference>, RecordingError> {
     let (mut a, mut b) = (compared(a)?, compared(b)?);
-    let compared = TABLE.iter().copied().filter(|spec| spec.recorded && !LEFT_OUT.contains(&spec.name));
+    let compared = channels::all().filter(|spec| spec.is_recorded() && spec.role != Role::Report);
     let mut comparison = Comparison::of(compared, Tolerances::default());
     loop {
         let (from_a, from_b) = (a.next().transpose()?, b.next().transpose()?);
@@ -137,15 +130,17 @@ impl std::str::FromStr for Tolerance {
             let (path, at_most) = text.split_once('=')?;
             let (channel, field) = path.trim().split_once('.')?;
             let at_most = at_most.trim().parse().ok().filter(|value: &f64| *value >= 0.0)?;
-            let known = TABLE.iter().any(|spec| spec.name == channel);
-            known.then(|| Self { channel: channel.to_owned(), field: field.to_owned(), at_most })
+            let spec = channels::find(channel)?;
+            Some((spec, Self { channel: channel.to_owned(), field: field.to_owned(), at_most }))
         };
-        let tolerance = parse().ok_or_else(|| {
+        let (spec, tolerance) = parse().ok_or_else(|| {
             format!("expected CHANNEL.FIELD=NUMBER, as estimate.pose.x_px=0.5, found {text:?}")
         })?;
-        let mut fields = Fields { tolerance: &tolerance, known: Vec::new(), is_found: false };
-        let Ok(()) = channels::visit(&mut fields);
-        let Fields { known, is_found, .. } = fields;
+        let layout = spec.message.layout();
+        // No number is shorter than four bytes.
+        let mut leaves = (0..layout.size()).step_by(4).filter_map(|offset| layout.leaf_at(offset));
+        let is_found = leaves.any(|leaf| tolerance.covers(&leaf.path));
+        let known: Vec<_> = layout.fields.iter().map(|field| field.name).collect();
         let other = || {
             format!(
                 "{channel} has no field {field}: expected one of {}",
@@ -155,33 +150,6 @@ impl std::str::FromStr for Tolerance {
             )
         };
         if is_found { Ok(tolerance) } else { Err(other()) }
-    }
-}
-
-/// Looks whether a tolerance is about anything.
-struct Fields<'a> {
-    tolerance: &'a Tolerance,
-    /// The fields of its channel's message, the outermost.
-    known: Vec<&'static str>,
-    is_found: bool,
-}
-
-impl ChannelVisitor for Fields<'_> {
-    type Error = std::convert::Infallible;
-
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error> {
-        if channel.spec.name == self.tolerance.channel {
-            let layout = Layout::of::<T>();
-            // No number is shorter than four bytes.
-            let mut leaves = (0..layout.size()).step_by(4).filter_map(|offset| layout.leaf_at(offset));
-            self.is_found = leaves.any(|leaf| self.tolerance.covers(&leaf.path));
-            self.known = layout.fields.iter().map(|field| field.name).collect();
-        }
-        Ok(())
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error> {
-        self.fixed(channel)
     }
 }
 
@@ -301,38 +269,22 @@ impl Lane {
 fn explain(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage, tolerances: &Tolerances) -> Option<What> {
     let offset = a.cdr.iter().zip(&b.cdr).position(|(a, b)| a != b);
     let bytes = What::Bytes { offset: offset.unwrap_or(a.cdr.len().min(b.cdr.len())) };
-    let mut explain = Explain { channel: spec.name, a, b, tolerances, what: Some(bytes) };
-    match channels::visit(&mut explain) {
-        Ok(()) | Err(Found) => explain.what,
-    }
+    field(spec, a, b, tolerances).unwrap_or(Some(bytes))
 }
 
-/// Names the field, once it has come to the channel.
-struct Explain<'a> {
-    channel: &'static str,
-    a: &'a RawMessage,
-    b: &'a RawMessage,
-    tolerances: &'a Tolerances,
-    what: Option<What>,
-}
-
-struct Found;
-
-impl Explain<'_> {
-    /// The field that differs, `Some(None)` where all that do are forgiven; `None` where these are no `T`.
-    fn field<T: Ros2>(&self) -> Option<Option<What>> {
-        let (a, cells_a) = self.a.typed::<T>().ok()?;
-        let (b, cells_b) = self.b.typed::<T>().ok()?;
-        let (a, b) = (bytemuck::bytes_of(&a), bytemuck::bytes_of(&b));
-        let layout = Layout::of::<T>();
-        let different = layout
-            .differences(a, b)
-            .find(|leaf| !self.tolerances.forgive(self.channel, &leaf.path, leaf.number(a), leaf.number(b)));
-        if let Some(leaf) = different {
-            return Some(Some(What::Field { a: leaf.show(a), b: leaf.show(b), field: leaf.path }));
-        }
-        Some(different_cells(&cells_a, &cells_b))
+/// The field that differs, `Some(None)` where all that do are forgiven; `None` where these are no messages of the
+/// channel.
+fn field(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage, tolerances: &Tolerances) -> Option<Option<What>> {
+    let (of_a, of_b) = (a.decode(spec).ok()?, b.decode(spec).ok()?);
+    let (a, b) = (of_a.bytes(), of_b.bytes());
+    let layout = spec.message.layout();
+    let different = layout
+        .differences(a, b)
+        .find(|leaf| !tolerances.forgive(spec.name, &leaf.path, leaf.number(a), leaf.number(b)));
+    if let Some(leaf) = different {
+        return Some(Some(What::Field { a: leaf.show(a), b: leaf.show(b), field: leaf.path }));
     }
+    Some(different_cells(of_a.cells(), of_b.cells()))
 }
 
 /// The first of the cells, or bytes, behind a message that differs; where one slice begins with the other, their lengths.
@@ -341,23 +293,5 @@ fn different_cells(a: &[u8], b: &[u8]) -> Option<What> {
     match a.iter().zip(b).position(|(a, b)| a != b) {
         Some(i) => Some(field(format!("cells[{i}]"), a[i].into(), b[i].into())),
         None => (a.len() != b.len()).then(|| field("length of cells".to_owned(), a.len(), b.len())),
-    }
-}
-
-impl ChannelVisitor for Explain<'_> {
-    type Error = Found;
-
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Found> {
-        if channel.spec.name != self.channel {
-            return Ok(());
-        }
-        if let Some(what) = self.field::<T>() {
-            self.what = what;
-        }
-        Err(Found)
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Found> {
-        self.fixed(channel)
     }
 }

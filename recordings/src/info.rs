@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
-use sketchnav_schemas::channels::{HEALTH, TABLE, has_many_writers};
+use sketchnav_schemas::channels::{self, HEALTH, has_many_writers};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Health;
 use sketchnav_schemas::time::seconds;
@@ -190,9 +190,9 @@ impl Tally {
     fn finish(self, path: &Path) -> Result<Info, RecordingError> {
         let size = std::fs::metadata(path);
         let bytes = size.map_err(|source| RecordingError::File { path: path.to_owned(), source })?.len();
-        let place = |name: &str| TABLE.iter().position(|spec| spec.is_topic(name));
+        let place = |name: &str| channels::all().position(|spec| spec.is_topic(name));
         let mut topics: Vec<_> = self.topics.into_iter().map(|(name, tally)| tally.finish(name)).collect();
-        topics.sort_by_key(|topic| place(&topic.topic).unwrap_or(TABLE.len()));
+        topics.sort_by_key(|topic| place(&topic.topic).unwrap_or(channels::MAX_CHANNELS));
         let told =
             if self.process_restarts.is_empty() { self.lives.restarts() } else { self.process_restarts };
         Ok(Info {

@@ -9,7 +9,9 @@ use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::channels::{Channel, ChannelSpec};
+use sketchnav_schemas::erased::{self, Owned};
+use sketchnav_schemas::message::Header;
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 
@@ -181,6 +183,18 @@ impl Recording {
         Ok(Messages { selected: self.select(selection)?, path: self.path.clone(), message: PhantomData })
     }
 
+    /// The headers of the messages of a channel, whatever they are, in the order of the file.
+    ///
+    /// # Errors
+    /// As [`Recording::channel`].
+    pub fn headers(
+        &self,
+        spec: &'static ChannelSpec,
+    ) -> Result<impl Iterator<Item = Result<Header, RecordingError>> + use<>, RecordingError> {
+        let messages = self.select(Selection::of_topics([topic_name(spec.name)]))?;
+        Ok(messages.map(move |raw| Ok(*erased::header(raw?.decode(spec)?.bytes()))))
+    }
+
     /// All messages of a channel in memory, without the slices behind them.
     ///
     /// # Errors
@@ -236,6 +250,16 @@ impl RawMessage {
             seq,
             source,
         })
+    }
+
+    /// The message by its bytes, as one of the channel `spec`.
+    ///
+    /// # Errors
+    /// As [`RawMessage::typed`].
+    pub fn decode(&self, spec: &ChannelSpec) -> Result<Owned, RecordingError> {
+        let seq = self.sequence.into();
+        let topic = || self.topic.name.clone();
+        spec.message.decode(&self.cdr, seq).map_err(|source| RecordingError::Message { topic: topic(), seq, source })
     }
 
     /// As [`RawMessage::typed`], by the channel that it is a message of.

@@ -1,17 +1,14 @@
 //! The messages of a recording in the order of their times.
 //!
 //! A recorder drains one channel after the other, so that in the file a scan may stand before the
-//! odometry of its instant. Here each instant has the rhythm of a step: what touches, the truth, the
-//! odometry, the scan, then what came of it. Keeps no more in memory than the chunks whose times overlap.
+//! odometry of its instant. Here each instant has the order of the table of channels: what the world says, the tick,
+//! then what came of it. Keeps no more in memory than the chunks whose times overlap.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
 use std::path::Path;
 
-use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, DRAWING, ESTIMATE, LATENCY, MISSION, ODOMETRY, ORDERS, PARTICLES, PLAN, ROUTE, SCAN,
-    SKETCH, STATUS, TRUTH, UNDERSTOOD,
-};
+use sketchnav_schemas::channels;
 
 use crate::error::RecordingError;
 use crate::index::Index;
@@ -19,34 +16,9 @@ use crate::parts::{Selected, Selection};
 use crate::reader::RawMessage;
 use crate::records::ChunkEntry;
 
-/// The order of an instant; what is not in it comes last, in the order of the file.
-const RHYTHM: [&str; 16] = [
-    DRAWING.spec.name,
-    SKETCH.spec.name,
-    ROUTE.spec.name,
-    UNDERSTOOD.spec.name,
-    MISSION.spec.name,
-    ORDERS.spec.name,
-    CONTACT.spec.name,
-    TRUTH.spec.name,
-    ODOMETRY.spec.name,
-    SCAN.spec.name,
-    PARTICLES.spec.name,
-    ESTIMATE.spec.name,
-    PLAN.spec.name,
-    COMMAND.spec.name,
-    STATUS.spec.name,
-    LATENCY.spec.name,
-];
-
-/// What never changes comes before the rhythm.
+/// What never changes comes before the order of an instant; what is not in it comes last, in the order of the file.
 fn rank(topic: &str) -> usize {
-    let name = topic.strip_prefix('/').unwrap_or(topic);
-    match RHYTHM.iter().position(|known| *known == name) {
-        _ if name == "tf_static" => 0,
-        Some(place) => 1 + place,
-        None => 1 + RHYTHM.len(),
-    }
+    if topic == "/tf_static" { 0 } else { 1 + channels::place_of(topic) }
 }
 
 /// Messages in the order of their times: see [`crate::Recording::timeline`].
@@ -126,24 +98,5 @@ impl Iterator for Timeline {
                 Some(Err(error))
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use sketchnav_schemas::channels::{FAULTS, HEALTH, TABLE};
-
-    use super::*;
-
-    /// `rerun` and `replay` take the inputs of a core in this order: a channel that is not in it would come
-    /// after everything that it is the cause of.
-    #[test]
-    fn every_recorded_channel_has_its_place_in_the_rhythm() {
-        let told_of_others = [HEALTH.spec.name, FAULTS.spec.name];
-        for spec in TABLE.iter().filter(|spec| spec.recorded) {
-            let has_place = rank(&format!("/{}", spec.name)) <= RHYTHM.len();
-            assert_eq!(has_place, !told_of_others.contains(&spec.name), "{}", spec.name);
-        }
-        assert!(rank("/tf_static") < rank("/sketch") && rank("/odometry") < rank("/scan"));
     }
 }

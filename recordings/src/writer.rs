@@ -10,15 +10,15 @@
 //! and where they are not ([`TopicFacts`] as JSON), `restarts`, how often each process was started again,
 //! and `recorder`, the same of the recorder itself.
 
-use std::any::Any;
 use std::collections::BTreeMap;
 use std::io::Write;
 
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions, records};
-use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor};
-use sketchnav_schemas::message::Odometry;
-use sketchnav_schemas::ros2::{Ros2, Ros2Error, definitions, transforms};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec};
+use sketchnav_schemas::erased::{self, Spare};
+use sketchnav_schemas::message::{Message, Odometry};
+use sketchnav_schemas::ros2::{Ros2Error, transforms};
 use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::error::RecordingError;
@@ -72,9 +72,6 @@ pub struct Writer<W: Write> {
     cdr: Vec<u8>,
 }
 
-/// Some [`Ros2::Form`].
-type Spare = Box<dyn Any + Send>;
-
 /// How a channel stands.
 #[derive(Debug, Clone)]
 pub struct Topic {
@@ -111,9 +108,10 @@ impl<W: Write> Writer<W> {
         for Attachment { name, media_type, data } in files {
             attach(&mut mcap, name, media_type, data.clone())?;
         }
-        let mut added = AddTopics { mcap: &mut mcap, topics: Vec::new(), forms: Vec::new(), largest: 0 };
-        channels::visit(&mut added)?;
-        let AddTopics { topics, forms, largest, .. } = added;
+        let recorded = channels::of_kind(run.mission.navigator_kind()).filter(|spec| spec.is_recorded());
+        let topics: Vec<_> = recorded.map(|spec| declare(&mut mcap, spec)).collect::<Result<_, _>>()?;
+        let forms = topics.iter().map(|topic| topic.spec.message.spare()).collect();
+        let largest = topics.iter().map(|topic| topic.spec.message.size).max().unwrap_or_default();
         let transform_topic = add_transforms(&mut mcap, run)?;
         let mut writer = Self {
             mcap,
@@ -138,16 +136,28 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// One that [`RecordingError::is_one_message`] where the message alone is at fault;
     /// [`RecordingError::Write`] where the sink fails: then nothing more can be written.
-    pub fn write<T: Ros2>(
+    pub fn write<T: Message>(
         &mut self,
         channel: Channel<T>,
         message: &T,
         cells: &[u8],
     ) -> Result<Seen, RecordingError> {
-        let (name, header) = (channel.spec.name, message.header());
+        self.write_bytes(channel.spec, bytemuck::bytes_of(message), cells)
+    }
+
+    /// The same of a message by its bytes.
+    ///
+    /// # Errors
+    /// As [`Writer::write`].
+    pub fn write_bytes(
+        &mut self,
+        spec: &'static ChannelSpec,
+        message: &[u8],
+        cells: &[u8],
+    ) -> Result<Seen, RecordingError> {
+        let (name, header) = (spec.name, *erased::header(message));
         let mut topics = self.topics.iter_mut().zip(&mut self.forms);
-        let found = topics.find(|(topic, _)| topic.spec.name == name);
-        let found = found.and_then(|(topic, form)| Some((topic, form.downcast_mut::<T::Form>()?)));
+        let found = topics.find(|(topic, _)| topic.spec == spec);
         let (topic, form) = found.ok_or(RecordingError::NotRecorded { channel: name })?;
         // A message that is refused has come: it is not missing too.
         let seen = topic.see(header.seq);
@@ -155,7 +165,7 @@ impl<W: Write> Writer<W> {
             return Ok(seen);
         }
         self.cdr.clear();
-        if let Err(source) = message.to_cdr_by(cells, form, &mut self.cdr) {
+        if let Err(source) = spec.message.encode(message, cells, form, &mut self.cdr) {
             topic.refused += 1;
             return Err(RecordingError::Message { topic: topic_name(name), seq: header.seq, source });
         }
@@ -163,13 +173,13 @@ impl<W: Write> Writer<W> {
         let log_ns = topic.log_ns(header.stamp_ns);
         topic.facts.see_time(log_ns);
         let id = topic.id;
-        let sequence = header.seq as u32; // `to_cdr` refuses larger ones
+        let sequence = header.seq as u32; // `encode` refuses larger ones
         self.append(id, sequence, log_ns)?;
-        if name == channels::ODOMETRY.spec.name {
-            self.write_transform(bytemuck::bytes_of(message))?;
+        if *spec == *channels::ODOMETRY.spec {
+            self.write_transform(message)?;
         }
-        if name == channels::HEALTH.spec.name {
-            self.lives.see(bytemuck::from_bytes(bytemuck::bytes_of(message)));
+        if *spec == *channels::HEALTH.spec {
+            self.lives.see(bytemuck::from_bytes(message));
         }
         Ok(seen)
     }
@@ -180,7 +190,9 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// As [`Writer::write`], and where it is not of its channel's type.
     pub fn write_raw(&mut self, raw: &RawMessage) -> Result<(), RecordingError> {
-        channels::visit(&mut Put { writer: self, raw })
+        let Some(spec) = channels::of_topic(&raw.topic.name) else { return Ok(()) };
+        let message = raw.decode(spec)?;
+        self.write_bytes(spec, message.bytes(), message.cells()).map(drop)
     }
 
     fn append(&mut self, id: u16, sequence: u32, time_ns: u64) -> Result<(), RecordingError> {
@@ -354,69 +366,24 @@ fn attach<W: Write>(
         .map_err(RecordingError::Write)
 }
 
-/// Writes a message of another recording, once it has come to its channel.
-struct Put<'a, W: Write> {
-    writer: &'a mut Writer<W>,
-    raw: &'a RawMessage,
-}
-
-impl<W: Write> ChannelVisitor for Put<'_, W> {
-    type Error = RecordingError;
-
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
-        if self.raw.topic.name.strip_prefix('/') != Some(channel.spec.name) {
-            return Ok(());
-        }
-        let (message, cells) = self.raw.typed::<T>()?;
-        self.writer.write(channel, &message, &cells).map(drop)
+/// Declares a channel's topic, so that a reader knows of it before the first message.
+fn declare<W: Write>(mcap: &mut Mcap<W>, spec: &'static ChannelSpec) -> Result<Topic, RecordingError> {
+    let mut metadata = BTreeMap::from([("layout".to_owned(), spec.message.type_name())]);
+    if spec.is_latched() {
+        metadata.insert("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned());
     }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
-        self.fixed(channel)
-    }
-}
-
-/// Declares a topic for every channel, so that a reader knows of them before the first message.
-struct AddTopics<'a, W: Write> {
-    mcap: &'a mut Mcap<W>,
-    topics: Vec<Topic>,
-    forms: Vec<Spare>,
-    /// Size of the largest message without the slice behind it, bytes.
-    largest: usize,
-}
-
-impl<W: Write> ChannelVisitor for AddTopics<'_, W> {
-    type Error = RecordingError;
-
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
-        let spec = channel.spec;
-        if !spec.recorded {
-            return Ok(());
-        }
-        let mut metadata = BTreeMap::from([("layout".to_owned(), T::type_name())]);
-        if spec.history == 1 {
-            metadata.insert("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned());
-        }
-        let id = add_topic(self.mcap, &topic_name(spec.name), T::TYPE, &metadata)?;
-        let (sequence, facts) = (Sequence::default(), TopicFacts::default());
-        self.topics.push(Topic { spec, sequence, facts, messages: 0, refused: 0, id });
-        self.forms.push(Box::new(T::Form::default()));
-        self.largest = self.largest.max(size_of::<T>());
-        Ok(())
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
-        self.fixed(channel)
-    }
+    let schema = spec.message.schema();
+    let id = add_topic(mcap, &topic_name(spec.name), (spec.message.ros2, &schema), &metadata)?;
+    let (sequence, facts) = (Sequence::default(), TopicFacts::default());
+    Ok(Topic { spec, sequence, facts, messages: 0, refused: 0, id })
 }
 
 fn add_topic<W: Write>(
     mcap: &mut Mcap<W>,
     topic: &str,
-    ros2_type: &str,
+    (ros2_type, text): (&str, &str),
     metadata: &BTreeMap<String, String>,
 ) -> Result<u16, RecordingError> {
-    let text = definitions::schema(ros2_type);
     let schema = mcap.add_schema(ros2_type, "ros2msg", text.as_bytes()).map_err(RecordingError::Write)?;
     mcap.add_channel(schema, topic, "cdr", metadata).map_err(RecordingError::Write)
 }
@@ -424,13 +391,15 @@ fn add_topic<W: Write>(
 /// Declares `/tf`, writes the one message of `/tf_static`; gives the id of `/tf`.
 fn add_transforms<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<u16, RecordingError> {
     let latched = BTreeMap::from([("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned())]);
-    let id = add_topic(mcap, "/tf_static", transforms::TYPE, &latched)?;
+    let text = transforms::schema();
+    let schema = (transforms::TYPE, text.as_str());
+    let id = add_topic(mcap, "/tf_static", schema, &latched)?;
     let mut cdr = Vec::new();
     let said = transforms::laser_in_base(&run.robot.laser, &mut cdr);
     said.map_err(|source| transform_error("/tf_static", source))?;
     let header = records::MessageHeader { channel_id: id, sequence: 1, log_time: 0, publish_time: 0 };
     mcap.write_to_known_channel(&header, &cdr).map_err(RecordingError::Write)?;
-    add_topic(mcap, "/tf", transforms::TYPE, &BTreeMap::new())
+    add_topic(mcap, "/tf", schema, &BTreeMap::new())
 }
 
 fn transform_error(topic: &str, source: Ros2Error) -> RecordingError {

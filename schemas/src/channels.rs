@@ -132,6 +132,23 @@ impl ChannelSpec {
         matches!(self.role, Role::Sensor | Role::Truth)
     }
 
+    /// Whose turn it is in an instant, and what comes last in a turn.
+    fn turn(&self) -> (u8, u8) {
+        let whose = match (self.role, self.writer) {
+            (Role::Report | Role::Safe, _) => 4,
+            (_, Some(Process::World)) => 1,
+            (_, Some(Process::Localizer)) => 2,
+            (_, Some(Process::Planner)) => 3,
+            _ => 0,
+        };
+        let when = match self.role {
+            Role::Tick | Role::Situation | Role::Command => 1,
+            Role::Status => 2,
+            _ => 0,
+        };
+        (whose, when)
+    }
+
     /// Whether a run of this kind of navigator has the channel.
     pub fn belongs_to(&self, kind: &str) -> bool {
         self.kind.is_none_or(|own| own == kind)
@@ -300,9 +317,21 @@ pub fn register(channels: &'static [&'static ChannelSpec]) -> Result<(), Registe
     REGISTERED.set(channels).map_err(|_| RegisterError::Again)
 }
 
-/// Every channel, in the order of an instant; registered ones come last.
+/// Every channel, in the order of an instant; what no two runs agree on comes last.
 pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
-    TABLE.iter().chain(*REGISTERED.get_or_init(|| &[])).copied()
+    static ORDERED: OnceLock<Vec<&'static ChannelSpec>> = OnceLock::new();
+    let ordered = ORDERED.get_or_init(|| {
+        let mut all: Vec<_> = TABLE.iter().chain(*REGISTERED.get_or_init(|| &[])).copied().collect();
+        all.sort_by_key(|spec| spec.turn());
+        all
+    });
+    ordered.iter().copied()
+}
+
+/// The place of a topic in an instant: its channel's in [`all`]; the last one for what belongs to none.
+pub fn place_of(topic: &str) -> usize {
+    let place = all().position(|spec| spec.is_topic(topic) && spec.role != Role::Report);
+    place.unwrap_or(MAX_CHANNELS)
 }
 
 /// The channels of a run of this kind of navigator.
@@ -395,6 +424,16 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), TABLE.len());
+    }
+
+    /// `rerun` and `replay` take the inputs of a process in this order.
+    #[test]
+    fn an_instant_goes_from_what_people_say_to_the_status() {
+        let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
+        let expected = "drawing sketch route understood orders mission contact truth odometry scan tick particles \
+                        estimate plan command status latency faults recorded";
+        assert_eq!(names.join(" "), expected);
+        assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));
     }
 
     #[test]

@@ -1,11 +1,34 @@
 //! The small numbers inside messages, as types.
 
+/// A type whose values are small numbers in messages: `as Process` behind a field of a declaration.
+pub trait Code {
+    /// Every value, in order.
+    const VALUES: &'static [Value];
+}
+
+/// A value of a [`Code`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Value {
+    /// The variant's name.
+    pub name: &'static str,
+    /// The number in the message.
+    pub code: u32,
+    /// What it means.
+    pub doc: &'static str,
+}
+
 macro_rules! codes {
-    ($($(#[$meta:meta])* pub enum $name:ident { $($(#[$vmeta:meta])* $variant:ident = $value:literal $text:literal,)* })*) => {$(
+    ($($(#[$meta:meta])* pub enum $name:ident { $($(#[doc = $doc:literal])* $variant:ident = $value:literal $text:literal,)* })*) => {$(
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[repr(u32)]
-        pub enum $name { $($(#[$vmeta])* $variant = $value,)* }
+        pub enum $name { $($(#[doc = $doc])* $variant = $value,)* }
+
+        impl Code for $name {
+            const VALUES: &'static [Value] = &[$(
+                Value { name: stringify!($variant), code: $value, doc: concat!($($doc),*) },
+            )*];
+        }
 
         impl $name {
             /// Every value, in order.

@@ -47,7 +47,7 @@ impl MessageType {
             type_name: T::type_name,
             schema: T::schema,
             layout: Layout::of::<T>,
-            is_valid: |message| crate::sound::is_valid(T::NAME, message),
+            is_valid: |message| bytemuck::from_bytes::<T>(message).is_valid(),
             spare: || Box::new(T::Form::default()),
             encode: encode::<T>,
             decode: decode::<T>,
@@ -75,7 +75,7 @@ impl MessageType {
         (self.layout)()
     }
 
-    /// Whether the contents of `message` are possible: see [`crate::sound`].
+    /// Whether the contents of `message` are possible: see [`crate::valid`].
     ///
     /// # Panics
     /// Where `message` is not of this type's size and alignment; so do the others.

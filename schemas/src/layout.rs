@@ -1,32 +1,79 @@
-//! What lies where in a message, derived from the text of its declaration.
+//! What lies where in a message, derived from its declaration.
 //!
-//! For the golden file that holds the layouts still, for the fingerprint in a channel's type name,
-//! and for naming the field in which two recordings differ. Messages have no padding (their `Pod`
-//! derive refuses it), so an offset is the sum of the sizes before it. Never needed to read a
-//! message: for that there is the struct.
+//! For the fingerprint in a channel's type name, for naming the field in which two recordings differ,
+//! and for random samples. Messages have no padding (their `Pod` derive refuses it), so an offset is the
+//! sum of the sizes before it. Never needed to read a message: for that there is the struct.
 
-use crate::message::{Header, Message, Particle, PoseM, PosePx, RouteTask, Twist};
+use bytemuck::Pod;
 
-/// The structs that messages are made of, with their declarations.
-pub const PARTS: &[(&str, &str)] = &[
-    ("Header", Header::FIELDS),
-    ("PoseM", PoseM::FIELDS),
-    ("PosePx", PosePx::FIELDS),
-    ("Twist", Twist::FIELDS),
-    ("RouteTask", RouteTask::FIELDS),
-    ("Particle", Particle::FIELDS),
-];
+use crate::codes::Value;
+use crate::message::{Message, Text};
 
 /// A type inside a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub enum Kind {
+    /// `u32`.
     U32,
+    /// `u64`.
     U64,
+    /// `f32`.
     F32,
+    /// `f64`.
     F64,
+    /// A [`Text`] of so many bytes.
     Text(usize),
+    /// So many of the same.
     Array(Box<Kind>, usize),
+    /// A struct.
     Struct(Layout),
+}
+
+/// What a field is there for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Its own value.
+    Value,
+    /// The number of a [`crate::codes::Code`] with these values.
+    Code(&'static [Value]),
+    /// How many entries of a list count.
+    Count,
+    /// The list of which as many entries count as the field of this name says; zeros behind them.
+    Counted(&'static str),
+    /// Always zero: fills what would be padding.
+    Zero,
+}
+
+/// A type that messages are made of.
+pub trait Part: Pod {
+    /// What it looks like in memory.
+    fn kind() -> Kind;
+}
+
+macro_rules! numbers {
+    ($($number:ty: $kind:ident),*) => {
+        $(impl Part for $number {
+            fn kind() -> Kind {
+                Kind::$kind
+            }
+        })*
+    };
+}
+
+numbers!(u32: U32, u64: U64, f32: F32, f64: F64);
+
+impl<const N: usize> Part for Text<N> {
+    fn kind() -> Kind {
+        Kind::Text(N)
+    }
+}
+
+impl<T: Part, const N: usize> Part for [T; N]
+where
+    [T; N]: Pod,
+{
+    fn kind() -> Kind {
+        Kind::Array(Box::new(T::kind()), N)
+    }
 }
 
 /// A named part of a struct.
@@ -34,16 +81,21 @@ pub(crate) enum Kind {
 pub struct Field {
     /// The field's name.
     pub name: &'static str,
-    /// Its type as declared.
-    pub declared: &'static str,
     /// Bytes from the start of the struct.
     pub offset: usize,
-    pub(crate) kind: Kind,
+    /// Its type.
+    pub kind: Kind,
+    /// What it is there for.
+    pub role: Role,
 }
 
 /// The fields of a struct, in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
+    /// The struct's name.
+    pub name: &'static str,
+    /// One `field: type` a line, as declared.
+    pub declaration: &'static str,
     /// The fields, in order.
     pub fields: Vec<Field>,
 }
@@ -59,33 +111,6 @@ pub struct Leaf {
 }
 
 impl Kind {
-    /// `None` where the declaration uses a type that messages may not hold.
-    fn parse(text: &'static str) -> Option<Self> {
-        match text {
-            "u32" => Some(Self::U32),
-            "u64" => Some(Self::U64),
-            "f32" => Some(Self::F32),
-            "f64" => Some(Self::F64),
-            _ => Self::parse_text(text)
-                .or_else(|| Self::parse_array(text))
-                .or_else(|| Self::parse_struct(text)),
-        }
-    }
-
-    fn parse_text(text: &str) -> Option<Self> {
-        text.strip_prefix("Text<")?.strip_suffix('>')?.parse().ok().map(Self::Text)
-    }
-
-    fn parse_array(text: &'static str) -> Option<Self> {
-        let (element, count) = text.strip_prefix('[')?.strip_suffix(']')?.rsplit_once("; ")?;
-        Some(Self::Array(Box::new(Self::parse(element)?), count.parse().ok()?))
-    }
-
-    fn parse_struct(text: &str) -> Option<Self> {
-        let (_, declaration) = PARTS.iter().find(|(name, _)| *name == text)?;
-        Layout::parse(declaration).map(Self::Struct)
-    }
-
     pub(crate) fn size(&self) -> usize {
         match self {
             Self::U32 | Self::F32 => 4,
@@ -95,30 +120,46 @@ impl Kind {
             Self::Struct(layout) => layout.size(),
         }
     }
+
+    /// The struct that it is, or that an array is made of.
+    fn layout(&self) -> Option<&Layout> {
+        match self {
+            Self::Struct(layout) => Some(layout),
+            Self::Array(element, _) => element.layout(),
+            _ => None,
+        }
+    }
 }
 
 impl Layout {
     /// The layout of a message type.
-    ///
-    /// # Panics
-    /// Where a declaration uses a type that is neither a number nor a text nor one of [`PARTS`];
-    /// a test goes through all messages.
     pub fn of<T: Message>() -> Self {
-        Self::parse(T::LAYOUT).unwrap_or_else(|| panic!("{}: a type unknown to layout::PARTS", T::NAME))
+        T::layout()
     }
 
-    /// The layout of a declaration: one `field: type` a line. `None` where a type is unknown.
-    pub fn parse(declaration: &'static str) -> Option<Self> {
-        let mut offset = 0;
-        let mut fields = Vec::new();
-        for line in declaration.lines() {
-            let (name, declared) = line.split_once(": ")?;
-            let kind = Kind::parse(declared)?;
-            let size = kind.size();
-            fields.push(Field { name, declared, offset, kind });
-            offset += size;
+    /// A struct with these fields, in order, without padding.
+    pub(crate) fn new<const N: usize>(
+        name: &'static str,
+        declaration: &'static str,
+        parts: [(&'static str, Kind, Role); N],
+    ) -> Self {
+        let mut end = 0;
+        let place = |(name, kind, role): (_, Kind, _)| {
+            let offset = end;
+            end += kind.size();
+            Field { name, offset, kind, role }
+        };
+        Self { name, declaration, fields: parts.map(place).into() }
+    }
+
+    /// The declarations of the struct and of every struct in it, as one text: what a channel's type name
+    /// is a fingerprint of.
+    pub fn expanded(&self) -> String {
+        let mut text = self.declaration.to_owned();
+        for part in self.fields.iter().filter_map(|field| field.kind.layout()) {
+            text.push_str(&format!("{} {{\n{}}}\n", part.name, part.expanded()));
         }
-        Some(Self { fields })
+        text
     }
 
     /// Size of the struct, bytes.
@@ -191,28 +232,11 @@ fn show_float<F: Into<f64> + Copy + std::fmt::Debug>(value: F, bits: impl std::f
     if value.into().is_nan() { format!("NaN (bits {bits:#x})") } else { format!("{value:?}") }
 }
 
-/// The declaration of `T` and of every struct in it, as one text: what a channel's type name is a
-/// fingerprint of.
-pub fn expanded(declaration: &str) -> String {
-    let mut text = declaration.to_owned();
-    for (name, fields) in PARTS {
-        if names(declaration, name) {
-            text.push_str(&format!("{name} {{\n{}}}\n", expanded(fields)));
-        }
-    }
-    text
-}
-
-fn names(declaration: &str, part: &str) -> bool {
-    let types = declaration.lines().filter_map(|line| line.split_once(": ")).map(|(_, declared)| declared);
-    types.into_iter().any(|declared| declared.split(['[', ']', ';', ' ']).any(|word| word == part))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::channels::{self, Channel, ChannelVisitor};
-    use crate::message::{LaserScan, MissionStatus, Route};
+    use crate::message::{LaserScan, MissionStatus, Odometry, Route, RouteTask};
     use crate::ros2::Ros2;
 
     struct Sizes;
@@ -226,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn every_declaration_is_understood_and_has_the_size_of_its_struct() {
+    fn every_layout_has_the_size_of_its_struct() {
         channels::visit(&mut Sizes).unwrap();
     }
 
@@ -260,7 +284,7 @@ mod tests {
     /// channel, because the fingerprint covered the message's own field list only.
     #[test]
     fn a_fingerprint_covers_nested_structs() {
-        let text = expanded(crate::message::Odometry::LAYOUT);
+        let text = Odometry::layout().expanded();
         assert!(text.contains("orientation_w: f64") && text.contains("source_seq: u64"), "{text}");
     }
 }

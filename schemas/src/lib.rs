@@ -1,7 +1,7 @@
 //! Every message, channel and file format of sketchnav, once.
 //!
 //! - [`message`]: the structs as they lie in shared memory; [`codes`]: the small numbers inside them.
-//! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form.
+//! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form; [`valid`]: what they may hold.
 //! - [`channels`]: the pipeline: who writes what, who may read it, in which order; [`erased`]: messages by bytes.
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
 //! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`method`]: a choice in them.
@@ -11,6 +11,7 @@
 
 pub mod channels;
 pub mod codes;
+mod declare;
 pub mod erased;
 pub mod floor_plan;
 pub mod geometry;
@@ -24,5 +25,5 @@ pub mod run;
 #[cfg(any(test, feature = "samples"))]
 pub mod samples;
 pub mod seed;
-pub mod sound;
 pub mod time;
+pub mod valid;

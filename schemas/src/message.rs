@@ -6,7 +6,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::codes::{BodyKind, DrawingKind, FaultKind, Order, Process, TaskState, Tracking};
+use crate::declare::{layout, messages, parts};
 use crate::geometry::{Odom, Point, Pose, Sketch, World};
+use crate::layout::Layout;
+use crate::valid;
 
 /// A message type: its name on the wire and a description of its layout.
 ///
@@ -18,6 +22,11 @@ pub unsafe trait Message: Pod {
     /// One `field: type` a line, in order, with the declared types.
     const LAYOUT: &'static str;
 
+    /// What lies where in the message.
+    fn layout() -> Layout;
+
+    /// Whether the contents are valid, see [`crate::valid`]; true where the declaration names no check.
+    fn is_valid(&self) -> bool;
     /// The message's header.
     fn header(&self) -> &Header;
     /// The message's header.
@@ -26,7 +35,7 @@ pub unsafe trait Message: Pod {
     /// Name, version and a fingerprint of the layout, nested structs included: two builds that
     /// disagree about a message cannot meet on a channel.
     fn type_name() -> String {
-        format!("{}/{:016x}", Self::NAME, fingerprint(&crate::layout::expanded(Self::LAYOUT)))
+        format!("{}/{:016x}", Self::NAME, fingerprint(&Self::layout().expanded()))
     }
 }
 
@@ -40,38 +49,6 @@ pub const fn fingerprint(text: &str) -> u64 {
         i += 1;
     }
     hash
-}
-
-macro_rules! layout {
-    ($(#[$meta:meta])* pub struct $name:ident { $($(#[$fmeta:meta])* pub $field:ident: $ty:ty,)* }) => {
-        $(#[$meta])*
-        #[repr(C)]
-        #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-        pub struct $name { $($(#[$fmeta])* pub $field: $ty,)* }
-
-        impl $name {
-            /// One `field: type` a line, in order.
-            pub const FIELDS: &'static str = concat!($(stringify!($field), ": ", stringify!($ty), "\n",)*);
-        }
-    };
-}
-
-macro_rules! messages {
-    ($($(#[$meta:meta])* pub struct $name:ident version $version:literal { $($(#[$fmeta:meta])* pub $field:ident: $ty:ty,)* })*) => {$(
-        layout! { $(#[$meta])* pub struct $name {
-            /// Number, time and cause.
-            pub header: Header,
-            $($(#[$fmeta])* pub $field: $ty,)*
-        } }
-
-        // SAFETY: the layout string is made from the very tokens of the declaration.
-        unsafe impl Message for $name {
-            const NAME: &'static str = concat!("sketchnav/", stringify!($name), "/", $version);
-            const LAYOUT: &'static str = $name::FIELDS;
-            fn header(&self) -> &Header { &self.header }
-            fn header_mut(&mut self) -> &mut Header { &mut self.header }
-        }
-    )*};
 }
 
 layout! {
@@ -223,7 +200,7 @@ pub const MAX_CONTACTS: usize = 8;
 
 messages! {
     /// One sweep of a planar laser range finder (ROS 2: `sensor_msgs/LaserScan`).
-    pub struct LaserScan version 1 {
+    pub struct LaserScan version 1 valid if valid::scan {
         /// Direction of beam 0 in the sensor's frame, counter-clockwise from its forward axis.
         pub angle_min_rad: f32,
         /// Direction of the last beam.
@@ -239,21 +216,21 @@ messages! {
         /// Longest range that the sensor measures.
         pub range_max_m: f32,
         /// How many entries of `ranges_m` count.
-        pub beam_count: u32,
+        pub beam_count: u32 as Count,
         /// Ranges; +∞ where nothing returned, NaN where the reading is invalid (REP 117).
-        pub ranges_m: [f32; 1440],
+        pub ranges_m: [f32; 1440] where beam_count counts,
     }
 
     /// The heartbeat: the world has said all of this instant. Its `seq` is the number of the instant; what
     /// follows from it names it as `source_seq`.
-    pub struct Tick version 1 {
+    pub struct Tick version 1 in "" {
         /// Number of the newest message of each sensor, in the order of [`crate::channels::sensors`]; 0 where there
         /// is none yet.
         pub newest: [u64; 16],
     }
 
     /// Dead reckoning in frame [`Odom`] (ROS 2: `nav_msgs/Odometry`).
-    pub struct Odometry version 1 {
+    pub struct Odometry version 1 valid if valid::odometry {
         /// Where the robot has come by its own count; starts at the origin.
         pub pose: PoseM,
         /// How fast it believes to move.
@@ -270,15 +247,13 @@ messages! {
     }
 
     /// The robot began or ended to touch something.
-    pub struct Contact version 1 {
-        /// Where, in frame [`World`].
-        pub x_m: f64,
-        /// Where, in frame [`World`].
-        pub y_m: f64,
+    pub struct Contact version 1 in "world" {
+        /// Where, x and y.
+        pub position_m: [f64; 2],
         /// Largest impulse of the contact so far, N·s.
         pub impulse_ns: f64,
-        /// A [`crate::codes::BodyKind`].
-        pub body_kind: u32,
+        /// What the robot touched.
+        pub body_kind: u32 as BodyKind,
         /// 1: the contact begins, 0: it ends.
         pub begins: u32,
     }
@@ -291,7 +266,7 @@ messages! {
         pub width_px: u32,
         /// Height of the grid.
         pub height_px: u32,
-        /// Direction of the walls in (−π/4, π/4], modulo a right angle (paper 001, III-B).
+        /// Direction of the walls in (−π/4, π/4], modulo a right angle (Boniardi et al. 2015, III-B).
         pub wall_direction_rad: f64,
         /// Width of the pen's stroke.
         pub pen_width_px: f64,
@@ -304,19 +279,19 @@ messages! {
     }
 
     /// The tasks of the mission as places in the sketch: goals, or routes drawn by hand.
-    pub struct Route version 1 {
+    pub struct Route version 1 in "sketch" {
         /// How many entries of `tasks` count.
-        pub task_count: u32,
+        pub task_count: u32 as Count,
         /// How many entries of `points_px` count.
-        pub point_count: u32,
+        pub point_count: u32 as Count,
         /// The tasks in order.
-        pub tasks: [RouteTask; 64],
+        pub tasks: [RouteTask; 64] where task_count counts,
         /// All points of all tasks (frame [`Sketch`], x and y).
-        pub points_px: [[f64; 2]; 8192],
+        pub points_px: [[f64; 2]; 8192] where point_count counts,
     }
 
-    /// The robot's pose in the sketch and the sketch's local metric there (paper 001, III-A).
-    pub struct PoseEstimate version 1 {
+    /// The robot's pose in the sketch and the sketch's local metric there (Boniardi et al. 2015, III-A).
+    pub struct PoseEstimate version 1 in "sketch" valid if valid::estimate {
         /// The pose: the mode of the particles, never a mean of several modes.
         pub pose: PosePx,
         /// The local scale along the wall direction, pixels a metre.
@@ -333,64 +308,64 @@ messages! {
         pub odometry: PoseM,
         /// How many particles there are.
         pub particle_count: u32,
-        /// A [`crate::codes::Tracking`].
-        pub tracking: u32,
+        /// How sure the localizer is.
+        pub tracking: u32 as Tracking,
     }
 
     /// A sample of the particle set.
-    pub struct Particles version 1 {
+    pub struct Particles version 1 in "sketch" {
         /// How many entries of `particles` count.
-        pub count: u32,
+        pub count: u32 as Count,
         /// How many particles the set has.
         pub total: u32,
         /// Every n-th particle of the set.
-        pub particles: [Particle; 512],
+        pub particles: [Particle; 512] where count counts,
     }
 
     /// What the planner is about to do.
-    pub struct Plan version 1 {
+    pub struct Plan version 1 in "sketch" {
         /// Index of the task.
         pub task: u32,
         /// How many entries of `global_px` count.
-        pub global_count: u32,
+        pub global_count: u32 as Count,
         /// How many entries of `local_px` count.
-        pub local_count: u32,
+        pub local_count: u32 as Count,
         /// 1: the task follows a drawn route, 0: it goes to a goal.
         pub follows_route: u32,
         /// The waypoint that the local path leads to (frame [`Sketch`]).
         pub target_px: [f64; 2],
         /// The path through the sketch to the goal, or the drawn route that remains.
-        pub global_px: [[f32; 2]; 1024],
+        pub global_px: [[f32; 2]; 1024] where global_count counts,
         /// The path around what the laser sees, to the target.
-        pub local_px: [[f32; 2]; 256],
+        pub local_px: [[f32; 2]; 256] where local_count counts,
     }
 
     /// How the robot is to move, in its own axes.
-    pub struct VelocityCommand version 1 {
+    pub struct VelocityCommand version 1 in "base_link" valid if valid::command {
         /// The velocity.
         pub twist: Twist,
         /// 1: the mission is over, the world need not go on.
         pub last: u32,
         /// Zero.
-        pub reserved: u32,
+        pub reserved: u32 as Zero,
     }
 
     /// What the person wants.
-    pub struct MissionCommand version 1 {
-        /// A [`crate::codes::Order`].
-        pub order: u32,
+    pub struct MissionCommand version 1 in "" {
+        /// What is ordered.
+        pub order: u32 as Order,
         /// The task that it is about, where the order names one.
         pub task: u32,
     }
 
     /// How the mission stands.
-    pub struct MissionStatus version 1 {
+    pub struct MissionStatus version 1 in "" {
         /// Index of the current task.
         pub task: u32,
         /// How many tasks the mission has.
         pub task_count: u32,
-        /// A [`crate::codes::TaskState`].
-        pub state: u32,
+        /// How the task stands.
+        pub state: u32 as TaskState,
         /// How many tasks ended as reached so far.
         pub reached_count: u32,
         /// Since the task began, simulation time.
@@ -407,19 +382,19 @@ messages! {
         pub reason: Text<96>,
     }
 
-    /// What a person sent from the pad; its bytes travel behind it as a slice: a drawing file, or the JSON of
-    /// what is marked in it.
-    pub struct Drawing version 1 {
-        /// A [`crate::codes::DrawingKind`].
-        pub kind: u32,
+    /// What a person sent from the pad. The slice behind it is a drawing file (strokes in JSON, PNG, JPEG),
+    /// or the JSON of what is marked in the drawing.
+    pub struct Drawing version 1 in "" with data {
+        /// What the drawing holds.
+        pub kind: u32 as DrawingKind,
         /// Zero.
-        pub reserved: u32,
+        pub reserved: u32 as Zero,
     }
 
     /// What the sketcher says to a [`Drawing`], whose number is `source_seq`.
-    pub struct Understood version 1 {
-        /// A [`crate::codes::DrawingKind`].
-        pub kind: u32,
+    pub struct Understood version 1 in "sketch" {
+        /// What the drawing holds.
+        pub kind: u32 as DrawingKind,
         /// 1: taken over; 0: refused, and everything stays as it was.
         pub accepted: u32,
         /// The last [`SketchMap`] that was sent; 0 before the first.
@@ -439,9 +414,9 @@ messages! {
     }
 
     /// A process says that it lives. Measures wall-clock time, so no two runs agree on it.
-    pub struct Health version 1 {
-        /// A [`crate::codes::Process`].
-        pub process: u32,
+    pub struct Health version 1 in "" {
+        /// Which process.
+        pub process: u32 as Process,
         /// Its process id.
         pub pid: u32,
         /// Steps done since its start.
@@ -460,21 +435,21 @@ messages! {
         pub uptime_ns: u64,
     }
 
-    /// How long the navigators took for the scan `source_seq`, by the clock, so no two runs agree on it.
-    pub struct Latency version 1 {
-        /// From the sending of the scan to that of the estimate.
-        pub estimate_ns: u64,
-        /// From the sending of the scan to that of the command.
+    /// How long each stage took for the tick `source_seq`, by the clock, so no two runs agree on it.
+    pub struct Latency version 2 in "" {
+        /// From the sending of the tick to that of the situation.
+        pub situation_ns: u64,
+        /// From the sending of the situation to that of the command.
         pub command_ns: u64,
     }
 
     /// Something went wrong with a process, or right again; the time is that of the mission's last status.
     /// When and how often is chance, so no two runs agree on it.
-    pub struct Fault version 1 {
-        /// A [`crate::codes::FaultKind`].
-        pub kind: u32,
-        /// The [`crate::codes::Process`] that it is about.
-        pub process: u32,
+    pub struct Fault version 1 in "" {
+        /// What happened.
+        pub kind: u32 as FaultKind,
+        /// The process that it is about.
+        pub process: u32 as Process,
         /// Its process id; 0 where none is meant.
         pub pid: u32,
         /// The signal that was sent, or that ended it; 0 where none.
@@ -494,15 +469,15 @@ messages! {
         pub words: Text<160>,
     }
 
-    /// The recorder has everything up to and including the scan `source_seq` in its file.
+    /// The recorder has everything up to and including the tick `source_seq` in its file.
     /// The world in lockstep never runs further ahead of it than the channels can hold.
-    pub struct Recorded version 1 {
+    pub struct Recorded version 1 in "" {
         /// Messages in the file so far.
         pub message_count: u64,
     }
 }
 
-layout! {
+parts! {
     /// A task of a [`Route`].
     pub struct RouteTask {
         /// Name, for people.
@@ -516,8 +491,8 @@ layout! {
     }
 }
 
-layout! {
-    /// A particle: pose and local scales (paper 001, equation 6).
+parts! {
+    /// A particle: pose and local scales (Boniardi et al. 2015, equation 6).
     pub struct Particle {
         /// Position, pixels.
         pub x_px: f32,

@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_mission_is_read() {
+    fn a_valid_mission_is_read() {
         assert_eq!(Mission::parse(MISSION).unwrap().task[0].time_limit_s, 180.0);
     }
 

@@ -5,15 +5,22 @@
 //! is refused with an error instead of being written. What does not travel in the form: `header.seq`,
 //! which is the sequence number of the recorded message, and the zeros behind the counts.
 //!
+//! The forms of `sketchnav_msgs`, the conversions and the `.msg` texts are generated from the declarations
+//! of the messages: a [`Field`] travels as its type says, or in a [`Way`] that the declaration names.
+//! Messages that are, or hold, standard ROS 2 messages are mapped by hand in `standard.rs`.
+//!
 //! [`definitions`] holds the `.msg` texts, [`transforms`] what viewers need beside the messages.
 
-mod conversions;
 pub mod definitions;
-mod forms;
+mod fields;
+mod own;
 mod parts;
+mod standard;
 pub mod transforms;
 
-pub use forms::*;
+pub use definitions::{Definition, Line};
+pub use fields::Field;
+pub use own::{Counted, Itself, Own, OwnMessage, OwnPart, Slice, Stamped, Untold, Way, Zero};
 
 use byteorder::LittleEndian;
 use serde::{Serialize, de::DeserializeOwned};
@@ -52,9 +59,14 @@ pub trait Ros2: Message {
     /// [`Ros2Error`] where the form holds what the message cannot.
     fn from_ros2(form: Self::Form, seq: u64) -> Result<(Self, Vec<u8>), Ros2Error>;
 
+    /// The `.msg` texts that are this project's own: the message's and those of the structs in it.
+    fn definitions() -> Vec<Definition> {
+        Vec::new()
+    }
+
     /// The `ros2msg` schema: the `.msg` text with those that it depends on behind it.
     fn schema() -> String {
-        definitions::schema(Self::TYPE)
+        definitions::schema(Self::TYPE, &Self::definitions())
     }
 
     /// Appends the message in CDR to `out`, which should be empty: alignment counts from its start.
@@ -94,7 +106,7 @@ pub trait Ros2: Message {
 /// Appends any ROS 2 form in CDR to `out`.
 ///
 /// # Errors
-/// [`Ros2Error::Cdr`], which a sound form does not cause.
+/// [`Ros2Error::Cdr`], which a valid form does not cause.
 pub fn encode<F: Serialize>(form: &F, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
     out.extend_from_slice(&ENCAPSULATION);
     cdr_encoding::to_writer::<F, LittleEndian, _>(&mut *out, form)?;

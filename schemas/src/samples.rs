@@ -6,19 +6,10 @@
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use crate::layout::{Kind, Layout};
+use crate::layout::{Field, Kind, Layout, Role};
 use crate::message::Header;
 use crate::ros2::Ros2;
 
-/// Counts, and the lists that they count.
-const COUNTED: &[(&str, &str)] = &[
-    ("beam_count", "ranges_m"),
-    ("task_count", "tasks"),
-    ("point_count", "points_px"),
-    ("count", "particles"),
-    ("global_count", "global_px"),
-    ("local_count", "local_px"),
-];
 /// Longest side of a sketch.
 const MAX_SIDE_PX: u32 = 40;
 const LETTERS: &[char] = &['a', 'Z', '0', ' ', '→', 'ü', '点', '🤖'];
@@ -32,7 +23,7 @@ pub fn sample<T: Ros2>(random: &mut Pcg64Mcg, seq: u64) -> (T, Vec<u8>) {
     for field in &layout.fields {
         settle(&field.kind, &mut bytes[field.offset..field.offset + field.kind.size()], random);
     }
-    let cells = settle_counts(&layout, bytes, random);
+    let cells = settle_roles(&layout, bytes, random);
     let source_seq = if T::TYPE.starts_with("sketchnav") { random.random() } else { seq };
     *message.header_mut() = Header { seq, stamp_ns: seq * 100_000_000, source_seq };
     (message, cells)
@@ -66,24 +57,32 @@ fn write_text(bytes: &mut [u8], random: &mut Pcg64Mcg) {
     }
 }
 
-/// Makes valid what stands for something else: counts, sizes, reserved words.
-fn settle_counts(layout: &Layout, bytes: &mut [u8], random: &mut Pcg64Mcg) -> Vec<u8> {
+/// Makes valid what stands for something else: counts, sizes, zeros.
+fn settle_roles(layout: &Layout, bytes: &mut [u8], random: &mut Pcg64Mcg) -> Vec<u8> {
     let place = |name: &str| layout.fields.iter().find(|f| f.name == name);
-    for (count, list) in COUNTED {
-        let (Some(count), Some(list)) = (place(count), place(list)) else { continue };
-        let Kind::Array(element, capacity) = &list.kind else { continue };
-        let counted = random.random_range(0..=*capacity);
-        write_u32(bytes, count.offset, counted as u32);
-        bytes[list.offset + counted * element.size()..list.offset + list.kind.size()].fill(0);
-    }
-    if let Some(reserved) = place("reserved") {
-        write_u32(bytes, reserved.offset, 0);
+    for field in &layout.fields {
+        match field.role {
+            Role::Counted(count) => {
+                let counted = cut_list(field, bytes, random);
+                place(count).into_iter().for_each(|count| write_u32(bytes, count.offset, counted));
+            }
+            Role::Zero => write_u32(bytes, field.offset, 0),
+            Role::Value | Role::Code(_) | Role::Count => {}
+        }
     }
     let (Some(width), Some(height)) = (place("width_px"), place("height_px")) else { return Vec::new() };
     let sides = [random.random_range(0..=MAX_SIDE_PX), random.random_range(0..=MAX_SIDE_PX)];
     write_u32(bytes, width.offset, sides[0]);
     write_u32(bytes, height.offset, sides[1]);
     (0..sides[0] * sides[1]).map(|_| random.random()).collect()
+}
+
+/// Keeps so many entries of a list, zeros behind them.
+fn cut_list(list: &Field, bytes: &mut [u8], random: &mut Pcg64Mcg) -> u32 {
+    let Kind::Array(element, capacity) = &list.kind else { return 0 };
+    let counted = random.random_range(0..=*capacity);
+    bytes[list.offset + counted * element.size()..list.offset + list.kind.size()].fill(0);
+    counted as u32
 }
 
 fn write_u32(bytes: &mut [u8], offset: usize, value: u32) {

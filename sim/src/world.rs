@@ -228,8 +228,7 @@ impl World {
     pub fn contacts(&self) -> impl ExactSizeIterator<Item = Contact> + '_ {
         self.events.iter().map(|event| Contact {
             header: Header { seq: 0, stamp_ns: 0, source_seq: 0 },
-            x_m: event.touch.place[0],
-            y_m: event.touch.place[1],
+            position_m: event.touch.place,
             impulse_ns: event.touch.impulse_ns,
             body_kind: self.physics.kind(event.body).code(),
             begins: u32::from(event.begins),

@@ -76,7 +76,10 @@ fn the_robot_stops_at_a_wall_and_reports_one_contact() {
     assert_eq!(contacts.len(), 1, "{contacts:?}");
     let contact = contacts[0];
     assert_eq!((contact.begins, contact.body_kind), (1, BodyKind::Wall.code()));
-    assert!((contact.x_m - 3.9).abs() < 0.01 && (contact.y_m - 2.0).abs() < 0.01, "{contact:?}");
+    assert!(
+        (contact.position_m[0] - 3.9).abs() < 0.01 && (contact.position_m[1] - 2.0).abs() < 0.01,
+        "{contact:?}"
+    );
     // 22.5 kg at 0.5 m/s, and the drive's push on top.
     assert!((5.0..16.0).contains(&contact.impulse_ns), "{contact:?}");
     let ends = drive(&mut world, 10, -0.5, 0.0, 0.0);

@@ -206,11 +206,10 @@ fn tracking(instants: &[Instant]) -> BTreeMap<&'static str, f64> {
 fn latencies(latencies: &[Latency]) -> BTreeMap<&'static str, Statistics> {
     let of =
         |ns: fn(&Latency) -> u64| Statistics::of(latencies.iter().map(|latency| ns(latency) as f64 / 1e6));
-    let planner_ns = |latency: &Latency| latency.command_ns.saturating_sub(latency.estimate_ns);
     let stages = [
-        ("scan to estimate", of(|latency| latency.estimate_ns)),
-        ("estimate to command", of(planner_ns)),
-        ("scan to command", of(|latency| latency.command_ns)),
+        ("tick to situation", of(|latency| latency.situation_ns)),
+        ("situation to command", of(|latency| latency.command_ns)),
+        ("tick to command", of(|latency| latency.situation_ns + latency.command_ns)),
     ];
     stages.into_iter().filter_map(|(stage, ms)| Some((stage, ms?))).collect()
 }

@@ -1,10 +1,13 @@
-//! The `.msg` texts, and the `ros2msg` schemas that are made of them.
+//! The `.msg` texts, and the `ros2msg` schemas that are made of them. The standard ones are files in
+//! `schemas/msg`, our own are made from the declarations of the messages.
+
+use crate::codes::Value;
 
 macro_rules! definitions {
     ($($package:literal: $($name:literal),*;)*) => {
-        /// Every definition: `package/Type` and the text of its `.msg` file. All types in them are
-        /// named with their package.
-        pub const DEFINITIONS: &[(&str, &str)] = &[$($((
+        /// Every standard definition: `package/Type` and the text of its `.msg` file. All types in them
+        /// are named with their package.
+        const STANDARD: &[(&str, &str)] = &[$($((
             concat!($package, "/", $name),
             include_str!(concat!("../../msg/", $package, "/", $name, ".msg")),
         ),)*)*];
@@ -19,18 +22,75 @@ definitions! {
     "tf2_msgs": "TFMessage";
     "nav_msgs": "MapMetaData", "OccupancyGrid", "Odometry";
     "sensor_msgs": "LaserScan";
-    "sketchnav_msgs": "Contact", "Drawing", "Fault", "Health", "Latency", "MissionCommand", "MissionStatus", "Particle", "Particles",
-        "Plan", "PoseEstimate", "Recorded", "Route", "RouteTask", "SketchMap", "Understood", "VelocityCommand";
 }
 
 const SEPARATOR: &str = "================================================================================\n";
 
+/// A `.msg` text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Definition {
+    /// `package/Type`.
+    pub name: &'static str,
+    /// The text.
+    pub text: String,
+}
+
+/// A field as the `.msg` says it.
+#[derive(Debug)]
+pub struct Line {
+    /// Its comment, in the markup of the source.
+    pub doc: &'static [&'static str],
+    /// Its name.
+    pub name: &'static str,
+    /// Its ROS 2 type; `None` where it does not travel as a field of its own.
+    pub kind: Option<String>,
+    /// The values that it takes, where it is the number of a code.
+    pub values: &'static [Value],
+}
+
+/// The `.msg` text of fields with a comment: the constants, an empty line, the fields.
+pub fn compose(doc: &[&str], lines: &[Line]) -> String {
+    let mut text = comment(doc);
+    for value in lines.iter().flat_map(|line| line.values) {
+        let meaning = plain(value.doc);
+        text.push_str(&format!("uint32 {}={} #{meaning}\n", constant(value.name), value.code));
+    }
+    text.push('\n');
+    for line in lines {
+        let Some(kind) = &line.kind else { continue };
+        text.push_str(&format!("{}{kind} {}\n", comment(line.doc), line.name));
+    }
+    text
+}
+
+fn comment(doc: &[&str]) -> String {
+    doc.iter().map(|line| format!("#{}\n", plain(line))).collect()
+}
+
+/// A comment without the links and code marks of the source.
+fn plain(doc: &str) -> String {
+    ["[`", "`]", "`", "crate::", "codes::", "message::"]
+        .iter()
+        .fold(doc.to_owned(), |text, mark| text.replace(mark, ""))
+}
+
+/// `GivenUp` as `GIVEN_UP`.
+pub fn constant(name: &str) -> String {
+    let mut text = String::new();
+    for letter in name.chars() {
+        if letter.is_uppercase() && !text.is_empty() {
+            text.push('_');
+        }
+        text.extend(letter.to_uppercase());
+    }
+    text
+}
+
 /// The `ros2msg` schema of `package/msg/Type`: its text, and behind it those of all types that it
-/// uses, each once. Empty for a type that is not in [`DEFINITIONS`].
-pub fn schema(ros2_type: &str) -> String {
-    let name = ros2_type.replace("/msg/", "/");
+/// uses, each once. Empty for a type that is neither standard nor in `own`.
+pub fn schema(ros2_type: &str, own: &[Definition]) -> String {
     let mut needed = Vec::new();
-    collect(&name, &mut needed);
+    collect(&ros2_type.replace("/msg/", "/"), own, &mut needed);
     let mut text = String::new();
     for (i, (name, definition)) in needed.iter().enumerate() {
         if i > 0 {
@@ -41,18 +101,20 @@ pub fn schema(ros2_type: &str) -> String {
     text
 }
 
-fn collect(name: &str, needed: &mut Vec<(&'static str, &'static str)>) {
-    let Some(&definition) = DEFINITIONS.iter().find(|(known, _)| *known == name) else { return };
-    if needed.contains(&definition) {
+fn collect<'a>(name: &str, own: &'a [Definition], needed: &mut Vec<(&'a str, &'a str)>) {
+    let known = own.iter().map(|definition| (definition.name, definition.text.as_str()));
+    let Some(found) = known.chain(STANDARD.iter().copied()).find(|(known, _)| *known == name) else { return };
+    if needed.contains(&found) {
         return;
     }
-    needed.push(definition);
-    for used in used_types(definition.1) {
-        collect(used, needed);
+    needed.push(found);
+    for used in used_types(found.1) {
+        collect(used, own, needed);
     }
 }
 
-fn used_types(text: &str) -> impl Iterator<Item = &str> {
+/// The types of the fields that have their own definition.
+pub(super) fn used_types(text: &str) -> impl Iterator<Item = &str> {
     let words = text.lines().filter_map(|line| line.split_whitespace().next());
     let types = words.map(|word| word.split('[').next().unwrap_or(word));
     types.filter(|word| word.contains('/') && !word.starts_with('#'))
@@ -63,17 +125,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_type_that_a_definition_uses_is_defined() {
-        for (name, text) in DEFINITIONS {
+    fn every_type_that_a_standard_definition_uses_is_standard() {
+        for (name, text) in STANDARD {
             for used in used_types(text) {
-                assert!(DEFINITIONS.iter().any(|(known, _)| *known == used), "{name} uses {used}");
+                assert!(STANDARD.iter().any(|(known, _)| *known == used), "{name} uses {used}");
             }
         }
     }
 
     #[test]
+    fn constants_are_named_as_in_ros() {
+        assert_eq!(["Pad", "GivenUp", "TimedOut"].map(constant), ["PAD", "GIVEN_UP", "TIMED_OUT"]);
+    }
+
+    #[test]
     fn a_schema_holds_each_dependency_once() {
-        let schema = schema("nav_msgs/msg/Odometry");
+        let schema = schema("nav_msgs/msg/Odometry", &[]);
         assert!(schema.starts_with("# A pose in header.frame_id"), "{schema}");
         for used in ["std_msgs/Header", "geometry_msgs/Quaternion", "geometry_msgs/Vector3"] {
             assert_eq!(schema.matches(&format!("MSG: {used}\n")).count(), 1, "{used}");

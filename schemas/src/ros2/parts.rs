@@ -1,13 +1,9 @@
-//! The pieces that several forms share: headers, poses, counted lists, texts. Internal.
+//! The pieces that several forms share: headers, counted lists, texts. Internal.
 
-use ros2_interfaces_jazzy_serde::{
-    builtin_interfaces::msg::Time,
-    geometry_msgs::msg::{Point, Point32, Pose, Quaternion, Twist as TwistForm, Vector3},
-    std_msgs::msg::Header as HeaderForm,
-};
+use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::Header as HeaderForm};
 
-use super::Ros2Error;
-use crate::message::{Header, PoseM, PosePx, Text, Twist};
+use super::{Field, Ros2Error};
+use crate::message::{Header, Text};
 
 const NS_PER_S: u64 = 1_000_000_000;
 
@@ -56,57 +52,6 @@ pub fn header(form: &HeaderForm, seq: u64, source_seq: u64) -> Result<Header, Ro
     Ok(Header { seq, stamp_ns: seconds * NS_PER_S + u64::from(nanosec), source_seq })
 }
 
-/// A planar point.
-pub fn point(x: f64, y: f64) -> Point {
-    Point { x, y, z: 0.0 }
-}
-
-/// A planar pose with the z and w of its quaternion.
-pub fn pose(x: f64, y: f64, z_turn: f64, w_turn: f64) -> Pose {
-    let orientation = Quaternion { x: 0.0, y: 0.0, z: z_turn, w: w_turn };
-    Pose { position: point(x, y), orientation }
-}
-
-/// A pose in metres.
-pub fn pose_m_form(p: &PoseM) -> Pose {
-    pose(p.x_m, p.y_m, p.orientation_z, p.orientation_w)
-}
-
-/// A pose in pixels.
-pub fn pose_px_form(p: &PosePx) -> Pose {
-    pose(p.x_px, p.y_px, p.orientation_z, p.orientation_w)
-}
-
-/// A pose in metres.
-pub fn pose_m(form: &Pose) -> PoseM {
-    let (position, turn) = (&form.position, &form.orientation);
-    PoseM { x_m: position.x, y_m: position.y, orientation_z: turn.z, orientation_w: turn.w }
-}
-
-/// A pose in pixels.
-pub fn pose_px(form: &Pose) -> PosePx {
-    let (position, turn) = (&form.position, &form.orientation);
-    PosePx { x_px: position.x, y_px: position.y, orientation_z: turn.z, orientation_w: turn.w }
-}
-
-/// A velocity.
-pub fn twist_form(twist: &Twist) -> TwistForm {
-    TwistForm {
-        linear: Vector3 { x: twist.vx_mps, y: twist.vy_mps, z: 0.0 },
-        angular: Vector3 { x: 0.0, y: 0.0, z: twist.yaw_rate_radps },
-    }
-}
-
-/// A velocity.
-pub fn twist(form: &TwistForm) -> Twist {
-    Twist { vx_mps: form.linear.x, vy_mps: form.linear.y, yaw_rate_radps: form.angular.z }
-}
-
-/// A point in single precision.
-pub fn point32(p: &[f32; 2]) -> Point32 {
-    Point32 { x: p[0], y: p[1], z: 0.0 }
-}
-
 /// The entries of `all` that count; refuses a count above the capacity and entries behind the count
 /// that are not zero, for these do not travel.
 fn counted<'a, T: bytemuck::Pod>(
@@ -131,33 +76,27 @@ fn counted<'a, T: bytemuck::Pod>(
 
 /// The entries of `all` that count, each turned into its form, in the memory of `spare`, which then has
 /// room for all. Refuses what [`counted`] refuses.
-pub fn list<T: bytemuck::Pod, F: Default>(
+pub fn list<T: Field>(
     field: &'static str,
     all: &[T],
     count: u32,
-    mut spare: Vec<F>,
-    convert: impl Fn(&T, F) -> Result<F, Ros2Error>,
-) -> Result<Vec<F>, Ros2Error> {
+    mut spare: Vec<T::Form>,
+) -> Result<Vec<T::Form>, Ros2Error> {
     let entries = counted(field, all, count)?;
     spare.reserve_exact(all.len().saturating_sub(spare.len()));
-    spare.resize_with(entries.len(), F::default);
+    spare.resize_with(entries.len(), T::Form::default);
     for (form, entry) in spare.iter_mut().zip(entries) {
-        *form = convert(entry, std::mem::take(form))?;
+        *form = entry.to_form_in(field, std::mem::take(form))?;
     }
     Ok(spare)
 }
 
 /// Fills the start of `all` and gives the count; refuses what does not fit.
-pub fn fill<T, F>(
-    field: &'static str,
-    all: &mut [T],
-    forms: &[F],
-    convert: impl Fn(&F) -> Result<T, Ros2Error>,
-) -> Result<u32, Ros2Error> {
+pub fn fill<T: Field>(field: &'static str, all: &mut [T], forms: &[T::Form]) -> Result<u32, Ros2Error> {
     let expected = "a count within the capacity";
     expect(forms.len() <= all.len(), field, expected, forms.len() as u64)?;
     for (entry, form) in all.iter_mut().zip(forms) {
-        *entry = convert(form)?;
+        *entry = T::from_form(form)?;
     }
     Ok(forms.len() as u32)
 }

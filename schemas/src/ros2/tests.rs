@@ -5,6 +5,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::channels::{self, Channel, ChannelVisitor};
+use crate::codes::{Code, FaultKind, Process};
+use crate::layout::Role;
 use crate::message::*;
 use crate::samples::sample;
 use crate::seed::stream;
@@ -69,11 +71,11 @@ struct SurvivesDamage {
 impl Check for SurvivesDamage {
     fn check<T: Ros2>(&self) {
         let (message, cells) = sample::<T>(&mut stream(self.seed, T::NAME), 7);
-        let sound = cdr(&message, &cells);
-        let cut = &sound[..self.cut.index(sound.len())];
-        assert!(T::from_cdr(cut, 7).is_err(), "{}: cut to {} of {}", T::NAME, cut.len(), sound.len());
-        let mut damaged = sound.clone();
-        damaged[self.at.index(sound.len())] = self.byte;
+        let whole = cdr(&message, &cells);
+        let cut = &whole[..self.cut.index(whole.len())];
+        assert!(T::from_cdr(cut, 7).is_err(), "{}: cut to {} of {}", T::NAME, cut.len(), whole.len());
+        let mut damaged = whole.clone();
+        damaged[self.at.index(whole.len())] = self.byte;
         if let Ok((other, cells)) = T::from_cdr(&damaged, 7) {
             assert_eq!(cdr(&other, &cells), damaged, "{}: read as something else", T::NAME);
         }
@@ -189,11 +191,77 @@ impl Check for HasSchema {
     fn check<T: Ros2>(&self) {
         let schema = T::schema();
         assert!(schema.contains("std_msgs/Header header"), "{}: {schema}", T::NAME);
-        assert!(schema.contains("MSG: builtin_interfaces/Time"), "{}: {schema}", T::NAME);
+        for used in definitions::used_types(&schema) {
+            assert!(schema.contains(&format!("MSG: {used}\n")), "{} uses {used}: {schema}", T::NAME);
+        }
     }
 }
 
 #[test]
-fn every_message_has_a_schema() {
+fn every_message_has_a_schema_that_holds_every_type_it_uses() {
     every(HasSchema);
+}
+
+/// How often the schema of `T` has a constant of this name and number.
+fn constants<T: Ros2>(name: &str, code: u32) -> usize {
+    let line = format!("uint32 {}={code} #", definitions::constant(name));
+    T::schema().lines().filter(|found| found.starts_with(&line)).count()
+}
+
+struct SaysItsCodes;
+impl Check for SaysItsCodes {
+    fn check<T: Ros2>(&self) {
+        let mut names = Vec::new();
+        for field in T::layout().fields {
+            let Role::Code(values) = field.role else { continue };
+            for value in values {
+                assert_eq!(constants::<T>(value.name, value.code), 1, "{}: {value:?}", T::NAME);
+            }
+            names.extend(values.iter().map(|value| value.name));
+        }
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count, "{}: two constants have the same name: {names:?}", T::NAME);
+    }
+}
+
+#[test]
+fn the_values_of_a_code_are_constants_of_every_message_that_uses_it() {
+    every(SaysItsCodes);
+}
+
+/// The `.msg` texts were written by hand: `Process::Pad` was added to the code, and not to the two messages
+/// that hold a process.
+#[test]
+fn the_pad_is_a_process_in_every_message_that_names_processes() {
+    for value in Process::VALUES {
+        assert_eq!(constants::<Health>(value.name, value.code), 1, "{value:?}");
+        assert_eq!(constants::<Fault>(value.name, value.code), 1, "{value:?}");
+    }
+    assert_eq!(constants::<Health>("Pad", 8), 1);
+    assert_eq!(constants::<Fault>("GivenUp", FaultKind::GivenUp.code()), 1);
+}
+
+#[test]
+fn a_msg_is_written_as_a_person_would() {
+    let text = "# The robot began or ended to touch something.
+# Frame: world.
+uint32 WALL=1 # A wall of the building.
+uint32 FURNITURE=2 # Furniture, which no sketch shows.
+uint32 PERSON=3 # Somebody who walks.
+
+std_msgs/Header header
+# Number of the message that caused this one.
+uint64 source_seq
+# Where, x and y.
+geometry_msgs/Point position_m
+# Largest impulse of the contact so far, N·s.
+float64 impulse_ns
+# What the robot touched.
+uint32 body_kind
+# 1: the contact begins, 0: it ends.
+uint32 begins
+";
+    assert_eq!(Contact::definitions()[0].text, text);
 }

@@ -7,12 +7,17 @@ use ros2_interfaces_jazzy_serde::{
 };
 
 use super::parts::{header_form, string};
-use super::{Ros2Error, encode};
+use super::{Ros2Error, definitions, encode};
 use crate::message::{Header, Odometry, PoseM};
 use crate::robot::Laser;
 
 /// The ROS 2 type of both topics.
 pub const TYPE: &str = "tf2_msgs/msg/TFMessage";
+
+/// The `ros2msg` schema of both topics.
+pub fn schema() -> String {
+    definitions::schema(TYPE, &[])
+}
 
 /// The form of the messages of both topics.
 pub type Form = TFMessage;
@@ -31,7 +36,7 @@ pub fn base_in_odom(odometry: &Odometry, form: &mut Form, out: &mut Vec<u8>) -> 
 /// Appends the transform base_link → laser of a mounted `laser`, in CDR, to `out`.
 ///
 /// # Errors
-/// None that a sound laser causes.
+/// None that a valid laser causes.
 pub fn laser_in_base(laser: &Laser, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
     let mount = PoseM::new(&laser.mount());
     let latched = Header { seq: 1, stamp_ns: 0, source_seq: 0 };

@@ -5,16 +5,13 @@ mod system;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
-
-/// The processes that a system is made of, beside its supervisor.
-pub const SERVICES: [Process; 5] =
-    [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
 
 /// Drives a robot through a building by a hand-drawn map.
 #[derive(Debug, Parser)]
@@ -111,8 +108,8 @@ pub enum Command {
     /// Run one process of a system by hand, or a real robot's driver beside the others.
     #[command(after_help = "Example: sketchnav serve localizer --system lab")]
     Serve {
-        /// world, sketcher, localizer, planner, recorder or pad.
-        #[arg(value_parser = parse_served)]
+        /// A process of a run.
+        #[arg(value_parser = parse_served, help = format!("One of {}", words(SERVICES.into_iter().chain(EXTRAS))))]
         process: Process,
         /// The system's name, as `sketchnav ps` lists it.
         #[arg(long)]
@@ -255,7 +252,7 @@ pub struct ChaosOptions {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Who may be killed, separated by commas.
-    #[arg(long, value_delimiter = ',', value_parser = parse_service, default_value = "world,sketcher,localizer,planner,recorder")]
+    #[arg(long, value_delimiter = ',', value_parser = parse_service, default_values_t = SERVICES)]
     pub targets: Vec<Process>,
     /// kill: at once, in the middle of whatever it does; stop: it stands still and its supervisor has to find
     /// out; term: it is asked to end.
@@ -317,13 +314,16 @@ pub struct Tap {
 pub fn parse_service(word: &str) -> Result<Process, String> {
     match word.parse() {
         Ok(process) if SERVICES.contains(&process) => Ok(process),
-        _ => Err(format!("expected one of {}", SERVICES.map(Process::word).join(", "))),
+        _ => Err(format!("expected one of {}", words(SERVICES))),
     }
 }
 
 /// A process that can be served by hand.
 fn parse_served(word: &str) -> Result<Process, String> {
-    if word == Process::Pad.word() { Ok(Process::Pad) } else { parse_service(word) }
+    match EXTRAS.into_iter().find(|extra| extra.word() == word) {
+        Some(extra) => Ok(extra),
+        None => parse_service(word),
+    }
 }
 
 /// Beyond this no machine keeps up; `max` is for those who want all that there is.

@@ -14,7 +14,7 @@ use serde::Serialize;
 use serde_json::Value;
 use sketchnav_recordings::{diff, info};
 use sketchnav_runtime::System;
-use sketchnav_schemas::channels::TABLE;
+use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::Pace;
 
@@ -118,8 +118,7 @@ fn recording(report: &Value) -> Result<PathBuf, Failure> {
 fn world_messages(recording: &Path) -> Result<u32, Failure> {
     let info = info::info(recording).context("the undisturbed recording")?;
     let is_worlds = |topic: &str| {
-        let spec = TABLE.iter().find(|spec| topic.strip_prefix('/') == Some(spec.name));
-        spec.is_some_and(|spec| spec.writer == Some(Process::World))
+        channels::of_topic(topic).is_some_and(|spec| spec.writer == Some(Process::World))
     };
     let topics = info.topics.iter().filter(|topic| is_worlds(&topic.topic));
     Ok(topics.map(|topic| topic.messages).sum::<u64>() as u32)

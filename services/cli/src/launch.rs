@@ -9,7 +9,9 @@ use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine};
 
-use crate::args::{SERVICES, SystemOptions};
+use sketchnav_schemas::channels::SERVICES;
+
+use crate::args::SystemOptions;
 use crate::failure::Failure;
 use crate::folder::plain_name;
 use crate::output::say;

@@ -17,7 +17,6 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 use sketchnav_supervisor::Supervisor;
 
-use crate::args::SERVICES;
 use crate::failure::Failure;
 use crate::output::out;
 
@@ -64,7 +63,7 @@ impl Report {
             sketchnav_recordings::info::info(Path::new(recording)).context(recording.to_owned())?.missing;
         let pictures = draw(run, &log, &verdict, folder)?;
         // Who did not run has said nothing: mostly the pad.
-        let processes = SERVICES.into_iter().chain([Process::Pad]);
+        let processes = channels::SERVICES.into_iter().chain(channels::EXTRAS);
         let processes: Vec<_> = processes.filter_map(|process| figures(process, supervisor)).collect();
         let lost: u64 = processes.iter().map(|p| p.lost_messages).sum();
         Ok(Self {
@@ -235,7 +234,8 @@ fn floor(
         outcome: outcome(&spans[i], &verdict.tasks[i]),
     });
     let began = log.contacts.iter().filter(|contact| contact.begins == 1);
-    let contacts: Vec<_> = began.map(|contact| Point::new(contact.x_m, contact.y_m)).collect();
+    let contacts: Vec<_> =
+        began.map(|contact| Point::new(contact.position_m[0], contact.position_m[1])).collect();
     let start = &run.mission.start;
     Ok(picture::floor(&FloorPicture {
         title: &format!(

@@ -3,10 +3,9 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use sketchnav_runtime::{Node, System, Wake};
-use sketchnav_schemas::channels::{self, Channel, ChannelVisitor, TABLE};
+use sketchnav_runtime::{Node, RawSample, System, Wake};
+use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::ros2::Ros2;
 
 use crate::args::Tap;
 use crate::failure::{Failure, Outcome};
@@ -36,7 +35,7 @@ pub fn hz(tap: &Tap) -> Result<Outcome, Failure> {
 trait Listener {
     /// Whether the channel's history, which comes all at once, counts.
     const HISTORY: bool;
-    fn hear<T: Ros2>(&mut self, message: &T, cells: &[u8]) -> anyhow::Result<()>;
+    fn hear(&mut self, spec: &ChannelSpec, sample: &RawSample) -> anyhow::Result<()>;
     /// Called once a second, with the messages lost so far.
     fn tick(&mut self, lost: u64) -> anyhow::Result<()>;
 }
@@ -46,9 +45,9 @@ struct Echo;
 impl Listener for Echo {
     const HISTORY: bool = true;
 
-    fn hear<T: Ros2>(&mut self, message: &T, cells: &[u8]) -> anyhow::Result<()> {
-        let header = message.header();
-        let form = serde_json::to_value(message.to_ros2(cells)?)?;
+    fn hear(&mut self, spec: &ChannelSpec, sample: &RawSample) -> anyhow::Result<()> {
+        let header = sample.header();
+        let form = spec.message.json(sample.message(), sample.cells()).map_err(anyhow::Error::from_boxed)?;
         let line = serde_json::json!({
             "seq": header.seq, "stamp_ns": header.stamp_ns, "source_seq": header.source_seq, "message": form,
         });
@@ -73,8 +72,8 @@ impl Listener for Rate {
     /// The times at which it is handed over tell no rate.
     const HISTORY: bool = false;
 
-    fn hear<T: Ros2>(&mut self, message: &T, _cells: &[u8]) -> anyhow::Result<()> {
-        let now = (Instant::now(), message.header().stamp_ns);
+    fn hear(&mut self, _: &ChannelSpec, sample: &RawSample) -> anyhow::Result<()> {
+        let now = (Instant::now(), sample.header().stamp_ns);
         self.first.get_or_insert(now);
         self.last = Some(now);
         self.count += 1;
@@ -106,95 +105,50 @@ impl Rate {
     }
 }
 
-fn follow(tap: &Tap, listener: &mut impl Listener) -> Result<Outcome, Failure> {
-    if !TABLE.iter().any(|spec| spec.name == tap.channel) {
-        let known: Vec<_> = TABLE.iter().map(|spec| spec.name).collect();
-        return Err(Failure::Input(anyhow!(
-            "channel {:?}: expected one of {}",
-            tap.channel,
-            known.join(", ")
-        )));
-    }
+/// Hands on what comes until the count is full, the system is gone or the user has enough.
+fn follow<L: Listener>(tap: &Tap, listener: &mut L) -> Result<Outcome, Failure> {
+    let Some(spec) = channels::find(&tap.channel) else {
+        let (found, known) = (&tap.channel, channels::names());
+        return Err(Failure::Input(anyhow!("channel {found:?}: expected one of {known}")));
+    };
     let system = systems::find(tap.system.as_deref())?;
     let name = system.name().to_owned();
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
-    channels::visit(&mut Follow { tap, name, node, listener })?;
+    listen(&node, spec, tap.count, listener)?;
     Ok(Outcome::Success)
 }
 
-struct Follow<'a, L> {
-    tap: &'a Tap,
-    name: String,
-    node: Node,
-    listener: &'a mut L,
-}
-
-impl<L: Listener> Follow<'_, L> {
-    /// Calls `look` until the count is full, the system is gone or the user has enough. `look` hands on
-    /// one message to the listener, where there is one for it, tells whether one came, and how many were
-    /// lost.
-    fn run(
-        &mut self,
-        mut look: impl FnMut(Option<&mut L>) -> anyhow::Result<(bool, u64)>,
-    ) -> anyhow::Result<()> {
-        let (mut seen, mut tick) = (0, Instant::now());
-        let mut counts = L::HISTORY;
-        loop {
-            let mut came = false;
-            let lost = loop {
-                let (there, lost) = look(counts.then_some(&mut *self.listener))?;
-                if !there {
-                    break lost;
-                }
-                came = true;
-                seen += u64::from(counts);
-                if self.tap.count == Some(seen) {
-                    return Ok(());
-                }
-            };
-            counts |= came;
-            if tick.elapsed() >= SECOND {
-                tick = Instant::now();
-                self.listener.tick(lost)?;
-                if System::open(&self.name).is_err() {
-                    return Ok(());
-                }
+fn listen<L: Listener>(
+    node: &Node,
+    spec: &'static ChannelSpec,
+    count: Option<u64>,
+    listener: &mut L,
+) -> anyhow::Result<()> {
+    let mut reader = node.raw_reader(spec)?;
+    let (mut seen, mut tick) = (0, Instant::now());
+    let mut counts = L::HISTORY;
+    loop {
+        let mut came = false;
+        while let Some(sample) = reader.receive()? {
+            came = true;
+            if counts {
+                listener.hear(spec, &sample)?;
+                seen += 1;
             }
-            if self.node.nap(LOOK_EVERY) == Wake::Terminate {
+            if count == Some(seen) {
                 return Ok(());
             }
         }
-    }
-}
-
-impl<L: Listener> ChannelVisitor for Follow<'_, L> {
-    type Error = anyhow::Error;
-
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> anyhow::Result<()> {
-        if channel.spec.name != self.tap.channel {
+        counts |= came;
+        if tick.elapsed() >= SECOND {
+            tick = Instant::now();
+            listener.tick(reader.lost())?;
+            if System::open(node.system().name()).is_err() {
+                return Ok(());
+            }
+        }
+        if node.nap(LOOK_EVERY) == Wake::Terminate {
             return Ok(());
         }
-        let mut reader = self.node.reader(channel)?;
-        self.run(|listener| {
-            let message = reader.receive()?;
-            if let (Some(message), Some(listener)) = (&message, listener) {
-                listener.hear::<T>(message, &[])?;
-            }
-            Ok((message.is_some(), reader.lost()))
-        })
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> anyhow::Result<()> {
-        if channel.spec.name != self.tap.channel {
-            return Ok(());
-        }
-        let mut reader = self.node.slice_reader(channel)?;
-        self.run(|listener| {
-            let message = reader.receive()?;
-            if let (Some(sample), Some(listener)) = (&message, listener) {
-                listener.hear(sample.message(), sample.bytes())?;
-            }
-            Ok((message.is_some(), reader.lost()))
-        })
     }
 }

@@ -74,7 +74,8 @@ fn floor(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<S
         })
         .collect();
     let began = driven.log.contacts.iter().filter(|contact| contact.begins == 1);
-    let contacts: Vec<_> = began.map(|contact| Point::new(contact.x_m, contact.y_m)).collect();
+    let contacts: Vec<_> =
+        began.map(|contact| Point::new(contact.position_m[0], contact.position_m[1])).collect();
     let start = &mission.start;
     Ok(picture::floor(&FloorPicture {
         title: &title(driven, "the true floor, and where the robot truly was"),

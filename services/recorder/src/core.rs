@@ -1,7 +1,7 @@
 //! What the recorder does with messages: writes them down, counts, says what is safe.
 //!
-//! Takes the messages in passes: every channel drained once, in the order of the table. The scans come
-//! first in it, so that at the end of a pass everything that was sent before its last scan is written.
+//! Takes the messages in passes: every channel drained once, in the order of the table, but ticks before all others, so that
+//! at the end of a pass everything that was sent before its last tick is written.
 //! When the disk is full it goes on without writing: the robot drives on, and the world in lockstep,
 //! which waits for the recorder, is not stopped; where there is room again, another core goes on. Never opens a file, reads a clock or prints.
 
@@ -9,21 +9,21 @@ use std::io::Write;
 
 use sketchnav_recordings::reader::Attachment;
 use sketchnav_recordings::{RecordingError, Writer};
-use sketchnav_schemas::channels::{Channel, RECORDED_EVERY, SCAN, TABLE};
+use sketchnav_schemas::channels::{ChannelSpec, MAX_CHANNELS, RECORDED_EVERY, Role};
+use sketchnav_schemas::erased;
 use sketchnav_schemas::message::{Header, Recorded};
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 
 /// The last numbers of the recorded channels, in the order of the table; zeros behind.
-pub type Positions = [u64; TABLE.len()];
+pub type Positions = [u64; MAX_CHANNELS];
 
 /// The recorder's state.
 pub struct Core<W: Write> {
     /// `None` from the moment that it failed.
     writer: Option<Writer<W>>,
     report: Report,
-    newest_scan: Header,
-    acknowledged_scan: u64,
+    newest_tick: Header,
+    acknowledged_tick: u64,
 }
 
 /// What became of the messages so far.
@@ -49,15 +49,15 @@ impl<W: Write> Core<W> {
     /// [`RecordingError`] where not even the beginning can be written.
     pub fn new(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
         let writer = Some(Writer::create_with(sink, run, files)?);
-        let newest_scan = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
-        Ok(Self { writer, report: Report::default(), newest_scan, acknowledged_scan: 0 })
+        let newest_tick = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
+        Ok(Self { writer, report: Report::default(), newest_tick, acknowledged_tick: 0 })
     }
 
     /// A recorder that cannot write, for the reason `failure`, and counts what it does not write.
     pub fn failed(failure: String) -> Self {
-        let newest_scan = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
+        let newest_tick = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         let report = Report { failure: Some(failure), ..Report::default() };
-        Self { writer: None, report, newest_scan, acknowledged_scan: 0 }
+        Self { writer: None, report, newest_tick, acknowledged_tick: 0 }
     }
 
     /// Whether the sink has failed.
@@ -67,12 +67,12 @@ impl<W: Write> Core<W> {
 
     /// Goes on after an earlier part of the recording, which holds everything up to `positions`, the last
     /// number of each recorded channel in the order of the table, and of which the world was told the
-    /// scan `acknowledged_scan`.
-    pub fn resume_after(&mut self, positions: &Positions, acknowledged_scan: u64) {
+    /// tick `acknowledged_tick`.
+    pub fn resume_after(&mut self, positions: &Positions, acknowledged_tick: u64) {
         if let Some(writer) = &mut self.writer {
             writer.resume_after(*positions);
         }
-        (self.newest_scan.seq, self.acknowledged_scan) = (acknowledged_scan, acknowledged_scan);
+        (self.newest_tick.seq, self.acknowledged_tick) = (acknowledged_tick, acknowledged_tick);
     }
 
     /// The last number of each recorded channel, in the order of the table.
@@ -90,20 +90,20 @@ impl<W: Write> Core<W> {
     /// # Errors
     /// A malformed message; or the sink has failed, which is said once: later messages are counted
     /// and dropped. In either case the recorder goes on.
-    pub fn record<T: Ros2>(
+    pub fn record(
         &mut self,
-        channel: Channel<T>,
-        message: &T,
+        spec: &'static ChannelSpec,
+        message: &[u8],
         cells: &[u8],
     ) -> Result<(), RecordingError> {
-        if channel.spec.name == SCAN.spec.name {
-            self.newest_scan = *message.header();
+        if spec.role == Role::Tick {
+            self.newest_tick = *erased::header(message);
         }
         let Some(writer) = &mut self.writer else {
             self.report.unrecorded += 1;
             return Ok(());
         };
-        match writer.write(channel, message, cells) {
+        match writer.write_bytes(spec, message, cells) {
             Ok(_) => Ok(()),
             Err(error) if error.is_one_message() => {
                 self.report.refused += 1;
@@ -116,18 +116,18 @@ impl<W: Write> Core<W> {
         }
     }
 
-    /// Ends a pass over all channels. Gives what to tell the world, where so many scans came since the
+    /// Ends a pass over all channels. Gives what to tell the world, where so many ticks came since the
     /// last time that it is due: they are flushed then.
     ///
     /// # Errors
     /// The sink has failed, which is said once.
     pub fn end_pass(&mut self) -> Result<Option<Recorded>, RecordingError> {
-        let newest = self.newest_scan;
-        if newest.seq < self.acknowledged_scan + RECORDED_EVERY {
+        let newest = self.newest_tick;
+        if newest.seq < self.acknowledged_tick + RECORDED_EVERY {
             return Ok(None);
         }
         self.flush()?;
-        self.acknowledged_scan = newest.seq;
+        self.acknowledged_tick = newest.seq;
         let header = Header { seq: 0, stamp_ns: newest.stamp_ns, source_seq: newest.seq };
         Ok(Some(Recorded { header, message_count: self.report().messages }))
     }

@@ -1,33 +1,35 @@
-//! How long the navigators take for each scan, told on a channel of its own: what a person sees of it is in the
+//! How long each stage takes for each tick, told on a channel of its own: what a person sees of it is in the
 //! recording, beside the health.
 
 use sketchnav_runtime::{Node, Result, SendTimes, Sent, Writer};
-use sketchnav_schemas::channels::{COMMAND, ESTIMATE, LATENCY, SCAN};
-use sketchnav_schemas::message::{Header, LaserScan, Latency, PoseEstimate, VelocityCommand};
+use sketchnav_schemas::channels::{COMMAND, LATENCY, Role, TICK, of_role};
+use sketchnav_schemas::message::{Header, Latency};
 
-/// Reads when scans, estimates and commands were sent, and tells the differences.
+/// Reads when ticks, situations and commands were sent, and tells the differences.
 pub(crate) struct Latencies {
-    scans: SendTimes<LaserScan>,
-    estimates: SendTimes<PoseEstimate>,
-    commands: SendTimes<VelocityCommand>,
+    ticks: SendTimes,
+    /// None where the navigator has no such channel.
+    situations: Option<SendTimes>,
+    commands: SendTimes,
     /// The last command that was looked at.
     command: u64,
-    /// The last scan that was told of, by a predecessor too.
-    scan: u64,
+    /// The last tick that was told of, by a predecessor too.
+    tick: u64,
     writer: Writer<Latency>,
 }
 
 impl Latencies {
-    pub(crate) fn open(node: &Node) -> Result<Self> {
+    pub(crate) fn open(node: &Node, kind: &str) -> Result<Self> {
+        let situations = of_role(Role::Situation, kind);
         let mut writer = node.writer(LATENCY)?;
-        let scan = writer.last_kept().map_or(0, |last| last.header.source_seq);
+        let tick = writer.last_kept().map_or(0, |last| last.header.source_seq);
         writer.resume_behind_kept();
         Ok(Self {
-            scans: SendTimes::open(node, SCAN)?,
-            estimates: SendTimes::open(node, ESTIMATE)?,
-            commands: SendTimes::open(node, COMMAND)?,
+            ticks: SendTimes::open(node, TICK.spec)?,
+            situations: situations.map(|spec| SendTimes::open(node, spec)).transpose()?,
+            commands: SendTimes::open(node, COMMAND.spec)?,
             command: 0,
-            scan,
+            tick,
             writer,
         })
     }
@@ -35,17 +37,20 @@ impl Latencies {
     /// Tells of every command since the last time. What is too long ago to be looked up is left out.
     pub(crate) fn tell(&mut self) -> Result<()> {
         let newest = self.commands.newest();
-        let oldest = newest.saturating_sub(COMMAND.spec.history as u64) + 1;
+        let oldest = newest.saturating_sub(COMMAND.spec.history() as u64) + 1;
         for seq in oldest.max(self.command + 1)..=newest {
             let Some(command) = self.commands.of(seq) else { continue };
             let source_seq = command.header.source_seq;
-            let (scan, estimate) = (self.scans.of(source_seq), self.estimates.caused_by(source_seq));
-            if source_seq > self.scan
-                && let Some(latency) =
-                    scan.zip(estimate).and_then(|(scan, estimate)| of(&scan, &estimate, &command))
+            let situation = self.situations.as_ref().and_then(|times| times.caused_by(source_seq));
+            if source_seq > self.tick
+                && let Some(latency) = self
+                    .ticks
+                    .of(source_seq)
+                    .zip(situation)
+                    .and_then(|(tick, situation)| of(&tick, &situation, &command))
             {
                 self.writer.send(|message| *message = latency)?;
-                self.scan = source_seq;
+                self.tick = source_seq;
             }
         }
         self.command = newest;
@@ -54,11 +59,11 @@ impl Latencies {
 }
 
 /// `None` where the clock says that an effect was before its cause: a dead writer's number was given anew.
-fn of(scan: &Sent, estimate: &Sent, command: &Sent) -> Option<Latency> {
-    let header = Header { seq: 0, source_seq: scan.header.seq, ..scan.header };
-    let estimate_ns = estimate.at_ns.checked_sub(scan.at_ns)?;
-    let command_ns = command.at_ns.checked_sub(estimate.at_ns)? + estimate_ns;
-    Some(Latency { header, estimate_ns, command_ns })
+fn of(tick: &Sent, situation: &Sent, command: &Sent) -> Option<Latency> {
+    let header = Header { seq: 0, source_seq: tick.header.seq, ..tick.header };
+    let situation_ns = situation.at_ns.checked_sub(tick.at_ns)?;
+    let command_ns = command.at_ns.checked_sub(situation.at_ns)?;
+    Some(Latency { header, situation_ns, command_ns })
 }
 
 #[cfg(test)]
@@ -70,10 +75,10 @@ mod tests {
     }
 
     #[test]
-    fn both_are_counted_from_the_scan() {
+    fn each_stage_is_counted_from_its_input() {
         let (scan, estimate, command) = (sent(7, 7, 1000), sent(5, 7, 1300), sent(6, 7, 1350));
         let header = Header { seq: 0, stamp_ns: 700, source_seq: 7 };
-        let expected = Latency { header, estimate_ns: 300, command_ns: 350 };
+        let expected = Latency { header, situation_ns: 300, command_ns: 50 };
         assert_eq!(of(&scan, &estimate, &command), Some(expected));
         assert_eq!(of(&command, &estimate, &scan), None);
     }

@@ -21,11 +21,10 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use sketchnav_recordings::RecordingError;
-use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Reader, SliceReader, Step, Wake, Writer};
-use sketchnav_schemas::channels::{self, Channel, ChannelVisitor, RECORDED};
+use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, RawReader, Step, Wake, Writer};
+use sketchnav_schemas::channels::{self, RECORDED, Role};
 use sketchnav_schemas::codes::FaultKind;
 use sketchnav_schemas::message::Recorded;
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::attempts::Attempts;
@@ -38,7 +37,7 @@ const NAP: Duration = Duration::from_millis(5);
 /// How often what is written is flushed and handed to the device, at least.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
 /// The form of [`State`].
-const CHECKPOINT: &str = "recorder 3";
+const CHECKPOINT: &str = "recorder 4";
 
 /// What a successor needs to know.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
@@ -49,7 +48,7 @@ struct State {
     restarts: u32,
     /// What is safe in this part and the ones before it.
     positions: Positions,
-    acknowledged_scan: u64,
+    acknowledged_tick: u64,
 }
 
 /// Records all channels of `node`'s system until it is asked to end; then what was sent by then, too.
@@ -78,7 +77,7 @@ pub struct Recorder<'a> {
     disk: Option<Disk>,
     /// When to try again, where the disk is full.
     attempts: Attempts,
-    inputs: Vec<Box<dyn Input>>,
+    inputs: Vec<Input>,
     /// Where the world waits for it.
     acknowledgements: Option<Writer<Recorded>>,
     latencies: Latencies,
@@ -105,9 +104,9 @@ impl<'a> Recorder<'a> {
             Err(error) if state.part > 1 => (Core::failed(format!("{error:#}")), None),
             Err(error) => return Err(error),
         };
-        core.resume_after(&state.positions, state.acknowledged_scan);
-        let mut inputs = OpenInputs { node, inputs: Vec::new() };
-        channels::visit(&mut inputs)?;
+        core.resume_after(&state.positions, state.acknowledged_tick);
+        let kind = run.mission.navigator_kind().to_owned();
+        let inputs = Input::all(node, &kind)?;
         let waits = run.pace == Pace::Lockstep;
         let mut recorder = Self {
             node,
@@ -117,9 +116,9 @@ impl<'a> Recorder<'a> {
             core,
             disk,
             attempts: Attempts::new(),
-            inputs: inputs.inputs,
+            inputs,
             acknowledgements: waits.then(|| node.writer(RECORDED)).transpose()?,
-            latencies: Latencies::open(node)?,
+            latencies: Latencies::open(node, &kind)?,
             health: HealthReporter::new(node)?,
             synced: Instant::now(),
             stamp_ns: 0,
@@ -176,7 +175,7 @@ impl<'a> Recorder<'a> {
             let _ = std::fs::remove_file(file);
             return Ok(());
         };
-        core.resume_after(&self.state.positions, self.state.acknowledged_scan);
+        core.resume_after(&self.state.positions, self.state.acknowledged_tick);
         (self.core, self.disk, self.state.part) = (core, Some(disk), number);
         self.checkpoints.write(&self.state)?;
         self.catch_up()?;
@@ -193,9 +192,7 @@ impl<'a> Recorder<'a> {
     pub fn end(mut self) -> anyhow::Result<()> {
         self.health.report(self.stamp_ns)?;
         self.latencies.tell()?;
-        for input in &mut self.inputs {
-            take_all(input.as_mut(), self.node, self.disk.as_ref(), &mut self.core)?;
-        }
+        self.take_all(|_| true)?;
         let (mut report, _sink) = self.core.finish();
         match report.failure {
             None => self
@@ -215,18 +212,27 @@ impl<'a> Recorder<'a> {
     }
 
     fn drain(&mut self) -> anyhow::Result<()> {
-        for input in &mut self.inputs {
-            if self.core.has_failed() && input.waits_for_room(self.node) {
-                continue;
+        let (has_failed, node) = (self.core.has_failed(), self.node);
+        self.take_all(|input| !(has_failed && input.waits_for_room(node)))
+    }
+
+    /// Takes all that has come on the channels that are `wanted`: ticks first, so that everything that was sent before
+    /// the last of them is taken after it.
+    fn take_all(&mut self, mut wanted: impl FnMut(&mut Input) -> bool) -> anyhow::Result<()> {
+        for is_tick in [true, false] {
+            let turn = self.inputs.iter_mut().filter(|input| input.is_tick() == is_tick);
+            for input in turn {
+                if wanted(input) {
+                    take_all(input, self.node, self.disk.as_ref(), &mut self.core)?;
+                }
             }
-            take_all(input.as_mut(), self.node, self.disk.as_ref(), &mut self.core)?;
         }
         Ok(())
     }
 
     fn acknowledge(&mut self, recorded: &Recorded) -> anyhow::Result<()> {
         // Before the world is told, who then lets the channels forget.
-        self.state.acknowledged_scan = recorded.header.source_seq;
+        self.state.acknowledged_tick = recorded.header.source_seq;
         if let Some(disk) = self.disk.as_mut().filter(|_| !self.core.has_failed()) {
             disk.mark_whole()?;
             self.state.positions = self.core.positions();
@@ -261,7 +267,7 @@ impl<'a> Recorder<'a> {
 
 /// Takes all that has come on a channel.
 fn take_all(
-    input: &mut dyn Input,
+    input: &mut Input,
     node: &Node,
     disk: Option<&Disk>,
     core: &mut FileCore,
@@ -357,128 +363,65 @@ fn join_as(whole: &Path, run: &RunConfig, state: &State, report: &mut Report) ->
 }
 
 /// A channel that is recorded.
-trait Input {
-    /// Takes the next message, where one has come, and what the core said to it.
-    fn record_next(
-        &mut self,
-        core: &mut FileCore,
-    ) -> sketchnav_runtime::Result<Option<Result<(), RecordingError>>>;
-
-    /// Whether its messages are to stay in the channel while the file has failed, as nothing else keeps them.
-    fn waits_for_room(&mut self, node: &Node) -> bool;
-
-    /// Goes on after the message `position`, first with what is kept of the channel; what the core
-    /// complains about.
-    fn catch_up(
-        &mut self,
-        node: &Node,
-        position: u64,
-        core: &mut FileCore,
-    ) -> sketchnav_runtime::Result<Vec<RecordingError>>;
-}
-
-struct Fixed<T: Ros2> {
-    channel: Channel<T>,
-    reader: Reader<T>,
-}
-
-impl<T: Ros2> Input for Fixed<T> {
-    fn record_next(
-        &mut self,
-        core: &mut FileCore,
-    ) -> sketchnav_runtime::Result<Option<Result<(), RecordingError>>> {
-        Ok(self.reader.receive()?.map(|message| core.record(self.channel, &*message, &[])))
-    }
-
-    /// Its writer keeps them.
-    fn waits_for_room(&mut self, _: &Node) -> bool {
-        false
-    }
-
-    fn catch_up(
-        &mut self,
-        node: &Node,
-        position: u64,
-        core: &mut FileCore,
-    ) -> sketchnav_runtime::Result<Vec<RecordingError>> {
-        let mut complaints = Vec::new();
-        self.reader.resume_after(position);
-        self.reader.take_kept(node, |message| {
-            complaints.extend(core.record(self.channel, message, &[]).err());
-        })?;
-        Ok(complaints)
-    }
-}
-
-struct Sliced<T: Ros2> {
-    channel: Channel<T>,
-    reader: SliceReader<T>,
+struct Input {
+    reader: RawReader,
+    /// Whether its messages wait for a file that can be written.
     is_waiting: bool,
 }
 
-impl<T: Ros2> Input for Sliced<T> {
+impl Input {
+    /// Every channel of the run that is recorded, in the order of the table.
+    fn all(node: &Node, kind: &str) -> sketchnav_runtime::Result<Vec<Self>> {
+        let recorded = channels::of_kind(kind).filter(|spec| spec.is_recorded());
+        recorded.map(|spec| Ok(Self { reader: node.raw_reader(spec)?, is_waiting: false })).collect()
+    }
+
+    fn is_tick(&self) -> bool {
+        self.reader.spec().role == Role::Tick
+    }
+
+    /// Takes the next message, where one has come, and what the core said to it.
     fn record_next(
         &mut self,
         core: &mut FileCore,
     ) -> sketchnav_runtime::Result<Option<Result<(), RecordingError>>> {
         let sample = self.reader.receive()?;
-        Ok(sample.map(|sample| core.record(self.channel, sample.message(), sample.bytes())))
+        Ok(sample.map(|sample| core.record(self.reader.spec(), sample.message(), sample.cells())))
     }
 
-    /// From the moment that the file fails. The reader is opened anew then, for the history to come again: what came
-    /// last may have been in what was cut off. Where that cannot be, what comes from now on waits all the same.
+    /// Whether its messages are to stay in the channel while the file has failed, as nothing else keeps them: those
+    /// with cells. From the moment that the file fails the reader is opened anew, for the history to come again: what
+    /// came last may have been in what was cut off. Where that cannot be, what comes from now on waits all the same.
     fn waits_for_room(&mut self, node: &Node) -> bool {
+        if self.reader.spec().max_cells == 0 {
+            return false;
+        }
         if !self.is_waiting {
             self.is_waiting = true;
-            if let Ok(reader) = node.slice_reader(self.channel) {
+            if let Ok(reader) = node.raw_reader(self.reader.spec()) {
                 self.reader = reader;
             }
         }
         true
     }
 
-    /// With what waits in the channel. Where the recorder has died there is nothing yet: the history comes when its
-    /// writer has seen the new reader, and a writer that has died too sends its last message once more.
+    /// Goes on after the message `position`, first with what is kept of the channel; what the core complains about.
+    /// Messages with cells wait in the channel. Where the recorder has died there is nothing yet: the history comes
+    /// when its writer has seen the new reader, and a writer that has died too sends its last message once more.
     fn catch_up(
         &mut self,
-        _: &Node,
+        node: &Node,
         position: u64,
         core: &mut FileCore,
     ) -> sketchnav_runtime::Result<Vec<RecordingError>> {
-        self.is_waiting = false;
+        let (spec, mut complaints) = (self.reader.spec(), Vec::new());
         self.reader.resume_after(position);
-        let mut complaints = Vec::new();
-        while let Some(said) = self.record_next(core)? {
-            complaints.extend(said.err());
+        self.reader.take_kept(node, |message| complaints.extend(core.record(spec, message, &[]).err()))?;
+        if std::mem::take(&mut self.is_waiting) || spec.max_cells > 0 {
+            while let Some(said) = self.record_next(core)? {
+                complaints.extend(said.err());
+            }
         }
         Ok(complaints)
-    }
-}
-
-/// Opens a reader of every channel that is recorded.
-struct OpenInputs<'a> {
-    node: &'a Node,
-    inputs: Vec<Box<dyn Input>>,
-}
-
-impl ChannelVisitor for OpenInputs<'_> {
-    type Error = sketchnav_runtime::Error;
-
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> sketchnav_runtime::Result<()> {
-        if channel.spec.recorded {
-            self.inputs.push(Box::new(Fixed { channel, reader: self.node.reader(channel)? }));
-        }
-        Ok(())
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> sketchnav_runtime::Result<()> {
-        if channel.spec.recorded {
-            self.inputs.push(Box::new(Sliced {
-                channel,
-                reader: self.node.slice_reader(channel)?,
-                is_waiting: false,
-            }));
-        }
-        Ok(())
     }
 }

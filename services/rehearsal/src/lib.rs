@@ -1,60 +1,48 @@
-//! A mission in one process: the cores of world, sketcher, localizer and planner, called in turn.
+//! A mission in one process: the world and the stages of a navigator, called in turn.
 //!
 //! It sends, through a [`Tap`], the very messages that the processes send in lockstep, byte for byte
 //! and channel by channel (health apart). No shared memory, no thread; the clock is looked at to tell how long
-//! a core took, and nothing depends on it. [`rerun`] has one of the cores do once more what a recording says
+//! a stage took, and nothing depends on it. [`rerun`] has one of the processes do once more what a recording says
 //! that it did.
 
+mod parts;
 pub mod rerun;
-mod voices;
 
-use sketchnav_localizer::core::CoreError as LocalizerError;
-use sketchnav_planner::core::PlannerError;
-use sketchnav_schemas::channels::{Channel, MISSION};
-use sketchnav_schemas::codes::Order;
-use sketchnav_schemas::message::MissionCommand;
-use sketchnav_schemas::ros2::Ros2;
+use sketchnav_navigators::{UnknownNavigator, read_file};
+use sketchnav_schemas::channels::{self, COMMAND};
+use sketchnav_schemas::codes::{Order, Process};
+use sketchnav_schemas::message::{Header, VelocityCommand};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::SimError;
-use sketchnav_sketcher::{Drawing, Places};
+use sketchnav_stage::{Files, Heard, Memory, StageError};
 
-use voices::{LocalizerVoice, Outbox, PlannerVoice, WorldVoice};
+pub use sketchnav_stage::Tap;
 
-/// Why a rehearsal cannot begin.
+use parts::{Part, World};
+
+/// Why a rehearsal cannot begin, or go on.
 #[derive(Debug, thiserror::Error)]
 pub enum RehearsalError {
     /// The world or the robot's start in it.
     #[error(transparent)]
     World(#[from] SimError),
-    /// The drawing or the places in it.
-    #[error("{0:#}")]
-    Sketch(anyhow::Error),
-    /// The localizer's parameters or its start.
+    /// The mission's navigator.
     #[error(transparent)]
-    Localizer(#[from] LocalizerError),
-    /// The planner's parameters.
-    #[error(transparent)]
-    Planner(#[from] PlannerError),
-}
-
-/// Sees every message as it is sent.
-pub trait Tap {
-    /// A message; `cells` is the slice behind it, empty where its channel has none.
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]);
-
-    /// Whether it has seen enough: asked after each step, `true` ends the rehearsal there.
-    fn has_enough(&self) -> bool {
-        false
-    }
+    Navigator(#[from] UnknownNavigator),
+    /// A stage: its parameters, its drawing, a message.
+    #[error("{0}")]
+    Stage(#[source] StageError),
 }
 
 /// A mission under way.
 pub struct Rehearsal {
-    world: WorldVoice,
-    localizer: LocalizerVoice,
-    planner: PlannerVoice,
-    understood: (Drawing, Places),
-    /// Scan periods that the cores think about a step.
+    kind: String,
+    world: World,
+    sketcher: Part,
+    localizer: Part,
+    planner: Part,
+    supervisor: Memory,
+    /// Instants that the stages think about a step.
     thinking_scans: u32,
 }
 
@@ -64,8 +52,7 @@ impl Rehearsal {
     /// # Errors
     /// [`RehearsalError`] with the file, the key or the place.
     pub fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
-        let understood = sketchnav_sketcher::understand(run).map_err(RehearsalError::Sketch)?;
-        Self::by(run, understood)
+        Self::by(run, &read_file)
     }
 
     /// By a drawing that is in no file: `bytes` stand for the file that the mission names.
@@ -73,22 +60,28 @@ impl Rehearsal {
     /// # Errors
     /// As [`Rehearsal::new`].
     pub fn by_bytes(run: &RunConfig, bytes: &[u8]) -> Result<Self, RehearsalError> {
-        let understood = sketchnav_sketcher::understand_bytes(run, bytes).map_err(RehearsalError::Sketch)?;
-        Self::by(run, understood)
+        Self::by(run, &|_| Ok(bytes.to_vec()))
     }
 
-    fn by(run: &RunConfig, understood: (Drawing, Places)) -> Result<Self, RehearsalError> {
+    fn by(run: &RunConfig, files: &Files<'_>) -> Result<Self, RehearsalError> {
+        let kind = run.mission.navigator_kind();
+        let part = |process| {
+            let none = || RehearsalError::Stage(format!("{process}: no stage of {kind:?}").into());
+            Part::new(process, run, files)?.ok_or_else(none)
+        };
         Ok(Self {
-            world: WorldVoice::new(run)?,
-            localizer: LocalizerVoice::new(run)?,
-            planner: PlannerVoice::new(run)?,
-            understood,
+            kind: kind.to_owned(),
+            world: World::new(run)?,
+            sketcher: part(Process::Sketcher)?,
+            localizer: part(Process::Localizer)?,
+            planner: part(Process::Planner)?,
+            supervisor: Memory::of_writer(Process::Supervisor, kind),
             thinking_scans: 0,
         })
     }
 
-    /// As in real time on a slow machine: the cores need so many scan periods for a step, meanwhile the world
-    /// goes on by the command before, and the scans of that time go by. 0 is lockstep.
+    /// As in real time on a slow machine: the stages need so many instants for a step, meanwhile the world
+    /// goes on by the command before, and the readings of that time go by. 0 is lockstep.
     #[must_use]
     pub fn thinking_for(self, thinking_scans: u32) -> Self {
         Self { thinking_scans, ..self }
@@ -97,42 +90,56 @@ impl Rehearsal {
     /// Drives the mission to its end, or until the tap has seen enough.
     ///
     /// # Errors
-    /// [`RehearsalError`] where the sketch does not suit the services.
+    /// [`RehearsalError::Stage`] where the drawing or the tasks do not suit the stages.
     pub fn run(mut self, tap: &mut impl Tap) -> Result<(), RehearsalError> {
+        self.drive(tap).map_err(RehearsalError::Stage)
+    }
+
+    fn drive(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
         self.begin(tap)?;
         let mut thought_out = None;
-        while !self.step(tap) && !tap.has_enough() {
-            let newest = Some(*self.planner.command.message);
+        loop {
+            self.step(tap)?;
+            let newest = self.planner.memory.get(COMMAND.spec).map(|c| *c.typed::<VelocityCommand>());
+            if newest.is_some_and(|command| command.last == 1) || tap.has_enough() {
+                return Ok(());
+            }
             let command =
                 if self.thinking_scans == 0 { newest } else { std::mem::replace(&mut thought_out, newest) };
             self.world.step(command.as_ref());
             for _ in 1..self.thinking_scans {
-                self.world.observe(tap);
+                self.world.observe(tap)?;
                 self.world.step(None);
             }
         }
-        Ok(())
     }
 
-    /// The sketch, the tasks, the order to start.
-    fn begin(&mut self, tap: &mut impl Tap) -> Result<(), RehearsalError> {
-        let (sketch, route) = voices::sketch(&self.understood, tap);
-        let cells = &self.understood.0.cells;
-        self.localizer.on_sketch(&sketch, cells)?;
-        self.planner.take(|core| core.on_sketch(&sketch, cells))?;
-        self.planner.take(|core| core.on_route(&route));
-        let mut mission = Outbox::<MissionCommand>::new(MISSION);
-        mission.message.order = Order::Start.code();
-        mission.send(tap, &[]);
-        self.planner.take(|core| core.on_order(&mission.message));
-        Ok(())
+    /// What a person gives, and the order to start.
+    fn begin(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
+        let Self { sketcher, localizer, planner, supervisor, kind, .. } = self;
+        sketcher.speak(Header { seq: 0, stamp_ns: 0, source_seq: 0 }, tap)?;
+        for spec in channels::written_by(Process::Sketcher, kind) {
+            let Some(said) = sketcher.memory.get(spec) else { continue };
+            let heard = Heard::new(spec, said.bytes(), said.cells());
+            for (process, part) in [(Process::Localizer, &mut *localizer), (Process::Planner, planner)] {
+                if spec.readers.contains(&process) {
+                    part.hear(&heard)?;
+                }
+            }
+        }
+        let order = parts::order(supervisor, Order::Start, tap)?;
+        planner.hear(&Heard::new(channels::MISSION.spec, order.bytes(), &[]))
     }
 
-    /// One instant, from the sensors to the command; whether the mission is over.
-    fn step(&mut self, tap: &mut impl Tap) -> bool {
-        self.world.observe(tap);
-        let (odometry, scan) = (&self.world.odometry.message, &self.world.scan.message);
-        self.localizer.answer(odometry, scan, tap);
-        self.planner.answer(&self.localizer.estimate.message, scan, odometry, tap)
+    /// One instant, from the sensors to the command.
+    fn step(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
+        let Self { world, localizer, planner, .. } = self;
+        world.observe(tap)?;
+        let instant = (world.tick(), world.stamp_ns());
+        localizer.step(instant, &[&world.memory], tap)?;
+        planner.step(instant, &[&world.memory, &localizer.memory], tap)?;
+        world.memory.end_instant();
+        localizer.memory.end_instant();
+        Ok(())
     }
 }

@@ -5,7 +5,7 @@
 //! real time two things are not in a recording, and cannot be executed again: which command had come when
 //! the world went on, and between which two estimates an order came to the planner.
 
-mod subjects;
+mod subject;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,14 +15,14 @@ use sketchnav_recordings::diff::{Comparison, Difference, Side, Tolerances};
 use sketchnav_recordings::reader::{Attachment, RawMessage, Selection, Topic};
 use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError, sources};
-use sketchnav_schemas::channels::{Channel, ChannelSpec, ESTIMATE, STATUS, TABLE};
+use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::erased;
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_schemas::time::seconds;
 
 use crate::{RehearsalError, Tap};
-use subjects::Subject;
+use subject::Subject;
 
 /// Why a service cannot be executed again.
 #[derive(Debug, thiserror::Error)]
@@ -87,8 +87,8 @@ pub fn run_of(recording: &Recording, folder: &std::path::Path) -> Result<RunConf
 }
 
 /// The channels that `process` writes and the recorder records, but for its health.
-pub fn outputs(process: Process) -> impl Iterator<Item = &'static ChannelSpec> {
-    TABLE.iter().copied().filter(move |spec| spec.recorded && spec.writer == Some(process))
+pub fn outputs(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> {
+    channels::written_by(process, kind).filter(|spec| spec.is_recorded())
 }
 
 /// Executes `process` of `run`, which may have other parameters than the recording's, and compares what it
@@ -119,14 +119,14 @@ pub fn rerun<W: std::io::Write>(
     }
     let mut subject = Subject::new(process, run)?;
     let mut sent = Sent {
-        comparison: Comparison::of(outputs(process), tolerances),
+        comparison: Comparison::of(outputs(process, run.mission.navigator_kind()), tolerances),
         copy,
         topic: None,
         sent: 0,
         failure: None,
     };
-    subject.answers(answered(recording, process, run.pace)?);
-    subject.begin(&mut sent);
+    subject.answers(answered(recording, process, run)?);
+    subject.begin(&mut sent)?;
     let mut recorded = 0;
     for message in recording.timeline(Selection::default())? {
         let message = message?;
@@ -153,21 +153,20 @@ pub fn rerun<W: std::io::Write>(
     })
 }
 
-/// The scans that the recorded process has answered; `None` where it answered all. In real time it may have
+/// The ticks that the recorded process has answered; `None` where it answered all. In real time it may have
 /// come when some had gone by, or have left some out.
 fn answered(
     recording: &Recording,
     process: Process,
-    pace: Pace,
+    run: &RunConfig,
 ) -> Result<Option<BTreeSet<u64>>, RecordingError> {
-    let scans: Result<BTreeSet<u64>, _> = match (pace, process) {
-        (Pace::Lockstep, _) => return Ok(None),
-        (_, Process::Localizer) => recording.channel(ESTIMATE)?.map(|m| Ok(m?.0.header.source_seq)).collect(),
-        (_, Process::Planner) => recording.channel(STATUS)?.map(|m| Ok(m?.0.header.source_seq)).collect(),
-        _ => return Ok(None),
+    let last_word = channels::last_word_of(process, run.mission.navigator_kind());
+    let Some(spec) = last_word.filter(|spec| run.pace != Pace::Lockstep && spec.role != Role::Tick) else {
+        return Ok(None);
     };
+    let ticks: Result<BTreeSet<u64>, _> = recording.headers(spec)?.map(|header| Ok(header?.source_seq)).collect();
     // A log that nobody has localized yet has no answers.
-    Ok(Some(scans?).filter(|scans| !scans.is_empty()))
+    Ok(Some(ticks?).filter(|ticks| !ticks.is_empty()))
 }
 
 /// The files of a recording, for a copy of it.
@@ -186,13 +185,13 @@ struct Sent<'a, W: std::io::Write> {
 }
 
 impl<W: std::io::Write> Sent<'_, W> {
-    fn topic<T: Ros2>(&mut self, channel: Channel<T>) -> Arc<Topic> {
-        let name = topic_name(channel.spec.name);
+    fn topic(&mut self, spec: &'static ChannelSpec) -> Arc<Topic> {
+        let name = topic_name(spec.name);
         match self.topic.take().filter(|topic| topic.name == name) {
             Some(topic) => topic,
             None => Arc::new(Topic {
                 name,
-                ros2_type: T::TYPE.to_owned(),
+                ros2_type: spec.message.ros2.to_owned(),
                 encoding: "cdr".to_owned(),
                 schema: Arc::default(),
                 metadata: Default::default(),
@@ -200,34 +199,34 @@ impl<W: std::io::Write> Sent<'_, W> {
         }
     }
 
-    fn take<T: Ros2>(
+    fn take(
         &mut self,
-        channel: Channel<T>,
-        message: &T,
+        spec: &'static ChannelSpec,
+        message: &[u8],
         cells: &[u8],
     ) -> Result<(), RecordingError> {
-        let (topic, header) = (self.topic(channel), message.header());
+        let (topic, header) = (self.topic(spec), erased::header(message));
         let mut cdr = Vec::new();
-        let said = message.to_cdr(cells, &mut cdr);
+        let said = spec.message.encode(message, cells, &mut spec.message.spare(), &mut cdr);
         said.map_err(|source| RecordingError::Message {
             topic: topic.name.clone(),
             seq: header.seq,
             source,
         })?;
         self.topic = Some(Arc::clone(&topic));
-        let (sequence, stamp_ns) = (header.seq as u32, header.stamp_ns); // `to_cdr` refuses larger ones
+        let (sequence, stamp_ns) = (header.seq as u32, header.stamp_ns); // `encode` refuses larger ones
         self.comparison.take(Side::B, RawMessage { topic, sequence, stamp_ns, publish_ns: stamp_ns, cdr });
         match &mut self.copy {
-            Some(copy) => copy.write(channel, message, cells).map(drop),
+            Some(copy) => copy.write_bytes(spec, message, cells).map(drop),
             None => Ok(()),
         }
     }
 }
 
 impl<W: std::io::Write> Tap for Sent<'_, W> {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
+    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) {
         self.sent += 1;
-        if let Err(error) = self.take(channel, message, cells) {
+        if let Err(error) = self.take(spec, message, cells) {
             self.failure.get_or_insert(error);
         }
     }

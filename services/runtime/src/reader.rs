@@ -101,7 +101,7 @@ impl RawReader {
     ///
     /// # Errors
     /// As [`RawReader::receive`].
-    pub fn receive_sound(&mut self) -> Result<Option<RawSample>> {
+    pub fn receive_valid(&mut self) -> Result<Option<RawSample>> {
         while let Some(sample) = self.receive()? {
             if self.spec.message.is_valid(sample.message()) {
                 return Ok(Some(sample));
@@ -202,9 +202,9 @@ impl<T: Message> Reader<T> {
         Ok(self.raw.receive()?.map(Sample::new))
     }
 
-    /// As [`RawReader::receive_sound`].
-    pub fn receive_sound(&mut self) -> Result<Option<Sample<T>>> {
-        Ok(self.raw.receive_sound()?.map(Sample::new))
+    /// As [`RawReader::receive_valid`].
+    pub fn receive_valid(&mut self) -> Result<Option<Sample<T>>> {
+        Ok(self.raw.receive_valid()?.map(Sample::new))
     }
 
     /// As [`RawReader::position`].

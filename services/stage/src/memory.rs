@@ -80,7 +80,7 @@ impl Inputs for Memory {
     }
 }
 
-impl Inputs for [&Memory] {
+impl<const N: usize> Inputs for [&Memory; N] {
     fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>> {
         self.iter().find_map(|memory| memory.newest(spec))
     }

@@ -1,8 +1,8 @@
 //! What a stage sends.
 
-use sketchnav_schemas::channels::{Channel, ChannelSpec};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec};
 use sketchnav_schemas::erased;
-use sketchnav_schemas::message::{Header, Message};
+use sketchnav_schemas::message::{Header, MAX_SENSORS, Message};
 
 use crate::StageError;
 
@@ -95,6 +95,15 @@ impl<'a> Outbox<'a> {
     /// The number of the last message of a channel; 0 before the first.
     pub fn last<T>(&self, channel: Channel<T>) -> u64 {
         self.sink.last(channel.spec)
+    }
+
+    /// The number of the newest message of each sensor, for a tick; 0 where there is none.
+    pub fn newest_readings(&self) -> [u64; MAX_SENSORS] {
+        let mut newest = [0; MAX_SENSORS];
+        for (newest, sensor) in newest.iter_mut().zip(channels::sensors()) {
+            *newest = self.sink.last(sensor);
+        }
+        newest
     }
 
     fn put<T: Message>(

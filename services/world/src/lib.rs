@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Pacer, Reader, Step, Wake, Writer};
-use sketchnav_schemas::channels::{COMMAND, CONTACT, LOCKSTEP_WINDOW, ODOMETRY, RECORDED, SCAN, TRUTH};
+use sketchnav_schemas::channels::{COMMAND, CONTACT, LOCKSTEP_WINDOW, ODOMETRY, RECORDED, SCAN, TICK, TRUTH};
 use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{
-    Contact, GroundTruth, Header, LaserScan, Odometry, Recorded, VelocityCommand,
+    Contact, GroundTruth, Header, LaserScan, Odometry, Recorded, Tick, VelocityCommand,
 };
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_sim::World;
@@ -22,12 +22,13 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The form of [`Positions`] and [`World`].
-const CHECKPOINT: &str = "world 1";
+const CHECKPOINT: &str = "world 2";
 
 /// Where in its channels the world stands before its sensors speak: the last number that was given, or
 /// the one before the message that counts.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Positions {
+    tick: u64,
     scan: u64,
     odometry: u64,
     truth: u64,
@@ -73,6 +74,7 @@ fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(
 struct Shell<'a> {
     node: &'a Node,
     world: World,
+    tick: Writer<Tick>,
     scan: Writer<LaserScan>,
     odometry: Writer<Odometry>,
     truth: Writer<GroundTruth>,
@@ -84,8 +86,8 @@ struct Shell<'a> {
     pace: Pace,
     /// The newest command.
     held: Option<VelocityCommand>,
-    /// The newest scan that is safe in the file; beyond all scans where nothing records.
-    recorded_scan: u64,
+    /// The newest tick that is safe in the file; beyond all ticks where nothing records.
+    recorded_tick: u64,
 }
 
 impl<'a> Shell<'a> {
@@ -96,6 +98,7 @@ impl<'a> Shell<'a> {
         let mut shell = Self {
             node,
             world,
+            tick: node.writer(TICK)?,
             scan: node.writer(SCAN)?,
             odometry: node.writer(ODOMETRY)?,
             truth: node.writer(TRUTH)?,
@@ -106,7 +109,7 @@ impl<'a> Shell<'a> {
             checkpoints,
             pace: run.pace,
             held: None,
-            recorded_scan: if run.recording.is_some() { 0 } else { u64::MAX - LOCKSTEP_WINDOW },
+            recorded_tick: if run.recording.is_some() { 0 } else { u64::MAX - LOCKSTEP_WINDOW },
         };
         if let Some(positions) = positions {
             shell.resume_after(&positions);
@@ -115,6 +118,7 @@ impl<'a> Shell<'a> {
     }
 
     fn resume_after(&mut self, positions: &Positions) {
+        self.tick.resume_after(positions.tick);
         self.scan.resume_after(positions.scan);
         self.odometry.resume_after(positions.odometry);
         self.truth.resume_after(positions.truth);
@@ -126,6 +130,7 @@ impl<'a> Shell<'a> {
     /// The command that is held and the recorder's last word are to come again.
     fn positions(&self) -> Positions {
         Positions {
+            tick: self.tick.last_seq(),
             scan: self.scan.last_seq(),
             odometry: self.odometry.last_seq(),
             truth: self.truth.last_seq(),
@@ -135,7 +140,7 @@ impl<'a> Shell<'a> {
         }
     }
 
-    /// A step for every command: the next when the one that this scan caused has come and the recorder
+    /// A step for every command: the next when the one that this tick caused has come and the recorder
     /// is not too far behind.
     fn lockstep(&mut self) -> anyhow::Result<()> {
         self.observe()?;
@@ -152,17 +157,17 @@ impl<'a> Shell<'a> {
     }
 
     fn next_is_due(&self) -> bool {
-        let scan = self.scan.last_seq();
+        let tick = self.tick.last_seq();
         let answered =
-            self.held.is_some_and(|command| command.header.source_seq == scan && command.last == 0);
-        answered && scan < self.recorded_scan + LOCKSTEP_WINDOW
+            self.held.is_some_and(|command| command.header.source_seq == tick && command.last == 0);
+        answered && tick < self.recorded_tick + LOCKSTEP_WINDOW
     }
 
     /// In lockstep each command is for its own step, also where those of many steps have come: a world that
     /// goes on from a checkpoint takes the steps since then again.
     fn has_its_command(&self) -> bool {
-        let scan = self.scan.last_seq();
-        self.pace == Pace::Lockstep && self.held.is_some_and(|command| command.header.source_seq >= scan)
+        let tick = self.tick.last_seq();
+        self.pace == Pace::Lockstep && self.held.is_some_and(|command| command.header.source_seq >= tick)
     }
 
     /// A step when its time has come, whatever command there is, until the last one.
@@ -185,7 +190,7 @@ impl<'a> Shell<'a> {
         }
     }
 
-    /// Time begins when the first scan is answered: whoever still reads the drawing misses nothing, however
+    /// Time begins when the first tick is answered: whoever still reads the drawing misses nothing, however
     /// fast time passes then. Without navigators it begins all the same.
     fn await_navigators(&mut self) -> anyhow::Result<()> {
         let began = Instant::now();
@@ -199,12 +204,12 @@ impl<'a> Shell<'a> {
 
     fn receive(&mut self) -> anyhow::Result<()> {
         while !self.has_its_command()
-            && let Some(command) = self.command.receive_sound()?
+            && let Some(command) = self.command.receive_valid()?
         {
             self.held = Some(*command);
         }
         while let Some(recorded) = self.recorded.receive()? {
-            self.recorded_scan = recorded.header.source_seq;
+            self.recorded_tick = recorded.header.source_seq;
         }
         Ok(())
     }
@@ -223,9 +228,9 @@ impl<'a> Shell<'a> {
         Ok(())
     }
 
-    /// Sends what the sensors say now; the scan last, which wakes the readers.
+    /// Sends what the sensors say now; the tick last, which names it and wakes the readers.
     fn observe(&mut self) -> anyhow::Result<()> {
-        let seq = self.scan.last_seq() + 1;
+        let seq = self.tick.last_seq() + 1;
         let header = Header { seq: 0, stamp_ns: self.world.stamp_ns(), source_seq: seq };
         for contact in self.world.contacts() {
             let mut loan = self.contact.loan()?;
@@ -243,7 +248,11 @@ impl<'a> Shell<'a> {
         let mut scan = self.scan.loan()?;
         scan.header = header;
         self.world.fill_scan(&mut scan);
-        scan.send()?;
+        scan.send_quietly()?;
+        let mut tick = self.tick.loan()?;
+        tick.header = header;
+        self.node.name_readings(&mut tick);
+        tick.send()?;
         Ok(())
     }
 

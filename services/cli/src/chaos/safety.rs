@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 use sketchnav_recordings::faults::{FaultInfo, faults};
 use sketchnav_recordings::{Recording, RecordingError};
-use sketchnav_schemas::channels::{CONTACT, TRUTH};
+use sketchnav_schemas::channels::{CONTACT, NAVIGATORS, TRUTH, trigger_of};
 use sketchnav_schemas::codes::{BodyKind, Process};
 use sketchnav_schemas::message::{Contact, GroundTruth};
 use sketchnav_schemas::run::{Pace, RunConfig};
@@ -63,7 +63,9 @@ fn judge(run: &RunConfig, faults: &[FaultInfo], truth: &[GroundTruth], contacts:
 /// recording's end.
 fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)> {
     let Pace::RealTime { speed } = run.pace else { return Vec::new() };
-    let navigators = [Process::Localizer, Process::Planner].map(Process::word);
+    // A robot that stands still needs no sketcher.
+    let navigators = NAVIGATORS.into_iter().filter(|process| trigger_of(*process, run.mission.navigator_kind()).is_some());
+    let navigators: Vec<_> = navigators.map(Process::word).collect();
     let mut away = Vec::new();
     let is_death = |fault: &FaultInfo| fault.kind == "died" && navigators.contains(&fault.process);
     for (i, died) in faults.iter().enumerate().filter(|(_, fault)| is_death(fault)) {

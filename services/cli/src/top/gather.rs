@@ -4,14 +4,11 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use sketchnav_runtime::{Node, ProcessState, Reader, SliceReader, System};
-use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor, FAULTS, HEALTH, STATUS};
+use sketchnav_runtime::{Node, ProcessState, RawReader, Reader, System};
+use sketchnav_schemas::channels::{self, FAULTS, HEALTH, Role, SERVICES, STATUS};
 use sketchnav_schemas::codes::{FaultKind, Process, TaskState};
-use sketchnav_schemas::message::{Fault, Header, Health, Message, MissionStatus};
-use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::message::{Fault, Header, Health, MissionStatus};
 use sketchnav_schemas::run::RunConfig;
-
-use crate::args::SERVICES;
 
 /// Faults that are kept for people.
 const LAST_FAULTS: usize = 8;
@@ -46,7 +43,7 @@ pub struct Row {
     pub restarts: u32,
     /// Messages a second on its channels, by the wall clock.
     pub rate_hz: f64,
-    /// Scans that came and that it has not answered, or not made safe; `None` where it answers none.
+    /// Ticks that came and that it has not answered, or not made safe; `None` where it answers none.
     pub queue: Option<u64>,
     /// Since its last message; `None` before the first.
     pub age_ms: Option<f64>,
@@ -62,7 +59,7 @@ pub struct Row {
 pub struct Gatherer {
     node: Node,
     run: RunConfig,
-    taps: Vec<Box<dyn Tap>>,
+    taps: Vec<Counted>,
     faults: Reader<Fault>,
     health: Reader<Health>,
     statuses: Reader<MissionStatus>,
@@ -78,9 +75,9 @@ impl Gatherer {
     pub fn join(system: System) -> anyhow::Result<Self> {
         let run = system.run_config()?;
         let node = Node::join(system, Process::Observer)?;
-        let mut opened = OpenTaps { node: &node, taps: Vec::new() };
-        channels::visit(&mut opened)?;
-        let taps = opened.taps;
+        let channels = channels::of_kind(run.mission.navigator_kind());
+        let taps = channels.map(|spec| Ok(Counted::new(node.raw_reader(spec)?)));
+        let taps = taps.collect::<sketchnav_runtime::Result<Vec<_>>>()?;
         let (faults, health, statuses) = (node.reader(FAULTS)?, node.reader(HEALTH)?, node.reader(STATUS)?);
         Ok(Self {
             node,
@@ -136,7 +133,7 @@ impl Gatherer {
         let order = [Process::Supervisor].into_iter().chain(SERVICES).chain(pad);
         let rows: Vec<_> =
             order.map(|process| self.row(process, alive.get(process.word()).copied(), took)).collect();
-        self.taps.iter_mut().for_each(|tap| tap.count_anew());
+        self.taps.iter_mut().for_each(Counted::count_anew);
         Ok(Snapshot {
             system: self.node.system().name().to_owned(),
             mission: self.run.mission.name.clone(),
@@ -148,9 +145,9 @@ impl Gatherer {
     }
 
     fn row(&self, process: Process, pid: Option<u32>, took: Duration) -> Row {
-        let own = || self.taps.iter().filter(|tap| tap.spec().writer == Some(process));
+        let own = || self.taps.iter().filter(|tap| tap.reader.spec().writer == Some(process));
         let messages: u64 = own().map(|tap| tap.count()).sum();
-        let heard = own().filter_map(|tap| tap.heard()).max();
+        let heard = own().filter_map(|tap| tap.heard).max();
         let health = self.lives.get(&process.code()).filter(|health| health.steps > 0);
         let ms = |ns: u64| ns as f64 / 1e6;
         Row {
@@ -167,16 +164,19 @@ impl Gatherer {
         }
     }
 
-    /// How far behind the newest scan, or the newest estimate, a process is.
+    /// How many ticks a process is behind what it answers.
     fn queue(&self, process: Process) -> Option<u64> {
-        let newest = |channel: &str| self.taps.iter().find(|tap| tap.spec().name == channel)?.newest();
-        let behind = |input: u64, output: &str| Some(input.saturating_sub(newest(output)?.source_seq));
-        match process {
-            Process::Localizer => behind(newest("scan")?.seq, "estimate"),
-            Process::Planner => behind(newest("estimate")?.source_seq, "status"),
-            Process::Recorder => behind(newest("scan")?.seq, "recorded"),
-            _ => None,
-        }
+        let kind = self.run.mission.navigator_kind();
+        let (input, output) = match process {
+            Process::World => return None,
+            Process::Recorder => (channels::of_role(Role::Tick, kind), channels::of_role(Role::Safe, kind)),
+            _ => (channels::trigger_of(process, kind), channels::last_word_of(process, kind)),
+        };
+        let tick = |spec| {
+            let newest = self.taps.iter().find(|tap| Some(tap.reader.spec()) == spec)?.newest?;
+            Some(if spec?.role == Role::Tick { newest.seq } else { newest.source_seq })
+        };
+        Some(tick(input)?.saturating_sub(tick(output)?))
     }
 }
 
@@ -198,68 +198,31 @@ fn words(fault: &Fault) -> String {
 }
 
 /// A channel that is counted.
-trait Tap {
-    fn spec(&self) -> &'static ChannelSpec;
-    fn drain(&mut self) -> sketchnav_runtime::Result<()>;
-    /// Messages since it was last counted anew.
-    fn count(&self) -> u64;
-    fn count_anew(&mut self);
+struct Counted {
+    reader: RawReader,
     /// The last message's header.
-    fn newest(&self) -> Option<Header>;
-    /// When the last message came; what was sent before anybody looked has come at the first look.
-    fn heard(&self) -> Option<Instant>;
-}
-
-struct Counted<R> {
-    spec: &'static ChannelSpec,
-    reader: R,
     newest: Option<Header>,
+    /// When the last message came; what was sent before anybody looked has come at the first look.
     heard: Option<Instant>,
     /// The number from which on is counted.
     from_seq: Option<u64>,
 }
 
-impl<R> Counted<R> {
-    fn new(spec: &'static ChannelSpec, reader: R) -> Self {
-        Self { spec, reader, newest: None, heard: None, from_seq: None }
-    }
-
-    fn hear(&mut self, header: Header) {
-        (self.newest, self.heard) = (Some(header), Some(Instant::now()));
-    }
-}
-
-/// The two kinds of readers, as far as they are counted.
-trait Headers {
-    fn next(&mut self) -> sketchnav_runtime::Result<Option<Header>>;
-}
-
-impl<T: Message> Headers for Reader<T> {
-    fn next(&mut self) -> sketchnav_runtime::Result<Option<Header>> {
-        Ok(self.receive()?.map(|message| *message.header()))
-    }
-}
-
-impl<T: Message> Headers for SliceReader<T> {
-    fn next(&mut self) -> sketchnav_runtime::Result<Option<Header>> {
-        Ok(self.receive()?.map(|sample| *sample.message().header()))
-    }
-}
-
-impl<R: Headers> Tap for Counted<R> {
-    fn spec(&self) -> &'static ChannelSpec {
-        self.spec
+impl Counted {
+    fn new(reader: RawReader) -> Self {
+        Self { reader, newest: None, heard: None, from_seq: None }
     }
 
     fn drain(&mut self) -> sketchnav_runtime::Result<()> {
-        while let Some(header) = self.reader.next()? {
-            self.hear(header);
+        while let Some(sample) = self.reader.receive()? {
+            (self.newest, self.heard) = (Some(*sample.header()), Some(Instant::now()));
         }
         // What the history held was sent before.
         self.from_seq = self.from_seq.or(self.newest.map(|newest| newest.seq));
         Ok(())
     }
 
+    /// Messages since it was last counted anew.
     fn count(&self) -> u64 {
         let newest = self.newest.map_or(0, |newest| newest.seq);
         newest.saturating_sub(self.from_seq.unwrap_or(newest))
@@ -267,32 +230,5 @@ impl<R: Headers> Tap for Counted<R> {
 
     fn count_anew(&mut self) {
         self.from_seq = self.newest.map(|newest| newest.seq);
-    }
-
-    fn newest(&self) -> Option<Header> {
-        self.newest
-    }
-
-    fn heard(&self) -> Option<Instant> {
-        self.heard
-    }
-}
-
-struct OpenTaps<'a> {
-    node: &'a Node,
-    taps: Vec<Box<dyn Tap>>,
-}
-
-impl ChannelVisitor for OpenTaps<'_> {
-    type Error = sketchnav_runtime::Error;
-
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> sketchnav_runtime::Result<()> {
-        self.taps.push(Box::new(Counted::new(channel.spec, self.node.reader(channel)?)));
-        Ok(())
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> sketchnav_runtime::Result<()> {
-        self.taps.push(Box::new(Counted::new(channel.spec, self.node.slice_reader(channel)?)));
-        Ok(())
     }
 }

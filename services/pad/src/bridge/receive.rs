@@ -77,7 +77,7 @@ impl Inbox {
         if let Some(fault) = self.faults.receive()? {
             return Ok(Some(News::Fault(*fault)));
         }
-        if let Some(estimate) = self.estimates.receive_sound()? {
+        if let Some(estimate) = self.estimates.receive_valid()? {
             let estimate: Box<PoseEstimate> = Box::new(*estimate);
             match self.in_flight.checked_sub(1) {
                 Some(left) => self.in_flight = left,
@@ -93,7 +93,7 @@ impl Inbox {
     }
 
     fn keep_newest(&mut self) -> anyhow::Result<()> {
-        while let Some(scan) = self.scans.receive_sound()? {
+        while let Some(scan) = self.scans.receive_valid()? {
             self.scan = Some(Box::new(*scan));
         }
         while let Some(plan) = self.plans.receive()? {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use sketchnav_schemas::channels::SERVICES;
 use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::message::Fault;
 
@@ -31,10 +32,8 @@ pub struct ServiceView {
 
 impl Default for Services {
     fn default() -> Self {
-        let all =
-            [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
         let view = |p: Process| (p.code(), ServiceView { name: p.word(), up: true, restarts: 0 });
-        Self { known: all.into_iter().map(view).collect(), restarted_ns: BTreeMap::new() }
+        Self { known: SERVICES.into_iter().map(view).collect(), restarted_ns: BTreeMap::new() }
     }
 }
 

@@ -83,7 +83,7 @@ impl Inputs {
 
     pub(super) fn next_instruction(&mut self) -> Result<Option<(&'static ChannelSpec, RawSample)>> {
         for reader in &mut self.instructions {
-            if let Some(sample) = reader.receive_sound()? {
+            if let Some(sample) = reader.receive_valid()? {
                 return Ok(Some((reader.spec(), sample)));
             }
         }
@@ -99,7 +99,7 @@ impl Inputs {
     /// The next request, and the index of its channel. It counts as taken once [`Inputs::take_request`] says so.
     pub(super) fn next_request(&mut self) -> Result<Option<(usize, RawSample)>> {
         for (index, requests) in self.requests.iter_mut().enumerate() {
-            if let Some(sample) = requests.reader.receive_sound()? {
+            if let Some(sample) = requests.reader.receive_valid()? {
                 return Ok(Some((index, sample)));
             }
         }
@@ -235,7 +235,7 @@ impl Ticks {
     /// The next one, where there is none yet; whether there is one.
     fn next_after(&mut self, answered: u64) -> Result<bool> {
         while self.current.is_none() {
-            let Some(tick) = self.reader.receive_sound()? else { return Ok(false) };
+            let Some(tick) = self.reader.receive_valid()? else { return Ok(false) };
             self.current = Some(tick).filter(|tick| tick.header().seq > answered);
         }
         Ok(true)
@@ -244,7 +244,7 @@ impl Ticks {
     /// The tick of this number; whether it is there. One that is newer says that it will not come.
     fn advance_to(&mut self, seq: u64) -> Result<bool> {
         while self.current.as_ref().is_none_or(|tick| tick.header().seq < seq) {
-            let Some(tick) = self.reader.receive_sound()? else { return Ok(false) };
+            let Some(tick) = self.reader.receive_valid()? else { return Ok(false) };
             self.current = Some(tick);
         }
         Ok(true)
@@ -254,7 +254,7 @@ impl Ticks {
 impl Triggers {
     fn next_after(&mut self, answered: u64) -> Result<bool> {
         while self.current.is_none() {
-            let Some(trigger) = self.reader.receive_sound()? else { return Ok(false) };
+            let Some(trigger) = self.reader.receive_valid()? else { return Ok(false) };
             self.current = Some(trigger).filter(|trigger| trigger.header().source_seq > answered);
         }
         Ok(true)

@@ -7,7 +7,7 @@ use anyhow::{Context, ensure};
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::reader::Selection;
 use sketchnav_recordings::writer::topic_name;
-use sketchnav_schemas::channels::{ChannelSpec, FAULTS, MISSION, TABLE};
+use sketchnav_schemas::channels::{self, ChannelSpec, FAULTS, MISSION};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::time::seconds;
 use sketchnav_supervisor::Ceded;
@@ -96,8 +96,8 @@ fn topics(options: &ReplayOptions) -> anyhow::Result<BTreeMap<&'static str, Stri
     // What befalls live processes this system's supervisor tells.
     let is_told = |spec: &ChannelSpec| spec.name == FAULTS.spec.name && !options.live.is_empty();
     let is_played =
-        |spec: &&&ChannelSpec| spec.recorded && !options.live.contains(&speaker(spec)) && !is_told(spec);
-    let played: Vec<&'static ChannelSpec> = TABLE.iter().filter(is_played).copied().collect();
+        |spec: &&ChannelSpec| spec.is_recorded() && !options.live.contains(&speaker(spec)) && !is_told(spec);
+    let played: Vec<&'static ChannelSpec> = channels::all().filter(is_played).collect();
     let names = played.iter().map(|spec| spec.name).collect::<Vec<_>>();
     let targets = options.remap.iter().map(|(_, to)| ("--remap", plain(to)));
     for (option, name) in options.topics.iter().map(|name| ("--topics", plain(name))).chain(targets) {

@@ -9,10 +9,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::reader::{RawMessage, Selection, Timeline};
 use sketchnav_recordings::writer::topic_name;
-use sketchnav_runtime::{Node, Reader, System, Wake};
-use sketchnav_schemas::channels::{ESTIMATE, LOCKSTEP_WINDOW, MISSION, RECORDED, SCAN, STATUS};
+use sketchnav_runtime::{Node, RawReader, System, Wake};
+use sketchnav_schemas::channels::{self, LOCKSTEP_WINDOW, MISSION, Role, TICK};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::{MissionStatus, PoseEstimate, Recorded};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::{nanoseconds, seconds};
 use sketchnav_supervisor::Supervisor;
@@ -50,8 +49,8 @@ pub struct Player<'a> {
     bar: ProgressBar,
     plan: &'a Plan,
     shift: Shift,
-    /// The scan that was played last, as it was numbered.
-    scan: u64,
+    /// The tick that was played last, as it was numbered.
+    tick: u64,
     /// The latest stamp that was sent.
     sent_ns: u64,
 }
@@ -73,7 +72,7 @@ impl<'a> Player<'a> {
     ) -> anyhow::Result<Self> {
         let ports = Ports::open(&run.system, plan, supervisor)?;
         let waits = options.rate == Rate::Max && !options.live.is_empty();
-        let answers = waits.then(|| Answers::open(&run.system, &options.live)).transpose()?;
+        let answers = waits.then(|| Answers::open(&run.system, run.mission.navigator_kind(), &options.live)).transpose()?;
         Ok(Self {
             recording,
             options,
@@ -84,7 +83,7 @@ impl<'a> Player<'a> {
             bar: bar(&plan.times_ns),
             plan,
             shift: Shift::default(),
-            scan: 0,
+            tick: 0,
             sent_ns: 0,
         })
     }
@@ -109,7 +108,7 @@ impl<'a> Player<'a> {
                 Turn::Next => End::Played,
             };
             self.bar.finish_and_clear();
-            self.wait_for_answers(self.scan, supervisor)?;
+            self.wait_for_answers(self.tick, supervisor)?;
             return Ok(end);
         }
     }
@@ -137,7 +136,7 @@ impl<'a> Player<'a> {
     fn play_from(&mut self, from_ns: u64, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
         let selection = self.plan.selection().between(from_ns..self.plan.times_ns.end);
         let mut timeline = self.recording.timeline(selection)?.peekable();
-        self.begin_at(from_ns, &mut timeline)?;
+        self.begin_at(from_ns, &mut timeline, supervisor)?;
         let mut instant_ns = None;
         while let Some(message) = timeline.next().transpose()? {
             if instant_ns.replace(message.stamp_ns) != Some(message.stamp_ns) {
@@ -149,36 +148,41 @@ impl<'a> Player<'a> {
                 let since_ns = message.stamp_ns.saturating_sub(self.plan.times_ns.start);
                 self.bar.set_position(since_ns / 1_000_000);
             }
-            if message.topic.is(SCAN) {
+            if message.topic.is(TICK) {
                 // The world in lockstep hears the command before it goes on; so do we.
-                self.wait_for_answers(self.scan, supervisor)?;
+                self.wait_for_answers(self.tick, supervisor)?;
             }
             match self.wait_until_due(&message, supervisor)? {
                 Turn::Next => {}
                 turn => return Ok(turn),
             }
-            self.send(&message)?;
+            self.send(&message, supervisor)?;
         }
         Ok(Turn::Next)
     }
 
-    fn send(&mut self, message: &RawMessage) -> anyhow::Result<()> {
-        self.ports.play(message, self.shift)?;
+    fn send(&mut self, message: &RawMessage, supervisor: &Supervisor) -> anyhow::Result<()> {
+        self.ports.play(message, self.shift, supervisor)?;
         self.sent_ns = self.sent_ns.max(message.stamp_ns + self.shift.ns);
-        if message.topic.is(SCAN) {
-            self.scan = u64::from(message.sequence) + self.shift.scans;
+        if message.topic.is(TICK) {
+            self.tick = u64::from(message.sequence) + self.shift.ticks;
         }
         Ok(())
     }
 
     /// Stamps and scans go on after a jump back; what is latched is said again.
-    fn begin_at(&mut self, from_ns: u64, timeline: &mut Peekable<Timeline>) -> anyhow::Result<()> {
+    fn begin_at(
+        &mut self,
+        from_ns: u64,
+        timeline: &mut Peekable<Timeline>,
+        supervisor: &Supervisor,
+    ) -> anyhow::Result<()> {
         if self.sent_ns > 0 && from_ns + self.shift.ns <= self.sent_ns {
             self.shift.ns = self.sent_ns + 1 - from_ns;
         }
-        let first = self.first_scan(from_ns)?;
-        if let Some(first) = first.filter(|first| first + self.shift.scans <= self.scan) {
-            self.shift.scans = self.scan + 1 - first;
+        let first = self.first_tick(from_ns)?;
+        if let Some(first) = first.filter(|first| first + self.shift.ticks <= self.tick) {
+            self.shift.ticks = self.tick + 1 - first;
         }
         self.clock.restart();
         let at_ns = match timeline.peek() {
@@ -188,15 +192,15 @@ impl<'a> Player<'a> {
         // Who begins in the middle has not heard the orders before it.
         let orders = if self.sent_ns == 0 { self.orders(from_ns)? } else { Vec::new() };
         for earlier in self.latched(from_ns)?.into_iter().chain(orders) {
-            self.ports.play(&RawMessage { stamp_ns: at_ns, ..earlier }, self.shift)?;
+            self.ports.play(&RawMessage { stamp_ns: at_ns, ..earlier }, self.shift, supervisor)?;
         }
         Ok(())
     }
 
-    fn first_scan(&self, from_ns: u64) -> anyhow::Result<Option<u64>> {
-        let selection = Selection::of_topics([topic_name(SCAN.spec.name)]).between(from_ns..u64::MAX);
+    fn first_tick(&self, from_ns: u64) -> anyhow::Result<Option<u64>> {
+        let selection = Selection::of_topics([topic_name(TICK.spec.name)]).between(from_ns..u64::MAX);
         let first = self.recording.select(selection)?.next().transpose()?;
-        Ok(first.map(|scan| scan.sequence.into()))
+        Ok(first.map(|tick| tick.sequence.into()))
     }
 
     /// The last of each latched topic before a time.
@@ -253,17 +257,17 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// Waits until what lives has answered a scan.
-    fn wait_for_answers(&mut self, scan: u64, supervisor: &mut Supervisor) -> anyhow::Result<()> {
+    /// Waits until what lives has answered a tick.
+    fn wait_for_answers(&mut self, tick: u64, supervisor: &mut Supervisor) -> anyhow::Result<()> {
         let Some(answers) = &mut self.answers else { return Ok(()) };
         let since = Instant::now();
-        while !answers.has_come(scan)? {
+        while !answers.has_come(tick)? {
             supervisor.poll(Duration::ZERO)?;
             if since.elapsed() > PATIENCE {
                 bail!(
-                    "no answer to scan {scan} within {} s from {}",
+                    "no answer to tick {tick} within {} s from {}",
                     PATIENCE.as_secs(),
-                    answers.missing(scan)
+                    answers.missing(tick)
                 );
             }
             if self.ports.nap(SHORT_NAP) == Wake::Terminate {
@@ -282,55 +286,52 @@ fn bar(times_ns: &Range<u64>) -> ProgressBar {
 
 /// What the live processes have answered.
 struct Answers {
-    estimate: Option<(Reader<PoseEstimate>, u64)>,
-    status: Option<(Reader<MissionStatus>, u64)>,
-    recorded: Option<(Reader<Recorded>, u64)>,
+    answers: Vec<Answer>,
     _node: Node,
 }
 
+struct Answer {
+    process: Process,
+    reader: RawReader,
+    /// The newest tick that was answered.
+    newest: u64,
+    /// How many ticks it may be behind.
+    window: u64,
+}
+
 impl Answers {
-    fn open(system: &str, live: &[Process]) -> anyhow::Result<Self> {
+    fn open(system: &str, kind: &str, live: &[Process]) -> anyhow::Result<Self> {
         let node = Node::join(System::open(system)?, Process::Observer)?;
-        let lives = |process| live.contains(&process);
-        Ok(Self {
-            estimate: lives(Process::Localizer).then(|| node.reader(ESTIMATE)).transpose()?.map(|r| (r, 0)),
-            status: lives(Process::Planner).then(|| node.reader(STATUS)).transpose()?.map(|r| (r, 0)),
-            recorded: lives(Process::Recorder).then(|| node.reader(RECORDED)).transpose()?.map(|r| (r, 0)),
-            _node: node,
-        })
-    }
-
-    /// Whether all have answered the scan; the recorder may be a window behind.
-    fn has_come(&mut self, scan: u64) -> anyhow::Result<bool> {
-        if let Some((reader, newest)) = &mut self.estimate {
-            while let Some(message) = reader.receive()? {
-                *newest = message.header.source_seq;
+        let mut answers = Vec::new();
+        for &process in live {
+            let (spec, window) = match process {
+                Process::World => continue,
+                Process::Recorder => (channels::of_role(Role::Safe, kind), LOCKSTEP_WINDOW),
+                _ => (channels::last_word_of(process, kind), 0),
+            };
+            if let Some(spec) = spec {
+                answers.push(Answer { process, reader: node.raw_reader(spec)?, newest: 0, window });
             }
         }
-        if let Some((reader, newest)) = &mut self.status {
-            while let Some(message) = reader.receive()? {
-                *newest = message.header.source_seq;
-            }
-        }
-        if let Some((reader, newest)) = &mut self.recorded {
-            while let Some(message) = reader.receive()? {
-                *newest = message.header.source_seq;
-            }
-        }
-        Ok(self.late(scan).next().is_none())
+        Ok(Self { answers, _node: node })
     }
 
-    fn late(&self, scan: u64) -> impl Iterator<Item = Process> {
-        let is_late = |newest: Option<u64>, window: u64| newest.is_some_and(|newest| newest + window < scan);
-        let of = [
-            (Process::Localizer, is_late(self.estimate.as_ref().map(|(_, newest)| *newest), 0)),
-            (Process::Planner, is_late(self.status.as_ref().map(|(_, newest)| *newest), 0)),
-            (Process::Recorder, is_late(self.recorded.as_ref().map(|(_, newest)| *newest), LOCKSTEP_WINDOW)),
-        ];
-        of.into_iter().filter(|(_, is_late)| *is_late).map(|(process, _)| process)
+    /// Whether all have answered the tick.
+    fn has_come(&mut self, tick: u64) -> anyhow::Result<bool> {
+        for answer in &mut self.answers {
+            while let Some(message) = answer.reader.receive()? {
+                answer.newest = message.header().source_seq;
+            }
+        }
+        Ok(self.late(tick).next().is_none())
     }
 
-    fn missing(&self, scan: u64) -> String {
-        self.late(scan).map(Process::word).collect::<Vec<_>>().join(", ")
+    fn late(&self, tick: u64) -> impl Iterator<Item = Process> {
+        let late = self.answers.iter().filter(move |answer| answer.newest + answer.window < tick);
+        late.map(|answer| answer.process)
+    }
+
+    fn missing(&self, tick: u64) -> String {
+        channels::words(self.late(tick))
     }
 }

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 use sketchnav_recordings::reader::RawMessage;
-use sketchnav_runtime::{Node, SliceWriter, System, Wake, Writer};
-use sketchnav_schemas::channels::{self, Channel, ChannelVisitor};
+use sketchnav_runtime::{Node, RawWriter, System, Wake};
+use sketchnav_schemas::channels::{self, Role};
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::erased;
 use sketchnav_schemas::message::Header;
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_supervisor::Supervisor;
 
 use super::plan::{Plan, speaker};
@@ -18,8 +18,8 @@ use super::plan::{Plan, speaker};
 /// What is added to numbers and stamps, so that they go on after a jump back.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Shift {
-    /// To the number of the scan that is the cause.
-    pub scans: u64,
+    /// To the number of the tick that is the cause.
+    pub ticks: u64,
     /// To the stamp, nanoseconds.
     pub ns: u64,
 }
@@ -29,52 +29,41 @@ impl Shift {
         Header {
             seq: header.seq,
             stamp_ns: header.stamp_ns + self.ns,
-            source_seq: if header.source_seq == 0 { 0 } else { header.source_seq + self.scans },
+            source_seq: if header.source_seq == 0 { 0 } else { header.source_seq + self.ticks },
         }
     }
 }
 
 /// A channel that is played into.
-trait Port {
-    fn play(&mut self, message: &RawMessage, shift: Shift) -> anyhow::Result<()>;
-}
-
-struct Fixed<T: Ros2> {
-    writer: Writer<T>,
-    is_numbered: bool,
+struct Port {
+    writer: RawWriter,
+    /// In whose name.
+    process: Process,
     /// What is added to the numbers.
     ahead: u64,
 }
 
-impl<T: Ros2> Port for Fixed<T> {
-    fn play(&mut self, raw: &RawMessage, shift: Shift) -> anyhow::Result<()> {
-        let (message, _) = raw.typed::<T>()?;
-        if self.is_numbered {
+impl Port {
+    fn play(&mut self, node: &Node, raw: &RawMessage, shift: Shift) -> anyhow::Result<()> {
+        let spec = self.writer.spec();
+        let message = raw.decode(spec)?;
+        let header = erased::header(message.bytes());
+        if spec.writer.is_some() && !spec.is_latched() {
             // After a jump back the numbers go on; after one forward they show what was left out.
-            if message.header().seq + self.ahead <= self.writer.last_seq() {
-                self.ahead = self.writer.last_seq() + 1 - message.header().seq;
+            if header.seq + self.ahead <= self.writer.last_seq() {
+                self.ahead = self.writer.last_seq() + 1 - header.seq;
             }
-            self.writer.resume_after(message.header().seq + self.ahead - 1);
+            self.writer.resume_after(header.seq + self.ahead - 1);
         }
-        let mut loan = self.writer.loan()?;
-        *loan = message;
-        *loan.header_mut() = shift.of(message.header());
-        loan.send()?;
-        Ok(())
-    }
-}
-
-struct Sliced<T: Ros2> {
-    writer: SliceWriter<T>,
-}
-
-impl<T: Ros2> Port for Sliced<T> {
-    fn play(&mut self, raw: &RawMessage, shift: Shift) -> anyhow::Result<()> {
-        let (message, cells) = raw.typed::<T>()?;
-        let mut loan = self.writer.loan(cells.len())?;
-        *loan.message_mut() = message;
-        *loan.message_mut().header_mut() = shift.of(message.header());
-        loan.bytes_mut().copy_from_slice(&cells);
+        let mut loan = self.writer.loan(message.cells().len())?;
+        let (bytes, cells) = loan.parts_mut();
+        bytes.copy_from_slice(message.bytes());
+        cells.copy_from_slice(message.cells());
+        *erased::header_mut(bytes) = shift.of(header);
+        if spec.role == Role::Tick {
+            // What is not played does not come.
+            node.name_readings(bytemuck::from_bytes_mut(bytes));
+        }
         loan.send()?;
         Ok(())
     }
@@ -82,7 +71,7 @@ impl<T: Ros2> Port for Sliced<T> {
 
 /// The channels, by the topic of the recording that is played into each.
 pub struct Ports {
-    ports: BTreeMap<String, Box<dyn Port>>,
+    ports: BTreeMap<String, Port>,
     /// Behind the ports, which are to go first.
     nodes: BTreeMap<Process, Node>,
 }
@@ -90,16 +79,32 @@ pub struct Ports {
 impl Ports {
     /// Opens the channels that are played into; those of the supervisor by its own node.
     pub fn open(system: &str, plan: &Plan, supervisor: &Supervisor) -> anyhow::Result<Self> {
-        let ports = Self { ports: BTreeMap::new(), nodes: BTreeMap::new() };
-        let mut open = Open { system, plan, supervisor, ports };
-        channels::visit(&mut open)?;
-        Ok(open.ports)
+        let mut ports = Self { ports: BTreeMap::new(), nodes: BTreeMap::new() };
+        for spec in channels::all() {
+            let Some(topic) = plan.topic_of(spec) else { continue };
+            let process = speaker(spec);
+            if process != Process::Supervisor && !ports.nodes.contains_key(&process) {
+                let system = Rc::new(System::open(system)?);
+                let node = Node::join(system, process).with_context(|| format!("speaking for the {process}"))?;
+                ports.nodes.insert(process, node);
+            }
+            let node = node_of(&ports.nodes, process, supervisor)?;
+            let port = Port { writer: node.raw_writer(spec)?, process, ahead: 0 };
+            ports.ports.insert(topic.to_owned(), port);
+        }
+        Ok(ports)
     }
 
     /// Sends a message.
-    pub fn play(&mut self, message: &RawMessage, shift: Shift) -> anyhow::Result<()> {
+    pub fn play(
+        &mut self,
+        message: &RawMessage,
+        shift: Shift,
+        supervisor: &Supervisor,
+    ) -> anyhow::Result<()> {
         let Some(port) = self.ports.get_mut(&message.topic.name) else { return Ok(()) };
-        port.play(message, shift)
+        let node = node_of(&self.nodes, port.process, supervisor)?;
+        port.play(node, message, shift)
             .with_context(|| format!("{} message {}", message.topic.name, message.sequence))
     }
 
@@ -113,49 +118,13 @@ impl Ports {
     }
 }
 
-struct Open<'a> {
-    system: &'a str,
-    plan: &'a Plan,
+fn node_of<'a>(
+    nodes: &'a BTreeMap<Process, Node>,
+    process: Process,
     supervisor: &'a Supervisor,
-    ports: Ports,
-}
-
-impl Open<'_> {
-    /// The topic of the recording that is played into a channel, where one is, and who writes it.
-    fn source<T: Ros2>(&self, channel: Channel<T>) -> Option<(String, Process)> {
-        Some((self.plan.topic_of(channel.spec)?.to_owned(), speaker(channel.spec)))
-    }
-
-    fn node(&mut self, process: Process) -> anyhow::Result<&Node> {
-        if process == Process::Supervisor {
-            return self.supervisor.node().context("the system has ended");
-        }
-        if !self.ports.nodes.contains_key(&process) {
-            let system = Rc::new(System::open(self.system)?);
-            let node = Node::join(system, process).with_context(|| format!("speaking for the {process}"))?;
-            self.ports.nodes.insert(process, node);
-        }
-        Ok(&self.ports.nodes[&process])
-    }
-}
-
-impl ChannelVisitor for Open<'_> {
-    type Error = anyhow::Error;
-
-    fn fixed<T: Ros2>(&mut self, channel: Channel<T>) -> anyhow::Result<()> {
-        if let Some((topic, process)) = self.source(channel) {
-            let writer = self.node(process)?.writer(channel)?;
-            let is_numbered = channel.spec.writer.is_some();
-            self.ports.ports.insert(topic, Box::new(Fixed { writer, is_numbered, ahead: 0 }));
-        }
-        Ok(())
-    }
-
-    fn sliced<T: Ros2>(&mut self, channel: Channel<T>) -> anyhow::Result<()> {
-        if let Some((topic, process)) = self.source(channel) {
-            let writer = self.node(process)?.slice_writer(channel)?;
-            self.ports.ports.insert(topic, Box::new(Sliced { writer }));
-        }
-        Ok(())
+) -> anyhow::Result<&'a Node> {
+    match nodes.get(&process) {
+        Some(node) => Ok(node),
+        None => supervisor.node().context("the system has ended"),
     }
 }

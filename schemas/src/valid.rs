@@ -1,80 +1,57 @@
-//! Whether a message can be what it says. A channel's type is checked when it is opened; its contents are
-//! whatever its writer put there, a real robot's driver among them.
+//! Whether the contents of a message are valid: [`is_valid`](crate::message::Message::is_valid) of the messages
+//! whose declaration names a function of this file. A channel's type is checked when it is opened; its contents
+//! are whatever its writer put there, a real robot's driver among them.
 //!
-//! What is refused here, nobody has to fear behind the reader: counts beyond the list, numbers that are none,
-//! headings that are no rotation. What passes can be recorded, too. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
+//! Readers reject counts beyond the list, numbers that are not finite, and headings that are no rotation. A
+//! valid message can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
 
-use crate::message::{
-    Header, LaserScan, Message, Odometry, PoseEstimate, PoseM, PosePx, Twist, VelocityCommand,
-};
+use crate::message::{Header, LaserScan, Odometry, PoseEstimate, PoseM, PosePx, Twist, VelocityCommand};
 
 /// Farther than any robot drives, metres or pixels.
 const FAR: f64 = 1e7;
 /// What a quaternion's length may be off by.
 const OFF_UNIT: f64 = 1e-3;
 
-/// A message whose contents can be checked.
-pub trait Sound: Message {
-    /// Whether the message can be what it says.
-    fn is_sound(&self) -> bool;
+/// Ranges as many as are counted, of a sensor that can exist.
+pub(crate) fn scan(scan: &LaserScan) -> bool {
+    let Some((counted, behind)) = scan.ranges_m.split_at_checked(scan.beam_count as usize) else {
+        return false;
+    };
+    let numbers = [
+        scan.angle_min_rad,
+        scan.angle_max_rad,
+        scan.angle_increment_rad,
+        scan.time_increment_s,
+        scan.scan_time_s,
+        scan.range_min_m,
+        scan.range_max_m,
+    ];
+    let is_range = |range: &f32| !range.is_finite() || (0.0..FAR as f32).contains(range);
+    timely(&scan.header)
+        && numbers.iter().all(|v| v.abs() < FAR as f32)
+        && scan.range_min_m >= 0.0
+        && scan.range_max_m > scan.range_min_m
+        && !counted.is_empty()
+        && counted.iter().all(is_range)
+        && behind.iter().all(|range| range.to_bits() == 0)
 }
 
-impl Sound for LaserScan {
-    fn is_sound(&self) -> bool {
-        let Some((counted, behind)) = self.ranges_m.split_at_checked(self.beam_count as usize) else {
-            return false;
-        };
-        let numbers = [
-            self.angle_min_rad,
-            self.angle_max_rad,
-            self.angle_increment_rad,
-            self.time_increment_s,
-            self.scan_time_s,
-            self.range_min_m,
-            self.range_max_m,
-        ];
-        let is_range = |range: &f32| !range.is_finite() || (0.0..FAR as f32).contains(range);
-        timely(&self.header)
-            && numbers.iter().all(|v| v.abs() < FAR as f32)
-            && self.range_min_m >= 0.0
-            && self.range_max_m > self.range_min_m
-            && !counted.is_empty()
-            && counted.iter().all(is_range)
-            && behind.iter().all(|range| range.to_bits() == 0)
-    }
+/// A pose and a velocity.
+pub(crate) fn odometry(odometry: &Odometry) -> bool {
+    timely(&odometry.header) && metres(&odometry.pose) && twist(&odometry.twist)
 }
 
-impl Sound for Odometry {
-    fn is_sound(&self) -> bool {
-        timely(&self.header) && metres(&self.pose) && twist(&self.twist)
-    }
+/// Two poses and two scales.
+pub(crate) fn estimate(estimate: &PoseEstimate) -> bool {
+    let scales = [estimate.scale_a_pxpm, estimate.scale_b_pxpm];
+    pixels(&estimate.pose)
+        && metres(&estimate.odometry)
+        && scales.iter().all(|scale| (0.0..FAR).contains(scale))
 }
 
-impl Sound for PoseEstimate {
-    fn is_sound(&self) -> bool {
-        let scales = [self.scale_a_pxpm, self.scale_b_pxpm];
-        pixels(&self.pose) && metres(&self.odometry) && scales.iter().all(|scale| (0.0..FAR).contains(scale))
-    }
-}
-
-impl Sound for VelocityCommand {
-    fn is_sound(&self) -> bool {
-        twist(&self.twist)
-    }
-}
-
-/// Whether a message of the type `name` can be what it says; of those that are not listed all can.
-pub fn is_valid(name: &str, message: &[u8]) -> bool {
-    fn check<T: Sound>(message: &[u8]) -> bool {
-        bytemuck::from_bytes::<T>(message).is_sound()
-    }
-    match name {
-        LaserScan::NAME => check::<LaserScan>(message),
-        Odometry::NAME => check::<Odometry>(message),
-        PoseEstimate::NAME => check::<PoseEstimate>(message),
-        VelocityCommand::NAME => check::<VelocityCommand>(message),
-        _ => true,
-    }
+/// A velocity.
+pub(crate) fn command(command: &VelocityCommand) -> bool {
+    twist(&command.twist)
 }
 
 /// Whether the stamp has room in a recorded message.
@@ -106,10 +83,11 @@ fn rotation([z, w]: [f64; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::Message;
     use crate::ros2::Ros2;
     use bytemuck::Zeroable;
 
-    fn scan() -> LaserScan {
+    fn valid_scan() -> LaserScan {
         let mut scan = LaserScan::zeroed();
         (scan.angle_min_rad, scan.angle_max_rad, scan.angle_increment_rad) = (-1.0, 1.0, 0.5);
         (scan.range_max_m, scan.beam_count) = (5.0, 5);
@@ -119,21 +97,21 @@ mod tests {
     /// A way to spoil a message.
     type Spoil<T> = fn(&mut T);
 
-    fn refused<T: Sound>(sound: T, spoils: &[Spoil<T>]) {
-        assert!(sound.is_sound());
+    fn rejected<T: Message>(valid: T, spoils: &[Spoil<T>]) {
+        assert!(valid.is_valid());
         for (i, spoil) in spoils.iter().enumerate() {
-            let mut spoilt = sound;
+            let mut spoilt = valid;
             spoil(&mut spoilt);
-            assert!(!spoilt.is_sound(), "{} {i}", T::NAME);
+            assert!(!spoilt.is_valid(), "{} {i}", T::NAME);
         }
     }
 
     #[test]
     fn a_scan_has_as_many_ranges_as_it_says_and_a_sensor_that_can_be() {
-        let mut sound = scan();
-        sound.ranges_m[..4].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 4.9]);
-        refused(
-            sound,
+        let mut valid = valid_scan();
+        valid.ranges_m[..4].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 4.9]);
+        rejected(
+            valid,
             &[
                 |scan| scan.beam_count = 0,
                 |scan| scan.beam_count = 1441,
@@ -151,9 +129,9 @@ mod tests {
     }
 
     /// A driver that left old ranges behind those that count drove well and had no scan in its recording: the
-    /// navigators took what the recorder refused.
+    /// navigators took what the recorder rejected.
     #[test]
-    fn what_is_sound_can_be_recorded() {
+    fn what_is_valid_can_be_recorded() {
         let spoils: [Spoil<LaserScan>; 6] = [
             |_| {},
             |scan| scan.ranges_m[5] = 1.0,
@@ -163,12 +141,12 @@ mod tests {
             |scan| scan.header.stamp_ns = (1 << 31) * 1_000_000_000,
         ];
         let is_both = spoils.map(|spoil| {
-            let mut scan = scan();
+            let mut scan = valid_scan();
             scan.ranges_m[4] = 1.0;
             (scan.header.seq, scan.header.source_seq) = (1, 1);
             spoil(&mut scan);
             let is_recordable = scan.to_cdr(&[], &mut Vec::new()).is_ok();
-            assert_eq!(scan.is_sound(), is_recordable);
+            assert_eq!(scan.is_valid(), is_recordable);
             is_recordable
         });
         assert_eq!(is_both, [true, false, false, false, true, false]);
@@ -178,7 +156,7 @@ mod tests {
     fn a_pose_is_a_place_and_a_rotation() {
         let mut odometry = Odometry::zeroed();
         odometry.pose.orientation_w = -1.0;
-        refused(
+        rejected(
             odometry,
             &[
                 |odometry| odometry.pose.orientation_w = 0.0,
@@ -191,7 +169,7 @@ mod tests {
         );
         let mut estimate = PoseEstimate::zeroed();
         (estimate.pose.orientation_w, estimate.odometry.orientation_z) = (1.0, 1.0);
-        refused(
+        rejected(
             estimate,
             &[
                 |estimate| estimate.pose.x_px = f64::NAN,
@@ -200,6 +178,6 @@ mod tests {
                 |estimate| estimate.odometry.orientation_z = 0.5,
             ],
         );
-        refused(VelocityCommand::zeroed(), &[|command| command.twist.vx_mps = f64::NAN]);
+        rejected(VelocityCommand::zeroed(), &[|command| command.twist.vx_mps = f64::NAN]);
     }
 }

@@ -1,0 +1,207 @@
+//! The macros that declare messages. One declaration is the memory of a message, its layout, its ROS 2
+//! form, the conversion both ways and the text of its `.msg`. Internal.
+//!
+//! How a field travels in ROS 2 follows from its type, see [`crate::ros2::Field`]. What the type does not
+//! say stands behind it, see [`crate::ros2::Way`]:
+//!
+//! - `state: u32 as TaskState`: the number of a [`crate::codes::Code`], whose values become constants;
+//! - `tasks: [RouteTask; 64] where task_count counts`: a list, with `task_count: u32 as Count`;
+//! - `reserved: u32 as Zero`: nothing.
+
+/// A struct that messages are made of: memory and layout.
+macro_rules! layout {
+    ($(#[doc = $doc:literal])* pub struct $name:ident { $(
+        $(#[doc = $field_doc:literal])*
+        pub $field:ident: $type:ty $(as $way:ident)? $(where $count:ident counts)?,
+    )* }) => {
+        $(#[doc = $doc])*
+        #[repr(C)]
+        #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+        pub struct $name { $($(#[doc = $field_doc])* pub $field: $type,)* }
+
+        impl $name {
+            /// One `field: type` a line, in order.
+            pub const FIELDS: &'static str = concat!($(stringify!($field), ": ", stringify!($type), "\n",)*);
+
+            /// What lies where in it.
+            pub fn layout() -> $crate::layout::Layout {
+                use $crate::{declare::role, layout::{Layout, Part, Role}};
+                Layout::new(stringify!($name), Self::FIELDS, [
+                    $((stringify!($field), <$type as Part>::kind(), role!($($way)? $(where $count)?)),)*
+                ])
+            }
+        }
+
+        impl $crate::layout::Part for $name {
+            fn kind() -> $crate::layout::Kind {
+                $crate::layout::Kind::Struct($name::layout())
+            }
+        }
+    };
+}
+
+/// What a field is there for.
+macro_rules! role {
+    () => {
+        Role::Value
+    };
+    (where $count:ident) => {
+        Role::Counted(stringify!($count))
+    };
+    (Count) => {
+        Role::Count
+    };
+    (Zero) => {
+        Role::Zero
+    };
+    ($code:ident) => {
+        Role::Code(<$code as $crate::codes::Code>::VALUES)
+    };
+}
+
+/// How a field travels.
+macro_rules! way {
+    () => {
+        $crate::ros2::Itself
+    };
+    (where $count:ident) => {
+        $crate::ros2::Counted
+    };
+    (Count) => {
+        $crate::ros2::Untold
+    };
+    (Zero) => {
+        $crate::ros2::Zero
+    };
+    ($code:ident) => {
+        $code
+    };
+}
+
+/// The second where it is given, the first otherwise.
+macro_rules! or {
+    ($default:expr;) => {
+        $default
+    };
+    ($default:expr; $given:expr) => {
+        $given
+    };
+}
+
+/// The form of the slice behind a message.
+macro_rules! slice {
+    () => { () };
+    ($slice:ident) => { Vec<u8> };
+}
+
+/// The fields of a struct in ROS 2.
+macro_rules! own {
+    ($(#[doc = $doc:literal])* $name:ident { $(
+        $(#[doc = $field_doc:literal])*
+        pub $field:ident: $type:ty $(as $way:ident)? $(where $count:ident counts)?,
+    )* }) => {
+        const _: () = {
+            use $crate::declare::{or, way};
+            use $crate::ros2::{Definition, Line, Own, Ros2Error, Way};
+
+            /// Field for field what the `.msg` says.
+            #[derive(Default, serde::Serialize, serde::Deserialize)]
+            pub struct Form { $($field: <way!($($way)? $(where $count)?) as Way<$type>>::Form,)* }
+
+            impl Own for $name {
+                type Form = Form;
+                const NAME: &'static str = concat!("sketchnav_msgs/", stringify!($name));
+                const DOC: &'static [&'static str] = &[$($doc),*];
+
+                fn lines() -> Vec<Line> {
+                    vec![$(Line {
+                        doc: &[$($field_doc),*],
+                        name: stringify!($field),
+                        kind: <way!($($way)? $(where $count)?) as Way<$type>>::msg(),
+                        values: <way!($($way)? $(where $count)?) as Way<$type>>::CONSTANTS,
+                    }),*]
+                }
+
+                fn parts() -> Vec<Definition> {
+                    [$(<way!($($way)? $(where $count)?) as Way<$type>>::definitions()),*].concat()
+                }
+
+                fn to_form_in(&self, spare: Form) -> Result<Form, Ros2Error> {
+                    Ok(Form { $($field: <way!($($way)? $(where $count)?) as Way<$type>>::to_form_in(
+                        &self.$field,
+                        or!(0; $(self.$count)?),
+                        stringify!($field),
+                        spare.$field,
+                    )?,)* })
+                }
+
+                fn fill(&mut self, form: &Form) -> Result<(), Ros2Error> {
+                    $(<way!($($way)? $(where $count)?) as Way<$type>>::fill(
+                        &mut self.$field,
+                        or!(&mut 0; $(&mut self.$count)?),
+                        stringify!($field),
+                        &form.$field,
+                    )?;)*
+                    Ok(())
+                }
+            }
+        };
+    };
+}
+
+/// Structs inside messages that have a `.msg` of their own.
+macro_rules! parts {
+    ($($(#[doc = $doc:literal])* pub struct $name:ident $fields:tt)*) => {$(
+        $crate::declare::layout! { $(#[doc = $doc])* pub struct $name $fields }
+        $crate::declare::own! { $(#[doc = $doc])* $name $fields }
+        impl $crate::ros2::OwnPart for $name {}
+    )*};
+}
+
+/// Messages. `in "frame"` stands behind those whose `.msg` is generated; the others are mapped by hand.
+/// `with data` names the field that holds the slice behind the message, `valid if check` the function that
+/// checks the contents.
+macro_rules! messages {
+    ($(
+        $(#[doc = $doc:literal])*
+        pub struct $name:ident version $version:literal
+            $(in $frame:literal)? $(with $slice:ident)? $(valid if $check:path)? { $($fields:tt)* }
+    )*) => {$(
+        $crate::declare::layout! { $(#[doc = $doc])* pub struct $name {
+            /// Number, time and cause.
+            pub header: Header,
+            $($fields)*
+        } }
+
+        // SAFETY: the layout string is made from the very tokens of the declaration.
+        unsafe impl Message for $name {
+            const NAME: &'static str = concat!("sketchnav/", stringify!($name), "/", $version);
+            const LAYOUT: &'static str = $name::FIELDS;
+            fn layout() -> $crate::layout::Layout { $name::layout() }
+            fn is_valid(&self) -> bool { $crate::declare::or!(true; $($check(self))?) }
+            fn header(&self) -> &Header { &self.header }
+            fn header_mut(&mut self) -> &mut Header { &mut self.header }
+        }
+
+        $crate::declare::own_message! {
+            [$($frame)?] [$($slice)?] $(#[doc = $doc])* $name { $($fields)* }
+        }
+    )*};
+}
+
+/// The ROS 2 form of a message, where it is not mapped by hand.
+macro_rules! own_message {
+    ([] [] $(#[doc = $doc:literal])* $name:ident $fields:tt) => {};
+    ([$frame:literal] [$($slice:ident)?] $(#[doc = $doc:literal])* $name:ident $fields:tt) => {
+        $crate::declare::own! { $(#[doc = $doc])* $name $fields }
+
+        impl $crate::ros2::OwnMessage for $name {
+            type Slice = $crate::declare::slice!($($slice)?);
+            const TYPE: &'static str = concat!("sketchnav_msgs/msg/", stringify!($name));
+            const FRAME: &'static str = $frame;
+            const SLICE: &'static str = concat!("", $(stringify!($slice))?);
+        }
+    };
+}
+
+pub(crate) use {layout, messages, or, own, own_message, parts, role, slice, way};

@@ -1,0 +1,322 @@
+//! Structs and messages whose `.msg` is this project's own: what their declarations generate, and what
+//! follows from it.
+
+use ros2_interfaces_jazzy_serde::std_msgs::msg::Header as HeaderForm;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use super::definitions::{self, Definition, Line};
+use super::parts::{expect, fill, header, header_form, list, no_cells};
+use super::{Field, Ros2, Ros2Error};
+use crate::codes::{Code, Value};
+use crate::layout::Part;
+use crate::message::Message;
+
+/// How a field of type `T` travels.
+pub trait Way<T> {
+    /// The field's form; `()` where it has none.
+    type Form: Default + Serialize + DeserializeOwned + Send + 'static;
+    /// The values that it takes, where it is the number of a code.
+    const CONSTANTS: &'static [Value] = &[];
+
+    /// The field's type in the `.msg`; `None` where it has no line there.
+    fn msg() -> Option<String>;
+
+    /// The `.msg` texts of this project that the field needs.
+    fn definitions() -> Vec<Definition> {
+        Vec::new()
+    }
+
+    /// The form of `value` in the memory of `spare`; `count` of its entries count.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where the form cannot hold the value.
+    fn to_form_in(
+        value: &T,
+        count: u32,
+        field: &'static str,
+        spare: Self::Form,
+    ) -> Result<Self::Form, Ros2Error>;
+
+    /// Sets `value`, which is zero, to what the form says, and `count` where entries are counted.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where the value cannot hold the form.
+    fn fill(value: &mut T, count: &mut u32, field: &'static str, form: &Self::Form) -> Result<(), Ros2Error>;
+}
+
+/// As its type says.
+#[derive(Debug)]
+pub struct Itself;
+
+impl<T: Field> Way<T> for Itself {
+    type Form = T::Form;
+
+    fn msg() -> Option<String> {
+        Some(T::msg())
+    }
+
+    fn definitions() -> Vec<Definition> {
+        T::definitions()
+    }
+
+    fn to_form_in(value: &T, _: u32, field: &'static str, spare: T::Form) -> Result<T::Form, Ros2Error> {
+        value.to_form_in(field, spare)
+    }
+
+    fn fill(value: &mut T, _: &mut u32, _: &'static str, form: &T::Form) -> Result<(), Ros2Error> {
+        *value = T::from_form(form)?;
+        Ok(())
+    }
+}
+
+/// A list of the entries that count.
+#[derive(Debug)]
+pub struct Counted;
+
+impl<T: Field, const N: usize> Way<[T; N]> for Counted {
+    type Form = Vec<T::Form>;
+
+    fn msg() -> Option<String> {
+        Some(format!("{}[]", T::msg()))
+    }
+
+    fn definitions() -> Vec<Definition> {
+        T::definitions()
+    }
+
+    fn to_form_in(
+        value: &[T; N],
+        count: u32,
+        field: &'static str,
+        spare: Self::Form,
+    ) -> Result<Self::Form, Ros2Error> {
+        list(field, value, count, spare)
+    }
+
+    fn fill(
+        value: &mut [T; N],
+        count: &mut u32,
+        field: &'static str,
+        form: &Self::Form,
+    ) -> Result<(), Ros2Error> {
+        *count = fill(field, value, form)?;
+        Ok(())
+    }
+}
+
+/// Not at all: another field's form says it.
+#[derive(Debug)]
+pub struct Untold;
+
+impl Way<u32> for Untold {
+    type Form = ();
+
+    fn msg() -> Option<String> {
+        None
+    }
+
+    fn to_form_in(_: &u32, _: u32, _: &'static str, (): ()) -> Result<(), Ros2Error> {
+        Ok(())
+    }
+
+    fn fill(_: &mut u32, _: &mut u32, _: &'static str, (): &()) -> Result<(), Ros2Error> {
+        Ok(())
+    }
+}
+
+/// Not at all: it is always zero.
+#[derive(Debug)]
+pub struct Zero;
+
+impl Way<u32> for Zero {
+    type Form = ();
+
+    fn msg() -> Option<String> {
+        None
+    }
+
+    fn to_form_in(value: &u32, _: u32, field: &'static str, (): ()) -> Result<(), Ros2Error> {
+        expect(*value == 0, field, "0", (*value).into())
+    }
+
+    fn fill(_: &mut u32, _: &mut u32, _: &'static str, (): &()) -> Result<(), Ros2Error> {
+        Ok(())
+    }
+}
+
+/// As the number of a code.
+impl<C: Code> Way<u32> for C {
+    type Form = u32;
+    const CONSTANTS: &'static [Value] = C::VALUES;
+
+    fn msg() -> Option<String> {
+        Some(u32::msg())
+    }
+
+    fn to_form_in(value: &u32, _: u32, _: &'static str, _: u32) -> Result<u32, Ros2Error> {
+        Ok(*value)
+    }
+
+    fn fill(value: &mut u32, _: &mut u32, _: &'static str, form: &u32) -> Result<(), Ros2Error> {
+        *value = *form;
+        Ok(())
+    }
+}
+
+/// A struct with a `.msg` of its own. A message's header is not among these fields.
+pub trait Own: Part {
+    /// The fields' forms, in order.
+    type Form: Default + Serialize + DeserializeOwned + Send + 'static;
+    /// `sketchnav_msgs/Type`.
+    const NAME: &'static str;
+    /// The struct's comment.
+    const DOC: &'static [&'static str];
+
+    /// The fields as the `.msg` says them.
+    fn lines() -> Vec<Line>;
+
+    /// The `.msg` texts of the structs in it.
+    fn parts() -> Vec<Definition>;
+
+    /// The forms of the fields in the memory of `spare`.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where a form cannot hold a field.
+    fn to_form_in(&self, spare: Self::Form) -> Result<Self::Form, Ros2Error>;
+
+    /// Sets the fields, which are zero, to what the form says.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where a field cannot hold its form.
+    fn fill(&mut self, form: &Self::Form) -> Result<(), Ros2Error>;
+}
+
+/// A struct inside messages that has a `.msg` of its own.
+pub trait OwnPart: Own {}
+
+impl<T: OwnPart> Field for T {
+    type Form = <T as Own>::Form;
+
+    fn msg() -> String {
+        T::NAME.to_owned()
+    }
+
+    fn definitions() -> Vec<Definition> {
+        let text = definitions::compose(T::DOC, &T::lines());
+        [vec![Definition { name: T::NAME, text }], T::parts()].concat()
+    }
+
+    fn to_form_in(&self, _: &'static str, spare: Self::Form) -> Result<Self::Form, Ros2Error> {
+        Own::to_form_in(self, spare)
+    }
+
+    fn from_form(form: &Self::Form) -> Result<Self, Ros2Error> {
+        let mut value = T::zeroed();
+        value.fill(form)?;
+        Ok(value)
+    }
+}
+
+/// A message with a `.msg` of its own.
+pub trait OwnMessage: Own + Message {
+    /// The form of the slice behind the message; `()` where there is none.
+    type Slice: Slice;
+    /// `sketchnav_msgs/msg/Type`.
+    const TYPE: &'static str;
+    /// The frame that the header names; empty where no field is in a frame.
+    const FRAME: &'static str;
+    /// The name of the field that holds the slice; empty where there is none.
+    const SLICE: &'static str;
+}
+
+/// The form of the slice behind a message.
+pub trait Slice: Default + Serialize + DeserializeOwned + Send + 'static {
+    /// Its type in the `.msg`; `None` where it has no line there.
+    fn msg() -> Option<String>;
+
+    /// `cells` in the memory of `self`.
+    ///
+    /// # Errors
+    /// [`Ros2Error`] where there are cells and no slice.
+    fn holding(self, cells: &[u8]) -> Result<Self, Ros2Error>;
+
+    /// The slice.
+    fn cells(self) -> Vec<u8>;
+}
+
+impl Slice for () {
+    fn msg() -> Option<String> {
+        None
+    }
+
+    fn holding(self, cells: &[u8]) -> Result<(), Ros2Error> {
+        no_cells(cells)
+    }
+
+    fn cells(self) -> Vec<u8> {
+        Vec::new()
+    }
+}
+
+impl Slice for Vec<u8> {
+    fn msg() -> Option<String> {
+        Some("uint8[]".to_owned())
+    }
+
+    fn holding(mut self, cells: &[u8]) -> Result<Self, Ros2Error> {
+        self.clear();
+        self.extend_from_slice(cells);
+        Ok(self)
+    }
+
+    fn cells(self) -> Vec<u8> {
+        self
+    }
+}
+
+/// The form of a message of `sketchnav_msgs`.
+#[derive(Default, Serialize, Deserialize)]
+pub struct Stamped<B, S> {
+    header: HeaderForm,
+    source_seq: u64,
+    body: B,
+    slice: S,
+}
+
+impl<T: OwnMessage> Ros2 for T {
+    type Form = Stamped<<T as Own>::Form, T::Slice>;
+    const TYPE: &'static str = T::TYPE;
+
+    fn definitions() -> Vec<Definition> {
+        [vec![Definition { name: <T as Own>::NAME, text: text::<T>() }], T::parts()].concat()
+    }
+
+    fn to_ros2_in(&self, cells: &[u8], spare: Self::Form) -> Result<Self::Form, Ros2Error> {
+        Ok(Stamped {
+            header: header_form(self.header(), T::FRAME, spare.header)?,
+            source_seq: self.header().source_seq,
+            body: self.to_form_in(spare.body)?,
+            slice: spare.slice.holding(cells)?,
+        })
+    }
+
+    fn from_ros2(form: Self::Form, seq: u64) -> Result<(Self, Vec<u8>), Ros2Error> {
+        let mut message = T::zeroed();
+        *message.header_mut() = header(&form.header, seq, form.source_seq)?;
+        message.fill(&form.body)?;
+        Ok((message, form.slice.cells()))
+    }
+}
+
+fn text<T: OwnMessage>() -> String {
+    let frame = format!(" Frame: {}.", T::FRAME);
+    let doc = T::DOC.iter().copied().chain((!T::FRAME.is_empty()).then_some(frame.as_str()));
+    let line = |doc, name, kind| Line { doc, name, kind, values: &[] };
+    let mut lines = vec![
+        line(&[], "header", Some("std_msgs/Header".to_owned())),
+        line(&[" Number of the message that caused this one."], "source_seq", Some(u64::msg())),
+    ];
+    lines.extend(T::lines());
+    lines.push(line(&[" The slice behind the message."], T::SLICE, T::Slice::msg()));
+    definitions::compose(&doc.collect::<Vec<_>>(), &lines)
+}

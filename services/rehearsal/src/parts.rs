@@ -1,0 +1,137 @@
+//! The processes of a mission without processes: each with what it computes and the messages that it made.
+
+use std::time::{Duration, Instant as Clock};
+
+use sketchnav_schemas::channels::{CONTACT, ODOMETRY, SCAN, TICK, TRUTH};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::erased::Owned;
+use sketchnav_schemas::message::{Contact, Header, VelocityCommand};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_sim::World as Simulation;
+use sketchnav_stage::{Files, Heard, Hosted, Inputs, Instant, Memory, Outbox, Sink, StageError, Tap};
+
+use crate::RehearsalError;
+
+/// The world: its simulation, and what it says of an instant.
+pub(crate) struct World {
+    simulation: Simulation,
+    pub(crate) memory: Memory,
+    tick: u64,
+    /// How long it took so far.
+    pub(crate) spent: Duration,
+}
+
+impl World {
+    pub(crate) fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
+        let simulation = sketchnav_world::build(run)?;
+        let memory = Memory::of_writer(Process::World, run.mission.navigator_kind());
+        Ok(Self { simulation, memory, tick: 0, spent: Duration::ZERO })
+    }
+
+    /// Goes on to the next instant, by a command or by the one before.
+    pub(crate) fn step(&mut self, command: Option<&VelocityCommand>) {
+        let began = Clock::now();
+        self.simulation.step(command);
+        self.spent += began.elapsed();
+    }
+
+    pub(crate) fn stamp_ns(&self) -> u64 {
+        self.simulation.stamp_ns()
+    }
+
+    pub(crate) fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// Says what the instant has: touches, the truth, the readings, the tick.
+    pub(crate) fn observe(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
+        let began = Clock::now();
+        let Self { simulation, memory, .. } = self;
+        let (stamp_ns, source_seq) = (simulation.stamp_ns(), self.tick + 1);
+        let mut sink = memory.tapped(tap);
+        let mut out = Outbox::new(&mut sink, stamp_ns, source_seq);
+        for touch in simulation.contacts() {
+            out.send(CONTACT, |contact| *contact = Contact { header: contact.header, ..touch })?;
+        }
+        out.send(TRUTH, |truth| simulation.fill_truth(truth))?;
+        out.send(ODOMETRY, |odometry| simulation.fill_odometry(odometry))?;
+        out.send(SCAN, |scan| simulation.fill_scan(scan))?;
+        let newest = out.newest_readings();
+        self.tick = out.send(TICK, |tick| {
+            tick.header = Header { source_seq, ..tick.header };
+            tick.newest = newest;
+        })?;
+        self.spent += began.elapsed();
+        Ok(())
+    }
+}
+
+/// A navigator's process: its stage, and what it said.
+pub(crate) struct Part {
+    stage: Box<dyn Hosted>,
+    pub(crate) memory: Memory,
+    /// How long the stage took so far.
+    pub(crate) spent: Duration,
+}
+
+impl Part {
+    /// `None` for a process that hosts no stage.
+    pub(crate) fn new(
+        process: Process,
+        run: &RunConfig,
+        files: &Files<'_>,
+    ) -> Result<Option<Self>, RehearsalError> {
+        let began = Clock::now();
+        let navigator = sketchnav_navigators::of(run)?;
+        let stage = navigator.stage(process, run, files).map_err(RehearsalError::Stage)?;
+        let memory = Memory::of_writer(process, navigator.kind);
+        Ok(stage.map(|stage| Self { stage, memory, spent: began.elapsed() }))
+    }
+
+    pub(crate) fn is_ready(&self) -> bool {
+        self.stage.is_ready()
+    }
+
+    pub(crate) fn hear(&mut self, heard: &Heard<'_>) -> Result<(), StageError> {
+        let began = Clock::now();
+        let heard = self.stage.hear(heard);
+        self.spent += began.elapsed();
+        heard
+    }
+
+    pub(crate) fn speak(&mut self, cause: Header, tap: &mut impl Tap) -> Result<(), StageError> {
+        let began = Clock::now();
+        let mut sink = self.memory.tapped(tap);
+        let said = self.stage.speak(&mut Outbox::new(&mut sink, cause.stamp_ns, cause.seq));
+        self.spent += began.elapsed();
+        said
+    }
+
+    /// The step of an instant.
+    pub(crate) fn step(
+        &mut self,
+        (tick, stamp_ns): (u64, u64),
+        inputs: &dyn Inputs,
+        tap: &mut impl Tap,
+    ) -> Result<(), StageError> {
+        let began = Clock::now();
+        let mut sink = self.memory.tapped(tap);
+        let mut out = Outbox::new(&mut sink, stamp_ns, tick);
+        let stepped = self.stage.step(&Instant::new(tick, stamp_ns, inputs), &mut out);
+        self.spent += began.elapsed();
+        stepped
+    }
+}
+
+/// What the supervisor says.
+pub(crate) fn order(
+    memory: &mut Memory,
+    order: sketchnav_schemas::codes::Order,
+    tap: &mut impl Tap,
+) -> Result<Owned, StageError> {
+    use sketchnav_schemas::channels::MISSION;
+    let mut sink = memory.tapped(tap);
+    Outbox::new(&mut sink as &mut dyn Sink, 0, 0).send(MISSION, |mission| mission.order = order.code())?;
+    drop(sink);
+    Ok(memory.get(MISSION.spec).cloned().unwrap_or_default())
+}

@@ -1,0 +1,125 @@
+//! A process as what it is to a recording: inputs in, outputs out.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use sketchnav_navigators::read_file;
+use sketchnav_recordings::reader::RawMessage;
+use sketchnav_schemas::channels::{self, COMMAND, ChannelSpec, Role};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::erased;
+use sketchnav_schemas::message::Header;
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::{Heard, Memory, StageError, Tap};
+
+use super::RerunError;
+use crate::RehearsalError;
+use crate::parts::{Part, World};
+
+/// A process under examination.
+pub(super) enum Subject {
+    World(Box<World>),
+    Stage(Box<Staged>),
+}
+
+/// One that hosts a stage.
+pub(super) struct Staged {
+    part: Part,
+    /// What it read: the newest of each channel.
+    inputs: Memory,
+    /// What it answers.
+    trigger: Option<&'static ChannelSpec>,
+    reads: Vec<&'static ChannelSpec>,
+    /// The ticks that it answered; `None`: all.
+    answered: Option<BTreeSet<u64>>,
+}
+
+impl Subject {
+    pub(super) fn new(process: Process, run: &RunConfig) -> Result<Self, RerunError> {
+        if process == Process::World {
+            return Ok(Self::World(Box::new(World::new(run)?)));
+        }
+        let part = Part::new(process, run, &read_file)?.ok_or(RerunError::Process { process })?;
+        let kind = run.mission.navigator_kind();
+        Ok(Self::Stage(Box::new(Staged {
+            part,
+            inputs: Memory::of_reader(process, kind),
+            trigger: channels::trigger_of(process, kind),
+            reads: channels::read_by(process, kind).collect(),
+            answered: None,
+        })))
+    }
+
+    /// Leaves the ticks that are not among these without an answer; `None`: answers all.
+    pub(super) fn answers(&mut self, ticks: Option<BTreeSet<u64>>) {
+        if let Self::Stage(staged) = self {
+            staged.answered = ticks;
+        }
+    }
+
+    /// What it says before it hears anything.
+    pub(super) fn begin(&mut self, tap: &mut impl Tap) -> Result<(), RerunError> {
+        let said = match self {
+            Self::World(world) => world.observe(tap),
+            Self::Stage(staged) => staged.part.speak(Header { seq: 0, stamp_ns: 0, source_seq: 0 }, tap),
+        };
+        Ok(said.map_err(RehearsalError::Stage)?)
+    }
+
+    /// What it says to a message of another process.
+    pub(super) fn hear(&mut self, message: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
+        match self {
+            Self::World(world) => hear_command(world, message, tap),
+            Self::Stage(staged) => staged.hear(message, tap),
+        }
+    }
+
+    /// How long it took so far: without reading, encoding, comparing and writing.
+    pub(super) fn spent(&self) -> Duration {
+        match self {
+            Self::World(world) => world.spent,
+            Self::Stage(staged) => staged.part.spent,
+        }
+    }
+}
+
+fn hear_command(world: &mut World, raw: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
+    if raw.topic.is(COMMAND) {
+        let (command, _) = raw.read(COMMAND)?;
+        if command.last == 0 {
+            world.step(Some(&command));
+            world.observe(tap).map_err(RehearsalError::Stage)?;
+        }
+    }
+    Ok(())
+}
+
+impl Staged {
+    fn hear(&mut self, raw: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
+        let Some(spec) = self.reads.iter().copied().find(|spec| spec.is_topic(&raw.topic.name)) else {
+            return Ok(());
+        };
+        let message = raw.decode(spec)?;
+        let heard = Heard::new(spec, message.bytes(), message.cells());
+        let taken = match spec.role {
+            Role::Instruction => self.part.hear(&heard),
+            Role::Request => self.part.hear(&heard).and_then(|()| self.part.speak(*heard.header(), tap)),
+            _ => {
+                let cause = *erased::header(message.bytes());
+                self.inputs.keep(spec, message);
+                if self.trigger == Some(spec) { self.answer(spec, cause, tap) } else { Ok(()) }
+            }
+        };
+        Ok(taken.map_err(RehearsalError::Stage)?)
+    }
+
+    fn answer(&mut self, spec: &ChannelSpec, cause: Header, tap: &mut impl Tap) -> Result<(), StageError> {
+        let tick = if spec.role == Role::Tick { cause.seq } else { cause.source_seq };
+        let is_left_out = self.answered.as_ref().is_some_and(|ticks| !ticks.contains(&tick));
+        if self.part.is_ready() && !is_left_out {
+            self.part.step((tick, cause.stamp_ns), &self.inputs, tap)?;
+            self.inputs.end_instant();
+        }
+        Ok(())
+    }
+}

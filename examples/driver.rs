@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use sketchnav_runtime::{Node, System, Wake};
-use sketchnav_schemas::channels::{COMMAND, ODOMETRY, SCAN};
+use sketchnav_schemas::channels::{COMMAND, ODOMETRY, SCAN, TICK};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::geometry::{Base, Odom, Pose};
 use sketchnav_schemas::message::{Header, LaserScan, Odometry, PoseM, Twist};
@@ -37,24 +37,29 @@ fn main() -> anyhow::Result<()> {
         std::env::args().nth(1).context("expected the name of a system, as `sketchnav ps` lists it")?;
     let node = Node::join(System::open(&name)?, Process::World)?;
     let (mut scans, mut odometry) = (node.writer(SCAN)?, node.writer(ODOMETRY)?);
-    let mut commands = node.reader(COMMAND)?;
+    let (mut ticks, mut commands) = (node.writer(TICK)?, node.reader(COMMAND)?);
     let laser = node.run_config()?.robot.laser;
     let period = Duration::from_secs_f64(1.0 / laser.rate_hz);
     // Where a driver has died, this one goes on: its numbers, its clock and its odometry do.
     scans.resume_behind_kept();
     odometry.resume_behind_kept();
+    ticks.resume_behind_kept();
     let last = odometry.last_kept().copied();
     let clock = last.map_or(Duration::ZERO, |last| Duration::from_nanos(last.header.stamp_ns) + period);
     let pose = last.map_or(Pose::new(0.0, 0.0, 0.0), |last| last.pose());
-    let scans_before = scans.last_seq();
+    let ticks_before = ticks.last_seq();
     let mut robot = Robot { pose, twist: STANDSTILL };
     let (began, mut commanded) = (Instant::now(), Instant::now());
     for step in 1.. {
-        // The odometry of an instant goes before its scan; both bear the same stamp. The writers number them.
+        // An instant ends with its tick, which names what was sent before. The writers number the messages.
         let stamp_ns = (clock + began.elapsed()).as_nanos() as u64;
         let header = Header { seq: 0, stamp_ns, source_seq: 0 };
         odometry.send(|message| robot.write_odometry(header, message))?;
         scans.send(|message| robot.write_scan(header, &laser, message))?;
+        ticks.send(|tick| {
+            tick.header.stamp_ns = stamp_ns;
+            node.name_readings(tick);
+        })?;
         let due = began + period * step as u32;
         while let Some(left) = due.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             if node.wait(left) == Wake::Terminate {
@@ -64,8 +69,8 @@ fn main() -> anyhow::Result<()> {
                 if command.last == 1 {
                     return Ok(());
                 }
-                // What answers a scan of the driver before this one is over.
-                if command.header.source_seq > scans_before {
+                // What answers a tick of the driver before this one is over.
+                if command.header.source_seq > ticks_before {
                     (robot.twist, commanded) = (command.twist, Instant::now());
                 }
             }

@@ -50,7 +50,7 @@ fn drive(place: &Place, options: &str) -> Running {
 
 /// Lets the robot drive for more steps than the channels hold. The first ones heard are those that are held.
 fn drive_on(place: &Place) {
-    let steps = 2 * STATUS.spec.history + 50;
+    let steps = 2 * STATUS.spec.history() + 50;
     let heard = place.run(&format!("echo status --count {steps} --system day"));
     assert_eq!(heard.code, Some(0), "{heard}");
 }

@@ -63,7 +63,7 @@ fn killed_one_after_the_other(processes: &[&str]) {
     let mut kills = 0;
     for (i, process) in processes.iter().cycle().take(10).enumerate() {
         // Who listens is given the channel's history first.
-        let steps = if i == 0 { STATUS.spec.history + 1 } else { 1 + 29 * i % 90 };
+        let steps = if i == 0 { STATUS.spec.history() + 1 } else { 1 + 29 * i % 90 };
         if heard.by_ref().take(steps).count() < steps {
             break;
         }
@@ -151,7 +151,7 @@ fn killed_in_real_time_they_come_to_their_goals() {
     let mut running = start(&place, "demo --speed 10");
     place.wait_until_driving(&mut running, "disturbed");
     for process in SERVICES {
-        let steps = (STATUS.spec.history + 50).to_string();
+        let steps = (STATUS.spec.history() + 50).to_string();
         let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
         assert_eq!(heard.code, Some(0), "{heard}");
         place.serving("disturbed", process).into_iter().for_each(kill_if_alive);
@@ -247,7 +247,7 @@ fn is_stopped(pid: u32) -> bool {
 fn drive_on(place: &Place) -> Running {
     let mut running = start(place, "demo");
     place.wait_until_driving(&mut running, "disturbed");
-    let steps = STATUS.spec.history + 50;
+    let steps = STATUS.spec.history() + 50;
     let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
     assert_eq!(heard.code, Some(0), "{heard}");
     running

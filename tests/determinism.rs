@@ -10,8 +10,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use sketchnav_recordings::Writer;
 use sketchnav_rehearsal::{Rehearsal, Tap};
-use sketchnav_schemas::channels::Channel;
-use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_sim::mission_file;
 use support::{Ended, Place, repository, room};
@@ -75,8 +74,8 @@ fn another_seed_is_different_and_diff_says_where() {
 struct Recorder(Writer<BufWriter<File>>);
 
 impl Tap for Recorder {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
-        self.0.write(channel, message, cells).unwrap();
+    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) {
+        self.0.write_bytes(spec, message, cells).unwrap();
     }
 }
 

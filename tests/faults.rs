@@ -77,7 +77,7 @@ fn a_process_that_goes_on_in_time_is_left_alone() {
     planner.iter().for_each(|&pid| send(pid, Signal::SIGCONT));
     assert!(heard.out.contains("no sign of life"), "{heard}");
     assert_eq!(heard.json()["message"]["process"], 4, "{heard}");
-    let steps = STATUS.spec.history + 30;
+    let steps = STATUS.spec.history() + 30;
     let heard = place.run(&format!("echo status --count {steps} --system pause"));
     assert_eq!(heard.code, Some(0), "{heard}");
     assert_eq!(place.serving("pause", "planner"), planner);

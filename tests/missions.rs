@@ -207,6 +207,6 @@ fn can_be_opened(path: &Path) {
         pad: Pad::Absent,
         without: Vec::new(),
     };
-    let (_, places) = sketchnav_sketcher::understand(&run).unwrap();
+    let (_, places) = sketchnav_sketcher::understand(&run, &|file| std::fs::read(file)).unwrap();
     assert_eq!(places.errands.len(), tasks, "{}", path.display());
 }

@@ -69,7 +69,7 @@ fn it_may_be_killed_as_often_as_one_likes() {
     let undisturbed = undisturbed(&place);
     let mut running = drive(&place, "");
     for round in 0..3 {
-        let steps = STATUS.spec.history + 40;
+        let steps = STATUS.spec.history() + 40;
         let heard = place.run(&format!("echo status --count {steps} --system killed"));
         assert_eq!(heard.code, Some(0), "{heard}");
         if round == 1 {

@@ -4,8 +4,8 @@
 use std::io::Write;
 
 use bytemuck::Zeroable;
-use sketchnav_schemas::channels::{ODOMETRY, ROUTE, SCAN, SKETCH, TRUTH};
-use sketchnav_schemas::message::{GroundTruth, Header, LaserScan, Odometry, PoseM, Route, SketchMap, Twist};
+use sketchnav_schemas::channels::{self, ODOMETRY, ROUTE, SCAN, SKETCH, TICK, TRUTH};
+use sketchnav_schemas::message::{GroundTruth, Header, LaserScan, Odometry, PoseM, Route, SketchMap, Tick, Twist};
 use sketchnav_schemas::time::nanoseconds;
 
 use crate::carmen::{CarmenError, CarmenScan};
@@ -100,7 +100,19 @@ fn put<W: Write>(
     for (range, found) in message.ranges_m.iter_mut().zip(&scan.ranges_m) {
         *range = if f64::from(*found) < laser.range_max_m { *found } else { f32::INFINITY };
     }
-    writer.write(SCAN, &message, &[]).map(drop)
+    writer.write(SCAN, &message, &[])?;
+    writer.write(TICK, &tick(header), &[]).map(drop)
+}
+
+/// Every reading of a log bears the number of its tick.
+fn tick(header: Header) -> Tick {
+    let mut tick = Tick { header, ..Tick::zeroed() };
+    for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
+        if *sensor == *SCAN.spec || *sensor == *ODOMETRY.spec {
+            *newest = header.seq;
+        }
+    }
+    tick
 }
 
 /// The name that the runs of imported logs have in the place of a system's: nobody drove them.

@@ -98,7 +98,7 @@ pub struct WriteSamples<'a> {
 impl ChannelVisitor for WriteSamples<'_> {
     type Error = ();
     fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), ()> {
-        for seq in 1..=self.count * u64::from(channel.spec.recorded) {
+        for seq in 1..=self.count * u64::from(channel.spec.is_recorded()) {
             let (message, cells) = sample::<T>(&mut self.random, seq);
             self.writer.write(channel, &message, &cells).unwrap();
         }

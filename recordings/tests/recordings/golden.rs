@@ -12,7 +12,7 @@ use sketchnav_recordings::diff::{Comparison, Difference, Side, Tolerances};
 use sketchnav_recordings::import::{LaserFacts, import};
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::{Part, Recording};
-use sketchnav_schemas::channels::TABLE;
+use sketchnav_schemas::channels;
 use sketchnav_schemas::message::Route;
 
 use super::common;
@@ -39,7 +39,7 @@ fn check(name: &str, record: impl Fn(&Path)) -> PathBuf {
 /// The first difference in any channel: `diff` leaves out health and faults, of which no two runs say the
 /// same, so that another form of those messages would have passed here.
 fn difference(a: &Path, b: &Path) -> Option<Difference> {
-    let recorded = TABLE.iter().copied().filter(|spec| spec.recorded);
+    let recorded = channels::all().filter(|spec| spec.is_recorded());
     let mut comparison = Comparison::of(recorded, Tolerances::default());
     for (side, path) in [(Side::A, a), (Side::B, b)] {
         for part in Recording::open(path).unwrap().parts().unwrap() {

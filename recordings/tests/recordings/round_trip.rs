@@ -26,7 +26,7 @@ struct ReadSamples<'a> {
 impl ChannelVisitor for ReadSamples<'_> {
     type Error = RecordingError;
     fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), RecordingError> {
-        let count = self.count * u64::from(channel.spec.recorded);
+        let count = self.count * u64::from(channel.spec.is_recorded());
         let read: Vec<_> = self.recording.channel(channel)?.collect::<Result<_, _>>()?;
         assert_eq!(read.len() as u64, count, "{}", channel.spec.name);
         for (seq, (message, cells)) in (1..).zip(read) {

@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::anyhow;
+use sketchnav_schemas::channels::SERVICES;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine};
-
-use sketchnav_schemas::channels::SERVICES;
 
 use crate::args::SystemOptions;
 use crate::failure::Failure;

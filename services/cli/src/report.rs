@@ -10,6 +10,7 @@ use sketchnav_recordings::Recording;
 use sketchnav_recordings::judge::log::Log;
 use sketchnav_recordings::judge::{self, TaskSpan, TaskVerdict, Verdict};
 use sketchnav_recordings::picture::{self, FloorPicture, Outcome, SketchPicture, TaskPicture};
+use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::Particles;

@@ -2,12 +2,11 @@
 
 use sketchnav_recordings::judge::{self, TaskSpan, TaskVerdict};
 use sketchnav_rehearsal::{Rehearsal, RehearsalError, Tap};
-use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Task;
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::error::EvalError;
@@ -49,9 +48,8 @@ struct Watcher<'a> {
 }
 
 impl Tap for Watcher<'_> {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
-        let bytes = bytemuck::bytes_of(message);
-        match channel.spec.name {
+    fn see(&mut self, spec: &'static ChannelSpec, bytes: &[u8], _cells: &[u8]) {
+        match spec.name {
             "truth" => self.log.truth.push(*bytemuck::from_bytes(bytes)),
             "contact" => self.log.contacts.push(*bytemuck::from_bytes(bytes)),
             "estimate" => self.log.estimates.push(*bytemuck::from_bytes(bytes)),

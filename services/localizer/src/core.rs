@@ -168,12 +168,12 @@ impl Core {
     /// Takes in what the sensors say now: a scan where there is a new one, and the odometry of its time. Without a new
     /// scan the last estimate still holds.
     pub fn step(&mut self, odometry: &Odometry, scan: Option<&LaserScan>) {
-        let (Some(scan), Some(localizer)) = (scan, &mut self.localizer) else {
-            self.odometry.get_or_insert(odometry.pose);
-            return;
-        };
+        match (scan, &mut self.localizer) {
+            (Some(scan), Some(localizer)) => self.estimate = Some(localizer.step(&odometry.pose(), scan)),
+            (None, Some(_)) if self.estimate.is_some() => return,
+            _ => {}
+        }
         self.odometry = Some(odometry.pose);
-        self.estimate = Some(localizer.step(&odometry.pose(), scan));
     }
 
     /// Whether a sample of the particles is due at this time: once a simulated second.

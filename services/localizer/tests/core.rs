@@ -102,11 +102,18 @@ fn ahead(x: f64) -> Odometry {
     Odometry { pose: PoseM::new(&Pose::<()>::new(x, 0.0, 0.0)), ..Odometry::zeroed() }
 }
 
+/// What the core says to a scan.
+fn answer(core: &mut Core, odometry: &Odometry, scan: &LaserScan, out: &mut PoseEstimate) {
+    core.step(odometry, Some(scan));
+    *out = PoseEstimate::zeroed();
+    core.write_estimate(out);
+}
+
 #[test]
 fn without_a_sketch_it_waits() {
     let (mut core, mut out) = (core("").unwrap(), PoseEstimate::zeroed());
-    core.step(&at_the_origin(), &scan(4), &mut out, None);
-    assert_eq!((out.tracking, out.header.source_seq), (Tracking::Waiting.code(), 4));
+    answer(&mut core, &at_the_origin(), &scan(4), &mut out);
+    assert_eq!(out.tracking, Tracking::Waiting.code());
 }
 
 #[test]
@@ -117,8 +124,7 @@ fn each_scan_is_answered_and_the_scales_are_found() {
     core.on_sketch(&map, &cells).unwrap();
     let mut out = PoseEstimate::zeroed();
     for seq in 1..=5 {
-        core.step(&at_the_origin(), &scan(seq), &mut out, None);
-        assert_eq!((out.header.source_seq, out.header.stamp_ns), (seq, (seq - 1) * 100_000_000));
+        answer(&mut core, &at_the_origin(), &scan(seq), &mut out);
         assert_eq!(out.tracking, Tracking::Tracking.code());
     }
     assert!((out.pose.x_px - 50.0).abs() < 5.0 && (out.pose.y_px - 40.0).abs() < 5.0, "{:?}", out.pose);
@@ -134,11 +140,11 @@ fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
     let (mut core, (map, cells)) = (core("").unwrap(), room());
     core.on_sketch(&map, &cells).unwrap();
     let mut out = PoseEstimate::zeroed();
-    core.step(&at_the_origin(), &scan(1), &mut out, None);
+    answer(&mut core, &at_the_origin(), &scan(1), &mut out);
     assert_eq!(out.tracking, Tracking::Doubtful.code());
     for seq in 2..=60 {
         let x = 1.2 * (0.1 * (seq - 1) as f64).sin();
-        core.step(&ahead(x), &scan_at(seq, x as f32), &mut out, None);
+        answer(&mut core, &ahead(x), &scan_at(seq, x as f32), &mut out);
         assert_ne!(out.tracking, Tracking::Lost.code());
     }
     assert_eq!(out.tracking, Tracking::Tracking.code());
@@ -153,12 +159,12 @@ fn with_another_sketch_the_filter_begins_anew() {
     map.header.seq = 1;
     core.on_sketch(&map, &cells).unwrap();
     let mut first = PoseEstimate::zeroed();
-    (1..=5).for_each(|seq| core.step(&at_the_origin(), &scan(seq), &mut first, None));
+    (1..=5).for_each(|seq| answer(&mut core, &at_the_origin(), &scan(seq), &mut first));
     map.header.seq = 2;
     map.start = PosePx::new(&Pose::new(30.0, 40.0, 0.0));
     core.on_sketch(&map, &cells).unwrap();
     let mut second = PoseEstimate::zeroed();
-    core.step(&at_the_origin(), &scan(6), &mut second, None);
+    answer(&mut core, &at_the_origin(), &scan(6), &mut second);
     assert_eq!(core.sketch_seq(), 2);
     assert!((first.pose.x_px - 50.0).abs() < 5.0 && (second.pose.x_px - 30.0).abs() < 10.0, "{second:?}");
 }
@@ -169,11 +175,11 @@ fn with_another_sketch_the_filter_begins_anew() {
 fn an_estimate_that_waits_is_no_place_to_begin_at() {
     let (mut core, (map, cells)) = (core("").unwrap(), room());
     let mut out = PoseEstimate::zeroed();
-    core.step(&at_the_origin(), &scan(1), &mut out, None);
+    answer(&mut core, &at_the_origin(), &scan(1), &mut out);
     assert_eq!(out.tracking, Tracking::Waiting.code());
     core.begin_at(&out);
     core.on_sketch(&map, &cells).unwrap();
-    core.step(&at_the_origin(), &scan(2), &mut out, None);
+    answer(&mut core, &at_the_origin(), &scan(2), &mut out);
     assert!((out.pose.x_px - 50.0).abs() < 5.0, "{:?}", out.pose);
 }
 
@@ -191,7 +197,7 @@ fn a_robot_that_sees_nothing_is_lost_and_one_that_sees_again_is_not() {
             if covered {
                 scan.ranges_m.fill(f32::NAN);
             }
-            core.step(&ahead(x), &scan, &mut out, None);
+            answer(&mut core, &ahead(x), &scan, &mut out);
         }
         out.tracking
     };
@@ -208,12 +214,27 @@ fn particles_are_due_once_a_second() {
     let (mut out, mut particles) = (PoseEstimate::zeroed(), Particles::zeroed());
     let mut sent = vec![];
     for seq in 1..=25 {
-        let due = core.particles_due(scan(seq).header.stamp_ns);
-        core.step(&at_the_origin(), &scan(seq), &mut out, due.then_some(&mut particles));
-        sent.extend(due.then_some(particles.header.source_seq));
+        answer(&mut core, &at_the_origin(), &scan(seq), &mut out);
+        let stamp_ns = scan(seq).header.stamp_ns;
+        if core.particles_due(stamp_ns) {
+            core.write_particles(stamp_ns, &mut particles);
+            sent.push(seq);
+        }
     }
     assert_eq!(sent, [1, 11, 21]);
     assert_eq!((particles.count, particles.total), (500, out.particle_count));
+}
+
+/// A heartbeat faster than the laser: in between the last estimate holds, with the odometry that it belongs to.
+#[test]
+fn without_a_new_scan_the_last_estimate_holds() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    core.on_sketch(&map, &cells).unwrap();
+    let (mut first, mut second) = (PoseEstimate::zeroed(), PoseEstimate::zeroed());
+    answer(&mut core, &at_the_origin(), &scan(1), &mut first);
+    core.step(&ahead(0.1), None);
+    core.write_estimate(&mut second);
+    assert_eq!(first, second);
 }
 
 #[test]

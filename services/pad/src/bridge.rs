@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use sketchnav_runtime::{Checkpoints, HealthReporter, Node, SliceWriter, Step as WorkStep, Wake, Writer};
+use sketchnav_runtime::{Checkpoints, HealthReporter, Node, Step as WorkStep, Wake, Writer};
 use sketchnav_schemas::channels::{DRAWING, ORDERS};
 use sketchnav_schemas::codes::Order;
 use sketchnav_schemas::message::{Drawing, MissionCommand, Understood};
@@ -76,7 +76,7 @@ struct Bridge<'a> {
     caller: Caller,
     began: Instant,
     checkpoints: Checkpoints<State>,
-    drawings: SliceWriter<Drawing>,
+    drawings: Writer<Drawing>,
     orders: Writer<MissionCommand>,
     inbox: Inbox,
     machine: Machine,
@@ -111,7 +111,7 @@ impl<'a> Bridge<'a> {
             caller,
             began: Instant::now(),
             checkpoints,
-            drawings: node.slice_writer(DRAWING)?,
+            drawings: node.writer(DRAWING)?,
             orders,
             inbox: Inbox::open(node, run.pad.draws())?,
             machine: Machine::new(run.pad.draws()),
@@ -369,11 +369,11 @@ impl<'a> Bridge<'a> {
     }
 
     fn send_drawing(&mut self, what: &Submission) -> anyhow::Result<()> {
-        let mut drawing = self.drawings.loan(what.bytes().len())?;
-        drawing.message_mut().header.stamp_ns = self.stamp_ns;
-        drawing.message_mut().kind = what.kind().code();
-        drawing.bytes_mut().copy_from_slice(what.bytes());
-        drawing.send()?;
+        let mut loan = self.drawings.loan_with(what.bytes().len())?;
+        let (drawing, cells) = loan.parts_mut();
+        (drawing.header.stamp_ns, drawing.kind) = (self.stamp_ns, what.kind().code());
+        cells.copy_from_slice(what.bytes());
+        loan.send()?;
         Ok(())
     }
 

@@ -4,59 +4,61 @@ use std::io::{self, Write};
 
 use bytemuck::Zeroable;
 use sketchnav_recorder::core::Core;
-use sketchnav_schemas::channels::{RECORDED_EVERY, SCAN, SKETCH};
-use sketchnav_schemas::message::{Header, LaserScan, SketchMap};
+use sketchnav_recordings::RecordingError;
+use sketchnav_schemas::channels::{RECORDED_EVERY, SKETCH, TICK};
+use sketchnav_schemas::message::{Header, SketchMap, Tick};
 use sketchnav_schemas::run::RunConfig;
 
 fn run() -> RunConfig {
     serde_json::from_str(include_str!("run.json")).unwrap()
 }
 
-fn scan(seq: u64) -> LaserScan {
-    let header = Header { seq, stamp_ns: seq * 100_000_000, source_seq: seq };
-    LaserScan { header, beam_count: 1440, ranges_m: [seq as f32; 1440], ..Zeroable::zeroed() }
+fn header(seq: u64) -> Header {
+    Header { seq, stamp_ns: seq * 100_000_000, source_seq: seq }
+}
+
+fn record<W: Write>(core: &mut Core<W>, seq: u64) -> Result<(), RecordingError> {
+    let tick = Tick { header: header(seq), ..Zeroable::zeroed() };
+    core.record(TICK.spec, bytemuck::bytes_of(&tick), &[])
+}
+
+fn draw<W: Write>(core: &mut Core<W>, seq: u64, cells: &[u8]) -> Result<(), RecordingError> {
+    let sketch = SketchMap { header: header(seq), width_px: 2, height_px: 2, ..Zeroable::zeroed() };
+    core.record(SKETCH.spec, bytemuck::bytes_of(&sketch), cells)
 }
 
 #[test]
-fn the_world_is_told_every_so_many_scans() {
+fn the_world_is_told_every_so_many_ticks() {
     let mut core = Core::new(Vec::new(), &run(), &[]).unwrap();
     let mut told = Vec::new();
     for seq in 1..=50 {
-        core.record(SCAN, &scan(seq), &[]).unwrap();
+        record(&mut core, seq).unwrap();
         told.extend(core.end_pass().unwrap());
-        assert!(core.end_pass().unwrap().is_none(), "once for the same scans");
+        assert!(core.end_pass().unwrap().is_none(), "once for the same ticks");
     }
-    let scans: Vec<_> = told.iter().map(|recorded| recorded.header.source_seq).collect();
-    assert_eq!(scans, [16, 32, 48]);
+    let ticks: Vec<_> = told.iter().map(|recorded| recorded.header.source_seq).collect();
+    assert_eq!(ticks, [16, 32, 48]);
     assert_eq!(told[1].header.stamp_ns, 3_200_000_000);
     assert_eq!(told[1].message_count, 32 + 1, "and the static transform");
 }
 
-/// A pass may take many scans at once; all of them are told with the last one.
+/// A pass may take many ticks at once; all of them are told with the last one.
 #[test]
 fn a_late_recorder_catches_up_in_one_pass() {
     let mut core = Core::new(Vec::new(), &run(), &[]).unwrap();
-    (1..=3 * RECORDED_EVERY + 1).for_each(|seq| core.record(SCAN, &scan(seq), &[]).unwrap());
+    (1..=3 * RECORDED_EVERY + 1).for_each(|seq| record(&mut core, seq).unwrap());
     assert_eq!(core.end_pass().unwrap().unwrap().header.source_seq, 3 * RECORDED_EVERY + 1);
     assert!(core.end_pass().unwrap().is_none());
-}
-
-/// The promise to the world holds because a pass takes the scans before everything else.
-#[test]
-fn scans_come_first_in_the_table() {
-    assert_eq!(sketchnav_schemas::channels::TABLE[0].name, SCAN.spec.name);
 }
 
 #[test]
 fn missing_and_malformed_messages_are_counted() {
     let mut core = Core::new(Vec::new(), &run(), &[]).unwrap();
-    core.record(SCAN, &scan(1), &[]).unwrap();
-    core.record(SCAN, &scan(4), &[]).unwrap();
-    let sketch = SketchMap { header: scan(1).header, width_px: 2, height_px: 2, ..Zeroable::zeroed() };
-    let error = core.record(SKETCH, &sketch, &[0, 0, 0]).unwrap_err();
+    record(&mut core, 1).unwrap();
+    record(&mut core, 4).unwrap();
+    let error = draw(&mut core, 1, &[0, 0, 0]).unwrap_err();
     assert!(error.is_one_message() && error.to_string().starts_with("/sketch, message 1: cells"), "{error}");
-    let next = SketchMap { header: scan(2).header, ..sketch };
-    core.record(SKETCH, &next, &[0, 0, 0, 0]).unwrap();
+    draw(&mut core, 2, &[0, 0, 0, 0]).unwrap();
     let (report, sink) = core.finish();
     assert_eq!((report.messages, report.missing, report.refused, report.unrecorded), (4, 2, 1, 0));
     assert!(sink.unwrap().starts_with(b"\x89MCAP0\r\n"));
@@ -88,7 +90,7 @@ fn a_full_disk_is_said_once_and_stops_nobody() {
     let mut core = Core::new(Disk { room: 20_000 }, &run(), &[]).unwrap();
     let (mut failures, mut told) = (Vec::new(), 0);
     for seq in 1..=5000 {
-        failures.extend(core.record(SCAN, &scan(seq), &[]).err());
+        failures.extend(record(&mut core, seq).err());
         match core.end_pass() {
             Ok(recorded) => told = recorded.map_or(told, |recorded| recorded.header.source_seq),
             Err(error) => failures.push(error),

@@ -11,8 +11,8 @@ use nix::sys::signal::{SigSet, Signal};
 use sketchnav_recorder::Recorder;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
-use sketchnav_runtime::{Channels, Node, SliceWriter, System};
-use sketchnav_schemas::channels::{SCAN, SKETCH};
+use sketchnav_runtime::{Channels, Node, System, Writer};
+use sketchnav_schemas::channels::{SKETCH, TICK};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::SketchMap;
 use support::{header, run};
@@ -49,9 +49,9 @@ impl Drop for FullDisk<'_> {
     }
 }
 
-fn draw(sketches: &mut SliceWriter<SketchMap>) {
-    let mut sketch = sketches.loan(6).unwrap();
-    (sketch.message_mut().width_px, sketch.message_mut().height_px) = (3, 2);
+fn draw(sketches: &mut Writer<SketchMap>) {
+    let mut sketch = sketches.loan_with(6).unwrap();
+    (sketch.width_px, sketch.height_px) = (3, 2);
     sketch.send().unwrap();
 }
 
@@ -68,14 +68,14 @@ fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
     let open = |process| Node::join(System::open(&run.system).unwrap(), process).unwrap();
     let (world, sketcher, recorder_node) =
         (open(Process::World), open(Process::Sketcher), open(Process::Recorder));
-    let mut scans = world.writer(SCAN).unwrap();
-    let mut sketches = sketcher.slice_writer(SKETCH).unwrap();
+    let mut ticks = world.writer(TICK).unwrap();
+    let mut sketches = sketcher.writer(SKETCH).unwrap();
     let mut recorder = Recorder::open(&recorder_node).unwrap();
     let mut seq = 0;
     let mut drive = |recorder: &mut Recorder| {
         for _ in 0..20 {
             seq += 1;
-            scans.send(|message| message.header = header(seq)).unwrap();
+            ticks.send(|message| message.header = header(seq)).unwrap();
             // Serves readers that have come.
             sketcher.nap(Duration::ZERO);
             recorder.pass().unwrap();
@@ -99,11 +99,11 @@ fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
     recorder.end().unwrap();
 
     let recording = Recording::open(&path).unwrap();
-    assert_eq!(recording.channel(SCAN).unwrap().count(), 60);
+    assert_eq!(recording.channel(TICK).unwrap().count(), 60);
     let drawn = recording.channel(SKETCH).unwrap().map(|sketch| sketch.unwrap().0.header.seq).collect();
     let found = info(&path).unwrap();
     assert_eq!((found.clean_end, found.restarts), (true, 0), "{found:#?}");
-    drop((scans, sketches, world, sketcher, recorder_node, channels, supervisor));
+    drop((ticks, sketches, world, sketcher, recorder_node, channels, supervisor));
     Rc::into_inner(system).unwrap().remove().unwrap();
     (drawn, found.missing)
 }

@@ -8,7 +8,7 @@ use sketchnav_recorder::Recorder;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
 use sketchnav_runtime::{Channels, Node, System};
-use sketchnav_schemas::channels::{ODOMETRY, RECORDED, SCAN, SKETCH};
+use sketchnav_schemas::channels::{ODOMETRY, RECORDED, TICK, SKETCH};
 use sketchnav_schemas::codes::Process;
 use support::{header, run};
 
@@ -25,16 +25,16 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
     let recorder_node = Node::join(System::open(&run.system).unwrap(), Process::Recorder).unwrap();
     let mut recorder = Recorder::open(&recorder_node).unwrap();
 
-    let (mut scans, mut odometry) = (world.writer(SCAN).unwrap(), world.writer(ODOMETRY).unwrap());
+    let (mut ticks, mut odometry) = (world.writer(TICK).unwrap(), world.writer(ODOMETRY).unwrap());
     let mut recorded = world.reader(RECORDED).unwrap();
-    let mut sketches = sketcher.slice_writer(SKETCH).unwrap();
-    let mut sketch = sketches.loan(6).unwrap();
-    (sketch.message_mut().width_px, sketch.message_mut().height_px) = (3, 2);
-    sketch.bytes_mut().copy_from_slice(&[0, 100, 0, 0, 0, 100]);
+    let mut sketches = sketcher.writer(SKETCH).unwrap();
+    let mut sketch = sketches.loan_with(6).unwrap();
+    (sketch.width_px, sketch.height_px) = (3, 2);
+    sketch.parts_mut().1.copy_from_slice(&[0, 100, 0, 0, 0, 100]);
     sketch.send().unwrap();
     let mut step = |seq| {
         odometry.send(|message| message.header = header(seq)).unwrap();
-        scans.send(|message| message.header = header(seq)).unwrap();
+        ticks.send(|message| message.header = header(seq)).unwrap();
     };
 
     for seq in 1..=40 {
@@ -52,10 +52,10 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
     let info = info(&path).unwrap();
     assert!(info.clean_end && info.missing == 0, "{info:?}");
     let drawn: Vec<_> = Recording::open(&path).unwrap().channel(SKETCH).unwrap().collect();
-    assert_eq!(Recording::open(&path).unwrap().channel(SCAN).unwrap().count(), 45);
+    assert_eq!(Recording::open(&path).unwrap().channel(TICK).unwrap().count(), 45);
     assert_eq!(drawn[0].as_ref().unwrap().1, [0, 100, 0, 0, 0, 100]);
 
-    drop((scans, odometry, recorded, sketches));
+    drop((ticks, odometry, recorded, sketches));
     drop((world, sketcher, recorder_node, channels, supervisor));
     Rc::into_inner(system).unwrap().remove().unwrap();
 }

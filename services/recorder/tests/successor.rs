@@ -9,7 +9,7 @@ use sketchnav_recorder::Recorder;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
 use sketchnav_runtime::{Channels, Node, System};
-use sketchnav_schemas::channels::{ODOMETRY, RECORDED, SCAN};
+use sketchnav_schemas::channels::{ODOMETRY, RECORDED, TICK};
 use sketchnav_schemas::codes::Process;
 use support::{header, run};
 
@@ -23,11 +23,11 @@ fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
     let channels = Channels::create(&supervisor).unwrap();
     let open = |process| Node::join(System::open(&run.system).unwrap(), process).unwrap();
     let world = open(Process::World);
-    let (mut scans, mut odometry) = (world.writer(SCAN).unwrap(), world.writer(ODOMETRY).unwrap());
+    let (mut ticks, mut odometry) = (world.writer(TICK).unwrap(), world.writer(ODOMETRY).unwrap());
     let mut recorded = world.reader(RECORDED).unwrap();
     let mut step = |seq| {
         odometry.send(|message| message.header = header(seq)).unwrap();
-        scans.send(|message| message.header = header(seq)).unwrap();
+        ticks.send(|message| message.header = header(seq)).unwrap();
     };
 
     let mut seq = 0;
@@ -55,8 +55,8 @@ fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
 
     let found = info(&path).unwrap();
     assert_eq!((found.missing, found.clean_end, found.restarts), (0, true, 3), "{found:#?}");
-    let scans = Recording::open(&path).unwrap().channel(SCAN).unwrap();
-    let numbers: Vec<_> = scans.map(|message| message.unwrap().0.header.seq).collect();
+    let ticks = Recording::open(&path).unwrap().channel(TICK).unwrap();
+    let numbers: Vec<_> = ticks.map(|message| message.unwrap().0.header.seq).collect();
     assert_eq!(numbers, (1..=seq).collect::<Vec<_>>());
     let mut told = Vec::new();
     while let Some(message) = recorded.receive().unwrap() {

@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use sketchnav_rehearsal::{Rehearsal, Tap};
-use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::message::{GroundTruth, Message, VelocityCommand};
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
 const STEPS: usize = 60;
@@ -17,9 +16,8 @@ struct Log {
 }
 
 impl Tap for Log {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
-        let bytes = bytemuck::bytes_of(message);
-        match channel.spec.name {
+    fn see(&mut self, spec: &'static ChannelSpec, bytes: &[u8], _cells: &[u8]) {
+        match spec.name {
             "truth" => self.truth.push(*bytemuck::from_bytes(bytes)),
             "command" => self.command.push(*bytemuck::from_bytes(bytes)),
             _ => {}

@@ -154,7 +154,7 @@ impl Host<'_> {
         let heard = Heard::new(self.inputs.request_spec(index), request.message(), request.cells());
         self.attempts += 1;
         self.write_checkpoint()?;
-        self.stage.hear(&Heard { attempts: self.attempts - 1, ..heard })?;
+        self.stage.hear(&heard.again(self.attempts - 1))?;
         self.inputs.take_request(index, header.stamp_ns, header.seq);
         self.attempts = 0;
         // Before what is said to it: whoever has that may forget the request.

@@ -65,6 +65,12 @@ impl<'a> Heard<'a> {
         Self { spec, message, cells, attempts: 0 }
     }
 
+    /// The same, heard so often before.
+    #[must_use]
+    pub fn again(self, attempts: u32) -> Self {
+        Self { attempts, ..self }
+    }
+
     /// The message, where it is one of this channel.
     pub fn on<T: Message>(&self, channel: Channel<T>) -> Option<&'a T> {
         (self.spec == channel.spec).then(|| bytemuck::from_bytes(self.message))

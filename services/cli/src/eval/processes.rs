@@ -12,9 +12,8 @@ use sketchnav_eval::jobs::Job;
 use sketchnav_recordings::diff::{Difference, diff};
 use sketchnav_recordings::{RecordingError, Writer};
 use sketchnav_rehearsal::{Rehearsal, Tap};
-use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::failure::Failure;
@@ -40,9 +39,9 @@ struct Recorder {
 }
 
 impl Tap for Recorder {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
+    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) {
         if self.failed.is_none() {
-            self.failed = self.writer.write(channel, message, cells).err();
+            self.failed = self.writer.write_bytes(spec, message, cells).err();
         }
     }
 

@@ -206,7 +206,7 @@ fn known_scales(cells: &[u8], width: usize, resolution_m: f64) -> toml::Table {
 }
 
 fn of_sketch(run: &RunConfig) -> Result<Drawn, Failure> {
-    let (drawing, places) = sketchnav_sketcher::understand(run).map_err(Failure::Input)?;
+    let (drawing, places) = sketchnav_sketcher::understand(run, &sketchnav_navigators::read_file).or_input()?;
     let mut sketch = SketchMap { header: ONCE, ..SketchMap::zeroed() };
     sketchnav_sketcher::fill_sketch(&drawing, &places, &mut sketch);
     let mut route = Box::new(Route { header: ONCE, ..Route::zeroed() });

@@ -1,6 +1,6 @@
 //! What comes in from the channels: the newest of everything, and each word that the machine has to hear.
 
-use sketchnav_runtime::{Node, Reader, SliceReader};
+use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{ESTIMATE, FAULTS, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD};
 use sketchnav_schemas::message::{
     Fault, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
@@ -28,7 +28,7 @@ pub(super) struct Inbox {
     particle_sets: Reader<Particles>,
     plans: Reader<Plan>,
     scans: Reader<LaserScan>,
-    sketches: SliceReader<SketchMap>,
+    sketches: Reader<SketchMap>,
     faults: Reader<Fault>,
     /// What the sketcher says to what was sent.
     pub(super) understood: Reader<Understood>,
@@ -53,7 +53,7 @@ impl Inbox {
             particle_sets: node.reader(PARTICLES)?,
             plans: node.reader(PLAN)?,
             scans: node.reader(SCAN)?,
-            sketches: node.slice_reader(SKETCH)?,
+            sketches: node.reader(SKETCH)?,
             faults: node.reader(FAULTS)?,
             understood: node.reader(UNDERSTOOD)?,
             draws,
@@ -107,14 +107,14 @@ impl Inbox {
 
     fn take_sketch(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
         let Some(sketch) = self.sketches.receive()? else { return Ok(None) };
-        let map = sketch.message();
+        let map = &*sketch;
         self.size_px = Some([map.width_px, map.height_px]);
         self.wall_direction_rad = map.wall_direction_rad;
         if map.header.seq != self.sketch_seq {
             self.forget_pose(map.header.seq);
         }
         let paints = !self.draws;
-        Ok(paints.then(|| walls::png(map.width_px, map.height_px, sketch.bytes())).flatten())
+        Ok(paints.then(|| walls::png(map.width_px, map.height_px, sketch.cells())).flatten())
     }
 
     /// What was known belongs to a sketch before the one with this number.

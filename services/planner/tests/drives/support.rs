@@ -237,7 +237,7 @@ impl Drive {
 
     /// Lets the planner take its step.
     pub fn think(&mut self) -> Step {
-        self.core.step(&self.estimate, &self.scan, &self.odometry)
+        self.core.step(&self.estimate, Some(&*self.scan), &self.odometry)
     }
 
     /// Moves the robot; walls stop it.

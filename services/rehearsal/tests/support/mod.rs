@@ -4,10 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use sketchnav_rehearsal::Tap;
-use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
 use sketchnav_schemas::mission::{Mission, SketchSource, WallTone};
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_sim::convex::Convex;
 use sketchnav_sim::{SimError, WorldDescription};
 
@@ -25,9 +24,8 @@ pub struct Log {
 }
 
 impl Tap for Log {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
-        let bytes = bytemuck::bytes_of(message);
-        match channel.spec.name {
+    fn see(&mut self, spec: &'static ChannelSpec, bytes: &[u8], _cells: &[u8]) {
+        match spec.name {
             "truth" => self.truth.push(*bytemuck::from_bytes(bytes)),
             "status" => self.status.push(*bytemuck::from_bytes(bytes)),
             "contact" => self.contacts.push(*bytemuck::from_bytes(bytes)),

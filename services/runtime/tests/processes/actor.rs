@@ -18,8 +18,8 @@ struct Actor {
     channels: Option<Channels>,
     scan_writer: Option<Writer<LaserScan>>,
     scan_reader: Option<Reader<LaserScan>>,
-    sketch_writer: Option<SliceWriter<SketchMap>>,
-    sketch_reader: Option<SliceReader<SketchMap>>,
+    sketch_writer: Option<Writer<SketchMap>>,
+    sketch_reader: Option<Reader<SketchMap>>,
     odometry_reader: Option<Reader<Odometry>>,
     truth_reader: Option<Reader<GroundTruth>>,
     held: Vec<Sample<LaserScan>>,
@@ -99,8 +99,8 @@ impl Actor {
             "scan-writer" => self.scan_writer = Some(self.node().writer(SCAN)?),
             "second-scan-writer" => drop(self.node().writer(SCAN)?),
             "scan-reader" => self.scan_reader = Some(self.node().reader(SCAN)?),
-            "sketch-writer" => self.sketch_writer = Some(self.node().slice_writer(SKETCH)?),
-            "sketch-reader" => self.sketch_reader = Some(self.node().slice_reader(SKETCH)?),
+            "sketch-writer" => self.sketch_writer = Some(self.node().writer(SKETCH)?),
+            "sketch-reader" => self.sketch_reader = Some(self.node().reader(SKETCH)?),
             "odometry-reader" => self.odometry_reader = Some(self.node().reader(ODOMETRY)?),
             "truth-reader" => self.truth_reader = Some(self.node().reader(TRUTH)?),
             _ => panic!("no such end: {what}"),
@@ -158,19 +158,20 @@ impl Actor {
     }
 
     fn send_sketch(&mut self) -> Result<String> {
-        let mut loan = self.sketch_writer.as_mut().unwrap().loan(2540 * 1252)?;
-        loan.message_mut().width_px = 2540;
-        loan.bytes_mut()[2540 * 1252 - 1] = 100;
-        let place = place_in_file(loan.bytes_mut().as_ptr());
+        let mut loan = self.sketch_writer.as_mut().unwrap().loan_with(2540 * 1252)?;
+        loan.width_px = 2540;
+        let (_, cells) = loan.parts_mut();
+        cells[2540 * 1252 - 1] = 100;
+        let place = place_in_file(cells.as_ptr());
         loan.send()?;
         Ok(place)
     }
 
     fn hold_sketch(&mut self) -> Result<String> {
         let sketch = self.sketch_reader.as_mut().unwrap().receive()?.unwrap();
-        assert_eq!((sketch.message().width_px, sketch.bytes().len()), (2540, 2540 * 1252));
-        assert_eq!((sketch.bytes()[0], sketch.bytes()[2540 * 1252 - 1]), (0, 100));
-        Ok(place_in_file(sketch.bytes().as_ptr()))
+        assert_eq!((sketch.width_px, sketch.cells().len()), (2540, 2540 * 1252));
+        assert_eq!((sketch.cells()[0], sketch.cells()[2540 * 1252 - 1]), (0, 100));
+        Ok(place_in_file(sketch.cells().as_ptr()))
     }
 
     /// Allocations of this thread while a thousand messages are sent and the health is reported.

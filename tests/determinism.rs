@@ -61,13 +61,13 @@ fn another_seed_is_different_and_diff_says_where() {
     let found = ended.json();
     let difference = &found["difference"];
     assert_eq!(found["identical"], false, "{ended}");
-    // The laser's noise is the first thing that a seed decides; the odometry at the start is zero.
-    assert_eq!((&difference["channel"], &difference["seq"]), (&"scan".into(), &1.into()), "{ended}");
+    // The votes for the walls' direction are the first thing that a seed decides.
+    assert_eq!((&difference["channel"], &difference["seq"]), (&"sketch".into(), &1.into()), "{ended}");
     let field = &difference["what"]["field"];
-    assert!(field["field"].as_str().is_some_and(|name| name.starts_with("ranges_m[")), "{ended}");
+    assert_eq!(field["field"], "wall_direction_rad", "{ended}");
     assert_ne!(field["a"], field["b"], "{ended}");
     let text = diff(&place, &a, &b, "");
-    assert!(text.out.starts_with("different: scan message 1 at 0.000 s: ranges_m["), "{text}");
+    assert!(text.out.starts_with("different: sketch message 1 at 0.000 s: wall_direction_rad"), "{text}");
 }
 
 /// Writes what the rehearsal sends, as the recorder would.

@@ -78,7 +78,7 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
     let difference = &told["difference"];
     assert_eq!(
         (difference["channel"].as_str(), difference["seq"].as_u64()),
-        (Some("estimate"), Some(1)),
+        (Some("particles"), Some(1)),
         "{told}"
     );
     assert!(difference["what"]["field"]["a"].is_string(), "{told}");

@@ -152,7 +152,21 @@ fn json<T: Ros2>(
     cells: &[u8],
 ) -> Result<serde_json::Value, Box<dyn std::error::Error + Send + Sync>> {
     let message: &T = bytemuck::from_bytes(message);
-    Ok(serde_json::to_value(message.to_ros2(cells)?)?)
+    let mut form = serde_json::to_value(message.to_ros2(cells)?)?;
+    if let Some(fields) = form.as_object_mut() {
+        flatten(fields);
+    }
+    Ok(form)
+}
+
+/// The form of a message of our own is in parts: as JSON it is what the `.msg` says, without its slice where there is none.
+fn flatten(form: &mut serde_json::Map<String, serde_json::Value>) {
+    if let Some(serde_json::Value::Object(body)) = form.remove("body") {
+        form.extend(body);
+    }
+    if let Some(slice) = form.remove("slice").filter(|slice| !slice.is_null()) {
+        form.insert("data".to_owned(), slice);
+    }
 }
 
 /// The header that every message begins with.

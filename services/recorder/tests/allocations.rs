@@ -106,8 +106,7 @@ fn recording_allocates_nothing_but_what_mcap_does_for_each_chunk() {
         for (message, &now) in allocated.iter().enumerate() {
             let most_now = match message {
                 0 | 4 | 8 => most, // The lists of the topics grow.
-                1 | 3 | 7 => 1,    // The buffer of the chunk is doubled.
-                _ => 0,
+                _ => 1,            // The buffer of the chunk is doubled.
             };
             assert!(now <= most_now, "chunk {chunk}, message {message}: {allocated:?}");
         }

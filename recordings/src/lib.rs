@@ -6,8 +6,8 @@
 //! - [`diff`]: the first difference of two; [`info`]: what is in one; [`mod@faults`]: what went wrong in it.
 //! - [`copy`](mod@copy): repairs, filters, merges, splits; [`rosbag2`]: folders as ROS 2 has them.
 //! - [`carmen`], [`mod@import`]: other people's logs; [`sources`]: the files of a run inside its recording.
-//! - [`judge`]: how a mission went; [`picture`]: what it looked like; [`page`]: pages that show it.
 //!
+//! What a recording is worth is told by the crate of evaluation: nothing here judges or draws.
 //! Nothing here reads a clock, or knows how a message travels between processes. Recordings are read from
 //! files and written to whatever sink the caller gives; [`sources`] alone reads other files, and writes those
 //! of a recording into a folder.
@@ -23,10 +23,7 @@ pub mod import;
 pub mod index;
 pub mod info;
 pub mod join;
-pub mod judge;
-pub mod page;
 mod parts;
-pub mod picture;
 pub mod reader;
 mod record_file;
 pub mod records;

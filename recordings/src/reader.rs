@@ -246,8 +246,11 @@ impl RawMessage {
         self.typed()
     }
 
-    /// As [`RawMessage::typed`], where the topic's type is `T`'s.
-    pub(crate) fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
+    /// As [`RawMessage::typed`], of the recording at `path`, where the topic's type is `T`'s.
+    ///
+    /// # Errors
+    /// As [`RawMessage::typed`]; [`RecordingError::Type`] where the topic's type is another one.
+    pub fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
         if self.topic.ros2_type == T::TYPE {
             return self.typed();
         }

@@ -8,11 +8,12 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
-use sketchnav_eval::jobs::{Job, run_all};
-use sketchnav_eval::report::{Report, examples};
-use sketchnav_eval::statistics::Tally;
-use sketchnav_eval::suites::{Folders, Suite, load};
-use sketchnav_eval::{EvalError, Outcome as Ended};
+use sketchnav_evaluation::EvalError;
+use sketchnav_evaluation::experiments::jobs::{Job, run_all};
+use sketchnav_evaluation::experiments::report::{Report, examples};
+use sketchnav_evaluation::experiments::statistics::Tally;
+use sketchnav_evaluation::experiments::suite::{Folders, Suite};
+use sketchnav_evaluation::experiments::{Outcome as Ended, run, suites, trial_picture};
 
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
@@ -21,7 +22,7 @@ use processes::Check;
 
 /// Runs the suite `name`.
 pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
-    let mut suite = load(name, &folders(options)).map_err(classify)?;
+    let mut suite = suites::load(name, &folders(options)).map_err(classify)?;
     choose(&mut suite, options)?;
     let jobs = jobs(&suite, options)?;
     let began = Instant::now();
@@ -123,10 +124,10 @@ fn progress_bar(length: usize, quiet: bool) -> ProgressBar {
 fn draw(jobs: &[Job<'_>], folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
     for job in jobs {
-        let runs = sketchnav_eval::run::drive(job.trial, job.method, job.seed).map_err(classify)?;
+        let runs = run::drive(job.trial, job.method, job.seed).map_err(classify)?;
         for driven in &runs {
             let name = format!("{}-{}-{}", job.trial.name, job.repetition, job.method).replace('/', "-");
-            for (what, svg) in sketchnav_eval::picture::draw(job.trial, driven).map_err(classify)? {
+            for (what, svg) in trial_picture::draw(job.trial, driven).map_err(classify)? {
                 let path = folder.join(format!("{name}-{}-{what}.svg", driven.first_task + 1));
                 std::fs::write(&path, svg).with_context(|| path.display().to_string())?;
                 say!("picture    {}", path.display());

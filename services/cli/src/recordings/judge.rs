@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
+use sketchnav_evaluation::judge::anchors::Anchors;
+use sketchnav_evaluation::judge::figures::{Figures, MetricMap, figures};
+use sketchnav_evaluation::judge::homotopy::Correspondence;
+use sketchnav_evaluation::judge::log::Log;
+use sketchnav_evaluation::judge::rooms::Rooms;
+use sketchnav_evaluation::judge::tables;
+use sketchnav_evaluation::judge::trajectory::Statistics;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::import::LOG_SYSTEM;
-use sketchnav_recordings::judge::anchors::Anchors;
-use sketchnav_recordings::judge::figures::{Figures, MetricMap, figures};
-use sketchnav_recordings::judge::homotopy::Correspondence;
-use sketchnav_recordings::judge::log::Log;
-use sketchnav_recordings::judge::rooms::Rooms;
-use sketchnav_recordings::judge::tables;
-use sketchnav_recordings::judge::trajectory::Statistics;
 use sketchnav_schemas::run::RunConfig;
 
 use super::args::JudgeOptions;
@@ -127,7 +127,7 @@ fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<Stri
     let floor = Path::new(floor).file_name().unwrap_or_default().to_string_lossy().into_owned();
     let floor = floor.split('.').next().unwrap_or_default();
     let join = Correspondence::new(&anchors.of(&run.mission.name, floor, |at| drawing.from_image(at))?)?;
-    let spans = sketchnav_recordings::judge::spans(run.mission.task.len(), &judged.log.status);
+    let spans = sketchnav_evaluation::judge::spans(run.mission.task.len(), &judged.log.status);
     let mut ways = BTreeMap::new();
     for (task, span) in run.mission.task.iter().zip(spans) {
         let (Some(route), Some(span)) = (&task.route, span) else { continue };

@@ -6,12 +6,12 @@ use std::path::Path;
 
 use anyhow::Context;
 use maud::{Markup, PreEscaped, html};
+use sketchnav_evaluation::judge::figures::local_errors_m;
+use sketchnav_evaluation::judge::log::Log;
+use sketchnav_evaluation::judge::{self as verdicts, TaskSpan, Verdict};
+use sketchnav_evaluation::page::{self, Chart, Series};
+use sketchnav_evaluation::picture::{self, Moment};
 use sketchnav_recordings::faults::FaultInfo;
-use sketchnav_recordings::judge::figures::local_errors_m;
-use sketchnav_recordings::judge::log::Log;
-use sketchnav_recordings::judge::{self as verdicts, TaskSpan, Verdict};
-use sketchnav_recordings::page::{self, Chart, Series};
-use sketchnav_recordings::picture::{self, Moment};
 use sketchnav_recordings::reader::{RawMessage, Selection};
 use sketchnav_recordings::writer::topic_name;
 use sketchnav_recordings::{Recording, import::LOG_SYSTEM};

@@ -1,0 +1,125 @@
+//! What a suite is: trials with a heading, and what its figures are set beside.
+
+use std::path::PathBuf;
+
+use crate::experiments::outcome::Outcome;
+use crate::experiments::trial::Trial;
+
+/// Where files lie.
+#[derive(Debug, Clone)]
+pub struct Folders {
+    /// The project: missions and drawings that ship.
+    pub project: PathBuf,
+    /// Maps and drawings that are not part of it.
+    pub data: PathBuf,
+}
+
+/// A list of trials with a heading.
+#[derive(Debug, Default)]
+pub struct Suite {
+    /// Its word on the command line.
+    pub name: String,
+    /// What is done, in a sentence or two.
+    pub title: String,
+    /// What the reader of its figures must know, data that are missing first of all.
+    pub notices: Vec<String>,
+    /// What is driven.
+    pub trials: Vec<Trial>,
+    /// What a line of its table is, where it is no drawing: then the trials' `drawing` says that.
+    pub lines: Option<&'static str>,
+    /// Repetitions where nobody says how many.
+    pub repetitions: u32,
+    /// What others reached with a suite of the same protocol, where no table lists its tasks.
+    pub paper: Option<Paper>,
+    /// Lines of the table that together are a curve.
+    pub curves: Vec<Curve>,
+    /// The tasks that count, where a published table lists them: its lines. Empty: all tasks count, and the
+    /// table has a line for each drawing.
+    pub legs: Vec<Leg>,
+}
+
+/// A published count.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Paper {
+    /// What was counted: `paper A`.
+    pub name: String,
+    /// Successes.
+    pub reached: u32,
+    /// Of so many.
+    pub attempts: u32,
+}
+
+impl Paper {
+    /// Share of tasks reached, from 0 to 1; `None` without attempts.
+    pub fn rate(&self) -> Option<f64> {
+        (self.attempts > 0).then(|| f64::from(self.reached) / f64::from(self.attempts))
+    }
+}
+
+/// Success against one condition.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Which condition.
+    pub title: String,
+    /// What it is measured in.
+    pub unit: String,
+    /// Its values, and the line (a trial's `drawing`) that was driven with each.
+    pub points: Vec<(f64, String)>,
+}
+
+/// A line of a published table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Leg {
+    /// The task's name: `0 → 1`.
+    pub name: String,
+    /// How long the way was there, metres.
+    pub paper_length_m: f64,
+    /// Successes and attempts there, a pair for each drawing.
+    pub paper: Vec<(u32, u32)>,
+    /// How long the shortest way is here.
+    pub length_m: Option<f64>,
+}
+
+impl Suite {
+    /// The names of its drawings, in the order of the trials.
+    pub fn drawings(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for trial in &self.trials {
+            if !names.contains(&trial.drawing) {
+                names.push(trial.drawing.clone());
+            }
+        }
+        names
+    }
+
+    /// What others reached: of a published table its columns.
+    pub fn papers(&self) -> Vec<Paper> {
+        let columns = self.legs.iter().map(|leg| leg.paper.len()).max().unwrap_or_default();
+        let column = |i: usize| {
+            let cells = || self.legs.iter().filter_map(move |leg| leg.paper.get(i));
+            Paper {
+                name: format!("paper {}", char::from(b'A' + i as u8)),
+                reached: cells().map(|(reached, _)| reached).sum(),
+                attempts: cells().map(|(_, attempts)| attempts).sum(),
+            }
+        };
+        self.paper.iter().cloned().chain((0..columns).map(column)).collect()
+    }
+
+    /// Whether an outcome counts: legs that only lead from one to the next do not.
+    pub fn counts(&self, outcome: &Outcome) -> bool {
+        self.legs.is_empty() || self.legs.iter().any(|leg| leg.name == outcome.task)
+    }
+
+    /// Keeps at most `count` trials of each drawing, spread evenly over them: the same ones every time.
+    pub fn sample(&mut self, count: usize) {
+        let mut kept = Vec::new();
+        for drawing in self.drawings() {
+            let of_drawing: Vec<_> = self.trials.iter().filter(|trial| trial.drawing == drawing).collect();
+            let step = (of_drawing.len() as f64 / count.max(1) as f64).max(1.0);
+            let chosen = (0..count).map_while(|k| of_drawing.get((k as f64 * step + step / 2.0) as usize));
+            kept.extend(chosen.map(|trial| (*trial).clone()));
+        }
+        self.trials = kept;
+    }
+}

@@ -12,6 +12,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
+use sketchnav_evaluation::experiments::run::Log;
 use sketchnav_evaluation::judge::judge;
 use sketchnav_rehearsal::Rehearsal;
 use sketchnav_schemas::method::Method;
@@ -106,7 +107,7 @@ fn rehearse(
         pad: Pad::Absent,
         without: Vec::new(),
     };
-    let mut log = support::Log::default();
+    let mut log = Log::default();
     let began = Instant::now();
     Rehearsal::new(&run)?.run(&mut log)?;
     let wall_s = began.elapsed().as_secs_f64();

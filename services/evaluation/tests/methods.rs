@@ -4,6 +4,7 @@ mod support;
 
 use std::path::Path;
 
+use sketchnav_evaluation::experiments::run::Log;
 use sketchnav_evaluation::judge::judge;
 use sketchnav_rehearsal::Rehearsal;
 use sketchnav_schemas::method::Method;
@@ -28,7 +29,7 @@ fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
         pad: Pad::Absent,
         without: Vec::new(),
     };
-    let mut log = support::Log::default();
+    let mut log = Log::default();
     Rehearsal::new(&run).unwrap().run(&mut log).unwrap();
     judge(&run.mission, &log.truth, &log.status, &[]).tasks.iter().filter(|task| task.reached).count()
 }

@@ -1,8 +1,7 @@
 //! Drives a trial by the services' own cores and judges it.
 
-use crate::judge::{self, TaskSpan, TaskVerdict};
 use sketchnav_rehearsal::{Rehearsal, RehearsalError, Tap};
-use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::channels::{CONTACT, Channel, ESTIMATE, STATUS, TRUTH};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
 use sketchnav_schemas::method::Method;
@@ -13,6 +12,7 @@ use sketchnav_schemas::run::RunConfig;
 use crate::error::EvalError;
 use crate::experiments::outcome::{Kind, Outcome};
 use crate::experiments::trial::Trial;
+use crate::judge::{self, TaskSpan, TaskVerdict};
 
 /// What a run said, as far as judging and drawing need it.
 #[derive(Debug, Default)]
@@ -25,6 +25,22 @@ pub struct Log {
     pub contacts: Vec<Contact>,
     /// Where the robot believed to be, one a step.
     pub estimates: Vec<PoseEstimate>,
+}
+
+impl Tap for Log {
+    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
+        keep(TRUTH, &mut self.truth, channel, message);
+        keep(STATUS, &mut self.status, channel, message);
+        keep(CONTACT, &mut self.contacts, channel, message);
+        keep(ESTIMATE, &mut self.estimates, channel, message);
+    }
+}
+
+/// Appends a message of a channel to the messages of `kept`, where it is that channel.
+fn keep<K: Ros2, T: Ros2>(kept: Channel<K>, messages: &mut Vec<K>, channel: Channel<T>, message: &T) {
+    if channel.spec.name == kept.spec.name {
+        messages.push(*bytemuck::from_bytes(bytemuck::bytes_of(message)));
+    }
 }
 
 /// A run that was driven.
@@ -49,14 +65,10 @@ struct Watcher<'a> {
 }
 
 impl Tap for Watcher<'_> {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
-        let bytes = bytemuck::bytes_of(message);
-        match channel.spec.name {
-            "truth" => self.log.truth.push(*bytemuck::from_bytes(bytes)),
-            "contact" => self.log.contacts.push(*bytemuck::from_bytes(bytes)),
-            "estimate" => self.log.estimates.push(*bytemuck::from_bytes(bytes)),
-            "status" => self.hear(*bytemuck::from_bytes(bytes)),
-            _ => {}
+    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
+        self.log.see(channel, message, cells);
+        if channel.spec.name == STATUS.spec.name {
+            self.watch();
         }
     }
 
@@ -66,8 +78,9 @@ impl Tap for Watcher<'_> {
 }
 
 impl Watcher<'_> {
-    fn hear(&mut self, status: MissionStatus) {
-        self.log.status.push(status);
+    /// Notes whether the newest status ends a task in failure.
+    fn watch(&mut self) {
+        let Some(status) = self.log.status.last() else { return };
         let Some(state) = TaskState::from_code(status.state) else { return };
         let Some(task) = self.tasks.get(status.task as usize) else { return };
         if state.is_end() {

@@ -3,39 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sketchnav_rehearsal::Tap;
-use sketchnav_schemas::channels::Channel;
-use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
 use sketchnav_schemas::mission::{Mission, SketchSource, WallTone};
-use sketchnav_schemas::ros2::Ros2;
 use sketchnav_sim::convex::Convex;
 use sketchnav_sim::{SimError, WorldDescription};
-
-/// What the judge and the eye need of a run.
-#[derive(Default)]
-pub struct Log {
-    /// Where the robot truly was.
-    pub truth: Vec<GroundTruth>,
-    /// What it said.
-    pub status: Vec<MissionStatus>,
-    /// What it touched.
-    pub contacts: Vec<Contact>,
-    /// Where it believed to be.
-    pub estimates: Vec<PoseEstimate>,
-}
-
-impl Tap for Log {
-    fn see<T: Ros2>(&mut self, channel: Channel<T>, message: &T, _cells: &[u8]) {
-        let bytes = bytemuck::bytes_of(message);
-        match channel.spec.name {
-            "truth" => self.truth.push(*bytemuck::from_bytes(bytes)),
-            "status" => self.status.push(*bytemuck::from_bytes(bytes)),
-            "contact" => self.contacts.push(*bytemuck::from_bytes(bytes)),
-            "estimate" => self.estimates.push(*bytemuck::from_bytes(bytes)),
-            _ => {}
-        }
-    }
-}
 
 /// Pixels a metre of the drawings.
 const SCALE_PXPM: f64 = 40.0;

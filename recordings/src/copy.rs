@@ -13,13 +13,15 @@ use mcap::records as mcap_records;
 use serde::Serialize;
 use sketchnav_schemas::channels::has_many_writers;
 
+use crate::content::{Part, RawMessage};
 use crate::directory::Topic;
 use crate::error::RecordingError;
 use crate::facts::TopicFacts;
 use crate::index::Index;
-use crate::parts::{Open, Piece};
-use crate::reader::{Attachment, Part, RawMessage, Recording, Selection};
-use crate::records::{Damage, FRAME_BYTES};
+use crate::open::{Open, Piece};
+use crate::reader::Recording;
+use crate::records::{Attachment, Damage, FRAME_BYTES};
+use crate::selection::Selection;
 use crate::sequence::Sequence;
 use crate::writer::{Mcap, TOPICS_METADATA, begin};
 
@@ -231,7 +233,7 @@ pub fn recover<W: Write>(path: &Path, copy: &mut Copy<W>) -> Result<Copied, Reco
     if let Some(index) = Index::of_summary(path)? {
         // Where the chunk that declares them is damaged, the topics are known all the same.
         index.directory.topics().try_for_each(|(_, topic)| copy.declare(topic).map(drop))?;
-        open.declare(&index);
+        open.declare(&index.directory);
     }
     let mut copied = Copied::default();
     loop {

@@ -7,12 +7,12 @@ use std::path::Path;
 use mcap::MAGIC;
 use mcap::records::op;
 
+use crate::content::Part;
 use crate::directory::Directory;
 use crate::error::RecordingError;
-use crate::parts::{Open, Piece};
-use crate::reader::{Attachment, Part};
+use crate::open::{Open, Piece};
 use crate::record_file::Stop;
-use crate::records::{AttachmentEntry, ChunkEntry, Damage, Record, Statistics, next_in};
+use crate::records::{Attachment, AttachmentEntry, ChunkEntry, Damage, Record, Statistics, next_in};
 use crate::writer::CHUNK_BYTES;
 
 /// The chunks of a recording, its topics and counts.

@@ -13,6 +13,7 @@
 //! of a recording into a folder.
 
 pub mod carmen;
+mod content;
 pub mod copy;
 pub mod diff;
 mod directory;
@@ -23,11 +24,13 @@ pub mod import;
 pub mod index;
 pub mod info;
 pub mod join;
+mod open;
 mod parts;
 pub mod reader;
 mod record_file;
 pub mod records;
 pub mod rosbag2;
+mod selection;
 pub mod sequence;
 pub mod sources;
 mod timeline;

@@ -13,11 +13,11 @@ use sketchnav_schemas::channels::{
     SKETCH, STATUS, TRUTH, UNDERSTOOD,
 };
 
+use crate::content::RawMessage;
 use crate::error::RecordingError;
 use crate::index::Index;
-use crate::parts::{Selected, Selection};
-use crate::reader::RawMessage;
 use crate::records::ChunkEntry;
+use crate::selection::{Selected, Selection};
 
 /// The order of an instant; what is not in it comes last, in the order of the file.
 const RHYTHM: [&str; 16] = [

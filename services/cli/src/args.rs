@@ -1,6 +1,7 @@
 //! The command line.
 
 mod system;
+pub mod values;
 
 use std::path::PathBuf;
 
@@ -11,10 +12,8 @@ use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
-
-/// The processes that a system is made of, beside its supervisor.
-pub const SERVICES: [Process; 5] =
-    [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
+pub use self::values::SERVICES;
+use self::values::{parse_served, parse_service, parse_speed};
 
 /// Drives a robot through a building by a hand-drawn map.
 #[derive(Debug, Parser)]
@@ -313,32 +312,6 @@ pub struct Tap {
     pub count: Option<u64>,
 }
 
-/// A process that is a service.
-pub fn parse_service(word: &str) -> Result<Process, String> {
-    match word.parse() {
-        Ok(process) if SERVICES.contains(&process) => Ok(process),
-        _ => Err(format!("expected one of {}", SERVICES.map(Process::word).join(", "))),
-    }
-}
-
-/// A process that can be served by hand.
-fn parse_served(word: &str) -> Result<Process, String> {
-    if word == Process::Pad.word() { Ok(Process::Pad) } else { parse_service(word) }
-}
-
-/// Beyond this no machine keeps up; `max` is for those who want all that there is.
-const MAX_SPEED: f64 = 100.0;
-
-fn parse_speed(text: &str) -> Result<Pace, String> {
-    if text == "max" {
-        return Ok(Pace::Lockstep);
-    }
-    match text.parse::<f64>() {
-        Ok(speed) if speed > 0.0 && speed <= MAX_SPEED => Ok(Pace::RealTime { speed }),
-        _ => Err(format!("expected `max`, or a number above 0 and up to {MAX_SPEED}")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -347,14 +320,5 @@ mod tests {
     fn the_command_line_is_consistent() {
         use clap::CommandFactory;
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn speed_is_max_or_a_positive_number() {
-        assert_eq!(parse_speed("max"), Ok(Pace::Lockstep));
-        assert_eq!(parse_speed("2"), Ok(Pace::RealTime { speed: 2.0 }));
-        for wrong in ["0", "-1", "nan", "inf", "1e6", "fast", ""] {
-            assert!(parse_speed(wrong).is_err(), "{wrong}");
-        }
     }
 }

@@ -16,7 +16,7 @@ use sketchnav_rehearsal::rerun;
 use sketchnav_schemas::channels::FAULTS;
 use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::message::{Fault, Header, Text};
-use support::{Ended, Place, Running, repository, room, skipped};
+use support::{Ended, Place, Running, repository, room, shared_data, skipped};
 
 /// A run of the test room in lockstep; the recording's path.
 fn recorded(place: &Place) -> String {
@@ -435,10 +435,8 @@ fn a_folder_of_rosbag2_is_read_by_rosbags() {
 /// Real logs: where the map is known the localizer stays within a cell of the reference.
 #[test]
 fn real_logs_are_localized_in_their_maps() {
-    let data = repository().join("../shared/data");
-    if !data.join("logs").is_dir() {
-        return skipped("data", format_args!("no logs in {}", data.display()));
-    }
+    let Some(logs) = shared_data("logs") else { return };
+    let data = logs.parent().unwrap();
     let place = Place::new();
     for name in ["freiburg-079", "intel"] {
         let log = data.join(format!("logs/{name}-corrected.log.gz"));

@@ -79,7 +79,7 @@ pub enum Command {
     },
     /// Run an experiment: drive every trial of a suite, count how the tasks ended.
     #[command(
-        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input, 3 anything else.\nExample: sketchnav eval people --sample 4 --verbose"
+        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose"
     )]
     Eval {
         /// building-079, building, laboratory, routes, people, deformed, sensitivity or ablation.
@@ -228,9 +228,13 @@ pub struct EvalOptions {
     /// Drives so many of the trials by the processes, too, and compares every message.
     #[arg(long, value_name = "N")]
     pub check_processes: Option<usize>,
-    /// Folder of the maps and drawings that are not part of the project.
+    /// Folder of the maps and drawings that are not part of the project; left out, the one that the variable
+    /// SKETCHNAV_DATA names.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
+    /// A checkout of sketchnav, for the missions that suites drive; left out, the one around the current folder.
+    #[arg(long, value_name = "DIR")]
+    pub project: Option<PathBuf>,
     /// One JSON object on standard output instead of tables.
     #[arg(long)]
     pub json: bool,

@@ -21,6 +21,20 @@ pub enum EvalError {
         /// All that there are.
         known: String,
     },
+    /// Data that are not part of the project.
+    #[error(
+        "suite {suite} needs {what}, which is not part of sketchnav: expected {file} in the folder that --data DIR or the variable SKETCHNAV_DATA names, found {found}"
+    )]
+    NoData {
+        /// What was to be driven.
+        suite: &'static str,
+        /// What is missing.
+        what: &'static str,
+        /// Where it would lie.
+        file: &'static str,
+        /// What there is in its place.
+        found: String,
+    },
     /// A file that cannot be read.
     #[error("{path}: {cause}")]
     Io {

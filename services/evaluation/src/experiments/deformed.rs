@@ -22,10 +22,27 @@ use sketchnav_sketcher::{Drawing as Paper, Intent, Options};
 use crate::error::EvalError;
 use crate::experiments::ground::{Ground, departure_deg, length_m, to_edge_m};
 use crate::experiments::people::regions::Regions;
-use crate::experiments::suite::{Folders, Suite};
+use crate::experiments::suite::{Datum, Folders, Suite};
 use crate::experiments::trial::{StartError, Trial, time_limit_s};
 
 const TITLE: &str = "Drawings of four floors, deformed as people deform (degree 1; 0: the walls traced), seven of each floor at each degree; from a place of one region to a place of another.";
+/// Floors that are not part of the project: their names, bare and furnished.
+const MAPS: [(&str, [Datum; 2]); 2] = {
+    const KTH: Datum = Datum {
+        what: "the floor that ten people drew (M. Mielle et al., sketch_map_matching)",
+        file: "sketches/kth/world.yaml",
+    };
+    const fn freiburg(file: &'static str) -> Datum {
+        Datum { what: "the map of Building 079 in Freiburg", file }
+    }
+    [
+        ("kth", [KTH; 2]),
+        (
+            "freiburg",
+            [freiburg("maps/Freiburg79_scan.yaml"), freiburg("maps/Freiburg79_scan_furnitures.yaml")],
+        ),
+    ]
+};
 const DEGREES: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
 /// Of each floor at each degree; also their seeds, from 1.
 pub(crate) const DRAWINGS: u64 = 7;
@@ -63,7 +80,8 @@ struct Region {
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is there and not what it should be.
+/// [`EvalError`] with the file that is there and not what it should be. Floors that are not there are left out with a
+/// notice.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         name: "deformed".into(),
@@ -92,17 +110,11 @@ pub(crate) fn shipped(folders: &Folders) -> Result<Vec<Site>, EvalError> {
 
 fn sites(folders: &Folders, notices: &mut Vec<String>) -> Result<Vec<Site>, EvalError> {
     let mut sites = shipped(folders)?;
-    let maps = [
-        ("kth", "sketches/kth/world.yaml", "sketches/kth/world.yaml"),
-        ("freiburg", "maps/Freiburg79_scan.yaml", "maps/Freiburg79_scan_furnitures.yaml"),
-    ];
-    for (name, bare, furnished) in maps {
-        let [bare, furnished] = [bare, furnished].map(|map| folders.data.join(map));
-        match [&bare, &furnished].into_iter().find(|map| !map.is_file()) {
-            Some(missing) => {
-                notices.push(format!("skipped: {name}, its floor is not at {}", missing.display()))
-            }
-            None => sites.push(Site::of_maps(name, &bare, &furnished)?),
+    for (name, maps) in MAPS {
+        let [bare, furnished] = maps.map(|map| folders.datum("deformed", map));
+        match bare.and_then(|bare| Ok((bare, furnished?))) {
+            Ok((bare, furnished)) => sites.push(Site::of_maps(name, &bare, &furnished)?),
+            Err(missing) => notices.push(format!("skipped: {name}: {missing}")),
         }
     }
     Ok(sites)
@@ -236,6 +248,9 @@ fn entered(polygons: impl Iterator<Item = (String, Vec<[f64; 2]>)>, ground: &Gro
 }
 
 #[cfg(test)]
+#[path = "../../../../tests/support/data.rs"]
+mod data;
+#[cfg(test)]
 #[path = "../../../../tests/support/skip.rs"]
 mod skip;
 
@@ -251,8 +266,7 @@ mod tests {
     use crate::experiments::people::matches::{self, Reading};
 
     fn shipped() -> Suite {
-        let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        suite(&Folders { data: project.join("none"), project }).unwrap()
+        suite(&Folders::of_checkout()).unwrap()
     }
 
     /// And at every degree the same ones, but for rooms that were forgotten.
@@ -280,7 +294,7 @@ mod tests {
     /// marks for one place is the right one, nobody says; here it is the likeliest.
     #[test]
     fn people_deform_as_the_marks_in_their_drawings_say() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/sketches/kth");
+        let folder = data::folder().join("sketches/kth");
         if !folder.is_dir() {
             return skip::skipped("data", format_args!("{} is not there", folder.display()));
         }

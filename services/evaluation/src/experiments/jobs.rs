@@ -79,8 +79,7 @@ mod tests {
     use crate::experiments::suite::Folders;
 
     fn trials() -> Vec<Trial> {
-        let project = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let sites = deformed::shipped(&Folders { data: project.join("none"), project }).unwrap();
+        let sites = deformed::shipped(&Folders::of_checkout()).unwrap();
         sites[1].trials(0.0, 1).unwrap()
     }
 

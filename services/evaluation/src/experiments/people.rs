@@ -23,12 +23,17 @@ use sketchnav_sketcher::{Drawing, Options};
 
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, departure_deg, length_m};
-use crate::experiments::suite::{Folders, Suite};
+use crate::experiments::suite::{Datum, Folders, Suite};
 use crate::experiments::trial::{StartError, Trial, time_limit_s, wrap_deg};
 use matches::{Match, Reading};
 use regions::Regions;
 
 const TITLE: &str = "Ten people's drawings of one environment; from each matched place to each one in another region, both annotators.";
+/// The map beside which the drawings lie.
+const DRAWINGS: Datum = Datum {
+    what: "ten people's drawings of one environment (M. Mielle et al., sketch_map_matching)",
+    file: "sketches/kth/world.yaml",
+};
 /// Beyond its radius, how far from a wall the robot starts.
 const START_CLEARANCE_M: f64 = 0.1;
 /// The robot begins looking along its way, as far ahead.
@@ -55,15 +60,10 @@ struct Paper {
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is there and not what it should be.
+/// [`EvalError::NoData`] without the drawings; else with the file that is there and not what it should be.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
-    let folder = folders.data.join("sketches/kth");
     let mut suite = Suite { name: "people".into(), title: TITLE.into(), repetitions: 1, ..Suite::default() };
-    if !folder.join("world.yaml").is_file() {
-        suite.notices.push(format!("skipped: the drawings are not at {}", folder.display()));
-        return Ok(suite);
-    }
-    let place = Place::open(folder)?;
+    let place = Place::open(&folders.datum("people", DRAWINGS)?)?;
     for number in 0..10 {
         place.add_drawing(&format!("{number:02}"), &mut suite)?;
     }
@@ -71,8 +71,9 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 }
 
 impl Place {
-    fn open(folder: PathBuf) -> Result<Self, EvalError> {
-        let map = sketchnav_sim::files::occupancy_map(&folder.join("world.yaml"))?;
+    fn open(world: &Path) -> Result<Self, EvalError> {
+        let folder = world.parent().map(Path::to_path_buf).unwrap_or_default();
+        let map = sketchnav_sim::files::occupancy_map(world)?;
         let robot = sketchnav_sim::files::robot("robotino")?;
         let ground = Ground::new(&map, robot.radius_m + START_CLEARANCE_M);
         Ok(Self { folder, map, ground, regions: Regions::shipped()?, robot })

@@ -12,9 +12,14 @@ use sketchnav_sketcher::Options;
 
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, departure_deg, length_m};
-use crate::experiments::suite::{Folders, Leg, Suite};
+use crate::experiments::suite::{Datum, Folders, Leg, Suite};
 use crate::experiments::trial::{StartError, Trial, time_limit_s};
 
+/// The floor of [`building_079`].
+const FURNISHED: Datum = Datum {
+    what: "the map of Building 079 in Freiburg with its furniture",
+    file: "maps/Freiburg79_scan_furnitures.yaml",
+};
 /// How often each chain of tasks is driven.
 const ATTEMPTS: u32 = 10;
 /// Beyond its radius, how far from a wall the robot is put, and the ways are measured.
@@ -50,17 +55,13 @@ const LABORATORY: [(&str, f64, [u32; 2]); 7] = [
 /// Table I in the real furnished floor of Building 079, by four drawings of ours from good to bad.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is there and not what it should be.
+/// [`EvalError::NoData`] without that floor; else with the file that is there and not what it should be.
 pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
-    let map = folders.data.join("maps/Freiburg79_scan_furnitures.yaml");
+    let map = folders.datum("building-079", FURNISHED)?;
     let mut suite = Suite {
         title: "Table I of paper 001: nine tasks in a row, ten attempts, in the furnished floor of Building 079 by four drawings of ours.".into(),
         ..table("building-079", &BUILDING)
     };
-    if !map.is_file() {
-        suite.notices.push(format!("skipped: the floor is not at {}", map.display()));
-        return Ok(suite);
-    }
     let folder = folders.project.join("tests/freiburg");
     let missions = ["a", "b", "c", "d"].map(|drawing| (drawing, format!("building-079-{drawing}.toml")));
     add(&mut suite, &folder, &missions, Some(&map))?;
@@ -70,7 +71,7 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
 /// Table I in the building that ships, with people walking, by its four drawings.
 ///
 /// # Errors
-/// As [`building_079`].
+/// [`EvalError`] with the file that is missing or not what it should be.
 pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: "Table I of paper 001: nine tasks in a row, ten attempts, in the building that ships, where people walk.".into(),
@@ -84,7 +85,7 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
 /// Table II in the laboratory that ships, a part of which both drawings show at another scale.
 ///
 /// # Errors
-/// As [`building_079`].
+/// As [`building`].
 pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: "Table II of paper 001: seven legs joined to a chain, ten attempts; the lower part is drawn at half the scale.".into(),
@@ -212,8 +213,7 @@ mod tests {
 
     /// Drawing a of the laboratory, its first two tasks, the mark where the mission says.
     fn two_tasks() -> Trial {
-        let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let mut suite = laboratory(&Folders { data: project.join("none"), project }).unwrap();
+        let mut suite = laboratory(&Folders::of_checkout()).unwrap();
         let mut trial = suite.trials.swap_remove(0);
         trial.mission.task.truncate(2);
         trial.restarts.truncate(1);

@@ -90,10 +90,7 @@ mod tests {
     use super::*;
 
     /// Loaded once: 25 drawings are read.
-    static SHIPPED: LazyLock<Suite> = LazyLock::new(|| {
-        let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        suite(&Folders { data: project.join("none"), project }).unwrap()
-    });
+    static SHIPPED: LazyLock<Suite> = LazyLock::new(|| suite(&Folders::of_checkout()).unwrap());
 
     /// Each drawing joins its floor, and its route ends about where the person meant.
     #[test]

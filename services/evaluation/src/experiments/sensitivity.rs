@@ -206,8 +206,7 @@ mod tests {
 
     #[test]
     fn every_line_changes_one_thing_of_the_same_trials() {
-        let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let suite = suite(&Folders { data: project.join("none"), project }).unwrap();
+        let suite = suite(&Folders::of_checkout()).unwrap();
         let lines = suite.drawings();
         assert_eq!(lines.len(), 1 + CONDITIONS.iter().map(|c| c.values.len() - 1).sum::<usize>());
         for (_, line) in suite.curves.iter().flat_map(|curve| &curve.points) {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::error::EvalError;
 use crate::experiments::outcome::Outcome;
 use crate::experiments::trial::Trial;
 
@@ -10,8 +11,38 @@ use crate::experiments::trial::Trial;
 pub struct Folders {
     /// The project: missions and drawings that ship.
     pub project: PathBuf,
-    /// Maps and drawings that are not part of it.
-    pub data: PathBuf,
+    /// Maps and drawings that are not part of it, where somebody has named their folder.
+    pub data: Option<PathBuf>,
+}
+
+/// A file of the data that is not part of the project.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Datum {
+    /// What it is and who made it.
+    pub what: &'static str,
+    /// Where it lies in the folder of the data.
+    pub file: &'static str,
+}
+
+impl Folders {
+    /// Where the file lies without which `suite` cannot be driven.
+    ///
+    /// # Errors
+    /// [`EvalError::NoData`] where it is not there.
+    pub fn datum(&self, suite: &'static str, Datum { what, file }: Datum) -> Result<PathBuf, EvalError> {
+        let found = match &self.data {
+            Some(folder) if folder.join(file).is_file() => return Ok(folder.join(file)),
+            Some(folder) => format!("nothing of that name in {}", folder.display()),
+            None => "neither of them set".to_owned(),
+        };
+        Err(EvalError::NoData { suite, what, file, found })
+    }
+
+    /// The checkout that is tested, without data.
+    #[cfg(test)]
+    pub(crate) fn of_checkout() -> Self {
+        Self { project: std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."), data: None }
+    }
 }
 
 /// A list of trials with a heading.
@@ -121,5 +152,28 @@ impl Suite {
             kept.extend(chosen.map(|trial| (*trial).clone()));
         }
         self.trials = kept;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The folder was baked in when the program was compiled, and a suite without its data drove nothing and succeeded.
+    #[test]
+    fn who_lacks_data_is_told_which_suite_needs_what_and_what_to_do() {
+        let map = Datum { what: "the map of a house", file: "maps/house.yaml" };
+        let mut folders = Folders::of_checkout();
+        let told = folders.datum("houses", map).unwrap_err().to_string();
+        for word in ["houses", "the map of a house", "maps/house.yaml", "--data", "SKETCHNAV_DATA"] {
+            assert!(told.contains(word), "{told}");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        folders.data = Some(folder.path().to_path_buf());
+        let told = folders.datum("houses", map).unwrap_err().to_string();
+        assert!(told.contains(&folder.path().display().to_string()), "{told}");
+        std::fs::create_dir(folder.path().join("maps")).unwrap();
+        std::fs::write(folder.path().join(map.file), "").unwrap();
+        assert_eq!(folders.datum("houses", map).unwrap(), folder.path().join(map.file));
     }
 }

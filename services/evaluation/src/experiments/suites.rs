@@ -1,7 +1,7 @@
 //! The suites by name.
 //!
-//! A suite that needs data which is not part of the project, and does not find it, has no trials and
-//! says so in a notice.
+//! A suite that needs data which is not part of the project, and does not find it, is an error that says so; one that
+//! can do without some of it says what it leaves out in a notice.
 
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
@@ -30,7 +30,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// Loads the suite of that name.
 ///
 /// # Errors
-/// [`EvalError`]: an unknown name, a file that is there and cannot be read.
+/// [`EvalError`]: an unknown name, data that are missing, a file that is there and cannot be read.
 pub fn load(name: &str, folders: &Folders) -> Result<Suite, EvalError> {
     let Some((_, load)) = SUITES.iter().find(|(known, _)| *known == name) else {
         let known = names().collect::<Vec<_>>().join(", ");
@@ -44,14 +44,9 @@ mod tests {
     use super::*;
     use crate::experiments::deformed;
 
-    fn folders() -> Folders {
-        let project = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        Folders { data: project.join("none"), project }
-    }
-
     /// Four trials by each of two drawings.
     fn suite() -> Suite {
-        let site = deformed::shipped(&folders()).unwrap().remove(1);
+        let site = deformed::shipped(&Folders::of_checkout()).unwrap().remove(1);
         let drawings = [0.0, 0.5].map(|degree| site.trials(degree, 1).unwrap());
         Suite { trials: drawings.concat(), ..Suite::default() }
     }
@@ -80,13 +75,13 @@ mod tests {
 
     #[test]
     fn an_unknown_suite_is_told_all_that_there_are() {
-        let error = load("poeple", &folders()).unwrap_err().to_string();
+        let error = load("poeple", &Folders::of_checkout()).unwrap_err().to_string();
         assert!(super::names().all(|name| error.contains(name)), "{error}");
     }
 
     #[test]
     fn the_columns_of_a_published_table_are_added_up() {
-        let table = protocol::laboratory(&folders()).unwrap().papers();
+        let table = protocol::laboratory(&Folders::of_checkout()).unwrap().papers();
         let found: Vec<_> = table.iter().map(|p| (p.name.as_str(), p.reached, p.attempts)).collect();
         assert_eq!(found, [("paper A", 55, 70), ("paper B", 57, 70)]);
     }

@@ -117,8 +117,7 @@ mod tests {
 
     #[test]
     fn clutter_leaves_a_way_and_more_of_it_holds_the_same() {
-        let project = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let sites = deformed::shipped(&Folders { data: project.join("none"), project }).unwrap();
+        let sites = deformed::shipped(&Folders::of_checkout()).unwrap();
         let trial = sites[1].trials(0.5, 1).unwrap().remove(0);
         let mut ground = sites[1].ground.clone();
         let many = clutter(&ground, &trial, 15);

@@ -38,7 +38,7 @@ mod vector;
 
 pub use drawing::{Drawing, Kind};
 pub use error::SketchError;
-pub use places::{Errand, Intent, PlacedErrand, Places};
+pub use places::{Errand, Intent, PlacedErrand, Places, route_heading_rad};
 pub use preview::preview;
 pub use process::{run, understand, understand_bytes};
 pub use publish::{fill_cells, fill_route, fill_sketch, fill_understood};

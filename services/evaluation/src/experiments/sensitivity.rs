@@ -198,7 +198,6 @@ fn view(trial: &mut Trial, _: &Site, degrees: f64) {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
 
     use sketchnav_schemas::robot::Robot;
 

@@ -38,7 +38,17 @@ pub(crate) struct Open {
 impl Open {
     pub(crate) fn new(path: &Path) -> Result<Self, RecordingError> {
         let file = RecordFile::open(path).map_err(|stop| told(path, 0, stop))?;
-        Ok(Self {
+        Ok(Self::of(path, file))
+    }
+
+    /// A recording whose magic may be damaged, and whether it is.
+    pub(crate) fn damaged_file(path: &Path) -> Result<(Self, bool), RecordingError> {
+        let (file, is_damaged) = RecordFile::open_damaged(path).map_err(|stop| told(path, 0, stop))?;
+        Ok((Self::of(path, file), is_damaged))
+    }
+
+    fn of(path: &Path, file: RecordFile) -> Self {
+        Self {
             path: path.to_owned(),
             file,
             directory: Directory::default(),
@@ -46,7 +56,7 @@ impl Open {
             chunk: Vec::new(),
             offset: 0,
             messages: 0,
-        })
+        }
     }
 
     /// Knows the topics before the file declares them.

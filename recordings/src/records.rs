@@ -338,7 +338,8 @@ fn attachment<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
     let _two_times = f.take(16)?;
     let (name, media_type) = (f.text()?, f.text()?);
     let length = usize::try_from(f.u64()?).ok()?;
-    Some(Record::Attachment(Attachment { name, media_type, data: f.take(length)?.to_vec() }))
+    let (data, _checksum) = (f.take(length)?.to_vec(), f.take(4)?);
+    Some(Record::Attachment(Attachment { name, media_type, data }))
 }
 
 fn footer<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {

@@ -138,6 +138,16 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
     ] {
         assert_eq!(place.run(line).code, Some(code), "{line}");
     }
+    // Who is told of a part is told that it is one.
+    for line in [
+        "judge same.mcap cut.mcap",
+        "report cut.mcap -o page.html",
+        "rerun cut.mcap --process localizer",
+        "diff same.mcap cut.mcap",
+    ] {
+        let ended = place.run(line);
+        assert_eq!(ended.err.matches("is cut off").count(), 1, "{line}: {ended}");
+    }
     assert!(place.files().join("saved.mcap").exists());
     assert!(
         !place.files().join("never.mcap").exists() && !place.files().join("never.mcap.unfinished").exists()

@@ -132,7 +132,7 @@ pub enum Command {
         #[command(flatten)]
         options: TopOptions,
     },
-    /// Print the messages of a channel as they come, one JSON object a line.
+    /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come.
     #[command(after_help = "Example: sketchnav echo estimate --count 10")]
     Echo {
         #[command(flatten)]

@@ -10,7 +10,7 @@ use sketchnav_schemas::ros2::Ros2;
 
 use crate::args::Tap;
 use crate::failure::{Failure, Outcome};
-use crate::output::live;
+use crate::output::{live, say};
 use crate::systems;
 
 /// How often to look: messages wake no observer.
@@ -20,6 +20,10 @@ const SECOND: Duration = Duration::from_secs(1);
 
 /// Prints each message as a JSON object: its number, time and cause, and its ROS 2 form.
 pub fn echo(tap: &Tap) -> Result<Outcome, Failure> {
+    let kept = TABLE.iter().find(|spec| spec.name == tap.channel).map_or(0, |spec| spec.history);
+    if kept > 0 {
+        say!("first the history of {}: up to {kept} messages that were sent before", tap.channel);
+    }
     follow(tap, &mut Echo)
 }
 

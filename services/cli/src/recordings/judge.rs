@@ -30,6 +30,8 @@ pub struct Judged {
     mission: Option<String>,
     seed: Option<u64>,
     method: Option<String>,
+    /// Whether the file ends before its writer came to an end.
+    pub cut_off: bool,
     missing: u64,
     restarts: u64,
     /// What went wrong with the processes, and right again.
@@ -66,6 +68,9 @@ pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failu
         }
     }
     write_tables(&judged, options)?;
+    for one in judged.iter().filter(|one| one.cut_off) {
+        super::tell_cut_off(one.recording.display());
+    }
     if options.json {
         out!("{}", serde_json::to_string(&judged).context("the figures as JSON")?)?;
     } else {
@@ -100,6 +105,7 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
         mission: run.as_ref().map(|run| run.mission.name.clone()),
         seed: run.as_ref().map(|run| run.seed),
         method: run.as_ref().map(|run| run.mission.method.to_string()),
+        cut_off: !info.clean_end,
         missing: info.missing,
         homotopic: None,
         faults: log.told_faults(),
@@ -224,6 +230,9 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     let figures = &judged.figures;
     let mut rows = Vec::new();
     let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
+    if judged.cut_off {
+        row("the recording", "cut off".to_owned());
+    }
     if let Some(verdict) = &figures.verdict {
         let reached = verdict.tasks.iter().filter(|task| task.reached).count();
         row("tasks reached", format!("{reached} of {}", verdict.tasks.len()));

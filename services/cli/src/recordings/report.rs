@@ -43,9 +43,12 @@ pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> R
     let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log };
     let html = page.html().with_context(|| file.display().to_string())?;
     std::fs::write(output, html).with_context(|| output.display().to_string()).or_input()?;
+    if judged.cut_off {
+        super::tell_cut_off(file.display());
+    }
     let output = output.display().to_string();
     if json {
-        out!("{}", serde_json::json!({ "page": output }))?;
+        out!("{}", serde_json::json!({ "page": output, "cut_off": judged.cut_off }))?;
     } else {
         out!("page       {output}")?;
     }
@@ -93,6 +96,7 @@ impl Page<'_> {
                     }
                 }
             }
+            @if self.judged.cut_off { p.notice { "The recording is cut off: what follows is told of a part of the run." } }
             @if !self.run.mission.description.is_empty() { p.lead { (self.run.mission.description) } }
             p.facts {
                 span { "recording " b { (file) } }

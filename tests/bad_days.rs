@@ -53,6 +53,7 @@ fn drive_on(place: &Place) {
     let steps = 2 * STATUS.spec.history() + 50;
     let heard = place.run(&format!("echo status --count {steps} --system day"));
     assert_eq!(heard.code, Some(0), "{heard}");
+    assert!(heard.err.contains("the history of status"), "{heard}");
 }
 
 /// Waits until so many faults have been told.

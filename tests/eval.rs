@@ -4,13 +4,18 @@ mod support;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use support::Place;
+use support::{Ended, Place, repository};
+
+/// Runs a suite of this checkout.
+fn eval(place: &Place, arguments: &str) -> Ended {
+    place.run(&format!("eval {arguments} --project {}", repository().display()))
+}
 
 #[test]
 fn trials_by_the_processes_give_the_same_messages() {
     let place = Place::new();
-    let arguments = "eval laboratory --drawings a --trials 1 --method ours,paper --check-processes 2 --json";
-    let ended = place.run(arguments);
+    let ended =
+        eval(&place, "laboratory --drawings a --trials 1 --method ours,paper --check-processes 2 --json");
     assert_eq!(ended.code, Some(0), "{ended}");
     let found = &ended.json()["processes"];
     assert_eq!((&found["checked"], &found["identical"]), (&2.into(), &2.into()), "{found:#}");
@@ -20,9 +25,30 @@ fn trials_by_the_processes_give_the_same_messages() {
 #[test]
 fn a_check_of_no_trial_is_none() {
     let place = Place::new();
-    let ended = place.run("eval laboratory --drawings a --trials 1 --sample 1 --check-processes 0 --json");
+    let ended = eval(&place, "laboratory --drawings a --trials 1 --sample 1 --check-processes 0 --json");
     assert_eq!(ended.code, Some(0), "{ended}");
     assert_eq!(ended.json()["processes"]["checked"], 0, "{ended}");
+}
+
+/// The folders of missions and data were those of the machine that compiled the program, and a suite that found no data
+/// there drove nothing and succeeded.
+#[test]
+fn who_lacks_missions_or_data_or_trials_is_told_what_to_do() {
+    let place = Place::new();
+    for (arguments, words) in [
+        (
+            format!("--project {} --data {}", repository().display(), place.files().display()),
+            "SKETCHNAV_DATA",
+        ),
+        (String::new(), "--project DIR"),
+    ] {
+        let ended = place.run(&format!("eval people {arguments}"));
+        assert_eq!(ended.code, Some(2), "{ended}");
+        assert!(ended.err.contains(words), "{ended}");
+    }
+    let ended = eval(&place, "laboratory --sample 0");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("no trial"), "{ended}");
 }
 
 /// One in eight numbers of a run once reached the processes with another last bit: the parser of JSON

@@ -16,7 +16,7 @@ use sketchnav_rehearsal::rerun;
 use sketchnav_schemas::channels::FAULTS;
 use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::message::{Fault, Header, Text};
-use support::{Ended, Place, Running, repository, room, skipped};
+use support::{Ended, Place, Running, repository, room, shared_data, skipped};
 
 /// A run of the test room in lockstep; the recording's path.
 fn recorded(place: &Place) -> String {
@@ -137,6 +137,16 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
         ("merge same.mcap same.mcap -o both.mcap", 0),
     ] {
         assert_eq!(place.run(line).code, Some(code), "{line}");
+    }
+    // Who is told of a part is told that it is one.
+    for line in [
+        "judge same.mcap cut.mcap",
+        "report cut.mcap -o page.html",
+        "rerun cut.mcap --process localizer",
+        "diff same.mcap cut.mcap",
+    ] {
+        let ended = place.run(line);
+        assert_eq!(ended.err.matches("is cut off").count(), 1, "{line}: {ended}");
     }
     assert!(place.files().join("saved.mcap").exists());
     assert!(
@@ -340,15 +350,36 @@ fn a_page_shows_the_run_and_needs_no_other_file() {
     assert!(outside.iter().all(|reference| !page.contains(reference)));
 }
 
+/// A map of four by four cells, and a log of a scan in it.
+fn write_log(place: &Place, log: &str, map: &str) {
+    let write = |name: &str, text: &[u8]| std::fs::write(place.files().join(name), text).unwrap();
+    write("map.pgm", b"P5 4 4 255 \0\0\0\0\xff\xff\xff\xff\xff\xff\xff\xff\0\0\0\0");
+    write(map, b"image: map.pgm\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n");
+    write(log, b"FLASER 3 1.0 1.0 1.0 2 2 0 2 2 0 0.1 host 0.1\n");
+}
+
+/// The mission of a log was made as text, in which a name was quoted as Rust quotes it: "\u{308}" is no TOML. So a
+/// decomposed "ü", as macOS writes names, was refused.
+#[test]
+fn a_log_and_its_map_may_have_any_name() {
+    let place = Place::new();
+    let [log, map] = ["bu\u{308}ro.log", "bu\u{308}ro \"a\".yaml"];
+    write_log(&place, log, map);
+    let mut command = place.command("import -o log.mcap --map");
+    command.arg(map).arg(log);
+    let ended = Running::spawn(command).end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let run = Recording::open(&place.files().join("log.mcap")).unwrap().run().unwrap();
+    assert!(run.mission.world.map.unwrap().ends_with(map));
+}
+
 /// Logs and options that are none: what is wrong is told with the name of what it is wrong in, before anything is
 /// written.
 #[test]
 fn what_is_no_log_is_told_by_its_name() {
     let place = Place::new();
     let write = |name: &str, text: &[u8]| std::fs::write(place.files().join(name), text).unwrap();
-    write("map.pgm", b"P5 4 4 255 \0\0\0\0\xff\xff\xff\xff\xff\xff\xff\xff\0\0\0\0");
-    write("map.yaml", b"image: map.pgm\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n");
-    write("good.log", b"FLASER 3 1.0 1.0 1.0 2 2 0 2 2 0 0.1 host 0.1\n");
+    write_log(&place, "good.log", "map.yaml");
     write("few.log", b"FLASER 180 1 2 3\n");
     write("empty.log", b"");
     write("cut.log.gz", b"\x1f\x8b");
@@ -435,10 +466,8 @@ fn a_folder_of_rosbag2_is_read_by_rosbags() {
 /// Real logs: where the map is known the localizer stays within a cell of the reference.
 #[test]
 fn real_logs_are_localized_in_their_maps() {
-    let data = repository().join("../shared/data");
-    if !data.join("logs").is_dir() {
-        return skipped("data", format_args!("no logs in {}", data.display()));
-    }
+    let Some(logs) = shared_data("logs") else { return };
+    let data = logs.parent().unwrap();
     let place = Place::new();
     for name in ["freiburg-079", "intel"] {
         let log = data.join(format!("logs/{name}-corrected.log.gz"));

@@ -13,13 +13,15 @@ use mcap::records as mcap_records;
 use serde::Serialize;
 use sketchnav_schemas::channels::has_many_writers;
 
+use crate::content::{Part, RawMessage};
 use crate::directory::Topic;
 use crate::error::RecordingError;
 use crate::facts::TopicFacts;
 use crate::index::Index;
-use crate::parts::{Open, Piece};
-use crate::reader::{Attachment, Part, RawMessage, Recording, Selection};
-use crate::records::{Damage, FRAME_BYTES};
+use crate::open::{Open, Piece};
+use crate::reader::Recording;
+use crate::records::{Attachment, Damage, FRAME_BYTES};
+use crate::selection::Selection;
 use crate::sequence::Sequence;
 use crate::writer::{Mcap, TOPICS_METADATA, begin};
 
@@ -222,18 +224,21 @@ impl<W: Write> Copy<W> {
 }
 
 /// Copies all that can be read of a recording: what a kill cut off up to the cut, without the chunks that are
-/// damaged.
+/// damaged, and whatever became of its first bytes.
 ///
 /// # Errors
 /// [`RecordingError::File`], [`RecordingError::Damaged`] where it is no recording at all, [`RecordingError::Write`].
 pub fn recover<W: Write>(path: &Path, copy: &mut Copy<W>) -> Result<Copied, RecordingError> {
-    let mut open = Open::new(path)?;
-    if let Some(index) = Index::of_summary(path)? {
+    let (mut open, has_no_magic) = Open::damaged_file(path)?;
+    if let Some(index) = Index::of_summary_in(&mut Open::damaged_file(path)?.0)? {
         // Where the chunk that declares them is damaged, the topics are known all the same.
         index.directory.topics().try_for_each(|(_, topic)| copy.declare(topic).map(drop))?;
-        open.declare(&index);
+        open.declare(&index.directory);
     }
     let mut copied = Copied::default();
+    if has_no_magic {
+        copied.lost_bytes += mcap::MAGIC.len() as u64;
+    }
     loop {
         let next = open.next_piece();
         // Records that say nothing new may have stood before it.

@@ -7,12 +7,12 @@ use std::path::Path;
 use mcap::MAGIC;
 use mcap::records::op;
 
+use crate::content::Part;
 use crate::directory::Directory;
 use crate::error::RecordingError;
-use crate::parts::{Open, Piece};
-use crate::reader::{Attachment, Part};
+use crate::open::{Open, Piece};
 use crate::record_file::Stop;
-use crate::records::{AttachmentEntry, ChunkEntry, Damage, Record, Statistics, next_in};
+use crate::records::{Attachment, AttachmentEntry, ChunkEntry, Damage, Record, Statistics, next_in};
 use crate::writer::CHUNK_BYTES;
 
 /// The chunks of a recording, its topics and counts.
@@ -44,14 +44,18 @@ impl Index {
 
     /// The index that the file has at its end; `None` where it has none that fits.
     pub(crate) fn of_summary(path: &Path) -> Result<Option<Self>, RecordingError> {
-        let mut open = Open::new(path)?;
+        Self::of_summary_in(&mut Open::new(path)?)
+    }
+
+    /// The same of a file that is open; moves in it.
+    pub(crate) fn of_summary_in(open: &mut Open) -> Result<Option<Self>, RecordingError> {
         let summary = match open.file.summary() {
             Ok(summary) => summary,
-            Err(Stop::Io(source)) => return Err(RecordingError::File { path: path.to_owned(), source }),
+            Err(stop @ Stop::Io(_)) => return Err(open.stopped(stop)),
             Err(Stop::Cut(_) | Stop::Damage(_)) => return Ok(None),
         };
         let Some(index) = Self::parse(&summary) else { return Ok(None) };
-        Ok((index.fits(open.file.bytes()) && index.is_all(&mut open)?).then_some(index))
+        Ok((index.fits(open.file.bytes()) && index.is_all(open)?).then_some(index))
     }
 
     fn parse(summary: &[u8]) -> Option<Self> {

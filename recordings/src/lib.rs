@@ -6,13 +6,14 @@
 //! - [`diff`]: the first difference of two; [`info`]: what is in one; [`mod@faults`]: what went wrong in it.
 //! - [`copy`](mod@copy): repairs, filters, merges, splits; [`rosbag2`]: folders as ROS 2 has them.
 //! - [`carmen`], [`mod@import`]: other people's logs; [`sources`]: the files of a run inside its recording.
-//! - [`judge`]: how a mission went; [`picture`]: what it looked like; [`page`]: pages that show it.
 //!
+//! What a recording is worth is told by the crate of evaluation: nothing here judges or draws.
 //! Nothing here reads a clock, or knows how a message travels between processes. Recordings are read from
 //! files and written to whatever sink the caller gives; [`sources`] alone reads other files, and writes those
 //! of a recording into a folder.
 
 pub mod carmen;
+mod content;
 pub mod copy;
 pub mod diff;
 mod directory;
@@ -23,14 +24,13 @@ pub mod import;
 pub mod index;
 pub mod info;
 pub mod join;
-pub mod judge;
-pub mod page;
+mod open;
 mod parts;
-pub mod picture;
 pub mod reader;
 mod record_file;
 pub mod records;
 pub mod rosbag2;
+mod selection;
 pub mod sequence;
 pub mod sources;
 mod timeline;

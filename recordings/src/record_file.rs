@@ -46,6 +46,26 @@ pub struct RecordFile {
 impl RecordFile {
     /// Opens a file and checks how it begins.
     pub fn open(path: &Path) -> Result<Self, Stop> {
+        let (file, magic) = Self::begin(path)?;
+        if magic == *mcap::MAGIC { Ok(file) } else { Err(Damage::NoMcap.into()) }
+    }
+
+    /// Opens a file whose magic may be damaged, and tells whether it is: then a header must stand behind it.
+    pub fn open_damaged(path: &Path) -> Result<(Self, bool), Stop> {
+        let (mut file, magic) = Self::begin(path)?;
+        if magic == *mcap::MAGIC {
+            return Ok((file, false));
+        }
+        let first = file.advance().map(|opcode| Record::parse(opcode, file.content()));
+        if !matches!(first, Ok(Ok(Record::Header))) {
+            return Err(Damage::NoMcap.into());
+        }
+        file.seek(magic.len() as u64)?;
+        Ok((file, true))
+    }
+
+    /// The file behind the magic, and that.
+    fn begin(path: &Path) -> Result<(Self, [u8; mcap::MAGIC.len()]), Stop> {
         let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
         let bytes = file.get_ref().metadata()?.len();
         let mut magic = [0; mcap::MAGIC.len()];
@@ -53,11 +73,8 @@ impl RecordFile {
             return Err(Damage::Empty.into());
         }
         file.read_exact(&mut magic)?;
-        if magic != *mcap::MAGIC {
-            return Err(Damage::NoMcap.into());
-        }
         let at = magic.len() as u64;
-        Ok(Self { file, at, bytes, content: Vec::new(), read: at })
+        Ok((Self { file, at, bytes, content: Vec::new(), read: at }, magic))
     }
 
     /// Where the next record begins.

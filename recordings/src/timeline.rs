@@ -10,11 +10,11 @@ use std::path::Path;
 
 use sketchnav_schemas::channels;
 
+use crate::content::RawMessage;
 use crate::error::RecordingError;
 use crate::index::Index;
-use crate::parts::{Selected, Selection};
-use crate::reader::RawMessage;
 use crate::records::ChunkEntry;
+use crate::selection::{Selected, Selection};
 
 /// What never changes comes before the order of an instant; what is not in it comes last, in the order of the file.
 fn rank(topic: &str) -> usize {

@@ -21,10 +21,11 @@ use sketchnav_schemas::message::{Message, Odometry};
 use sketchnav_schemas::ros2::{Ros2Error, transforms};
 use sketchnav_schemas::run::{Pace, RunConfig};
 
+use crate::content::RawMessage;
 use crate::error::RecordingError;
 use crate::facts::Lives;
 pub use crate::facts::TopicFacts;
-use crate::reader::{Attachment, RawMessage};
+use crate::records::Attachment;
 use crate::sequence::{Seen, Sequence};
 
 /// Uncompressed size at which a chunk is closed by itself, bytes.

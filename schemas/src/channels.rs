@@ -194,6 +194,13 @@ pub trait ChannelVisitor {
     fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error>;
 }
 
+impl<T: Message> Channel<T> {
+    /// The message by its bytes, where `spec` is this channel.
+    pub fn message<'a>(&self, spec: &ChannelSpec, message: &'a [u8]) -> Option<&'a T> {
+        (self.spec == spec).then(|| bytemuck::from_bytes(message))
+    }
+}
+
 macro_rules! channels {
     ($($(#[$meta:meta])* $constant:ident: $role:ident $message:ty = $name:literal, $writer:expr => [$($reader:ident),*]
         $(, of $kind:literal)? $(, up to $per_tick:literal a tick)? $(, behind it up to $cells:expr)?;)*) => {

@@ -260,7 +260,17 @@ impl Place {
             _ => false,
         };
         let expected = "a polygon of 3 corners or more, or center and radius_m";
-        check(holds || self.is_unknown(), || key.to_owned(), expected, || format!("{self:?}"))
+        check(holds || self.is_unknown(), || key.to_owned(), expected, || self.words())
+    }
+
+    /// What it has, in a few words.
+    fn words(&self) -> String {
+        let parts = [
+            self.polygon.as_ref().map(|polygon| format!("a polygon of {} corners", polygon.len())),
+            self.center.map(|[x, y]| format!("center = [{x}, {y}]")),
+            self.radius_m.map(|radius_m| format!("radius_m = {radius_m}")),
+        ];
+        parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 
     /// Whether nothing says where it is.
@@ -301,7 +311,11 @@ fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
             check(number.is_finite(), || key.to_owned(), "a finite number", || number.to_string())
         }
         toml::Value::Array(items) => {
-            items.iter().enumerate().try_for_each(|(i, item)| check_finite(&format!("{key}[{i}]"), item))
+            items.iter().enumerate().try_for_each(|(i, item)| match item {
+                // Tables are things that people count.
+                toml::Value::Table(_) => check_finite(&format!("{key} {}", i + 1), item),
+                _ => check_finite(&format!("{key}[{i}]"), item),
+            })
         }
         toml::Value::Table(table) => table.iter().try_for_each(|(name, item)| {
             check_finite(&if key.is_empty() { name.clone() } else { format!("{key}.{name}") }, item)
@@ -396,11 +410,18 @@ mod tests {
         for (from, to, key) in [
             ("world_heading_deg = 90", "world_heading_deg = nan", "start.world_heading_deg"),
             ("sketch = [1, 1]", "sketch = [nan, 1]", "start.sketch[0]"),
-            ("radius_m = 1.0", "radius_m = inf", "task[0].there.radius_m"),
+            ("radius_m = 1.0", "radius_m = inf", "task 1.there.radius_m"),
         ] {
             let error = refusal(from, to);
             assert!(error.contains(key) && error.contains("finite"), "{error}");
         }
+    }
+
+    /// It was told as Rust prints it: "Place { polygon: None, center: Some([1.0, 2.0]), …".
+    #[test]
+    fn a_place_that_is_none_is_told_in_the_words_of_the_file() {
+        let error = refusal("center = [1.0, 2.0], radius_m = 1.0", "center = [1.0, 2.5]");
+        assert!(error.ends_with("found center = [1, 2.5]"), "{error}");
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! How long the world takes: a step of physics, a scan, and its rays by the tree of
 //! faces and by rapier's query pipeline.
 
+#[path = "../../tests/support/data.rs"]
+mod data;
+
 use std::hint::black_box;
-use std::path::PathBuf;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector2;
@@ -35,8 +37,7 @@ fn building() -> WorldDescription {
 
 /// The map of Building 079, where it is at hand.
 fn building_079() -> Option<WorldDescription> {
-    let map = "../../shared/data/maps/Freiburg79_scan_furnitures.yaml";
-    files::map_file(&PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(map)).ok()
+    files::map_file(&data::folder().join("maps/Freiburg79_scan_furnitures.yaml")).ok()
 }
 
 fn rays() -> Vec<(f64, f64)> {

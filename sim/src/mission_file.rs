@@ -47,7 +47,7 @@ fn resolve(folder: &Path, key: &str, file: &str) -> Result<String, SimError> {
     if !path.is_file() {
         return Err(wrong("an existing file", path.display().to_string()));
     }
-    path.into_os_string().into_string().map_err(|path| wrong("a path in UTF-8", format!("{path:?}")))
+    path.into_os_string().into_string().map_err(|path| wrong("a path in UTF-8", path.display().to_string()))
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! The world as a whole: what a navigator can rely on.
 
+#[path = "../../tests/support/data.rs"]
+mod data;
 #[path = "../../tests/support/skip.rs"]
 mod skip;
 
@@ -325,7 +327,7 @@ fn a_world_stored_and_restored_goes_on_with_the_same_bytes() {
 /// onto a cupboard's outline.
 #[test]
 fn a_real_map_becomes_a_world() {
-    let data = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/maps");
+    let data = data::folder().join("maps");
     let path = data.join("Freiburg79_scan_furnitures.yaml");
     if !path.exists() {
         return skip::skipped("data", format_args!("{} is not there", path.display()));

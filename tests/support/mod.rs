@@ -7,6 +7,7 @@
 #![allow(dead_code, reason = "each test file uses its own part of this one")]
 
 pub mod browser;
+pub mod data;
 pub mod page;
 pub mod room;
 mod skip;
@@ -307,9 +308,9 @@ pub fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The real data beside the repository; a notice and nothing where it is missing.
+/// A file of the data that is not part of the project; a notice and nothing where it is missing.
 pub fn shared_data(file: &str) -> Option<PathBuf> {
-    let path = repository().join("../shared/data").join(file);
+    let path = data::folder().join(file);
     if !path.exists() {
         skipped("data", format_args!("{} is not there", path.display()));
         return None;

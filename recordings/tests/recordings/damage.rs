@@ -201,6 +201,52 @@ fn a_chunk_that_ends_behind_the_file_is_named() {
     assert!(error.contains(&format!("byte {at}: the file ends before")), "{error}");
 }
 
+/// A file with nothing damaged but its first bytes was refused by `recover` too, which is there for damaged files.
+#[test]
+fn a_file_whose_magic_alone_is_damaged_is_recovered() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("story.mcap");
+    let mut file = story(&path, 12);
+    let messages = read_all(&path).unwrap().0;
+    file[3] ^= 1;
+    std::fs::write(&path, &file).unwrap();
+    assert!(matches!(read_all(&path), Err(RecordingError::Damaged { messages: 0, .. })));
+    let mut copy = sketchnav_recordings::copy::Copy::new(Vec::new()).unwrap();
+    let copied = sketchnav_recordings::copy::recover(&path, &mut copy).unwrap();
+    assert_eq!((copied.messages, copied.lost_chunks, copied.lost_bytes), (messages, 0, 8));
+    assert!(copied.was_whole && copied.has_loss());
+    // What is no recording at all stays refused.
+    std::fs::write(&path, "a text of more than a few bytes").unwrap();
+    let mut copy = sketchnav_recordings::copy::Copy::new(Vec::new()).unwrap();
+    assert!(sketchnav_recordings::copy::recover(&path, &mut copy).is_err());
+}
+
+/// Files that mcap 0.26's own readers do not survive, limit or not: an attachment that ends before its checksum, and an
+/// uncompressed chunk that ends before its record does. When the first assertion fails, the library has learnt it, and
+/// its readers are worth another look (`records.rs`).
+#[test]
+fn what_the_librarys_readers_fall_over_is_an_error() {
+    const ATTACHMENT: u8 = 9;
+    let no_checksum = [0; 32];
+    let parsed = std::panic::catch_unwind(|| mcap::parse_record(ATTACHMENT, &no_checksum).is_ok());
+    assert!(parsed.is_err(), "{parsed:?}");
+    let record =
+        |opcode: u8, content: &[u8]| [&[opcode], &(content.len() as u64).to_le_bytes()[..], content].concat();
+    let too_long = [&[MESSAGE], &1000_u64.to_le_bytes()[..], &[0; 30]].concat();
+    let times = [0; 16];
+    let lengths = |bytes: &[u8]| (bytes.len() as u64).to_le_bytes();
+    let chunk = [&times, &lengths(&too_long)[..], &[0; 8], &lengths(&too_long), &too_long].concat();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("liar.mcap");
+    for (damaged, words) in
+        [(record(ATTACHMENT, &no_checksum), "attachment"), (record(CHUNK, &chunk), "content of a chunk")]
+    {
+        std::fs::write(&path, [mcap::MAGIC, &record(1, &[0; 8]), &damaged, &[0; 40]].concat()).unwrap();
+        let error = read_all(&path).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
 #[test]
 fn of_another_profile_or_empty() {
     let folder = tempfile::tempdir().unwrap();

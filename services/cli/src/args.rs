@@ -1,6 +1,7 @@
 //! The command line.
 
 mod system;
+pub mod values;
 
 use std::path::PathBuf;
 
@@ -12,6 +13,7 @@ use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
+use self::values::{parse_served, parse_service, parse_speed};
 
 /// Drives a robot through a building by a hand-drawn map.
 #[derive(Debug, Parser)]
@@ -77,7 +79,7 @@ pub enum Command {
     },
     /// Run an experiment: drive every trial of a suite, count how the tasks ended.
     #[command(
-        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input, 3 anything else.\nExample: sketchnav eval people --sample 4 --verbose"
+        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose"
     )]
     Eval {
         /// building-079, building, laboratory, routes, people, deformed, sensitivity or ablation.
@@ -130,7 +132,7 @@ pub enum Command {
         #[command(flatten)]
         options: TopOptions,
     },
-    /// Print the messages of a channel as they come, one JSON object a line.
+    /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come.
     #[command(after_help = "Example: sketchnav echo estimate --count 10")]
     Echo {
         #[command(flatten)]
@@ -226,9 +228,13 @@ pub struct EvalOptions {
     /// Drives so many of the trials by the processes, too, and compares every message.
     #[arg(long, value_name = "N")]
     pub check_processes: Option<usize>,
-    /// Folder of the maps and drawings that are not part of the project.
+    /// Folder of the maps and drawings that are not part of the project; left out, the one that the variable
+    /// SKETCHNAV_DATA names.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
+    /// A checkout of sketchnav, for the missions that suites drive; left out, the one around the current folder.
+    #[arg(long, value_name = "DIR")]
+    pub project: Option<PathBuf>,
     /// One JSON object on standard output instead of tables.
     #[arg(long)]
     pub json: bool,
@@ -310,35 +316,6 @@ pub struct Tap {
     pub count: Option<u64>,
 }
 
-/// A process that is a service.
-pub fn parse_service(word: &str) -> Result<Process, String> {
-    match word.parse() {
-        Ok(process) if SERVICES.contains(&process) => Ok(process),
-        _ => Err(format!("expected one of {}", words(SERVICES))),
-    }
-}
-
-/// A process that can be served by hand.
-fn parse_served(word: &str) -> Result<Process, String> {
-    match EXTRAS.into_iter().find(|extra| extra.word() == word) {
-        Some(extra) => Ok(extra),
-        None => parse_service(word),
-    }
-}
-
-/// Beyond this no machine keeps up; `max` is for those who want all that there is.
-const MAX_SPEED: f64 = 100.0;
-
-fn parse_speed(text: &str) -> Result<Pace, String> {
-    if text == "max" {
-        return Ok(Pace::Lockstep);
-    }
-    match text.parse::<f64>() {
-        Ok(speed) if speed > 0.0 && speed <= MAX_SPEED => Ok(Pace::RealTime { speed }),
-        _ => Err(format!("expected `max`, or a number above 0 and up to {MAX_SPEED}")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -347,14 +324,5 @@ mod tests {
     fn the_command_line_is_consistent() {
         use clap::CommandFactory;
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn speed_is_max_or_a_positive_number() {
-        assert_eq!(parse_speed("max"), Ok(Pace::Lockstep));
-        assert_eq!(parse_speed("2"), Ok(Pace::RealTime { speed: 2.0 }));
-        for wrong in ["0", "-1", "nan", "inf", "1e6", "fast", ""] {
-            assert!(parse_speed(wrong).is_err(), "{wrong}");
-        }
     }
 }

@@ -3,16 +3,17 @@
 mod processes;
 mod table;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
-use sketchnav_eval::jobs::{Job, run_all};
-use sketchnav_eval::report::{Report, examples};
-use sketchnav_eval::statistics::Tally;
-use sketchnav_eval::suites::{Folders, Suite, load};
-use sketchnav_eval::{EvalError, Outcome as Ended};
+use sketchnav_evaluation::EvalError;
+use sketchnav_evaluation::experiments::jobs::{Job, run_all};
+use sketchnav_evaluation::experiments::report::{Report, examples};
+use sketchnav_evaluation::experiments::statistics::Tally;
+use sketchnav_evaluation::experiments::suite::{Folders, Suite};
+use sketchnav_evaluation::experiments::{Outcome as Ended, run, suites, trial_picture};
 
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
@@ -21,9 +22,13 @@ use processes::Check;
 
 /// Runs the suite `name`.
 pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
-    let mut suite = load(name, &folders(options)).map_err(classify)?;
+    let mut suite = suites::load(name, &folders(options).or_input()?).map_err(classify)?;
     choose(&mut suite, options)?;
     let jobs = jobs(&suite, options)?;
+    if jobs.is_empty() {
+        let words = [&["no trial is left to drive".to_owned()], &suite.notices[..]].concat().join("; ");
+        return Err(Failure::Input(anyhow!("suite {name}: {words}")));
+    }
     let began = Instant::now();
     let outcomes = drive(&jobs, options)?;
     let wall = began.elapsed();
@@ -47,10 +52,32 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     Ok(if is_same { Outcome::Success } else { Outcome::Short })
 }
 
-fn folders(options: &EvalOptions) -> Folders {
-    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let data = options.data.clone().unwrap_or_else(|| project.join("../shared/data"));
-    Folders { project: project.to_path_buf(), data }
+/// Names the folder of the data where `--data` does not.
+const DATA_VARIABLE: &str = "SKETCHNAV_DATA";
+/// Where in a checkout the missions lie.
+const MISSIONS: &str = "sim/missions";
+
+fn folders(options: &EvalOptions) -> anyhow::Result<Folders> {
+    let data = options.data.clone().or_else(|| std::env::var_os(DATA_VARIABLE).map(PathBuf::from));
+    // Trials go to other processes, too, by the paths of their files.
+    let data = data.map(std::path::absolute).transpose().context("the folder of the data")?;
+    Ok(Folders { project: project(options.project.as_deref())?, data })
+}
+
+fn project(named: Option<&Path>) -> anyhow::Result<PathBuf> {
+    let has_missions = |folder: &&Path| folder.join(MISSIONS).is_dir();
+    if let Some(folder) = named {
+        let missing = || format!("--project {}: expected a checkout with {MISSIONS} in it", folder.display());
+        let found = Some(folder).filter(has_missions).with_context(missing)?;
+        return std::path::absolute(found).context("the current folder is gone");
+    }
+    let here = std::env::current_dir().context("the current folder is gone")?;
+    let missing = || {
+        format!(
+            "expected {MISSIONS} in the current folder or above it: name a checkout of sketchnav by --project DIR"
+        )
+    };
+    here.ancestors().find(has_missions).map(Path::to_path_buf).with_context(missing)
 }
 
 /// What the suite cannot read is the user's to mend.
@@ -63,7 +90,7 @@ fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     let drawings = suite.drawings();
     if let Some(unknown) = options.drawings.iter().find(|wanted| !drawings.contains(wanted)) {
         let error = anyhow!("drawing {unknown:?}: expected one of {}", drawings.join(", "));
-        return if suite.trials.is_empty() { Ok(()) } else { Err(Failure::Input(error)) };
+        return Err(Failure::Input(error));
     }
     if !options.drawings.is_empty() {
         suite.trials.retain(|trial| options.drawings.contains(&trial.drawing));
@@ -123,10 +150,10 @@ fn progress_bar(length: usize, quiet: bool) -> ProgressBar {
 fn draw(jobs: &[Job<'_>], folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
     for job in jobs {
-        let runs = sketchnav_eval::run::drive(job.trial, job.method, job.seed).map_err(classify)?;
+        let runs = run::drive(job.trial, job.method, job.seed).map_err(classify)?;
         for driven in &runs {
             let name = format!("{}-{}-{}", job.trial.name, job.repetition, job.method).replace('/', "-");
-            for (what, svg) in sketchnav_eval::picture::draw(job.trial, driven).map_err(classify)? {
+            for (what, svg) in trial_picture::draw(job.trial, driven).map_err(classify)? {
                 let path = folder.join(format!("{name}-{}-{what}.svg", driven.first_task + 1));
                 std::fs::write(&path, svg).with_context(|| path.display().to_string())?;
                 say!("picture    {}", path.display());
@@ -165,9 +192,6 @@ fn print(suite: &Suite, options: &EvalOptions, outcomes: &[Ended], wall: Duratio
     out!("{}: {}", suite.name, suite.title)?;
     for notice in &suite.notices {
         out!("note: {notice}")?;
-    }
-    if outcomes.is_empty() {
-        return out!("nothing to drive");
     }
     for &method in &options.methods {
         let of_method: Vec<_> = outcomes.iter().filter(|ended| ended.method == method).collect();

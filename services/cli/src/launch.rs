@@ -13,8 +13,8 @@ use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine};
 use crate::args::SystemOptions;
 use crate::failure::Failure;
 use crate::folder::plain_name;
+use crate::link::Link;
 use crate::output::say;
-use crate::pad::Link;
 
 /// A run of `mission` with `robot`, recorded in `folder`.
 ///

@@ -7,6 +7,7 @@ mod eval;
 mod failure;
 mod folder;
 mod launch;
+mod link;
 mod mission;
 mod output;
 mod pad;

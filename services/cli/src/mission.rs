@@ -17,8 +17,8 @@ use crate::args::RunOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::{create, plain_name};
 use crate::launch::{classify, configure, discard, grace, lines};
+use crate::link::Link;
 use crate::output::say;
-use crate::pad::Link;
 use crate::report;
 
 /// How often the progress line changes.

@@ -12,9 +12,10 @@ mod rewrite;
 use std::path::Path;
 
 use anyhow::anyhow;
-use sketchnav_recordings::Recording;
+use sketchnav_recordings::{Recording, RecordingError};
 
 use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::say;
 use args::Tool;
 
 /// Does what the subcommand says.
@@ -41,6 +42,24 @@ fn refuse_to_overwrite(input: &Path, output: &Path) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{}: expected another file than the input", output.display())));
     }
     Ok(())
+}
+
+/// The names of those of the recordings that `info` calls cut off.
+pub fn cut_off<'a>(
+    recordings: impl IntoIterator<Item = &'a Recording>,
+) -> Result<Vec<String>, RecordingError> {
+    let mut names = Vec::new();
+    for recording in recordings {
+        if recording.index()?.is_cut_off() {
+            names.push(recording.path().display().to_string());
+        }
+    }
+    Ok(names)
+}
+
+/// Says that what is told of a recording is told of a part of the run.
+pub fn tell_cut_off(name: impl std::fmt::Display) {
+    say!("notice: {name} is cut off; what is there is whole");
 }
 
 fn open(path: &Path) -> Result<Recording, Failure> {

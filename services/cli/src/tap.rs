@@ -9,7 +9,7 @@ use sketchnav_schemas::codes::Process;
 
 use crate::args::Tap;
 use crate::failure::{Failure, Outcome};
-use crate::output::live;
+use crate::output::{live, say};
 use crate::systems;
 
 /// How often to look: messages wake no observer.
@@ -19,6 +19,9 @@ const SECOND: Duration = Duration::from_secs(1);
 
 /// Prints each message as a JSON object: its number, time and cause, and its ROS 2 form.
 pub fn echo(tap: &Tap) -> Result<Outcome, Failure> {
+    if let Some(kept) = channels::find(&tap.channel).map(ChannelSpec::history) {
+        say!("first the history of {}: up to {kept} messages that were sent before", tap.channel);
+    }
     follow(tap, &mut Echo)
 }
 

@@ -5,19 +5,27 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
-use sketchnav_recordings::RecordingError;
 use sketchnav_recordings::faults::{FaultInfo, faults};
 use sketchnav_recordings::info::{Info, TopicInfo};
+use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_schemas::channels::FAULTS;
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
+use crate::recordings;
 
 /// Compares two recordings.
 pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
     let difference = sketchnav_recordings::diff::diff(a, b).or_input()?;
+    let cut_off = [a, b].map(Recording::open).into_iter().collect::<Result<Vec<_>, _>>();
+    let cut_off = cut_off.and_then(|recordings| recordings::cut_off(&recordings)).or_input()?;
+    cut_off.iter().for_each(recordings::tell_cut_off);
     if json {
-        let object = serde_json::json!({ "identical": difference.is_none(), "difference": difference });
+        let object = serde_json::json!({
+            "identical": difference.is_none(),
+            "difference": difference,
+            "cut_off": cut_off,
+        });
         out!("{object}")?;
     } else {
         match &difference {

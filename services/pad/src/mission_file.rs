@@ -10,8 +10,10 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use serde::Serialize;
+use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::mission::{Mission, SketchSource, Task, WallTone};
 use sketchnav_sketcher::strokes::Marks;
+use sketchnav_sketcher::{Settings, route_heading_rad};
 use tempfile::Builder;
 
 use crate::machine;
@@ -47,7 +49,7 @@ pub fn write(
 ) -> Result<Vec<Written>, Refusal> {
     let stem = stem(name)?;
     let drawing = format!("{stem}.{}", sketch.kind.extension());
-    let toml = text(name, &drawing, mission, path)?;
+    let toml = text(name, &drawing, mission, sketch, path)?;
     let file = format!("{stem}.toml");
     for name in [&file, &drawing] {
         check_free(&folder.join(name), own.contains(name))?;
@@ -70,7 +72,13 @@ fn stem(name: &str) -> Result<String, Refusal> {
     if holds { Ok(stem.to_owned()) } else { Err(Refusal::Malformed(words())) }
 }
 
-fn text(name: &str, drawing: &str, mission: &Mission, path: &machine::Path) -> Result<String, Refusal> {
+fn text(
+    name: &str,
+    drawing: &str,
+    mission: &Mission,
+    sketch: &machine::Sketch,
+    path: &machine::Path,
+) -> Result<String, Refusal> {
     let failed = |error: &dyn std::fmt::Display| Refusal::File(format!("the mission: {error}"));
     let marks = |bytes: &[u8]| serde_json::from_slice::<Marks>(bytes).map_err(|error| failed(&error));
     let (placing, now) = (marks(&path.placing)?, marks(&path.marks)?);
@@ -85,7 +93,9 @@ fn text(name: &str, drawing: &str, mission: &Mission, path: &machine::Path) -> R
     // A heading that is to be found along the route that placed the robot is found in these tasks only if they begin
     // with that route.
     if mission.start.sketch_heading_deg.is_none() && placing.route != now.route {
-        mission.start.sketch_heading_deg = placing.route.as_deref().and_then(heading_deg);
+        let settings = Settings::from_table(&mission.parameters.sketcher).map_err(|error| failed(&error))?;
+        let route = placing.route.as_deref().unwrap_or_default();
+        mission.start.sketch_heading_deg = heading_deg(route, sketch, &settings);
     }
     toml::to_string(&mission).map_err(|error| failed(&error))
 }
@@ -108,15 +118,12 @@ fn tasks(marks: &Marks) -> Vec<Task> {
     goals.chain(route).collect()
 }
 
-/// From a route's first point to its last, degrees counter-clockwise from "to the right".
-fn heading_deg(route: &[[f64; 2]]) -> Option<f64> {
-    let (first, rest) = route.split_first()?;
-    let far = rest.iter().find(|p| (p[0] - first[0]).hypot(p[1] - first[1]) > HEADING_PX)?;
-    Some((first[1] - far[1]).atan2(far[0] - first[0]).to_degrees())
+/// The heading that the sketcher has taken from a route, degrees counter-clockwise from "to the right".
+fn heading_deg(route: &[[f64; 2]], sketch: &machine::Sketch, settings: &Settings) -> Option<f64> {
+    let [width_px, height_px] = sketch.size_px.map(f64::from);
+    let place = |[column, row]: &[f64; 2]| Point::new(column * sketch.scale, height_px - row * sketch.scale);
+    route_heading_rad(route.iter().map(place), width_px.hypot(height_px), settings).map(f64::to_degrees)
 }
-
-/// How far a route must lead until it tells a heading, pixels of the canvas.
-const HEADING_PX: f64 = 50.0;
 
 fn check_free(path: &Path, is_own: bool) -> Result<(), Refusal> {
     // A link that leads nowhere is somebody's, too.
@@ -145,6 +152,8 @@ const MODE: u32 = 0o666;
 
 #[cfg(test)]
 mod tests {
+    use sketchnav_sketcher::{Intent, Options};
+
     use super::*;
 
     fn mission() -> Mission {
@@ -161,13 +170,29 @@ mod tests {
         machine::Path { body: String::new(), marks, placing, sketch_seq: 1 }
     }
 
+    fn sketch(bytes: &str, [width_px, height_px]: [u32; 2]) -> machine::Sketch {
+        machine::Sketch {
+            kind: SketchType::Strokes,
+            bytes: bytes.into(),
+            canvas: [width_px, height_px],
+            size_px: [width_px, height_px],
+            scale: 1.0,
+        }
+    }
+
+    /// What is read of the mission that is written after these marks.
+    fn written(placing: &str, marks: &str) -> Mission {
+        let text =
+            text("My room", "my-room.json", &mission(), &sketch("{}", [600, 400]), &path(placing, marks));
+        Mission::parse(&text.unwrap()).unwrap()
+    }
+
     const ROUTE: &str = r#"{"route":[[100,300],[100,200],[300,100]]}"#;
     const GOALS: &str = r#"{"goals":[{"at":[5,6]},{"name":"hall","at":[7,8]}]}"#;
 
     #[test]
     fn a_drawn_path_is_a_mission() {
-        let text = text("My room", "my-room.json", &mission(), &path(ROUTE, ROUTE)).unwrap();
-        let read = Mission::parse(&text).unwrap();
+        let read = written(ROUTE, ROUTE);
         assert_eq!((read.name.as_str(), read.sketch.file.as_str()), ("My room", "my-room.json"));
         assert_eq!((read.start.sketch, read.start.sketch_heading_deg), (Some([100.0, 300.0]), None));
         assert_eq!(read.task[0].route.as_ref().unwrap().len(), 3);
@@ -176,10 +201,35 @@ mod tests {
 
     #[test]
     fn goals_after_a_path_keep_its_start() {
-        let read = Mission::parse(&text("m", "m.json", &mission(), &path(ROUTE, GOALS)).unwrap()).unwrap();
+        let read = written(ROUTE, GOALS);
         assert_eq!((read.start.sketch, read.start.sketch_heading_deg), (Some([100.0, 300.0]), Some(90.0)));
         let names: Vec<_> = read.task.iter().map(|task| task.name.as_str()).collect();
         assert_eq!(names, ["goal 1", "hall"]);
+    }
+
+    /// The pad took the heading from the first point more than 50 px away, the sketcher from the first one farther away
+    /// than 2 % of the diagonal: of a route with a squiggle at its beginning a saved mission began looking elsewhere than
+    /// the robot had.
+    #[test]
+    fn a_saved_mission_begins_looking_as_the_robot_did() {
+        // 57 px on a large canvas, 14 px on a small one.
+        for (size, squiggle, far) in [([2540, 1252], 54, 30), ([600, 400], 20, 10)] {
+            let strokes = format!(
+                r#"{{"canvas":[{},{}],"strokes":[{{"points":[[1,1],[9,1]]}}],"route":[[300,300],[{},300],[300,{}]]}}"#,
+                size[0],
+                size[1],
+                300 + squiggle,
+                300 - 2 * squiggle - far,
+            );
+            let marks = &strokes[strokes.find("\"route\"").unwrap()..];
+            let text =
+                text("m", "m.json", &mission(), &sketch(&strokes, size), &path(&format!("{{{marks}"), GOALS));
+            let saved = Mission::parse(&text.unwrap()).unwrap();
+            let drawing =
+                sketchnav_sketcher::read(strokes.as_bytes(), "m.json", &Options::default()).unwrap();
+            let placed = Intent::of_marks(&drawing.marks).place(&drawing, &Settings::default()).unwrap();
+            assert_eq!(saved.start.sketch_heading_deg, Some(placed.start.yaw_rad.to_degrees()), "{size:?}");
+        }
     }
 
     /// The pad once took whatever name a page gave: saving "My floor" in the folder in which it was started with
@@ -195,13 +245,7 @@ mod tests {
         std::os::unix::fs::symlink("nowhere", in_folder("away.toml")).unwrap();
         let mut own = BTreeSet::new();
         let mut save = |name: &str, bytes: &str| {
-            let sketch = machine::Sketch {
-                kind: SketchType::Strokes,
-                bytes: bytes.into(),
-                canvas: [9, 9],
-                size_px: [9, 9],
-                scale: 1.0,
-            };
+            let sketch = sketch(bytes, [9, 9]);
             write(folder.path(), name, &mission(), &sketch, &path(ROUTE, ROUTE), &mut own)
         };
         for (name, in_the_way) in

@@ -12,7 +12,7 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use crate::system::System;
+use crate::Result;
 
 /// How often the supervisor looks for such files, beside whatever it waits for itself.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -37,19 +37,20 @@ pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
     opened.any(|other| (other.dev(), other.ino()) == (file.dev(), file.ino()))
 }
 
-/// Takes a system's files away that nobody finishes, for as long as it lives.
+/// Has a system's files taken away that nobody finishes, for as long as it lives.
 pub(crate) struct Sweeper {
     stop: mpsc::Sender<()>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Sweeper {
-    pub(crate) fn start(system: System) -> Self {
+    /// `sweep` takes them away once.
+    pub(crate) fn start(sweep: impl Fn() -> Result<()> + Send + 'static) -> Self {
         let (stop, stopped) = mpsc::channel();
         let thread = thread::spawn(move || {
             while stopped.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout) {
                 // What cannot be taken away now is tried again.
-                let _ = system.clear_half_made();
+                let _ = sweep();
             }
         });
         Self { stop, thread: Some(thread) }

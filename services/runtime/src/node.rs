@@ -97,7 +97,10 @@ impl Node {
         // Before others can see it: who is seen may be asked to end.
         signals::install(bells.word(process));
         let presence = system.enter(process)?;
-        let sweeper = (process == Process::Supervisor).then(|| Sweeper::start(system.view()));
+        let sweeper = (process == Process::Supervisor).then(|| {
+            let system = system.view();
+            Sweeper::start(move || system.clear_half_made())
+        });
         let inner = shared_memory_node(&system, process)?;
         system.keep_others_out()?;
         Ok(Self {

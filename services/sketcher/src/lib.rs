@@ -37,7 +37,7 @@ mod vector;
 
 pub use drawing::{Drawing, Kind};
 pub use error::SketchError;
-pub use places::{Errand, Intent, PlacedErrand, Places};
+pub use places::{Errand, Intent, PlacedErrand, Places, route_heading_rad};
 pub use preview::preview;
 pub use publish::{fill_cells, fill_route, fill_sketch, fill_understood};
 pub use settings::{Options, Settings};

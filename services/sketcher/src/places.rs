@@ -237,17 +237,26 @@ fn nearest_free(drawing: &Drawing, point: &Point<Sketch>) -> Option<Point<Sketch
     best
 }
 
-/// The direction from a route's first point to its first point beyond a threshold distance, so that a
-/// squiggle at the beginning does not count (paper 004, IV).
+/// The heading of a robot that starts where a drawn route begins: the direction from the route's first point to its
+/// first point that is farther away than [`Settings::heading_distance_share`] of the drawing's diagonal. So a squiggle
+/// at the beginning does not count (Boniardi et al. 2016, IV). `None` where the route never gets as far.
+pub fn route_heading_rad(
+    route: impl IntoIterator<Item = Point<Sketch>>,
+    diagonal_px: f64,
+    settings: &Settings,
+) -> Option<f64> {
+    let threshold = settings.heading_distance_share * diagonal_px;
+    let mut points = route.into_iter();
+    let first = points.next()?;
+    let beyond = points.find(|point| point.distance(&first) > threshold)?;
+    Some((beyond.y - first.y).atan2(beyond.x - first.x))
+}
+
 fn route_heading(drawing: &Drawing, settings: &Settings, route: Option<&Errand>) -> Result<f64, SketchError> {
-    let threshold = settings.heading_distance_share * drawing.diagonal_px();
     let points = route.map_or(&[][..], |errand| &errand.points);
-    let mut points = points.iter().map(|&at| drawing.from_image(at));
-    let heading = points.next().and_then(|first| {
-        let beyond = points.find(|point| point.distance(&first) > threshold)?;
-        Some((beyond.y - first.y).atan2(beyond.x - first.x))
-    });
-    heading.ok_or(SketchError::NoHeading { threshold_px: threshold / drawing.scale })
+    let (route, diagonal_px) = (points.iter().map(|&at| drawing.from_image(at)), drawing.diagonal_px());
+    let threshold_px = settings.heading_distance_share * diagonal_px / drawing.scale;
+    route_heading_rad(route, diagonal_px, settings).ok_or(SketchError::NoHeading { threshold_px })
 }
 
 /// The free cells that a way over sides of free cells joins to the start. Ways over corners do not

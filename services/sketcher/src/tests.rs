@@ -1,11 +1,13 @@
 //! The whole way from bytes to messages, over drawings made here and, where they lie beside the
 //! project, over drawings by people.
 
+#[path = "../../../tests/support/data.rs"]
+mod data;
 #[path = "../../../tests/support/skip.rs"]
 mod skip;
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bytemuck::Zeroable;
 use image::{GrayImage, ImageFormat, Luma};
@@ -390,7 +392,7 @@ proptest! {
 
 /// Drawings by people that lie beside the project, where they do.
 fn drawings(folder: &str, extension: &str) -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/sketches").join(folder);
+    let root = data::folder().join("sketches").join(folder);
     let Ok(entries) = std::fs::read_dir(&root) else {
         skip::skipped("data", format_args!("no drawings at {}", root.display()));
         return Vec::new();

@@ -1,5 +1,7 @@
 //! Drawings at degree 1 are deformed as people deform, at degree 0 not at all, and the sketcher reads them.
 
+#[path = "../../../tests/support/data.rs"]
+mod data;
 #[path = "../../../tests/support/skip.rs"]
 mod skip;
 
@@ -157,7 +159,7 @@ fn the_svg_shows_what_the_strokes_say() {
 
 /// A file that is not part of the repository.
 fn data(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(name);
+    let path = data::folder().join(name);
     if !path.is_file() {
         skip::skipped("data", format_args!("{} is not there", path.display()));
     }

@@ -8,7 +8,7 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::run::Pace;
 
-use super::{MAX_SPEED, parse_service, parse_speed};
+use super::values::{MAX_SPEED, parse_service, parse_speed};
 
 /// Shorter tokens can be guessed.
 const MIN_TOKEN: usize = 16;

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
-use sketchnav_eval::jobs::Job;
+use sketchnav_evaluation::experiments::jobs::Job;
 use sketchnav_recordings::diff::{Difference, diff};
 use sketchnav_recordings::{RecordingError, Writer};
 use sketchnav_rehearsal::{Rehearsal, Tap};

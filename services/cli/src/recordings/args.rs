@@ -183,7 +183,7 @@ pub struct ReplayOptions {
     #[arg(long)]
     pub paused: bool,
     /// Start these processes and play what the others said, separated by commas.
-    #[arg(long, value_delimiter = ',', value_parser = crate::args::parse_service)]
+    #[arg(long, value_delimiter = ',', value_parser = crate::args::values::parse_service)]
     pub live: Vec<Process>,
     /// Where the live recorder writes to.
     #[arg(long, value_name = "MCAP")]
@@ -231,7 +231,7 @@ fn parse_start(text: &str) -> Result<[f64; 3], String> {
 #[derive(Debug, Clone, Args)]
 pub struct RerunOptions {
     /// world, sketcher, localizer or planner.
-    #[arg(long, value_parser = crate::args::parse_service)]
+    #[arg(long, value_parser = crate::args::values::parse_service)]
     pub process: Process,
     /// Another value of one of its parameters: `particles=500`; may be repeated. What comes of it is told
     /// beside what is recorded.

@@ -13,8 +13,11 @@ use sketchnav_recordings::{Writer, sources};
 use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::geometry::{Pose, Sketch};
 use sketchnav_schemas::message::{Header, PosePx, Route, SketchMap};
-use sketchnav_schemas::mission::Mission;
-use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::method::Method;
+use sketchnav_schemas::mission::{
+    Mission, Parameters, Place, SketchSource, Start, Task, WallTone, WorldSource,
+};
+use sketchnav_schemas::robot::{Drive, Laser, Limits, OdometryNoise, Robot};
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_sim::ros_map::{MapInfo, OccupancyMap};
 
@@ -28,6 +31,8 @@ use crate::output::out;
 /// mark by hand.
 const MAP_START_SPREAD_PX: f64 = 1.0;
 const MAP_START_SPREAD_RAD: f64 = 0.03;
+/// Of the task that a mission must have; nobody drives it.
+const TIME_LIMIT_S: f64 = 180.0;
 /// Numbers of what is sent once.
 const ONCE: Header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
 
@@ -102,7 +107,9 @@ fn run(
 ) -> Result<RunConfig, Failure> {
     let absolute = |path: &PathBuf| -> anyhow::Result<String> {
         let path = std::path::absolute(path)?;
-        path.into_os_string().into_string().map_err(|path| anyhow!("{path:?}: expected a path in UTF-8"))
+        path.into_os_string()
+            .into_string()
+            .map_err(|path| anyhow!("{}: expected a path in UTF-8", path.display()))
     };
     let drawing =
         options.sketch.as_ref().or(options.map.as_ref()).context("expected --map or --sketch").or_input()?;
@@ -111,18 +118,32 @@ fn run(
     let stem = log.file_name().unwrap_or_default().to_string_lossy();
     let name = plain_name(stem.split('.').next().unwrap_or_default());
     let Pose { x, y, yaw_rad, .. } = first.reference;
-    let (start, goal) = match options.start {
-        Some([column, row, heading]) => {
-            (format!("sketch = [{column:?}, {row:?}]\nsketch_heading_deg = {heading:?}"), [column, row])
-        }
-        None => (String::new(), [0.0, 0.0]),
+    let start = Start {
+        world: [x, y],
+        world_heading_deg: yaw_rad.to_degrees(),
+        sketch: options.start.map(|[column, row, _]| [column, row]),
+        sketch_heading_deg: options.start.map(|[_, _, heading_deg]| heading_deg),
     };
-    let text = format!(
-        "name = {name:?}\nrobot = \"log\"\n[world]\nmap = {world:?}\n[start]\nworld = [{x:?}, {y:?}]\nworld_heading_deg = {:?}\n{start}\n[sketch]\nfile = {drawing:?}\n[[task]]\nname = \"log\"\ngoal = [{:?}, {:?}]\nthere = {{ center = [{x:?}, {y:?}], radius_m = 1.0 }}\n",
-        yaw_rad.to_degrees(),
-        goal[0],
-        goal[1],
-    );
+    let task = Task {
+        name: LOG_SYSTEM.to_owned(),
+        goal: Some(start.sketch.unwrap_or_default()),
+        route: None,
+        there: Place { center: Some([x, y]), radius_m: Some(1.0), polygon: None },
+        time_limit_s: TIME_LIMIT_S,
+    };
+    let mission = Mission {
+        name,
+        description: String::new(),
+        robot: LOG_SYSTEM.to_owned(),
+        method: Method::default(),
+        world: WorldSource { floor_plan: None, map: Some(world), furniture: Vec::new(), person: Vec::new() },
+        start,
+        sketch: SketchSource { file: drawing, walls: WallTone::Auto },
+        task: vec![task],
+        parameters: Parameters::default(),
+    };
+    // Checked as a file is that a person has written.
+    let text = toml::to_string(&mission).context("the mission as TOML").or_input()?;
     let mission = Mission::parse(&text).or_input()?;
     let robot = robot(first.ranges_m.len(), laser).or_input()?;
     let (system, recording) = (LOG_SYSTEM.to_owned(), None);
@@ -140,12 +161,42 @@ fn run(
 
 /// A robot of whom only its laser is known. What the localizer does not ask for is as a Pioneer has it.
 fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
-    let field_of_view_deg = (laser.angle_increment_rad * (beams - 1) as f64).to_degrees();
-    let text = format!(
-        "name = \"log\"\nradius_m = 0.25\nmass_kg = 20.0\ndrive = \"differential\"\n[limits]\nspeed_mps = 0.7\nyaw_rate_radps = 1.5\nacceleration_mps2 = 0.5\nyaw_acceleration_radps2 = 2.0\n[laser]\nmodel = \"of a log\"\nfield_of_view_deg = {field_of_view_deg:?}\nbeams = {beams}\nrange_min_m = 0.01\nrange_max_m = {:?}\nrate_hz = 10.0\nnoise_m = 0.01\nnoise_per_m = 0.0\ndropout = 0.0\nmount_x_m = 0.0\n[odometry]\nalpha_speed_speed = 0.01\nalpha_speed_turn = 0.01\nalpha_turn_speed = 0.01\nalpha_turn_turn = 0.01\ndrift_distance = 0.0\ndrift_yaw_radpm = 0.0\nslips_per_m = 0.0\n",
-        laser.range_max_m,
-    );
-    Ok(Robot::parse(&text)?)
+    let robot = Robot {
+        name: LOG_SYSTEM.to_owned(),
+        radius_m: 0.25,
+        mass_kg: 20.0,
+        drive: Drive::Differential,
+        limits: Limits {
+            speed_mps: 0.7,
+            yaw_rate_radps: 1.5,
+            acceleration_mps2: 0.5,
+            yaw_acceleration_radps2: 2.0,
+        },
+        laser: Laser {
+            model: "of a log".to_owned(),
+            field_of_view_deg: (laser.angle_increment_rad * (beams - 1) as f64).to_degrees(),
+            beams: beams as u32,
+            range_min_m: 0.01,
+            range_max_m: laser.range_max_m,
+            rate_hz: 10.0,
+            noise_m: 0.01,
+            noise_per_m: 0.0,
+            dropout: 0.0,
+            mount_x_m: 0.0,
+            mount_y_m: 0.0,
+            mount_yaw_deg: 0.0,
+        },
+        odometry: OdometryNoise {
+            alpha_speed_speed: 0.01,
+            alpha_speed_turn: 0.01,
+            alpha_turn_speed: 0.01,
+            alpha_turn_turn: 0.01,
+            drift_distance: 0.0,
+            drift_yaw_radpm: 0.0,
+            slips_per_m: 0.0,
+        },
+    };
+    Ok(Robot::parse(&toml::to_string(&robot)?)?)
 }
 
 /// The map as a drawing: a cell a pixel, walls where it is occupied; whatever is not known is free to look

@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
+use sketchnav_evaluation::judge::anchors::Anchors;
+use sketchnav_evaluation::judge::figures::{Figures, MetricMap, figures};
+use sketchnav_evaluation::judge::homotopy::Correspondence;
+use sketchnav_evaluation::judge::log::Log;
+use sketchnav_evaluation::judge::rooms::Rooms;
+use sketchnav_evaluation::judge::tables;
+use sketchnav_evaluation::judge::trajectory::Statistics;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::import::LOG_SYSTEM;
-use sketchnav_recordings::judge::anchors::Anchors;
-use sketchnav_recordings::judge::figures::{Figures, MetricMap, figures};
-use sketchnav_recordings::judge::homotopy::Correspondence;
-use sketchnav_recordings::judge::log::Log;
-use sketchnav_recordings::judge::rooms::Rooms;
-use sketchnav_recordings::judge::tables;
-use sketchnav_recordings::judge::trajectory::Statistics;
 use sketchnav_schemas::run::RunConfig;
 
 use super::args::JudgeOptions;
@@ -30,6 +30,8 @@ pub struct Judged {
     mission: Option<String>,
     seed: Option<u64>,
     method: Option<String>,
+    /// Whether the file ends before its writer came to an end.
+    pub cut_off: bool,
     missing: u64,
     restarts: u64,
     /// What went wrong with the processes, and right again.
@@ -66,6 +68,9 @@ pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failu
         }
     }
     write_tables(&judged, options)?;
+    for one in judged.iter().filter(|one| one.cut_off) {
+        super::tell_cut_off(one.recording.display());
+    }
     if options.json {
         out!("{}", serde_json::to_string(&judged).context("the figures as JSON")?)?;
     } else {
@@ -100,6 +105,7 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
         mission: run.as_ref().map(|run| run.mission.name.clone()),
         seed: run.as_ref().map(|run| run.seed),
         method: run.as_ref().map(|run| run.mission.method.to_string()),
+        cut_off: !info.clean_end,
         missing: info.missing,
         homotopic: None,
         faults: log.told_faults(),
@@ -127,7 +133,7 @@ fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<Stri
     let floor = Path::new(floor).file_name().unwrap_or_default().to_string_lossy().into_owned();
     let floor = floor.split('.').next().unwrap_or_default();
     let join = Correspondence::new(&anchors.of(&run.mission.name, floor, |at| drawing.from_image(at))?)?;
-    let spans = sketchnav_recordings::judge::spans(run.mission.task.len(), &judged.log.status);
+    let spans = sketchnav_evaluation::judge::spans(run.mission.task.len(), &judged.log.status);
     let mut ways = BTreeMap::new();
     for (task, span) in run.mission.task.iter().zip(spans) {
         let (Some(route), Some(span)) = (&task.route, span) else { continue };
@@ -224,6 +230,9 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     let figures = &judged.figures;
     let mut rows = Vec::new();
     let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
+    if judged.cut_off {
+        row("the recording", "cut off".to_owned());
+    }
     if let Some(verdict) = &figures.verdict {
         let reached = verdict.tasks.iter().filter(|task| task.reached).count();
         row("tasks reached", format!("{reached} of {}", verdict.tasks.len()));

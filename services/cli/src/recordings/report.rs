@@ -6,12 +6,12 @@ use std::path::Path;
 
 use anyhow::Context;
 use maud::{Markup, PreEscaped, html};
+use sketchnav_evaluation::judge::figures::local_errors_m;
+use sketchnav_evaluation::judge::log::Log;
+use sketchnav_evaluation::judge::{self as verdicts, TaskSpan, Verdict};
+use sketchnav_evaluation::page::{self, Chart, Series};
+use sketchnav_evaluation::picture::{self, Moment};
 use sketchnav_recordings::faults::FaultInfo;
-use sketchnav_recordings::judge::figures::local_errors_m;
-use sketchnav_recordings::judge::log::Log;
-use sketchnav_recordings::judge::{self as verdicts, TaskSpan, Verdict};
-use sketchnav_recordings::page::{self, Chart, Series};
-use sketchnav_recordings::picture::{self, Moment};
 use sketchnav_recordings::reader::{RawMessage, Selection};
 use sketchnav_recordings::writer::topic_name;
 use sketchnav_recordings::{Recording, import::LOG_SYSTEM};
@@ -43,9 +43,12 @@ pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> R
     let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log };
     let html = page.html().with_context(|| file.display().to_string())?;
     std::fs::write(output, html).with_context(|| output.display().to_string()).or_input()?;
+    if judged.cut_off {
+        super::tell_cut_off(file.display());
+    }
     let output = output.display().to_string();
     if json {
-        out!("{}", serde_json::json!({ "page": output }))?;
+        out!("{}", serde_json::json!({ "page": output, "cut_off": judged.cut_off }))?;
     } else {
         out!("page       {output}")?;
     }
@@ -93,6 +96,7 @@ impl Page<'_> {
                     }
                 }
             }
+            @if self.judged.cut_off { p.notice { "The recording is cut off: what follows is told of a part of the run." } }
             @if !self.run.mission.description.is_empty() { p.lead { (self.run.mission.description) } }
             p.facts {
                 span { "recording " b { (file) } }

@@ -18,6 +18,8 @@ use crate::output::out;
 /// Executes a service again.
 pub fn rerun(file: &Path, options: &RerunOptions) -> Result<Outcome, Failure> {
     let recording = super::open(file)?;
+    let cut_off = super::cut_off([&recording]).or_input()?;
+    cut_off.iter().for_each(super::tell_cut_off);
     let folder = tempfile::tempdir().context("a folder for the files of the run")?;
     let mut run = rerun::run_of(&recording, folder.path()).or_input()?;
     let set = options.parameters().map_err(|text| Failure::Input(anyhow!(text)))?;
@@ -40,7 +42,7 @@ pub fn rerun(file: &Path, options: &RerunOptions) -> Result<Outcome, Failure> {
         judged.push(judge::of_file(copy, None)?);
     }
     if options.json {
-        out!("{}", json(&outcome, options, &judged))?;
+        out!("{}", json(&outcome, options, !cut_off.is_empty(), &judged))?;
     } else {
         print(&outcome, options)?;
         if let [recorded, now] = judged.as_slice() {
@@ -104,9 +106,15 @@ fn print(outcome: &Rerun, options: &RerunOptions) -> anyhow::Result<()> {
     options.output.as_ref().map_or(Ok(()), |path: &PathBuf| out!("recording  {}", path.display()))
 }
 
-fn json(outcome: &Rerun, options: &RerunOptions, judged: &[judge::Judged]) -> serde_json::Value {
+fn json(
+    outcome: &Rerun,
+    options: &RerunOptions,
+    cut_off: bool,
+    judged: &[judge::Judged],
+) -> serde_json::Value {
     serde_json::json!({
         "process": options.process.word(),
+        "cut_off": cut_off,
         "identical": outcome.difference.is_none(),
         "difference": outcome.difference,
         "same": outcome.same,

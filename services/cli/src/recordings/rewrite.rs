@@ -79,7 +79,7 @@ struct Made {
 
 impl Made {
     fn of(messages: u64, recordings: &[Recording]) -> Result<Self, RecordingError> {
-        Ok(Self { messages, cut_off: cut_off(recordings)? })
+        Ok(Self { messages, cut_off: super::cut_off(recordings)? })
     }
 
     fn tell(&self, json: bool) -> Result<Outcome, Failure> {
@@ -91,16 +91,6 @@ impl Made {
         }
         Ok(outcome_of(cut_off))
     }
-}
-
-fn cut_off(recordings: &[Recording]) -> Result<Vec<String>, RecordingError> {
-    let mut names = Vec::new();
-    for recording in recordings {
-        if recording.index()?.is_cut_off() {
-            names.push(recording.path().display().to_string());
-        }
-    }
-    Ok(names)
 }
 
 /// As MCAP's own tool: what was copied of a recording that was cut off is not all that was sent.
@@ -137,7 +127,7 @@ pub fn split(file: &Path, options: &SplitOptions) -> Result<Outcome, Failure> {
     let limit = limit(options)?;
     let recording = Recording::open(file).map_err(|error| Failure::Plain(error.into()))?;
     let parts = parts(&recording, options, limit).map_err(Failure::Plain)?;
-    let cut_off = cut_off(&[recording]).map_err(|error| Failure::Plain(error.into()))?;
+    let cut_off = super::cut_off(&[recording]).map_err(|error| Failure::Plain(error.into()))?;
     if options.json {
         let object: Vec<_> =
             parts.iter().map(|(name, part)| serde_json::json!({ "file": name, "part": part })).collect();

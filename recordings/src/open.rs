@@ -1,0 +1,239 @@
+//! An open recording: its records one after the other, the chunks unpacked.
+
+use std::path::{Path, PathBuf};
+
+use mcap::records::op;
+
+use crate::content::{Part, RawMessage};
+use crate::directory::{Directory, Topic};
+use crate::error::RecordingError;
+use crate::record_file::{RecordFile, Stop};
+use crate::records::{ChunkEntry, Damage, MessageHead, Record, next_in, unpack};
+
+/// A part of a recording, or a chunk that begins.
+pub(crate) enum Piece {
+    /// A chunk, whose parts come next.
+    Chunk,
+    /// A part.
+    Part(Part),
+    /// The end; nothing comes behind it.
+    End {
+        /// Whether the writer came to an end.
+        clean: bool,
+    },
+}
+
+/// A recording that is being read.
+pub(crate) struct Open {
+    path: PathBuf,
+    pub(crate) file: RecordFile,
+    directory: Directory,
+    /// Where the last record of the file begins: the chunk, within one.
+    record_at: u64,
+    chunk: Vec<u8>,
+    offset: usize,
+    messages: u64,
+}
+
+impl Open {
+    pub(crate) fn new(path: &Path) -> Result<Self, RecordingError> {
+        let file = RecordFile::open(path).map_err(|stop| told(path, 0, stop))?;
+        Ok(Self::of(path, file))
+    }
+
+    /// A recording whose magic may be damaged, and whether it is.
+    pub(crate) fn damaged_file(path: &Path) -> Result<(Self, bool), RecordingError> {
+        let (file, is_damaged) = RecordFile::open_damaged(path).map_err(|stop| told(path, 0, stop))?;
+        Ok((Self::of(path, file), is_damaged))
+    }
+
+    fn of(path: &Path, file: RecordFile) -> Self {
+        Self {
+            path: path.to_owned(),
+            file,
+            directory: Directory::default(),
+            record_at: 0,
+            chunk: Vec::new(),
+            offset: 0,
+            messages: 0,
+        }
+    }
+
+    /// Knows the topics before the file declares them.
+    pub(crate) fn declare(&mut self, directory: &Directory) {
+        self.directory = directory.clone();
+    }
+
+    /// The topics that are known so far.
+    pub(crate) fn directory(&self) -> &Directory {
+        &self.directory
+    }
+
+    pub(crate) fn into_directory(self) -> Directory {
+        self.directory
+    }
+
+    pub(crate) fn stopped(&self, stop: Stop) -> RecordingError {
+        told(&self.path, self.messages, stop)
+    }
+
+    pub(crate) fn damaged(&self, damage: Damage) -> RecordingError {
+        self.stopped(Stop::Damage(damage))
+    }
+
+    /// The next piece.
+    pub(crate) fn next_piece(&mut self) -> Result<Piece, RecordingError> {
+        loop {
+            let piece = if self.is_in_chunk() { self.in_chunk(&|_, _| true)? } else { self.in_file()? };
+            if let Some(piece) = piece {
+                return Ok(piece);
+            }
+        }
+    }
+
+    /// Where the last record of the file begins, and its length with its frame.
+    pub(crate) fn record(&self) -> (u64, u64) {
+        (self.record_at, self.file.at() - self.record_at)
+    }
+
+    /// The record that begins there.
+    pub(crate) fn read_at(&mut self, at: u64) -> Result<Record<'_>, RecordingError> {
+        let read = self.file.seek(at).and_then(|()| self.file.advance());
+        let opcode = read.map_err(|stop| self.stopped(stop))?;
+        Record::parse(opcode, self.file.content()).map_err(|kind| self.damaged(Damage::Content { at, kind }))
+    }
+
+    /// The opcode of the record that begins there and where it ends; none where the file ends before it does.
+    pub(crate) fn frame_at(&mut self, at: u64) -> Result<Option<(u8, u64)>, RecordingError> {
+        match self.file.frame_at(at) {
+            Ok(frame) => Ok(Some(frame)),
+            Err(Stop::Io(source)) => Err(self.stopped(Stop::Io(source))),
+            Err(Stop::Cut(_) | Stop::Damage(_)) => Ok(None),
+        }
+    }
+
+    pub(crate) fn in_file(&mut self) -> Result<Option<Piece>, RecordingError> {
+        let at = self.file.at();
+        self.record_at = at;
+        let opcode = match self.file.advance() {
+            Ok(opcode) => opcode,
+            Err(Stop::Cut(_)) => return Ok(Some(Piece::End { clean: false })),
+            Err(stop) => return Err(self.stopped(stop)),
+        };
+        let record = Record::parse(opcode, self.file.content());
+        let record = record.map_err(|kind| self.damaged(Damage::Content { at, kind }))?;
+        match record {
+            Record::Chunk(head, packed) => {
+                let unpacked = unpack(&head, packed, at, &mut self.chunk);
+                self.offset = 0;
+                unpacked.map_err(|damage| {
+                    self.chunk.clear();
+                    self.damaged(damage)
+                })?;
+                Ok(Some(Piece::Chunk))
+            }
+            Record::Footer(..) => Ok(Some(Piece::End { clean: true })),
+            Record::Message(head, data) => {
+                let raw = self.directory.topic(head.channel).map(|topic| RawMessage::new(topic, head, data));
+                self.messages += 1;
+                let unknown = Damage::UnknownChannel { at, channel: head.channel };
+                raw.map(|raw| Some(Piece::Part(Part::Message(raw)))).ok_or_else(|| self.damaged(unknown))
+            }
+            record => Ok(self.directory.take(record).map(Piece::Part)),
+        }
+    }
+
+    /// What comes next in the chunk; nothing where it is a message that is not wanted.
+    pub(crate) fn in_chunk(
+        &mut self,
+        is_wanted: &impl Fn(&Topic, u64) -> bool,
+    ) -> Result<Option<Piece>, RecordingError> {
+        let at = self.record_at;
+        let wrong = |kind| Damage::Content { at, kind };
+        let Some((opcode, content)) = next_in(&self.chunk, self.offset) else {
+            return Err(self.damaged(wrong("chunk")));
+        };
+        self.offset = content.end;
+        let record = Record::parse(opcode, &self.chunk[content]);
+        let record = record.map_err(|kind| self.damaged(wrong(kind)))?;
+        let Record::Message(head, data) = record else {
+            return Ok(self.directory.take(record).map(Piece::Part));
+        };
+        let Some(topic) = self.directory.topic(head.channel) else {
+            return Err(self.damaged(Damage::UnknownChannel { at, channel: head.channel }));
+        };
+        self.messages += 1;
+        let is_wanted = is_wanted(topic, head.log_ns);
+        Ok(is_wanted.then(|| Piece::Part(Part::Message(RawMessage::new(topic, head, data)))))
+    }
+
+    /// Takes from the chunk what it declares, and passes over its messages; their earliest time and their
+    /// latest, nanoseconds.
+    pub(crate) fn skip_chunk(&mut self) -> Result<Option<(u64, u64)>, RecordingError> {
+        let mut times: Option<(u64, u64)> = None;
+        while self.offset < self.chunk.len() {
+            let Some((opcode, content)) = next_in(&self.chunk, self.offset) else {
+                return Err(self.damaged(Damage::Content { at: self.record_at, kind: "chunk" }));
+            };
+            self.offset = content.end;
+            if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+                continue;
+            }
+            match Record::parse(opcode, &self.chunk[content]) {
+                Ok(Record::Message(MessageHead { log_ns: ns, .. }, _)) => {
+                    times = Some(times.map_or((ns, ns), |(first, last)| (first.min(ns), last.max(ns))));
+                }
+                Ok(record) => drop(self.directory.take(record)),
+                Err(_) => {}
+            }
+        }
+        Ok(times)
+    }
+
+    /// Leaves the chunk that is being read; false where there is none.
+    pub(crate) fn abandon_chunk(&mut self) -> bool {
+        let was_inside = self.is_in_chunk();
+        self.offset = self.chunk.len();
+        was_inside
+    }
+
+    /// Goes to a chunk, or to a run of messages in no chunk: itself, or the first of those.
+    pub(crate) fn enter(&mut self, entry: &ChunkEntry) -> Result<Piece, RecordingError> {
+        self.offset = self.chunk.len();
+        self.file.seek(entry.at).map_err(|stop| self.stopped(stop))?;
+        match self.in_file()? {
+            Some(piece @ (Piece::Chunk | Piece::Part(Part::Message(_)))) => Ok(piece),
+            Some(Piece::End { clean: false }) => Err(self.damaged(Damage::Cut { at: entry.at })),
+            _ => Err(self.damaged(Damage::NoIndex)),
+        }
+    }
+
+    pub(crate) fn is_in_chunk(&self) -> bool {
+        self.offset < self.chunk.len()
+    }
+}
+
+impl Directory {
+    /// Notes what a record declares; what there is to tell of it.
+    fn take(&mut self, record: Record<'_>) -> Option<Part> {
+        match record {
+            Record::Schema(id, schema) => {
+                self.add_schema(id, schema);
+                None
+            }
+            Record::Channel(channel) => self.add_channel(channel).map(Part::Topic),
+            Record::Metadata(name, facts) => Some(Part::Metadata(name, facts)),
+            Record::Attachment(attachment) => Some(Part::Attachment(attachment)),
+            _ => None,
+        }
+    }
+}
+
+fn told(path: &Path, messages: u64, stop: Stop) -> RecordingError {
+    let path = path.to_owned();
+    match stop {
+        Stop::Io(source) => RecordingError::File { path, source },
+        Stop::Damage(source) => RecordingError::Damaged { path, messages, source },
+        Stop::Cut(at) => RecordingError::Damaged { path, messages, source: Damage::Cut { at } },
+    }
+}

@@ -1,0 +1,49 @@
+//! Values that options of several commands take.
+
+use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::run::Pace;
+
+/// A process that is a service.
+pub fn parse_service(word: &str) -> Result<Process, String> {
+    match word.parse() {
+        Ok(process) if SERVICES.contains(&process) => Ok(process),
+        _ => Err(format!("expected one of {}", words(SERVICES))),
+    }
+}
+
+/// A process that can be served by hand.
+pub fn parse_served(word: &str) -> Result<Process, String> {
+    match EXTRAS.into_iter().find(|extra| extra.word() == word) {
+        Some(extra) => Ok(extra),
+        None => parse_service(word),
+    }
+}
+
+/// Beyond this no machine keeps up; `max` is for those who want all that there is.
+pub const MAX_SPEED: f64 = 100.0;
+
+/// `max`, or how many simulated seconds go by in one.
+pub fn parse_speed(text: &str) -> Result<Pace, String> {
+    if text == "max" {
+        return Ok(Pace::Lockstep);
+    }
+    match text.parse::<f64>() {
+        Ok(speed) if speed > 0.0 && speed <= MAX_SPEED => Ok(Pace::RealTime { speed }),
+        _ => Err(format!("expected `max`, or a number above 0 and up to {MAX_SPEED}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn speed_is_max_or_a_positive_number() {
+        assert_eq!(parse_speed("max"), Ok(Pace::Lockstep));
+        assert_eq!(parse_speed("2"), Ok(Pace::RealTime { speed: 2.0 }));
+        for wrong in ["0", "-1", "nan", "inf", "1e6", "fast", ""] {
+            assert!(parse_speed(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! Experiments: a [`Suite`] is a list of [`Trial`]s, a trial is driven by the same cores as the
+//! processes, in one process, and becomes one [`Outcome`] a task, which [`statistics`] counts.
+//!
+//! ```text
+//! suites::load → Suite ─jobs::run_all→ Vec<Outcome> ─statistics→ table, report
+//! ```
+//!
+//! The same suite, method and seed give the same outcomes, whatever the number of threads: a trial's
+//! seed is derived from the suite's seed and the trial's name alone.
+
+pub mod ablation;
+pub mod deformed;
+pub mod ground;
+pub mod jobs;
+pub mod outcome;
+pub mod people;
+pub mod protocol;
+pub mod report;
+pub mod routes;
+pub mod run;
+pub mod sensitivity;
+pub mod statistics;
+pub mod suite;
+pub mod suites;
+pub mod table;
+pub mod trial;
+pub mod trial_picture;
+mod unmapped;
+
+pub use outcome::{Kind, Outcome};
+pub use suite::Suite;
+pub use trial::Trial;

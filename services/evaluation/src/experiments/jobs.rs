@@ -1,0 +1,105 @@
+//! Many trials on several threads; the result does not depend on how many.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use sketchnav_schemas::method::Method;
+
+use crate::error::EvalError;
+use crate::experiments::outcome::Outcome;
+use crate::experiments::run;
+use crate::experiments::trial::{Trial, derived};
+
+/// One repetition of a trial by a method.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// What.
+    pub trial: &'a Trial,
+    /// How.
+    pub method: Method,
+    /// Which repetition, from 1.
+    pub repetition: u32,
+    /// Its seed.
+    pub seed: u64,
+}
+
+impl<'a> Job<'a> {
+    /// The repetition's seed comes from the suite's seed and the names alone; methods share it, so that
+    /// they are compared in the same world with the same noise; so do variants of a trial.
+    pub fn new(trial: &'a Trial, method: Method, repetition: u32, suite_seed: u64) -> Self {
+        let name = trial.variant_of.as_ref().unwrap_or(&trial.name);
+        let seed = derived(suite_seed, &format!("eval/{name}#{repetition}"));
+        Self { trial, method, repetition, seed }
+    }
+}
+
+/// Does all jobs, `threads` at a time; the outcomes stand in the order of the jobs. `progress` hears of
+/// each job as it is done.
+///
+/// # Errors
+/// The first, in the order of the jobs, that could not begin.
+pub fn run_all(
+    jobs: &[Job<'_>],
+    threads: usize,
+    progress: &(dyn Fn(&[Outcome]) + Sync),
+) -> Result<Vec<Outcome>, EvalError> {
+    let next = AtomicUsize::new(0);
+    let done = Mutex::new(Vec::with_capacity(jobs.len()));
+    let work = || {
+        while let Some((i, job)) = take(&next, jobs) {
+            let result = run::run(job.trial, job.method, job.repetition, job.seed);
+            if let Ok(outcomes) = &result {
+                progress(outcomes);
+            }
+            done.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((i, result));
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..threads.clamp(1, jobs.len().max(1)) {
+            scope.spawn(work);
+        }
+    });
+    let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    done.sort_by_key(|(i, _)| *i);
+    let all: Result<Vec<_>, _> = done.into_iter().map(|(_, result)| result).collect();
+    Ok(all?.concat())
+}
+
+fn take<'a, 'b>(next: &AtomicUsize, jobs: &'b [Job<'a>]) -> Option<(usize, &'b Job<'a>)> {
+    let i = next.fetch_add(1, Ordering::Relaxed);
+    jobs.get(i).map(|job| (i, job))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::deformed;
+    use crate::experiments::sensitivity::variant;
+    use crate::experiments::suite::Folders;
+
+    fn trials() -> Vec<Trial> {
+        let sites = deformed::shipped(&Folders::of_checkout()).unwrap();
+        sites[1].trials(0.0, 1).unwrap()
+    }
+
+    #[test]
+    fn outcomes_do_not_depend_on_the_number_of_threads() {
+        let trials = trials();
+        let jobs: Vec<_> = trials.iter().map(|trial| Job::new(trial, Method::default(), 1, 7)).collect();
+        let [one, three] = [1, 3].map(|threads| run_all(&jobs, threads, &|_| {}).unwrap());
+        assert_eq!(one, three);
+        let order: Vec<_> = trials.iter().map(|trial| format!("{}#1", trial.name)).collect();
+        assert_eq!(one.iter().map(|outcome| outcome.id.clone()).collect::<Vec<_>>(), order);
+    }
+
+    #[test]
+    fn methods_and_variants_of_a_trial_share_seeds_and_repetitions_do_not() {
+        let trial = trials().remove(0);
+        let other = variant(&trial, "other");
+        let seed = |trial, method, repetition, suite| Job::new(trial, method, repetition, suite).seed;
+        let first = seed(&trial, Method::Ours, 1, 1);
+        assert_eq!([seed(&trial, Method::Paper, 1, 1), seed(&other, Method::Ours, 1, 1)], [first; 2]);
+        assert!(seed(&trial, Method::Ours, 2, 1) != first && seed(&trial, Method::Ours, 1, 2) != first);
+    }
+}

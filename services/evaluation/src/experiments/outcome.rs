@@ -1,0 +1,101 @@
+//! What became of a task, in one word and a few figures.
+
+use crate::judge::TaskVerdict;
+use serde::Serialize;
+use sketchnav_schemas::method::Method;
+
+/// How a task ended. Only the first is a success.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// The robot said that it is there, and truly was.
+    Reached,
+    /// It said so and was elsewhere.
+    WrongArrival,
+    /// It came there by a way that is not the drawn route's: past something on the wrong side.
+    WrongSide,
+    /// It said that it does not know where it is.
+    Lost,
+    /// It said that there is no way.
+    Blocked,
+    /// The time was over.
+    TimedOut,
+    /// The mission ended otherwise.
+    Aborted,
+}
+
+impl Kind {
+    /// All, successes first.
+    pub const ALL: [Self; 7] = [
+        Self::Reached,
+        Self::WrongArrival,
+        Self::WrongSide,
+        Self::Lost,
+        Self::Blocked,
+        Self::TimedOut,
+        Self::Aborted,
+    ];
+
+    /// For tables.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Reached => "reached",
+            Self::WrongArrival => "wrong arrival",
+            Self::WrongSide => "wrong side",
+            Self::Lost => "lost",
+            Self::Blocked => "blocked",
+            Self::TimedOut => "timed out",
+            Self::Aborted => "aborted",
+        }
+    }
+
+    /// Of a judged task, as far as its verdict tells: not by which way the robot came.
+    pub fn of(verdict: &TaskVerdict) -> Self {
+        match (verdict.reached, verdict.state.as_str()) {
+            (true, _) => Self::Reached,
+            (false, "reached") => Self::WrongArrival,
+            (false, "lost") => Self::Lost,
+            (false, "blocked") => Self::Blocked,
+            (false, "timed out") => Self::TimedOut,
+            _ => Self::Aborted,
+        }
+    }
+}
+
+/// One task of one trial, driven once.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// The trial's name and which repetition: `00/a/2-5#1`; `--only` takes it.
+    pub id: String,
+    /// The drawing it counts for.
+    pub drawing: String,
+    /// The method.
+    pub method: Method,
+    /// The seed of the run in which the task was driven.
+    pub seed: u64,
+    /// The task's name.
+    pub task: String,
+    /// Number of the task within the trial, from 0.
+    pub task_index: usize,
+    /// How it ended.
+    pub kind: Kind,
+    /// The robot's reason, in its own words.
+    pub reason: String,
+    /// Simulated seconds.
+    pub time_s: f64,
+    /// Length of the true way, metres.
+    pub path_m: f64,
+    /// Where the robot truly was at the end, metres and degrees, frame `World`; `None` where the task never began.
+    pub end: Option<[f64; 3]>,
+    /// From there to the middle of the goal's place, metres.
+    pub final_error_m: Option<f64>,
+    /// How often the robot began to touch something.
+    pub collisions: u32,
+}
+
+impl Outcome {
+    /// Whether the task succeeded.
+    pub fn is_success(&self) -> bool {
+        self.kind == Kind::Reached
+    }
+}

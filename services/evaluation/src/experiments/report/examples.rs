@@ -1,0 +1,78 @@
+//! Which tasks a report shows as pictures.
+
+use crate::error::EvalError;
+use crate::experiments::jobs::Job;
+use crate::experiments::outcome::Outcome;
+use crate::experiments::run::drive;
+use crate::experiments::suite::Suite;
+use crate::experiments::trial_picture;
+
+/// Of each: successes, failures.
+const SHOWN: usize = 4;
+
+/// A task, driven and drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Example {
+    /// What it was and how it ended.
+    pub title: String,
+    /// What the robot said, and the figures.
+    pub text: String,
+    /// The drawing with the way that it believed to go, the floor with the way that it went: SVG.
+    pub pictures: Vec<String>,
+}
+
+/// Drives some failures and some successes of the first method once more, and draws them: the same bits
+/// as before, so that nobody has to keep the logs of thousands of tasks.
+///
+/// # Errors
+/// [`EvalError`] where a floor or a drawing cannot be drawn.
+pub fn examples(suite: &Suite, jobs: &[Job<'_>], outcomes: &[Outcome]) -> Result<Vec<Example>, EvalError> {
+    let Some(first) = jobs.first() else { return Ok(Vec::new()) };
+    let counted = |ended: &&Outcome| ended.method == first.method && suite.counts(ended);
+    let (reached, failed): (Vec<_>, Vec<_>) =
+        outcomes.iter().filter(counted).partition(|ended| ended.is_success());
+    let chosen = various(&failed).into_iter().chain(various(&reached));
+    chosen.filter_map(|ended| example(jobs, ended).transpose()).collect()
+}
+
+/// Some of them, as different as can be: each in turn has the least in common with those before it.
+fn various<'a>(outcomes: &[&'a Outcome]) -> Vec<&'a Outcome> {
+    let mut chosen: Vec<&Outcome> = Vec::new();
+    while chosen.len() < SHOWN.min(outcomes.len()) {
+        let alike = |ended: &Outcome| -> usize {
+            let alike = |other: &&Outcome| {
+                usize::from(other.kind == ended.kind) * 2
+                    + usize::from(other.drawing == ended.drawing) * 2
+                    + usize::from(other.task == ended.task)
+                    + usize::from(std::ptr::eq(*other, ended)) * 100
+            };
+            chosen.iter().map(alike).sum()
+        };
+        // From the middle on, since trials stand in the order of their drawings.
+        let turned = outcomes.iter().cycle().skip(outcomes.len() / 2).take(outcomes.len());
+        chosen.extend(turned.min_by_key(|ended| alike(ended)));
+    }
+    chosen
+}
+
+fn example(jobs: &[Job<'_>], ended: &Outcome) -> Result<Option<Example>, EvalError> {
+    let is_it = |job: &&Job<'_>| {
+        job.method == ended.method && format!("{}#{}", job.trial.name, job.repetition) == ended.id
+    };
+    let Some(job) = jobs.iter().find(is_it) else { return Ok(None) };
+    let runs = drive(job.trial, job.method, job.seed)?;
+    let Some(driven) = runs.iter().rfind(|driven| driven.first_task <= ended.task_index) else {
+        return Ok(None);
+    };
+    let pictures = trial_picture::draw(job.trial, driven)?.into_iter().map(|(_, svg)| svg).collect();
+    let title = format!("{}: {} ({})", ended.task, ended.kind.word(), ended.id);
+    let off = ended.final_error_m.map(|off| format!(", {off:.1} m from the middle of the goal"));
+    let said = if ended.reason.is_empty() { "nothing" } else { &ended.reason };
+    let text = format!(
+        "After {:.0} s and {:.1} m{}. The robot said: {said}.",
+        ended.time_s,
+        ended.path_m,
+        off.unwrap_or_default()
+    );
+    Ok(Some(Example { title, text, pictures }))
+}

@@ -1,0 +1,173 @@
+//! Drives a trial by the services' own cores and judges it.
+
+use sketchnav_rehearsal::{Rehearsal, RehearsalError, Tap};
+use sketchnav_schemas::channels::{CONTACT, ChannelSpec, ESTIMATE, STATUS, TRUTH};
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
+use sketchnav_schemas::method::Method;
+use sketchnav_schemas::mission::Task;
+use sketchnav_schemas::run::RunConfig;
+
+use crate::error::EvalError;
+use crate::experiments::outcome::{Kind, Outcome};
+use crate::experiments::trial::Trial;
+use crate::judge::{self, TaskSpan, TaskVerdict};
+
+/// What a run said, as far as judging and drawing need it.
+#[derive(Debug, Default)]
+pub struct Log {
+    /// True poses, one a step.
+    pub truth: Vec<GroundTruth>,
+    /// What the planner said, one a step.
+    pub status: Vec<MissionStatus>,
+    /// Contacts that began or ended.
+    pub contacts: Vec<Contact>,
+    /// Where the robot believed to be, one a step.
+    pub estimates: Vec<PoseEstimate>,
+}
+
+impl Tap for Log {
+    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], _cells: &[u8]) {
+        self.truth.extend(TRUTH.message(spec, message));
+        self.status.extend(STATUS.message(spec, message));
+        self.contacts.extend(CONTACT.message(spec, message));
+        self.estimates.extend(ESTIMATE.message(spec, message));
+    }
+}
+
+/// A run that was driven.
+#[derive(Debug)]
+pub struct Driven {
+    /// As it was driven.
+    pub run: RunConfig,
+    /// Number, within the trial, of the run's first task.
+    pub first_task: usize,
+    /// What it said.
+    pub log: Log,
+    /// Its tasks, judged; those that were begun or, where no pose is given after a failure, all.
+    pub verdicts: Vec<TaskVerdict>,
+}
+
+/// Writes down a run, and ends it after a failed task where another run is to take over.
+struct Watcher<'a> {
+    log: Log,
+    tasks: &'a [Task],
+    stops_at_failure: bool,
+    failed: bool,
+}
+
+impl Tap for Watcher<'_> {
+    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) {
+        self.log.see(spec, message, cells);
+        if *spec == *STATUS.spec {
+            self.watch();
+        }
+    }
+
+    fn has_enough(&self) -> bool {
+        self.stops_at_failure && self.failed
+    }
+}
+
+impl Watcher<'_> {
+    /// Notes whether the newest status ends a task in failure.
+    fn watch(&mut self) {
+        let Some(status) = self.log.status.last() else { return };
+        let Some(state) = TaskState::from_code(status.state) else { return };
+        let Some(task) = self.tasks.get(status.task as usize) else { return };
+        if state.is_end() {
+            let there = self.log.truth.last().map(|truth| truth.pose());
+            let there =
+                task.there.is_unknown() || there.is_some_and(|pose| task.there.contains(pose.x, pose.y));
+            self.failed |= state != TaskState::Reached || !there;
+        }
+    }
+}
+
+/// Drives one repetition of a trial.
+///
+/// Where poses are given anew (`restarts`), a run ends with the first task that fails, and another
+/// begins at that task's goal (paper 001, IV).
+///
+/// # Errors
+/// [`EvalError::Trial`] where the mission cannot begin.
+pub fn drive(trial: &Trial, method: Method, seed: u64) -> Result<Vec<Driven>, EvalError> {
+    let mut runs = Vec::new();
+    let mut first_task = 0;
+    while first_task < trial.mission.task.len() {
+        let driven = drive_from(trial, method, seed, first_task)
+            .map_err(|cause| EvalError::Trial { trial: trial.name.clone(), cause: Box::new(cause) })?;
+        first_task += driven.verdicts.len();
+        runs.push(driven);
+    }
+    Ok(runs)
+}
+
+fn drive_from(trial: &Trial, method: Method, seed: u64, first_task: usize) -> Result<Driven, RehearsalError> {
+    let run = trial.run(method, seed, first_task);
+    let stops_at_failure = !trial.restarts.is_empty();
+    let mut watcher =
+        Watcher { log: Log::default(), tasks: &run.mission.task, stops_at_failure, failed: false };
+    let rehearsal = match &trial.bytes {
+        Some(bytes) => Rehearsal::by_bytes(&run, bytes),
+        None => Rehearsal::new(&run),
+    };
+    rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
+    let Watcher { log, .. } = watcher;
+    let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
+    if stops_at_failure {
+        let failed = verdicts.iter().position(|verdict| !verdict.reached);
+        verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
+    }
+    Ok(Driven { run, first_task, log, verdicts })
+}
+
+/// Drives one repetition of a trial and tells how its tasks ended.
+///
+/// # Errors
+/// As [`drive`].
+pub fn run(trial: &Trial, method: Method, repetition: u32, seed: u64) -> Result<Vec<Outcome>, EvalError> {
+    let runs = drive(trial, method, seed)?;
+    Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
+}
+
+/// How the run's task `index` ended, its way included.
+pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
+    let kind = Kind::of(&driven.verdicts[index]);
+    let route = driven.run.mission.task[index].route.as_deref();
+    let (Kind::Reached, Some(route), Some(join), Some(span)) = (kind, route, &trial.correspondence, span)
+    else {
+        return kind;
+    };
+    let way: Vec<_> = span.of(&driven.log.truth).iter().map(|truth| truth.pose().position()).collect();
+    let route: Vec<_> = route.iter().map(|&at| trial.paper.from_image(at)).collect();
+    if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
+}
+
+/// The outcomes of a run's tasks.
+pub fn outcomes<'a>(
+    trial: &'a Trial,
+    method: Method,
+    repetition: u32,
+    driven: &'a Driven,
+) -> impl Iterator<Item = Outcome> + 'a {
+    let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
+    driven.verdicts.iter().zip(spans).enumerate().map(move |(i, (verdict, span))| {
+        let end = span.and_then(|span| span.of(&driven.log.truth).last().copied());
+        Outcome {
+            id: format!("{}#{repetition}", trial.name),
+            drawing: trial.drawing.clone(),
+            method,
+            seed: driven.run.seed,
+            task: verdict.name.clone(),
+            task_index: driven.first_task + i,
+            kind: kind_of(trial, driven, span.as_ref(), i),
+            reason: verdict.reason.clone(),
+            time_s: verdict.time_s,
+            path_m: verdict.path_m,
+            end: end.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y, pose.yaw_rad.to_degrees()]),
+            final_error_m: verdict.final_error_m,
+            collisions: verdict.collisions,
+        }
+    })
+}

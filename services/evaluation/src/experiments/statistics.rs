@@ -1,0 +1,114 @@
+//! Counts and intervals.
+
+use serde::Serialize;
+
+use crate::experiments::outcome::{Kind, Outcome};
+
+/// The 97.5 % point of the normal distribution: intervals hold the true rate in 95 % of all cases.
+const Z: f64 = 1.959_963_984_540_054;
+
+/// Wilson's interval for a rate, from 0 to 1 (E. B. Wilson, JASA 22, 1927); with no attempts it is all of that.
+pub fn wilson(successes: usize, attempts: usize) -> [f64; 2] {
+    if attempts == 0 {
+        return [0.0, 1.0];
+    }
+    let n = attempts as f64;
+    let p = successes as f64 / n;
+    let middle = p + Z * Z / (2.0 * n);
+    let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
+    let scale = 1.0 + Z * Z / n;
+    [((middle - half) / scale).max(0.0), ((middle + half) / scale).min(1.0)]
+}
+
+/// What many tasks came to.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Tally {
+    /// Tasks driven.
+    pub attempts: usize,
+    /// Tasks reached.
+    pub reached: usize,
+    /// Said to be there and was not.
+    pub wrong_arrival: usize,
+    /// Was there, and had come by another way than the drawn route.
+    pub wrong_side: usize,
+    /// Said to be lost.
+    pub lost: usize,
+    /// Said that there is no way.
+    pub blocked: usize,
+    /// Time over.
+    pub timed_out: usize,
+    /// Ended otherwise.
+    pub aborted: usize,
+    /// Tasks, failed or not, in which the robot touched something.
+    pub with_collision: usize,
+}
+
+impl Tally {
+    /// Counts outcomes.
+    pub fn of<'a>(outcomes: impl IntoIterator<Item = &'a Outcome>) -> Self {
+        let mut tally = Self::default();
+        outcomes.into_iter().for_each(|outcome| tally.add(outcome));
+        tally
+    }
+
+    fn add(&mut self, outcome: &Outcome) {
+        self.attempts += 1;
+        *self.slot(outcome.kind) += 1;
+        self.with_collision += usize::from(outcome.collisions > 0);
+    }
+
+    fn slot(&mut self, kind: Kind) -> &mut usize {
+        match kind {
+            Kind::Reached => &mut self.reached,
+            Kind::WrongArrival => &mut self.wrong_arrival,
+            Kind::WrongSide => &mut self.wrong_side,
+            Kind::Lost => &mut self.lost,
+            Kind::Blocked => &mut self.blocked,
+            Kind::TimedOut => &mut self.timed_out,
+            Kind::Aborted => &mut self.aborted,
+        }
+    }
+
+    /// How many ended so.
+    pub fn count(&self, kind: Kind) -> usize {
+        let mut copy = *self;
+        *copy.slot(kind)
+    }
+
+    /// Share of tasks reached, from 0 to 1; `None` without attempts.
+    pub fn rate(&self) -> Option<f64> {
+        (self.attempts > 0).then(|| self.reached as f64 / self.attempts as f64)
+    }
+
+    /// Wilson's interval of the rate.
+    pub fn interval(&self) -> [f64; 2] {
+        wilson(self.reached, self.attempts)
+    }
+
+    /// Of the failed tasks, the share that ended as lost or blocked; `None` where none failed.
+    pub fn share_that_knows(&self) -> Option<f64> {
+        let failed = self.attempts - self.reached;
+        (failed > 0).then(|| (self.lost + self.blocked) as f64 / failed as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values of Newcombe, Statistics in Medicine 17 (1998), table I, method 3.
+    #[test]
+    fn wilson_s_interval_is_that_of_the_books() {
+        for (successes, attempts, low, high) in [
+            (81, 263, 0.2553, 0.3662),
+            (15, 148, 0.0624, 0.1605),
+            (0, 20, 0.0, 0.1611),
+            (1, 29, 0.0061, 0.1718),
+        ] {
+            let [a, b] = wilson(successes, attempts);
+            assert!((a - low).abs() < 6e-5 && (b - high).abs() < 6e-5, "{successes}/{attempts}: {a} {b}");
+        }
+        assert_eq!(wilson(0, 0), [0.0, 1.0]);
+        assert_eq!(wilson(20, 20)[1], 1.0);
+    }
+}

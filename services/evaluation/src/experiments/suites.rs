@@ -1,0 +1,88 @@
+//! The suites by name.
+//!
+//! A suite that needs data which is not part of the project, and does not find it, is an error that says so; one that
+//! can do without some of it says what it leaves out in a notice.
+
+use crate::error::EvalError;
+use crate::experiments::suite::{Folders, Suite};
+use crate::experiments::{ablation, deformed, people, protocol, routes, sensitivity};
+
+/// Loads a suite.
+type Loader = fn(&Folders) -> Result<Suite, EvalError>;
+
+/// The suites: a new one is a line here and a module of its own.
+const SUITES: [(&str, Loader); 8] = [
+    ("ablation", ablation::suite),
+    ("building-079", protocol::building_079),
+    ("building", protocol::building),
+    ("deformed", deformed::suite),
+    ("laboratory", protocol::laboratory),
+    ("people", people::suite),
+    ("routes", routes::suite),
+    ("sensitivity", sensitivity::suite),
+];
+
+/// The names of all suites.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    SUITES.iter().map(|(name, _)| *name)
+}
+
+/// Loads the suite of that name.
+///
+/// # Errors
+/// [`EvalError`]: an unknown name, data that are missing, a file that is there and cannot be read.
+pub fn load(name: &str, folders: &Folders) -> Result<Suite, EvalError> {
+    let Some((_, load)) = SUITES.iter().find(|(known, _)| *known == name) else {
+        let known = names().collect::<Vec<_>>().join(", ");
+        return Err(EvalError::Suite { found: name.to_owned(), known });
+    };
+    load(folders)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::deformed;
+
+    /// Four trials by each of two drawings.
+    fn suite() -> Suite {
+        let site = deformed::shipped(&Folders::of_checkout()).unwrap().remove(1);
+        let drawings = [0.0, 0.5].map(|degree| site.trials(degree, 1).unwrap());
+        Suite { trials: drawings.concat(), ..Suite::default() }
+    }
+
+    fn names(suite: &Suite) -> Vec<String> {
+        suite.trials.iter().map(|trial| trial.name.clone()).collect()
+    }
+
+    #[test]
+    fn a_sample_is_spread_over_each_drawing_and_always_the_same() {
+        let all = names(&suite());
+        assert_eq!(all.len(), 8);
+        for (count, kept) in [
+            (0, vec![]),
+            (1, vec![2, 6]),
+            (2, vec![1, 3, 5, 7]),
+            (4, (0..8).collect::<Vec<_>>()),
+            (99, (0..8).collect()),
+        ] {
+            let mut sampled = suite();
+            sampled.sample(count);
+            let kept: Vec<_> = kept.into_iter().map(|i: usize| all[i].clone()).collect();
+            assert_eq!(names(&sampled), kept, "{count}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_suite_is_told_all_that_there_are() {
+        let error = load("poeple", &Folders::of_checkout()).unwrap_err().to_string();
+        assert!(super::names().all(|name| error.contains(name)), "{error}");
+    }
+
+    #[test]
+    fn the_columns_of_a_published_table_are_added_up() {
+        let table = protocol::laboratory(&Folders::of_checkout()).unwrap().papers();
+        let found: Vec<_> = table.iter().map(|p| (p.name.as_str(), p.reached, p.attempts)).collect();
+        assert_eq!(found, [("paper A", 55, 70), ("paper B", 57, 70)]);
+    }
+}

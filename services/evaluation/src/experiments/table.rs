@@ -1,0 +1,98 @@
+//! The figures of a suite as tables of words, for the terminal and for the report alike.
+
+use crate::experiments::outcome::{Kind, Outcome};
+use crate::experiments::statistics::{Tally, wilson};
+use crate::experiments::suite::{Leg, Suite};
+
+/// A table: the first column names the line, the others are figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Over the columns.
+    pub header: Vec<String>,
+    /// Lines, each as long as the header.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// The outcomes of one method: the paper's table beside ours, where there is one; then a line for each
+/// drawing, by how the tasks ended.
+pub fn of_suite(suite: &Suite, outcomes: &[&Outcome]) -> Vec<Table> {
+    let counted: Vec<_> = outcomes.iter().copied().filter(|ended| suite.counts(ended)).collect();
+    let kinds = by_drawing(suite, &counted);
+    if suite.legs.is_empty() { vec![kinds] } else { vec![by_leg(suite, &counted), kinds] }
+}
+
+/// What became of tasks that do not count, where there are any.
+pub fn note(suite: &Suite, outcomes: &[&Outcome]) -> Option<String> {
+    let others = Tally::of(outcomes.iter().copied().filter(|ended| !suite.counts(ended)));
+    let said = format!("Connecting legs, not counted: {} of {} reached.", others.reached, others.attempts);
+    (others.attempts > 0).then_some(said)
+}
+
+/// The paper's table beside ours: a line for each leg, a column for each drawing.
+fn by_leg(suite: &Suite, outcomes: &[&Outcome]) -> Table {
+    let drawings = suite.drawings();
+    let papers = suite.papers();
+    let mut header = vec!["path".to_owned(), "length".into()];
+    header.extend(drawings.iter().map(|drawing| format!("here {drawing}")));
+    header.push("paper: length".into());
+    header.extend(papers.iter().map(|paper| paper.name.clone()));
+    let leg = |leg: &Leg| {
+        let tally = |drawing: &String| {
+            Tally::of(outcomes.iter().copied().filter(|e| e.task == leg.name && e.drawing == *drawing))
+        };
+        let length = leg.length_m.map_or("–".into(), |length| format!("{length:.1} m"));
+        let mut cells = vec![leg.name.clone(), length];
+        cells.extend(drawings.iter().map(tally).map(|tally| format!("{}/{}", tally.reached, tally.attempts)));
+        cells.push(format!("{:.1} m", leg.paper_length_m));
+        cells.extend(leg.paper.iter().map(|(reached, attempts)| format!("{reached}/{attempts}")));
+        cells
+    };
+    let mut rows: Vec<_> = suite.legs.iter().map(leg).collect();
+    let mut all = vec!["all, %".to_owned(), String::new()];
+    all.extend(drawings.iter().map(|drawing| {
+        percent(Tally::of(outcomes.iter().copied().filter(|ended| ended.drawing == *drawing)).rate())
+    }));
+    all.push(String::new());
+    all.extend(papers.iter().map(|paper| percent(paper.rate())));
+    rows.push(all);
+    Table { header, rows }
+}
+
+/// A line for each drawing, one for all, and the paper's.
+fn by_drawing(suite: &Suite, outcomes: &[&Outcome]) -> Table {
+    let mut header = vec![suite.lines.unwrap_or("drawing").to_owned(), "reached".into()];
+    header.extend(["%".into(), "95 %".into()]);
+    header.extend(Kind::ALL[1..].iter().map(|kind| kind.word().to_owned()));
+    header.extend(["with collision".into(), "failures known".into()]);
+    let of_drawing = |drawing: String| {
+        line(&drawing, Tally::of(outcomes.iter().copied().filter(|ended| ended.drawing == drawing)))
+    };
+    let mut rows: Vec<_> = suite.drawings().into_iter().map(of_drawing).collect();
+    rows.push(line("all", Tally::of(outcomes.iter().copied())));
+    rows.extend(suite.papers().into_iter().map(|paper| {
+        let [reached, attempts] = [paper.reached, paper.attempts].map(|count| count as usize);
+        let mut cells = head(&paper.name, reached, attempts);
+        cells.resize(header.len(), "–".into());
+        cells
+    }));
+    Table { header, rows }
+}
+
+fn line(name: &str, tally: Tally) -> Vec<String> {
+    let mut cells = head(name, tally.reached, tally.attempts);
+    cells.extend(Kind::ALL[1..].iter().map(|&kind| tally.count(kind).to_string()));
+    cells.extend([tally.with_collision.to_string(), percent(tally.share_that_knows())]);
+    cells
+}
+
+fn head(name: &str, reached: usize, attempts: usize) -> Vec<String> {
+    let [low, high] = wilson(reached, attempts);
+    let rate = (attempts > 0).then(|| reached as f64 / attempts as f64);
+    let interval = format!("{:.0}–{:.0}", 100.0 * low, 100.0 * high);
+    vec![name.to_owned(), format!("{reached}/{attempts}"), percent(rate), interval]
+}
+
+/// A share as a figure; a dash where there is none.
+pub(crate) fn percent(share: Option<f64>) -> String {
+    share.map_or("–".into(), |share| format!("{:.1}", 100.0 * share))
+}

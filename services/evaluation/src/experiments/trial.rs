@@ -1,0 +1,131 @@
+//! A trial: a mission, where its poses are given anew, and how well the person marks the start.
+
+use std::sync::Arc;
+
+use crate::judge::homotopy::Correspondence;
+use rand::RngExt;
+use rand_distr::{Distribution, Normal};
+use sketchnav_schemas::codes::FREE;
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::method::Method;
+use sketchnav_schemas::mission::{Mission, Start};
+use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::seed;
+use sketchnav_sketcher::Drawing;
+
+/// Time for a task, seconds of simulation, by the shortest way to its place: no robot that drives there
+/// fails for lack of it, and one that looks for its way may drive five times as far.
+pub fn time_limit_s(shortest_way_m: f64) -> f64 {
+    60.0 + 10.0 * shortest_way_m
+}
+
+/// How far beside the truth a person marks the robot's start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StartError {
+    /// Standard deviation of the mark along each axis, a share of the drawing's diagonal.
+    pub spread_share: f64,
+    /// Standard deviation of the heading, degrees.
+    pub heading_deg: f64,
+}
+
+impl StartError {
+    /// What the sketcher takes people for (its `start_spread_share` and `start_spread_deg`).
+    pub const OF_PEOPLE: Self = Self { spread_share: 0.01, heading_deg: 5.0 };
+}
+
+/// One experiment: tasks in a row, by one drawing.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// Its name within the suite, without blanks: `00/a/2-5`.
+    pub name: String,
+    /// The drawing: the table's column or line that it counts for.
+    pub drawing: String,
+    /// World, drawing, tasks; paths absolute.
+    pub mission: Mission,
+    /// The robot that the mission names.
+    pub robot: Robot,
+    /// Where the pose is given anew to go on with task k + 1, should task k fail (`restarts[k]`).
+    /// Empty where nobody does that: then the tasks after a failed one are driven all the same.
+    pub restarts: Vec<Start>,
+    /// Error of every start mark that is given; `None`: exactly as the mission says.
+    pub start_error: Option<StartError>,
+    /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn anew.
+    pub paper: Arc<Drawing>,
+    /// The drawing's file where it lies in no folder; `None`: the mission names it.
+    pub bytes: Option<Arc<[u8]>>,
+    /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.
+    pub thinking_scans: u32,
+    /// The trial of which this one is a variant: both get the same seeds.
+    pub variant_of: Option<String>,
+    /// Which places of the drawing are which places of the floor: then the way, too, must be that of the
+    /// drawn routes. `None` where any way will do.
+    pub correspondence: Option<Arc<Correspondence>>,
+}
+
+impl Trial {
+    /// The run of the trial from `first_task` on.
+    ///
+    /// `seed` is the repetition's seed; each run of a trial with restarts gets one of its own.
+    pub fn run(&self, method: Method, seed: u64, first_task: usize) -> RunConfig {
+        let mut mission = self.mission.clone();
+        if first_task > 0 {
+            mission.start = self.restarts[first_task - 1].clone();
+            mission.task.drain(..first_task);
+        }
+        let seed = if first_task == 0 { seed } else { derived(seed, &format!("eval/restart {first_task}")) };
+        if let Some(error) = self.start_error {
+            self.disturb(&mut mission.start, error, seed);
+        }
+        mission.method = method;
+        RunConfig {
+            system: "eval".into(),
+            mission,
+            robot: self.robot.clone(),
+            seed,
+            pace: Pace::Lockstep,
+            recording: None,
+            pad: Pad::Absent,
+            without: Vec::new(),
+        }
+    }
+
+    /// Moves and turns the start mark; what would fall into a wall is drawn again, as a person would not
+    /// put the robot into one.
+    fn disturb(&self, start: &mut Start, error: StartError, seed: u64) {
+        const ATTEMPTS: usize = 100;
+        let mut rng = seed::stream(seed, "eval/start");
+        let Ok(normal) = Normal::new(0.0, 1.0) else { return };
+        let mut draw = || normal.sample(&mut rng);
+        if let Some(heading) = &mut start.sketch_heading_deg {
+            *heading = wrap_deg(*heading + error.heading_deg * draw());
+        }
+        let Some(at) = start.sketch else { return };
+        let from = self.paper.from_image(at);
+        let spread_px = error.spread_share * self.paper.diagonal_px();
+        let marks =
+            (0..ATTEMPTS).map(|_| Point::new(from.x + spread_px * draw(), from.y + spread_px * draw()));
+        let mark = marks.into_iter().find(|mark| self.sees(&from, mark));
+        start.sketch = Some(mark.map_or(at, |mark| self.paper.to_image(&mark)));
+    }
+
+    /// Whether the straight line between two points of the drawing is free.
+    fn sees(&self, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
+        let steps = (a.distance(b) * 2.0).ceil().max(1.0);
+        (0..=steps as usize).all(|k| {
+            let t = k as f64 / steps;
+            self.paper.cell(&Point::new(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y))) == Some(FREE)
+        })
+    }
+}
+
+/// A seed of its own for everything that has a name.
+pub fn derived(seed: u64, name: &str) -> u64 {
+    // 32 bits can be typed off a report and typed in again.
+    u64::from(seed::stream(seed, name).random::<u32>())
+}
+
+/// Degrees in (−180, 180].
+pub(crate) fn wrap_deg(degrees: f64) -> f64 {
+    sketchnav_schemas::geometry::wrap_angle(degrees.to_radians()).to_degrees()
+}

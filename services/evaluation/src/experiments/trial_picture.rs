@@ -1,0 +1,109 @@
+//! A driven run as two pictures: the drawing with the estimated way, the true floor with the true way.
+
+use crate::judge::{self, TaskSpan};
+use crate::picture::{self, FloorPicture, Outcome, PictureError, SketchPicture, TaskPicture};
+use sketchnav_schemas::geometry::{Point, Pose, World};
+use sketchnav_schemas::message::Message;
+
+use crate::error::EvalError;
+use crate::experiments::outcome::Kind;
+use crate::experiments::run::{Driven, kind_of};
+use crate::experiments::trial::Trial;
+
+/// The pictures of a run as SVG, each with what it shows: `sketch`, `floor`.
+///
+/// # Errors
+/// [`EvalError`] where the world or the drawing cannot be drawn.
+pub fn draw(trial: &Trial, driven: &Driven) -> Result<[(&'static str, String); 2], EvalError> {
+    let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
+    let spans = &spans[..driven.verdicts.len()];
+    Ok([("sketch", sketch(trial, driven, spans)?), ("floor", floor(trial, driven, spans)?)])
+}
+
+fn sketch(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<String, PictureError> {
+    let paper = &trial.paper;
+    let tasks: Vec<_> = (0..spans.len())
+        .map(|i| {
+            let task = &driven.run.mission.task[i];
+            let points = task.route.clone().or(task.goal.map(|goal| vec![goal])).unwrap_or_default();
+            TaskPicture {
+                name: name(trial, driven, spans, i),
+                marks: points.into_iter().map(|at| paper.from_image(at)).collect(),
+                place: Vec::new(),
+                trail: of(&spans[i], &driven.log.estimates)
+                    .iter()
+                    .map(|e| e.pose.pose().position())
+                    .collect(),
+                particles: Vec::new(),
+                outcome: outcome(trial, driven, spans, i),
+            }
+        })
+        .collect();
+    let start = &driven.run.mission.start;
+    let marked = start
+        .sketch
+        .map(|at| paper.from_image(at))
+        .map(|at| Pose::new(at.x, at.y, start.sketch_heading_deg.unwrap_or_default().to_radians()));
+    // A drawn route is its own start mark.
+    let believed = driven.log.estimates.first().map(|estimate| estimate.pose.pose());
+    picture::sketch(&SketchPicture {
+        title: &title(driven, "the sketch, and where the robot believed to be"),
+        width_px: paper.width_px,
+        height_px: paper.height_px,
+        cells: &paper.cells,
+        start: marked.or(believed).unwrap_or(Pose::new(0.0, 0.0, 0.0)),
+        tasks: &tasks,
+    })
+}
+
+fn floor(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<String, EvalError> {
+    let mission = &driven.run.mission;
+    let world = sketchnav_sim::files::world(&mission.world)?;
+    let point = |p: &[f64; 2]| Point::<World>::new(p[0], p[1]);
+    let walls: Vec<_> = world.outline.iter().map(|s| [point(&s[0]), point(&s[1])]).collect();
+    let furniture: Vec<Vec<_>> =
+        world.furniture.iter().map(|piece| piece.corners().iter().map(point).collect()).collect();
+    let tasks: Vec<_> = (0..spans.len())
+        .map(|i| TaskPicture {
+            name: name(trial, driven, spans, i),
+            marks: vec![point(&mission.task[i].there.middle())],
+            place: picture::place_outline(&mission.task[i].there),
+            trail: of(&spans[i], &driven.log.truth).iter().map(|t| t.pose().position()).collect(),
+            particles: Vec::new(),
+            outcome: outcome(trial, driven, spans, i),
+        })
+        .collect();
+    let began = driven.log.contacts.iter().filter(|contact| contact.begins == 1);
+    let contacts: Vec<_> =
+        began.map(|contact| Point::new(contact.position_m[0], contact.position_m[1])).collect();
+    let start = &mission.start;
+    Ok(picture::floor(&FloorPicture {
+        title: &title(driven, "the true floor, and where the robot truly was"),
+        walls: &walls,
+        furniture: &furniture,
+        start: Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians()),
+        tasks: &tasks,
+        contacts: &contacts,
+    }))
+}
+
+fn title(driven: &Driven, what: &str) -> String {
+    format!("{}, seed {}: {what}", driven.run.mission.name, driven.run.seed)
+}
+
+fn name(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>], task: usize) -> String {
+    let kind = kind_of(trial, driven, spans[task].as_ref(), task);
+    format!("{}: {}", driven.verdicts[task].name, kind.word())
+}
+
+fn of<'a, T: Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T] {
+    span.as_ref().map_or(&[], |span| span.of(messages))
+}
+
+fn outcome(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>], task: usize) -> Outcome {
+    match (&spans[task], kind_of(trial, driven, spans[task].as_ref(), task)) {
+        (None, _) => Outcome::NotBegun,
+        (Some(_), Kind::Reached) => Outcome::Reached,
+        (Some(_), _) => Outcome::Failed,
+    }
+}

@@ -1,0 +1,125 @@
+//! Whether a way on the true floor passes the same things on the same sides, as often and in the same
+//! order, as a route in the drawing: the criterion of paper 004, V-B, "homotopically equivalent with
+//! respect to the topology induced by the sketch".
+//!
+//! Way and route lie in different planes. What joins these are [`Anchor`]s: things of which both places
+//! are known, above all the obstacles that the person drew. (The estimated way lies in the drawing,
+//! but an estimate that is wrong in just the right manner would excuse itself; so the true way is judged.)
+//! On the anchors we lay a triangulation whose straight edges cross nowhere in either plane. Triangle
+//! upon triangle is then one map from plane to plane that is continuous both ways and carries every
+//! anchor to its like, and a way crosses the same edges in both planes. The sequence of edges is its *word*.
+//!
+//! A word without two equal neighbours is reduced. All triangles are discs and all anchors corners,
+//! so the plane without its anchors shrinks to the graph "triangle beside triangle"; a walk on a graph
+//! is determined up to homotopy by its reduced form. A closed line can thus be drawn together without
+//! passing over an anchor exactly where its word reduces to nothing: that is the fundamental (free)
+//! group, finer than winding numbers, which see no order. (S. Bhattacharya et al., "Topological
+//! constraints in search-based robot path planning", 2012, compare h-signatures; D. Grigoriev and
+//! A. Slissenko, 1998, reduced words of cuts.) Both lines are closed to one by joining their ends in
+//! the drawing.
+//!
+//! Anchors at wall ends and corners do no harm: no way leads around them but through a wall.
+//!
+//! Pure: points in, a word out. Knows no recording.
+
+mod mesh;
+mod word;
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Point, Sketch, World};
+
+use mesh::{Mesh, Plane};
+pub use word::Word;
+
+/// Something of which both places are known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Anchor {
+    /// On the true floor, metres.
+    pub world: Point<World>,
+    /// In the drawing, pixels.
+    pub drawing: Point<Sketch>,
+}
+
+/// Why anchors join nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum CorrespondenceError {
+    /// Fewer than three, or all in a line, or the drawing is the mirror image of the floor.
+    #[error(
+        "anchors: expected three that are not in a line and go round the same way on both sides, found {0}"
+    )]
+    Flat(usize),
+    /// The places contradict each other too much: no triangulation holds in both planes.
+    #[error(
+        "anchors: expected a triangulation of {expected} triangles common to floor and drawing, found {found}"
+    )]
+    Torn {
+        /// How many triangles there must be.
+        expected: usize,
+        /// How many were found.
+        found: usize,
+    },
+}
+
+/// The common triangulation of floor and drawing; see the module.
+#[derive(Debug, Clone)]
+pub struct Correspondence {
+    floor: Plane<World>,
+    drawing: Plane<Sketch>,
+    mesh: Mesh,
+}
+
+impl Correspondence {
+    /// Joins the planes by their anchors. Around these a frame far outside is laid, mapped by the
+    /// best affine map, so that every place near the anchors lies in some triangle.
+    ///
+    /// # Errors
+    /// [`CorrespondenceError`] where the anchors are too few or contradict each other.
+    pub fn new(anchors: &[Anchor]) -> Result<Self, CorrespondenceError> {
+        let mut floor: Vec<_> = anchors.iter().map(|a| a.world).collect();
+        let mut drawing: Vec<_> = anchors.iter().map(|a| a.drawing).collect();
+        let affine = mesh::Affine::fit(&floor, &drawing).filter(|affine| affine.determinant() > 0.0);
+        let affine = affine.ok_or(CorrespondenceError::Flat(anchors.len()))?;
+        let frame = mesh::frame(&floor);
+        drawing.extend(frame.iter().map(|&corner| affine.apply(corner)));
+        floor.extend(frame);
+        let (floor, drawing) = (Plane::new(floor), Plane::new(drawing));
+        let mesh = Mesh::common(&floor, &drawing);
+        let (expected, found) = (2 * floor.len() - 2 - frame.len(), mesh.triangle_count());
+        if found == expected {
+            Ok(Self { floor, drawing, mesh })
+        } else {
+            Err(CorrespondenceError::Torn { expected, found })
+        }
+    }
+
+    /// Where a place of the floor lies in the drawing; `None` far outside of all anchors.
+    pub fn to_drawing(&self, place: Point<World>) -> Option<Point<Sketch>> {
+        self.mesh.carry(&self.floor, &self.drawing, place)
+    }
+
+    /// Where a place of the drawing lies on the floor; `None` far outside of all anchors.
+    pub fn to_floor(&self, place: Point<Sketch>) -> Option<Point<World>> {
+        self.mesh.carry(&self.drawing, &self.floor, place)
+    }
+
+    /// The reduced word of the closed line that runs along `way`, straight (in the drawing) to the
+    /// end of `route`, back along it, and straight to the begin of `way`: empty where the two are
+    /// homotopic. `None` where one of them is empty or leaves the anchors' surroundings.
+    pub fn difference(&self, way: &[Point<World>], route: &[Point<Sketch>]) -> Option<Word> {
+        let (first, last) = (self.to_drawing(*way.first()?)?, self.to_drawing(*way.last()?)?);
+        let back: Vec<_> = std::iter::once(last).chain(route.iter().rev().copied()).chain([first]).collect();
+        route.first()?;
+        let mut word = Word::default();
+        self.mesh.write(&self.floor, way, &mut word);
+        self.mesh.write(&self.drawing, &back, &mut word);
+        Some(word)
+    }
+
+    /// Whether `way` and `route` are homotopic.
+    pub fn is_homotopic(&self, way: &[Point<World>], route: &[Point<Sketch>]) -> bool {
+        self.difference(way, route).is_some_and(|word| word.is_empty())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,250 @@
+//! What a recording says of a mission, read in one pass over the chunks that hold it.
+
+use std::collections::BTreeMap;
+
+use sketchnav_schemas::channels::{
+    COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, LATENCY, ORDERS, PARTICLES, ROUTE,
+    SCAN, SKETCH, STATUS, TRUTH,
+};
+use sketchnav_schemas::codes::{Order, TaskState, Tracking};
+use sketchnav_schemas::geometry::{Pose, Sketch, World};
+use sketchnav_schemas::message::{
+    Contact, Fault, GroundTruth, Health, Latency, Message, MissionStatus, Particles, PoseEstimate, Route,
+    RouteTask, SketchMap, VelocityCommand,
+};
+use sketchnav_schemas::mission::{Place, Task};
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::RunConfig;
+
+use sketchnav_recordings::RecordingError;
+use sketchnav_recordings::faults::FaultInfo;
+use sketchnav_recordings::reader::{RawMessage, Recording, Selection};
+use sketchnav_recordings::writer::topic_name;
+
+/// An estimate beside the truth of its instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Instant {
+    /// Simulation time, nanoseconds.
+    pub stamp_ns: u64,
+    /// Where the robot truly was.
+    pub truth: Pose<World>,
+    /// Where it believed to be.
+    pub estimate: Pose<Sketch>,
+    /// The local scales, pixels a metre: along the walls and across.
+    pub scales_pxpm: [f64; 2],
+    /// Kish's effective sample size.
+    pub effective_sample_size: f64,
+    /// How well the scan fitted.
+    pub fit: f64,
+    /// A [`sketchnav_schemas::codes::Tracking`].
+    pub tracking: u32,
+}
+
+/// What a recording says of a mission. All of it is in memory: some kilobyte an instant, and ten for each
+/// sample of the particles, where those are asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Log {
+    /// The channel `truth`.
+    pub truth: Vec<GroundTruth>,
+    /// The channel `status`; where people draw, of the last drive alone.
+    pub status: Vec<MissionStatus>,
+    /// The channel `contact`.
+    pub contacts: Vec<Contact>,
+    /// The channel `estimate`, in the last drawing.
+    pub estimates: Vec<PoseEstimate>,
+    /// The channel `particles`, in the last drawing; empty but after [`Log::with_particles`].
+    pub particles: Vec<Particles>,
+    /// The channel `health`.
+    pub health: Vec<Health>,
+    /// The channel `latency`.
+    pub latencies: Vec<Latency>,
+    /// The channel `faults`.
+    pub faults: Vec<Fault>,
+    /// Each estimate that has a truth of its instant.
+    pub instants: Vec<Instant>,
+    /// How many scans there are.
+    pub scans: u64,
+    /// To how many of them a command came.
+    pub answered_scans: u64,
+    /// The tasks; the last ones.
+    pub route: Option<Box<Route>>,
+    /// The drawing and its cells; the last one, where people drew several.
+    pub sketch: Option<(SketchMap, Vec<u8>)>,
+    /// When people last had the robot begin with the first task: simulation time, nanoseconds.
+    began_ns: Option<u64>,
+    /// The scan of the last command.
+    last_answered: u64,
+}
+
+/// What a verdict and the figures need.
+const NEEDED: [&ChannelSpec; 12] = [
+    TRUTH.spec,
+    STATUS.spec,
+    CONTACT.spec,
+    ESTIMATE.spec,
+    HEALTH.spec,
+    LATENCY.spec,
+    FAULTS.spec,
+    ROUTE.spec,
+    SKETCH.spec,
+    SCAN.spec,
+    COMMAND.spec,
+    ORDERS.spec,
+];
+
+impl Log {
+    /// Reads it, without the particles.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn read(recording: &Recording) -> Result<Self, RecordingError> {
+        Self::of_channels(recording, &NEEDED)
+    }
+
+    /// Reads it with the particles.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn with_particles(recording: &Recording) -> Result<Self, RecordingError> {
+        Self::of_channels(recording, &[&NEEDED[..], &[PARTICLES.spec]].concat())
+    }
+
+    fn of_channels(recording: &Recording, channels: &[&ChannelSpec]) -> Result<Self, RecordingError> {
+        let topics = channels.iter().map(|spec| topic_name(spec.name));
+        let mut log = Self::default();
+        for message in recording.select(Selection::of_topics(topics))? {
+            log.take(&message?, recording)?;
+        }
+        log.forget_earlier_drawings();
+        if recording.run().is_ok_and(|run| run.pad.draws()) {
+            log.forget_earlier_drives();
+        }
+        log.instants = instants(&log.truth, &log.estimates);
+        Ok(log)
+    }
+
+    /// What was told in another frame than the last drawing's, or in none.
+    fn forget_earlier_drawings(&mut self) {
+        let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
+        self.estimates.retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
+        self.particles.retain(|set| set.header.stamp_ns >= drawn_ns);
+    }
+
+    /// What was said of tasks before the last ones were begun: of others, or of these in an earlier drive. Nothing is
+    /// left where they were sent and not driven.
+    fn forget_earlier_drives(&mut self) {
+        let sent_ns = self.route.as_ref().map_or(0, |route| route.header.stamp_ns);
+        let Some(began_ns) = self.began_ns.filter(|began_ns| *began_ns > sent_ns) else {
+            self.status.clear();
+            return;
+        };
+        // The planner takes an order some steps after it was given.
+        let is_begin = |status: &MissionStatus| {
+            let is_driving = TaskState::from_code(status.state) == Some(TaskState::Driving);
+            status.header.stamp_ns > began_ns && status.task == 0 && is_driving
+        };
+        let first = self.status.iter().position(is_begin).unwrap_or(self.status.len());
+        self.status.drain(..first);
+    }
+
+    /// The run with the tasks that people have drawn last, where they have. Their places in the true world are
+    /// not known.
+    #[must_use]
+    pub fn with_drawn_tasks(&self, mut run: RunConfig) -> RunConfig {
+        if let Some(route) = self.route.as_ref().filter(|_| run.pad.draws()) {
+            let task = |task: &RouteTask| Task {
+                name: task.name.as_str().to_owned(),
+                goal: None,
+                route: None,
+                there: Place::default(),
+                time_limit_s: task.time_limit_s,
+            };
+            run.mission.task = route.tasks().iter().map(task).collect();
+        }
+        run
+    }
+
+    /// The drawing without its cells.
+    pub fn map(&self) -> Option<&SketchMap> {
+        self.sketch.as_ref().map(|(map, _)| map)
+    }
+
+    /// What went wrong with the processes, and right again.
+    pub fn told_faults(&self) -> Vec<FaultInfo> {
+        self.faults.iter().map(FaultInfo::new).collect()
+    }
+
+    fn take(&mut self, raw: &RawMessage, recording: &Recording) -> Result<(), RecordingError> {
+        let from = From { raw, recording };
+        if raw.topic.is(SCAN) {
+            self.scans += 1;
+        } else if let Some((command, _)) = from.channel(COMMAND)? {
+            self.answer(&command);
+        } else if let Some((sketch, cells)) = from.channel(SKETCH)? {
+            self.sketch = Some((sketch, cells));
+        } else if let Some((route, _)) = from.channel(ROUTE)? {
+            self.route = Some(Box::new(route));
+        } else if let Some((order, _)) = from.channel(ORDERS)? {
+            if Order::from_code(order.order) == Some(Order::Start) {
+                self.began_ns = Some(order.header.stamp_ns);
+            }
+        } else {
+            from.put(TRUTH, &mut self.truth)?;
+            from.put(STATUS, &mut self.status)?;
+            from.put(CONTACT, &mut self.contacts)?;
+            from.put(ESTIMATE, &mut self.estimates)?;
+            from.put(PARTICLES, &mut self.particles)?;
+            from.put(HEALTH, &mut self.health)?;
+            from.put(LATENCY, &mut self.latencies)?;
+            from.put(FAULTS, &mut self.faults)?;
+        }
+        Ok(())
+    }
+
+    /// A scan counts as answered once, however many commands there are to it.
+    fn answer(&mut self, command: &VelocityCommand) {
+        let scan = command.header().source_seq;
+        self.answered_scans += u64::from(scan > self.last_answered);
+        self.last_answered = self.last_answered.max(scan);
+    }
+}
+
+/// A message of some channel.
+struct From<'a> {
+    raw: &'a RawMessage,
+    recording: &'a Recording,
+}
+
+impl From<'_> {
+    /// The message, where it is one of that channel.
+    fn channel<T: Ros2>(&self, channel: Channel<T>) -> Result<Option<(T, Vec<u8>)>, RecordingError> {
+        let is = self.raw.topic.is(channel);
+        is.then(|| self.raw.typed_in(self.recording.path())).transpose()
+    }
+
+    fn put<T: Ros2>(&self, channel: Channel<T>, all: &mut Vec<T>) -> Result<(), RecordingError> {
+        all.extend(self.channel(channel)?.map(|(message, _)| message));
+        Ok(())
+    }
+}
+
+fn instants(truth: &[GroundTruth], estimates: &[PoseEstimate]) -> Vec<Instant> {
+    let places: BTreeMap<u64, Pose<World>> = truth.iter().map(|m| (m.header.stamp_ns, m.pose())).collect();
+    let beside = |estimate: &PoseEstimate| {
+        let truth = places.get(&estimate.header.stamp_ns)?;
+        Some(instant(*truth, estimate))
+    };
+    estimates.iter().filter_map(beside).collect()
+}
+
+fn instant(truth: Pose<World>, estimate: &PoseEstimate) -> Instant {
+    Instant {
+        stamp_ns: estimate.header.stamp_ns,
+        truth,
+        estimate: estimate.pose.pose(),
+        scales_pxpm: [estimate.scale_a_pxpm, estimate.scale_b_pxpm],
+        effective_sample_size: estimate.effective_sample_size,
+        fit: estimate.fit,
+        tracking: estimate.tracking,
+    }
+}

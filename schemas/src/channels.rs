@@ -169,6 +169,9 @@ channels! {
     /// What is safe in the file.
     RECORDED: fixed Recorded = "recorded", from Some(Process::Recorder), to [World],
         history 8, buffer 16, recorded false, slice 0;
+    /// The echoes of a ring of sonars.
+    SONAR: fixed SonarScan = "sonar", from Some(Process::World), to [Localizer, Planner, Pad],
+        history 128, buffer 128, recorded true, slice 0;
 }
 
 #[cfg(test)]

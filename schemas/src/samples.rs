@@ -13,6 +13,7 @@ use crate::ros2::Ros2;
 /// Counts, and the lists that they count.
 const COUNTED: &[(&str, &str)] = &[
     ("beam_count", "ranges_m"),
+    ("sonar_count", "ranges_m"),
     ("task_count", "tasks"),
     ("point_count", "points_px"),
     ("count", "particles"),

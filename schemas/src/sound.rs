@@ -5,7 +5,7 @@
 //! headings that are no rotation. What passes can be recorded, too. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
 
 use crate::message::{
-    Header, LaserScan, Message, Odometry, PoseEstimate, PoseM, PosePx, Twist, VelocityCommand,
+    Header, LaserScan, Message, Odometry, PoseEstimate, PoseM, PosePx, SonarScan, Twist, VelocityCommand,
 };
 
 /// Farther than any robot drives, metres or pixels.
@@ -33,14 +33,27 @@ impl Sound for LaserScan {
             self.range_min_m,
             self.range_max_m,
         ];
-        let is_range = |range: &f32| !range.is_finite() || (0.0..FAR as f32).contains(range);
         timely(&self.header)
             && numbers.iter().all(|v| v.abs() < FAR as f32)
             && self.range_min_m >= 0.0
             && self.range_max_m > self.range_min_m
-            && !counted.is_empty()
-            && counted.iter().all(is_range)
-            && behind.iter().all(|range| range.to_bits() == 0)
+            && ranges(counted, behind)
+    }
+}
+
+impl Sound for SonarScan {
+    fn is_sound(&self) -> bool {
+        let Some((counted, behind)) = self.ranges_m.split_at_checked(self.sonar_count as usize) else {
+            return false;
+        };
+        let numbers = [self.angle_min_rad, self.angle_increment_rad, self.scan_time_s, self.range_max_m];
+        timely(&self.header)
+            && numbers.iter().all(|v| v.abs() < FAR as f32)
+            && (0.0..=std::f32::consts::FRAC_PI_2).contains(&self.half_opening_rad)
+            && (0.0..FAR as f32).contains(&self.ring_radius_m)
+            && self.range_min_m >= 0.0
+            && self.range_max_m > self.range_min_m
+            && ranges(counted, behind)
     }
 }
 
@@ -66,6 +79,12 @@ impl Sound for VelocityCommand {
 /// Whether the stamp has room in a recorded message.
 fn timely(header: &Header) -> bool {
     header.stamp_ns / 1_000_000_000 <= i32::MAX as u64
+}
+
+/// Whether there are ranges, each a distance or what REP 117 says, and nothing behind them.
+fn ranges(counted: &[f32], behind: &[f32]) -> bool {
+    let is_range = |range: &f32| !range.is_finite() || (0.0..FAR as f32).contains(range);
+    !counted.is_empty() && counted.iter().all(is_range) && behind.iter().all(|range| range.to_bits() == 0)
 }
 
 fn metres(pose: &PoseM) -> bool {
@@ -131,6 +150,29 @@ mod tests {
                 |scan| scan.ranges_m[4] = -0.5,
                 |scan| scan.ranges_m[4] = 1e30,
                 |scan| scan.ranges_m[5] = 1.0,
+                |scan| scan.header.stamp_ns = u64::MAX,
+            ],
+        );
+    }
+
+    #[test]
+    fn a_sonar_ring_has_as_many_ranges_as_it_says_and_cones_that_can_be() {
+        let mut sound = SonarScan::zeroed();
+        (sound.sonar_count, sound.half_opening_rad, sound.range_max_m) = (4, 0.2, 6.0);
+        sound.ranges_m[..3].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY, 5.0]);
+        refused(
+            sound,
+            &[
+                |scan| scan.sonar_count = 0,
+                |scan| scan.sonar_count = 33,
+                |scan| scan.half_opening_rad = 3.0,
+                |scan| scan.half_opening_rad = f32::NAN,
+                |scan| scan.ring_radius_m = -1.0,
+                |scan| scan.angle_increment_rad = f32::INFINITY,
+                |scan| scan.range_max_m = 0.0,
+                |scan| scan.range_min_m = f32::NAN,
+                |scan| scan.ranges_m[3] = -0.5,
+                |scan| scan.ranges_m[4] = 1.0,
                 |scan| scan.header.stamp_ns = u64::MAX,
             ],
         );

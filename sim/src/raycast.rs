@@ -3,13 +3,18 @@
 //!
 //! Rapier's own query pipeline goes through its colliders, solid by solid: for the same rays it takes
 //! two to three times as long (`benches/world.rs` measures both). A range is right to two millimetres even
-//! where a ray grazes a wall: parry counts in single precision.
+//! where a ray grazes a wall: parry counts in single precision. [`sweep`] casts a whole scan at once, to the
+//! same bits; [`cone`] finds the nearest point in a cone.
+
+pub mod cone;
+pub mod sweep;
 
 use nalgebra::Vector2;
+use rapier2d::parry::bounding_volume::Aabb;
 use rapier2d::parry::query::{Ray, RayCast};
-use rapier2d::parry::shape::{Ball, Polyline};
+use rapier2d::parry::shape::{Ball, Polyline, Segment as Line};
 use rapier2d::prelude::{Real, Vector};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::convex::Segment;
 
@@ -17,23 +22,55 @@ use crate::convex::Segment;
 const OVERLAP_M: f64 = 2e-5;
 
 /// The faces of everything that stands.
-#[derive(Clone, Serialize, Deserialize)]
-pub struct Faces(Polyline);
+#[derive(Clone)]
+pub struct Faces {
+    segments: Vec<Segment>,
+    lines: Vec<(Line, Aabb)>,
+    tree: Polyline,
+}
 
 impl Faces {
     /// A tree of `segments`.
-    pub fn new(segments: &[Segment]) -> Self {
-        let vertices = segments.iter().flat_map(lengthened).map(vector).collect();
+    pub fn new(segments: Vec<Segment>) -> Self {
+        let vertices: Vec<_> = segments.iter().flat_map(lengthened).map(vector).collect();
         let indices = (0..segments.len() as u32).map(|i| [2 * i, 2 * i + 1]).collect();
-        Self(Polyline::new(vertices, Some(indices)))
+        let lines = vertices.chunks_exact(2).map(|ends| Line::new(ends[0], ends[1]));
+        let lines = lines.map(|line| (line, line.local_aabb())).collect();
+        Self { segments, lines, tree: Polyline::new(vertices, Some(indices)) }
     }
 
     /// How far a ray from `from` goes along `direction` (a unit vector) until it hits a face; `None`
     /// where there is none within `max_m`.
     pub fn cast(&self, from: Vector2<f64>, direction: Vector2<f64>, max_m: f64) -> Option<f64> {
         let ray = Ray::new(vector(from), vector(direction));
-        self.0.cast_local_ray(&ray, max_m as Real, true).map(f64::from)
+        self.tree.cast_local_ray(&ray, max_m as Real, true).map(f64::from)
     }
+
+    /// The faces whose bounding boxes come within `reach_m` of a place, at least.
+    fn near(&self, at: Vector2<f64>, reach_m: f64) -> impl Iterator<Item = &Segment> {
+        let (at, reach) = (vector(at), reach_m as Real);
+        let is_near = move |(_, bounds): &(Line, Aabb)| distance_squared(bounds, at) <= reach * reach;
+        self.segments.iter().zip(&self.lines).filter(move |(_, line)| is_near(line)).map(|(face, _)| face)
+    }
+}
+
+/// Only the segments are stored: the tree follows from them.
+impl Serialize for Faces {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.segments.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Faces {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Vec::deserialize(deserializer).map(Self::new)
+    }
+}
+
+fn distance_squared(bounds: &Aabb, at: Vector) -> Real {
+    let outside = |low: Real, high: Real, v: Real| (low - v).max(v - high).max(0.0);
+    let (x, y) = (outside(bounds.mins.x, bounds.maxs.x, at.x), outside(bounds.mins.y, bounds.maxs.y, at.y));
+    x * x + y * y
 }
 
 /// Both ends of a face, moved apart by [`OVERLAP_M`].
@@ -70,7 +107,7 @@ mod tests {
 
     fn room() -> Faces {
         let walls: Vec<_> = (0..4).map(|i| [CORNERS[i], CORNERS[(i + 1) % 4]]).collect();
-        Faces::new(&walls)
+        Faces::new(walls)
     }
 
     fn distance_to_walls(at: Vector2<f64>, direction: Vector2<f64>) -> f64 {

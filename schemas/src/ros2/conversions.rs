@@ -12,8 +12,8 @@ use ros2_interfaces_jazzy_serde::{
 use super::{parts::*, *};
 use crate::message::{
     Contact, Drawing, Fault, GroundTruth, Header, Health, LaserScan, Latency, MissionCommand, MissionStatus,
-    Odometry, Particle, Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, Text,
-    Understood, VelocityCommand,
+    Odometry, Particle, Particles, Plan, PoseEstimate, Recorded, Route, RouteTask, SketchMap, SonarScan,
+    Text, Understood, VelocityCommand,
 };
 
 /// A message and no slice behind it.
@@ -504,5 +504,42 @@ impl Ros2 for Fault {
             duration_ns: form.duration_ns,
             words: Text::new(&form.words),
         })
+    }
+}
+
+impl Ros2 for SonarScan {
+    type Form = SonarScanForm;
+    const TYPE: &'static str = "sketchnav_msgs/msg/SonarScan";
+
+    fn to_ros2_in(&self, cells: &[u8], spare: SonarScanForm) -> Result<SonarScanForm, Ros2Error> {
+        no_cells(cells)?;
+        Ok(SonarScanForm {
+            header: header_form(&self.header, "base_link", spare.header)?,
+            source_seq: self.header.source_seq,
+            angle_min_rad: self.angle_min_rad,
+            angle_increment_rad: self.angle_increment_rad,
+            half_opening_rad: self.half_opening_rad,
+            ring_radius_m: self.ring_radius_m,
+            scan_time_s: self.scan_time_s,
+            range_min_m: self.range_min_m,
+            range_max_m: self.range_max_m,
+            ranges_m: list("ranges_m", &self.ranges_m, self.sonar_count, spare.ranges_m, |range, _| Ok(*range))?,
+        })
+    }
+
+    fn from_ros2(form: SonarScanForm, seq: u64) -> Read<Self> {
+        let mut scan = Self {
+            header: header(&form.header, seq, form.source_seq)?,
+            angle_min_rad: form.angle_min_rad,
+            angle_increment_rad: form.angle_increment_rad,
+            half_opening_rad: form.half_opening_rad,
+            ring_radius_m: form.ring_radius_m,
+            scan_time_s: form.scan_time_s,
+            range_min_m: form.range_min_m,
+            range_max_m: form.range_max_m,
+            ..Self::zeroed()
+        };
+        scan.sonar_count = fill("ranges_m", &mut scan.ranges_m, &form.ranges_m, |range| Ok(*range))?;
+        alone(scan)
     }
 }

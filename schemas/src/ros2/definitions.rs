@@ -20,7 +20,7 @@ definitions! {
     "nav_msgs": "MapMetaData", "OccupancyGrid", "Odometry";
     "sensor_msgs": "LaserScan";
     "sketchnav_msgs": "Contact", "Drawing", "Fault", "Health", "Latency", "MissionCommand", "MissionStatus", "Particle", "Particles",
-        "Plan", "PoseEstimate", "Recorded", "Route", "RouteTask", "SketchMap", "Understood", "VelocityCommand";
+        "Plan", "PoseEstimate", "Recorded", "Route", "RouteTask", "SketchMap", "SonarScan", "Understood", "VelocityCommand";
 }
 
 const SEPARATOR: &str = "================================================================================\n";

@@ -198,4 +198,18 @@ forms! {
         source_seq: u64,
         message_count: u64,
     }
+
+    /// `sketchnav_msgs/msg/SonarScan`.
+    SonarScanForm {
+        header: Header,
+        source_seq: u64,
+        angle_min_rad: f32,
+        angle_increment_rad: f32,
+        half_opening_rad: f32,
+        ring_radius_m: f32,
+        scan_time_s: f32,
+        range_min_m: f32,
+        range_max_m: f32,
+        ranges_m: Vec<f32>,
+    }
 }

@@ -340,17 +340,13 @@ impl Simulation for Floor {
         for reading in self.odometry.iter().flat_map(|(_, odometer)| odometer.readings()) {
             senses.reading(ODOMETRY, reading.stamp_ns, |odometry| reading.fill(odometry))?;
         }
-        for Sensor { model, readings, .. } in &self.laser {
-            for reading in readings {
-                let (stamp_ns, scene) = self.scene(reading);
-                senses.reading(SCAN, stamp_ns, |scan| model.fill(&scene, reading.number, scan))?;
-            }
+        for (laser, reading) in readings(&self.laser) {
+            let (stamp_ns, scene) = self.scene(reading);
+            senses.reading(SCAN, stamp_ns, |scan| laser.fill(&scene, reading.number, scan))?;
         }
-        for Sensor { model, readings, .. } in &self.sonar {
-            for reading in readings {
-                let (stamp_ns, scene) = self.scene(reading);
-                senses.reading(SONAR, stamp_ns, |scan| model.fill(&scene, reading.number, scan))?;
-            }
+        for (sonar, reading) in readings(&self.sonar) {
+            let (stamp_ns, scene) = self.scene(reading);
+            senses.reading(SONAR, stamp_ns, |scan| sonar.fill(&scene, reading.number, scan))?;
         }
         Ok(())
     }
@@ -367,6 +363,11 @@ impl Simulation for Floor {
     fn period_ns(&self) -> u64 {
         self.period_ns
     }
+}
+
+/// A sensor's readings since the instant before, oldest first; none of a sensor that the robot lacks.
+fn readings<S>(sensor: &Option<Sensor<S>>) -> impl Iterator<Item = (&S, &Reading)> {
+    sensor.iter().flat_map(|Sensor { model, readings, .. }| readings.iter().map(move |reading| (model, reading)))
 }
 
 fn pose(physics: &Physics) -> Pose<World> {

@@ -1,5 +1,7 @@
 //! The newest readings of a simulation, each in a place of its own.
 
+#![allow(dead_code)] // each test uses a part
+
 use std::any::Any;
 use std::convert::Infallible;
 

@@ -131,7 +131,7 @@ impl Rehearsal {
     /// One instant, from the sensors to the command; whether the mission is over.
     fn step(&mut self, tap: &mut impl Tap) -> bool {
         self.world.observe(tap);
-        let (odometry, scan) = (&self.world.odometry.message, &self.world.scan.message);
+        let (odometry, scan) = (&self.world.readings.odometry.message, &self.world.readings.scan.message);
         self.localizer.answer(odometry, scan, tap);
         self.planner.answer(&self.localizer.estimate.message, scan, odometry, tap)
     }

@@ -3,20 +3,22 @@
 //! A voice holds a core and the places where its messages are made. [`crate::Rehearsal`] lets the voices hear
 //! each other; [`crate::rerun`] lets one of them hear a recording.
 
+use std::any::Any;
+use std::convert::Infallible;
 use std::time::{Duration, Instant};
 
 use sketchnav_localizer::core::{Core as LocalizerCore, CoreError as LocalizerError};
 use sketchnav_planner::core::{Core as PlannerCore, PlannerError};
 use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, Channel, ESTIMATE, ODOMETRY, PARTICLES, PLAN, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
+    COMMAND, CONTACT, Channel, ESTIMATE, ODOMETRY, PARTICLES, PLAN, ROUTE, SCAN, SKETCH, SONAR, STATUS, TRUTH,
 };
 use sketchnav_schemas::message::{
     Contact, GroundTruth, Header, LaserScan, Message, MissionStatus, Odometry, Particles, Plan, PoseEstimate,
-    Route, SketchMap, VelocityCommand,
+    Route, SketchMap, SonarScan, VelocityCommand,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sim::{SimError, World as SimWorld};
+use sketchnav_sim::{Floor, Senses, SimError, Simulation};
 use sketchnav_sketcher::{Drawing, Places};
 
 use crate::Tap;
@@ -73,25 +75,59 @@ pub(crate) fn sketch(
 
 /// The world: one instant after the other.
 pub(crate) struct WorldVoice {
-    pub(crate) world: SimWorld,
-    contact: Outbox<Contact>,
-    truth: Outbox<GroundTruth>,
-    pub(crate) odometry: Outbox<Odometry>,
-    pub(crate) scan: Outbox<LaserScan>,
+    world: Floor,
+    pub(crate) readings: Readings,
     /// How long the world took so far.
     pub(crate) spent: Duration,
 }
 
+/// Where the world's messages are made.
+pub(crate) struct Readings {
+    contact: Outbox<Contact>,
+    truth: Outbox<GroundTruth>,
+    sonar: Outbox<SonarScan>,
+    pub(crate) odometry: Outbox<Odometry>,
+    pub(crate) scan: Outbox<LaserScan>,
+}
+
+/// Shows the tap what the world says, and counts how long that takes.
+struct Shown<'a, T> {
+    readings: &'a mut Readings,
+    tap: &'a mut T,
+    spent: &'a mut Duration,
+    source_seq: u64,
+}
+
+impl<S: Tap> Senses for Shown<'_, S> {
+    type Error = Infallible;
+
+    fn reading<T: Ros2>(
+        &mut self,
+        channel: Channel<T>,
+        stamp_ns: u64,
+        fill: impl FnOnce(&mut T),
+    ) -> Result<(), Infallible> {
+        let Readings { contact, truth, sonar, odometry, scan } = &mut *self.readings;
+        let boxes: [&mut dyn Any; 5] = [contact, truth, sonar, odometry, scan];
+        let place = boxes.into_iter().find_map(|place| place.downcast_mut::<Outbox<T>>());
+        let Some(place) = place else { unreachable!("a world has no voice for {}", channel.spec.name) };
+        *place.blank().header_mut() = Header { seq: 0, stamp_ns, source_seq: self.source_seq };
+        timed(self.spent, || fill(&mut place.message));
+        place.send(self.tap, &[]);
+        Ok(())
+    }
+}
+
 impl WorldVoice {
     pub(crate) fn new(run: &RunConfig) -> Result<Self, SimError> {
-        Ok(Self {
-            world: sketchnav_world::build(run)?,
+        let readings = Readings {
             contact: Outbox::new(CONTACT),
             truth: Outbox::new(TRUTH),
+            sonar: Outbox::new(SONAR),
             odometry: Outbox::new(ODOMETRY),
             scan: Outbox::new(SCAN),
-            spent: Duration::ZERO,
-        })
+        };
+        Ok(Self { world: sketchnav_world::build(run)?, readings, spent: Duration::ZERO })
     }
 
     /// Goes on to the next instant, by a command or by the one before.
@@ -99,25 +135,11 @@ impl WorldVoice {
         timed(&mut self.spent, || self.world.step(command));
     }
 
-    /// What the instant has: touches, the truth, the odometry, the scan.
+    /// What the instant has: touches, the truth, the odometry, what the other sensors read.
     pub(crate) fn observe(&mut self, tap: &mut impl Tap) {
-        let Self { world, contact, truth, odometry, scan, spent } = self;
-        let header = Header { seq: 0, stamp_ns: world.stamp_ns(), source_seq: scan.last_seq + 1 };
-        for touch in world.contacts() {
-            *contact.blank() = Contact { header, ..touch };
-            contact.send(tap, &[]);
-        }
-        truth.blank().header = header;
-        odometry.blank().header = header;
-        scan.blank().header = header;
-        timed(spent, || {
-            world.fill_truth(&mut truth.message);
-            world.fill_odometry(&mut odometry.message);
-            world.fill_scan(&mut scan.message);
-        });
-        truth.send(tap, &[]);
-        odometry.send(tap, &[]);
-        scan.send(tap, &[]);
+        let Self { world, readings, spent } = self;
+        let source_seq = readings.scan.last_seq + 1;
+        let Ok(()) = world.sense(&mut Shown { readings, tap, spent, source_seq });
     }
 }
 

@@ -4,31 +4,37 @@
 //! Its checkpoint holds the whole world as it is before its sensors speak: what they say follows from it,
 //! so a successor says the same again and goes on.
 
+use std::any::Any;
 use std::time::{Duration, Instant};
 
+use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Pacer, Reader, Step, Wake, Writer};
-use sketchnav_schemas::channels::{COMMAND, CONTACT, LOCKSTEP_WINDOW, ODOMETRY, RECORDED, SCAN, TRUTH};
+use sketchnav_schemas::channels::{
+    COMMAND, CONTACT, Channel, LOCKSTEP_WINDOW, ODOMETRY, RECORDED, SCAN, SONAR, TRUTH,
+};
 use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{
-    Contact, GroundTruth, Header, LaserScan, Odometry, Recorded, VelocityCommand,
+    Contact, GroundTruth, Header, LaserScan, Odometry, Recorded, SonarScan, VelocityCommand,
 };
+use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
-use sketchnav_sim::World;
+use sketchnav_sim::{Floor, Senses, Simulation};
 
 /// How long to sleep at most before looking whether somebody new listens.
 const LOOK_UP: Duration = Duration::from_millis(20);
 /// How often to look for the first answer, and how long to wait for it.
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The form of [`Positions`] and [`World`].
-const CHECKPOINT: &str = "world 1";
+/// The form of [`Positions`] and [`Floor`].
+const CHECKPOINT: &str = "world 2";
 
 /// Where in its channels the world stands before its sensors speak: the last number that was given, or
 /// the one before the message that counts.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Positions {
     scan: u64,
+    sonar: u64,
     odometry: u64,
     truth: u64,
     contact: u64,
@@ -53,15 +59,15 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// [`sketchnav_sim::SimError`] with the file, the key or the place.
-pub fn build(run: &RunConfig) -> Result<World, sketchnav_sim::SimError> {
+pub fn build(run: &RunConfig) -> Result<Floor, sketchnav_sim::SimError> {
     let description = sketchnav_sim::files::world(&run.mission.world)?;
     let start = &run.mission.start;
     let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());
-    World::new(description, &run.robot, pose, run.seed)
+    Floor::new(description, &run.robot, pose, run.seed)
 }
 
 /// The world of the newest checkpoint, or a new one.
-fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(Option<Positions>, World)> {
+fn resume(run: &RunConfig, found: Found<(Positions, Floor)>) -> anyhow::Result<(Option<Positions>, Floor)> {
     let is_lost = found.is_lost();
     match found.state {
         Some((positions, world)) => Ok((Some(positions), world)),
@@ -72,15 +78,12 @@ fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(
 
 struct Shell<'a> {
     node: &'a Node,
-    world: World,
-    scan: Writer<LaserScan>,
-    odometry: Writer<Odometry>,
-    truth: Writer<GroundTruth>,
-    contact: Writer<Contact>,
+    world: Floor,
+    voices: Voices,
     command: Reader<VelocityCommand>,
     recorded: Reader<Recorded>,
     health: HealthReporter,
-    checkpoints: Checkpoints<(Positions, World)>,
+    checkpoints: Checkpoints<(Positions, Floor)>,
     pace: Pace,
     /// The newest command.
     held: Option<VelocityCommand>,
@@ -96,10 +99,7 @@ impl<'a> Shell<'a> {
         let mut shell = Self {
             node,
             world,
-            scan: node.writer(SCAN)?,
-            odometry: node.writer(ODOMETRY)?,
-            truth: node.writer(TRUTH)?,
-            contact: node.writer(CONTACT)?,
+            voices: Voices::open(node)?,
             command: node.reader(COMMAND)?,
             recorded: node.reader(RECORDED)?,
             health: HealthReporter::new(node)?,
@@ -115,10 +115,11 @@ impl<'a> Shell<'a> {
     }
 
     fn resume_after(&mut self, positions: &Positions) {
-        self.scan.resume_after(positions.scan);
-        self.odometry.resume_after(positions.odometry);
-        self.truth.resume_after(positions.truth);
-        self.contact.resume_after(positions.contact);
+        self.voices.scan.resume_after(positions.scan);
+        self.voices.sonar.resume_after(positions.sonar);
+        self.voices.odometry.resume_after(positions.odometry);
+        self.voices.truth.resume_after(positions.truth);
+        self.voices.contact.resume_after(positions.contact);
         self.command.resume_after(positions.command);
         self.recorded.resume_after(positions.recorded);
     }
@@ -126,10 +127,11 @@ impl<'a> Shell<'a> {
     /// The command that is held and the recorder's last word are to come again.
     fn positions(&self) -> Positions {
         Positions {
-            scan: self.scan.last_seq(),
-            odometry: self.odometry.last_seq(),
-            truth: self.truth.last_seq(),
-            contact: self.contact.last_seq(),
+            scan: self.voices.scan.last_seq(),
+            sonar: self.voices.sonar.last_seq(),
+            odometry: self.voices.odometry.last_seq(),
+            truth: self.voices.truth.last_seq(),
+            contact: self.voices.contact.last_seq(),
             command: self.held.map_or(0, |command| command.header.seq - 1),
             recorded: self.recorded.position().saturating_sub(1),
         }
@@ -152,7 +154,7 @@ impl<'a> Shell<'a> {
     }
 
     fn next_is_due(&self) -> bool {
-        let scan = self.scan.last_seq();
+        let scan = self.voices.scan.last_seq();
         let answered =
             self.held.is_some_and(|command| command.header.source_seq == scan && command.last == 0);
         answered && scan < self.recorded_scan + LOCKSTEP_WINDOW
@@ -161,7 +163,7 @@ impl<'a> Shell<'a> {
     /// In lockstep each command is for its own step, also where those of many steps have come: a world that
     /// goes on from a checkpoint takes the steps since then again.
     fn has_its_command(&self) -> bool {
-        let scan = self.scan.last_seq();
+        let scan = self.voices.scan.last_seq();
         self.pace == Pace::Lockstep && self.held.is_some_and(|command| command.header.source_seq >= scan)
     }
 
@@ -223,31 +225,58 @@ impl<'a> Shell<'a> {
         Ok(())
     }
 
-    /// Sends what the sensors say now; the scan last, which wakes the readers.
+    /// Sends what the sensors say now; the scan wakes the readers.
     fn observe(&mut self) -> anyhow::Result<()> {
-        let seq = self.scan.last_seq() + 1;
-        let header = Header { seq: 0, stamp_ns: self.world.stamp_ns(), source_seq: seq };
-        for contact in self.world.contacts() {
-            let mut loan = self.contact.loan()?;
-            *loan = Contact { header, ..contact };
-            loan.send_quietly()?;
-        }
-        let mut truth = self.truth.loan()?;
-        truth.header = header;
-        self.world.fill_truth(&mut truth);
-        truth.send_quietly()?;
-        let mut odometry = self.odometry.loan()?;
-        odometry.header = header;
-        self.world.fill_odometry(&mut odometry);
-        odometry.send_quietly()?;
-        let mut scan = self.scan.loan()?;
-        scan.header = header;
-        self.world.fill_scan(&mut scan);
-        scan.send()?;
-        Ok(())
+        self.voices.source_seq = self.voices.scan.last_seq() + 1;
+        self.world.sense(&mut self.voices)
     }
 
     fn end(&mut self) -> anyhow::Result<()> {
         Ok(self.health.report(self.world.stamp_ns())?)
+    }
+}
+
+/// A writer for everything that a world says.
+struct Voices {
+    scan: Writer<LaserScan>,
+    sonar: Writer<SonarScan>,
+    odometry: Writer<Odometry>,
+    truth: Writer<GroundTruth>,
+    contact: Writer<Contact>,
+    /// The scan of the instant.
+    source_seq: u64,
+}
+
+impl Voices {
+    fn open(node: &Node) -> anyhow::Result<Self> {
+        Ok(Self {
+            scan: node.writer(SCAN)?,
+            sonar: node.writer(SONAR)?,
+            odometry: node.writer(ODOMETRY)?,
+            truth: node.writer(TRUTH)?,
+            contact: node.writer(CONTACT)?,
+            source_seq: 0,
+        })
+    }
+}
+
+impl Senses for Voices {
+    type Error = anyhow::Error;
+
+    fn reading<T: Ros2>(
+        &mut self,
+        channel: Channel<T>,
+        stamp_ns: u64,
+        fill: impl FnOnce(&mut T),
+    ) -> anyhow::Result<()> {
+        let Self { scan, sonar, odometry, truth, contact, source_seq } = self;
+        let writers: [&mut dyn Any; 5] = [scan, sonar, odometry, truth, contact];
+        let writer = writers.into_iter().find_map(|writer| writer.downcast_mut::<Writer<T>>());
+        let writer = writer.with_context(|| format!("no writer for {}", channel.spec.name))?;
+        let mut loan = writer.loan()?;
+        *loan.header_mut() = Header { seq: 0, stamp_ns, source_seq: *source_seq };
+        fill(&mut loan);
+        if channel.spec.name == SCAN.spec.name { loan.send()? } else { loan.send_quietly()? };
+        Ok(())
     }
 }

@@ -367,7 +367,9 @@ impl Simulation for Floor {
 
 /// A sensor's readings since the instant before, oldest first; none of a sensor that the robot lacks.
 fn readings<S>(sensor: &Option<Sensor<S>>) -> impl Iterator<Item = (&S, &Reading)> {
-    sensor.iter().flat_map(|Sensor { model, readings, .. }| readings.iter().map(move |reading| (model, reading)))
+    sensor
+        .iter()
+        .flat_map(|Sensor { model, readings, .. }| readings.iter().map(move |reading| (model, reading)))
 }
 
 fn pose(physics: &Physics) -> Pose<World> {

@@ -60,7 +60,9 @@ fn allocations(work: impl FnOnce()) -> u64 {
 #[test]
 fn the_sensors_allocate_nothing_and_the_physics_no_more_than_rapier_does() {
     // A robot that cannot go sideways stays at the first wall.
-    for (name, hz, least) in [("robotino", None, 20), ("robotino", Some(50.0), 20), ("nomad200", Some(50.0), 1)] {
+    for (name, hz, least) in
+        [("robotino", None, 20), ("robotino", Some(50.0), 20), ("nomad200", Some(50.0), 1)]
+    {
         let mut robot = robots::find(name).unwrap().unwrap();
         robot.odometry.as_mut().unwrap().rate_hz = hz;
         let start = Pose::<WorldFrame>::new(1.0, 2.0, 0.0);

@@ -179,8 +179,10 @@ proptest! {
 fn the_noise_of_a_sonar_is_a_share_of_its_range() {
     let mut robot = robot("nomad200");
     robot.sonar.as_mut().unwrap().noise_per_m = 0.02;
-    let plain = "name='room'\nwall_thickness_m=0.2\n[[wall]]\nclosed=true\npoints=[[0,0],[8,0],[8,8],[0,8]]\n";
-    let mut floor = Floor::new(floor_plan::parse(plain).unwrap(), &robot, Pose::new(4.0, 4.0, 0.0), 3).unwrap();
+    let plain =
+        "name='room'\nwall_thickness_m=0.2\n[[wall]]\nclosed=true\npoints=[[0,0],[8,0],[8,8],[0,8]]\n";
+    let mut floor =
+        Floor::new(floor_plan::parse(plain).unwrap(), &robot, Pose::new(4.0, 4.0, 0.0), 3).unwrap();
     let mut ranges = Vec::new();
     for _ in 0..2000 {
         ranges.push(f64::from(Readings::of(&floor).sonar.ranges()[0]));
@@ -197,8 +199,10 @@ fn a_sonar_follows_rep_117_and_sees_through_no_wall_that_it_is_pushed_into() {
     let mut robot = robot("nomad200");
     robot.sonar.as_mut().unwrap().noise_per_m = 0.0;
     robot.limits.speed_mps = 2.0;
-    let hall = "name='hall'\nwall_thickness_m=0.2\n[[wall]]\nclosed=true\npoints=[[0,0],[20,0],[20,20],[0,20]]\n";
-    let mut floor = Floor::new(floor_plan::parse(hall).unwrap(), &robot, Pose::new(10.0, 10.0, 0.0), 1).unwrap();
+    let hall =
+        "name='hall'\nwall_thickness_m=0.2\n[[wall]]\nclosed=true\npoints=[[0,0],[20,0],[20,20],[0,20]]\n";
+    let mut floor =
+        Floor::new(floor_plan::parse(hall).unwrap(), &robot, Pose::new(10.0, 10.0, 0.0), 1).unwrap();
     assert!(Readings::of(&floor).sonar.ranges().iter().all(|range| *range == f32::INFINITY));
     for _ in 0..120 {
         floor.step(Some(&command(&floor, 2.0, 0.0, 0.0)));

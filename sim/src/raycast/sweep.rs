@@ -1,14 +1,16 @@
 //! Many rays from one place: the same ranges as [`Faces::cast`] ray by ray, to the bit, several times as fast.
 //!
-//! The tree is asked ray by ray what stands in the way. A sweep goes the other way round: for each face it
-//! works out which rays may meet it, and intersects those with it, one after the other in memory, so that the
-//! compiler uses vector instructions.
+//! The tree is asked ray by ray what stands in the way. A sweep goes the other way round: for each face, the
+//! near ones first, it works out which rays may meet it, and intersects those with it, one after the other in
+//! memory, so that the compiler uses vector instructions. Faces behind what these rays have met are skipped.
 //!
 //! **The same bits.** Each intersection is counted as parry counts it. The tree's answer can differ from the
 //! least intersection: it leaves out a face whose bounding box begins behind the best hit so far, and a
-//! rounded box may begin behind its face. It leaves out no face whose box begins before the second hit.
+//! rounded box may begin behind its face, or miss the ray. It leaves out no face whose box begins before the
+//! second hit.
 //! Where that is not so, which is rare, the tree is asked. Rays almost along a face, whose intersection
-//! parry treats in a way of its own, are left to parry.
+//! parry treats in a way of its own, are left to parry. What is skipped would be hit [`CLEAR_M`] behind the
+//! nearest hit, at least: no rounding reaches so far, for a hit lies within the ends of its face.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
@@ -20,12 +22,17 @@ use rapier2d::parry::shape::Segment as Line;
 use rapier2d::prelude::{Real, Vector};
 use sketchnav_schemas::message::MAX_BEAMS;
 
-use super::{Faces, distance_squared, vector};
+use super::{Block, Faces, Piece, distance, vector};
 
 /// What an angle may be off by, through [`angle`] and single precision together, generously.
 const SLACK_RAD: f64 = 2e-3;
 /// Nearer than this, the direction of a face's ends says little in single precision.
 const TOUCHING_M: f64 = 0.02;
+
+/// What lies so much behind a hit has no part in it.
+const CLEAR_M: Real = 0.05;
+/// Blocks of faces that are put in the order of their distance; more are taken as they come.
+const SORTED_BLOCKS: usize = 256;
 
 /// Rays from one place at equal angles.
 pub struct Rays {
@@ -110,8 +117,23 @@ impl Rays {
             return self.all();
         }
         let (first, second) = (angle(a), angle(b));
-        let turn = (second - first + PI).rem_euclid(TAU) - PI;
+        let turn = turn(second - first);
         if turn < 0.0 { self.between(second, -turn) } else { self.between(first, turn) }
+    }
+
+    fn towards_box(&self, bounds: &Aabb, from: Vector) -> [Range<usize>; 3] {
+        if f64::from(distance(bounds, from)) < TOUCHING_M {
+            return self.all();
+        }
+        let middle = angle(vector2(bounds.center() - from));
+        let (mut right, mut left) = (0.0_f64, 0.0_f64);
+        for (x, y) in
+            [bounds.mins.x, bounds.maxs.x].into_iter().flat_map(|x| [(x, bounds.mins.y), (x, bounds.maxs.y)])
+        {
+            let turn = turn(angle(vector2(Vector::new(x, y) - from)) - middle);
+            (right, left) = (right.min(turn), left.max(turn));
+        }
+        self.between(middle + right, left - right)
     }
 
     fn all(&self) -> [Range<usize>; 3] {
@@ -130,20 +152,56 @@ impl Faces {
         // The tree leaves out what begins at the reach as it does what begins at another hit.
         let second = [max; MAX_BEAMS];
         let mut hits = Hits { nearest: [Real::INFINITY; MAX_BEAMS], second, face: [0; MAX_BEAMS] };
-        let place = vector2(origin);
-        for (i, (line, bounds)) in self.lines.iter().enumerate() {
-            if distance_squared(bounds, origin) > max * max * 1.0001 {
-                continue;
+        self.near_first(origin, max, |block, away| {
+            let runs = rays.towards_box(&block.bounds, origin);
+            if runs.into_iter().any(|run| hits.may_change(run, away)) {
+                self.meet(block, rays, origin, max, &mut hits);
             }
-            let seen = Seen::new(line, bounds, origin);
-            for run in rays.towards_segment(vector2(line.a) - place, vector2(line.b) - place) {
-                if !run.is_empty() && seen.meet(rays, run.clone(), max, i as u32, &mut hits) {
-                    seen.ask_parry(rays, origin, run, max, i as u32, &mut hits);
+        });
+        for (i, range_m) in ranges_m.iter_mut().enumerate().take(rays.count) {
+            *range_m = self.settled(&hits, i, &rays.ray(origin, i), max);
+        }
+    }
+
+    /// The blocks within reach with their distances, the near ones first.
+    fn near_first(&self, origin: Vector, max: Real, mut visit: impl FnMut(&Block, Real)) {
+        let mut sorted = [(0.0, 0); SORTED_BLOCKS];
+        let mut count = 0;
+        let away = |block: &Block| distance(&block.bounds, origin);
+        let is_near = |away: Real| away <= max + CLEAR_M;
+        let mut blocks = self.blocks.iter().enumerate();
+        for (i, block) in blocks.by_ref() {
+            let away = away(block);
+            if is_near(away) {
+                sorted[count] = (away, i);
+                count += 1;
+                if count == SORTED_BLOCKS {
+                    break;
                 }
             }
         }
-        for (i, range_m) in ranges_m.iter_mut().enumerate().take(rays.count) {
-            *range_m = self.settled(&hits, i, &rays.ray(origin, i), max);
+        let sorted = &mut sorted[..count];
+        sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        sorted.iter().for_each(|(away, i)| visit(&self.blocks[*i], *away));
+        blocks
+            .map(|(_, block)| (block, away(block)))
+            .filter(|(_, away)| is_near(*away))
+            .for_each(|(block, away)| visit(block, away));
+    }
+
+    fn meet(&self, block: &Block, rays: &Rays, origin: Vector, max: Real, hits: &mut Hits) {
+        for i in block.pieces.clone() {
+            let Piece { line, bounds, .. } = &self.pieces[i];
+            let away = distance(bounds, origin);
+            if away > max + CLEAR_M {
+                continue;
+            }
+            let seen = Seen::new(line, bounds, origin);
+            for run in rays.towards_segment(vector2(line.a - origin), vector2(line.b - origin)) {
+                if hits.may_change(run.clone(), away) && seen.meet(rays, run.clone(), max, i as u32, hits) {
+                    seen.ask_parry(rays, origin, run, max, i as u32, hits);
+                }
+            }
         }
     }
 
@@ -153,7 +211,7 @@ impl Faces {
         if nearest == Real::INFINITY {
             return nearest;
         }
-        let (_, bounds) = &self.lines[hits.face[i] as usize];
+        let bounds = &self.pieces[hits.face[i] as usize].bounds;
         match bounds.cast_local_ray(ray, max, true) {
             Some(begin) if begin < hits.second[i] => nearest,
             _ => self.tree.cast_local_ray(ray, max, true).unwrap_or(Real::INFINITY),
@@ -230,6 +288,12 @@ impl<'a> Seen<'a> {
 }
 
 impl Hits {
+    /// Whether something that is so far away may have a part in the hits of some rays.
+    fn may_change(&self, run: Range<usize>, away: Real) -> bool {
+        let farthest = self.nearest[run].iter().fold(-1.0, |far, hit| if *hit > far { *hit } else { far });
+        away <= farthest + CLEAR_M
+    }
+
     fn add(&mut self, i: usize, range: Real, face: u32) {
         let before = self.nearest[i];
         self.second[i] = self.second[i].min(before.max(range));
@@ -249,6 +313,11 @@ fn angle(v: Vector2<f64>) -> f64 {
     let quadrant = if y > x { FRAC_PI_2 - octant } else { octant };
     let half = if v.x < 0.0 { PI - quadrant } else { quadrant };
     if v.y < 0.0 { -half } else { half }
+}
+
+/// The angle's equal in [−π, π).
+fn turn(angle_rad: f64) -> f64 {
+    (angle_rad + PI).rem_euclid(TAU) - PI
 }
 
 fn vector2(v: Vector) -> Vector2<f64> {
@@ -310,7 +379,8 @@ mod tests {
     fn a_face_at_the_end_of_the_reach_is_left_out_as_the_tree_does() {
         let faces = Faces::new(Convex::rectangle([4.0, 5.0], [0.5, 0.15], 0.0).edges().collect());
         let (from, increment) = (Vector2::new(0.25, -1.0), TAU / 186.0);
-        let directions = (0..186).map(|i| Vector2::new((f64::from(i) * increment).cos(), (f64::from(i) * increment).sin()));
+        let directions = (0..186)
+            .map(|i| Vector2::new((f64::from(i) * increment).cos(), (f64::from(i) * increment).sin()));
         let mut swept = [0.0; 186];
         faces.sweep(from, &Rays::new(0.0, increment, directions.clone()), 7.0, &mut swept);
         let expected = directions.map(|direction| faces.cast(from, direction, 7.0));

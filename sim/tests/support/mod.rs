@@ -74,13 +74,8 @@ impl Senses for Readings {
         fill: impl FnOnce(&mut T),
     ) -> Result<(), Infallible> {
         self.log.push((channel.spec.name, stamp_ns));
-        let places: [&mut dyn Any; 5] = [
-            &mut *self.scan,
-            &mut self.sonar,
-            &mut self.odometry,
-            &mut self.truth,
-            &mut self.contact,
-        ];
+        let places: [&mut dyn Any; 5] =
+            [&mut *self.scan, &mut self.sonar, &mut self.odometry, &mut self.truth, &mut self.contact];
         let place = places.into_iter().find_map(|place| place.downcast_mut::<T>());
         let place = place.expect("a place for every message");
         fill(place);
@@ -95,7 +90,12 @@ impl Senses for Readings {
 }
 
 /// A command of the present instant.
-pub fn command(simulation: &impl Simulation, vx_mps: f64, vy_mps: f64, yaw_rate_radps: f64) -> VelocityCommand {
+pub fn command(
+    simulation: &impl Simulation,
+    vx_mps: f64,
+    vy_mps: f64,
+    yaw_rate_radps: f64,
+) -> VelocityCommand {
     let seq = simulation.steps() + 1;
     let header = Header { seq, stamp_ns: simulation.stamp_ns(), source_seq: seq };
     VelocityCommand { header, twist: Twist { vx_mps, vy_mps, yaw_rate_radps }, last: 0, reserved: 0 }

@@ -34,7 +34,11 @@ const CLEAR_M: Real = 0.05;
 /// Blocks of faces that are put in the order of their distance; more are taken as they come.
 const SORTED_BLOCKS: usize = 256;
 
-/// Rays from one place at equal angles.
+/// Rays that are intersected at once.
+const LANES: usize = 8;
+const _: () = assert!(MAX_BEAMS.is_multiple_of(LANES));
+
+/// Rays from one place at equal angles. Those behind the count look along x, for nobody.
 pub struct Rays {
     first_rad: f64,
     increment_rad: f64,
@@ -74,7 +78,7 @@ impl Rays {
     /// At most [`MAX_BEAMS`] unit vectors; the first at the angle `first_rad`, the others `increment_rad` (above
     /// 0) apart, counter-clockwise, not more than once around.
     pub fn new(first_rad: f64, increment_rad: f64, directions: impl Iterator<Item = Vector2<f64>>) -> Self {
-        let [x, y, squared] = [[0.0; MAX_BEAMS]; 3];
+        let (x, y, squared) = ([1.0; MAX_BEAMS], [0.0; MAX_BEAMS], [1.0; MAX_BEAMS]);
         let mut rays = Self { first_rad, increment_rad, count: 0, x, y, squared };
         for (i, direction) in directions.take(MAX_BEAMS).map(vector).enumerate() {
             (rays.x[i], rays.y[i], rays.squared[i]) = (direction.x, direction.y, direction.length_squared());
@@ -240,27 +244,41 @@ impl<'a> Seen<'a> {
         Meeting { range, share, is_doubtful }
     }
 
-    /// Intersects a run of rays with the face; whether some of them are doubtful, and left out.
+    /// Intersects a run of rays with the face, and a few beside it; whether some of them are doubtful, and left
+    /// out.
     fn meet(&self, rays: &Rays, run: Range<usize>, max: Real, face: u32, hits: &mut Hits) -> bool {
-        let count = run.len();
-        let (x, y) = (&rays.x[run.clone()][..count], &rays.y[run.clone()][..count]);
-        let squared = &rays.squared[run.clone()][..count];
-        let nearest = &mut hits.nearest[run.clone()][..count];
-        let second = &mut hits.second[run.clone()][..count];
-        let faces = &mut hits.face[run][..count];
-        let mut doubtful = 0_u32;
-        for i in 0..count {
+        let lanes = run.start / LANES..run.end.div_ceil(LANES);
+        let (x, y) = (&rays.x.as_chunks().0[lanes.clone()], &rays.y.as_chunks().0[lanes.clone()]);
+        let squared = &rays.squared.as_chunks().0[lanes.clone()];
+        let nearest = &mut hits.nearest.as_chunks_mut().0[lanes.clone()];
+        let second = &mut hits.second.as_chunks_mut().0[lanes.clone()];
+        let faces = &mut hits.face.as_chunks_mut().0[lanes];
+        let mut is_doubtful = false;
+        for (i, ((x, y), squared)) in x.iter().zip(y).zip(squared).enumerate() {
+            let (range, doubtful) = self.ranges(x, y, squared, max);
+            is_doubtful |= doubtful;
+            put(&range, face, &mut nearest[i], &mut second[i], &mut faces[i]);
+        }
+        is_doubtful
+    }
+
+    /// +∞ where there is no hit; written so that the compiler uses vector instructions.
+    #[inline(always)]
+    fn ranges(
+        &self,
+        x: &[Real; LANES],
+        y: &[Real; LANES],
+        squared: &[Real; LANES],
+        max: Real,
+    ) -> ([Real; LANES], bool) {
+        let (mut ranges, mut doubtful) = ([0.0; LANES], [0_u32; LANES]);
+        for i in 0..LANES {
             let Meeting { range, share, is_doubtful } = self.meeting(x[i], y[i], squared[i]);
             let is_hit = (range >= 0.0) & (range < max) & (share >= 0.0) & (share <= 1.0) & !is_doubtful;
-            let range = if is_hit { range } else { Real::INFINITY };
-            doubtful |= u32::from(is_doubtful);
-            let (before, is_nearer) = (nearest[i], range < nearest[i]);
-            let other = if is_nearer { before } else { range };
-            second[i] = if other < second[i] { other } else { second[i] };
-            nearest[i] = if is_nearer { range } else { before };
-            faces[i] = if is_nearer { face } else { faces[i] };
+            ranges[i] = if is_hit { range } else { Real::INFINITY };
+            doubtful[i] = u32::from(is_doubtful);
         }
-        doubtful != 0
+        (ranges, doubtful.iter().fold(0, |any, one| any | one) != 0)
     }
 
     #[cold]
@@ -284,6 +302,25 @@ impl<'a> Seen<'a> {
                 hits.add(i, range, face);
             }
         }
+    }
+}
+
+/// Puts each ray's range among its two nearest.
+#[inline(always)]
+fn put(
+    range: &[Real; LANES],
+    face: u32,
+    nearest: &mut [Real; LANES],
+    second: &mut [Real; LANES],
+    faces: &mut [u32; LANES],
+) {
+    let (before, seconds, others) = (*nearest, *second, *faces);
+    for i in 0..LANES {
+        let is_nearer = range[i] < before[i];
+        let other = if is_nearer { before[i] } else { range[i] };
+        second[i] = if other < seconds[i] { other } else { seconds[i] };
+        nearest[i] = if is_nearer { range[i] } else { before[i] };
+        faces[i] = if is_nearer { face } else { others[i] };
     }
 }
 

@@ -38,7 +38,8 @@ fn main() -> anyhow::Result<()> {
     let node = Node::join(System::open(&name)?, Process::World)?;
     let (mut scans, mut odometry) = (node.writer(SCAN)?, node.writer(ODOMETRY)?);
     let (mut ticks, mut commands) = (node.writer(TICK)?, node.reader(COMMAND)?);
-    let laser = node.run_config()?.robot.laser;
+    let run = node.run_config()?;
+    let laser = run.robot.laser()?;
     let period = Duration::from_secs_f64(1.0 / laser.rate_hz);
     // Where a driver has died, this one goes on: its numbers, its clock and its odometry do.
     scans.resume_behind_kept();
@@ -55,7 +56,7 @@ fn main() -> anyhow::Result<()> {
         let stamp_ns = (clock + began.elapsed()).as_nanos() as u64;
         let header = Header { seq: 0, stamp_ns, source_seq: 0 };
         odometry.send(|message| robot.write_odometry(header, message))?;
-        scans.send(|message| robot.write_scan(header, &laser, message))?;
+        scans.send(|message| robot.write_scan(header, laser, message))?;
         ticks.send(|tick| {
             tick.header.stamp_ns = stamp_ns;
             node.name_readings(tick);

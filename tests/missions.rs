@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
-use sketchnav_sim::{World, files, mission_file};
+use sketchnav_sim::{Floor, files, mission_file};
 use support::{Place, repository, room, shared_data};
 
 /// The tasks of paper 001, Table I, in the demo's order.
@@ -207,7 +207,7 @@ fn can_be_opened(path: &Path) {
     let start = &mission.start;
     let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());
     let world = files::world(&mission.world).unwrap();
-    World::new(world, &robot, pose, 1).unwrap();
+    Floor::new(world, &robot, pose, 1).unwrap();
     let tasks = mission.task.len();
     let system = "none".to_owned();
     let run = RunConfig {

@@ -389,17 +389,19 @@ fn add_topic<W: Write>(
     mcap.add_channel(schema, topic, "cdr", metadata).map_err(RecordingError::Write)
 }
 
-/// Declares `/tf`, writes the one message of `/tf_static`; gives the id of `/tf`.
+/// Declares `/tf`, writes the one message of `/tf_static` where the robot has a laser; gives the id of `/tf`.
 fn add_transforms<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<u16, RecordingError> {
-    let latched = BTreeMap::from([("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned())]);
     let text = transforms::schema();
     let schema = (transforms::TYPE, text.as_str());
-    let id = add_topic(mcap, "/tf_static", schema, &latched)?;
-    let mut cdr = Vec::new();
-    let said = transforms::laser_in_base(&run.robot.laser, &mut cdr);
-    said.map_err(|source| transform_error("/tf_static", source))?;
-    let header = records::MessageHeader { channel_id: id, sequence: 1, log_time: 0, publish_time: 0 };
-    mcap.write_to_known_channel(&header, &cdr).map_err(RecordingError::Write)?;
+    if let Some(laser) = &run.robot.laser {
+        let latched = BTreeMap::from([("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned())]);
+        let id = add_topic(mcap, "/tf_static", schema, &latched)?;
+        let mut cdr = Vec::new();
+        let said = transforms::laser_in_base(laser, &mut cdr);
+        said.map_err(|source| transform_error("/tf_static", source))?;
+        let header = records::MessageHeader { channel_id: id, sequence: 1, log_time: 0, publish_time: 0 };
+        mcap.write_to_known_channel(&header, &cdr).map_err(RecordingError::Write)?;
+    }
     add_topic(mcap, "/tf", schema, &BTreeMap::new())
 }
 

@@ -261,6 +261,8 @@ channels! {
     ODOMETRY: Sensor Odometry = "odometry", WORLD => [Localizer, Planner], up to 8 a tick;
     /// Laser scans.
     SCAN: Sensor LaserScan = "scan", WORLD => [Localizer, Planner, Pad];
+    /// Readings of the ring of sonars.
+    SONAR: Sensor SonarScan = "sonar", WORLD => [Localizer, Planner, Pad];
     /// The heartbeat, last of what the world sends in an instant.
     TICK: Tick Tick = "tick", WORLD => [Localizer, Planner, Pad];
     /// A sample of the particle set.
@@ -437,7 +439,7 @@ mod tests {
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
         let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
-        let expected = "drawing sketch route understood orders mission contact truth odometry scan tick particles \
+        let expected = "drawing sketch route understood orders mission contact truth odometry scan sonar tick particles \
                         estimate plan command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));

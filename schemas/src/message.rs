@@ -197,6 +197,8 @@ pub const MAX_DRAWN_POINTS: usize = 1 << 18;
 pub const MAX_SENSORS: usize = 16;
 /// Most contacts of one step.
 pub const MAX_CONTACTS: usize = 8;
+/// Most sonars that a ring can hold.
+pub const MAX_SONARS: usize = 32;
 
 messages! {
     /// One sweep of a planar laser range finder (ROS 2: `sensor_msgs/LaserScan`).
@@ -475,6 +477,28 @@ messages! {
         /// Messages in the file so far.
         pub message_count: u64,
     }
+
+    /// The nearest echoes of a ring of sonars. Each sits on the ring and looks outwards.
+    pub struct SonarScan version 1 in "base_link" valid if valid::sonar {
+        /// Direction of sonar 0 from the robot's centre, counter-clockwise from its forward axis.
+        pub angle_min_rad: f32,
+        /// Step from one sonar to the next.
+        pub angle_increment_rad: f32,
+        /// Half the opening angle of a sonar's cone.
+        pub half_opening_rad: f32,
+        /// Radius of the ring; ranges begin there.
+        pub ring_radius_m: f32,
+        /// Time between two scans.
+        pub scan_time_s: f32,
+        /// Shortest range that the sensor measures.
+        pub range_min_m: f32,
+        /// Longest range that the sensor measures.
+        pub range_max_m: f32,
+        /// How many entries of `ranges_m` count.
+        pub sonar_count: u32 as Count,
+        /// Range of the nearest echo in each cone; +∞ where nothing returned, −∞ where it is too near (REP 117).
+        pub ranges_m: [f32; 32] where sonar_count counts,
+    }
 }
 
 parts! {
@@ -516,6 +540,18 @@ impl LaserScan {
     }
 
     /// Direction of beam `i` in the sensor's frame.
+    pub fn angle_rad(&self, i: usize) -> f32 {
+        self.angle_min_rad + i as f32 * self.angle_increment_rad
+    }
+}
+
+impl SonarScan {
+    /// The ranges that count.
+    pub fn ranges(&self) -> &[f32] {
+        &self.ranges_m[..(self.sonar_count as usize).min(MAX_SONARS)]
+    }
+
+    /// Direction of sonar `i` from the robot's centre.
     pub fn angle_rad(&self, i: usize) -> f32 {
         self.angle_min_rad + i as f32 * self.angle_increment_rad
     }

@@ -5,7 +5,9 @@
 //! Readers reject counts beyond the list, numbers that are not finite, and headings that are no rotation. A
 //! valid message can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
 
-use crate::message::{Header, LaserScan, Odometry, PoseEstimate, PoseM, PosePx, Twist, VelocityCommand};
+use crate::message::{
+    Header, LaserScan, Odometry, PoseEstimate, PoseM, PosePx, SonarScan, Twist, VelocityCommand,
+};
 
 /// Farther than any robot drives, metres or pixels.
 const FAR: f64 = 1e7;
@@ -26,14 +28,26 @@ pub(crate) fn scan(scan: &LaserScan) -> bool {
         scan.range_min_m,
         scan.range_max_m,
     ];
-    let is_range = |range: &f32| !range.is_finite() || (0.0..FAR as f32).contains(range);
     timely(&scan.header)
         && numbers.iter().all(|v| v.abs() < FAR as f32)
         && scan.range_min_m >= 0.0
         && scan.range_max_m > scan.range_min_m
-        && !counted.is_empty()
-        && counted.iter().all(is_range)
-        && behind.iter().all(|range| range.to_bits() == 0)
+        && ranges(counted, behind)
+}
+
+/// Ranges as many as are counted, of cones that can exist.
+pub(crate) fn sonar(scan: &SonarScan) -> bool {
+    let Some((counted, behind)) = scan.ranges_m.split_at_checked(scan.sonar_count as usize) else {
+        return false;
+    };
+    let numbers = [scan.angle_min_rad, scan.angle_increment_rad, scan.scan_time_s, scan.range_max_m];
+    timely(&scan.header)
+        && numbers.iter().all(|v| v.abs() < FAR as f32)
+        && (0.0..=std::f32::consts::FRAC_PI_2).contains(&scan.half_opening_rad)
+        && (0.0..FAR as f32).contains(&scan.ring_radius_m)
+        && scan.range_min_m >= 0.0
+        && scan.range_max_m > scan.range_min_m
+        && ranges(counted, behind)
 }
 
 /// A pose and a velocity.
@@ -57,6 +71,12 @@ pub(crate) fn command(command: &VelocityCommand) -> bool {
 /// Whether the stamp has room in a recorded message.
 fn timely(header: &Header) -> bool {
     header.stamp_ns / 1_000_000_000 <= i32::MAX as u64
+}
+
+/// Whether there are ranges, each a distance or what REP 117 says, and nothing behind them.
+fn ranges(counted: &[f32], behind: &[f32]) -> bool {
+    let is_range = |range: &f32| !range.is_finite() || (0.0..FAR as f32).contains(range);
+    !counted.is_empty() && counted.iter().all(is_range) && behind.iter().all(|range| range.to_bits() == 0)
 }
 
 fn metres(pose: &PoseM) -> bool {
@@ -123,6 +143,29 @@ mod tests {
                 |scan| scan.ranges_m[4] = -0.5,
                 |scan| scan.ranges_m[4] = 1e30,
                 |scan| scan.ranges_m[5] = 1.0,
+                |scan| scan.header.stamp_ns = u64::MAX,
+            ],
+        );
+    }
+
+    #[test]
+    fn a_sonar_ring_has_as_many_ranges_as_it_says_and_cones_that_can_be() {
+        let mut valid = SonarScan::zeroed();
+        (valid.sonar_count, valid.half_opening_rad, valid.range_max_m) = (4, 0.2, 6.0);
+        valid.ranges_m[..3].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY, 5.0]);
+        rejected(
+            valid,
+            &[
+                |scan| scan.sonar_count = 0,
+                |scan| scan.sonar_count = 33,
+                |scan| scan.half_opening_rad = 3.0,
+                |scan| scan.half_opening_rad = f32::NAN,
+                |scan| scan.ring_radius_m = -1.0,
+                |scan| scan.angle_increment_rad = f32::INFINITY,
+                |scan| scan.range_max_m = 0.0,
+                |scan| scan.range_min_m = f32::NAN,
+                |scan| scan.ranges_m[3] = -0.5,
+                |scan| scan.ranges_m[4] = 1.0,
                 |scan| scan.header.stamp_ns = u64::MAX,
             ],
         );

@@ -1,18 +1,21 @@
-//! How long the world takes: a step of physics, a scan, and its rays by the tree of
-//! faces and by rapier's query pipeline.
+//! How long the floor takes: an instant of motion, its sensors, and a scan's rays by the tree of faces, by the
+//! sweep and by rapier's query pipeline.
+
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 #[path = "../../tests/support/data.rs"]
 mod data;
 
-use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector2;
 use rapier2d::prelude::*;
 use sketchnav_schemas::geometry::{Pose, World as WorldFrame};
-use sketchnav_schemas::message::{Header, LaserScan, Twist, VelocityCommand};
 use sketchnav_sim::raycast::Faces;
-use sketchnav_sim::{World, WorldDescription, files, floor_plan, robots};
+use sketchnav_sim::raycast::sweep::Rays;
+use sketchnav_sim::{Floor, Simulation, WorldDescription, files, floor_plan, robots};
+use support::{Readings, command};
 
 const BEAMS: u32 = 683;
 const RANGE_M: f64 = 5.6;
@@ -51,11 +54,16 @@ fn casts(criterion: &mut Criterion, name: &str, description: &WorldDescription, 
     let mut group = criterion.benchmark_group(format!("{name}: 683 rays, {} faces", faces.len()));
     let (rays, origin) = (rays(), Vector::new(from.0 as f32, from.1 as f32));
 
-    let tree = Faces::new(&faces);
+    let tree = Faces::new(faces);
     let start = Vector2::new(from.0, from.1);
     group.bench_function("tree of faces", |b| {
         b.iter(|| rays.iter().filter_map(|r| tree.cast(start, Vector2::new(r.0, r.1), RANGE_M)).sum::<f64>());
     });
+
+    let step = 240_f64.to_radians() / f64::from(BEAMS - 1);
+    let swept = Rays::new(-2.0, step, rays.iter().map(|r| Vector2::new(r.0, r.1)));
+    let mut ranges = vec![0.0; BEAMS as usize];
+    group.bench_function("sweep of faces", |b| b.iter(|| tree.sweep(start, &swept, RANGE_M, &mut ranges)));
 
     let ray = |r: &(f64, f64)| Ray::new(origin, Vector::new(r.0 as f32, r.1 as f32));
     let mut rapier = PhysicsWorld::new();
@@ -80,18 +88,22 @@ fn casts(criterion: &mut Criterion, name: &str, description: &WorldDescription, 
 }
 
 fn steps(criterion: &mut Criterion, name: &str, description: &WorldDescription, from: (f64, f64)) {
-    let robot = robots::find("robotino").ok().flatten().expect("a robot that ships");
-    let start = Pose::<WorldFrame>::new(from.0, from.1, 0.0);
-    let mut world = World::new(description.clone(), &robot, start, 1).expect("a world that holds");
-    let mut scan: Box<LaserScan> = bytemuck::zeroed_box();
-    criterion.bench_function(&format!("{name}: scan"), |b| b.iter(|| world.fill_scan(black_box(&mut scan))));
-    criterion.bench_function(&format!("{name}: step"), |b| {
-        b.iter(|| {
-            let header = Header { seq: 0, stamp_ns: world.stamp_ns(), source_seq: 0 };
-            let twist = Twist { vx_mps: 0.3, vy_mps: 0.0, yaw_rate_radps: 0.6 };
-            world.step(Some(&VelocityCommand { header, twist, last: 0, reserved: 0 }));
+    for robot in ["robotino", "nomad200"] {
+        let robot = robots::find(robot).ok().flatten().expect("a robot that ships");
+        let start = Pose::<WorldFrame>::new(from.0, from.1, 0.0);
+        let mut floor = Floor::new(description.clone(), &robot, start, 1).expect("a world that holds");
+        let mut readings = Readings::new();
+        let name = format!("{name}, {}", robot.name);
+        criterion.bench_function(&format!("{name}: sensors"), |b| {
+            b.iter(|| {
+                readings.log.clear();
+                readings.take(&floor);
+            });
         });
-    });
+        criterion.bench_function(&format!("{name}: motion"), |b| {
+            b.iter(|| floor.step(Some(&command(&floor, 0.3, 0.0, 0.6))));
+        });
+    }
 }
 
 fn all(criterion: &mut Criterion) {

@@ -5,6 +5,8 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::floor_plan::Person;
 
+use crate::sensors::Disc;
+
 /// How near a person lets a robot come before waiting, metres between the two bodies.
 const PERSONAL_SPACE_M: f64 = 0.3;
 
@@ -30,9 +32,9 @@ impl Walker {
         self.at
     }
 
-    /// Radius of the body, metres.
-    pub fn radius_m(&self) -> f64 {
-        self.person.radius_m
+    /// Place and radius, metres.
+    pub fn disc(&self) -> Disc {
+        (self.at.into(), self.person.radius_m)
     }
 
     /// Goes on for `dt_s`; `robot` is in the way where a step leads nearer to it than a person likes.

@@ -3,37 +3,121 @@
 //!
 //! Rapier's own query pipeline goes through its colliders, solid by solid: for the same rays it takes
 //! two to three times as long (`benches/world.rs` measures both). A range is right to two millimetres even
-//! where a ray grazes a wall: parry counts in single precision.
+//! where a ray grazes a wall: parry counts in single precision. [`sweep`] casts a whole scan at once, to the
+//! same bits; [`cone`] finds the nearest point in a cone.
+
+pub mod cone;
+pub mod sweep;
+
+use std::ops::Range;
 
 use nalgebra::Vector2;
+use rapier2d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier2d::parry::query::{Ray, RayCast};
-use rapier2d::parry::shape::{Ball, Polyline};
+use rapier2d::parry::shape::{Ball, Polyline, Segment as Line};
 use rapier2d::prelude::{Real, Vector};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::convex::Segment;
 
 /// How far faces reach beyond their ends: parry lets a ray through exactly where two faces meet.
 const OVERLAP_M: f64 = 2e-5;
 
+/// Side of the square in which faces are near each other, metres.
+const BLOCK_M: f64 = 2.0;
+
 /// The faces of everything that stands.
-#[derive(Clone, Serialize, Deserialize)]
-pub struct Faces(Polyline);
+#[derive(Clone)]
+pub struct Faces {
+    segments: Vec<Segment>,
+    tree: Polyline,
+    /// The segments once more, block by block.
+    pieces: Vec<Piece>,
+    blocks: Vec<Block>,
+}
+
+#[derive(Clone)]
+struct Piece {
+    segment: Segment,
+    line: Line,
+    bounds: Aabb,
+}
+
+/// Faces that are near each other, or a long one.
+#[derive(Clone)]
+struct Block {
+    bounds: Aabb,
+    pieces: Range<usize>,
+}
 
 impl Faces {
     /// A tree of `segments`.
-    pub fn new(segments: &[Segment]) -> Self {
-        let vertices = segments.iter().flat_map(lengthened).map(vector).collect();
+    pub fn new(segments: Vec<Segment>) -> Self {
+        let vertices: Vec<_> = segments.iter().flat_map(lengthened).map(vector).collect();
+        let lines = vertices.chunks_exact(2).map(|ends| Line::new(ends[0], ends[1]));
+        let mut pieces: Vec<_> = lines
+            .zip(&segments)
+            .map(|(line, segment)| Piece { segment: *segment, line, bounds: line.local_aabb() })
+            .collect();
+        let blocks = blocks(&mut pieces);
         let indices = (0..segments.len() as u32).map(|i| [2 * i, 2 * i + 1]).collect();
-        Self(Polyline::new(vertices, Some(indices)))
+        Self { tree: Polyline::new(vertices, Some(indices)), segments, pieces, blocks }
     }
 
     /// How far a ray from `from` goes along `direction` (a unit vector) until it hits a face; `None`
     /// where there is none within `max_m`.
     pub fn cast(&self, from: Vector2<f64>, direction: Vector2<f64>, max_m: f64) -> Option<f64> {
         let ray = Ray::new(vector(from), vector(direction));
-        self.0.cast_local_ray(&ray, max_m as Real, true).map(f64::from)
+        self.tree.cast_local_ray(&ray, max_m as Real, true).map(f64::from)
     }
+
+    /// The faces whose bounding boxes come within `reach_m` of a place, at least.
+    fn near(&self, at: Vector2<f64>, reach_m: f64) -> impl Iterator<Item = &Segment> {
+        let (at, reach) = (vector(at), reach_m as Real);
+        let is_near = move |bounds: &Aabb| distance(bounds, at) <= reach;
+        let blocks = self.blocks.iter().filter(move |block| is_near(&block.bounds));
+        let pieces = blocks.flat_map(|block| &self.pieces[block.pieces.clone()]);
+        pieces.filter(move |piece| is_near(&piece.bounds)).map(|piece| &piece.segment)
+    }
+}
+
+/// Brings the pieces into the order of their blocks.
+fn blocks(pieces: &mut [Piece]) -> Vec<Block> {
+    let long = |piece: &Piece| f64::from(piece.line.length()) > BLOCK_M;
+    let cell = |v: Real| (f64::from(v) / BLOCK_M).floor() as i64;
+    let square = |piece: &Piece| {
+        let middle = piece.bounds.center();
+        (long(piece), cell(middle.y), cell(middle.x))
+    };
+    pieces.sort_by_key(square);
+    let runs = pieces.chunk_by(|a, b| !long(a) && square(a) == square(b));
+    let mut blocks = Vec::new();
+    for run in runs {
+        let first = blocks.last().map_or(0, |block: &Block| block.pieces.end);
+        let bounds = run.iter().skip(1).fold(run[0].bounds, |bounds, piece| bounds.merged(&piece.bounds));
+        blocks.push(Block { bounds, pieces: first..first + run.len() });
+    }
+    blocks
+}
+
+/// Only the segments are stored: the tree follows from them.
+impl Serialize for Faces {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.segments.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Faces {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Vec::deserialize(deserializer).map(Self::new)
+    }
+}
+
+/// From a place to a box; 0 inside.
+fn distance(bounds: &Aabb, at: Vector) -> Real {
+    let outside = |low: Real, high: Real, v: Real| (low - v).max(v - high).max(0.0);
+    let (x, y) = (outside(bounds.mins.x, bounds.maxs.x, at.x), outside(bounds.mins.y, bounds.maxs.y, at.y));
+    (x * x + y * y).sqrt()
 }
 
 /// Both ends of a face, moved apart by [`OVERLAP_M`].
@@ -70,7 +154,7 @@ mod tests {
 
     fn room() -> Faces {
         let walls: Vec<_> = (0..4).map(|i| [CORNERS[i], CORNERS[(i + 1) % 4]]).collect();
-        Faces::new(&walls)
+        Faces::new(walls)
     }
 
     fn distance_to_walls(at: Vector2<f64>, direction: Vector2<f64>) -> f64 {

@@ -4,12 +4,14 @@
 mod data;
 #[path = "../../tests/support/skip.rs"]
 mod skip;
+mod support;
 
 use sketchnav_schemas::codes::BodyKind;
 use sketchnav_schemas::geometry::{Pose, World as WorldFrame};
-use sketchnav_schemas::message::{Contact, GroundTruth, Header, LaserScan, Odometry, Twist, VelocityCommand};
+use sketchnav_schemas::message::{Contact, LaserScan, Odometry};
 use sketchnav_schemas::robot::Robot;
-use sketchnav_sim::{SimError, World, floor_plan, robots};
+use sketchnav_sim::{Floor, SimError, Simulation, floor_plan, robots};
+use support::{Readings, command};
 
 const ROOM: &str = "name='room'\nwall_thickness_m=0.2\n\
     [[wall]]\nclosed=true\npoints=[[0,0],[4,0],[4,4],[0,4]]\n";
@@ -21,52 +23,42 @@ fn robotino() -> Robot {
 /// A robot without any noise.
 fn perfect() -> Robot {
     let mut robot = robotino();
-    (robot.laser.noise_m, robot.laser.noise_per_m, robot.laser.dropout) = (0.0, 0.0, 0.0);
-    robot.laser.mount_x_m = 0.0;
-    let noise = &mut robot.odometry;
+    let laser = robot.laser.as_mut().unwrap();
+    (laser.noise_m, laser.noise_per_m, laser.dropout, laser.mount_x_m) = (0.0, 0.0, 0.0, 0.0);
+    let noise = robot.odometry.as_mut().unwrap();
     (noise.alpha_speed_speed, noise.alpha_speed_turn) = (0.0, 0.0);
     (noise.alpha_turn_speed, noise.alpha_turn_turn) = (0.0, 0.0);
     (noise.drift_distance, noise.drift_yaw_radpm, noise.slips_per_m) = (0.0, 0.0, 0.0);
     robot
 }
 
-fn world(extra: &str, robot: &Robot, start: (f64, f64, f64), seed: u64) -> Result<World, SimError> {
+fn world(extra: &str, robot: &Robot, start: (f64, f64, f64), seed: u64) -> Result<Floor, SimError> {
     let description = floor_plan::parse(&format!("{ROOM}{extra}"))?;
-    World::new(description, robot, Pose::<WorldFrame>::new(start.0, start.1, start.2), seed)
+    Floor::new(description, robot, Pose::<WorldFrame>::new(start.0, start.1, start.2), seed)
 }
 
-fn command(world: &World, vx_mps: f64, vy_mps: f64, yaw_rate_radps: f64) -> VelocityCommand {
-    let header = Header { seq: world.steps() + 1, stamp_ns: world.stamp_ns(), source_seq: world.steps() + 1 };
-    VelocityCommand { header, twist: Twist { vx_mps, vy_mps, yaw_rate_radps }, last: 0, reserved: 0 }
-}
-
-fn drive(world: &mut World, steps: usize, vx: f64, vy: f64, yaw_rate: f64) -> Vec<Contact> {
+fn drive(floor: &mut Floor, steps: usize, vx: f64, vy: f64, yaw_rate: f64) -> Vec<Contact> {
     let mut contacts = Vec::new();
     for _ in 0..steps {
-        let command = command(world, vx, vy, yaw_rate);
-        world.step(Some(&command));
-        contacts.extend(world.contacts());
+        floor.step(Some(&command(floor, vx, vy, yaw_rate)));
+        contacts.extend(Readings::of(floor).contacts);
     }
     contacts
 }
 
-fn scan(world: &World) -> LaserScan {
-    let mut scan: LaserScan = bytemuck::Zeroable::zeroed();
-    world.fill_scan(&mut scan);
-    scan
+fn scan(floor: &Floor) -> LaserScan {
+    *Readings::of(floor).scan
+}
+
+fn odometry(floor: &Floor) -> Odometry {
+    Readings::of(floor).odometry
 }
 
 /// Everything that the sensors say, as bytes.
-fn observation(world: &World) -> Vec<u8> {
-    let (mut odometry, mut truth): (Odometry, GroundTruth) =
-        (bytemuck::Zeroable::zeroed(), bytemuck::Zeroable::zeroed());
-    world.fill_odometry(&mut odometry);
-    world.fill_truth(&mut truth);
-    let mut bytes = bytemuck::bytes_of(&scan(world)).to_vec();
-    bytes.extend(bytemuck::bytes_of(&odometry));
-    bytes.extend(bytemuck::bytes_of(&truth));
-    world.contacts().for_each(|contact| bytes.extend(bytemuck::bytes_of(&contact)));
-    bytes
+fn observation(floor: &Floor) -> Vec<u8> {
+    let mut readings = Readings::with_bytes();
+    readings.take(floor);
+    readings.bytes.unwrap()
 }
 
 #[test]
@@ -140,7 +132,8 @@ fn ranges_in_an_empty_room_are_the_distances_to_its_walls() {
 #[test]
 fn ranges_that_are_no_measurement_follow_rep_117() {
     let mut robot = perfect();
-    (robot.laser.range_min_m, robot.laser.range_max_m, robot.laser.dropout) = (2.0, 2.2, 0.25);
+    let laser = robot.laser.as_mut().unwrap();
+    (laser.range_min_m, laser.range_max_m, laser.dropout) = (2.0, 2.2, 0.25);
     let scan = scan(&world("", &robot, (2.0, 2.0, 0.0), 1).unwrap());
     let count = |is: fn(f32) -> bool| scan.ranges().iter().filter(|r| is(**r)).count();
     let (near, far, lost) =
@@ -154,7 +147,8 @@ fn ranges_that_are_no_measurement_follow_rep_117() {
 #[test]
 fn the_noise_of_the_laser_has_its_mean_and_spread() {
     let mut robot = perfect();
-    (robot.laser.noise_m, robot.laser.noise_per_m) = (0.01, 0.02);
+    let laser = robot.laser.as_mut().unwrap();
+    (laser.noise_m, laser.noise_per_m) = (0.01, 0.02);
     let mut world = world("", &robot, (2.0, 2.0, 0.0), 3).unwrap();
     // The beam straight ahead: 1.9 m, so a spread of 0.048 m.
     let mut ranges = Vec::new();
@@ -182,8 +176,7 @@ fn odometry_without_noise_is_the_way_from_the_start() {
     let mut world = world("", &perfect(), (1.0, 1.0, 0.5), 1).unwrap();
     let start = world.robot_pose();
     drive(&mut world, 40, 0.4, 0.1, 0.3);
-    let mut odometry: Odometry = bytemuck::Zeroable::zeroed();
-    world.fill_odometry(&mut odometry);
+    let odometry = odometry(&world);
     let (told, true_way) = (odometry.pose(), start.motion_to(&world.robot_pose()));
     assert!(
         (told.x - true_way.x).abs() < 1e-9 && (told.y - true_way.y).abs() < 1e-9,
@@ -197,14 +190,14 @@ fn odometry_without_noise_is_the_way_from_the_start() {
 #[test]
 fn odometry_errs_as_much_as_its_parameters_say() {
     use sketchnav_schemas::geometry::{Base, Pose};
-    use sketchnav_sim::odometry::DeadReckoning;
+    use sketchnav_sim::sensors::odometry::DeadReckoning;
     let mut robot = perfect();
-    robot.odometry.drift_distance = 0.02;
-    robot.odometry.alpha_speed_speed = 0.004;
+    let noise = robot.odometry.as_mut().unwrap();
+    (noise.drift_distance, noise.alpha_speed_speed) = (0.02, 0.004);
     let errors: Vec<f64> = (0..2000)
         .map(|seed| {
             let stream = sketchnav_schemas::seed::stream(seed, "test");
-            let mut count = DeadReckoning::new(&robot.odometry, robot.drive, stream);
+            let mut count = DeadReckoning::new(robot.odometry().unwrap(), robot.drive, stream);
             (0..100).for_each(|_| count.step(&Pose::<Base>::new(0.05, 0.0, 0.0), 0.1));
             count.pose().x - 5.0
         })
@@ -221,8 +214,7 @@ fn odometry_errs_as_much_as_its_parameters_say() {
 fn a_robot_at_rest_counts_nothing() {
     let mut world = world("", &robotino(), (2.0, 2.0, 0.0), 1).unwrap();
     (0..50).for_each(|_| world.step(None));
-    let mut odometry: Odometry = bytemuck::Zeroable::zeroed();
-    world.fill_odometry(&mut odometry);
+    let odometry = odometry(&world);
     assert_eq!((odometry.pose.x_m, odometry.pose.y_m, odometry.pose.orientation_z), (0.0, 0.0, 0.0));
 }
 
@@ -265,7 +257,7 @@ fn people_block_the_laser_and_wait_for_the_robot() {
     let mut contacts = 0;
     for _ in 0..50 {
         world.step(None);
-        contacts += world.contacts().len();
+        contacts += Readings::of(&world).contacts.len();
     }
     let range = scan(&world).ranges()[341];
     assert!((0.525..0.545).contains(&range), "{range}");
@@ -289,12 +281,12 @@ fn a_start_where_the_robot_does_not_fit_is_refused_with_the_place() {
 }
 
 /// A busy world: furniture, a person, every kind of noise, walls that are hit.
-fn busy(seed: u64) -> World {
+fn busy(seed: u64) -> Floor {
     let extra = "[[furniture]]\ncenter=[2.8,1.2]\nradius_m=0.3\n[[person]]\nwaypoints=[[3.2,3.2],[0.6,3.2]]\nspeed_mps=0.8\n";
     world(extra, &robotino(), (1.0, 1.0, 0.3), seed).unwrap()
 }
 
-fn run(world: &mut World, steps: u64) -> Vec<u8> {
+fn run(world: &mut Floor, steps: u64) -> Vec<u8> {
     let mut bytes = Vec::new();
     for _ in 0..steps {
         let phase = world.steps() as f64;
@@ -317,7 +309,7 @@ fn a_world_stored_and_restored_goes_on_with_the_same_bytes() {
     for _ in 0..6 {
         run(&mut world, 41);
         let stored = postcard::to_allocvec(&world).unwrap();
-        let mut restored: World = postcard::from_bytes(&stored).unwrap();
+        let mut restored: Floor = postcard::from_bytes(&stored).unwrap();
         assert!(run(&mut restored, 41) == run(&mut world, 41));
         assert!(postcard::to_allocvec(&restored).unwrap() == postcard::to_allocvec(&world).unwrap());
     }
@@ -335,7 +327,7 @@ fn a_real_map_becomes_a_world() {
     let floor = sketchnav_sim::files::map_file(&path).unwrap();
     let start = |column: f64, row: f64| {
         let pose = Pose::<WorldFrame>::new(column * 0.0605, (544.0 - row) * 0.0605, 0.0);
-        World::new(floor.clone(), &robotino(), pose, 1)
+        Floor::new(floor.clone(), &robotino(), pose, 1)
     };
     let world = start(400.0, 312.0).unwrap();
     let seen = scan(&world).ranges().iter().filter(|r| r.is_finite()).count();

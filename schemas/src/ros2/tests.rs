@@ -171,7 +171,9 @@ fn what_sensors_read_is_its_own_cause() {
             let (mut message, cells) = sample::<T>(&mut stream(1, T::NAME), 7);
             message.header_mut().source_seq = 6;
             let is_refused = message.to_cdr(&cells, &mut Vec::new()).is_err();
-            assert_eq!(is_refused, channel.spec.is_sensed(), "{}", channel.spec.name);
+            // A message of our own has a place for another.
+            assert!(!is_refused || channel.spec.is_sensed(), "{}", channel.spec.name);
+            assert_eq!(is_refused, !T::TYPE.starts_with("sketchnav"), "{}", channel.spec.name);
             Ok(())
         }
     }

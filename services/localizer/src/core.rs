@@ -10,7 +10,7 @@ use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::geometry::{Odom, Pose};
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
 use sketchnav_schemas::mission::overlaid;
-use sketchnav_schemas::robot::{Drive, Laser};
+use sketchnav_schemas::robot::{Drive, Laser, RobotError};
 use sketchnav_schemas::run::RunConfig;
 
 /// Simulation time between two samples of the particle set.
@@ -22,6 +22,9 @@ pub enum CoreError {
     /// The mission's table of parameters has an unknown key or a wrong type.
     #[error("parameters.localizer: {0}")]
     Parameters(#[from] toml::de::Error),
+    /// The robot lacks the laser or the odometry.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
     /// A parameter or the start cannot be.
     #[error(transparent)]
     Localization(#[from] LocalizationError),
@@ -71,12 +74,13 @@ impl Core {
     /// Reads the parameters out of the mission.
     ///
     /// # Errors
-    /// [`CoreError`] with the key.
+    /// [`CoreError`] with the key of the mission, or of the robot file.
     pub fn new(run: &RunConfig) -> Result<Self, CoreError> {
         let mission = &run.mission;
         let parameters = overlaid(&Parameters::of(mission.method), &mission.parameters.localizer)?;
         parameters.check().map_err(LocalizationError::from)?;
-        let (laser, drive, seed) = (run.robot.laser.clone(), run.robot.drive, run.seed);
+        run.robot.odometry()?;
+        let (laser, drive, seed) = (run.robot.laser()?.clone(), run.robot.drive, run.seed);
         Ok(Self {
             parameters,
             laser,

@@ -210,7 +210,7 @@ pub fn particles(particles: &Particles, view: &View) -> Vec<[f64; 2]> {
     thinned(particles.particles[..count].iter()).map(|p| view.point(p.x_px.into(), p.y_px.into())).collect()
 }
 
-/// Where the laser sees something, by the estimate's local scales.
+/// Where the laser sees something, by the estimate's local scales; nowhere where the robot has none.
 pub fn scan(
     scan: &LaserScan,
     estimate: &PoseEstimate,
@@ -219,7 +219,8 @@ pub fn scan(
     view: &View,
 ) -> Vec<[f64; 2]> {
     let Some(chart) = Chart::new(estimate, wall_direction_rad) else { return Vec::new() };
-    let sensor: Pose<Odom> = chart.robot_m().compose(&robot.laser.mount());
+    let Some(laser) = &robot.laser else { return Vec::new() };
+    let sensor: Pose<Odom> = chart.robot_m().compose(&laser.mount());
     let place = |(i, range): (usize, &f32)| -> Option<[f64; 2]> {
         let hit = range.is_finite() && (scan.range_min_m..=scan.range_max_m).contains(range);
         hit.then(|| {

@@ -31,7 +31,7 @@ use sketchnav_schemas::message::{
     VelocityCommand,
 };
 use sketchnav_schemas::mission::overlaid;
-use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::run::{Pad, RunConfig};
 
 use self::agenda::Task;
@@ -45,6 +45,9 @@ pub enum PlannerError {
     /// The mission's table `parameters.planner` has a key that is not known or a value of the wrong type.
     #[error("parameters.planner: {0}")]
     Table(String),
+    /// The robot lacks the laser or the odometry.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
     /// A parameter that cannot be.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
@@ -101,18 +104,20 @@ impl Core {
     /// For a run: its robot and the parameters of its mission.
     ///
     /// # Errors
-    /// [`PlannerError`] where the mission's table `parameters.planner` is not as it should be.
+    /// [`PlannerError`] where the mission's table `parameters.planner` is not as it should be, or the robot lacks a
+    /// sensor.
     pub fn new(config: &RunConfig) -> Result<Self, PlannerError> {
         let parameters = parameters(config)?;
-        let Robot { laser, .. } = &config.robot;
+        let robot = &config.robot;
+        robot.odometry()?;
         Ok(Self {
-            nominal_dt_s: 1.0 / laser.rate_hz,
-            base_from_laser: laser.mount(),
+            nominal_dt_s: 1.0 / robot.tick_hz(),
+            base_from_laser: robot.laser()?.mount(),
             wall_direction_rad: 0.0,
             pad: config.pad,
             tasks: None,
             tasks_sketch: 0,
-            driver: Driver::new(parameters, &config.robot),
+            driver: Driver::new(parameters, robot),
             mission: Mission::default(),
         })
     }

@@ -2,19 +2,20 @@
 
 use std::time::{Duration, Instant as Clock};
 
-use sketchnav_schemas::channels::{CONTACT, ODOMETRY, SCAN, TICK, TRUTH};
+use sketchnav_schemas::channels::{Channel, TICK};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased::Owned;
-use sketchnav_schemas::message::{Contact, Header, VelocityCommand};
+use sketchnav_schemas::message::{Header, VelocityCommand};
+use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sim::World as Simulation;
+use sketchnav_sim::{Floor, Senses, Simulation};
 use sketchnav_stage::{Files, Heard, Hosted, Inputs, Instant, Memory, Outbox, Sink, StageError, Tap};
 
 use crate::RehearsalError;
 
 /// The world: its simulation, and what it says of an instant.
 pub(crate) struct World {
-    simulation: Simulation,
+    simulation: Floor,
     pub(crate) memory: Memory,
     tick: u64,
     /// How long it took so far.
@@ -49,20 +50,32 @@ impl World {
         let Self { simulation, memory, .. } = self;
         let (stamp_ns, source_seq) = (simulation.stamp_ns(), self.tick + 1);
         let mut sink = memory.tapped(tap);
+        simulation.sense(&mut Said { sink: &mut sink, source_seq })?;
         let mut out = Outbox::new(&mut sink, stamp_ns, source_seq);
-        for touch in simulation.contacts() {
-            out.send(CONTACT, |contact| *contact = Contact { header: contact.header, ..touch })?;
-        }
-        out.send(TRUTH, |truth| simulation.fill_truth(truth))?;
-        out.send(ODOMETRY, |odometry| simulation.fill_odometry(odometry))?;
-        out.send(SCAN, |scan| simulation.fill_scan(scan))?;
         let newest = out.newest_readings();
-        self.tick = out.send(TICK, |tick| {
-            tick.header = Header { source_seq, ..tick.header };
-            tick.newest = newest;
-        })?;
+        self.tick = out.send(TICK, |tick| tick.newest = newest)?;
         self.spent += began.elapsed();
         Ok(())
+    }
+}
+
+/// Takes what the simulation says.
+struct Said<'a> {
+    sink: &'a mut dyn Sink,
+    /// The tick of the instant.
+    source_seq: u64,
+}
+
+impl Senses for Said<'_> {
+    type Error = StageError;
+
+    fn reading<T: Ros2>(
+        &mut self,
+        channel: Channel<T>,
+        stamp_ns: u64,
+        fill: impl FnOnce(&mut T),
+    ) -> Result<(), StageError> {
+        Outbox::new(self.sink, stamp_ns, self.source_seq).send(channel, fill).map(drop)
     }
 }
 

@@ -1,38 +1,39 @@
-//! The simulated world as a process: moves the bytes between `sketchnav_sim` and the channels, and
-//! decides when the next step is due. A real robot's driver does the same with real sensors.
+//! The simulated world as a process: moves the bytes between a [`Simulation`] and the channels, and
+//! decides when the next instant is due. A real robot's driver does the same with real sensors.
 //!
 //! Its checkpoint holds the whole world as it is before its sensors speak: what they say follows from it,
 //! so a successor says the same again and goes on.
 
 use std::time::{Duration, Instant};
 
+use anyhow::Context;
 use serde::{Deserialize, Serialize};
-use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, Pacer, Reader, Step, Wake, Writer};
-use sketchnav_schemas::channels::{COMMAND, CONTACT, LOCKSTEP_WINDOW, ODOMETRY, RECORDED, SCAN, TICK, TRUTH};
-use sketchnav_schemas::geometry::Pose;
-use sketchnav_schemas::message::{
-    Contact, GroundTruth, Header, LaserScan, Odometry, Recorded, Tick, VelocityCommand,
+use sketchnav_runtime::{
+    Checkpoints, Found, HealthReporter, Node, Pacer, RawWriter, Reader, Step, Wake, Writer,
 };
+use sketchnav_schemas::channels::{self, COMMAND, Channel, LOCKSTEP_WINDOW, MAX_CHANNELS, RECORDED, TICK};
+use sketchnav_schemas::erased;
+use sketchnav_schemas::geometry::Pose;
+use sketchnav_schemas::message::{Header, Recorded, Tick, VelocityCommand};
+use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
-use sketchnav_sim::World;
+use sketchnav_sim::{Floor, Senses, Simulation};
 
 /// How long to sleep at most before looking whether somebody new listens.
 const LOOK_UP: Duration = Duration::from_millis(20);
 /// How often to look for the first answer, and how long to wait for it.
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The form of [`Positions`] and [`World`].
-const CHECKPOINT: &str = "world 2";
+/// The form of [`Positions`] and [`Floor`].
+const CHECKPOINT: &str = "world 3";
 
 /// Where in its channels the world stands before its sensors speak: the last number that was given, or
 /// the one before the message that counts.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Positions {
     tick: u64,
-    scan: u64,
-    odometry: u64,
-    truth: u64,
-    contact: u64,
+    /// Of what belongs to an instant, in the order of the table; zeros behind.
+    readings: [u64; MAX_CHANNELS],
     command: u64,
     recorded: u64,
 }
@@ -50,19 +51,19 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
     }
 }
 
-/// The world that a run describes, before its first scan.
+/// The world that a run describes, before its first instant.
 ///
 /// # Errors
 /// [`sketchnav_sim::SimError`] with the file, the key or the place.
-pub fn build(run: &RunConfig) -> Result<World, sketchnav_sim::SimError> {
+pub fn build(run: &RunConfig) -> Result<Floor, sketchnav_sim::SimError> {
     let description = sketchnav_sim::files::world(&run.mission.world)?;
     let start = &run.mission.start;
     let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());
-    World::new(description, &run.robot, pose, run.seed)
+    Floor::new(description, &run.robot, pose, run.seed)
 }
 
 /// The world of the newest checkpoint, or a new one.
-fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(Option<Positions>, World)> {
+fn resume(run: &RunConfig, found: Found<(Positions, Floor)>) -> anyhow::Result<(Option<Positions>, Floor)> {
     let is_lost = found.is_lost();
     match found.state {
         Some((positions, world)) => Ok((Some(positions), world)),
@@ -71,18 +72,15 @@ fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(
     }
 }
 
-struct Shell<'a> {
+struct Shell<'a, S> {
     node: &'a Node,
-    world: World,
+    world: S,
+    voices: Voices,
     tick: Writer<Tick>,
-    scan: Writer<LaserScan>,
-    odometry: Writer<Odometry>,
-    truth: Writer<GroundTruth>,
-    contact: Writer<Contact>,
     command: Reader<VelocityCommand>,
     recorded: Reader<Recorded>,
     health: HealthReporter,
-    checkpoints: Checkpoints<(Positions, World)>,
+    checkpoints: Checkpoints<(Positions, S)>,
     pace: Pace,
     /// The newest command.
     held: Option<VelocityCommand>,
@@ -90,7 +88,7 @@ struct Shell<'a> {
     recorded_tick: u64,
 }
 
-impl<'a> Shell<'a> {
+impl<'a> Shell<'a, Floor> {
     fn open(node: &'a Node, run: &RunConfig) -> anyhow::Result<Self> {
         let (checkpoints, found) = Checkpoints::open(node, CHECKPOINT)?;
         found.report(node);
@@ -98,11 +96,8 @@ impl<'a> Shell<'a> {
         let mut shell = Self {
             node,
             world,
+            voices: Voices::open(node, run.mission.navigator_kind())?,
             tick: node.writer(TICK)?,
-            scan: node.writer(SCAN)?,
-            odometry: node.writer(ODOMETRY)?,
-            truth: node.writer(TRUTH)?,
-            contact: node.writer(CONTACT)?,
             command: node.reader(COMMAND)?,
             recorded: node.reader(RECORDED)?,
             health: HealthReporter::new(node)?,
@@ -116,13 +111,12 @@ impl<'a> Shell<'a> {
         }
         Ok(shell)
     }
+}
 
+impl<S: Simulation> Shell<'_, S> {
     fn resume_after(&mut self, positions: &Positions) {
         self.tick.resume_after(positions.tick);
-        self.scan.resume_after(positions.scan);
-        self.odometry.resume_after(positions.odometry);
-        self.truth.resume_after(positions.truth);
-        self.contact.resume_after(positions.contact);
+        self.voices.resume_after(&positions.readings);
         self.command.resume_after(positions.command);
         self.recorded.resume_after(positions.recorded);
     }
@@ -131,10 +125,7 @@ impl<'a> Shell<'a> {
     fn positions(&self) -> Positions {
         Positions {
             tick: self.tick.last_seq(),
-            scan: self.scan.last_seq(),
-            odometry: self.odometry.last_seq(),
-            truth: self.truth.last_seq(),
-            contact: self.contact.last_seq(),
+            readings: self.voices.positions(),
             command: self.held.map_or(0, |command| command.header.seq - 1),
             recorded: self.recorded.position().saturating_sub(1),
         }
@@ -230,27 +221,11 @@ impl<'a> Shell<'a> {
 
     /// Sends what the sensors say now; the tick last, which names it and wakes the readers.
     fn observe(&mut self) -> anyhow::Result<()> {
-        let seq = self.tick.last_seq() + 1;
-        let header = Header { seq: 0, stamp_ns: self.world.stamp_ns(), source_seq: seq };
-        for contact in self.world.contacts() {
-            let mut loan = self.contact.loan()?;
-            *loan = Contact { header, ..contact };
-            loan.send_quietly()?;
-        }
-        let mut truth = self.truth.loan()?;
-        truth.header = header;
-        self.world.fill_truth(&mut truth);
-        truth.send_quietly()?;
-        let mut odometry = self.odometry.loan()?;
-        odometry.header = header;
-        self.world.fill_odometry(&mut odometry);
-        odometry.send_quietly()?;
-        let mut scan = self.scan.loan()?;
-        scan.header = header;
-        self.world.fill_scan(&mut scan);
-        scan.send_quietly()?;
+        let (stamp_ns, source_seq) = (self.world.stamp_ns(), self.tick.last_seq() + 1);
+        self.voices.source_seq = source_seq;
+        self.world.sense(&mut self.voices)?;
         let mut tick = self.tick.loan()?;
-        tick.header = header;
+        tick.header = Header { seq: 0, stamp_ns, source_seq };
         self.node.name_readings(&mut tick);
         tick.send()?;
         Ok(())
@@ -258,5 +233,54 @@ impl<'a> Shell<'a> {
 
     fn end(&mut self) -> anyhow::Result<()> {
         Ok(self.health.report(self.world.stamp_ns())?)
+    }
+}
+
+/// A writer for everything that a world says before the tick.
+struct Voices {
+    writers: Vec<RawWriter>,
+    /// The tick of the instant.
+    source_seq: u64,
+}
+
+impl Voices {
+    fn open(node: &Node, kind: &str) -> anyhow::Result<Self> {
+        let own = channels::written_by(node.process(), kind).filter(|spec| *spec != TICK.spec);
+        let writers = own.map(|spec| node.raw_writer(spec)).collect::<Result<_, _>>()?;
+        Ok(Self { writers, source_seq: 0 })
+    }
+
+    fn positions(&self) -> [u64; MAX_CHANNELS] {
+        let mut positions = [0; MAX_CHANNELS];
+        for (position, writer) in positions.iter_mut().zip(&self.writers) {
+            *position = writer.last_seq();
+        }
+        positions
+    }
+
+    fn resume_after(&mut self, positions: &[u64; MAX_CHANNELS]) {
+        for (writer, &position) in self.writers.iter_mut().zip(positions) {
+            writer.resume_after(position);
+        }
+    }
+}
+
+impl Senses for Voices {
+    type Error = anyhow::Error;
+
+    fn reading<T: Ros2>(
+        &mut self,
+        channel: Channel<T>,
+        stamp_ns: u64,
+        fill: impl FnOnce(&mut T),
+    ) -> anyhow::Result<()> {
+        let writer = self.writers.iter_mut().find(|writer| writer.spec() == channel.spec);
+        let writer = writer.with_context(|| format!("no writer for {}", channel.spec.name))?;
+        let mut loan = writer.loan(0)?;
+        let (message, _) = loan.parts_mut();
+        *erased::header_mut(message) = Header { seq: 0, stamp_ns, source_seq: self.source_seq };
+        fill(bytemuck::from_bytes_mut(message));
+        loan.send_quietly()?;
+        Ok(())
     }
 }

@@ -172,7 +172,9 @@ fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
             acceleration_mps2: 0.5,
             yaw_acceleration_radps2: 2.0,
         },
-        laser: Laser {
+        tick_hz: None,
+        sonar: None,
+        laser: Some(Laser {
             model: "of a log".to_owned(),
             field_of_view_deg: (laser.angle_increment_rad * (beams - 1) as f64).to_degrees(),
             beams: beams as u32,
@@ -185,8 +187,9 @@ fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
             mount_x_m: 0.0,
             mount_y_m: 0.0,
             mount_yaw_deg: 0.0,
-        },
-        odometry: OdometryNoise {
+        }),
+        odometry: Some(OdometryNoise {
+            rate_hz: None,
             alpha_speed_speed: 0.01,
             alpha_speed_turn: 0.01,
             alpha_turn_speed: 0.01,
@@ -194,7 +197,7 @@ fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
             drift_distance: 0.0,
             drift_yaw_radpm: 0.0,
             slips_per_m: 0.0,
-        },
+        }),
     };
     Ok(Robot::parse(&toml::to_string(&robot)?)?)
 }

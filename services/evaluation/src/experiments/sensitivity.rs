@@ -54,7 +54,9 @@ const CONDITIONS: [Condition; 8] = [
         unit: "metres",
         values: &[2.0, 4.0, 5.6, 10.0, 20.0],
         usual: 5.6,
-        change: |trial, _, range_m| trial.robot.laser.range_max_m = range_m,
+        change: |trial, _, range_m| {
+            trial.robot.laser.iter_mut().for_each(|laser| laser.range_max_m = range_m);
+        },
     },
     Condition {
         word: "view",
@@ -91,7 +93,7 @@ const CONDITIONS: [Condition; 8] = [
         values: &[0.0, 0.1, 0.2, 0.3, 0.4],
         usual: 0.0,
         change: |trial, _, step_s| {
-            trial.thinking_scans = (step_s * trial.robot.laser.rate_hz).round() as u32;
+            trial.thinking_scans = (step_s * trial.robot.tick_hz()).round() as u32;
         },
     },
     Condition {
@@ -175,7 +177,7 @@ fn start_error(trial: &mut Trial, _: &Site, times: f64) {
 }
 
 fn odometry(trial: &mut Trial, _: &Site, times: f64) {
-    let noise = &mut trial.robot.odometry;
+    let Some(noise) = &mut trial.robot.odometry else { return };
     let variances = [
         &mut noise.alpha_speed_speed,
         &mut noise.alpha_speed_turn,
@@ -190,7 +192,7 @@ fn odometry(trial: &mut Trial, _: &Site, times: f64) {
 
 /// The beams stay as dense as they are.
 fn view(trial: &mut Trial, _: &Site, degrees: f64) {
-    let laser = &mut trial.robot.laser;
+    let Some(laser) = &mut trial.robot.laser else { return };
     let beams = f64::from(laser.beams - 1) * degrees / laser.field_of_view_deg;
     laser.beams = beams.round() as u32 + 1;
     laser.field_of_view_deg = degrees;

@@ -40,7 +40,8 @@ fn a_beam_ahead_ends_ahead() {
     (scan.beam_count, scan.range_min_m, scan.range_max_m) = (2, 0.1, 9.0);
     scan.ranges_m[..2].copy_from_slice(&[2.0, f32::INFINITY]);
     let mut robot = robot();
-    (robot.laser.mount_x_m, robot.laser.mount_y_m, robot.laser.mount_yaw_deg) = (0.0, 0.0, 0.0);
+    let laser = robot.laser.as_mut().unwrap();
+    (laser.mount_x_m, laser.mount_y_m, laser.mount_yaw_deg) = (0.0, 0.0, 0.0);
     let seen = super::scan(&scan, &estimate(), 0.0, &robot, &VIEW);
     assert_eq!(seen, [[40.0, 100.0]], "2 m up: 20 px of the sketch, 40 of the canvas");
 }

@@ -202,7 +202,7 @@ impl Drive {
     }
 
     fn make_scan(&mut self, header: Header) {
-        let laser = &self.robot.laser;
+        let laser = self.robot.laser().unwrap();
         let fov = laser.field_of_view_deg.to_radians();
         let scan = &mut self.scan;
         scan.header = header;

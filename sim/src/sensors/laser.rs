@@ -6,18 +6,12 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::message::LaserScan;
 use sketchnav_schemas::robot::Laser;
 
-use crate::raycast::{Faces, cast_disc};
-
-/// Random numbers between the first of one scan and the first of the next: more than any scan draws,
-/// and odd, so that no bits of the generator's state stay the same from scan to scan.
-const DRAWS_PER_SCAN: u128 = 1_000_003;
-
-/// A disc that moves: a person, by place and radius in metres.
-pub type Disc = ([f64; 2], f64);
+use super::{DRAWS_PER_READING, Scene, within};
+use crate::raycast::cast_disc;
+use crate::raycast::sweep::Rays;
 
 /// A laser with its beams worked out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,32 +37,35 @@ impl Scanner {
         Self { model: model.clone(), beams: (0..model.beams).map(beam).collect(), increment_rad, stream }
     }
 
-    /// Writes the scan number `index` that a robot at `robot` takes; all but the header.
-    /// The same arguments give the same scan.
-    pub fn fill(
-        &self,
-        robot: &Pose<World>,
-        faces: &Faces,
-        discs: impl Iterator<Item = Disc> + Clone,
-        index: u64,
-        scan: &mut LaserScan,
-    ) {
+    /// Writes the scan number `number`; all but the header. The same arguments give the same scan.
+    pub fn fill(&self, scene: &Scene<'_>, number: u64, scan: &mut LaserScan) {
         self.fill_geometry(scan);
+        let (ranges_m, behind) = scan.ranges_m.split_at_mut(self.beams.len());
+        behind.fill(0.0);
+        self.true_ranges(scene, ranges_m);
         let mut stream = self.stream.clone();
-        stream.advance(u128::from(index) * DRAWS_PER_SCAN);
-        let sensor = robot.compose(&self.model.mount());
+        stream.advance(u128::from(number) * DRAWS_PER_READING);
+        for range_m in ranges_m {
+            *range_m = self.measure(f64::from(*range_m), &mut stream) as f32;
+        }
+    }
+
+    fn true_ranges(&self, scene: &Scene<'_>, ranges_m: &mut [f32]) {
+        let sensor = scene.robot.compose(&self.model.mount());
         let (from, turn) = (sensor.position().coords(), Rotation2::new(sensor.yaw_rad));
+        let first_rad = sensor.yaw_rad - self.model.field_of_view_deg.to_radians() / 2.0;
+        let rays = Rays::new(first_rad, self.increment_rad, self.beams.iter().map(|beam| turn * beam));
         // Noise may bring what lies just out of range into it.
         let reach_m = self.model.range_max_m * 1.25;
-        for (range_m, beam) in scan.ranges_m.iter_mut().zip(&self.beams) {
-            let direction = turn * beam;
-            let disc_m =
-                |(center, radius_m): Disc| cast_disc(center.into(), radius_m, from, direction, reach_m);
-            let moving = discs.clone().filter_map(disc_m);
-            let true_m = moving.chain(faces.cast(from, direction, reach_m)).fold(f64::INFINITY, f64::min);
-            *range_m = self.measure(true_m, &mut stream) as f32;
+        scene.faces.sweep(from, &rays, reach_m, ranges_m);
+        for (center, radius_m) in scene.people {
+            let center = Vector2::from(*center);
+            for i in rays.towards_disc(center - from, *radius_m).into_iter().flatten() {
+                if let Some(range_m) = cast_disc(center, *radius_m, from, rays.direction(i), reach_m) {
+                    ranges_m[i] = ranges_m[i].min(range_m as f32);
+                }
+            }
         }
-        scan.ranges_m[self.beams.len()..].fill(0.0);
     }
 
     fn fill_geometry(&self, scan: &mut LaserScan) {
@@ -90,14 +87,6 @@ impl Scanner {
         let lost = stream.random::<f64>() < self.model.dropout;
         let noise: f64 = stream.sample(StandardNormal);
         let range_m = true_m + noise * (self.model.noise_m + self.model.noise_per_m * true_m.min(1e6));
-        if lost {
-            f64::NAN
-        } else if range_m > self.model.range_max_m {
-            f64::INFINITY
-        } else if range_m < self.model.range_min_m {
-            f64::NEG_INFINITY
-        } else {
-            range_m
-        }
+        if lost { f64::NAN } else { within(range_m, self.model.range_min_m, self.model.range_max_m) }
     }
 }

@@ -5,13 +5,15 @@
 //! (α₃ v² + α₄ ω²)/dt, so that the spread of a path does not depend on the length of the steps.
 //! An omnidirectional drive errs in both of its directions alike. The model's third noise, a final
 //! rotation, is left out: the turn rate's takes its place.
+//!
+//! [`DeadReckoning`] counts a motion; [`Odometer`] has it count from one reading to the next.
 
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::geometry::{Base, Odom, Pose};
-use sketchnav_schemas::message::Twist;
+use sketchnav_schemas::geometry::{Base, Odom, Pose, World};
+use sketchnav_schemas::message::{Odometry, PoseM, Twist};
 use sketchnav_schemas::robot::{Drive, OdometryNoise};
 
 /// A robot's count of its own motion.
@@ -81,10 +83,63 @@ impl DeadReckoning {
     pub fn pose(&self) -> Pose<Odom> {
         Pose::new(self.x_m, self.y_m, self.yaw_rad)
     }
+}
 
-    /// How fast it believes to move.
-    pub fn twist(&self) -> Twist {
+/// Dead reckoning with its readings since the last instant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Odometer {
+    count: DeadReckoning,
+    /// When and where the last reading was taken.
+    last_ns: u64,
+    last: Pose<World>,
+    readings: Vec<Reading>,
+}
+
+/// What the odometry said at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// When, nanoseconds of simulation time.
+    pub stamp_ns: u64,
+    pose: Pose<Odom>,
+    velocity: [f64; 3],
+}
+
+impl Odometer {
+    /// At the start, with its first reading; takes up to `capacity` readings an instant without allocating.
+    pub fn new(count: DeadReckoning, start: Pose<World>, capacity: usize) -> Self {
+        let mut odometer = Self { count, last_ns: 0, last: start, readings: Vec::with_capacity(capacity) };
+        odometer.put(0);
+        odometer
+    }
+
+    /// Forgets the readings of the instant before.
+    pub fn clear(&mut self) {
+        self.readings.clear();
+    }
+
+    /// Reads at `stamp_ns`, when the robot truly is at `at`.
+    pub fn read(&mut self, stamp_ns: u64, at: Pose<World>) {
+        self.count.step(&self.last.motion_to(&at), (stamp_ns - self.last_ns) as f64 / 1e9);
+        (self.last_ns, self.last) = (stamp_ns, at);
+        self.put(stamp_ns);
+    }
+
+    /// The readings since the instant before, oldest first.
+    pub fn readings(&self) -> &[Reading] {
+        &self.readings
+    }
+
+    fn put(&mut self, stamp_ns: u64) {
+        let DeadReckoning { velocity, .. } = self.count;
+        self.readings.push(Reading { stamp_ns, pose: self.count.pose(), velocity });
+    }
+}
+
+impl Reading {
+    /// Writes the reading; all but the header.
+    pub fn fill(&self, odometry: &mut Odometry) {
         let [vx_mps, vy_mps, yaw_rate_radps] = self.velocity;
-        Twist { vx_mps, vy_mps, yaw_rate_radps }
+        odometry.pose = PoseM::new(&self.pose);
+        odometry.twist = Twist { vx_mps, vy_mps, yaw_rate_radps };
     }
 }

@@ -1,0 +1,402 @@
+//! The floor: physics, people, a robot that follows its drive, and its sensors. Commands in, an instant of
+//! motion, readings out. The first form of [`Simulation`].
+//!
+//! It never reads a clock and never decides about pace: whoever calls [`Simulation::step`] does.
+
+use nalgebra::Rotation2;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels::{CONTACT, ODOMETRY, SCAN, SONAR, TRUTH};
+use sketchnav_schemas::geometry::{Pose, World};
+use sketchnav_schemas::message::{Contact, GroundTruth, MAX_CONTACTS, PoseM, Twist, VelocityCommand};
+use sketchnav_schemas::robot::{Drive, Limits, Robot};
+use sketchnav_schemas::seed;
+
+use crate::convex::{Convex, Segment};
+use crate::description::WorldDescription;
+use crate::drive;
+use crate::error::{SimError, check_finite};
+use crate::people::Walker;
+use crate::physics::{Physics, Touching, TruePose};
+use crate::raycast::Faces;
+use crate::sensors::laser::Scanner;
+use crate::sensors::odometry::{DeadReckoning, Odometer};
+use crate::sensors::sonar::SonarRing;
+use crate::sensors::{Disc, Scene, Schedule};
+use crate::simulation::{Senses, Simulation};
+
+/// A command older than this stops the robot, nanoseconds of simulation time.
+pub const COMMAND_LIMIT_NS: u64 = 500_000_000;
+/// Physics steps a second, at least.
+const PHYSICS_HZ: f64 = 100.0;
+const STOP: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
+
+/// A floor and everything on it; its whole state can be stored and restored with serde.
+#[derive(Serialize, Deserialize)]
+pub struct Floor {
+    outline: Vec<Segment>,
+    furniture: Vec<Convex>,
+    faces: Faces,
+    body: Body,
+    laser: Option<Sensor<Scanner>>,
+    sonar: Option<Sensor<SonarRing>>,
+    odometry: Option<(Schedule, Odometer)>,
+    /// The moments of the last step at which a ranging sensor read, and room for more.
+    moments: Vec<Moment>,
+    moment_count: usize,
+    people: Vec<Walker>,
+    physics: Physics,
+    touches: Vec<Touch>,
+    events: Vec<Event>,
+    command: Option<Held>,
+    steps: u64,
+    period_ns: u64,
+    substeps: u32,
+}
+
+/// What of the robot's file its motion needs.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Body {
+    radius_m: f64,
+    drive: Drive,
+    limits: Limits,
+}
+
+/// A ranging sensor with its readings since the instant before.
+#[derive(Serialize, Deserialize)]
+struct Sensor<S> {
+    model: S,
+    schedule: Schedule,
+    readings: Vec<Reading>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Reading {
+    number: u64,
+    /// Index of the moment at which it was taken.
+    moment: usize,
+}
+
+/// What a ranging sensor has to know of the moment at which it reads.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Moment {
+    stamp_ns: u64,
+    robot: Pose<World>,
+    people: Vec<Disc>,
+}
+
+/// The command that the robot follows.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Held {
+    /// Forward, left, m/s; rad/s.
+    velocity: [f64; 3],
+    stamp_ns: u64,
+}
+
+/// What is known of the contact with a body.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Touch {
+    /// Whether the robot touched the body during the last step.
+    now: bool,
+    /// Whether the begin of the contact has been reported and its end not.
+    reported: bool,
+    place: [f64; 2],
+    impulse_ns: f64,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Event {
+    body: usize,
+    begins: bool,
+    touch: Touch,
+}
+
+/// Outside the outermost walls there is nothing to be seen, and nowhere to go.
+fn check_within_walls(start: &Pose<World>, outline: &[Segment]) -> Result<(), SimError> {
+    let extent = |axis: usize| {
+        let along = outline.iter().flatten().map(|corner| corner[axis]);
+        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+    };
+    let ((left, right), (bottom, top)) = (extent(0), extent(1));
+    let within = (left..=right).contains(&start.x) && (bottom..=top).contains(&start.y);
+    let walls = format!(
+        "({}, {}) m, outside the walls, which reach from ({left:.2}, {bottom:.2}) to ({right:.2}, {top:.2}) m",
+        start.x, start.y
+    );
+    if within {
+        return Ok(());
+    }
+    Err(SimError::Value { key: "start.world".into(), expected: "a place within the walls", found: walls })
+}
+
+impl<S> Sensor<S> {
+    fn new(model: S, schedule: Schedule, capacity: usize) -> Self {
+        Self { model, schedule, readings: Vec::with_capacity(capacity) }
+    }
+
+    /// Whether the sensor reads after so many physics steps.
+    fn takes(&mut self, physics_steps: u64, moment: usize) -> bool {
+        let number = self.schedule.take(physics_steps);
+        self.readings.extend(number.map(|number| Reading { number, moment }));
+        number.is_some()
+    }
+}
+
+impl Floor {
+    /// A floor on which the robot stands at `start`, at time 0; its sensors have read once.
+    ///
+    /// # Errors
+    /// [`SimError::Start`] where the robot does not fit there.
+    pub fn new(
+        description: WorldDescription,
+        robot: &Robot,
+        start: Pose<World>,
+        seed: u64,
+    ) -> Result<Self, SimError> {
+        check_finite("start", &[start.x, start.y, start.yaw_rad])?;
+        check_within_walls(&start, &description.outline)?;
+        let (tick_hz, period_s) = (robot.tick_hz(), 1.0 / robot.tick_hz());
+        let substeps = substeps(robot, period_s);
+        let at = TruePose { at: start.position().coords(), yaw_rad: start.yaw_rad };
+        let physics = Physics::new(&description, robot, at, period_s / f64::from(substeps))?;
+        let stream = |name| seed::stream(seed, name);
+        let schedule = |rate_hz| Schedule::new(rate_hz, tick_hz, substeps);
+        let capacity = substeps as usize;
+        let laser = robot.laser.as_ref().map(|laser| {
+            let scanner = Scanner::new(laser, stream("world/laser"));
+            Sensor::new(scanner, schedule(laser.rate_hz), capacity)
+        });
+        let sonar = robot.sonar.as_ref().map(|sonar| {
+            let ring = SonarRing::new(sonar, stream("world/sonar"));
+            Sensor::new(ring, schedule(sonar.rate_hz), capacity)
+        });
+        let odometry = robot.odometry.as_ref().map(|noise| {
+            let count = DeadReckoning::new(noise, robot.drive, stream("world/odometry"));
+            let mut schedule = schedule(noise.rate_hz.unwrap_or(tick_hz));
+            schedule.take(0);
+            (schedule, Odometer::new(count, pose(&physics), capacity))
+        });
+        let WorldDescription { outline, furniture, people, .. } = description;
+        let faces = outline.iter().copied().chain(furniture.iter().flat_map(Convex::edges)).collect();
+        let people: Vec<_> = people.iter().map(Walker::new).collect();
+        let moment = Moment { stamp_ns: 0, robot: start, people: people.iter().map(Walker::disc).collect() };
+        let mut floor = Self {
+            outline,
+            furniture,
+            faces: Faces::new(faces),
+            body: Body { radius_m: robot.radius_m, drive: robot.drive, limits: robot.limits },
+            laser,
+            sonar,
+            odometry,
+            moments: vec![moment; capacity],
+            moment_count: 0,
+            people,
+            touches: vec![Touch::default(); physics.body_count()],
+            physics,
+            events: Vec::with_capacity(MAX_CONTACTS),
+            command: None,
+            steps: 0,
+            period_ns: (period_s * 1e9).round() as u64,
+            substeps,
+        };
+        floor.read(0, 0);
+        Ok(floor)
+    }
+
+    /// Has each sensor read whose time has come after so many physics steps since the start.
+    fn read(&mut self, physics_steps: u64, stamp_ns: u64) {
+        let (robot, moment) = (self.robot_pose(), self.moment_count);
+        let by_laser = self.laser.as_mut().is_some_and(|laser| laser.takes(physics_steps, moment));
+        let by_sonar = self.sonar.as_mut().is_some_and(|sonar| sonar.takes(physics_steps, moment));
+        if by_laser || by_sonar {
+            let place = &mut self.moments[moment];
+            (place.stamp_ns, place.robot) = (stamp_ns, robot);
+            place.people.clear();
+            place.people.extend(self.people.iter().map(Walker::disc));
+            self.moment_count += 1;
+        }
+        if let Some((schedule, odometer)) = &mut self.odometry
+            && schedule.take(physics_steps).is_some()
+        {
+            odometer.read(stamp_ns, robot);
+        }
+    }
+
+    fn forget_readings(&mut self) {
+        self.moment_count = 0;
+        self.laser.iter_mut().for_each(|laser| laser.readings.clear());
+        self.sonar.iter_mut().for_each(|sonar| sonar.readings.clear());
+        self.odometry.iter_mut().for_each(|(_, odometer)| odometer.clear());
+    }
+
+    /// What a ranging sensor found, and when.
+    fn scene(&self, reading: &Reading) -> (u64, Scene<'_>) {
+        let Moment { stamp_ns, robot, people } = &self.moments[reading.moment];
+        (*stamp_ns, Scene { robot: *robot, faces: &self.faces, people })
+    }
+
+    fn substep(&mut self, substep: u32) {
+        let dt_ns = self.period_ns / u64::from(self.substeps);
+        let now_ns = self.stamp_ns() + u64::from(substep) * dt_ns;
+        let (dt_s, pose) = (dt_ns as f64 / 1e9, self.physics.robot_pose());
+        let (drive, limits) = (self.body.drive, &self.body.limits);
+        let goal = self.goal(now_ns);
+        let velocity =
+            drive::accelerate(self.physics.robot_velocity(), pose.yaw_rad, &goal, drive, limits, dt_s);
+        self.physics.set_robot_velocity(velocity);
+        for (i, person) in self.people.iter_mut().enumerate() {
+            person.step(dt_s, pose.at, self.body.radius_m);
+            self.physics.move_person(i, person.position());
+        }
+        self.physics.step();
+        for touching in self.physics.touching() {
+            self.touches[touching.body].update(&touching);
+        }
+    }
+
+    fn goal(&self, now_ns: u64) -> Twist {
+        let fresh = self.command.filter(|held| now_ns.saturating_sub(held.stamp_ns) <= COMMAND_LIMIT_NS);
+        fresh.map_or(STOP, |Held { velocity: [vx_mps, vy_mps, yaw_rate_radps], .. }| Twist {
+            vx_mps,
+            vy_mps,
+            yaw_rate_radps,
+        })
+    }
+
+    /// A contact begins with the first step that saw it and ends with the first that did not: what
+    /// comes and goes within a step is one contact. More events than a step can hold wait for the next.
+    fn collect_events(&mut self) {
+        self.events.clear();
+        for (body, touch) in self.touches.iter_mut().enumerate() {
+            if touch.now != touch.reported && self.events.len() < MAX_CONTACTS {
+                self.events.push(Event { body, begins: touch.now, touch: *touch });
+                touch.reported = touch.now;
+                if !touch.now {
+                    touch.impulse_ns = 0.0;
+                }
+            }
+        }
+    }
+
+    fn fill_contact(&self, event: &Event, contact: &mut Contact) {
+        contact.position_m = event.touch.place;
+        contact.impulse_ns = event.touch.impulse_ns;
+        contact.body_kind = self.physics.kind(event.body).code();
+        contact.begins = u32::from(event.begins);
+    }
+
+    /// Where the robot truly is.
+    pub fn robot_pose(&self) -> Pose<World> {
+        pose(&self.physics)
+    }
+
+    /// How fast it truly moves, in its own axes.
+    pub fn robot_twist(&self) -> Twist {
+        let velocity = self.physics.robot_velocity();
+        let body = Rotation2::new(-self.robot_pose().yaw_rad) * velocity.linear;
+        Twist { vx_mps: body.x, vy_mps: body.y, yaw_rate_radps: velocity.angular }
+    }
+
+    /// The faces of the walls, metres, frame `World`.
+    pub fn outline(&self) -> &[Segment] {
+        &self.outline
+    }
+
+    /// What stands around.
+    pub fn furniture(&self) -> &[Convex] {
+        &self.furniture
+    }
+
+    /// Who walks around: place in metres and radius.
+    pub fn people(&self) -> impl ExactSizeIterator<Item = Disc> + '_ {
+        self.people.iter().map(Walker::disc)
+    }
+}
+
+impl Simulation for Floor {
+    fn step(&mut self, command: Option<&VelocityCommand>) {
+        if let Some(command) = command {
+            let Twist { vx_mps, vy_mps, yaw_rate_radps } = command.twist;
+            // A stamp of the future would never grow old.
+            let stamp_ns = command.header.stamp_ns.min(self.stamp_ns());
+            self.command = Some(Held { velocity: [vx_mps, vy_mps, yaw_rate_radps], stamp_ns });
+        }
+        self.forget_readings();
+        self.touches.iter_mut().for_each(|touch| touch.now = false);
+        let (before, count) = (self.steps * u64::from(self.substeps), self.substeps);
+        for substep in 0..count {
+            self.substep(substep);
+            let passed_ns = self.period_ns * u64::from(substep + 1) / u64::from(count);
+            self.read(before + u64::from(substep + 1), self.stamp_ns() + passed_ns);
+        }
+        self.steps += 1;
+        self.collect_events();
+    }
+
+    fn sense<S: Senses>(&self, senses: &mut S) -> Result<(), S::Error> {
+        for event in &self.events {
+            senses.reading(CONTACT, self.stamp_ns(), |contact| self.fill_contact(event, contact))?;
+        }
+        senses.reading(TRUTH, self.stamp_ns(), |truth| self.fill_truth(truth))?;
+        for reading in self.odometry.iter().flat_map(|(_, odometer)| odometer.readings()) {
+            senses.reading(ODOMETRY, reading.stamp_ns, |odometry| reading.fill(odometry))?;
+        }
+        for (laser, reading) in readings(&self.laser) {
+            let (stamp_ns, scene) = self.scene(reading);
+            senses.reading(SCAN, stamp_ns, |scan| laser.fill(&scene, reading.number, scan))?;
+        }
+        for (sonar, reading) in readings(&self.sonar) {
+            let (stamp_ns, scene) = self.scene(reading);
+            senses.reading(SONAR, stamp_ns, |scan| sonar.fill(&scene, reading.number, scan))?;
+        }
+        Ok(())
+    }
+
+    fn fill_truth(&self, truth: &mut GroundTruth) {
+        truth.pose = PoseM::new(&self.robot_pose());
+        truth.twist = self.robot_twist();
+    }
+
+    fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    fn period_ns(&self) -> u64 {
+        self.period_ns
+    }
+}
+
+/// A sensor's readings since the instant before, oldest first; none of a sensor that the robot lacks.
+fn readings<S>(sensor: &Option<Sensor<S>>) -> impl Iterator<Item = (&S, &Reading)> {
+    sensor
+        .iter()
+        .flat_map(|Sensor { model, readings, .. }| readings.iter().map(move |reading| (model, reading)))
+}
+
+fn pose(physics: &Physics) -> Pose<World> {
+    let TruePose { at, yaw_rad } = physics.robot_pose();
+    Pose::new(at.x, at.y, yaw_rad)
+}
+
+impl Touch {
+    fn update(&mut self, touching: &Touching) {
+        if !self.now || touching.impulse_ns >= self.impulse_ns {
+            self.place = touching.place.into();
+        }
+        self.impulse_ns = self.impulse_ns.max(touching.impulse_ns);
+        self.now = true;
+    }
+}
+
+/// Physics steps an instant: often enough that the robot never moves far within one, and that no sensor reads
+/// twice.
+fn substeps(robot: &Robot, period_s: f64) -> u32 {
+    let by_rate = PHYSICS_HZ * period_s;
+    let by_speed = 4.0 * robot.limits.speed_mps * period_s / robot.radius_m;
+    let rates = [
+        robot.laser.as_ref().map(|laser| laser.rate_hz),
+        robot.sonar.as_ref().map(|sonar| sonar.rate_hz),
+        robot.odometry.as_ref().and_then(|odometry| odometry.rate_hz),
+    ];
+    let by_sensors = rates.into_iter().flatten().fold(0.0, f64::max) * period_s;
+    (by_rate.max(by_speed).max(by_sensors) - 1e-9).ceil() as u32
+}

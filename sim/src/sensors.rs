@@ -1,0 +1,112 @@
+//! What the robot measures. A sensor is a module: its parameters come from the robot file, its noise from a
+//! random stream of its own, and it fills its message. [`Schedule`] says when it reads.
+
+pub mod laser;
+pub mod odometry;
+pub mod sonar;
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Pose, World};
+
+use crate::raycast::Faces;
+
+/// Random numbers between the first of one reading and the first of the next: more than any reading draws,
+/// and odd, so that no bits of the generator's state stay the same from reading to reading.
+const DRAWS_PER_READING: u128 = 1_000_003;
+
+/// A disc that moves: a person, by place and radius in metres.
+pub type Disc = ([f64; 2], f64);
+
+/// The world as a ranging sensor finds it at one moment.
+pub struct Scene<'a> {
+    /// Where the robot truly is.
+    pub robot: Pose<World>,
+    /// What stands.
+    pub faces: &'a Faces,
+    /// Who walks.
+    pub people: &'a [Disc],
+}
+
+/// When a sensor reads. Reading k (from 0) is due k / rate after the start. A sensor that is not faster than the
+/// tick reads at the first tick at or after that, a faster one at the end of the first physics step at or after it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Schedule {
+    /// Physics steps from one moment at which the sensor may read to the next.
+    grain: u64,
+    /// Such moments from one reading to the next.
+    spacing: f64,
+    taken: u64,
+}
+
+impl Schedule {
+    /// `substeps` physics steps a tick.
+    pub fn new(rate_hz: f64, tick_hz: f64, substeps: u32) -> Self {
+        let ticks = tick_hz / rate_hz;
+        let (grain, spacing) =
+            if ticks >= 1.0 { (substeps.into(), ticks) } else { (1, ticks * f64::from(substeps)) };
+        Self { grain, spacing, taken: 0 }
+    }
+
+    /// The number of the reading that is to be taken after so many physics steps since the start, if one is:
+    /// each number is given once. Asked after every physics step, beginning with none.
+    pub fn take(&mut self, physics_steps: u64) -> Option<u64> {
+        // What falls short of a whole number by rounding alone is that number.
+        let moments = (self.taken as f64 * self.spacing - 1e-6).ceil();
+        (physics_steps >= moments as u64 * self.grain).then(|| {
+            self.taken += 1;
+            self.taken - 1
+        })
+    }
+}
+
+/// What a sensor says of a range that it measured: +∞ beyond the longest that it can, −∞ below the shortest
+/// (REP 117).
+fn within(range_m: f64, range_min_m: f64, range_max_m: f64) -> f64 {
+    if range_m > range_max_m {
+        f64::INFINITY
+    } else if range_m < range_min_m {
+        f64::NEG_INFINITY
+    } else {
+        range_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    /// The physics steps after which each reading is taken, of `ticks` ticks.
+    fn moments(rate_hz: f64, tick_hz: f64, substeps: u32, ticks: u64) -> Vec<u64> {
+        let mut schedule = Schedule::new(rate_hz, tick_hz, substeps);
+        (0..=ticks * u64::from(substeps)).filter(|step| schedule.take(*step).is_some()).collect()
+    }
+
+    #[test]
+    fn a_sensor_reads_at_ticks_or_between_them() {
+        assert_eq!(moments(10.0, 10.0, 10, 3), [0, 10, 20, 30]);
+        assert_eq!(moments(50.0, 10.0, 10, 1), [0, 2, 4, 6, 8, 10]);
+        assert_eq!(moments(4.0, 10.0, 10, 10), [0, 30, 50, 80, 100]);
+        assert_eq!(moments(15.0, 10.0, 10, 2), [0, 7, 14, 20]);
+        // A third of a nanosecond a tick is lost by period_ns; no reading is.
+        assert_eq!(moments(1.0, 3.0, 1, 3000).len(), 1001);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+        #[test]
+        fn readings_are_as_many_as_the_rate_says_and_late_by_less_than_a_moment(
+            rate in 0.5..100.0_f64, tick in 1.0..100.0_f64,
+        ) {
+            let substeps = (100.0_f64.max(rate) / tick).ceil() as u32;
+            let step_hz = tick * f64::from(substeps);
+            for (k, step) in moments(rate, tick, substeps, 200).into_iter().enumerate() {
+                let late_s = step as f64 / step_hz - k as f64 / rate;
+                let moment_s = if rate > tick { 1.0 / step_hz } else { 1.0 / tick };
+                prop_assert!(late_s > -1e-6 && late_s < moment_s, "reading {}: {} s late", k, late_s);
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! What a simulation is, whatever it simulates: it moves on by instants, says what the robot's sensors read at
+//! each, and can be stored between any two.
+//!
+//! A host owns the channels, the numbers and the pace; a simulation knows none of them. It names the channel of
+//! a reading and writes it where the host wants it: into shared memory, or into a place of the host's own.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::message::{GroundTruth, VelocityCommand};
+use sketchnav_schemas::ros2::Ros2;
+
+/// A world in which a robot moves and measures. Its whole state is stored and restored with serde; the same state
+/// and the same commands give the same bits.
+pub trait Simulation: Serialize + DeserializeOwned {
+    /// Moves on by one instant. A new `command` takes the place of the one before; with `None` the robot follows
+    /// that until it is too old, and then brakes.
+    fn step(&mut self, command: Option<&VelocityCommand>);
+
+    /// Hands out what belongs to the present instant, as often as it is asked: the contacts that began or ended,
+    /// the truth, the odometry, then what each other sensor read since the instant before, oldest first.
+    ///
+    /// # Errors
+    /// The first that `senses` meets; nothing is handed out after it.
+    fn sense<S: Senses>(&self, senses: &mut S) -> Result<(), S::Error>;
+
+    /// Writes where the robot truly is; all but the header.
+    fn fill_truth(&self, truth: &mut GroundTruth);
+
+    /// Instants since the start: 0 before the first step.
+    fn steps(&self) -> u64;
+
+    /// Time from one instant to the next, nanoseconds.
+    fn period_ns(&self) -> u64;
+
+    /// Simulation time of the present instant, nanoseconds since the start.
+    fn stamp_ns(&self) -> u64 {
+        self.steps() * self.period_ns()
+    }
+}
+
+/// Takes what a simulation hands out: a host's channels.
+pub trait Senses {
+    /// What may go wrong.
+    type Error;
+
+    /// A reading for `channel`, taken at `stamp_ns`: not after the present instant. `fill` writes every field but
+    /// the header, wherever the message is to lie.
+    ///
+    /// # Errors
+    /// Whatever keeps the host from taking it.
+    fn reading<T: Ros2>(
+        &mut self,
+        channel: Channel<T>,
+        stamp_ns: u64,
+        fill: impl FnOnce(&mut T),
+    ) -> Result<(), Self::Error>;
+}

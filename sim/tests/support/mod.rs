@@ -1,0 +1,102 @@
+//! The newest readings of a simulation, each in a place of its own.
+
+#![allow(dead_code)] // each test uses a part
+
+use std::any::Any;
+use std::convert::Infallible;
+
+use sketchnav_schemas::channels::Channel;
+use sketchnav_schemas::message::{
+    Contact, GroundTruth, Header, LaserScan, Odometry, SonarScan, Twist, VelocityCommand,
+};
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_sim::{Senses, Simulation};
+
+/// What was read last, how often, and when.
+pub struct Readings {
+    pub scan: Box<LaserScan>,
+    pub sonar: SonarScan,
+    pub odometry: Odometry,
+    pub truth: GroundTruth,
+    pub contact: Contact,
+    /// Name of the channel and stamp of each reading, in order.
+    pub log: Vec<(&'static str, u64)>,
+    /// The bytes of all of them but the headers' numbers, where they are kept.
+    pub bytes: Option<Vec<u8>>,
+    pub contacts: Vec<Contact>,
+}
+
+impl Readings {
+    /// What a simulation says now.
+    pub fn of(simulation: &impl Simulation) -> Self {
+        let mut readings = Self::new();
+        readings.take(simulation);
+        readings
+    }
+
+    /// Room for as many readings as a test takes without allocating.
+    pub fn new() -> Self {
+        Self {
+            scan: bytemuck::zeroed_box(),
+            sonar: bytemuck::Zeroable::zeroed(),
+            odometry: bytemuck::Zeroable::zeroed(),
+            truth: bytemuck::Zeroable::zeroed(),
+            contact: bytemuck::Zeroable::zeroed(),
+            log: Vec::with_capacity(100_000),
+            bytes: None,
+            contacts: Vec::with_capacity(1000),
+        }
+    }
+
+    /// The same, with the bytes of all readings.
+    pub fn with_bytes() -> Self {
+        Self { bytes: Some(Vec::new()), ..Self::new() }
+    }
+
+    /// Takes what a simulation says now.
+    pub fn take(&mut self, simulation: &impl Simulation) {
+        let Ok(()) = simulation.sense(self);
+    }
+
+    /// The stamps of all readings of a channel so far.
+    pub fn stamps(&self, channel: &str) -> Vec<u64> {
+        self.log.iter().filter(|(name, _)| *name == channel).map(|(_, stamp_ns)| *stamp_ns).collect()
+    }
+}
+
+impl Senses for Readings {
+    type Error = Infallible;
+
+    fn reading<T: Ros2>(
+        &mut self,
+        channel: Channel<T>,
+        stamp_ns: u64,
+        fill: impl FnOnce(&mut T),
+    ) -> Result<(), Infallible> {
+        self.log.push((channel.spec.name, stamp_ns));
+        let places: [&mut dyn Any; 5] =
+            [&mut *self.scan, &mut self.sonar, &mut self.odometry, &mut self.truth, &mut self.contact];
+        let place = places.into_iter().find_map(|place| place.downcast_mut::<T>());
+        let place = place.expect("a place for every message");
+        fill(place);
+        if let Some(bytes) = &mut self.bytes {
+            bytes.extend(bytemuck::bytes_of(place));
+        }
+        if channel.spec.name == "contact" {
+            self.contacts.push(self.contact);
+        }
+        Ok(())
+    }
+}
+
+/// A command of the present instant.
+pub fn command(
+    simulation: &impl Simulation,
+    vx_mps: f64,
+    vy_mps: f64,
+    yaw_rate_radps: f64,
+) -> VelocityCommand {
+    let seq = simulation.steps() + 1;
+    let header = Header { seq, stamp_ns: simulation.stamp_ns(), source_seq: seq };
+    VelocityCommand { header, twist: Twist { vx_mps, vy_mps, yaw_rate_radps }, last: 0, reserved: 0 }
+}

@@ -173,6 +173,15 @@ pub fn write_beginning(writer: &mut Writer<BufWriter<File>>) {
     writer.write(channels::MISSION, &order, &[]).unwrap();
 }
 
+/// The tick that ends the world's part of a step: a reading of each sensor that the story has.
+pub fn tick(step: u64) -> Tick {
+    let mut tick = Tick { header: header(step), ..Zeroable::zeroed() };
+    for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
+        *newest = if *sensor == *channels::SONAR.spec { 0 } else { step };
+    }
+    tick
+}
+
 /// Writes all messages of a step of the story: the robot drives along x.
 pub fn write_step(writer: &mut Writer<BufWriter<File>>, step: u64) {
     let (header, x) = (header(step), 0.03 * step as f64);
@@ -181,6 +190,7 @@ pub fn write_step(writer: &mut Writer<BufWriter<File>>, step: u64) {
     writer.write(channels::TRUTH, &GroundTruth { header, pose: truth, twist: twist() }, &[]).unwrap();
     writer.write(channels::ODOMETRY, &Odometry { header, pose, twist: twist() }, &[]).unwrap();
     writer.write(channels::SCAN, &scan(step), &[]).unwrap();
+    writer.write(channels::TICK, &tick(step), &[]).unwrap();
     let estimate = PoseEstimate {
         header,
         pose: PosePx::new(&Pose::new(10.0 + 6.0 * x, 10.0, 0.0)),

@@ -1,5 +1,8 @@
 //! The macros that declare messages. One declaration is the memory of a message, its layout, its ROS 2
-//! form, the conversion both ways and the text of its `.msg`. Internal.
+//! form, the conversion both ways and the text of its `.msg`.
+//!
+//! [`messages!`](messages) and [`parts!`](parts) are for navigators outside of this project, too; their crates need
+//! `bytemuck` (with `derive`) and `serde` (with `derive`) among their dependencies. The other macros are internal.
 //!
 //! How a field travels in ROS 2 follows from its type, see [`crate::ros2::Field`]. What the type does not
 //! say stands behind it, see [`crate::ros2::Way`]:
@@ -9,7 +12,9 @@
 //! - `reserved: u32 as Zero`: nothing.
 
 /// A struct that messages are made of: memory and layout.
-macro_rules! layout {
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __layout {
     ($(#[doc = $doc:literal])* pub struct $name:ident { $(
         $(#[doc = $field_doc:literal])*
         pub $field:ident: $type:ty $(as $way:ident)? $(where $count:ident counts)?,
@@ -41,7 +46,9 @@ macro_rules! layout {
 }
 
 /// What a field is there for.
-macro_rules! role {
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __role {
     () => {
         Role::Value
     };
@@ -60,7 +67,9 @@ macro_rules! role {
 }
 
 /// How a field travels.
-macro_rules! way {
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __way {
     () => {
         $crate::ros2::Itself
     };
@@ -79,7 +88,9 @@ macro_rules! way {
 }
 
 /// The second where it is given, the first otherwise.
-macro_rules! or {
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __or {
     ($default:expr;) => {
         $default
     };
@@ -89,13 +100,17 @@ macro_rules! or {
 }
 
 /// The form of the slice behind a message.
-macro_rules! slice {
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __slice {
     () => { () };
     ($slice:ident) => { Vec<u8> };
 }
 
 /// The fields of a struct in ROS 2.
-macro_rules! own {
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own {
     ($(#[doc = $doc:literal])* $name:ident { $(
         $(#[doc = $field_doc:literal])*
         pub $field:ident: $type:ty $(as $way:ident)? $(where $count:ident counts)?,
@@ -150,7 +165,9 @@ macro_rules! own {
 }
 
 /// Structs inside messages that have a `.msg` of their own.
-macro_rules! parts {
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __parts {
     ($($(#[doc = $doc:literal])* pub struct $name:ident $fields:tt)*) => {$(
         $crate::declare::layout! { $(#[doc = $doc])* pub struct $name $fields }
         $crate::declare::own! { $(#[doc = $doc])* $name $fields }
@@ -161,7 +178,9 @@ macro_rules! parts {
 /// Messages. `in "frame"` stands behind those whose `.msg` is generated; the others are mapped by hand.
 /// `with data` names the field that holds the slice behind the message, `valid if check` the function that
 /// checks the contents.
-macro_rules! messages {
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __messages {
     ($(
         $(#[doc = $doc:literal])*
         pub struct $name:ident version $version:literal
@@ -169,18 +188,18 @@ macro_rules! messages {
     )*) => {$(
         $crate::declare::layout! { $(#[doc = $doc])* pub struct $name {
             /// Number, time and cause.
-            pub header: Header,
+            pub header: $crate::message::Header,
             $($fields)*
         } }
 
         // SAFETY: the layout string is made from the very tokens of the declaration.
-        unsafe impl Message for $name {
+        unsafe impl $crate::message::Message for $name {
             const NAME: &'static str = concat!("sketchnav/", stringify!($name), "/", $version);
             const LAYOUT: &'static str = $name::FIELDS;
             fn layout() -> $crate::layout::Layout { $name::layout() }
             fn is_valid(&self) -> bool { $crate::declare::or!(true; $($check(self))?) }
-            fn header(&self) -> &Header { &self.header }
-            fn header_mut(&mut self) -> &mut Header { &mut self.header }
+            fn header(&self) -> &$crate::message::Header { &self.header }
+            fn header_mut(&mut self) -> &mut $crate::message::Header { &mut self.header }
         }
 
         $crate::declare::own_message! {
@@ -190,7 +209,9 @@ macro_rules! messages {
 }
 
 /// The ROS 2 form of a message, where it is not mapped by hand.
-macro_rules! own_message {
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_message {
     ([] [] $(#[doc = $doc:literal])* $name:ident $fields:tt) => {};
     ([$frame:literal] [$($slice:ident)?] $(#[doc = $doc:literal])* $name:ident $fields:tt) => {
         $crate::declare::own! { $(#[doc = $doc])* $name $fields }
@@ -204,4 +225,7 @@ macro_rules! own_message {
     };
 }
 
-pub(crate) use {layout, messages, or, own, own_message, parts, role, slice, way};
+pub use {
+    __layout as layout, __messages as messages, __or as or, __own as own, __own_message as own_message,
+    __parts as parts, __role as role, __slice as slice, __way as way,
+};

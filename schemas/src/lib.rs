@@ -1,6 +1,6 @@
 //! Every message, channel and file format of sketchnav, once.
 //!
-//! - [`message`]: the structs as they lie in shared memory; [`codes`]: the small numbers inside them.
+//! - [`message`]: the structs as they lie in shared memory; [`declare`]: how one is declared; [`codes`]: the small numbers inside them.
 //! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form; [`valid`]: what they may hold.
 //! - [`channels`]: the pipeline: who writes what, who may read it, in which order; [`erased`]: messages by bytes.
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
@@ -11,7 +11,7 @@
 
 pub mod channels;
 pub mod codes;
-mod declare;
+pub mod declare;
 pub mod erased;
 pub mod floor_plan;
 pub mod geometry;

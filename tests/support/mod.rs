@@ -23,6 +23,8 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
+use sketchnav_schemas::channels;
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::fingerprint;
 use tempfile::TempDir;
 
@@ -31,15 +33,28 @@ pub use skip::skipped;
 /// Longest that anything may take before it is taken to hang.
 const LIMIT: Duration = Duration::from_secs(180);
 /// The processes of a system, without the supervisor.
-pub const SERVICES: [&str; 5] = ["localizer", "planner", "recorder", "sketcher", "world"];
+pub const SERVICES: [&str; 5] = words(channels::SERVICES);
 
 /// Those of them that run beside a driver, which stands in for the world.
-pub const BESIDE_A_DRIVER: [&str; 4] = ["localizer", "planner", "recorder", "sketcher"];
+pub const BESIDE_A_DRIVER: [&str; 4] = {
+    let [_world, others @ ..] = SERVICES;
+    others
+};
+
+const fn words<const N: usize>(processes: [Process; N]) -> [&'static str; N] {
+    let (mut words, mut i) = ([""; N], 0);
+    while i < N {
+        words[i] = processes[i].word();
+        i += 1;
+    }
+    words
+}
 
 /// A user's place: a root for systems, and a folder for files.
 pub struct Place {
     runtime: TempDir,
     files: TempDir,
+    program: PathBuf,
 }
 
 /// A command that has ended.
@@ -58,12 +73,26 @@ pub struct Running {
     pid: u32,
 }
 
+/// The program of an example.
+fn example(name: &str) -> PathBuf {
+    let program = Path::new(env!("CARGO_BIN_EXE_sketchnav")).with_file_name("examples").join(name);
+    let missing = "expected the example; `cargo build --examples` makes it";
+    assert!(program.exists(), "{}: {missing}", program.display());
+    program
+}
+
 impl Place {
     /// A new one, empty.
     pub fn new() -> Self {
         let runtime = tempfile::tempdir().unwrap();
         fs::set_permissions(runtime.path(), fs::Permissions::from_mode(0o700)).unwrap();
-        Self { runtime, files: tempfile::tempdir().unwrap() }
+        let program = env!("CARGO_BIN_EXE_sketchnav").into();
+        Self { runtime, files: tempfile::tempdir().unwrap(), program }
+    }
+
+    /// A new one in which an example stands for `sketchnav`.
+    pub fn of_program(example_name: &str) -> Self {
+        Self { program: example(example_name), ..Self::new() }
     }
 
     /// The folder of all systems.
@@ -78,7 +107,7 @@ impl Place {
 
     /// `sketchnav`, with these arguments divided by spaces, in this place.
     pub fn command(&self, arguments: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_sketchnav"));
+        let mut command = Command::new(&self.program);
         command.args(arguments.split_whitespace());
         self.settle(&mut command);
         command
@@ -102,10 +131,7 @@ impl Place {
 
     /// Starts the example of a driver in the system `name`.
     pub fn driver(&self, name: &str) -> Running {
-        let program = Path::new(env!("CARGO_BIN_EXE_sketchnav")).with_file_name("examples").join("driver");
-        let missing = "expected the example; `cargo build --examples` makes it";
-        assert!(program.exists(), "{}: {missing}", program.display());
-        let mut command = Command::new(program);
+        let mut command = Command::new(example("driver"));
         command.arg(name);
         self.settle(&mut command);
         Running::spawn(command)

@@ -1,61 +1,11 @@
-//! The `sketchnav` command: one executable, a subcommand for each process and tool.
-
-mod args;
-mod chaos;
-mod deform;
-mod eval;
-mod failure;
-mod folder;
-mod launch;
-mod link;
-mod mission;
-mod output;
-mod pad;
-mod recordings;
-mod report;
-mod serve;
-mod systems;
-mod tap;
-mod tools;
-mod top;
+//! The `sketchnav` program: see the library.
 
 use std::process::ExitCode;
-
-use clap::Parser;
-
-use args::{Cli, Command};
-use failure::{Failure, Outcome, exit_code};
 
 /// Counts what each step allocates, for `health`.
 #[global_allocator]
 static ALLOCATOR: sketchnav_runtime::CountingAllocator = sketchnav_runtime::CountingAllocator;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let json = cli.wants_json();
-    exit_code(dispatch(cli), json)
-}
-
-fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
-    match cli.command {
-        None => dispatch(Cli::parse_from(["sketchnav", "demo"])),
-        Some(Command::Demo { options }) => mission::demo(&options),
-        Some(Command::Run { resume: Some(folder), options, .. }) => mission::resume(&folder, &options),
-        Some(Command::Run { mission, options, .. }) => match mission {
-            Some(mission) => mission::run(&mission, &options),
-            None => mission::demo(&options),
-        },
-        Some(Command::Pad { options }) => pad::pad(&options),
-        Some(Command::Eval { suite, options }) => eval::eval(&suite, &options),
-        Some(Command::Deform { map, options }) => deform::deform(&map, &options),
-        Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),
-        Some(Command::Serve { process, system, site }) => serve::serve(process, &system, site),
-        Some(Command::Ps { json }) => systems::ps(json),
-        Some(Command::Top { options }) => top::top(&options),
-        Some(Command::Echo { tap }) => tap::echo(&tap),
-        Some(Command::Hz { tap }) => tap::hz(&tap),
-        Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
-        Some(Command::Info { file, json }) => tools::info(&file, json),
-        Some(Command::Recordings(tool)) => recordings::dispatch(tool),
-    }
+    sketchnav::main()
 }

@@ -1,0 +1,74 @@
+//! The `sketchnav` command as a library: one program, a subcommand for each process and tool.
+//!
+//! A program of one's own has a `main` that calls [`main_with`]: it is then all of `sketchnav`, and knows one's own
+//! navigators, too. `tests/stranger/wall_follower.rs` is such a program.
+
+mod args;
+mod chaos;
+mod deform;
+mod eval;
+mod failure;
+mod folder;
+mod launch;
+mod link;
+mod mission;
+mod output;
+mod pad;
+mod recordings;
+mod report;
+mod serve;
+mod systems;
+mod tap;
+mod tools;
+mod top;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use sketchnav_schemas::channels::ChannelSpec;
+use sketchnav_stage::Navigator;
+
+use args::{Cli, Command};
+use failure::{Failure, Outcome, exit_code};
+
+/// What this project's own program does: reads the command line and obeys it.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let json = cli.wants_json();
+    exit_code(dispatch(cli), json)
+}
+
+/// The same with navigators of one's own, and the channels that they have beside those of all.
+pub fn main_with(
+    navigators: &'static [Navigator],
+    channels: &'static [&'static ChannelSpec],
+) -> ExitCode {
+    match sketchnav_navigators::register(navigators, channels) {
+        Ok(()) => main(),
+        Err(error) => exit_code(Err(Failure::Other(error.into())), false),
+    }
+}
+
+fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
+    match cli.command {
+        None => dispatch(Cli::parse_from(["sketchnav", "demo"])),
+        Some(Command::Demo { options }) => mission::demo(&options),
+        Some(Command::Run { resume: Some(folder), options, .. }) => mission::resume(&folder, &options),
+        Some(Command::Run { mission, options, .. }) => match mission {
+            Some(mission) => mission::run(&mission, &options),
+            None => mission::demo(&options),
+        },
+        Some(Command::Pad { options }) => pad::pad(&options),
+        Some(Command::Eval { suite, options }) => eval::eval(&suite, &options),
+        Some(Command::Deform { map, options }) => deform::deform(&map, &options),
+        Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),
+        Some(Command::Serve { process, system, site }) => serve::serve(process, &system, site),
+        Some(Command::Ps { json }) => systems::ps(json),
+        Some(Command::Top { options }) => top::top(&options),
+        Some(Command::Echo { tap }) => tap::echo(&tap),
+        Some(Command::Hz { tap }) => tap::hz(&tap),
+        Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
+        Some(Command::Info { file, json }) => tools::info(&file, json),
+        Some(Command::Recordings(tool)) => recordings::dispatch(tool),
+    }
+}

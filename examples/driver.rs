@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! sketchnav run my-floor.toml --speed 1 --system lab --without world
-//! cargo run --release --example driver -- lab
+//! cargo run --release --example driver -- lab 5
 //! ```
 //!
 //! The robot of this one is a point in two rooms, exact and without noise; put your laser, your wheels and your clock
@@ -40,7 +40,10 @@ fn main() -> anyhow::Result<()> {
     let (mut ticks, mut commands) = (node.writer(TICK)?, node.reader(COMMAND)?);
     let run = node.run_config()?;
     let laser = run.robot.laser()?;
-    let period = Duration::from_secs_f64(1.0 / laser.rate_hz);
+    // Wheels are read more often than a laser scans: 50 times a second, say, and a scan and a tick with each fifth.
+    let readings = std::env::args().nth(2).map_or(Ok(1), |number| number.parse::<u32>());
+    let readings = readings.context("expected how many readings of the odometry come with a scan")?.max(1);
+    let period = Duration::from_secs_f64(1.0 / laser.rate_hz) / readings;
     // Where a driver has died, this one goes on: its numbers, its clock and its odometry do.
     scans.resume_behind_kept();
     odometry.resume_behind_kept();
@@ -51,17 +54,19 @@ fn main() -> anyhow::Result<()> {
     let ticks_before = ticks.last_seq();
     let mut robot = Robot { pose, twist: STANDSTILL };
     let (began, mut commanded) = (Instant::now(), Instant::now());
-    for step in 1.. {
+    for reading in 1.. {
         // An instant ends with its tick, which names what was sent before. The writers number the messages.
         let stamp_ns = (clock + began.elapsed()).as_nanos() as u64;
         let header = Header { seq: 0, stamp_ns, source_seq: 0 };
         odometry.send(|message| robot.write_odometry(header, message))?;
-        scans.send(|message| robot.write_scan(header, laser, message))?;
-        ticks.send(|tick| {
-            tick.header.stamp_ns = stamp_ns;
-            node.name_readings(tick);
-        })?;
-        let due = began + period * step as u32;
+        if reading % readings == 0 {
+            scans.send(|message| robot.write_scan(header, laser, message))?;
+            ticks.send(|tick| {
+                tick.header.stamp_ns = stamp_ns;
+                node.name_readings(tick);
+            })?;
+        }
+        let due = began + period * reading;
         while let Some(left) = due.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
             if node.wait(left) == Wake::Terminate {
                 return Ok(());

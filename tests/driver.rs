@@ -6,8 +6,8 @@ use std::path::Path;
 
 use nix::sys::signal::Signal;
 use sketchnav_recordings::Recording;
-use sketchnav_schemas::channels::{ODOMETRY, SCAN};
-use sketchnav_schemas::message::Message;
+use sketchnav_schemas::channels::{ODOMETRY, SCAN, TICK};
+use sketchnav_schemas::message::{Message, Tick};
 use support::{BESIDE_A_DRIVER, Place, Running, room};
 
 /// A mission in the room that waits for its driver.
@@ -28,6 +28,25 @@ fn the_example_of_a_driver_drives_a_mission() {
     let report = ended.json();
     assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
     place.assert_nothing_left("driver");
+}
+
+/// In the first edition the laser was everybody's clock, and each scan had its one reading of the odometry: with faster
+/// wheels the odometry's history was over before a late reader came, and its messages counted as lost.
+#[test]
+fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
+    let place = Place::new();
+    let running = start(&place);
+    let driver = place.driver("driver 5");
+    let ended = running.end();
+    assert_eq!(driver.end().code, Some(0));
+    let report = ended.json();
+    assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    let recording = Recording::open(Path::new(report["recording"].as_str().unwrap())).unwrap();
+    let (ticks, odometry) = (recording.all(TICK).unwrap(), recording.all(ODOMETRY).unwrap());
+    let newest = |tick: &Tick| tick.newest.into_iter().max();
+    assert!(ticks.len() > BEFORE && odometry.len() >= 5 * ticks.len(), "{} {}", ticks.len(), odometry.len());
+    assert!(ticks.iter().zip(1..).all(|(tick, i)| newest(tick) == Some(5 * i)), "a tick names the newest of five");
 }
 
 /// What the driver before has sent, as many scans as these, before it is killed.

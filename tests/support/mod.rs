@@ -129,10 +129,10 @@ impl Place {
         Running::spawn(self.command(arguments))
     }
 
-    /// Starts the example of a driver in the system `name`.
-    pub fn driver(&self, name: &str) -> Running {
+    /// Starts the example of a driver: the name of a system, and how many readings of the odometry come with a scan.
+    pub fn driver(&self, arguments: &str) -> Running {
         let mut command = Command::new(example("driver"));
-        command.arg(name);
+        command.args(arguments.split_whitespace());
         self.settle(&mut command);
         Running::spawn(command)
     }

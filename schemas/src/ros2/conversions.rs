@@ -523,7 +523,9 @@ impl Ros2 for SonarScan {
             scan_time_s: self.scan_time_s,
             range_min_m: self.range_min_m,
             range_max_m: self.range_max_m,
-            ranges_m: list("ranges_m", &self.ranges_m, self.sonar_count, spare.ranges_m, |range, _| Ok(*range))?,
+            ranges_m: list("ranges_m", &self.ranges_m, self.sonar_count, spare.ranges_m, |range, _| {
+                Ok(*range)
+            })?,
         })
     }
 

@@ -276,7 +276,11 @@ impl Senses for Voices {
         let mut loan = writer.loan()?;
         *loan.header_mut() = Header { seq: 0, stamp_ns, source_seq: *source_seq };
         fill(&mut loan);
-        if channel.spec.name == SCAN.spec.name { loan.send()? } else { loan.send_quietly()? };
+        if channel.spec.name == SCAN.spec.name {
+            loan.send()?
+        } else {
+            loan.send_quietly()?
+        };
         Ok(())
     }
 }

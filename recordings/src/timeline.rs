@@ -10,7 +10,7 @@ use std::path::Path;
 
 use sketchnav_schemas::channels::{
     COMMAND, CONTACT, DRAWING, ESTIMATE, LATENCY, MISSION, ODOMETRY, ORDERS, PARTICLES, PLAN, ROUTE, SCAN,
-    SKETCH, STATUS, TRUTH, UNDERSTOOD,
+    SKETCH, SONAR, STATUS, TRUTH, UNDERSTOOD,
 };
 
 use crate::error::RecordingError;
@@ -20,7 +20,7 @@ use crate::reader::RawMessage;
 use crate::records::ChunkEntry;
 
 /// The order of an instant; what is not in it comes last, in the order of the file.
-const RHYTHM: [&str; 16] = [
+const RHYTHM: [&str; 17] = [
     DRAWING.spec.name,
     SKETCH.spec.name,
     ROUTE.spec.name,
@@ -31,6 +31,7 @@ const RHYTHM: [&str; 16] = [
     TRUTH.spec.name,
     ODOMETRY.spec.name,
     SCAN.spec.name,
+    SONAR.spec.name,
     PARTICLES.spec.name,
     ESTIMATE.spec.name,
     PLAN.spec.name,

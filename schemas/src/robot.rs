@@ -338,7 +338,8 @@ mod tests {
 
     #[test]
     fn rates_must_be_possible() {
-        for (line, key) in [("tick_hz=0", "tick_hz"), ("tick_hz=nan", "tick_hz"), ("tick_hz=1e6", "tick_hz")] {
+        for (line, key) in [("tick_hz=0", "tick_hz"), ("tick_hz=nan", "tick_hz"), ("tick_hz=1e6", "tick_hz")]
+        {
             let error = Robot::parse(&format!("{line}\n{BARE}")).unwrap_err().to_string();
             assert!(error.starts_with(key), "{error}");
         }

@@ -52,17 +52,32 @@ slips_per_m = 0
 "#;
 
 fn core(parameters: &str) -> Result<Core, CoreError> {
+    core_of(Robot::parse(ROBOT).unwrap(), parameters)
+}
+
+fn core_of(robot: Robot, parameters: &str) -> Result<Core, CoreError> {
     let mission = Mission::parse(&format!("{MISSION}{parameters}")).unwrap();
     Core::new(&RunConfig {
         system: "test".into(),
         mission,
-        robot: Robot::parse(ROBOT).unwrap(),
+        robot,
         seed: 1,
         pace: Pace::Lockstep,
         recording: None,
         pad: Pad::Absent,
         without: Vec::new(),
     })
+}
+
+#[test]
+fn a_robot_without_a_sensor_that_the_localizer_needs_is_named_with_the_key_of_its_file() {
+    let robot = Robot::parse(ROBOT).unwrap();
+    let blind = Robot { laser: None, ..robot.clone() };
+    let lost = Robot { odometry: None, ..robot };
+    for (robot, key) in [(blind, "[laser]"), (lost, "[odometry]")] {
+        let error = core_of(robot, "").unwrap_err().to_string();
+        assert!(error.contains(key) && error.contains("\"test\""), "{error}");
+    }
 }
 
 /// A room of 80 × 60 px, and the robot in its middle.

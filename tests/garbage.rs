@@ -10,9 +10,9 @@ use nix::sys::signal::Signal;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use sketchnav_runtime::{Node, System, Wake};
-use sketchnav_schemas::channels::{ODOMETRY, SCAN};
+use sketchnav_schemas::channels::{ODOMETRY, SCAN, TICK};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::{Header, LaserScan, Odometry};
+use sketchnav_schemas::message::{Header, LaserScan, Odometry, Tick};
 use sketchnav_schemas::seed::stream;
 use support::{Place, Running, room};
 
@@ -30,6 +30,7 @@ fn driver() {
     }
     let node = Node::join(System::open(SYSTEM).unwrap(), Process::World).unwrap();
     let (mut scans, mut odometry) = (node.writer(SCAN).unwrap(), node.writer(ODOMETRY).unwrap());
+    let mut ticks = node.writer(TICK).unwrap();
     let random = &mut stream(1, "garbage");
     for seq in 1.. {
         let stamp_ns = seq * 100_000_000;
@@ -46,6 +47,13 @@ fn driver() {
         }
         odometry.send(|message| *message = Odometry { header: header(stamp_ns, seq), ..reading }).unwrap();
         scans.send(|message| *message = LaserScan { header: header(stamp_ns, seq), ..scan }).unwrap();
+        ticks.send(|message| *message = Tick { header: header(stamp_ns, seq), ..garbage(random) }).unwrap();
+        ticks
+            .send(|message| {
+                message.header = header(stamp_ns, seq);
+                node.name_readings(message);
+            })
+            .unwrap();
         if node.nap(PAUSE) == Wake::Terminate {
             return;
         }

@@ -268,7 +268,7 @@ channels! {
     /// A sample of the particle set.
     PARTICLES: Detail Particles = "particles", LOCALIZER => [Pad], of "sketch";
     /// Where the robot is in the drawing.
-    ESTIMATE: Situation PoseEstimate = "estimate", LOCALIZER => [Planner, Supervisor, Pad], of "sketch";
+    ESTIMATE: Situation PoseEstimate = "estimate", LOCALIZER => [Planner, Pad], of "sketch";
     /// What the planner is about to do.
     PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
     /// How the robot is to move.

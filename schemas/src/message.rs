@@ -225,7 +225,7 @@ messages! {
 
     /// The heartbeat: the world has said all of this instant. Its `seq` is the number of the instant; what
     /// follows from it names it as `source_seq`.
-    pub struct Tick version 1 in "" {
+    pub struct Tick version 1 in "" valid if valid::tick {
         /// Number of the newest message of each sensor, in the order of [`crate::channels::sensors`]; 0 where there
         /// is none yet.
         pub newest: [u64; 16],

@@ -6,11 +6,13 @@
 //! valid message can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
 
 use crate::message::{
-    Header, LaserScan, Odometry, PoseEstimate, PoseM, PosePx, SonarScan, Twist, VelocityCommand,
+    Header, LaserScan, Odometry, PoseEstimate, PoseM, PosePx, SonarScan, Tick, Twist, VelocityCommand,
 };
 
 /// Farther than any robot drives, metres or pixels.
 const FAR: f64 = 1e7;
+/// Most readings of a sensor between two ticks, on the average.
+const MOST_READINGS: u64 = 1000;
 /// What a quaternion's length may be off by.
 const OFF_UNIT: f64 = 1e-3;
 
@@ -48,6 +50,12 @@ pub(crate) fn sonar(scan: &SonarScan) -> bool {
         && scan.range_min_m >= 0.0
         && scan.range_max_m > scan.range_min_m
         && ranges(counted, behind)
+}
+
+/// Numbers that a driver can have reached by this tick: whoever reads a tick waits for them.
+pub(crate) fn tick(tick: &Tick) -> bool {
+    let most = tick.header.seq.saturating_mul(MOST_READINGS);
+    timely(&tick.header) && tick.newest.iter().all(|&newest| newest <= most)
 }
 
 /// A pose and a velocity.

@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use sketchnav_runtime::System;
 use sketchnav_schemas::codes::TaskState;
-use sketchnav_schemas::message::{MissionStatus, PoseEstimate};
+use sketchnav_schemas::message::{MissionStatus};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
@@ -160,7 +160,7 @@ fn watch(supervisor: &mut Supervisor, run: &RunConfig, quiet: bool) -> Result<Pr
         }
         line.set_position(told as u64);
         if let Some(status) = supervisor.status() {
-            line.set_message(on_the_way(status, supervisor.estimate(), began.elapsed()));
+            line.set_message(on_the_way(status, began.elapsed()));
         }
         if progress != Progress::Running {
             line.finish_and_clear();
@@ -195,15 +195,13 @@ fn task_ended(status: &MissionStatus) -> String {
     format!("  {:>2}. {name:<12} {state:<9} {time:6.1} s {path:6.1} m  {reason}", status.task + 1)
 }
 
-fn on_the_way(status: &MissionStatus, estimate: Option<&PoseEstimate>, wall: Duration) -> String {
+fn on_the_way(status: &MissionStatus, wall: Duration) -> String {
     let simulated_s = status.header.stamp_ns as f64 / 1e9;
     let state = TaskState::from_code(status.state).map_or("?", TaskState::word);
     let (name, reason) = (status.name.as_str(), status.reason.as_str());
     let how = if reason.is_empty() { state } else { reason };
-    let place =
-        estimate.map_or(String::new(), |e| format!("at ({:.0}, {:.0}) px, ", e.pose.x_px, e.pose.y_px));
     format!(
-        "{name}: {how}; {place}{:.1} m to go at {:.2} m/s; {simulated_s:.0} s simulated, {:.0} × real time",
+        "{name}: {how}; {:.1} m to go at {:.2} m/s; {simulated_s:.0} s simulated, {:.0} × real time",
         status.remaining_m,
         status.speed_mps,
         simulated_s / wall.as_secs_f64().max(1e-3),

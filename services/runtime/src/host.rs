@@ -45,7 +45,9 @@ pub fn host(node: &Node, stage: &mut dyn Hosted) -> Result<(), HostError> {
     let (checkpoints, found) = Checkpoints::open_with(node, stage.form(), parse)?;
     found.report(node);
     let (inputs, outputs) = (Inputs::open(node, &kind)?, Outputs::open(node, &kind)?);
-    let mut host = Host { node, stage, inputs, outputs, health, checkpoints, attempts: 0, stamp_ns: 0 };
+    let spoken_from = outputs::Positions::default();
+    let mut host =
+        Host { node, stage, inputs, outputs, health, checkpoints, spoken_from, attempts: 0, stamp_ns: 0 };
     if host.resume(&kind, found)? {
         host.serve()?;
     }
@@ -57,6 +59,8 @@ pub fn host(node: &Node, stage: &mut dyn Hosted) -> Result<(), HostError> {
 struct Head {
     inputs: inputs::Positions,
     outputs: outputs::Positions,
+    /// Where the outputs were before the stage spoke last: a successor has it speak once more.
+    spoken_from: outputs::Positions,
     /// How often the next request was heard without an end.
     attempts: u32,
     stamp_ns: u64,
@@ -67,6 +71,7 @@ struct Head {
 struct HeadView<'a> {
     inputs: &'a inputs::Positions,
     outputs: &'a outputs::Positions,
+    spoken_from: &'a outputs::Positions,
     attempts: u32,
     stamp_ns: u64,
 }
@@ -89,6 +94,8 @@ struct Host<'a> {
     outputs: Outputs,
     health: HealthReporter,
     checkpoints: Checkpoints<Saved>,
+    /// Where the outputs were before the stage spoke last.
+    spoken_from: outputs::Positions,
     /// How often a predecessor heard the next request and died.
     attempts: u32,
     /// Time of the last instant.
@@ -156,6 +163,7 @@ impl Host<'_> {
         self.write_checkpoint()?;
         self.stage.hear(&heard.again(self.attempts - 1))?;
         self.inputs.take_request(index, header.stamp_ns, header.seq);
+        self.spoken_from.clone_from(self.outputs.positions());
         self.attempts = 0;
         // Before what is said to it: whoever has that may forget the request.
         self.write_checkpoint()?;
@@ -170,9 +178,9 @@ impl Host<'_> {
     }
 
     fn write_checkpoint(&mut self) -> Result<(), HostError> {
-        let Self { inputs, outputs, stage, attempts, stamp_ns, .. } = self;
+        let Self { inputs, outputs, spoken_from, stage, attempts, stamp_ns, .. } = self;
         let (inputs, outputs) = (inputs.positions(), outputs.positions());
-        let head = HeadView { inputs, outputs, attempts: *attempts, stamp_ns: *stamp_ns };
+        let head = HeadView { inputs, outputs, spoken_from, attempts: *attempts, stamp_ns: *stamp_ns };
         Ok(self.checkpoints.write_with(|room| {
             let used = postcard::to_slice(&head, room)?.len();
             Ok(used + stage.save(&mut room[used..])?)
@@ -181,10 +189,12 @@ impl Host<'_> {
 
     /// Goes on where the predecessor stood; false where the end comes first.
     fn resume(&mut self, kind: &str, found: Found<Saved>) -> Result<bool, HostError> {
-        let (is_lost, is_resuming) = (found.is_lost(), found.state.is_some());
+        let is_lost = found.is_lost();
+        let head = found.state.as_ref().map(|saved| saved.head.clone());
         if let Some(saved) = found.state {
             self.inputs.resume(&saved.head.inputs);
-            self.outputs.resume(&saved.head.outputs);
+            self.outputs.resume(&saved.head.spoken_from);
+            self.spoken_from.clone_from(&saved.head.spoken_from);
             (self.attempts, self.stamp_ns) = (saved.head.attempts, saved.head.stamp_ns);
             if !self.await_instructions(&saved.head.inputs)? {
                 return Ok(false);
@@ -195,7 +205,10 @@ impl Host<'_> {
         }
         let step = Step::begin();
         let (stamp_ns, source_seq) = self.inputs.last_request();
-        self.speak(stamp_ns, source_seq, is_resuming)?;
+        self.speak(stamp_ns, source_seq, head.is_some())?;
+        if let Some(head) = &head {
+            self.outputs.resume_no_earlier(&head.outputs);
+        }
         self.health.end(step);
         Ok(true)
     }

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
 use sketchnav_runtime::{Channels, Node, Reader, System, Wake, Writer};
-use sketchnav_schemas::channels::{ESTIMATE, HEALTH, MISSION, STATUS};
+use sketchnav_schemas::channels::{HEALTH, MISSION, STATUS};
 use sketchnav_schemas::codes::{FaultKind, Order, Process, TaskState};
-use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, PoseEstimate, Text};
+use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, Text};
 use sketchnav_schemas::run::{Pad, RunConfig};
 
 use crate::child::{Child, ProcessLine};
@@ -80,7 +80,6 @@ pub struct Supervisor {
     system: Option<Rc<System>>,
     pad: Pad,
     status: Option<MissionStatus>,
-    estimate: Option<PoseEstimate>,
     ended_tasks: BTreeMap<u32, MissionStatus>,
     /// By process and process id.
     health: BTreeMap<(u32, u32), Health>,
@@ -91,7 +90,6 @@ struct Ports {
     /// None where it is ceded.
     mission: Option<Writer<MissionCommand>>,
     status: Reader<MissionStatus>,
-    estimate: Reader<PoseEstimate>,
     health: Reader<Health>,
     faults: Faults,
 }
@@ -200,11 +198,6 @@ impl Supervisor {
         self.status.as_ref()
     }
 
-    /// The localizer's last estimate.
-    pub fn estimate(&self) -> Option<&PoseEstimate> {
-        self.estimate.as_ref()
-    }
-
     /// The last status of every task that has ended, in order: for people to watch. The supervisor looks
     /// now and then; the recording alone has every status for sure.
     pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
@@ -258,7 +251,6 @@ impl Supervisor {
             system: Some(system.clone()),
             pad,
             status: None,
-            estimate: None,
             ended_tasks: BTreeMap::new(),
             health: BTreeMap::new(),
             survived: Vec::new(),
@@ -270,7 +262,6 @@ impl Supervisor {
         supervisor.ports = Some(Ports {
             mission,
             status: node.reader(STATUS)?,
-            estimate: node.reader(ESTIMATE)?,
             health: node.reader(HEALTH)?,
             faults: Faults::open(node, ceded.faults)?,
         });
@@ -295,9 +286,6 @@ impl Supervisor {
             ports.faults.is_now(status.header);
         }
         ports.faults.pass_on()?;
-        while let Some(estimate) = ports.estimate.receive()? {
-            self.estimate = Some(*estimate);
-        }
         while let Some(health) = ports.health.receive()? {
             self.health.insert((health.process, health.pid), *health);
         }

@@ -32,9 +32,17 @@ impl Outputs {
         &self.positions
     }
 
+    /// Goes on after what a predecessor sent.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (writer, &last) in self.writers.iter_mut().zip(&positions.0) {
             writer.resume_after(last);
+        }
+    }
+
+    /// The same for those channels that are not there yet.
+    pub(super) fn resume_no_earlier(&mut self, positions: &Positions) {
+        for (writer, &last) in self.writers.iter_mut().zip(&positions.0) {
+            writer.resume_after(last.max(writer.last_seq()));
         }
     }
 

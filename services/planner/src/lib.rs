@@ -26,7 +26,7 @@ use crate::core::{Core, State};
 /// Longest sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(250);
 /// The form of [`Positions`] and [`State`].
-const CHECKPOINT: &str = "planner 5";
+const CHECKPOINT: &str = "planner 6";
 
 /// Where in its channels the planner stands: the last number that was taken or given.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]

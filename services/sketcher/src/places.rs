@@ -277,20 +277,29 @@ impl<'a> Reachable<'a> {
     }
 }
 
+/// Row by row: a whole stretch of free cells at once.
 pub(crate) fn flood(drawing: &Drawing, start: &Point<Sketch>) -> Vec<bool> {
-    let width = drawing.width_px as usize;
-    let mut reached = vec![false; drawing.cells.len()];
+    let (width, cells) = (drawing.width_px as usize, &drawing.cells);
+    let mut reached = vec![false; cells.len()];
     let mut waiting: Vec<usize> = drawing.index(start).into_iter().collect();
-    while let Some(i) = waiting.pop() {
-        if reached[i] || drawing.cells[i] != FREE {
+    while let Some(seed) = waiting.pop() {
+        if reached[seed] || cells[seed] != FREE {
             continue;
         }
-        reached[i] = true;
-        let column = i % width;
-        waiting.extend((column > 0).then(|| i - 1));
-        waiting.extend((column + 1 < width).then_some(i + 1));
-        waiting.extend(i.checked_sub(width));
-        waiting.extend(Some(i + width).filter(|&below| below < drawing.cells.len()));
+        let row = seed / width * width;
+        let before = cells[row..seed].iter().rev().take_while(|&&cell| cell == FREE).count();
+        let behind = cells[seed..row + width].iter().take_while(|&&cell| cell == FREE).count();
+        let stretch = seed - before..seed + behind;
+        reached[stretch.clone()].fill(true);
+        for beside in [stretch.start.checked_sub(width), Some(stretch.start + width)].into_iter().flatten() {
+            let Some(beside_cells) = cells.get(beside..beside + stretch.len()) else { continue };
+            let mut was_open = false;
+            for (k, (&cell, &reached)) in beside_cells.iter().zip(&reached[beside..]).enumerate() {
+                let is_open = cell == FREE && !reached;
+                waiting.extend((is_open && !was_open).then_some(beside + k));
+                was_open = is_open;
+            }
+        }
     }
     reached
 }

@@ -9,6 +9,7 @@
 //! past it), gaps in walls thicker than about half the gap, slips of the pen, and what lies within a door's
 //! width of a narrower gap. Posts between two gaps stay.
 
+use fearless_simd::{Level, dispatch};
 use nalgebra::Vector2;
 
 use crate::sketch::Sketch;
@@ -150,11 +151,27 @@ impl Side {
     }
 }
 
+/// A column of a way to no wall: farther than any that counts, and whatever is added to it still is.
+const NONE: i16 = 20_000;
+/// Cells that are looked at together: most are far from walls.
+const TOGETHER: usize = 64;
+
 /// Of each free cell the nearest wall cell, where that is near enough to be the side of a door.
 struct Nearest<'a> {
     sketch: &'a Sketch,
-    /// From the cell to its wall, in cells.
-    to_wall: Vec<Option<[i16; 2]>>,
+    /// Cells a row, with one on either side that knows no wall; there is such a row below and above, too.
+    stride: usize,
+    /// From the cell to its wall, in columns ([`NONE`]: there is none) and in rows.
+    x: Vec<i16>,
+    y: Vec<i16>,
+    reach2: i32,
+}
+
+/// For each cell of a row the best of what the three neighbours in the row beside know.
+struct Beside {
+    x: Vec<i16>,
+    y: Vec<i16>,
+    distance2: Vec<i32>,
 }
 
 impl<'a> Nearest<'a> {
@@ -162,58 +179,83 @@ impl<'a> Nearest<'a> {
     /// (Danielsson 1980).
     fn new(sketch: &'a Sketch, door_px: f32) -> Self {
         let [width, height] = [sketch.width(), sketch.height()];
-        let to_wall = sketch.walls().iter().map(|&wall| wall.then_some([0, 0])).collect();
-        let mut nearest = Self { sketch, to_wall };
+        let stride = width + 2;
         // No farther than vectors of 16 bits reach.
         let reach_px = (OPENS_OUT * door_px / 2.0 + 2.0).min(16_000.0);
+        let cells = stride * (height + 2);
         let reach2 = (reach_px * reach_px) as i32;
-        for row in 0..height {
-            for column in 0..width {
-                nearest.ask([column, row], [[-1, 0], [-1, -1], [0, -1], [1, -1]], reach2);
-            }
-            (0..width).rev().for_each(|column| nearest.ask([column, row], [[1, 0]], reach2));
+        let mut nearest = Self { sketch, stride, x: vec![NONE; cells], y: vec![0; cells], reach2 };
+        for (row, walls) in sketch.walls().chunks_exact(width).enumerate() {
+            let x = &mut nearest.x[(row + 1) * stride + 1..][..width];
+            x.iter_mut().zip(walls).for_each(|(x, &wall)| *x = if wall { 0 } else { NONE });
         }
-        for row in (0..height).rev() {
-            for column in (0..width).rev() {
-                nearest.ask([column, row], [[1, 0], [1, 1], [0, 1], [-1, 1]], reach2);
-            }
-            (0..width).for_each(|column| nearest.ask([column, row], [[-1, 0]], reach2));
+        let mut beside = Beside { x: vec![0; width], y: vec![0; width], distance2: vec![0; width] };
+        for row in 1..=height {
+            nearest.ask_row::<-1>(row, &mut beside);
+        }
+        for row in (1..=height).rev() {
+            nearest.ask_row::<1>(row, &mut beside);
         }
         nearest
     }
 
-    /// Takes a neighbour's wall where it is nearer than the cell's own.
-    fn ask<const N: usize>(&mut self, [column, row]: [usize; 2], neighbours: [[i16; 2]; N], reach2: i32) {
-        let at = row * self.sketch.width() + column;
-        for [dx, dy] in neighbours {
-            let there = [column.wrapping_add_signed(dx.into()), row.wrapping_add_signed(dy.into())];
-            let Some([x, y]) = self.get(there) else { continue };
-            let found = [x + dx, y + dy];
-            if self.to_wall[at].map_or(reach2, squared) > squared(found) {
-                self.to_wall[at] = Some(found);
-            }
-        }
+    /// Has the cells of a row ask their neighbours, first the one beside them on the side `SIDE` and the three of the row
+    /// on that side, each after the one that it asks; then, on the way back, the one on the other side.
+    fn ask_row<const SIDE: isize>(&mut self, row: usize, beside: &mut Beside) {
+        let Self { stride, reach2, .. } = *self;
+        let (first, from) = (row * stride, row.wrapping_add_signed(SIDE) * stride);
+        let (x, y) = (&self.x[from..from + stride], &self.y[from..from + stride]);
+        dispatch!(Level::new(), _simd => beside.ask::<SIDE>(x, y));
+        let (x, y) = (&mut self.x[first..first + stride], &mut self.y[first..first + stride]);
+        pass::<SIDE>(x, y, Some(beside), reach2);
+        if SIDE < 0 { pass::<1>(x, y, None, reach2) } else { pass::<-1>(x, y, None, reach2) }
     }
 
     fn get(&self, [column, row]: [usize; 2]) -> Option<[i16; 2]> {
         let inside = column < self.sketch.width() && row < self.sketch.height();
-        inside.then(|| self.to_wall[row * self.sketch.width() + column]).flatten()
+        let at = inside.then(|| (row + 1) * self.stride + column + 1)?;
+        (self.x[at] != NONE).then(|| [self.x[at], self.y[at]])
     }
 
     /// Where two neighbours have their walls on opposite sides there is a gap between these.
     fn gaps(&self, widths_px: std::ops::Range<f32>) -> Vec<Gap> {
-        let width = self.sketch.width();
-        let gap = |at: usize, [dx, dy]: [usize; 2]| {
-            let (column, row) = (at % width, at / width);
-            let here = vector(self.to_wall[at]?);
-            let there = vector(self.get([column + dx, row + dy])?);
-            let place = Vector::new(column as f32, row as f32);
-            let next = Vector::new((column + dx) as f32, (row + dy) as f32);
-            let gap = Gap::between(place + here, next + there);
-            let is_opposite = here.dot(&there) < OPPOSITE * here.norm() * there.norm();
-            (is_opposite && widths_px.contains(&gap.width_px)).then_some(gap)
-        };
-        (0..self.to_wall.len()).flat_map(|at| [gap(at, [1, 0]), gap(at, [0, 1])]).flatten().collect()
+        let mut gaps = Vec::new();
+        let mut maybe = vec![false; self.sketch.width()];
+        for row in 0..self.sketch.height() {
+            dispatch!(Level::new(), _simd => self.face_away(row, &mut maybe));
+            for (k, some) in maybe.chunks(TOGETHER).enumerate() {
+                if !some.iter().fold(false, |any, &maybe| any | maybe) {
+                    continue;
+                }
+                for column in (0..some.len()).filter(|&i| some[i]).map(|i| k * TOGETHER + i) {
+                    let to = |to| self.gap([column, row], to).filter(|gap| widths_px.contains(&gap.width_px));
+                    gaps.extend([[1, 0], [0, 1]].into_iter().filter_map(to));
+                }
+            }
+        }
+        gaps
+    }
+
+    /// Which cells of a row have their walls more or less opposite to a neighbour's.
+    #[inline(always)]
+    fn face_away(&self, row: usize, maybe: &mut [bool]) {
+        let (first, count) = ((row + 1) * self.stride + 1, maybe.len());
+        let at = |first: usize| (&self.x[first..first + count], &self.y[first..first + count]);
+        let ((x, y), (rx, ry), (ux, uy)) = (at(first), at(first + 1), at(first + self.stride));
+        for i in 0..count {
+            let dot = |u: i16, v: i16| i32::from(x[i]) * i32::from(u) + i32::from(y[i]) * i32::from(v);
+            maybe[i] = (dot(rx[i], ry[i]) < 0) | (dot(ux[i], uy[i]) < 0);
+        }
+    }
+
+    /// The gap between the walls of a cell and of the neighbour `to`, where they are on opposite sides.
+    fn gap(&self, [column, row]: [usize; 2], [dx, dy]: [usize; 2]) -> Option<Gap> {
+        let here = vector(self.get([column, row])?);
+        let there = vector(self.get([column + dx, row + dy])?);
+        let place = Vector::new(column as f32, row as f32);
+        let next = Vector::new((column + dx) as f32, (row + dy) as f32);
+        let is_opposite = here.dot(&there) < OPPOSITE * here.norm() * there.norm();
+        is_opposite.then(|| Gap::between(place + here, next + there))
     }
 
     /// Whether there is more room on both sides of the wall than in the gap.
@@ -238,8 +280,59 @@ fn turned(v: Vector) -> Vector {
     Vector::new(-v.y, v.x)
 }
 
-fn squared([x, y]: [i16; 2]) -> i32 {
-    i32::from(x).pow(2) + i32::from(y).pow(2)
+impl Beside {
+    /// Of the three cells of a row on the side `SIDE`, the nearest one's wall; of equal ones the first, from that side on.
+    #[inline(always)]
+    fn ask<const SIDE: isize>(&mut self, x: &[i16], y: &[i16]) {
+        let side = SIDE as i32;
+        let count = self.distance2.len();
+        let (found_x, found_y) = (&mut self.x[..count], &mut self.y[..count]);
+        let column = |dx: i32| (dx, &x[(dx + 1) as usize..][..count], &y[(dx + 1) as usize..][..count]);
+        let [first, second, third] = [column(side), column(0), column(-side)];
+        for i in 0..count {
+            let known = |(dx, x, y): (i32, &[i16], &[i16])| {
+                let (x, y) = (i32::from(x[i]) + dx, i32::from(y[i]) + side);
+                (x, y, x * x + y * y)
+            };
+            let nearer = |a: (i32, i32, i32), b: (i32, i32, i32)| if b.2 < a.2 { b } else { a };
+            let best = nearer(nearer(known(first), known(second)), known(third));
+            (found_x[i], found_y[i], self.distance2[i]) = (best.0 as i16, best.1 as i16, best.2);
+        }
+    }
+}
+
+/// Goes along a row, away from the side `SIDE`: each cell takes the wall of the one before, or of what is `beside`, where
+/// that is nearer than its own.
+fn pass<const SIDE: isize>(x: &mut [i16], y: &mut [i16], beside: Option<&Beside>, reach2: i32) {
+    let count = x.len() - 2;
+    let mut before = (i32::from(NONE), 0, i32::MAX / 2);
+    for k in 0..count.div_ceil(TOGETHER) {
+        let k = if SIDE < 0 { k } else { count.div_ceil(TOGETHER) - 1 - k };
+        let some = k * TOGETHER..((k + 1) * TOGETHER).min(count);
+        let knows_nothing = x[1..][some.clone()].iter().fold(true, |all, &x| all & (x == NONE))
+            && beside.is_none_or(|beside| {
+                beside.distance2[some.clone()].iter().fold(true, |all, &d| all & (d >= reach2))
+            });
+        if knows_nothing && before.0 == i32::from(NONE) {
+            continue;
+        }
+        for i in 0..some.len() {
+            let i = if SIDE < 0 { some.start + i } else { some.end - 1 - i };
+            let own = (i32::from(x[i + 1]), i32::from(y[i + 1]));
+            let is_none = own.0 == i32::from(NONE);
+            let mut best = (own.0, own.1, if is_none { reach2 } else { own.0 * own.0 + own.1 * own.1 });
+            let step = SIDE as i32;
+            let passed = (before.0 + step, before.1, before.2 + 2 * step * before.0 + 1);
+            best = if passed.2 < best.2 { passed } else { best };
+            if let Some(beside) = beside
+                && beside.distance2[i] < best.2
+            {
+                best = (beside.x[i].into(), beside.y[i].into(), beside.distance2[i]);
+            }
+            (x[i + 1], y[i + 1]) = (best.0 as i16, best.1 as i16);
+            before = if best.0 == i32::from(NONE) { (best.0, 0, i32::MAX / 2) } else { best };
+        }
+    }
 }
 
 #[cfg(test)]

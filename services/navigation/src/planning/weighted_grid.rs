@@ -82,31 +82,50 @@ impl Weights<'_> {
         frontier.cost.fill(f32::INFINITY);
         frontier.buckets.reset(least, most);
         frontier.lower(seed, 0.0, 0.0);
-        let (straight, diagonal) = (self.cell_length, self.cell_length * std::f32::consts::SQRT_2);
         let mut last_bucket = u32::MAX;
         while let Some(cell) = frontier.buckets.pop().filter(|_| frontier.buckets.current() <= last_bucket) {
-            let cost = frontier.cost[cell];
             if Some(cell) == stop {
                 last_bucket = frontier.buckets.current();
             }
-            if cost > limit {
-                continue;
+            if frontier.cost[cell] <= limit {
+                self.relax(frontier, cell);
             }
-            let length = frontier.length[cell];
-            for (i, (to, step)) in self.edges(cell).into_iter().enumerate() {
-                frontier.lower(to, cost + step, length + if i < 4 { straight } else { diagonal });
-            }
+        }
+    }
+
+    /// Lowers the costs of a cell's neighbours to those of the ways through it.
+    #[inline]
+    fn relax(&self, frontier: &mut Frontier, cell: usize) {
+        let (half, quarter) = (self.cell_length / 2.0, self.cell_length * std::f32::consts::SQRT_2 / 4.0);
+        let (straight, diagonal) = (self.cell_length, self.cell_length * std::f32::consts::SQRT_2);
+        let (cost, length) = (frontier.cost[cell], frontier.length[cell]);
+        let three = |of: &[f32], row: usize| [of[row - 1], of[row], of[row + 1]];
+        let (south, north) = (cell - self.stride, cell + self.stride);
+        let [w, c] =
+            [self.weight, &frontier.cost].map(|of| [three(of, south), three(of, cell), three(of, north)]);
+        // Whatever is cheaper than this cell stays so, and nothing leads to where nobody can pass.
+        let may = |dx: usize, dy: usize| c[dy][dx] >= cost && w[dy][dx] < f32::INFINITY;
+        let middle = w[1][1];
+        let sides = [(2, 1, cell + 1), (1, 2, north), (0, 1, cell - 1), (1, 0, south)];
+        for (dx, dy, to) in sides.into_iter().filter(|&(dx, dy, _)| may(dx, dy)) {
+            frontier.lower(to, cost + half * (middle + w[dy][dx]), length + straight);
+        }
+        let corners = [(2, 2, north + 1), (0, 2, north - 1), (0, 0, south - 1), (2, 0, south + 1)];
+        for (dx, dy, to) in corners.into_iter().filter(|&(dx, dy, _)| may(dx, dy)) {
+            let step = quarter * (middle + w[dy][dx] + w[dy][1] + w[1][dx]);
+            frontier.lower(to, cost + step, length + diagonal);
         }
     }
 
     /// The costs of the cheapest and of the costliest step that there can be.
     fn steps(&self) -> [f32; 2] {
-        let passable = |&&w: &&f32| w.is_finite();
-        let (least, most) = self
-            .weight
-            .iter()
-            .filter(passable)
-            .fold((f32::INFINITY, 0.0_f32), |(least, most), &w| (least.min(w), most.max(w)));
+        // Weights are not negative: their bits are in their order.
+        const IMPASSABLE: u32 = f32::INFINITY.to_bits();
+        let bits = |w: &f32| w.to_bits();
+        let least = self.weight.iter().map(bits).fold(IMPASSABLE, u32::min);
+        let passable = |bits: u32| if bits < IMPASSABLE { bits } else { 0 };
+        let most = self.weight.iter().map(bits).map(passable).fold(0, u32::max);
+        let [least, most] = [least, most].map(f32::from_bits);
         [least * self.cell_length, most * self.cell_length * std::f32::consts::SQRT_2]
     }
 

@@ -38,12 +38,15 @@ fn reduced(walls: &GrayImage) -> GrayImage {
     }
     let mut small = GrayImage::new(width.div_ceil(factor), height.div_ceil(factor));
     let (factor, wide) = (factor as usize, small.width() as usize);
+    let mut joined = vec![0; width as usize];
     let rows = walls.chunks(factor * width as usize).zip(small.chunks_exact_mut(wide));
     for (rows, small) in rows {
+        joined.fill(0);
         for row in rows.chunks_exact(width as usize) {
-            let blocks = small.iter_mut().zip(row.chunks(factor));
-            blocks.for_each(|(v, block)| *v |= block.iter().fold(0, |any, v| any | v));
+            joined.iter_mut().zip(row).for_each(|(any, v)| *any |= v);
         }
+        let blocks = small.iter_mut().zip(joined.chunks(factor));
+        blocks.for_each(|(v, block)| *v = block.iter().fold(0, |any, v| any | v));
     }
     small
 }

@@ -5,6 +5,8 @@
 //! cells, as far as the drawing tells. A drawn route alone may brush a wall by a pen's width: its ends
 //! may not.
 
+use std::ops::Range;
+
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 use sketchnav_schemas::message::{MAX_ROUTE_POINTS, MAX_TASKS};
@@ -277,29 +279,40 @@ impl<'a> Reachable<'a> {
     }
 }
 
-/// Row by row: a whole stretch of free cells at once.
+/// Which cells are reached, whole stretches of free cells of a row at once.
 pub(crate) fn flood(drawing: &Drawing, start: &Point<Sketch>) -> Vec<bool> {
-    let (width, cells) = (drawing.width_px as usize, &drawing.cells);
-    let mut reached = vec![false; cells.len()];
-    let mut waiting: Vec<usize> = drawing.index(start).into_iter().collect();
-    while let Some(seed) = waiting.pop() {
-        if reached[seed] || cells[seed] != FREE {
+    let width = drawing.width_px as usize;
+    let rows: Vec<Vec<Range<usize>>> = drawing.cells.chunks_exact(width).map(free_stretches).collect();
+    let mut seen: Vec<Vec<bool>> = rows.iter().map(|stretches| vec![false; stretches.len()]).collect();
+    let mut reached = vec![false; drawing.cells.len()];
+    let first = drawing.index(start).map(|at| (at / width, at % width));
+    let holds =
+        |(row, column): (usize, usize)| Some((row, rows[row].iter().position(|one| one.contains(&column))?));
+    let mut open: Vec<(usize, usize)> = first.and_then(holds).into_iter().collect();
+    while let Some((row, k)) = open.pop() {
+        if std::mem::replace(&mut seen[row][k], true) {
             continue;
         }
-        let row = seed / width * width;
-        let before = cells[row..seed].iter().rev().take_while(|&&cell| cell == FREE).count();
-        let behind = cells[seed..row + width].iter().take_while(|&&cell| cell == FREE).count();
-        let stretch = seed - before..seed + behind;
-        reached[stretch.clone()].fill(true);
-        for beside in [stretch.start.checked_sub(width), Some(stretch.start + width)].into_iter().flatten() {
-            let Some(beside_cells) = cells.get(beside..beside + stretch.len()) else { continue };
-            let mut was_open = false;
-            for (k, (&cell, &reached)) in beside_cells.iter().zip(&reached[beside..]).enumerate() {
-                let is_open = cell == FREE && !reached;
-                waiting.extend((is_open && !was_open).then_some(beside + k));
-                was_open = is_open;
-            }
+        let stretch = &rows[row][k];
+        reached[row * width..][stretch.clone()].fill(true);
+        for beside in
+            [row.checked_sub(1), Some(row + 1).filter(|&row| row < rows.len())].into_iter().flatten()
+        {
+            let first = rows[beside].partition_point(|other| other.end <= stretch.start);
+            let touching = rows[beside][first..].iter().take_while(|other| other.start < stretch.end).count();
+            open.extend((first..first + touching).map(|k| (beside, k)));
         }
     }
     reached
+}
+
+/// The stretches of free cells of a row.
+fn free_stretches(row: &[u8]) -> Vec<Range<usize>> {
+    let mut end = 0;
+    let next = || {
+        let start = end + row[end..].iter().position(|&cell| cell == FREE)?;
+        end = start + row[start..].iter().take_while(|&&cell| cell == FREE).count();
+        Some(start..end)
+    };
+    std::iter::from_fn(next).collect()
 }

@@ -17,6 +17,9 @@ pub const PARTS: f32 = 16.0;
 /// by whole parts, but whether a cell begins just at a place is to be told.
 type Place = u32;
 
+/// All bits: in a wall.
+const IN_WALL: u32 = u32::MAX;
+
 /// Beyond every wall.
 const FAR: Place = Place::MAX;
 
@@ -112,7 +115,10 @@ pub struct Sweep {
     across: usize,
     /// The greatest minor of all steps: line 0's there is the first of all lines' that is in the drawing.
     highest: i32,
+    /// The codes of ranges, by whole parts of a cell; ...
     codes: Vec<u8>,
+    /// ... and of the ways out of walls, by differences of places; the last is that of none.
+    leave_codes: Vec<u8>,
 }
 
 /// Where line 0 runs at one position of the major axis, and how it goes on to the next.
@@ -145,13 +151,15 @@ impl Sweep {
         let slope = minor / major.abs();
         let cells_per_step = 1.0_f64.hypot(slope);
         let steps: Vec<Step> = (0..along).map(|position| Step::new(position, along, slope)).collect();
+        let codes = codes((along + 1) * PARTS as usize, cells_per_step);
         Self {
             highest: steps.iter().map(|step| step.minor).max().unwrap_or(0),
             steps,
             upright,
             backward: major < 0.0,
             across,
-            codes: codes((along + 1) * PARTS as usize, cells_per_step),
+            leave_codes: leave_codes(&codes),
+            codes,
         }
     }
 
@@ -174,7 +182,7 @@ impl Sweep {
             let (at, cells) = (place(position as f32 + 0.5), self.row(position) * self.across);
             let cells = cells..cells + self.across;
             views.ranges(self.lines(position), at, &self.codes, &mut plane[cells.clone()]);
-            views.leaves(self.lines(position), at, &self.codes, &mut leave[cells]);
+            views.leaves(self.lines(position), at, &self.leave_codes, &mut leave[cells]);
         }
     }
 
@@ -263,9 +271,17 @@ impl Step {
     }
 }
 
+/// The codes of the ways out of walls by differences of places, by the `codes` of whole parts of a cell.
+fn leave_codes(codes: &[u8]) -> Vec<u8> {
+    let mut leave: Vec<u8> = codes.iter().flat_map(|&code| [code.clamp(1, NEVER - 1); 2]).collect();
+    leave[0] = 0;
+    leave.push(NEVER);
+    leave
+}
+
 /// What lies ahead on each of the lines that are followed back.
 pub struct Views {
-    /// 1 in a wall, 0 outside.
+    /// All bits in a wall, none outside.
     in_wall: Vec<u32>,
     /// Where the nearest wall ahead begins.
     wall: Vec<Place>,
@@ -284,7 +300,7 @@ impl Views {
         let lines = width + height + 1;
         let far = || vec![FAR; lines];
         Self {
-            in_wall: vec![1; lines],
+            in_wall: vec![IN_WALL; lines],
             wall: far(),
             last_cell: far(),
             wall_behind: far(),
@@ -294,7 +310,7 @@ impl Views {
 
     /// Some lines come from outside, where all is wall.
     fn begin(&mut self, lines: Range<usize>) {
-        self.in_wall[lines.clone()].fill(1);
+        self.in_wall[lines.clone()].fill(IN_WALL);
         for column in [&mut self.wall, &mut self.last_cell, &mut self.wall_behind] {
             column[lines.clone()].fill(FAR);
         }
@@ -303,59 +319,80 @@ impl Views {
     /// The lines enter their next cells, at `entry`.
     #[inline(always)]
     fn enter(&mut self, lines: Range<usize>, cells: &[bool], entry: Place) {
-        let count = cells.len();
-        let lines = lines.start..lines.start + count;
-        let in_wall = &mut self.in_wall[lines.clone()][..count];
-        let wall = &mut self.wall[lines.clone()][..count];
-        let last_cell = &mut self.last_cell[lines.clone()][..count];
-        let wall_behind = &mut self.wall_behind[lines][..count];
-        for i in 0..count {
-            let cell = u32::from(cells[i]);
-            let is_new = cell & !in_wall[i] > 0;
-            last_cell[i] = if is_new { entry } else { last_cell[i] };
-            wall_behind[i] = if is_new { wall[i] } else { wall_behind[i] };
-            wall[i] = if cell > 0 { entry } else { wall[i] };
-            in_wall[i] = cell;
-        }
+        let lines = lines.start..lines.start + cells.len();
+        let (in_wall, wall) = (&mut self.in_wall[lines.clone()], &mut self.wall[lines.clone()]);
+        let (last_cell, behind) = (&mut self.last_cell[lines.clone()], &mut self.wall_behind[lines]);
+        enter(in_wall, wall, last_cell, behind, cells, entry);
     }
 
     /// The codes of the ways to the next walls.
     #[inline(always)]
     fn ranges(&mut self, lines: Range<usize>, at: Place, codes: &[u8], out: &mut [u8]) {
-        let count = out.len();
-        let (in_wall, wall) = (&self.in_wall[lines.clone()][..count], &self.wall[lines.clone()][..count]);
-        let (behind, ways) = (&self.wall_behind[lines][..count], &mut self.ways[..count]);
-        let last = codes.len() as u32 - 1;
-        for i in 0..count {
-            let wall = if in_wall[i] > 0 { behind[i] } else { wall[i] };
-            let way = wall.saturating_sub(at) / 2;
-            ways[i] = if wall == FAR { last } else { way.min(last) };
-        }
+        let ways = &mut self.ways[..out.len()];
+        let (in_wall, wall) = (&self.in_wall[lines.clone()], &self.wall[lines.clone()]);
+        ways_ahead(in_wall, wall, &self.wall_behind[lines], at, codes.len() as u32 - 1, ways);
         out.iter_mut().zip(ways).for_each(|(out, way)| *out = codes[*way as usize]);
     }
 
     /// The codes of the ways out of the walls, for the cells in one.
     #[inline(always)]
     fn leaves(&mut self, lines: Range<usize>, at: Place, codes: &[u8], out: &mut [u8]) {
-        /// Most cells are free: so many at a time are looked at together.
-        const TOGETHER: usize = 64;
-        let (in_wall, last_cell) = (&self.in_wall[lines.clone()], &self.last_cell[lines]);
-        let cells = in_wall.chunks(TOGETHER).zip(last_cell.chunks(TOGETHER)).zip(out.chunks_mut(TOGETHER));
-        for ((_, last_cell), out) in
-            cells.filter(|((in_wall, _), _)| in_wall.iter().fold(0, |any, one| any | one) > 0)
-        {
-            for (out, &last_cell) in out.iter_mut().zip(last_cell) {
-                let way = last_cell.saturating_sub(at);
-                let code = codes[(way as usize / 2).min(codes.len() - 1)].clamp(1, NEVER - 1);
-                *out = if last_cell == FAR {
-                    NEVER
-                } else if way == 0 {
-                    0
-                } else {
-                    code
-                };
+        /// Many cells are free: so many at a time are looked at together.
+        const TOGETHER: usize = 32;
+        let ways = &mut self.ways[..out.len()];
+        ways_out(&self.last_cell[lines.clone()], at, codes.len() as u32 - 1, ways);
+        let cells =
+            self.in_wall[lines].chunks(TOGETHER).zip(ways.chunks(TOGETHER)).zip(out.chunks_mut(TOGETHER));
+        for ((in_wall, ways), out) in cells {
+            if in_wall.iter().fold(0, |any, one| any | one) > 0 {
+                out.iter_mut().zip(ways).for_each(|(out, way)| *out = codes[*way as usize]);
             }
         }
+    }
+}
+
+/// Lines enter their next cells, at `entry`. (By masks: what is written in one case only was not put into vectors.)
+#[inline(always)]
+fn enter(
+    in_wall: &mut [u32],
+    wall: &mut [Place],
+    last_cell: &mut [Place],
+    wall_behind: &mut [Place],
+    cells: &[bool],
+    entry: Place,
+) {
+    let count = cells.len();
+    let (in_wall, wall) = (&mut in_wall[..count], &mut wall[..count]);
+    let (last_cell, wall_behind) = (&mut last_cell[..count], &mut wall_behind[..count]);
+    for i in 0..count {
+        let cell = if cells[i] { IN_WALL } else { 0 };
+        let is_new = cell & !in_wall[i];
+        last_cell[i] = entry & is_new | last_cell[i] & !is_new;
+        wall_behind[i] = wall[i] & is_new | wall_behind[i] & !is_new;
+        wall[i] = entry & cell | wall[i] & !cell;
+        in_wall[i] = cell;
+    }
+}
+
+/// The ways to the next walls, whole parts of a cell, at most `last`.
+#[inline(always)]
+fn ways_ahead(in_wall: &[u32], wall: &[Place], behind: &[Place], at: Place, last: u32, ways: &mut [u32]) {
+    let count = ways.len();
+    let (in_wall, wall, behind) = (&in_wall[..count], &wall[..count], &behind[..count]);
+    for i in 0..count {
+        let wall = if in_wall[i] > 0 { behind[i] } else { wall[i] };
+        let way = wall.saturating_sub(at) / 2;
+        ways[i] = if wall == FAR { last } else { way.min(last) };
+    }
+}
+
+/// The ways to the last cells of walls, as differences of places, less than `never`; this where there is none.
+#[inline(always)]
+fn ways_out(last_cell: &[Place], at: Place, never: u32, ways: &mut [u32]) {
+    let last_cell = &last_cell[..ways.len()];
+    for i in 0..last_cell.len() {
+        let way = last_cell[i].saturating_sub(at).min(never - 1);
+        ways[i] = if last_cell[i] == FAR { never } else { way };
     }
 }
 

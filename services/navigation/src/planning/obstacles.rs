@@ -204,29 +204,19 @@ impl Obstacles {
         })
     }
 
-    /// However many beams of a scan pass a cell, or end in it, they count once; the ends count last.
     fn take_marks(&mut self) {
         for (window, slot) in Self::parts(self.corner) {
-            let evidence = &mut self.evidence[slot..slot + window.len()];
-            for (evidence, mark) in evidence.iter_mut().zip(&self.window.marks[window]) {
-                let missed = evidence.saturating_sub(1).max(FREE);
-                let before = if mark & PASSED > 0 { missed } else { *evidence };
-                let hit = before.max(FREE).saturating_add(HIT).min(MOST);
-                *evidence = if mark & ENDED > 0 { hit } else { before };
-            }
+            take(&mut self.evidence[slot..slot + window.len()], &self.window.marks[window]);
         }
     }
 
     fn tabulate(&mut self) {
-        let Self { evidence, marked_ms, now_ms, memory_ms, window, .. } = self;
+        let Self { evidence, marked_ms, window, .. } = self;
+        let oldest_ms = self.now_ms.saturating_sub(self.memory_ms);
         for (cells, slot) in Self::parts(self.corner) {
-            let (known, occupied) = (&mut window.known[cells.clone()], &mut window.occupied[cells.clone()]);
             let slots = slot..slot + cells.len();
-            let kept = evidence[slots.clone()].iter().zip(&marked_ms[slots]);
-            for ((known, occupied), (&evidence, &marked)) in known.iter_mut().zip(occupied).zip(kept) {
-                *known = evidence > 0;
-                *occupied = (evidence >= OCCUPIED) & (now_ms.saturating_sub(marked) <= *memory_ms);
-            }
+            let (known, occupied) = (&mut window.known[cells.clone()], &mut window.occupied[cells]);
+            judge(&evidence[slots.clone()], &marked_ms[slots], oldest_ms, known, occupied);
         }
         for (row, cells) in window.rows.iter_mut().zip(window.occupied.chunks_exact(SIDE)) {
             let (eights, _) = cells.as_chunks::<8>();
@@ -277,12 +267,11 @@ impl Obstacles {
         let (x0, y0) =
             (sensor.x / CELL_M - f64::from(self.corner.x), sensor.y / CELL_M - f64::from(self.corner.y));
         let ([mut x, mut y], dx, dy) = ([x0, y0].map(fixed), fixed(cos / longer), fixed(sin / longer));
-        for _ in 0..=steps {
-            let (column, row) = ((x >> FRACTION_BITS) as u32, (y >> FRACTION_BITS) as u32);
-            if column | row >= SIDE as u32 {
-                break;
-            }
-            self.window.marks[row as usize * SIDE + column as usize] |= PASSED;
+        let Some(cells) = passed([x, y], [dx, dy]) else { return };
+        let Some(marks) = self.window.marks.first_chunk_mut::<{ SIDE * SIDE }>() else { return };
+        for _ in 0..cells.min(steps + 1) {
+            let (column, row) = ((x >> FRACTION_BITS) as usize, (y >> FRACTION_BITS) as usize);
+            marks[(row % SIDE) * SIDE + column % SIDE] |= PASSED;
             (x, y) = (x + dx, y + dy);
         }
     }
@@ -339,6 +328,37 @@ const FRACTION_BITS: u32 = 32;
 
 fn fixed(cells: f64) -> i64 {
     (cells * (1_i64 << FRACTION_BITS) as f64) as i64
+}
+
+/// How many steps of `by` lead from a place on within the window, that one included, both in cells with fractions; `None` where it is outside.
+fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
+    const END: i64 = (SIDE as i64) << FRACTION_BITS;
+    let along = |from: i64, by: i64| match by {
+        0 => i64::MAX,
+        by if by > 0 => (END - 1 - from) / by + 1,
+        by => from / -by + 1,
+    };
+    let is_within = from.iter().all(|from| (0..END).contains(from));
+    is_within.then(|| along(from[0], by[0]).min(along(from[1], by[1])) as usize)
+}
+
+/// What a scan says of some cells: however many beams pass a cell, or end in it, they count once, the ends last.
+fn take(evidence: &mut [u8], marks: &[u8]) {
+    for (evidence, mark) in evidence.iter_mut().zip(marks) {
+        let missed = evidence.saturating_sub(1).max(FREE);
+        let before = if mark & PASSED > 0 { missed } else { *evidence };
+        let hit = before.max(FREE).saturating_add(HIT).min(MOST);
+        *evidence = if mark & ENDED > 0 { hit } else { before };
+    }
+}
+
+/// Which of some cells are known, and which are occupied: marked often enough, and not before `oldest_ms`.
+fn judge(evidence: &[u8], marked_ms: &[u32], oldest_ms: u32, known: &mut [bool], occupied: &mut [bool]) {
+    let cells = known.iter_mut().zip(occupied).zip(evidence).zip(marked_ms);
+    for (((known, occupied), &evidence), &marked_ms) in cells {
+        *known = evidence > 0;
+        *occupied = (evidence >= OCCUPIED) & (marked_ms >= oldest_ms);
+    }
 }
 
 /// The greatest whole number that is not above `x`, or the nearest that there is. (Older processors have no

@@ -32,10 +32,14 @@ impl Frontier {
     }
 
     /// Lowers the cell's cost to `cost` where that is less, by a way of this length.
+    #[inline(always)]
     fn lower(&mut self, cell: usize, cost: f32, length: f32) {
         let before = self.cost[cell];
-        let is_shorter = cost == before && cost.is_finite() && length < self.length[cell];
-        if cost < before || is_shorter {
+        // As long a way, or an impassable one: most are.
+        if cost > before || cost == f32::INFINITY {
+            return;
+        }
+        if cost < before || length < self.length[cell] {
             self.cost[cell] = cost;
             self.length[cell] = length;
             self.buckets.put(cell, cost);
@@ -93,28 +97,24 @@ impl Weights<'_> {
         }
     }
 
-    /// Lowers the costs of a cell's neighbours to those of the ways through it.
-    #[inline]
+    /// Lowers the costs of a cell's neighbours to those of the ways through it, the four straight ones first.
+    #[inline(always)]
     fn relax(&self, frontier: &mut Frontier, cell: usize) {
         let (half, quarter) = (self.cell_length / 2.0, self.cell_length * std::f32::consts::SQRT_2 / 4.0);
-        let (straight, diagonal) = (self.cell_length, self.cell_length * std::f32::consts::SQRT_2);
         let (cost, length) = (frontier.cost[cell], frontier.length[cell]);
-        let three = |of: &[f32], row: usize| [of[row - 1], of[row], of[row + 1]];
+        let straight = length + self.cell_length;
+        let diagonal = length + self.cell_length * std::f32::consts::SQRT_2;
         let (south, north) = (cell - self.stride, cell + self.stride);
-        let [w, c] =
-            [self.weight, &frontier.cost].map(|of| [three(of, south), three(of, cell), three(of, north)]);
-        // Whatever is cheaper than this cell stays so, and nothing leads to where nobody can pass.
-        let may = |dx: usize, dy: usize| c[dy][dx] >= cost && w[dy][dx] < f32::INFINITY;
-        let middle = w[1][1];
-        let sides = [(2, 1, cell + 1), (1, 2, north), (0, 1, cell - 1), (1, 0, south)];
-        for (dx, dy, to) in sides.into_iter().filter(|&(dx, dy, _)| may(dx, dy)) {
-            frontier.lower(to, cost + half * (middle + w[dy][dx]), length + straight);
-        }
-        let corners = [(2, 2, north + 1), (0, 2, north - 1), (0, 0, south - 1), (2, 0, south + 1)];
-        for (dx, dy, to) in corners.into_iter().filter(|&(dx, dy, _)| may(dx, dy)) {
-            let step = quarter * (middle + w[dy][dx] + w[dy][1] + w[1][dx]);
-            frontier.lower(to, cost + step, length + diagonal);
-        }
+        let three = |row: usize| [self.weight[row - 1], self.weight[row], self.weight[row + 1]];
+        let ([sw, s, se], [w, own, e], [nw, n, ne]) = (three(south), three(cell), three(north));
+        frontier.lower(cell + 1, cost + half * (own + e), straight);
+        frontier.lower(north, cost + half * (own + n), straight);
+        frontier.lower(cell - 1, cost + half * (own + w), straight);
+        frontier.lower(south, cost + half * (own + s), straight);
+        frontier.lower(north + 1, cost + quarter * (own + ne + n + e), diagonal);
+        frontier.lower(north - 1, cost + quarter * (own + nw + n + w), diagonal);
+        frontier.lower(south - 1, cost + quarter * (own + sw + s + w), diagonal);
+        frontier.lower(south + 1, cost + quarter * (own + se + s + e), diagonal);
     }
 
     /// The costs of the cheapest and of the costliest step that there can be.
@@ -155,25 +155,48 @@ pub fn chamfer(solid: impl Fn(usize) -> bool, stride: usize, cell_length: f32, c
     for row in 1..rows - 1 {
         let (below, here) = out[(row - 1) * stride..(row + 1) * stride].split_at_mut(stride);
         pass_row(below, here, side, corner);
-        for column in 1..stride - 1 {
-            here[column] = here[column].min(here[column - 1] + side);
+        for first in (1..stride - 1).step_by(TOGETHER) {
+            let last = (first + TOGETHER).min(stride - 1);
+            if is_passed(&here[first - 1..last - 1], &here[first..last], side) {
+                (first..last).for_each(|column| here[column] = lesser(here[column], here[column - 1] + side));
+            }
         }
     }
     for row in (1..rows - 1).rev() {
         let (here, above) = out[row * stride..(row + 2) * stride].split_at_mut(stride);
         pass_row(above, here, side, corner);
-        for column in (1..stride - 1).rev() {
-            here[column] = here[column].min(here[column + 1] + side);
+        for last in (2..stride).rev().step_by(TOGETHER) {
+            let first = last.saturating_sub(TOGETHER).max(1);
+            if is_passed(&here[first + 1..last + 1], &here[first..last], side) {
+                (first..last)
+                    .rev()
+                    .for_each(|column| here[column] = lesser(here[column], here[column + 1] + side));
+            }
         }
     }
 }
+
+/// Cells of a row that are looked at together.
+const TOGETHER: usize = 8;
 
 /// Passes the distances of a row on to the row beside it.
 fn pass_row(from: &[f32], to: &mut [f32], side: f32, corner: f32) {
     let inner = to.len() - 2;
     for (to, from) in to[1..=inner].iter_mut().zip(from.windows(3)) {
-        *to = to.min(from[1] + side).min(from[0] + corner).min(from[2] + corner);
+        let corners = lesser(from[0], from[2]) + corner;
+        *to = lesser(*to, lesser(from[1] + side, corners));
     }
+}
+
+/// Whether any cell has a lesser distance by the one beside it.
+fn is_passed(beside: &[f32], cells: &[f32], side: f32) -> bool {
+    beside.iter().zip(cells).fold(false, |any, (beside, cell)| any | (beside + side < *cell))
+}
+
+/// The lesser of two numbers. (That of the library asks for NaN, too.)
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
 }
 
 #[cfg(test)]

@@ -119,12 +119,12 @@ impl<'a> Slopes<'a> {
         let (width, height) = (self.picture.width() as usize, self.picture.height() as usize);
         let mut thinned = vec![0; self.strength.len()];
         for y in 1..height.saturating_sub(1) {
-            for at in y * width + 1..(y + 1) * width - 1 {
+            let is_edge = |&at: &usize| {
                 let strength = self.strength[at];
-                if strength >= WEAK && !self.beside(at - y * width, y).iter().any(|&beside| beside > strength)
-                {
-                    thinned[at] = strength;
-                }
+                strength >= WEAK && self.beside(at - y * width, y).iter().all(|&beside| beside <= strength)
+            };
+            for at in (y * width + 1..(y + 1) * width - 1).filter(is_edge) {
+                thinned[at] = self.strength[at];
             }
         }
         thinned

@@ -380,7 +380,7 @@ fn ways_ahead(in_wall: &[u32], wall: &[Place], behind: &[Place], at: Place, last
     let count = ways.len();
     let (in_wall, wall, behind) = (&in_wall[..count], &wall[..count], &behind[..count]);
     for i in 0..count {
-        let wall = if in_wall[i] > 0 { behind[i] } else { wall[i] };
+        let wall = behind[i] & in_wall[i] | wall[i] & !in_wall[i];
         let way = wall.saturating_sub(at) / 2;
         ways[i] = if wall == FAR { last } else { way.min(last) };
     }

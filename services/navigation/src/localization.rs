@@ -10,6 +10,7 @@
 
 pub mod adaptive;
 pub mod beams;
+mod bits;
 pub mod confidence;
 pub mod doors;
 pub mod field;

@@ -5,15 +5,12 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use image::GrayImage;
-use imageproc::edges::canny;
 use rand::Rng;
 
+use crate::edges::edges;
 use crate::hough::{Lines, Segment, segments};
 use crate::settings::Settings;
 
-/// Canny's thresholds, for a picture of black and white.
-const EDGE_LOW: f32 = 80.0;
-const EDGE_HIGH: f32 = 160.0;
 /// Longest side of the picture in which lines are sought: a direction needs no finer one.
 const LONGEST_SIDE: u32 = 1600;
 /// Clusters to begin with.
@@ -28,7 +25,7 @@ pub(crate) fn walls(walls: &GrayImage, settings: &Settings, rng: &mut impl Rng) 
     let diagonal = f64::from(small.width()).hypot(small.height().into());
     let length_px = (settings.line_length_share * diagonal).max(8.0);
     let lines = Lines { votes: (length_px / 2.0) as u32, length_px, gap_px: settings.line_gap_px };
-    let found = segments(&canny(&small, EDGE_LOW, EDGE_HIGH), lines, rng);
+    let found = segments(&edges(&small), lines, rng);
     dominant(&found.iter().map(Line::of).collect::<Vec<_>>())
 }
 
@@ -40,8 +37,16 @@ fn reduced(walls: &GrayImage) -> GrayImage {
         return walls.clone();
     }
     let mut small = GrayImage::new(width.div_ceil(factor), height.div_ceil(factor));
-    for (x, y, pixel) in walls.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[0] > 0) {
-        small.put_pixel(x / factor, y / factor, *pixel);
+    let (factor, wide) = (factor as usize, small.width() as usize);
+    let mut joined = vec![0; width as usize];
+    let rows = walls.chunks(factor * width as usize).zip(small.chunks_exact_mut(wide));
+    for (rows, small) in rows {
+        joined.fill(0);
+        for row in rows.chunks_exact(width as usize) {
+            joined.iter_mut().zip(row).for_each(|(any, v)| *any |= v);
+        }
+        let blocks = small.iter_mut().zip(joined.chunks(factor));
+        blocks.for_each(|(v, block)| *v = block.iter().fold(0, |any, v| any | v));
     }
     small
 }

@@ -71,6 +71,12 @@ pub(crate) fn segments(edges: &GrayImage, lines: Lines, rng: &mut impl Rng) -> V
     found
 }
 
+/// The nearest whole number, halves away from zero, for |x| below 2³¹. (Older processors have no instruction for it.)
+fn rounded(x: f64) -> i32 {
+    // The number before one half: one half would round up what is just below it.
+    (x + 0.499_999_999_999_999_94_f64.copysign(x)) as i32
+}
+
 /// What became of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
@@ -127,7 +133,7 @@ impl Table {
     fn bin(&self, pixel: (i32, i32), i: usize) -> usize {
         let (cos, sin) = self.normals[i];
         let distance = f64::from(pixel.0) * cos + f64::from(pixel.1) * sin;
-        i * self.distances + (distance.round() as isize + self.distances as isize / 2) as usize
+        i * self.distances + (rounded(distance) as isize + self.distances as isize / 2) as usize
     }
 
     /// The pixel votes for every line through it; the direction with the most votes now, and how many.
@@ -215,6 +221,16 @@ mod tests {
         for segment in found {
             let turns = segment.direction() / (PI / 2.0);
             assert!((turns - turns.round()).abs() < 0.03, "{segment:?}");
+        }
+    }
+
+    #[test]
+    fn whole_numbers_are_those_of_the_library() {
+        let values =
+            (-9000..9000).map(|i| f64::from(i) * 0.25).chain([0.499_999_999_999_999_94, 2.5_f64.next_down()]);
+        for x in values {
+            assert_eq!(rounded(x), x.round() as i32, "{x}");
+            assert_eq!(rounded(-x), (-x).round() as i32, "-{x}");
         }
     }
 

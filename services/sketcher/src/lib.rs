@@ -17,11 +17,13 @@
 //! the same bytes, options and seed give the same drawing to the bit. Source: paper 001, III-B (directions) and paper 004, IV (canvas,
 //! obstacles, drawn routes).
 
+mod bits;
 #[cfg(test)]
 mod canvas;
 pub mod desk;
 mod direction;
 mod drawing;
+mod edges;
 mod error;
 mod hough;
 mod ink;

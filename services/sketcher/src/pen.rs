@@ -3,56 +3,143 @@
 //! A gap narrower than the stroke is a slip of the hand, not a door: a morphological closing with a
 //! disc as wide as the stroke fills it. Distances are exact and Euclidean.
 
+use std::ops::Range;
+
 use image::imageops::{crop_imm, replace};
-use image::{GrayImage, ImageBuffer, Luma};
-use imageproc::distance_transform::euclidean_squared_distance_transform;
+use image::{GrayImage, Luma};
 use imageproc::region_labelling::{Connectivity, connected_components};
 
-/// Squared distances, pixels².
-type Distances = ImageBuffer<Luma<f64>, Vec<f64>>;
+use crate::bits::{Bits, disc};
+
+/// The depth of a pixel above (or below) which nothing is outside.
+const FAR: u16 = u16::MAX;
 
 /// Width of the strokes in a mask, pixels: twice the median distance from a ridge of the distance
 /// transform to the paper, within a pixel. `None` where the mask is empty or full.
 pub(crate) fn stroke_width(mask: &GrayImage) -> Option<f64> {
     let depth = squared_depths(mask)?;
-    let mut ridges = ridge_depths(&depth, mask.width() as usize);
+    let mut ridges = ridge_depths(mask, &depth);
     if ridges.is_empty() {
         return None;
     }
     let middle = ridges.len() / 2;
-    let (_, median, _) = ridges.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(2.0 * median.sqrt() - 1.0)
+    let (_, median, _) = ridges.select_nth_unstable(middle);
+    Some(2.0 * f64::from(*median).sqrt() - 1.0)
 }
 
 /// The share of a mask's pixels that are farther than `depth_px` from its edge; 0 for an empty one.
 pub(crate) fn share_deeper(mask: &GrayImage, depth_px: f64) -> f64 {
     let Some(depths) = squared_depths(mask) else { return 0.0 };
-    let inside = depths.iter().filter(|&&depth| depth > 0.0).count();
-    let deeper = depths.iter().filter(|&&depth| depth > depth_px * depth_px).count();
+    let (mut inside, mut deeper) = (0_u64, 0_u64);
+    for (at, _) in mask.iter().enumerate().filter(|&(_, &v)| v > 0) {
+        inside += 1;
+        deeper += u64::from(f64::from(depths[at]) > depth_px * depth_px);
+    }
     deeper as f64 / inside.max(1) as f64
 }
 
-/// Squared distance of each pixel of a mask to the nearest outside it; `None` where nothing is outside.
-fn squared_depths(mask: &GrayImage) -> Option<Vec<f64>> {
-    let mut paper = mask.clone();
-    paper.iter_mut().for_each(|v| *v = 255 - *v);
-    let any = paper.iter().any(|&v| v > 0);
-    any.then(|| euclidean_squared_distance_transform(&paper).into_raw())
+/// Squared distance of each pixel of a mask to the nearest outside it, pixels², 0 outside; `None` where nothing is outside.
+/// Exact: distances in the columns, then row by row the lower envelope of parabolas (Meijster, Roerdink and Hesselink
+/// 2000), in each stretch of the mask by itself, for nothing nearer lies beyond its ends.
+fn squared_depths(mask: &GrayImage) -> Option<Vec<u32>> {
+    if mask.iter().all(|&v| v > 0) {
+        return None;
+    }
+    let width = mask.width() as usize;
+    let columns = column_depths(mask);
+    let mut depths = vec![0; mask.len()];
+    let mut envelope = Envelope::default();
+    let rows = mask.chunks_exact(width).zip(columns.chunks_exact(width)).zip(depths.chunks_exact_mut(width));
+    for ((row, columns), depths) in rows {
+        for stretch in stretches(row) {
+            let with_ends = stretch.start.saturating_sub(1)..(stretch.end + 1).min(width);
+            envelope.fill(&columns[with_ends.clone()], &mut depths[with_ends]);
+        }
+    }
+    Some(depths)
+}
+
+/// The stretches of a row that belong to the mask.
+fn stretches(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
+    let mut end = 0;
+    std::iter::from_fn(move || {
+        let start = end + row[end..].iter().position(|&v| v > 0)?;
+        end = start + row[start..].iter().take_while(|&&v| v > 0).count();
+        Some(start..end)
+    })
+}
+
+/// How far the nearest pixel outside is, up or down, pixels; [`FAR`] where there is none.
+fn column_depths(mask: &GrayImage) -> Vec<u16> {
+    let width = mask.width() as usize;
+    let mut depths = vec![0; mask.len()];
+    let mut passed = vec![FAR; width];
+    for (row, depths) in mask.chunks_exact(width).zip(depths.chunks_exact_mut(width)) {
+        for ((depth, passed), &v) in depths.iter_mut().zip(&mut passed).zip(row) {
+            *passed = if v > 0 { passed.saturating_add(1) } else { 0 };
+            *depth = *passed;
+        }
+    }
+    passed.fill(FAR);
+    for depths in depths.chunks_exact_mut(width).rev() {
+        for (depth, passed) in depths.iter_mut().zip(&mut passed) {
+            *passed = passed.saturating_add(1).min(*depth);
+            *depth = *passed;
+        }
+    }
+    depths
+}
+
+/// The lower envelope of the parabolas over one stretch: each with its apex, its height there, and from where on it is the
+/// lowest.
+#[derive(Default)]
+struct Envelope {
+    parabolas: Vec<[i32; 3]>,
+}
+
+impl Envelope {
+    fn fill(&mut self, columns: &[u16], out: &mut [u32]) {
+        self.build(columns);
+        let mut until = out.len();
+        for &[apex, height, from] in self.parabolas.iter().rev() {
+            for (at, out) in (from..).zip(&mut out[from as usize..until]) {
+                *out = ((at - apex) * (at - apex) + height) as u32;
+            }
+            until = from as usize;
+        }
+    }
+
+    fn build(&mut self, columns: &[u16]) {
+        self.parabolas.clear();
+        for (at, &depth) in (0..).zip(columns).filter(|&(_, &depth)| depth != FAR) {
+            let height = i32::from(depth).pow(2);
+            let mut from = 0;
+            while let Some(&[apex, below, begins]) = self.parabolas.last() {
+                let (rise, run) = (at * at + height - apex * apex - below, 2 * (at - apex));
+                from = rise.div_euclid(run) + i32::from(rise.rem_euclid(run) > 0);
+                if from > begins {
+                    break;
+                }
+                self.parabolas.pop();
+                from = 0;
+            }
+            if from < columns.len() as i32 {
+                self.parabolas.push([at, height, from]);
+            }
+        }
+    }
 }
 
 /// Squared depths of the pixels that are as deep as their eight neighbours.
-fn ridge_depths(depth: &[f64], width: usize) -> Vec<f64> {
-    let around = [-1, 1, -(width as isize) - 1, -(width as isize), 1 - width as isize].into_iter().chain([
-        width as isize - 1,
-        width as isize,
-        width as isize + 1,
-    ]);
-    let offsets: Vec<isize> = around.collect();
+fn ridge_depths(mask: &GrayImage, depth: &[u32]) -> Vec<u32> {
+    let width = mask.width() as isize;
+    let around = [-1, 1, -width - 1, -width, 1 - width, width - 1, width, width + 1];
     let deepest = |i: usize| {
         let within = |offset: isize| depth.get(i.checked_add_signed(offset)?);
-        offsets.iter().all(|&offset| within(offset).is_none_or(|&d| d <= depth[i]))
+        around.iter().all(|&offset| within(offset).is_none_or(|&d| d <= depth[i]))
     };
-    (0..depth.len()).filter(|&i| depth[i] > 0.0 && deepest(i)).map(|i| depth[i]).collect()
+    let inside = mask.iter().enumerate().filter(|&(_, &v)| v > 0).map(|(i, _)| i);
+    inside.filter(|&i| deepest(i)).map(|i| depth[i]).collect()
 }
 
 /// Fills what a disc of diameter `width_px` cannot enter between the walls. `beyond`: whether there are
@@ -74,13 +161,9 @@ pub(crate) fn close_gaps(walls: &GrayImage, width_px: f64, beyond: bool) -> Gray
 
 /// The morphological closing with a disc of radius `reach`.
 fn closed(walls: &GrayImage, reach: f64) -> GrayImage {
-    let (width, height) = walls.dimensions();
-    let far = |squared: &Distances, x, y| squared.get_pixel(x, y).0[0] > reach * reach;
-    let mask = |inside: bool| Luma([if inside { 255 } else { 0 }]);
-    let distance = euclidean_squared_distance_transform(walls);
-    let open = GrayImage::from_fn(width, height, |x, y| mask(far(&distance, x, y)));
-    let depth = euclidean_squared_distance_transform(&open);
-    GrayImage::from_fn(width, height, |x, y| mask(far(&depth, x, y)))
+    let disc = disc(reach);
+    let open = Bits::of(walls).dilated(&disc).inverted();
+    open.dilated(&disc).inverted().into_mask()
 }
 
 /// Drops specks: connected ink of less than four strokes' widths squared.

@@ -5,6 +5,8 @@
 //! cells, as far as the drawing tells. A drawn route alone may brush a wall by a pen's width: its ends
 //! may not.
 
+use std::ops::Range;
+
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 use sketchnav_schemas::message::{MAX_ROUTE_POINTS, MAX_TASKS};
@@ -286,20 +288,40 @@ impl<'a> Reachable<'a> {
     }
 }
 
+/// Which cells are reached, whole stretches of free cells of a row at once.
 pub(crate) fn flood(drawing: &Drawing, start: &Point<Sketch>) -> Vec<bool> {
     let width = drawing.width_px as usize;
+    let rows: Vec<Vec<Range<usize>>> = drawing.cells.chunks_exact(width).map(free_stretches).collect();
+    let mut seen: Vec<Vec<bool>> = rows.iter().map(|stretches| vec![false; stretches.len()]).collect();
     let mut reached = vec![false; drawing.cells.len()];
-    let mut waiting: Vec<usize> = drawing.index(start).into_iter().collect();
-    while let Some(i) = waiting.pop() {
-        if reached[i] || drawing.cells[i] != FREE {
+    let first = drawing.index(start).map(|at| (at / width, at % width));
+    let holds =
+        |(row, column): (usize, usize)| Some((row, rows[row].iter().position(|one| one.contains(&column))?));
+    let mut open: Vec<(usize, usize)> = first.and_then(holds).into_iter().collect();
+    while let Some((row, k)) = open.pop() {
+        if std::mem::replace(&mut seen[row][k], true) {
             continue;
         }
-        reached[i] = true;
-        let column = i % width;
-        waiting.extend((column > 0).then(|| i - 1));
-        waiting.extend((column + 1 < width).then_some(i + 1));
-        waiting.extend(i.checked_sub(width));
-        waiting.extend(Some(i + width).filter(|&below| below < drawing.cells.len()));
+        let stretch = &rows[row][k];
+        reached[row * width..][stretch.clone()].fill(true);
+        for beside in
+            [row.checked_sub(1), Some(row + 1).filter(|&row| row < rows.len())].into_iter().flatten()
+        {
+            let first = rows[beside].partition_point(|other| other.end <= stretch.start);
+            let touching = rows[beside][first..].iter().take_while(|other| other.start < stretch.end).count();
+            open.extend((first..first + touching).map(|k| (beside, k)));
+        }
     }
     reached
+}
+
+/// The stretches of free cells of a row.
+fn free_stretches(row: &[u8]) -> Vec<Range<usize>> {
+    let mut end = 0;
+    let next = || {
+        let start = end + row[end..].iter().position(|&cell| cell == FREE)?;
+        end = start + row[start..].iter().take_while(|&&cell| cell == FREE).count();
+        Some(start..end)
+    };
+    std::iter::from_fn(next).collect()
 }

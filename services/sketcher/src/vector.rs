@@ -1,7 +1,7 @@
 //! Drawings in SVG, rendered on white paper. Text and embedded pictures are not drawn: labels are no
 //! walls, and a drawing may not make the reader open other files.
 
-use image::{GrayImage, Luma};
+use image::GrayImage;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{ImageHrefResolver, Options, Tree};
 
@@ -35,10 +35,14 @@ fn closed_options() -> Options<'static> {
 
 /// Brightness (Rec. 601) of an opaque page, rows from the bottom up.
 pub(crate) fn gray(page: &Pixmap) -> GrayImage {
-    let (width, height) = (page.width(), page.height());
-    GrayImage::from_fn(width, height, |x, y| {
-        let pixel = page.pixels()[((height - 1 - y) * width + x) as usize];
-        let (r, g, b) = (u32::from(pixel.red()), u32::from(pixel.green()), u32::from(pixel.blue()));
-        Luma([((299 * r + 587 * g + 114 * b) / 1000) as u8])
-    })
+    let mut picture = GrayImage::new(page.width(), page.height());
+    let width = page.width() as usize;
+    let rows = page.pixels().chunks_exact(width).rev();
+    for (tones, pixels) in picture.chunks_exact_mut(width).zip(rows) {
+        for (tone, pixel) in tones.iter_mut().zip(pixels) {
+            let (r, g, b) = (u32::from(pixel.red()), u32::from(pixel.green()), u32::from(pixel.blue()));
+            *tone = ((299 * r + 587 * g + 114 * b) / 1000) as u8;
+        }
+    }
+    picture
 }

@@ -17,15 +17,18 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rayon_core::ThreadPoolBuilder;
 use sketchnav_navigation::localization::beams::{Beams, Mounting};
+use sketchnav_navigation::localization::doors::widened;
 use sketchnav_navigation::localization::field::Field;
 use sketchnav_navigation::localization::grid::Grid;
 use sketchnav_navigation::localization::metric::ScaleFrame;
+use sketchnav_navigation::localization::outline::enclosed;
 use sketchnav_navigation::localization::parameters::Parameters;
 use sketchnav_navigation::localization::particles::{ParticleSet, Resampler};
-use sketchnav_navigation::localization::sight::Sight;
+use sketchnav_navigation::localization::sight::{DIRECTIONS, Sight};
 use sketchnav_navigation::localization::visibility::{Room, Visibility};
 use sketchnav_navigation::localization::weighing::{FieldOfScan, Model, VisibilityOfScan, weigh};
 use sketchnav_navigation::localization::workers::Workers;
+use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::seed;
 
 pub const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad: 0.1, wobble_px: 0.0 };
@@ -196,11 +199,24 @@ pub fn resampling(criterion: &mut Criterion) {
     }
 }
 
+/// What a filter makes of a drawing before its first scan. The yardstick is the memory: to write the bytes of the
+/// table of ranges once.
 pub fn preparing(criterion: &mut Criterion) {
     let scene = Scene::new();
+    let sketch = DRAWING.sketch();
     let mut group = criterion.benchmark_group("preparing a drawing of 400 x 400");
     group.sample_size(10);
+    let mut bytes = vec![0_u8; scene.grid.cells().iter().product::<usize>() * DIRECTIONS];
+    group.bench_function("yardstick: a table's bytes, written once", |bencher| {
+        bencher.iter(|| black_box(&mut bytes).fill(black_box(1)));
+    });
     group.bench_function("table of ranges", |bencher| bencher.iter(|| Sight::new(&scene.grid)));
+    group.bench_function("doors", |bencher| bencher.iter(|| widened(black_box(&sketch), 22.0)));
+    let [x, y] = DRAWING.px(WAY[1]);
+    group.bench_function("outline", |bencher| {
+        bencher.iter(|| enclosed(black_box(&sketch), Point::new(x, y), 30.0));
+    });
+    group.bench_function("grid", |bencher| bencher.iter(|| Grid::new(black_box(&sketch), 1_000_000)));
     let parameters = Parameters::default();
     group.bench_function("likelihood field", |bencher| {
         bencher.iter(|| Field::new(&scene.grid, &parameters, 25.0))

@@ -9,6 +9,7 @@
 //! past it), gaps in walls thicker than about half the gap, slips of the pen, and what lies within a door's
 //! width of a narrower gap. Posts between two gaps stay.
 
+use fearless_simd::{Level, dispatch};
 use nalgebra::Vector2;
 
 use crate::sketch::Sketch;
@@ -150,11 +151,49 @@ impl Side {
     }
 }
 
+/// A column of a way to no wall: farther than any that counts, and whatever is added to it still is.
+const NONE: i16 = 20_000;
+/// Cells that are looked at together: most are far from walls.
+const TOGETHER: usize = 32;
+
 /// Of each free cell the nearest wall cell, where that is near enough to be the side of a door.
 struct Nearest<'a> {
     sketch: &'a Sketch,
-    /// From the cell to its wall, in cells.
-    to_wall: Vec<Option<[i16; 2]>>,
+    /// Cells a row, with one on either side that knows no wall; there is such a row below and above, too.
+    stride: usize,
+    /// From the cell to its wall, in columns ([`NONE`]: there is none) and in rows.
+    x: Vec<i16>,
+    y: Vec<i16>,
+    reach2: i32,
+}
+
+/// For each cell of a row a wall that others know of.
+struct Known {
+    x: Vec<i16>,
+    y: Vec<i16>,
+    distance2: Vec<i32>,
+}
+
+/// Whether the walls of two cells lie more or less opposite to a third's.
+#[inline(always)]
+fn face_away(x: &[i16], y: &[i16], rx: &[i16], ry: &[i16], ux: &[i16], uy: &[i16], maybe: &mut [bool]) {
+    let count = maybe.len();
+    let (x, y, rx, ry) = (&x[..count], &y[..count], &rx[..count], &ry[..count]);
+    let (ux, uy) = (&ux[..count], &uy[..count]);
+    for i in 0..count {
+        let (x, y) = (i32::from(x[i]), i32::from(y[i]));
+        let right = x * i32::from(rx[i]) + y * i32::from(ry[i]);
+        let up = x * i32::from(ux[i]) + y * i32::from(uy[i]);
+        maybe[i] = (right < 0) | (up < 0);
+    }
+}
+
+/// What a row's cells know, with one on either side that knows nothing.
+struct Row<'a> {
+    x: &'a mut [i16],
+    y: &'a mut [i16],
+    /// Only what is nearer is of interest, pixels².
+    reach2: i32,
 }
 
 impl<'a> Nearest<'a> {
@@ -162,58 +201,78 @@ impl<'a> Nearest<'a> {
     /// (Danielsson 1980).
     fn new(sketch: &'a Sketch, door_px: f32) -> Self {
         let [width, height] = [sketch.width(), sketch.height()];
-        let to_wall = sketch.walls().iter().map(|&wall| wall.then_some([0, 0])).collect();
-        let mut nearest = Self { sketch, to_wall };
+        let stride = width + 2;
         // No farther than vectors of 16 bits reach.
         let reach_px = (OPENS_OUT * door_px / 2.0 + 2.0).min(16_000.0);
+        let cells = stride * (height + 2);
         let reach2 = (reach_px * reach_px) as i32;
-        for row in 0..height {
-            for column in 0..width {
-                nearest.ask([column, row], [[-1, 0], [-1, -1], [0, -1], [1, -1]], reach2);
-            }
-            (0..width).rev().for_each(|column| nearest.ask([column, row], [[1, 0]], reach2));
+        let mut nearest = Self { sketch, stride, x: vec![NONE; cells], y: vec![0; cells], reach2 };
+        for (row, walls) in sketch.walls().chunks_exact(width).enumerate() {
+            let x = &mut nearest.x[(row + 1) * stride + 1..][..width];
+            x.iter_mut().zip(walls).for_each(|(x, &wall)| *x = if wall { 0 } else { NONE });
         }
-        for row in (0..height).rev() {
-            for column in (0..width).rev() {
-                nearest.ask([column, row], [[1, 0], [1, 1], [0, 1], [-1, 1]], reach2);
-            }
-            (0..width).for_each(|column| nearest.ask([column, row], [[-1, 0]], reach2));
+        let known = || Known { x: vec![0; width], y: vec![0; width], distance2: vec![i32::MAX; width] };
+        let (nothing, mut beside, mut merged) = (known(), known(), Merged::new(width));
+        for row in 1..=height {
+            dispatch!(Level::new(), _simd => beside.ask::<-1>(nearest.row(row - 1)));
+            merged.pass::<-1>(nearest.row(row), &beside);
+            merged.pass::<1>(nearest.row(row), &nothing);
+        }
+        for row in (1..=height).rev() {
+            dispatch!(Level::new(), _simd => beside.ask::<1>(nearest.row(row + 1)));
+            merged.pass::<1>(nearest.row(row), &beside);
+            merged.pass::<-1>(nearest.row(row), &nothing);
         }
         nearest
     }
 
-    /// Takes a neighbour's wall where it is nearer than the cell's own.
-    fn ask<const N: usize>(&mut self, [column, row]: [usize; 2], neighbours: [[i16; 2]; N], reach2: i32) {
-        let at = row * self.sketch.width() + column;
-        for [dx, dy] in neighbours {
-            let there = [column.wrapping_add_signed(dx.into()), row.wrapping_add_signed(dy.into())];
-            let Some([x, y]) = self.get(there) else { continue };
-            let found = [x + dx, y + dy];
-            if self.to_wall[at].map_or(reach2, squared) > squared(found) {
-                self.to_wall[at] = Some(found);
-            }
-        }
+    fn row(&mut self, row: usize) -> Row<'_> {
+        let cells = row * self.stride..(row + 1) * self.stride;
+        Row { x: &mut self.x[cells.clone()], y: &mut self.y[cells], reach2: self.reach2 }
     }
 
     fn get(&self, [column, row]: [usize; 2]) -> Option<[i16; 2]> {
         let inside = column < self.sketch.width() && row < self.sketch.height();
-        inside.then(|| self.to_wall[row * self.sketch.width() + column]).flatten()
+        let at = inside.then(|| (row + 1) * self.stride + column + 1)?;
+        (self.x[at] != NONE).then(|| [self.x[at], self.y[at]])
     }
 
     /// Where two neighbours have their walls on opposite sides there is a gap between these.
     fn gaps(&self, widths_px: std::ops::Range<f32>) -> Vec<Gap> {
-        let width = self.sketch.width();
-        let gap = |at: usize, [dx, dy]: [usize; 2]| {
-            let (column, row) = (at % width, at / width);
-            let here = vector(self.to_wall[at]?);
-            let there = vector(self.get([column + dx, row + dy])?);
-            let place = Vector::new(column as f32, row as f32);
-            let next = Vector::new((column + dx) as f32, (row + dy) as f32);
-            let gap = Gap::between(place + here, next + there);
-            let is_opposite = here.dot(&there) < OPPOSITE * here.norm() * there.norm();
-            (is_opposite && widths_px.contains(&gap.width_px)).then_some(gap)
-        };
-        (0..self.to_wall.len()).flat_map(|at| [gap(at, [1, 0]), gap(at, [0, 1])]).flatten().collect()
+        let mut gaps = Vec::new();
+        let mut maybe = vec![false; self.sketch.width()];
+        for row in 0..self.sketch.height() {
+            dispatch!(Level::new(), _simd => self.face_away(row, &mut maybe));
+            for (k, some) in maybe.chunks(TOGETHER).enumerate() {
+                if !some.iter().fold(false, |any, &maybe| any | maybe) {
+                    continue;
+                }
+                for column in (0..some.len()).filter(|&i| some[i]).map(|i| k * TOGETHER + i) {
+                    let to = |to| self.gap([column, row], to).filter(|gap| widths_px.contains(&gap.width_px));
+                    gaps.extend([[1, 0], [0, 1]].into_iter().filter_map(to));
+                }
+            }
+        }
+        gaps
+    }
+
+    /// Which cells of a row have their walls more or less opposite to a neighbour's.
+    #[inline(always)]
+    fn face_away(&self, row: usize, maybe: &mut [bool]) {
+        let (first, count) = ((row + 1) * self.stride + 1, maybe.len());
+        let at = |first: usize| (&self.x[first..first + count], &self.y[first..first + count]);
+        let ((x, y), (rx, ry), (ux, uy)) = (at(first), at(first + 1), at(first + self.stride));
+        face_away(x, y, rx, ry, ux, uy, maybe);
+    }
+
+    /// The gap between the walls of a cell and of the neighbour `to`, where they are on opposite sides.
+    fn gap(&self, [column, row]: [usize; 2], [dx, dy]: [usize; 2]) -> Option<Gap> {
+        let here = vector(self.get([column, row])?);
+        let there = vector(self.get([column + dx, row + dy])?);
+        let place = Vector::new(column as f32, row as f32);
+        let next = Vector::new((column + dx) as f32, (row + dy) as f32);
+        let is_opposite = here.dot(&there) < OPPOSITE * here.norm() * there.norm();
+        is_opposite.then(|| Gap::between(place + here, next + there))
     }
 
     /// Whether there is more room on both sides of the wall than in the gap.
@@ -236,6 +295,153 @@ fn vector(to_wall: [i16; 2]) -> Vector {
 /// A quarter of a turn on.
 fn turned(v: Vector) -> Vector {
     Vector::new(-v.y, v.x)
+}
+
+impl Known {
+    /// Asks the three cells of a row on the side `SIDE`.
+    #[inline(always)]
+    fn ask<const SIDE: isize>(&mut self, row: Row<'_>) {
+        ask::<SIDE>(row.x, row.y, &mut self.x, &mut self.y, &mut self.distance2);
+    }
+}
+
+/// What the three cells of a row on the side `SIDE` know: the nearest wall; of equal ones the first, from that side on.
+/// (Here and below by masks and in plain slices, which can be put into vectors.)
+#[inline(always)]
+fn ask<const SIDE: isize>(
+    x: &[i16],
+    y: &[i16],
+    found_x: &mut [i16],
+    found_y: &mut [i16],
+    found2: &mut [i32],
+) {
+    let (side, count) = (SIDE as i32, found2.len());
+    let (found_x, found_y) = (&mut found_x[..count], &mut found_y[..count]);
+    let column = |dx: i32| (&x[(dx + 1) as usize..][..count], &y[(dx + 1) as usize..][..count]);
+    let [(ax, ay), (bx, by), (cx, cy)] = [column(side), column(0), column(-side)];
+    for i in 0..count {
+        let known = |x: i16, y: i16, dx: i32| {
+            let (x, y) = (i32::from(x) + dx, i32::from(y) + side);
+            (x, y, x * x + y * y)
+        };
+        let nearer = |a: (i32, i32, i32), b: (i32, i32, i32)| {
+            let other = -i32::from(b.2 < a.2);
+            (b.0 & other | a.0 & !other, b.1 & other | a.1 & !other, b.2.min(a.2))
+        };
+        let first = nearer(known(ax[i], ay[i], side), known(bx[i], by[i], 0));
+        let best = nearer(first, known(cx[i], cy[i], -side));
+        found_x[i] = best.0 as i16;
+        found_y[i] = best.1 as i16;
+        found2[i] = best.2;
+    }
+}
+
+/// A row's cells with what others know, before they ask each other.
+struct Merged {
+    x: Vec<i16>,
+    y: Vec<i16>,
+    /// How near the cells' own walls are, pixels².
+    own2: Vec<i32>,
+    /// Whether the cell before has a nearer one.
+    gains: Vec<bool>,
+}
+
+impl Merged {
+    fn new(width: usize) -> Self {
+        let (x, y) = (vec![NONE; width + 2], vec![0; width + 2]);
+        Self { x, y, own2: vec![0; width], gains: vec![false; width] }
+    }
+
+    /// Goes along a row, away from the side `SIDE`: each cell takes the wall of the one before, or of what is `known`, where
+    /// that is nearer than its own. Cells are asked one after the other only where one of them gains by it: where none
+    /// does by what the one before had at first, none does at all.
+    fn pass<const SIDE: isize>(&mut self, row: Row<'_>, known: &Known) {
+        dispatch!(Level::new(), _simd => self.merge::<SIDE>(&row, known));
+        let count = self.own2.len();
+        for k in 0..count.div_ceil(TOGETHER) {
+            let k = if SIDE < 0 { k } else { count.div_ceil(TOGETHER) - 1 - k };
+            let some = k * TOGETHER..((k + 1) * TOGETHER).min(count);
+            let first = if SIDE < 0 { some.start } else { some.end - 1 };
+            let is_quiet = !self.gains[some.clone()].iter().fold(false, |any, gains| any | gains);
+            if is_quiet && row.passed::<SIDE>(first).is_none_or(|passed| !self.gains_by(first, passed, known))
+            {
+                let cells = some.start + 1..some.end + 1;
+                row.x[cells.clone()].copy_from_slice(&self.x[cells.clone()]);
+                row.y[cells.clone()].copy_from_slice(&self.y[cells]);
+                continue;
+            }
+            for i in 0..some.len() {
+                let at = if SIDE < 0 { some.start + i } else { some.end - 1 - i };
+                let passed = row.passed::<SIDE>(at).filter(|&passed| self.gains_by(at, passed, known));
+                (row.x[at + 1], row.y[at + 1]) = passed.unwrap_or((self.x[at + 1], self.y[at + 1]));
+            }
+        }
+    }
+
+    /// Whether a wall is nearer to a cell than its own, and no farther than what others know.
+    fn gains_by(&self, at: usize, (x, y): (i16, i16), known: &Known) -> bool {
+        let distance2 = squared([x, y]);
+        distance2 < self.own2[at] && distance2 <= known.distance2[at]
+    }
+
+    #[inline(always)]
+    fn merge<const SIDE: isize>(&mut self, row: &Row<'_>, known: &Known) {
+        let count = self.own2.len();
+        let (own_x, own_y) = (&row.x[1..][..count], &row.y[1..][..count]);
+        let (known_x, known_y, known2) = (&known.x[..count], &known.y[..count], &known.distance2[..count]);
+        let (x, y) = (&mut self.x[1..], &mut self.y[1..]);
+        merge(own_x, own_y, known_x, known_y, known2, row.reach2, &mut self.own2, x, y);
+        let before = (1 + SIDE) as usize;
+        gains(SIDE as i32, &self.x[before..], &self.y[before..], &self.own2, known2, &mut self.gains);
+    }
+}
+
+/// Takes what is known where it is nearer than a cell's own wall; and tells how near that is.
+#[expect(clippy::too_many_arguments, reason = "plain slices")]
+#[inline(always)]
+fn merge(
+    own_x: &[i16],
+    own_y: &[i16],
+    known_x: &[i16],
+    known_y: &[i16],
+    known2: &[i32],
+    reach2: i32,
+    own2: &mut [i32],
+    x: &mut [i16],
+    y: &mut [i16],
+) {
+    let count = own2.len();
+    let (own_x, own_y, known_x, known_y) =
+        (&own_x[..count], &own_y[..count], &known_x[..count], &known_y[..count]);
+    let (known2, x, y) = (&known2[..count], &mut x[..count], &mut y[..count]);
+    for i in 0..count {
+        let (dx, dy) = (i32::from(own_x[i]), i32::from(own_y[i]));
+        let mine = (dx * dx + dy * dy).min(reach2);
+        let known = -i16::from(known2[i] < mine);
+        x[i] = known_x[i] & known | own_x[i] & !known;
+        y[i] = known_y[i] & known | own_y[i] & !known;
+        own2[i] = mine;
+    }
+}
+
+/// Whether the wall of the cell before is nearer than a cell's own, and no farther than what others know.
+#[inline(always)]
+fn gains(step: i32, x: &[i16], y: &[i16], own2: &[i32], known2: &[i32], gains: &mut [bool]) {
+    let count = gains.len();
+    let (x, y, own2, known2) = (&x[..count], &y[..count], &own2[..count], &known2[..count]);
+    for i in 0..count {
+        let (dx, dy) = (i32::from(x[i]) + step, i32::from(y[i]));
+        let distance2 = dx * dx + dy * dy;
+        gains[i] = (distance2 < own2[i]) & (distance2 <= known2[i]);
+    }
+}
+
+impl Row<'_> {
+    /// The wall of the cell on the side `SIDE` of a cell, as that one sees it.
+    fn passed<const SIDE: isize>(&self, at: usize) -> Option<(i16, i16)> {
+        let before = (at + 1).wrapping_add_signed(SIDE);
+        (self.x[before] != NONE).then(|| (self.x[before] + SIDE as i16, self.y[before]))
+    }
 }
 
 fn squared([x, y]: [i16; 2]) -> i32 {

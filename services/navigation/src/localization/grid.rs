@@ -203,10 +203,15 @@ fn reduced_walls(sketch: &Sketch, reduction: usize, width: usize, height: usize)
         wall[column] = true;
         wall[(height - 1) * width + column] = true;
     }
-    for row in 0..sketch.height() {
-        for column in 0..sketch.width() {
-            let at = (row / reduction + 1) * width + column / reduction + 1;
-            wall[at] |= sketch.is_wall_cell(column as i64, row as i64);
+    let mut joined = vec![false; sketch.width()];
+    for (row, pixels) in sketch.walls().chunks(reduction * sketch.width()).enumerate() {
+        joined.fill(false);
+        for pixels in pixels.chunks_exact(sketch.width()) {
+            joined.iter_mut().zip(pixels).for_each(|(any, pixel)| *any |= pixel);
+        }
+        let cells = &mut wall[(row + 1) * width + 1..];
+        for (cell, block) in cells.iter_mut().zip(joined.chunks(reduction)) {
+            *cell = block.iter().fold(false, |any, pixel| any | pixel);
         }
     }
     wall
@@ -214,97 +219,115 @@ fn reduced_walls(sketch: &Sketch, reduction: usize, width: usize, height: usize)
 
 /// Wall cells beside a free cell.
 fn surface(wall: &[bool], width: usize, height: usize) -> Vec<bool> {
-    let beside = |at: usize| {
-        let (column, row) = ((at % width) as i64, (at / width) as i64);
-        let inside = |(c, r): &(i64, i64)| (0..width as i64).contains(c) && (0..height as i64).contains(r);
-        [(column - 1, row), (column + 1, row), (column, row - 1), (column, row + 1)]
-            .into_iter()
-            .filter(inside)
-            .any(|(c, r)| !wall[r as usize * width + c as usize])
-    };
-    (0..wall.len()).map(|at| wall[at] && beside(at)).collect()
+    let mut surface = vec![false; wall.len()];
+    let row = |row: usize| &wall[row * width..][..width];
+    for (at, out) in surface.chunks_exact_mut(width).enumerate() {
+        let (below, here, above) = (row(at.saturating_sub(1)), row(at), row((at + 1).min(height - 1)));
+        for column in 0..width {
+            let beside = here[column.saturating_sub(1)] & here[(column + 1).min(width - 1)];
+            out[column] = here[column] & !(beside & below[column] & above[column]);
+        }
+    }
+    surface
 }
 
 /// Two passes over the eight neighbours: exact for the chessboard distance (Rosenfeld and Pfaltz 1966).
-pub(super) fn chessboard_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
+fn chessboard_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
     let mut distance: Vec<u8> = wall.iter().map(|&w| if w { 0 } else { u8::MAX }).collect();
-    let lower = |distance: &mut [u8], at: usize, neighbours: [usize; 4]| {
-        let nearest = neighbours.into_iter().map(|n| distance[n]).min().unwrap_or(u8::MAX);
-        distance[at] = distance[at].min(nearest.saturating_add(1));
-    };
-    let inner = |row: usize| (1..width - 1).map(move |column| row * width + column);
-    for at in (1..height - 1).flat_map(inner) {
-        lower(&mut distance, at, [at - 1, at - width - 1, at - width, at - width + 1]);
+    for row in 1..height - 1 {
+        let (beside, here) = distance.split_at_mut(row * width);
+        pass_row(&beside[(row - 1) * width..], &mut here[..width]);
+        for column in 1..width - 1 {
+            here[column] = here[column].min(here[column - 1].saturating_add(1));
+        }
     }
-    for at in (1..height - 1).rev().flat_map(|row| inner(row).rev()) {
-        lower(&mut distance, at, [at + 1, at + width - 1, at + width, at + width + 1]);
+    for row in (1..height - 1).rev() {
+        let (here, beside) = distance.split_at_mut((row + 1) * width);
+        let here = &mut here[row * width..];
+        pass_row(&beside[..width], here);
+        for column in (1..width - 1).rev() {
+            here[column] = here[column].min(here[column + 1].saturating_add(1));
+        }
     }
     distance
 }
 
-/// Exact, by lower envelopes of parabolas (Felzenszwalb and Huttenlocher 2012), in half cells.
-fn euclidean_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
-    let far = (width * width + height * height) as f32;
-    let mut squared: Vec<f32> = wall.iter().map(|&w| if w { 0.0 } else { far }).collect();
-    let mut line = vec![0.0; width.max(height)];
-    let mut envelope = Envelope::default();
-    for column in 0..width {
-        for row in 0..height {
-            line[row] = squared[row * width + column];
-        }
-        envelope.transform(&line[..height], |row, value| squared[row * width + column] = value);
+/// Passes the distances of a row on to the row beside it.
+fn pass_row(from: &[u8], to: &mut [u8]) {
+    let inner = to.len() - 1;
+    for (to, from) in to[1..inner].iter_mut().zip(from.windows(3)) {
+        *to = (*to).min(from[0].min(from[1]).min(from[2]).saturating_add(1));
     }
-    for row in 0..height {
-        line[..width].copy_from_slice(&squared[row * width..][..width]);
-        envelope.transform(&line[..width], |column, value| squared[row * width + column] = value);
-    }
-    squared.iter().map(|s| (s.sqrt() * STEPS_PER_CELL) as u8).collect()
 }
 
-/// The lower envelope of the parabolas over one line.
+/// Exact, in half cells: distances in the columns, then row by row the lower envelope of parabolas (Meijster, Roerdink
+/// and Hesselink 2000).
+fn euclidean_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
+    let mut distance = column_distance(wall, width);
+    let farthest = (width * width + height * height) as i64;
+    let (mut envelope, mut squared) = (Envelope::default(), vec![0; width]);
+    for row in distance.chunks_exact_mut(width) {
+        squared.fill(farthest);
+        envelope.write(row, &mut squared);
+        row.iter_mut().zip(&squared).for_each(|(out, &s)| *out = ((s as f32).sqrt() * STEPS_PER_CELL) as u8);
+    }
+    distance
+}
+
+/// The distance to the nearest wall in the column, cells; 255 where it is farther or there is none.
+fn column_distance(wall: &[bool], width: usize) -> Vec<u8> {
+    let mut distance: Vec<u8> = wall.iter().map(|&w| if w { 0 } else { u8::MAX }).collect();
+    let mut passed = vec![u8::MAX; width];
+    let mut pass = |row: &mut [u8]| {
+        for (distance, passed) in row.iter_mut().zip(&mut passed) {
+            *passed = passed.saturating_add(1).min(*distance);
+            *distance = *passed;
+        }
+    };
+    distance.chunks_exact_mut(width).for_each(&mut pass);
+    distance.chunks_exact_mut(width).rev().for_each(&mut pass);
+    distance
+}
+
+/// The lower envelope of the parabolas over one row: each with its apex, its height there, and from where on it is the
+/// lowest.
 #[derive(Default)]
 struct Envelope {
-    apex: Vec<usize>,
-    from: Vec<f32>,
+    parabolas: Vec<[i64; 3]>,
 }
 
 impl Envelope {
-    fn transform(&mut self, heights: &[f32], mut write: impl FnMut(usize, f32)) {
-        self.build(heights);
-        let mut k = 0;
-        for at in 0..heights.len() {
-            while k + 1 < self.apex.len() && self.from[k + 1] < at as f32 {
-                k += 1;
+    /// Writes the squared distances by the distances in the columns; nothing where there are none.
+    fn write(&mut self, columns: &[u8], squared: &mut [i64]) {
+        self.build(columns);
+        let mut until = squared.len();
+        for &[apex, height, from] in self.parabolas.iter().rev() {
+            for (at, squared) in (from..).zip(&mut squared[from as usize..until]) {
+                *squared = (at - apex) * (at - apex) + height;
             }
-            let away = at as f32 - self.apex[k] as f32;
-            write(at, away * away + heights[self.apex[k]]);
+            until = from as usize;
         }
     }
 
-    fn build(&mut self, heights: &[f32]) {
-        self.apex.clear();
-        self.from.clear();
-        for at in 0..heights.len() {
-            let mut from = f32::NEG_INFINITY;
-            while let (Some(&apex), Some(&begin)) = (self.apex.last(), self.from.last()) {
-                from = intersection(heights, apex, at);
-                if from > begin {
+    fn build(&mut self, columns: &[u8]) {
+        self.parabolas.clear();
+        for (at, &distance) in (0..).zip(columns).filter(|&(_, &distance)| distance < u8::MAX) {
+            let height = i64::from(distance).pow(2);
+            let mut from = 0;
+            while let Some(&[apex, below, begins]) = self.parabolas.last() {
+                let (rise, run) = (at * at + height - apex * apex - below, 2 * (at - apex));
+                from = rise.div_euclid(run) + i64::from(rise.rem_euclid(run) > 0);
+                if from > begins {
                     break;
                 }
-                self.apex.pop();
-                self.from.pop();
-                from = f32::NEG_INFINITY;
+                self.parabolas.pop();
+                from = 0;
             }
-            self.apex.push(at);
-            self.from.push(from);
+            if from < columns.len() as i64 {
+                self.parabolas.push([at, height, from]);
+            }
         }
     }
-}
-
-/// Where the parabola at `b` comes below that at `a < b`.
-fn intersection(heights: &[f32], a: usize, b: usize) -> f32 {
-    let (p, q) = (a as f32, b as f32);
-    ((heights[b] + q * q) - (heights[a] + p * p)) / (2.0 * (q - p))
 }
 
 #[cfg(test)]

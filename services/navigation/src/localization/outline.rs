@@ -5,9 +5,11 @@
 //! brush reaches from beside the sheet that is as wide as the widest opening that counts as closed (a
 //! morphological opening of what lies around the building).
 
+use std::ops::Range;
+
 use sketchnav_schemas::geometry::{Point, Sketch as SketchFrame};
 
-use super::grid::chessboard_distance;
+use super::bits::Bits;
 use crate::sketch::Sketch;
 
 /// The drawing with everything outside the building as wall; openings up to `gap_px` count as closed.
@@ -22,33 +24,30 @@ pub fn enclosed(sketch: &Sketch, inside: Point<SketchFrame>, gap_px: f32) -> Opt
 /// the edge people draw.
 fn outside(sketch: &Sketch, gap_px: f32) -> Vec<bool> {
     // The brush is 2·radius − 1 cells wide.
-    let radius = ((gap_px + 1.0) / 2.0).ceil().clamp(1.0, 250.0) as u8;
-    let margin = usize::from(radius);
-    let [width, height] = [sketch.width(), sketch.height()].map(|size| size + 2 * margin);
-    let sheet = |row: usize| (row + margin) * width + margin;
-    let mut wall = vec![false; width * height];
-    for (row, cells) in sketch.walls().chunks_exact(sketch.width()).enumerate() {
-        wall[sheet(row)..][..sketch.width()].copy_from_slice(cells);
-    }
-    let room = chessboard_distance(&wall, width, height);
-    let away = chessboard_distance(&reached(&room, radius, width, height), width, height);
-    let rows = (0..sketch.height()).flat_map(|row| &away[sheet(row)..][..sketch.width()]);
-    rows.map(|&away| away < radius).collect()
+    let radius = ((gap_px + 1.0) / 2.0).ceil().clamp(1.0, 250.0) as usize;
+    let blocked = Bits::framed(sketch.walls(), sketch.width(), radius).spread(radius - 1);
+    reached(&blocked).spread(radius - 1).inner(radius)
 }
 
-/// The cells that the brush's middle reaches from the corner.
-fn reached(room: &[u8], radius: u8, width: usize, height: usize) -> Vec<bool> {
-    let mut reached = vec![false; room.len()];
-    let mut open = vec![0];
-    while let Some(at) = open.pop() {
-        if room[at] < radius || std::mem::replace(&mut reached[at], true) {
+/// The cells that the brush's middle reaches from the corner, over sides of cells that are not `blocked`.
+fn reached(blocked: &Bits) -> Bits {
+    let rows: Vec<Vec<Range<usize>>> = (0..blocked.height()).map(|row| blocked.free(row).collect()).collect();
+    let mut is_reached: Vec<Vec<bool>> = rows.iter().map(|stretches| vec![false; stretches.len()]).collect();
+    let mut reached = blocked.blank();
+    let mut open: Vec<(usize, usize)> = rows[0].first().map(|_| (0, 0)).into_iter().collect();
+    while let Some((row, k)) = open.pop() {
+        if std::mem::replace(&mut is_reached[row][k], true) {
             continue;
         }
-        let (column, row) = (at % width, at / width);
-        open.extend((column > 0).then(|| at - 1));
-        open.extend((column + 1 < width).then(|| at + 1));
-        open.extend((row > 0).then(|| at - width));
-        open.extend((row + 1 < height).then(|| at + width));
+        let stretch = &rows[row][k];
+        reached.fill(row, stretch.clone());
+        for beside in
+            [row.checked_sub(1), Some(row + 1).filter(|&row| row < rows.len())].into_iter().flatten()
+        {
+            let first = rows[beside].partition_point(|other| other.end <= stretch.start);
+            let touching = rows[beside][first..].iter().take_while(|other| other.start < stretch.end).count();
+            open.extend((first..first + touching).map(|k| (beside, k)));
+        }
     }
     reached
 }

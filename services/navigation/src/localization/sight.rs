@@ -8,8 +8,11 @@
 //!
 //! A cell in a wall also has the way through that wall (see [`Grid::cast`]). It knows no scale.
 
+use std::ops::Range;
+
 use super::grid::Grid;
-use super::sweep::{Sweep, Views, Walls, transpose};
+use super::sweep::{SQUARE, Sweep, Views, Walls, transpose_bytes, transposed};
+use fearless_simd::{Level, dispatch, prelude::*, u8x16};
 
 /// Directions of the table, evenly around, the first along x.
 pub const DIRECTIONS: usize = 64;
@@ -26,7 +29,10 @@ const OUTSIDE: u32 = 1;
 /// The code of a wall that is never left.
 pub(super) const NEVER: u8 = u8::MAX;
 /// Directions that are swept before they are put into the rows.
-const TOGETHER: usize = 16;
+const TOGETHER: usize = SQUARE;
+
+/// One direction's codes of all cells: the ranges, and in walls the ways out of them.
+type Planes = [Vec<u8>; 2];
 
 /// The codes of one cell, by direction.
 pub type Row = [u8; DIRECTIONS];
@@ -70,13 +76,14 @@ impl Sight {
         sight.leave[OUTSIDE as usize].fill(NEVER);
         let walls = Walls::new(wall, width);
         let mut views = Views::new([width, height]);
-        let mut planes = vec![vec![0; width * height]; TOGETHER];
-        let mut by_column = vec![0; width * height];
+        let plane = || [vec![0; width * height], vec![0; width * height]];
+        let mut planes: [Planes; TOGETHER] = std::array::from_fn(|_| plane());
+        let mut by_column = plane();
         for first in (0..DIRECTIONS).step_by(TOGETHER) {
             for (k, plane) in planes.iter_mut().enumerate() {
                 sight.sweep(first + k, &walls, &mut views, plane, &mut by_column);
             }
-            sight.interleave(first, &planes);
+            dispatch!(Level::new(), simd => sight.interleave(simd, first, &planes));
         }
         sight
     }
@@ -104,40 +111,61 @@ impl Sight {
         [1.0 / PER_OCTAVE, SHORTEST_LOG2 + self.px_per_cell.log2()]
     }
 
-    /// Fills `plane` with the codes of the ranges in one direction, and in the table those of the ways
-    /// out of walls.
+    /// Fills `planes` with the codes of one direction.
     fn sweep(
-        &mut self,
+        &self,
         direction: usize,
         walls: &Walls,
         views: &mut Views,
-        plane: &mut [u8],
-        by_column: &mut [u8],
+        planes: &mut Planes,
+        by_column: &mut Planes,
     ) {
         let sweep = Sweep::new(direction, [self.width, self.height]);
-        let Self { leave, leave_row, .. } = self;
-        let mut leave = |cell: usize, code: u8| {
-            let row = leave_row[cell];
-            if row > OUTSIDE {
-                leave[row as usize][direction] = code;
-            }
-        };
         if sweep.is_upright() {
-            sweep.run(walls, views, plane, &mut leave);
+            let [range, leave] = planes;
+            sweep.run(walls, views, range, leave);
         } else {
-            sweep.run(walls, views, by_column, &mut leave);
-            transpose(by_column, self.height, plane);
+            let [range, leave] = by_column;
+            sweep.run(walls, views, range, leave);
+            planes.iter_mut().zip(by_column).for_each(|(to, from)| transpose_bytes(from, self.height, to));
         }
     }
 
     /// Planes of directions become parts of the cells' rows. (To write each code into its row at once
     /// took three times as long.)
-    fn interleave(&mut self, first: usize, planes: &[Vec<u8>]) {
-        for (cell, row) in self.range.iter_mut().enumerate() {
-            let part = &mut row[first..first + planes.len()];
-            part.iter_mut().zip(planes).for_each(|(code, plane)| *code = plane[cell]);
+    #[inline(always)]
+    fn interleave<S: Simd>(&mut self, simd: S, first: usize, planes: &[Planes; TOGETHER]) {
+        let Self { range, leave, leave_row, .. } = self;
+        for (square, (range, leave_row)) in range.chunks_mut(SQUARE).zip(leave_row.chunks(SQUARE)).enumerate()
+        {
+            let cells = square * SQUARE..square * SQUARE + range.len();
+            let codes = |kind: usize| codes(simd, cells.clone(), |k| &planes[k][kind]);
+            for (row, codes) in range.iter_mut().zip(codes(0)) {
+                row[first..first + TOGETHER].copy_from_slice(&codes);
+            }
+            if leave_row.iter().all(|&row| row <= OUTSIDE) {
+                continue;
+            }
+            for (&row, codes) in leave_row.iter().zip(codes(1)).filter(|&(&row, _)| row > OUTSIDE) {
+                leave[row as usize][first..first + TOGETHER].copy_from_slice(&codes);
+            }
         }
     }
+}
+
+/// The codes of some cells, a plane's after the other's.
+#[inline(always)]
+fn codes<'a, S: Simd>(
+    simd: S,
+    cells: Range<usize>,
+    plane: impl Fn(usize) -> &'a Vec<u8>,
+) -> [[u8; TOGETHER]; SQUARE] {
+    if cells.len() < SQUARE {
+        return std::array::from_fn(|i| {
+            std::array::from_fn(|k| plane(k).get(cells.start + i).copied().unwrap_or(0))
+        });
+    }
+    transposed(std::array::from_fn(|k| u8x16::from_slice(simd, &plane(k)[cells.clone()]))).map(Into::into)
 }
 
 /// For each cell its row in the table of ways out of walls.

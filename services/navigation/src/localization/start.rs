@@ -157,8 +157,10 @@ fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mu
 pub(super) fn extent_px(sketch: &Sketch) -> f32 {
     let (sin, cos) = (sketch.wall_direction_rad() as f32).sin_cos();
     let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-    for (row, column) in (0..sketch.height()).flat_map(|row| (0..sketch.width()).map(move |c| (row, c))) {
-        if sketch.is_wall_cell(column as i64, row as i64) {
+    for (row, walls) in sketch.walls().chunks_exact(sketch.width()).enumerate() {
+        // Along a row either coordinate only rises or only falls: its ends are enough.
+        let ends = [walls.iter().position(|&wall| wall), walls.iter().rposition(|&wall| wall)];
+        for column in ends.into_iter().flatten() {
             let (x, y) = (column as f32, row as f32);
             let place = [cos * x + sin * y, cos * y - sin * x];
             (0..2).for_each(|axis| {

@@ -4,6 +4,7 @@
 //! berth beyond costs more, and so does one that nobody has seen. A robot that stands too near to
 //! something, pushed or by a drift of odometry, may leave the way it finds.
 
+use fearless_simd::{Level, dispatch};
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point};
 
@@ -84,21 +85,26 @@ impl LocalPlanner {
     /// Takes over the obstacles around the robot at `robot`.
     pub fn prepare(&mut self, obstacles: &Obstacles, robot: Point<Odom>, room: Room) {
         self.corner = obstacles.corner();
-        let corner = self.corner;
-        let occupied = |index: usize| obstacles.is_occupied(cell_at(corner, index));
-        chamfer(occupied, SIDE, CELL_M as f32, room.soft_m as f32 + 0.1, &mut self.clearance_m);
-        let own = index_of(corner, robot).map_or(0.0, |index| self.beside_m(index));
-        let least = if own < room.hard_m { (own - CELL_M / 2.0).max(0.0) } else { room.hard_m };
+        let occupied = obstacles.occupied();
+        chamfer(
+            |index| occupied[index],
+            SIDE,
+            CELL_M as f32,
+            room.soft_m as f32 + 0.1,
+            &mut self.clearance_m,
+        );
         for row in 1..SIDE - 1 {
-            for index in row * SIDE + 1..(row + 1) * SIDE - 1 {
-                self.weight[index] = self.weigh(obstacles, robot, room, least, index);
-            }
+            dispatch!(Level::new(), _simd => self.weigh(row, obstacles.known(), room));
+        }
+        let own = index_of(self.corner, robot).map_or(0.0, |index| self.beside_m(index));
+        if own < room.hard_m {
+            self.let_escape(robot, room, (own - CELL_M / 2.0).max(0.0));
         }
     }
 
     /// Free space around a cell's middle: obstacles fill half a cell to either side of theirs.
     fn beside_m(&self, index: usize) -> f64 {
-        f64::from(self.clearance_m[index]) - CELL_M / 2.0
+        beside_m(self.clearance_m[index])
     }
 
     /// Finds the ways from `robot`: to `target` alone where it is given and can be reached, else to
@@ -162,25 +168,37 @@ impl LocalPlanner {
         path.reverse();
     }
 
-    /// `least_m` is the room that the robot has now, where that is too little: then it may go
-    /// through cells that have no less.
-    fn weigh(
-        &self,
-        obstacles: &Obstacles,
-        robot: Point<Odom>,
-        room: Room,
-        least_m: f64,
-        index: usize,
-    ) -> f32 {
-        let (clearance, cell) = (self.beside_m(index), cell_at(self.corner, index));
-        if clearance < room.hard_m {
-            let escape = clearance > least_m && cell.middle().distance(&robot) < ESCAPE_M;
-            return if escape { ESCAPE } else { f32::INFINITY };
+    /// Weighs the cells of a row by how much room there is.
+    #[inline(always)]
+    fn weigh(&mut self, row: usize, known: &[bool], room: Room) {
+        let inner = row * SIDE + 1..(row + 1) * SIDE - 1;
+        let cells =
+            self.weight[inner.clone()].iter_mut().zip(&self.clearance_m[inner.clone()]).zip(&known[inner]);
+        for ((weight, &clearance_m), &known) in cells {
+            let clearance = beside_m(clearance_m);
+            let lack = (1.0 - (clearance - room.hard_m) / (room.soft_m - room.hard_m)).max(0.0) as f32;
+            let unseen = if known { 0.0 } else { UNSEEN };
+            let open = 1.0 + unseen + NEAR * lack * lack;
+            *weight = if clearance < room.hard_m { f32::INFINITY } else { open };
         }
-        let lack = (1.0 - (clearance - room.hard_m) / (room.soft_m - room.hard_m)).max(0.0) as f32;
-        let unseen = if obstacles.is_known(cell) { 0.0 } else { UNSEEN };
-        1.0 + unseen + NEAR * lack * lack
     }
+
+    /// A robot that has too little room now, `least_m`, may go through cells near by that have more.
+    fn let_escape(&mut self, robot: Point<Odom>, room: Room, least_m: f64) {
+        for index in (1..SIDE - 1).flat_map(|row| row * SIDE + 1..(row + 1) * SIDE - 1) {
+            let clearance = self.beside_m(index);
+            let is_narrow = clearance < room.hard_m && clearance > least_m;
+            if is_narrow && cell_at(self.corner, index).middle().distance(&robot) < ESCAPE_M {
+                self.weight[index] = ESCAPE;
+            }
+        }
+    }
+}
+
+/// Free space around a cell's middle, metres, by its distance to the nearest obstacle's.
+#[inline(always)]
+fn beside_m(clearance_m: f32) -> f64 {
+    f64::from(clearance_m) - CELL_M / 2.0
 }
 
 fn cell_at(corner: Cell, index: usize) -> Cell {

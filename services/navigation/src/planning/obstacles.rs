@@ -5,7 +5,10 @@
 //! way there clears cells; what was not seen for long is forgotten, because odometry drifts.
 //!
 //! The grid lies fixed in the odometry frame and its window moves with the robot: cell (x, y) is
-//! kept in slot (x mod [`SIDE`], y mod [`SIDE`]), and nothing is ever copied.
+//! kept in slot (x mod [`SIDE`], y mod [`SIDE`]), and nothing is ever moved. What is asked thousands of times a step,
+//! which cells of the window are occupied, is tabulated once a scan.
+
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose};
@@ -50,16 +53,47 @@ impl Cell {
     }
 }
 
+/// What a scan says of a cell: beams pass it, or end there.
+const PASSED: u8 = 1;
+const ENDED: u8 = 2;
+
 /// The rolling grid.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Obstacles {
     evidence: Vec<u8>,
     marked_ms: Vec<u32>,
-    touched: Vec<u32>,
-    scan: u32,
     now_ms: u32,
     memory_ms: u32,
     corner: Cell,
+    #[serde(skip)]
+    window: Window,
+}
+
+/// The window's cells, row by row from its corner: what follows from the rest at each scan.
+#[derive(Debug, Clone)]
+struct Window {
+    /// What the scan says.
+    marks: Vec<u8>,
+    known: Vec<bool>,
+    occupied: Vec<bool>,
+    /// The occupied cells once more, a bit each.
+    rows: Vec<u128>,
+}
+
+impl Default for Window {
+    fn default() -> Self {
+        let cells = SIDE * SIDE;
+        let (known, occupied) = (vec![false; cells], vec![false; cells]);
+        Self { marks: vec![0; cells], known, occupied, rows: vec![0; SIDE] }
+    }
+}
+
+impl Window {
+    fn clear(&mut self) {
+        self.known.fill(false);
+        self.occupied.fill(false);
+        self.rows.fill(0);
+    }
 }
 
 impl Obstacles {
@@ -69,17 +103,17 @@ impl Obstacles {
         Self {
             evidence: vec![0; cells],
             marked_ms: vec![0; cells],
-            touched: vec![0; cells],
-            scan: 0,
             now_ms: 0,
             memory_ms: (memory_s * 1e3) as u32,
             corner: Cell { x: -(SIDE as i32) / 2, y: -(SIDE as i32) / 2 },
+            window: Window::default(),
         }
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.evidence.fill(0);
+        self.window.clear();
     }
 
     /// The window's lower left cell.
@@ -87,28 +121,55 @@ impl Obstacles {
         self.corner
     }
 
+    /// Whether an obstacle is known in each cell of the window, row by row from its corner.
+    pub fn occupied(&self) -> &[bool] {
+        &self.window.occupied
+    }
+
+    /// Whether the laser ever saw each cell of the window.
+    pub fn known(&self) -> &[bool] {
+        &self.window.known
+    }
+
     /// Whether an obstacle is known there; what lies outside of the window is free.
     pub fn is_occupied(&self, cell: Cell) -> bool {
-        let slot = slot(cell);
-        self.contains(cell) && self.evidence[slot] >= OCCUPIED && self.is_fresh(slot)
+        self.index(cell).is_some_and(|index| self.window.occupied[index])
     }
 
     /// Whether the laser ever saw the cell.
     pub fn is_known(&self, cell: Cell) -> bool {
-        self.contains(cell) && self.evidence[slot(cell)] > 0
+        self.index(cell).is_some_and(|index| self.window.known[index])
     }
 
     /// Distance from `place` to the nearest side of an occupied cell, at most `cap_m`, metres.
     pub fn clearance_m(&self, place: Point<Odom>, cap_m: f64) -> f64 {
+        /// More than the distance of any cell is rounded by.
+        const ROUNDED_M: f64 = 1e-9;
         let own = Cell::of(place);
         let reach = (cap_m / CELL_M).ceil() as i32;
+        let within = |own: i32, corner: i32| {
+            let first = own.saturating_sub(reach).saturating_sub(corner).max(0);
+            first..own.saturating_add(reach).saturating_sub(corner).saturating_add(1).min(SIDE as i32)
+        };
+        let (columns, rows) = (within(own.x, self.corner.x), within(own.y, self.corner.y));
+        if columns.is_empty() {
+            return cap_m;
+        }
+        let in_reach = u128::MAX << columns.start & u128::MAX >> (SIDE as i32 - columns.end);
+        // In a row only the next cells to the left and to the right may be the nearest.
+        let ahead = u128::MAX.checked_shl(own.x.saturating_sub(self.corner.x).max(0) as u32).unwrap_or(0);
         let mut nearest = cap_m;
-        for y in own.y - reach..=own.y + reach {
-            for x in own.x - reach..=own.x + reach {
-                let cell = Cell { x, y };
-                if self.is_occupied(cell) {
-                    nearest = nearest.min(distance_to_side(place, cell));
-                }
+        for row in rows {
+            let bits = self.window.rows[row as usize] & in_reach;
+            let y = self.corner.y + row;
+            if bits == 0 || beyond(place.y, y) > nearest + ROUNDED_M {
+                continue;
+            }
+            let right = (bits & ahead > 0).then(|| (bits & ahead).trailing_zeros());
+            let left = (bits & !ahead).checked_ilog2();
+            for column in [left, right].into_iter().flatten() {
+                let cell = Cell { x: self.corner.x + column as i32, y };
+                nearest = nearest.min(distance_to_side(place, cell));
             }
         }
         nearest
@@ -118,21 +179,49 @@ impl Obstacles {
     /// `footprint_m`, is free for sure. Invalid readings (NaN, nearer than the sensor can measure)
     /// are ignored; an infinite one clears up to the sensor's longest range.
     pub fn observe(&mut self, robot: &Pose<Odom>, footprint_m: f64, sensor: &Pose<Odom>, scan: &LaserScan) {
-        self.scan += 1;
         self.now_ms = (scan.header.stamp_ns / 1_000_000) as u32;
         self.follow(robot);
-        self.clear_ways(sensor, scan);
-        self.mark_ends(sensor, scan);
+        self.window.marks.fill(0);
+        self.mark(sensor, scan);
+        self.take_marks();
         self.clear_footprint(robot, footprint_m);
+        self.tabulate();
     }
 
-    fn is_fresh(&self, slot: usize) -> bool {
-        self.now_ms.saturating_sub(self.marked_ms[slot]) <= self.memory_ms
+    /// The index of a cell in the window.
+    fn index(&self, cell: Cell) -> Option<usize> {
+        let (x, y) = (cell.x.wrapping_sub(self.corner.x) as u32, cell.y.wrapping_sub(self.corner.y) as u32);
+        (x < SIDE as u32 && y < SIDE as u32).then_some(y as usize * SIDE + x as usize)
     }
 
-    fn contains(&self, cell: Cell) -> bool {
-        let inside = |v: i32, corner: i32| (v.wrapping_sub(corner) as u32) < SIDE as u32;
-        inside(cell.x, self.corner.x) && inside(cell.y, self.corner.y)
+    /// The ranges of indices in the window that lie as ranges of slots, too: a row's parts before and behind the grid's
+    /// edge. Each with its first slot.
+    fn parts(corner: Cell) -> impl Iterator<Item = (Range<usize>, usize)> {
+        let shift = (corner.x & MASK) as usize;
+        (0..SIDE).flat_map(move |row| {
+            let (first, slots) = (row * SIDE, (corner.y.wrapping_add(row as i32) & MASK) as usize * SIDE);
+            [(first..first + SIDE - shift, slots + shift), (first + SIDE - shift..first + SIDE, slots)]
+        })
+    }
+
+    fn take_marks(&mut self) {
+        for (window, slot) in Self::parts(self.corner) {
+            take(&mut self.evidence[slot..slot + window.len()], &self.window.marks[window]);
+        }
+    }
+
+    fn tabulate(&mut self) {
+        let Self { evidence, marked_ms, window, .. } = self;
+        let oldest_ms = self.now_ms.saturating_sub(self.memory_ms);
+        for (cells, slot) in Self::parts(self.corner) {
+            let slots = slot..slot + cells.len();
+            let (known, occupied) = (&mut window.known[cells.clone()], &mut window.occupied[cells]);
+            judge(&evidence[slots.clone()], &marked_ms[slots], oldest_ms, known, occupied);
+        }
+        for (row, cells) in window.rows.iter_mut().zip(window.occupied.chunks_exact(SIDE)) {
+            let (eights, _) = cells.as_chunks::<8>();
+            *row = eights.iter().rev().fold(0, |row, eight| row << 8 | u128::from(packed(eight)));
+        }
     }
 
     /// Moves the window with the robot and forgets what falls out of it.
@@ -148,57 +237,52 @@ impl Obstacles {
         self.corner = corner;
     }
 
-    fn clear_ways(&mut self, sensor: &Pose<Odom>, scan: &LaserScan) {
+    /// Marks what the beams of a scan pass, and where they end.
+    fn mark(&mut self, sensor: &Pose<Odom>, scan: &LaserScan) {
         let finest = f64::from(scan.angle_increment_rad) * REACH_M;
         let every = (CELL_M / finest).max(1.0) as usize;
-        for (i, &range) in scan.ranges().iter().enumerate().step_by(every) {
-            if range >= scan.range_min_m {
-                let range = f64::from(range.min(scan.range_max_m)) - CELL_M;
-                self.clear_way(sensor, f64::from(scan.angle_rad(i)), range);
+        let (mut before, mut next_way) = ([None, None], 0);
+        for (i, &range) in scan.ranges().iter().enumerate() {
+            let is_way = i == next_way;
+            next_way += if is_way { every } else { 0 };
+            if range.is_nan() || range < scan.range_min_m {
+                before = [before[1], None];
+                continue;
             }
+            let (sin, cos) = (sensor.yaw_rad + f64::from(scan.angle_rad(i))).sin_cos();
+            if is_way {
+                self.mark_way(sensor, [cos, sin], f64::from(range.min(scan.range_max_m)) - CELL_M);
+            }
+            let range_m = f64::from(range);
+            let end = (range <= scan.range_max_m)
+                .then(|| Point::new(sensor.x + range_m * cos, sensor.y + range_m * sin));
+            self.mark_end(before, end);
+            before = [before[1], end];
         }
     }
 
-    fn clear_way(&mut self, sensor: &Pose<Odom>, angle_rad: f64, range_m: f64) {
-        let (sin, cos) = (sensor.yaw_rad + angle_rad).sin_cos();
-        let steps = (range_m.min(REACH_M * 1.5) * cos.abs().max(sin.abs()) / CELL_M) as usize;
-        let (dx, dy) = (cos / cos.abs().max(sin.abs()), sin / cos.abs().max(sin.abs()));
+    fn mark_way(&mut self, sensor: &Pose<Odom>, [cos, sin]: [f64; 2], range_m: f64) {
+        let longer = cos.abs().max(sin.abs());
+        let steps = (range_m.min(REACH_M * 1.5) * longer / CELL_M) as usize;
         let (x0, y0) =
             (sensor.x / CELL_M - f64::from(self.corner.x), sensor.y / CELL_M - f64::from(self.corner.y));
-        let ([mut x, mut y], dx, dy) = ([x0, y0].map(fixed), fixed(dx), fixed(dy));
-        for _ in 0..=steps {
-            let (column, row) = ((x >> FRACTION_BITS) as i32, (y >> FRACTION_BITS) as i32);
-            if column as u32 >= SIDE as u32 || row as u32 >= SIDE as u32 {
-                break;
-            }
-            self.miss(slot(Cell { x: self.corner.x + column, y: self.corner.y + row }));
+        let ([mut x, mut y], dx, dy) = ([x0, y0].map(fixed), fixed(cos / longer), fixed(sin / longer));
+        let Some(cells) = passed([x, y], [dx, dy]) else { return };
+        let Some(marks) = self.window.marks.first_chunk_mut::<{ SIDE * SIDE }>() else { return };
+        for _ in 0..cells.min(steps + 1) {
+            let (column, row) = ((x >> FRACTION_BITS) as usize, (y >> FRACTION_BITS) as usize);
+            marks[(row % SIDE) * SIDE + column % SIDE] |= PASSED;
             (x, y) = (x + dx, y + dy);
         }
     }
 
-    /// However many beams of a scan cross a cell, they count once.
-    fn miss(&mut self, slot: usize) {
-        if self.touched[slot] != self.scan {
-            self.touched[slot] = self.scan;
-            self.evidence[slot] = self.evidence[slot].saturating_sub(1).max(FREE);
-        }
-    }
-
-    fn mark_ends(&mut self, sensor: &Pose<Odom>, scan: &LaserScan) {
-        let mut before = [None, None];
-        for (i, &range) in scan.ranges().iter().enumerate() {
-            let valid = range >= scan.range_min_m && range <= scan.range_max_m;
-            let end = valid.then(|| end_of_beam(sensor, f64::from(scan.angle_rad(i)), f64::from(range)));
-            if let Some(end) = end {
-                self.hit(Cell::of(end));
-            }
-            if let [Some(first), Some(second)] = before
-                && let Some(end) = end
-                && is_one_wall(first, second, end)
-            {
-                self.mark_between(second, end);
-            }
-            before = [before[1], end];
+    fn mark_end(&mut self, before: [Option<Point<Odom>>; 2], end: Option<Point<Odom>>) {
+        let Some(end) = end else { return };
+        self.hit(Cell::of(end));
+        if let [Some(first), Some(second)] = before
+            && is_one_wall(first, second, end)
+        {
+            self.mark_between(second, end);
         }
     }
 
@@ -212,13 +296,9 @@ impl Obstacles {
     }
 
     fn hit(&mut self, cell: Cell) {
-        let slot = slot(cell);
-        // The top bit tells that the cell was hit by this scan already.
-        let hit_by_this_scan = self.scan | 1 << 31;
-        if self.contains(cell) && self.touched[slot] != hit_by_this_scan {
-            self.touched[slot] = hit_by_this_scan;
-            self.evidence[slot] = (self.evidence[slot].max(FREE) + HIT).min(MOST);
-            self.marked_ms[slot] = self.now_ms;
+        if let Some(index) = self.index(cell) {
+            self.window.marks[index] |= ENDED;
+            self.marked_ms[slot(cell)] = self.now_ms;
         }
     }
 
@@ -236,11 +316,6 @@ impl Obstacles {
     }
 }
 
-fn end_of_beam(sensor: &Pose<Odom>, angle_rad: f64, range_m: f64) -> Point<Odom> {
-    let (sin, cos) = (sensor.yaw_rad + angle_rad).sin_cos();
-    Point::new(sensor.x + range_m * cos, sensor.y + range_m * sin)
-}
-
 /// Whether three ends of neighbouring beams lie on one straight wall, seen along its length: then
 /// what lies between the last two is wall, too.
 fn is_one_wall(first: Point<Odom>, second: Point<Odom>, third: Point<Odom>) -> bool {
@@ -253,6 +328,37 @@ const FRACTION_BITS: u32 = 32;
 
 fn fixed(cells: f64) -> i64 {
     (cells * (1_i64 << FRACTION_BITS) as f64) as i64
+}
+
+/// How many steps of `by` lead from a place on within the window, that one included, both in cells with fractions; `None` where it is outside.
+fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
+    const END: i64 = (SIDE as i64) << FRACTION_BITS;
+    let along = |from: i64, by: i64| match by {
+        0 => i64::MAX,
+        by if by > 0 => (END - 1 - from) / by + 1,
+        by => from / -by + 1,
+    };
+    let is_within = from.iter().all(|from| (0..END).contains(from));
+    is_within.then(|| along(from[0], by[0]).min(along(from[1], by[1])) as usize)
+}
+
+/// What a scan says of some cells: however many beams pass a cell, or end in it, they count once, the ends last.
+fn take(evidence: &mut [u8], marks: &[u8]) {
+    for (evidence, mark) in evidence.iter_mut().zip(marks) {
+        let missed = evidence.saturating_sub(1).max(FREE);
+        let before = if mark & PASSED > 0 { missed } else { *evidence };
+        let hit = before.max(FREE).saturating_add(HIT).min(MOST);
+        *evidence = if mark & ENDED > 0 { hit } else { before };
+    }
+}
+
+/// Which of some cells are known, and which are occupied: marked often enough, and not before `oldest_ms`.
+fn judge(evidence: &[u8], marked_ms: &[u32], oldest_ms: u32, known: &mut [bool], occupied: &mut [bool]) {
+    let cells = known.iter_mut().zip(occupied).zip(evidence).zip(marked_ms);
+    for (((known, occupied), &evidence), &marked_ms) in cells {
+        *known = evidence > 0;
+        *occupied = (evidence >= OCCUPIED) & (marked_ms >= oldest_ms);
+    }
 }
 
 /// The greatest whole number that is not above `x`, or the nearest that there is. (Older processors have no
@@ -279,9 +385,18 @@ fn entered(from: i32, to: i32) -> Option<(i32, i32)> {
 }
 
 fn distance_to_side(place: Point<Odom>, cell: Cell) -> f64 {
-    let middle = cell.middle();
-    let beyond = |v: f64, m: f64| ((v - m).abs() - CELL_M / 2.0).max(0.0);
-    beyond(place.x, middle.x).hypot(beyond(place.y, middle.y))
+    beyond(place.x, cell.x).hypot(beyond(place.y, cell.y))
+}
+
+/// How far a coordinate lies beyond the side of a column or a row of cells, metres.
+fn beyond(coordinate: f64, cell: i32) -> f64 {
+    ((coordinate - (f64::from(cell) + 0.5) * CELL_M).abs() - CELL_M / 2.0).max(0.0)
+}
+
+/// Eight cells as bits from the lowest on.
+fn packed(cells: &[bool; 8]) -> u8 {
+    // Byte k's lowest bit goes to bit 56 + k, by the k-th of the factor's bits.
+    (u64::from_le_bytes(cells.map(u8::from)).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
 #[cfg(test)]

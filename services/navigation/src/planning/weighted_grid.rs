@@ -32,10 +32,14 @@ impl Frontier {
     }
 
     /// Lowers the cell's cost to `cost` where that is less, by a way of this length.
+    #[inline(always)]
     fn lower(&mut self, cell: usize, cost: f32, length: f32) {
         let before = self.cost[cell];
-        let is_shorter = cost == before && cost.is_finite() && length < self.length[cell];
-        if cost < before || is_shorter {
+        // As long a way, or an impassable one: most are.
+        if cost > before || cost == f32::INFINITY {
+            return;
+        }
+        if cost < before || length < self.length[cell] {
             self.cost[cell] = cost;
             self.length[cell] = length;
             self.buckets.put(cell, cost);
@@ -82,31 +86,46 @@ impl Weights<'_> {
         frontier.cost.fill(f32::INFINITY);
         frontier.buckets.reset(least, most);
         frontier.lower(seed, 0.0, 0.0);
-        let (straight, diagonal) = (self.cell_length, self.cell_length * std::f32::consts::SQRT_2);
         let mut last_bucket = u32::MAX;
         while let Some(cell) = frontier.buckets.pop().filter(|_| frontier.buckets.current() <= last_bucket) {
-            let cost = frontier.cost[cell];
             if Some(cell) == stop {
                 last_bucket = frontier.buckets.current();
             }
-            if cost > limit {
-                continue;
-            }
-            let length = frontier.length[cell];
-            for (i, (to, step)) in self.edges(cell).into_iter().enumerate() {
-                frontier.lower(to, cost + step, length + if i < 4 { straight } else { diagonal });
+            if frontier.cost[cell] <= limit {
+                self.relax(frontier, cell);
             }
         }
     }
 
+    /// Lowers the costs of a cell's neighbours to those of the ways through it, the four straight ones first.
+    #[inline(always)]
+    fn relax(&self, frontier: &mut Frontier, cell: usize) {
+        let (half, quarter) = (self.cell_length / 2.0, self.cell_length * std::f32::consts::SQRT_2 / 4.0);
+        let (cost, length) = (frontier.cost[cell], frontier.length[cell]);
+        let straight = length + self.cell_length;
+        let diagonal = length + self.cell_length * std::f32::consts::SQRT_2;
+        let (south, north) = (cell - self.stride, cell + self.stride);
+        let three = |row: usize| [self.weight[row - 1], self.weight[row], self.weight[row + 1]];
+        let ([sw, s, se], [w, own, e], [nw, n, ne]) = (three(south), three(cell), three(north));
+        frontier.lower(cell + 1, cost + half * (own + e), straight);
+        frontier.lower(north, cost + half * (own + n), straight);
+        frontier.lower(cell - 1, cost + half * (own + w), straight);
+        frontier.lower(south, cost + half * (own + s), straight);
+        frontier.lower(north + 1, cost + quarter * (own + ne + n + e), diagonal);
+        frontier.lower(north - 1, cost + quarter * (own + nw + n + w), diagonal);
+        frontier.lower(south - 1, cost + quarter * (own + sw + s + w), diagonal);
+        frontier.lower(south + 1, cost + quarter * (own + se + s + e), diagonal);
+    }
+
     /// The costs of the cheapest and of the costliest step that there can be.
     fn steps(&self) -> [f32; 2] {
-        let passable = |&&w: &&f32| w.is_finite();
-        let (least, most) = self
-            .weight
-            .iter()
-            .filter(passable)
-            .fold((f32::INFINITY, 0.0_f32), |(least, most), &w| (least.min(w), most.max(w)));
+        // Weights are not negative: their bits are in their order.
+        const IMPASSABLE: u32 = f32::INFINITY.to_bits();
+        let bits = |w: &f32| w.to_bits();
+        let least = self.weight.iter().map(bits).fold(IMPASSABLE, u32::min);
+        let passable = |bits: u32| if bits < IMPASSABLE { bits } else { 0 };
+        let most = self.weight.iter().map(bits).map(passable).fold(0, u32::max);
+        let [least, most] = [least, most].map(f32::from_bits);
         [least * self.cell_length, most * self.cell_length * std::f32::consts::SQRT_2]
     }
 
@@ -136,25 +155,48 @@ pub fn chamfer(solid: impl Fn(usize) -> bool, stride: usize, cell_length: f32, c
     for row in 1..rows - 1 {
         let (below, here) = out[(row - 1) * stride..(row + 1) * stride].split_at_mut(stride);
         pass_row(below, here, side, corner);
-        for column in 1..stride - 1 {
-            here[column] = here[column].min(here[column - 1] + side);
+        for first in (1..stride - 1).step_by(TOGETHER) {
+            let last = (first + TOGETHER).min(stride - 1);
+            if is_passed(&here[first - 1..last - 1], &here[first..last], side) {
+                (first..last).for_each(|column| here[column] = lesser(here[column], here[column - 1] + side));
+            }
         }
     }
     for row in (1..rows - 1).rev() {
         let (here, above) = out[row * stride..(row + 2) * stride].split_at_mut(stride);
         pass_row(above, here, side, corner);
-        for column in (1..stride - 1).rev() {
-            here[column] = here[column].min(here[column + 1] + side);
+        for last in (2..stride).rev().step_by(TOGETHER) {
+            let first = last.saturating_sub(TOGETHER).max(1);
+            if is_passed(&here[first + 1..last + 1], &here[first..last], side) {
+                (first..last)
+                    .rev()
+                    .for_each(|column| here[column] = lesser(here[column], here[column + 1] + side));
+            }
         }
     }
 }
+
+/// Cells of a row that are looked at together.
+const TOGETHER: usize = 8;
 
 /// Passes the distances of a row on to the row beside it.
 fn pass_row(from: &[f32], to: &mut [f32], side: f32, corner: f32) {
     let inner = to.len() - 2;
     for (to, from) in to[1..=inner].iter_mut().zip(from.windows(3)) {
-        *to = to.min(from[1] + side).min(from[0] + corner).min(from[2] + corner);
+        let corners = lesser(from[0], from[2]) + corner;
+        *to = lesser(*to, lesser(from[1] + side, corners));
     }
+}
+
+/// Whether any cell has a lesser distance by the one beside it.
+fn is_passed(beside: &[f32], cells: &[f32], side: f32) -> bool {
+    beside.iter().zip(cells).fold(false, |any, (beside, cell)| any | (beside + side < *cell))
+}
+
+/// The lesser of two numbers. (That of the library asks for NaN, too.)
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
 }
 
 #[cfg(test)]

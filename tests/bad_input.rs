@@ -95,6 +95,21 @@ fn a_bad_mission_file_is_refused() {
             says: &["room.toml", "task 1 (next door).time_limit: unknown key", "time_limit_s"],
         },
         Case {
+            story: "a mission of before there were several navigators",
+            spoil: |folder| in_mission(folder, "[navigator]\nkind = \"sketch\"\ndrawing =", "[sketch]\nfile ="),
+            says: &["room.toml", "an old mission file", "`sketch.file` to `navigator.drawing`"],
+        },
+        Case {
+            story: "a navigator that nobody built",
+            spoil: |folder| in_mission(folder, "kind = \"sketch\"", "kind = \"stars\""),
+            says: &["room.toml", "navigator.kind", "expected one of sketch", "stars"],
+        },
+        Case {
+            story: "a method by its old name",
+            spoil: |folder| in_mission(folder, "drawing =", "method = \"ours\"\ndrawing ="),
+            says: &["room.toml", "navigator.method", "beam, boniardi-2015, ", "ours"],
+        },
+        Case {
             story: "no task",
             spoil: |folder| {
                 let text = fs::read_to_string(folder.join(room::MISSION)).unwrap();

@@ -87,12 +87,27 @@ fn a_bad_mission_file_is_refused() {
         Case {
             story: "no TOML",
             spoil: |folder| in_mission(folder, "[[task]]", "[[task"),
-            says: &["room.toml", "line 16"],
+            says: &["room.toml", "line 17"],
         },
         Case {
             story: "a key that nobody knows",
             spoil: |folder| in_mission(folder, "time_limit_s = 60", "time_limit = 60"),
-            says: &["room.toml", "unknown field `time_limit`", "time_limit_s"],
+            says: &["room.toml", "task 1 (next door).time_limit: unknown key", "time_limit_s"],
+        },
+        Case {
+            story: "a mission of before there were several navigators",
+            spoil: |folder| in_mission(folder, "[navigator]\nkind = \"sketch\"\ndrawing =", "[sketch]\nfile ="),
+            says: &["room.toml", "an old mission file", "`sketch.file` to `navigator.drawing`"],
+        },
+        Case {
+            story: "a navigator that nobody built",
+            spoil: |folder| in_mission(folder, "kind = \"sketch\"", "kind = \"stars\""),
+            says: &["room.toml", "navigator.kind", "expected one of sketch", "stars"],
+        },
+        Case {
+            story: "a method by its old name",
+            spoil: |folder| in_mission(folder, "drawing =", "method = \"ours\"\ndrawing ="),
+            says: &["room.toml", "navigator.method", "beam, boniardi-2015, ", "ours"],
         },
         Case {
             story: "no task",
@@ -111,7 +126,7 @@ fn a_bad_mission_file_is_refused() {
         Case {
             story: "no drawing",
             spoil: |folder| fs::remove_file(folder.join(room::DRAWING)).unwrap(),
-            says: &["room.toml", "sketch.file", "expected an existing file", "room.svg"],
+            says: &["room.toml", "navigator.drawing", "expected an existing file", "room.svg"],
         },
         Case {
             story: "no floor plan",
@@ -153,7 +168,7 @@ fn a_wrong_parameter_is_answered_with_the_right_ones() {
         Case {
             story: "a service without parameters",
             spoil: |folder| with_parameter(folder, "[parameters.recorder]\nbuffer = 2"),
-            says: &["room.toml", "recorder", "`sketcher`, `localizer`, `planner`"],
+            says: &["room.toml", "recorder", "sketcher, localizer, planner"],
         },
     ]);
 }

@@ -14,8 +14,10 @@ fn eval(place: &Place, arguments: &str) -> Ended {
 #[test]
 fn trials_by_the_processes_give_the_same_messages() {
     let place = Place::new();
-    let ended =
-        eval(&place, "laboratory --drawings a --trials 1 --method ours,paper --check-processes 2 --json");
+    let ended = eval(
+        &place,
+        "laboratory --drawings a --trials 1 --method beam,boniardi-2015 --check-processes 2 --json",
+    );
     assert_eq!(ended.code, Some(0), "{ended}");
     let found = &ended.json()["processes"];
     assert_eq!((&found["checked"], &found["identical"]), (&2.into(), &2.into()), "{found:#}");

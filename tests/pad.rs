@@ -64,7 +64,8 @@ fn strokes() -> Vec<u8> {
 fn route() -> Value {
     let mission = std::fs::read_to_string(repository().join(LABORATORY)).unwrap();
     let mission = sketchnav_schemas::mission::Mission::parse(&mission).unwrap();
-    json!({ "route": mission.task[0].route.clone().unwrap() })
+    let sketch = sketchnav_schemas::sketch_mission::SketchMission::of(&mission).unwrap();
+    json!({ "route": sketch.tasks[0].aim.route().unwrap() })
 }
 
 /// What an answer says, in the order of the alphabet.

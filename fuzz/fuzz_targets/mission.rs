@@ -3,7 +3,8 @@
 
 use libfuzzer_sys::fuzz_target;
 use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::sketch_mission::SketchMission;
 
 fuzz_target!(|text: &str| {
-    let _ = Mission::parse(text);
+    let _ = Mission::parse(text).map(|mission| SketchMission::of(&mission));
 });

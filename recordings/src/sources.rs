@@ -1,5 +1,5 @@
-//! The files that a run is made of, inside its recording: the drawing, and the map or floor plan of the
-//! world. With them a recording can be executed once more where those files are not, or have changed.
+//! The files that a run is made of, inside its recording: what its navigator is given, and the map or floor plan of
+//! the world. With them a recording can be executed once more where those files are not, or have changed.
 //!
 //! A map's picture is found by the line `image:` of its YAML. What cannot be read is left out: a recording
 //! is not refused for it.
@@ -11,19 +11,21 @@ use sketchnav_schemas::mission::Mission;
 use crate::reader::{Attachment, Recording};
 
 /// Folders inside the recording.
-const SKETCH: &str = "sketch/";
+const NAVIGATOR: &str = "navigator/";
 const WORLD: &str = "world/";
 /// Larger files are not taken along.
 const MAX_BYTES: u64 = 32 << 20;
 
 /// Whether an attachment of this name is one of the files that the run is made of.
 pub fn is_source(name: &str) -> bool {
-    name.starts_with(SKETCH) || name.starts_with(WORLD)
+    name.starts_with(NAVIGATOR) || name.starts_with(WORLD)
 }
 
 /// Reads the files that a mission names; its paths are absolute.
 pub fn read(mission: &Mission) -> Vec<Attachment> {
-    let mut files: Vec<_> = file(SKETCH, Path::new(&mission.sketch.file)).into_iter().collect();
+    let mut given = mission.clone();
+    let mut files: Vec<_> =
+        given.navigator_files_mut().filter_map(|(_, path)| file(NAVIGATOR, Path::new(path))).collect();
     let world = &mission.world;
     files.extend(world.floor_plan.iter().filter_map(|path| file(WORLD, Path::new(path))));
     for path in world.map.iter().map(Path::new) {
@@ -90,7 +92,7 @@ pub fn unpack(recording: &Recording, mission: &mut Mission, folder: &Path) -> st
             there.clone_into(path);
         }
     };
-    moved(SKETCH, &mut mission.sketch.file);
+    mission.navigator_files_mut().for_each(|(_, path)| moved(NAVIGATOR, path));
     mission.world.floor_plan.iter_mut().for_each(|path| moved(WORLD, path));
     mission.world.map.iter_mut().for_each(|path| moved(WORLD, path));
     Ok(())

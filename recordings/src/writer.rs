@@ -15,11 +15,13 @@ use std::io::Write;
 
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions, records};
-use sketchnav_schemas::channels::{self, Channel, ChannelSpec};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec, NAVIGATORS};
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased::{self, Spare};
 use sketchnav_schemas::message::{Message, Odometry};
 use sketchnav_schemas::ros2::{Ros2Error, transforms};
 use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::sketch_mission::method_word;
 
 use crate::content::RawMessage;
 use crate::error::RecordingError;
@@ -322,7 +324,7 @@ fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), Recordi
     let facts = [
         ("mission", run.mission.name.clone()),
         ("robot", run.robot.name.clone()),
-        ("method", run.mission.method.to_string()),
+        ("method", method_word(&run.mission).unwrap_or_default().to_owned()),
         ("seed", run.seed.to_string()),
         ("pace", pace),
         ("system", run.system.clone()),
@@ -339,9 +341,8 @@ fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), Recordi
 
 fn parameters(run: &RunConfig) -> Result<BTreeMap<String, String>, RecordingError> {
     let given = &run.mission.parameters;
-    let tables =
-        [("sketcher", &given.sketcher), ("localizer", &given.localizer), ("planner", &given.planner)];
-    tables.into_iter().map(|(name, table)| Ok((name.to_owned(), to_toml("parameters", table)?))).collect()
+    let table = |process: Process| Ok((process.word().to_owned(), to_toml("parameters", given.of(process))?));
+    NAVIGATORS.into_iter().map(table).collect()
 }
 
 fn to_toml(what: &'static str, value: &impl serde::Serialize) -> Result<String, RecordingError> {

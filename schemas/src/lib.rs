@@ -4,7 +4,8 @@
 //! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form; [`valid`]: what they may hold.
 //! - [`channels`]: the pipeline: who writes what, who may read it, in which order; [`erased`]: messages by bytes.
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
-//! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`method`]: a choice in them.
+//! - [`mission`], [`floor_plan`], [`robot`]: the files that people write.
+//! - [`sketch_mission`]: what of a mission belongs to the navigator in drawings; [`method`]: its methods.
 //! - [`run`]: what a process is told at its start; [`seed`]: random streams.
 //!
 //! Nothing here opens a file, reads a clock or knows how a message travels.
@@ -25,5 +26,6 @@ pub mod run;
 #[cfg(any(test, feature = "samples"))]
 pub mod samples;
 pub mod seed;
+pub mod sketch_mission;
 pub mod time;
 pub mod valid;

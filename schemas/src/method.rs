@@ -1,38 +1,53 @@
-//! The methods that can be told to drive: ours, and the published ones that it is measured against.
+//! The methods of the kind `sketch`: this project's, and the published ones that it is measured against.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Which set of parameters the localizer and the planner begin with: the key `method` of a mission.
+/// Which set of parameters the localizer and the planner begin with: the key `navigator.method` of a mission.
 /// The mission's tables `parameters.localizer` and `parameters.planner` change single values of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(try_from = "String", into = "&'static str")]
 pub enum Method {
-    /// This project's own.
+    /// This project's own: beams are weighed by what the drawing lets them see.
     #[default]
-    Ours,
-    /// Boniardi et al. 2015 (paper 001): two local scales, tracked.
-    Paper,
+    Beam,
+    /// Boniardi et al. 2015: two local scales, tracked.
+    Boniardi2015,
     /// Its special case without tracking: one scale for both directions, as the first scan says it.
-    FixedScale,
-    /// Its special case of its predecessor (Behzadian et al. 2015): one local scale, tracked.
-    OneScale,
+    Boniardi2015FixedScale,
+    /// Its predecessor, Behzadian et al. 2015: one local scale, tracked.
+    Behzadian2015,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 4] = [Self::Ours, Self::Paper, Self::FixedScale, Self::OneScale];
+    pub const ALL: [Self; 4] =
+        [Self::Beam, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
 
     /// The word for people and files.
     pub const fn word(self) -> &'static str {
         match self {
-            Self::Ours => "ours",
-            Self::Paper => "paper",
-            Self::FixedScale => "fixed-scale",
-            Self::OneScale => "one-scale",
+            Self::Beam => "beam",
+            Self::Boniardi2015 => "boniardi-2015",
+            Self::Boniardi2015FixedScale => "boniardi-2015-fixed-scale",
+            Self::Behzadian2015 => "behzadian-2015",
         }
+    }
+}
+
+impl TryFrom<String> for Method {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        word.parse()
+    }
+}
+
+impl From<Method> for &'static str {
+    fn from(method: Method) -> Self {
+        method.word()
     }
 }
 
@@ -62,7 +77,11 @@ mod tests {
             assert_eq!(method.word().parse(), Ok(method));
             assert_eq!(toml::Value::try_from(method).unwrap().as_str(), Some(method.word()));
         }
-        let error = "theirs".parse::<Method>().unwrap_err();
-        assert!(error.contains("ours, paper, fixed-scale, one-scale") && error.contains("theirs"), "{error}");
+        // The words of before are answered with those of now.
+        for old in ["ours", "paper", "fixed-scale", "one-scale"] {
+            let error = old.parse::<Method>().unwrap_err();
+            let words = "beam, boniardi-2015, boniardi-2015-fixed-scale, behzadian-2015";
+            assert!(error.contains(words) && error.contains(old), "{error}");
+        }
     }
 }

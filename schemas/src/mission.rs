@@ -1,13 +1,20 @@
-//! Missions: which world, which robot, which drawing, where to go.
+//! Missions: which world, which robot, which navigator, which tasks.
+//!
+//! A [`Mission`] holds what is common to all kinds of navigators. What belongs to one kind is kept as it stands in the
+//! file ([`NavigatorChoice::given`], [`Task::given`]); the kind reads it and checks it, as
+//! [`SketchMission`](crate::sketch_mission::SketchMission) does.
 
+use std::collections::BTreeMap;
 use std::str::FromStr;
+use std::sync::LazyLock;
 
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Serialize};
 
+use crate::channels::{NAVIGATORS, words};
+use crate::codes::Process;
 use crate::floor_plan::{Furniture, Person};
-use crate::message::{MAX_ROUTE_POINTS, MAX_TASKS};
-use crate::method::Method;
+use crate::message::MAX_TASKS;
 
 /// A mission file. Parsed from TOML by [`Mission::parse`]; paths are relative to the file's folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,18 +27,15 @@ pub struct Mission {
     pub description: String,
     /// `robotino`, `turtlebot3`, or the path of a robot file.
     pub robot: String,
-    /// How the robot finds its way.
-    #[serde(default)]
-    pub method: Method,
+    /// Which navigator drives, and what a person gives it.
+    pub navigator: NavigatorChoice,
     /// Where it truly happens.
     pub world: WorldSource,
-    /// Where the robot starts.
+    /// Where the robot truly starts.
     pub start: Start,
-    /// What the person drew.
-    pub sketch: SketchSource,
     /// Where to go, in order.
     pub task: Vec<Task>,
-    /// Parameters of the services, by service; what is left out keeps its default.
+    /// Parameters of the navigator's processes; what is left out keeps its default.
     #[serde(default)]
     pub parameters: Parameters,
 }
@@ -54,59 +58,31 @@ pub struct WorldSource {
     pub person: Vec<Person>,
 }
 
-/// Where the robot starts, in the world and in the drawing.
+/// Which navigator drives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NavigatorChoice {
+    /// Its word: `sketch`.
+    pub kind: String,
+    /// The other keys of the table; they belong to the kind.
+    #[serde(flatten)]
+    pub given: toml::Table,
+}
+
+/// Where the robot truly starts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
-    /// True position, metres.
+    /// Position, metres.
     pub world: [f64; 2],
-    /// True heading, degrees counter-clockwise from the world's x axis.
+    /// Heading, degrees counter-clockwise from the world's x axis.
     pub world_heading_deg: f64,
-    /// Position in the drawing, image pixels (column, row; row 0 at the top). May be left out where
-    /// the first task is a drawn route or the drawing itself holds the start.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sketch: Option<[f64; 2]>,
-    /// Heading in the drawing, degrees counter-clockwise from "to the right" as one looks at it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sketch_heading_deg: Option<f64>,
 }
 
-/// The drawing.
+/// A task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SketchSource {
-    /// PNG, JPEG, SVG or strokes in JSON.
-    pub file: String,
-    /// Whether the walls are dark lines, light lines, or to be found out.
-    #[serde(default)]
-    pub walls: WallTone,
-}
-
-/// Which tone of a picture is a wall.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum WallTone {
-    /// To be found out.
-    #[default]
-    Auto,
-    /// Dark on light.
-    Dark,
-    /// Light on dark.
-    Light,
-}
-
-/// A task: a goal, or a drawn route.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Task {
     /// Name, for people: `0 → 1`.
     pub name: String,
-    /// The goal, image pixels (column, row).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub goal: Option<[f64; 2]>,
-    /// Or a route to follow, image pixels, two points or more.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub route: Option<Vec<[f64; 2]>>,
     /// Which place of the true world counts as there. Who drives by a drawing alone may leave it out: then the
     /// robot's own word counts.
     #[serde(default, skip_serializing_if = "Place::is_unknown")]
@@ -114,6 +90,9 @@ pub struct Task {
     /// Simulation time, seconds.
     #[serde(default = "time_limit_s")]
     pub time_limit_s: f64,
+    /// The other keys of the table; they belong to the kind of navigator.
+    #[serde(flatten)]
+    pub given: toml::Table,
 }
 
 fn time_limit_s() -> f64 {
@@ -135,28 +114,40 @@ pub struct Place {
     pub radius_m: Option<f64>,
 }
 
-/// Parameters by service, each a table that the service itself checks.
+/// Parameters by process, each a table that its stage checks.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Parameters {
-    /// Of the sketcher.
-    #[serde(default)]
-    pub sketcher: toml::Table,
-    /// Of the localizer.
-    #[serde(default)]
-    pub localizer: toml::Table,
-    /// Of the planner.
-    #[serde(default)]
-    pub planner: toml::Table,
-}
+#[serde(try_from = "BTreeMap<String, toml::Table>")]
+pub struct Parameters(BTreeMap<String, toml::Table>);
 
 impl Parameters {
+    /// The table of a process; empty where the mission has none.
+    pub fn of(&self, process: Process) -> &toml::Table {
+        static EMPTY: LazyLock<toml::Table> = LazyLock::new(toml::Table::new);
+        self.0.get(process.word()).unwrap_or(&EMPTY)
+    }
+
+    /// The table of a process, to be changed.
+    pub fn of_mut(&mut self, process: Process) -> &mut toml::Table {
+        self.0.entry(process.word().to_owned()).or_default()
+    }
+
     /// Takes over every key of `other`.
     pub fn extend(&mut self, other: &Self) {
-        let Self { sketcher, localizer, planner } = other;
-        self.sketcher.extend(sketcher.clone());
-        self.localizer.extend(localizer.clone());
-        self.planner.extend(planner.clone());
+        for (process, table) in &other.0 {
+            self.0.entry(process.clone()).or_default().extend(table.clone());
+        }
+    }
+}
+
+impl TryFrom<BTreeMap<String, toml::Table>> for Parameters {
+    type Error = String;
+
+    fn try_from(tables: BTreeMap<String, toml::Table>) -> Result<Self, String> {
+        let is_known = |word: &str| NAVIGATORS.iter().any(|process| process.word() == word);
+        match tables.keys().find(|word| !is_known(word)) {
+            Some(found) => Err(format!("parameters: expected one of {}, found `{found}`", words(NAVIGATORS))),
+            None => Ok(Self(tables)),
+        }
     }
 }
 
@@ -183,11 +174,17 @@ pub fn overlaid<T: Serialize + DeserializeOwned>(
 }
 
 /// What is wrong with a mission.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MissionError {
     /// No TOML, a key that is not known, a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
+    /// Keys of a mission file as sketchnav had them before there were several navigators.
+    #[error("an old mission file: add `kind = \"sketch\"` to a table [navigator], and move {moves}")]
+    Old {
+        /// Each old key and its new place.
+        moves: String,
+    },
     /// A value that cannot be.
     #[error("{key}: expected {expected}, found {found}")]
     Value {
@@ -198,23 +195,71 @@ pub enum MissionError {
         /// What stands there.
         found: String,
     },
+    /// A key that its kind of navigator does not have, or whose value it cannot read.
+    #[error("{key}: {reason}")]
+    Key {
+        /// The key.
+        key: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+/// Keys that a mission file had before there were several navigators: table, key, new place.
+const OLD_KEYS: [(&str, &str, &str); 5] = [
+    ("", "method", "navigator.method"),
+    ("sketch", "file", "navigator.drawing"),
+    ("sketch", "walls", "navigator.walls"),
+    ("start", "sketch", "navigator.start"),
+    ("start", "sketch_heading_deg", "navigator.start_heading_deg"),
+];
+
+fn refuse_old(file: &toml::Table) -> Result<(), MissionError> {
+    let has = |table: &str, key: &str| match table {
+        "" => file.contains_key(key),
+        _ => file.get(table).and_then(|table| table.get(key)).is_some(),
+    };
+    let old = OLD_KEYS.iter().filter(|(table, key, _)| has(table, key));
+    let moves: Vec<_> = old
+        .map(|(table, key, new)| match *table {
+            "" => format!("`{key}` to `{new}`"),
+            table => format!("`{table}.{key}` to `{new}`"),
+        })
+        .collect();
+    if moves.is_empty() { Ok(()) } else { Err(MissionError::Old { moves: moves.join(", ") }) }
 }
 
 impl Mission {
-    /// Reads a mission file and checks all that can be checked without opening another file.
+    /// Reads a mission file and checks all that is common to every kind of navigator.
     ///
     /// # Errors
     /// [`MissionError`] with the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, MissionError> {
+        let file: toml::Table = toml::from_str(text)?;
+        refuse_old(&file)?;
         let mission: Self = toml::from_str(text)?;
-        check_finite("", &toml::Value::Table(toml::from_str(text)?))?;
+        check_finite("", &toml::Value::Table(file))?;
         mission.check()?;
         Ok(mission)
     }
 
     /// The kind of navigator that drives it.
     pub fn navigator_kind(&self) -> &str {
-        "sketch"
+        &self.navigator.kind
+    }
+
+    /// The files that are given to the navigator, each with its key: `drawing`, and every key that ends in `_file`, of
+    /// the table `navigator` or of a task.
+    pub fn navigator_files_mut(&mut self) -> impl Iterator<Item = (String, &mut String)> {
+        let numbered = self.task.iter_mut().enumerate();
+        let tasks = numbered.map(|(i, task)| (task_key(i + 1, &task.name), &mut task.given));
+        let tables = std::iter::once(("navigator".to_owned(), &mut self.navigator.given)).chain(tasks);
+        tables.flat_map(|(name, table)| {
+            table.iter_mut().filter_map(move |(key, value)| match value {
+                toml::Value::String(file) if names_a_file(key) => Some((format!("{name}.{key}"), file)),
+                _ => None,
+            })
+        })
     }
 
     fn check(&self) -> Result<(), MissionError> {
@@ -222,33 +267,28 @@ impl Mission {
         check(sources == 1, || "world".into(), "one of floor_plan and map", || sources.to_string())?;
         let tasks = self.task.len();
         check((1..=MAX_TASKS).contains(&tasks), || "task".into(), "1 to 64 tasks", || tasks.to_string())?;
-        let points: usize = self.task.iter().map(Task::point_count).sum();
-        let expected = "at most 8192 points of all goals and routes";
-        check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
-        let start = &self.start;
-        check_heading("start.world_heading_deg", start.world_heading_deg)?;
-        check_heading("start.sketch_heading_deg", start.sketch_heading_deg.unwrap_or_default())?;
+        check_heading("start.world_heading_deg", self.start.world_heading_deg)?;
         check_name("name", &self.name)?;
         self.task.iter().enumerate().try_for_each(|(i, task)| task.check(i + 1))
     }
 }
 
-impl Task {
-    fn point_count(&self) -> usize {
-        self.route.as_ref().map_or(1, Vec::len)
-    }
+fn names_a_file(key: &str) -> bool {
+    key == "drawing" || key.ends_with("_file")
+}
 
+/// What errors call a task.
+pub(crate) fn task_key(number: usize, name: &str) -> String {
+    format!("task {number} ({name})")
+}
+
+impl Task {
     fn check(&self, number: usize) -> Result<(), MissionError> {
-        let key = |part: &str| format!("task {number} ({}){part}", self.name);
-        let kinds = usize::from(self.goal.is_some()) + usize::from(self.route.is_some());
-        check(kinds == 1, || key(""), "one of goal and route", || kinds.to_string())?;
-        if let Some(route) = &self.route {
-            check(route.len() >= 2, || key(".route"), "2 points or more", || route.len().to_string())?;
-        }
-        check_name(&key(".name"), &self.name)?;
+        let key = |part: &str| format!("{}.{part}", task_key(number, &self.name));
+        check_name(&key("name"), &self.name)?;
         let limit = self.time_limit_s;
-        check(limit > 0.0, || key(".time_limit_s"), "a number above 0", || limit.to_string())?;
-        self.there.check(&key(".there"))
+        check(limit > 0.0, || key("time_limit_s"), "a number above 0", || limit.to_string())?;
+        self.there.check(&key("there"))
     }
 }
 
@@ -305,7 +345,7 @@ fn inside(polygon: &[[f64; 2]], x: f64, y: f64) -> bool {
 }
 
 /// TOML knows `nan` and `inf`; no key of a mission does.
-fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
+pub(crate) fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
     match value {
         toml::Value::Float(number) => {
             check(number.is_finite(), || key.to_owned(), "a finite number", || number.to_string())
@@ -324,7 +364,7 @@ fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
     }
 }
 
-fn check_heading(key: &str, degrees: f64) -> Result<(), MissionError> {
+pub(crate) fn check_heading(key: &str, degrees: f64) -> Result<(), MissionError> {
     check(degrees.abs() <= 360.0, || key.to_owned(), "degrees from -360 to 360", || degrees.to_string())
 }
 
@@ -334,7 +374,7 @@ fn check_name(key: &str, name: &str) -> Result<(), MissionError> {
     check(holds, || key.to_owned(), "a name without control characters", || format!("{name:?}"))
 }
 
-fn check(
+pub(crate) fn check(
     holds: bool,
     key: impl FnOnce() -> String,
     expected: &'static str,
@@ -351,8 +391,8 @@ mod tests {
         name = "m"
         robot = "robotino"
         world = { map = "floor.yaml" }
-        start = { world = [1.0, 1.0], world_heading_deg = 90, sketch = [1, 1], sketch_heading_deg = 90 }
-        sketch = { file = "s.png" }
+        start = { world = [1.0, 1.0], world_heading_deg = 90 }
+        navigator = { kind = "sketch", drawing = "s.png", start = [1, 1], start_heading_deg = 90 }
         [[task]]
         name = "kitchen"
         goal = [3, 4]
@@ -370,12 +410,60 @@ mod tests {
     }
 
     #[test]
-    fn the_method_is_ours_where_none_is_named() {
-        assert_eq!(Mission::parse(MISSION).unwrap().method, Method::Ours);
-        let named = MISSION.replace("robot =", "method = \"one-scale\"\nrobot =");
-        assert_eq!(Mission::parse(&named).unwrap().method, Method::OneScale);
-        let error = refusal("robot =", "method = \"theirs\"\nrobot =");
-        assert!(error.contains("`fixed-scale`") && error.contains("theirs"), "{error}");
+    fn a_mission_is_written_as_it_is_read() {
+        let mission = Mission::parse(&format!("{MISSION}\n[parameters.planner]\nmargin_m = 0.1")).unwrap();
+        assert_eq!(Mission::parse(&toml::to_string(&mission).unwrap()).unwrap(), mission);
+        let json = serde_json::to_string(&mission).unwrap();
+        assert_eq!(serde_json::from_str::<Mission>(&json).unwrap(), mission);
+    }
+
+    #[test]
+    fn what_belongs_to_another_kind_is_kept() {
+        let other =
+            MISSION.replace("kind = \"sketch\"", "kind = \"walls\", side = \"left\", plan_file = \"p.txt\"");
+        let mut mission = Mission::parse(&other.replace("goal = [3, 4]", "rounds = 2")).unwrap();
+        assert_eq!(mission.navigator_kind(), "walls");
+        assert_eq!(mission.navigator.given["side"].as_str(), Some("left"));
+        assert_eq!(mission.task[0].given["rounds"].as_integer(), Some(2));
+        let files: Vec<_> = mission.navigator_files_mut().map(|(key, file)| (key, file.clone())).collect();
+        let expected = [("navigator.drawing", "s.png"), ("navigator.plan_file", "p.txt")];
+        assert_eq!(files, expected.map(|(key, file)| (key.to_owned(), file.to_owned())));
+    }
+
+    #[test]
+    fn an_old_file_is_answered_with_what_to_change() {
+        let navigator = MISSION.lines().find(|line| line.contains("navigator =")).unwrap();
+        let start = "world_heading_deg = 90 }";
+        for (from, to, old, new) in [
+            (navigator, "sketch = { file = \"s.png\" }", "sketch.file", "navigator.drawing"),
+            (navigator, "sketch = { walls = \"dark\" }", "sketch.walls", "navigator.walls"),
+            ("robot =", "method = \"ours\"\nrobot =", "method", "navigator.method"),
+            (start, "world_heading_deg = 90, sketch = [1, 1] }", "start.sketch", "navigator.start"),
+            (
+                start,
+                "world_heading_deg = 90, sketch_heading_deg = 90 }",
+                "start.sketch_heading_deg",
+                "navigator.start_heading_deg",
+            ),
+        ] {
+            let error = refusal(from, to);
+            assert!(error.contains("old mission file") && error.contains("kind = \"sketch\""), "{error}");
+            assert!(error.contains(&format!("`{old}` to `{new}`")), "{error}");
+        }
+    }
+
+    #[test]
+    fn parameters_are_of_processes_that_there_are() {
+        let error = refusal("[[task]]", "parameters = { mapper = { a = 1 } }\n[[task]]");
+        assert!(
+            error.contains("expected one of sketcher, localizer, planner") && error.contains("`mapper`"),
+            "{error}"
+        );
+        let mut parameters: Parameters = "localizer.beams = 48".parse().unwrap();
+        parameters.extend(&"planner.margin_m = 0.1".parse().unwrap());
+        assert_eq!(parameters.of(Process::Localizer)["beams"].as_integer(), Some(48));
+        assert_eq!(parameters.of(Process::Planner)["margin_m"].as_float(), Some(0.1));
+        assert!(parameters.of(Process::Sketcher).is_empty());
     }
 
     #[test]
@@ -409,7 +497,7 @@ mod tests {
         // One of these once reached the services as `null` in a file of ours.
         for (from, to, key) in [
             ("world_heading_deg = 90", "world_heading_deg = nan", "start.world_heading_deg"),
-            ("sketch = [1, 1]", "sketch = [nan, 1]", "start.sketch[0]"),
+            ("start = [1, 1]", "start = [nan, 1]", "navigator.start[0]"),
             ("radius_m = 1.0", "radius_m = inf", "task 1.there.radius_m"),
         ] {
             let error = refusal(from, to);

@@ -31,11 +31,13 @@ fn read(path: &Path) -> Result<(Mission, Robot), SimError> {
     for (key, file) in [
         ("world.floor_plan", world.floor_plan.as_mut()),
         ("world.map", world.map.as_mut()),
-        ("sketch.file", Some(&mut mission.sketch.file)),
         ("robot", robot_is_file.then_some(&mut mission.robot)),
     ] {
         let Some(file) = file else { continue };
         *file = resolve(&folder, key, file)?;
+    }
+    for (key, file) in mission.navigator_files_mut() {
+        *file = resolve(&folder, &key, file)?;
     }
     let robot = files::robot(&mission.robot)?;
     Ok((mission, robot))

@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::sketch_mission::SketchMission;
 
 use super::{Ended, Place, Running, repository, skipped};
 
@@ -50,7 +51,8 @@ impl Browser {
     /// Has a person's pen draw, send, drive, stop and arrive on the page at `link`; what was measured is its output.
     pub fn draws_and_drives(&self, place: &Place, link: &str, feed_seconds: u32) -> Ended {
         let route = place.files().join("route.json");
-        fs::write(&route, serde_json::to_vec(&mission().task[0].route).unwrap()).unwrap();
+        let sketch = SketchMission::of(&mission()).unwrap();
+        fs::write(&route, serde_json::to_vec(&sketch.tasks[0].aim.route()).unwrap()).unwrap();
         let mut script = Command::new("node");
         script.arg(repository().join("tests/pad/browser.mjs")).arg(link);
         script.arg(repository().join(format!("{MISSION}.json"))).arg(route).arg(place.files());

@@ -20,11 +20,12 @@ floor_plan = "room.floor.toml"
 [start]
 world = [1.0, 1.0]
 world_heading_deg = 0
-sketch = [120, 320]
-sketch_heading_deg = 0
 
-[sketch]
-file = "room.svg"
+[navigator]
+kind = "sketch"
+drawing = "room.svg"
+start = [120, 320]
+start_heading_deg = 0
 
 [[task]]
 name = "next door"

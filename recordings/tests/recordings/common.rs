@@ -27,8 +27,9 @@ floor_plan = "rooms.toml"
 [start]
 world = [1.0, 1.0]
 world_heading_deg = 0.0
-[sketch]
-file = "rooms.png"
+[navigator]
+kind = "sketch"
+drawing = "rooms.png"
 [[task]]
 name = "0 → 1"
 goal = [30.0, 10.0]

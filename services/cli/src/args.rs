@@ -191,8 +191,9 @@ pub struct DeformOptions {
 /// How to run a suite.
 #[derive(Debug, Clone, Args)]
 pub struct EvalOptions {
-    /// ours, paper, fixed-scale or one-scale; several, separated by commas, are driven side by side.
-    #[arg(long = "method", default_value = "ours", value_delimiter = ',')]
+    /// beam, boniardi-2015, boniardi-2015-fixed-scale or behzadian-2015; several, separated by commas, are driven
+    /// side by side.
+    #[arg(long = "method", default_value = "beam", value_delimiter = ',')]
     pub methods: Vec<Method>,
     /// Repetitions of each trial, each with a seed of its own; left out, as many as the suite has.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]

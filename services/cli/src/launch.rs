@@ -11,10 +11,26 @@ use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_supervisor::{Error as SystemError, Grace, ProcessLine};
 
 use crate::args::SystemOptions;
-use crate::failure::Failure;
+use crate::failure::{Failure, OrInput};
 use crate::folder::plain_name;
 use crate::link::Link;
 use crate::output::say;
+
+/// Reads a mission and its robot, and checks what its navigator demands of them. A method that is named on the command
+/// line goes before the mission's.
+///
+/// # Errors
+/// The file, the key, and what was expected there.
+pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Failure> {
+    let (mut mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
+    if let Some(method) = &options.method {
+        mission.navigator.given.insert("method".to_owned(), method.as_str().into());
+    }
+    let navigator = sketchnav_navigators::of(&mission).map_err(Into::into);
+    let checked = navigator.and_then(|navigator| (navigator.check)(&mission, &robot));
+    checked.map_err(|error| anyhow!("{}: {error}", path.display())).or_input()?;
+    Ok((mission, robot))
+}
 
 /// A run of `mission` with `robot`, recorded in `folder`.
 ///
@@ -23,11 +39,10 @@ use crate::output::say;
 pub fn configure(
     options: &SystemOptions,
     folder: &Path,
-    mut mission: Mission,
+    mission: Mission,
     robot: Robot,
     (pace, pad): (Pace, Pad),
 ) -> anyhow::Result<RunConfig> {
-    mission.method = options.method.unwrap_or(mission.method);
     let name = plain_name(&mission.name);
     let recording = folder.join(format!("{name}.mcap")).into_os_string().into_string();
     let recording =

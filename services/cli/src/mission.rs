@@ -13,10 +13,10 @@ use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
-use crate::args::RunOptions;
+use crate::args::{RunOptions, SystemOptions};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::{create, plain_name};
-use crate::launch::{classify, configure, discard, grace, lines};
+use crate::launch::{classify, configure, discard, grace, lines, load};
 use crate::link::Link;
 use crate::output::say;
 use crate::report;
@@ -34,22 +34,22 @@ const DEMO: [(&str, &[u8]); 3] = [
 /// Writes the demo's files beside its results, to be changed and run again, and runs it.
 pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
     let folder = create(&options.system.out, "demo").or_input()?;
-    let (mission, robot) = load_demo(&folder).inspect_err(|_| discard(&folder))?;
+    let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| discard(&folder))?;
     run_in(&folder, mission, robot, options)
 }
 
 /// Writes the demo's files into `folder` and reads its mission.
-pub fn load_demo(folder: &Path) -> Result<(Mission, Robot), Failure> {
+pub fn load_demo(folder: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Failure> {
     for (name, content) in DEMO {
         let path = folder.join(name);
         std::fs::write(&path, content).with_context(|| path.display().to_string()).or_input()?;
     }
-    sketchnav_sim::mission_file::load(&folder.join(DEMO[0].0)).or_input()
+    load(&folder.join(DEMO[0].0), options)
 }
 
 /// Runs the mission in the file `path`.
 pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
-    let (mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
+    let (mission, robot) = load(path, &options.system)?;
     let folder = create(&options.system.out, &plain_name(&mission.name)).or_input()?;
     run_in(&folder, mission, robot, options)
 }

@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use sketchnav_schemas::mission::{Mission, SketchSource, WallTone};
+use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
+use sketchnav_schemas::sketch_mission::{SketchMission, WallTone};
 use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::args::PadOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::{create, plain_name};
-use crate::launch::{classify, configure, discard, grace, lines};
+use crate::launch::{classify, configure, discard, grace, lines, load};
 use crate::link::Link;
 use crate::mission::load_demo;
 use crate::output::{out, say};
@@ -49,13 +50,13 @@ pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
 fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
     match &options.mission {
         Some(path) => {
-            let (mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
+            let (mission, robot) = load(path, &options.system)?;
             let folder = create(&options.system.out, &plain_name(&mission.name)).or_input()?;
             Ok((folder, mission, robot))
         }
         None => {
             let folder = create(&options.system.out, "pad").or_input()?;
-            let (mission, robot) = load_demo(&folder).inspect_err(|_| discard(&folder))?;
+            let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| discard(&folder))?;
             Ok((folder, mission, robot))
         }
     }
@@ -68,9 +69,15 @@ fn run_config(
     mut mission: Mission,
     robot: Robot,
 ) -> anyhow::Result<RunConfig> {
-    mission.sketch = SketchSource { file: sketchnav_sketcher::desk::NAME.to_owned(), walls: WallTone::Auto };
-    (mission.start.sketch, mission.start.sketch_heading_deg) = (None, None);
-    mission.task.clear();
+    let blank = SketchMission {
+        method: SketchMission::of(&mission)?.method,
+        drawing: sketchnav_sketcher::desk::NAME.to_owned(),
+        walls: WallTone::Auto,
+        start: None,
+        start_heading_deg: None,
+        tasks: Vec::new(),
+    };
+    blank.write_to(&mut mission);
     configure(&options.system, folder, mission, robot, (options.speed, Pad::Draws))
 }
 

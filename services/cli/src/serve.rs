@@ -1,7 +1,7 @@
 //! One process of a system.
 
-use sketchnav_pad::{Settings, TOKEN_VARIABLE};
 use anyhow::Context;
+use sketchnav_pad::{Settings, TOKEN_VARIABLE};
 use sketchnav_runtime::{HostError, Node, System};
 use sketchnav_schemas::codes::Process;
 
@@ -25,7 +25,7 @@ pub fn serve(process: Process, system: &str, site: PadSite) -> Result<Outcome, F
 
 fn host_stage(node: &Node) -> anyhow::Result<()> {
     let run = node.run_config()?;
-    let navigator = sketchnav_navigators::of(&run)?;
+    let navigator = sketchnav_navigators::of(&run.mission)?;
     let stage = navigator.stage(node.process(), &run, &sketchnav_navigators::read_file);
     let stage = stage.map_err(HostError::Stage)?;
     let mut stage = stage.with_context(|| format!("{}: hosts no stage", node.process()))?;

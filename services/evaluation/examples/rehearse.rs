@@ -15,10 +15,12 @@ use clap::Parser;
 use sketchnav_evaluation::experiments::run::Log;
 use sketchnav_evaluation::judge::judge;
 use sketchnav_rehearsal::Rehearsal;
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::sketch_mission::SketchMission;
 
 /// Drive missions in one process and print how each task ended.
 #[derive(Debug, Parser)]
@@ -33,7 +35,7 @@ struct Options {
     /// Seeds to drive with: one, or the first and the last.
     #[arg(long, value_name = "A..B", default_value = "1", value_parser = seeds)]
     seeds: RangeInclusive<u64>,
-    /// ours, paper, fixed-scale or one-scale; left out, what the mission says.
+    /// beam, boniardi-2015, boniardi-2015-fixed-scale or behzadian-2015; left out, what the mission says.
     #[arg(long)]
     method: Option<Method>,
     /// Another value of a parameter of the localizer; may be repeated.
@@ -81,8 +83,10 @@ fn rehearse_all(options: &Options) -> anyhow::Result<(usize, usize)> {
             if options.control {
                 mission = support::true_to_scale(&mission, drawing.path())?;
             }
-            mission.method = options.method.unwrap_or(mission.method);
-            mission.parameters.localizer.extend(set.clone());
+            if let Some(method) = options.method {
+                SketchMission { method, ..SketchMission::of(&mission)? }.write_to(&mut mission);
+            }
+            mission.parameters.of_mut(Process::Localizer).extend(set.clone());
             let (sum, of) = rehearse(path, mission, robot, seed, options.verbose)?;
             (reached, tasks) = (reached + sum, tasks + of);
         }

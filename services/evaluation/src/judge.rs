@@ -209,7 +209,7 @@ mod tests {
         robot = "robotino"
         world = { floor_plan = "floor.toml" }
         start = { world = [0, 0], world_heading_deg = 0 }
-        sketch = { file = "sketch.svg" }
+        navigator = { kind = "sketch", drawing = "sketch.svg" }
         [[task]]
         name = "a"
         goal = [1, 1]

@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 use sketchnav_navigation::localization::parameters::Parameters;
 use sketchnav_navigation::localization::{self, Estimate, LocalizationError, Localizer, Start};
 use sketchnav_navigation::sketch::{CellsError, Sketch};
-use sketchnav_schemas::codes::Tracking;
+use sketchnav_schemas::codes::{Process, Tracking};
 use sketchnav_schemas::geometry::{Odom, Pose};
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
-use sketchnav_schemas::mission::overlaid;
-use sketchnav_schemas::robot::{Drive, Laser, RobotError};
+use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::robot::{Drive, Laser, Robot, RobotError};
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::sketch_mission::SketchMission;
 
 /// Simulation time between two samples of the particle set.
 const PARTICLES_EVERY_NS: u64 = 1_000_000_000;
@@ -19,6 +20,9 @@ const PARTICLES_EVERY_NS: u64 = 1_000_000_000;
 /// Why the localizer cannot work.
 #[derive(Debug, thiserror::Error)]
 pub enum CoreError {
+    /// The mission's part for this navigator.
+    #[error(transparent)]
+    Mission(#[from] MissionError),
     /// The mission's table of parameters has an unknown key or a wrong type.
     #[error("parameters.localizer: {0}")]
     Parameters(#[from] toml::de::Error),
@@ -31,6 +35,18 @@ pub enum CoreError {
     /// The sketch does not hold what it says.
     #[error(transparent)]
     Cells(#[from] CellsError),
+}
+
+/// The parameters that a mission gives the localizer, and the robot's laser; the robot has odometry, too.
+///
+/// # Errors
+/// [`CoreError`] with the key of the mission, or of the robot file.
+pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), CoreError> {
+    let method = SketchMission::of(mission)?.method;
+    let parameters = overlaid(&Parameters::of(method), mission.parameters.of(Process::Localizer))?;
+    parameters.check().map_err(LocalizationError::from)?;
+    robot.odometry()?;
+    Ok((parameters, robot.laser()?.clone()))
 }
 
 /// Everything that changes from scan to scan: what a checkpoint holds. `F` is the filter's own state, or
@@ -76,11 +92,8 @@ impl Core {
     /// # Errors
     /// [`CoreError`] with the key of the mission, or of the robot file.
     pub fn new(run: &RunConfig) -> Result<Self, CoreError> {
-        let mission = &run.mission;
-        let parameters = overlaid(&Parameters::of(mission.method), &mission.parameters.localizer)?;
-        parameters.check().map_err(LocalizationError::from)?;
-        run.robot.odometry()?;
-        let (laser, drive, seed) = (run.robot.laser()?.clone(), run.robot.drive, run.seed);
+        let (parameters, laser) = demanded(&run.mission, &run.robot)?;
+        let (drive, seed) = (run.robot.drive, run.seed);
         Ok(Self {
             parameters,
             laser,

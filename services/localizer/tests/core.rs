@@ -17,8 +17,9 @@ floor_plan = "none.toml"
 [start]
 world = [0, 0]
 world_heading_deg = 0
-[sketch]
-file = "none.png"
+[navigator]
+kind = "sketch"
+drawing = "none.png"
 [[task]]
 name = "0 → 1"
 goal = [1, 1]

@@ -7,13 +7,19 @@ use std::sync::OnceLock;
 use sketchnav_localizer::Localizer;
 use sketchnav_planner::Planner;
 use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
-use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::mission::Mission;
 use sketchnav_stage::Navigator;
 
 /// Navigation in drawings (Boniardi et al. 2015, 2016).
 pub const SKETCH: Navigator = Navigator {
     kind: "sketch",
     about: "drives to goals and along routes that a person marks in a drawing of the place",
+    check: |mission, robot| {
+        sketchnav_sketcher::Options::of_mission(mission, 0)?;
+        sketchnav_localizer::core::demanded(mission, robot)?;
+        sketchnav_planner::core::parameters(mission)?;
+        Ok(())
+    },
     sketcher: sketchnav_sketcher::sketcher,
     localizer: |run, _| Ok(Box::new(Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(Planner::new(run)?)),
@@ -51,12 +57,12 @@ pub fn all() -> impl Iterator<Item = &'static Navigator> {
     NAVIGATORS.iter().chain(*REGISTERED.get_or_init(|| &[]))
 }
 
-/// The navigator that a run's mission names.
+/// The navigator that a mission names.
 ///
 /// # Errors
 /// [`UnknownNavigator`].
-pub fn of(run: &RunConfig) -> Result<&'static Navigator, UnknownNavigator> {
-    let found = run.mission.navigator_kind();
+pub fn of(mission: &Mission) -> Result<&'static Navigator, UnknownNavigator> {
+    let found = mission.navigator_kind();
     let known = || all().map(|navigator| navigator.kind).collect::<Vec<_>>().join(", ");
     let unknown = || UnknownNavigator { known: known(), found: found.to_owned() };
     all().find(|navigator| navigator.kind == found).ok_or_else(unknown)

@@ -10,8 +10,10 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use serde::Serialize;
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::geometry::Point;
-use sketchnav_schemas::mission::{Mission, SketchSource, Task, WallTone};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_sketcher::strokes::Marks;
 use sketchnav_sketcher::{Settings, route_heading_rad};
 use tempfile::Builder;
@@ -85,36 +87,38 @@ fn text(
     let mut mission = mission.clone();
     name.clone_into(&mut mission.name);
     mission.description = "Drawn on the pad.".into();
-    mission.sketch = SketchSource { file: drawing.to_owned(), walls: WallTone::Auto };
-    mission.task = tasks(&now);
     let first = placing.route.as_ref().and_then(|route| route.first().copied());
-    mission.start.sketch = placing.start.map(|start| start.at).or(first);
-    mission.start.sketch_heading_deg = placing.start.and_then(|start| start.heading_deg);
+    let mut drawn = SketchMission {
+        method: SketchMission::of(&mission).map_err(|error| failed(&error))?.method,
+        drawing: drawing.to_owned(),
+        walls: WallTone::Auto,
+        start: placing.start.map(|start| start.at).or(first),
+        start_heading_deg: placing.start.and_then(|start| start.heading_deg),
+        tasks: tasks(&now),
+    };
     // A heading that is to be found along the route that placed the robot is found in these tasks only if they begin
     // with that route.
-    if mission.start.sketch_heading_deg.is_none() && placing.route != now.route {
-        let settings = Settings::from_table(&mission.parameters.sketcher).map_err(|error| failed(&error))?;
+    if drawn.start_heading_deg.is_none() && placing.route != now.route {
+        let settings = Settings::from_table(mission.parameters.of(Process::Sketcher));
+        let settings = settings.map_err(|error| failed(&error))?;
         let route = placing.route.as_deref().unwrap_or_default();
-        mission.start.sketch_heading_deg = heading_deg(route, sketch, &settings);
+        drawn.start_heading_deg = heading_deg(route, sketch, &settings);
     }
+    // These tasks' places in the true world are not known.
+    mission.task.clear();
+    drawn.write_to(&mut mission);
     toml::to_string(&mission).map_err(|error| failed(&error))
 }
 
-fn tasks(marks: &Marks) -> Vec<Task> {
-    let task = |name: String, goal, route| Task {
-        name,
-        goal,
-        route,
-        there: Default::default(),
-        time_limit_s: TIME_LIMIT_S,
-    };
+fn tasks(marks: &Marks) -> Vec<SketchTask> {
+    let task = |name: String, aim| SketchTask { name, aim, time_limit_s: TIME_LIMIT_S };
     let named = |(i, name): (usize, &String)| match name.is_empty() {
         true => format!("goal {}", i + 1),
         false => name.clone(),
     };
     let goals =
-        marks.goals.iter().enumerate().map(|(i, goal)| task(named((i, &goal.name)), Some(goal.at), None));
-    let route = marks.route.iter().map(|route| task("route".into(), None, Some(route.clone())));
+        marks.goals.iter().enumerate().map(|(i, goal)| task(named((i, &goal.name)), Aim::Goal(goal.at)));
+    let route = marks.route.iter().map(|route| task("route".into(), Aim::Route(route.clone())));
     goals.chain(route).collect()
 }
 
@@ -159,7 +163,7 @@ mod tests {
     fn mission() -> Mission {
         Mission::parse(
             "name = 'm'\nrobot = 'robotino'\nworld = { floor_plan = '/f.toml' }\n\
-             start = { world = [1.0, 2.0], world_heading_deg = 90 }\nsketch = { file = 'x' }\n\
+             start = { world = [1.0, 2.0], world_heading_deg = 90 }\nnavigator = { kind = 'sketch', drawing = 'x' }\n\
              [[task]]\nname = 't'\ngoal = [1, 1]\n",
         )
         .unwrap()
@@ -181,10 +185,16 @@ mod tests {
     }
 
     /// What is read of the mission that is written after these marks.
-    fn written(placing: &str, marks: &str) -> Mission {
+    fn written(placing: &str, marks: &str) -> (Mission, SketchMission) {
         let text =
             text("My room", "my-room.json", &mission(), &sketch("{}", [600, 400]), &path(placing, marks));
-        Mission::parse(&text.unwrap()).unwrap()
+        read(&text.unwrap())
+    }
+
+    fn read(text: &str) -> (Mission, SketchMission) {
+        let mission = Mission::parse(text).unwrap();
+        let sketch = SketchMission::of(&mission).unwrap();
+        (mission, sketch)
     }
 
     const ROUTE: &str = r#"{"route":[[100,300],[100,200],[300,100]]}"#;
@@ -192,18 +202,18 @@ mod tests {
 
     #[test]
     fn a_drawn_path_is_a_mission() {
-        let read = written(ROUTE, ROUTE);
-        assert_eq!((read.name.as_str(), read.sketch.file.as_str()), ("My room", "my-room.json"));
-        assert_eq!((read.start.sketch, read.start.sketch_heading_deg), (Some([100.0, 300.0]), None));
-        assert_eq!(read.task[0].route.as_ref().unwrap().len(), 3);
-        assert!(read.task[0].there.is_unknown());
+        let (mission, read) = written(ROUTE, ROUTE);
+        assert_eq!((mission.name.as_str(), read.drawing.as_str()), ("My room", "my-room.json"));
+        assert_eq!((read.start, read.start_heading_deg), (Some([100.0, 300.0]), None));
+        assert_eq!(read.tasks[0].aim.route().unwrap().len(), 3);
+        assert!(mission.task[0].there.is_unknown());
     }
 
     #[test]
     fn goals_after_a_path_keep_its_start() {
-        let read = written(ROUTE, GOALS);
-        assert_eq!((read.start.sketch, read.start.sketch_heading_deg), (Some([100.0, 300.0]), Some(90.0)));
-        let names: Vec<_> = read.task.iter().map(|task| task.name.as_str()).collect();
+        let (_, read) = written(ROUTE, GOALS);
+        assert_eq!((read.start, read.start_heading_deg), (Some([100.0, 300.0]), Some(90.0)));
+        let names: Vec<_> = read.tasks.iter().map(|task| task.name.as_str()).collect();
         assert_eq!(names, ["goal 1", "hall"]);
     }
 
@@ -224,11 +234,11 @@ mod tests {
             let marks = &strokes[strokes.find("\"route\"").unwrap()..];
             let text =
                 text("m", "m.json", &mission(), &sketch(&strokes, size), &path(&format!("{{{marks}"), GOALS));
-            let saved = Mission::parse(&text.unwrap()).unwrap();
+            let (_, saved) = read(&text.unwrap());
             let drawing =
                 sketchnav_sketcher::read(strokes.as_bytes(), "m.json", &Options::default()).unwrap();
             let placed = Intent::of_marks(&drawing.marks).place(&drawing, &Settings::default()).unwrap();
-            assert_eq!(saved.start.sketch_heading_deg, Some(placed.start.yaw_rad.to_degrees()), "{size:?}");
+            assert_eq!(saved.start_heading_deg, Some(placed.start.yaw_rad.to_degrees()), "{size:?}");
         }
     }
 

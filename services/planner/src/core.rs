@@ -24,15 +24,16 @@ use serde::{Deserialize, Serialize};
 use sketchnav_navigation::planning::chart::Chart;
 use sketchnav_navigation::planning::parameters::{ParameterError, Parameters};
 use sketchnav_navigation::sketch::{CellsError, Sketch};
-use sketchnav_schemas::codes::{Order, TaskState, Tracking};
+use sketchnav_schemas::codes::{Order, Process, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Base, Pose};
 use sketchnav_schemas::message::{
     Header, LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, Text,
     VelocityCommand,
 };
-use sketchnav_schemas::mission::overlaid;
+use sketchnav_schemas::mission::{self as missions, MissionError, overlaid};
 use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::run::{Pad, RunConfig};
+use sketchnav_schemas::sketch_mission::SketchMission;
 
 use self::agenda::Task;
 use self::driving::{Driver, Verdict};
@@ -42,6 +43,9 @@ use self::report::Reason;
 /// What the planner cannot work with.
 #[derive(Debug, thiserror::Error)]
 pub enum PlannerError {
+    /// The mission's part for this navigator.
+    #[error(transparent)]
+    Mission(#[from] MissionError),
     /// The mission's table `parameters.planner` has a key that is not known or a value of the wrong type.
     #[error("parameters.planner: {0}")]
     Table(String),
@@ -107,7 +111,7 @@ impl Core {
     /// [`PlannerError`] where the mission's table `parameters.planner` is not as it should be, or the robot lacks a
     /// sensor.
     pub fn new(config: &RunConfig) -> Result<Self, PlannerError> {
-        let parameters = parameters(config)?;
+        let parameters = parameters(&config.mission)?;
         let robot = &config.robot;
         robot.odometry()?;
         Ok(Self {
@@ -364,9 +368,13 @@ impl Core {
     }
 }
 
-fn parameters(config: &RunConfig) -> Result<Parameters, PlannerError> {
-    let mission = &config.mission;
-    let parameters = overlaid(&Parameters::of(mission.method), &mission.parameters.planner)
+/// The parameters that a mission gives the planner.
+///
+/// # Errors
+/// [`PlannerError`] with the key of the mission.
+pub fn parameters(mission: &missions::Mission) -> Result<Parameters, PlannerError> {
+    let method = SketchMission::of(mission)?.method;
+    let parameters = overlaid(&Parameters::of(method), mission.parameters.of(Process::Planner))
         .map_err(|error| PlannerError::Table(error.message().to_owned()))?;
     parameters.check()?;
     Ok(parameters)

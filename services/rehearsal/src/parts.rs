@@ -95,7 +95,7 @@ impl Part {
         files: &Files<'_>,
     ) -> Result<Option<Self>, RehearsalError> {
         let began = Clock::now();
-        let navigator = sketchnav_navigators::of(run)?;
+        let navigator = sketchnav_navigators::of(&run.mission)?;
         let stage = navigator.stage(process, run, files).map_err(RehearsalError::Stage)?;
         let memory = Memory::of_writer(process, navigator.kind);
         Ok(stage.map(|stage| Self { stage, memory, spent: began.elapsed() }))

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_sketcher::{Intent, Options, preview, read};
 
 fn main() -> Result<()> {
@@ -35,7 +36,8 @@ fn main() -> Result<()> {
         drawing.wall_direction_rad.to_degrees(),
         100.0 * walls as f64 / drawing.cells.len() as f64,
     );
-    let intent = mission.as_ref().map(Intent::of_mission).unwrap_or_default();
+    let intent = mission.as_ref().map(SketchMission::of).transpose()?;
+    let intent = intent.as_ref().map(Intent::of_mission).unwrap_or_default();
     let intent = intent.or(Intent::of_marks(&drawing.marks));
     let placed = intent.place(&drawing, &options.settings);
     let places = if intent == Intent::default() { None } else { Some(placed?) };

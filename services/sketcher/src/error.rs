@@ -1,9 +1,14 @@
 //! What can be wrong with a drawing: what was expected, what was found and where.
 
+use sketchnav_schemas::mission::MissionError;
+
 /// What is wrong with a drawing, its marks, or the sketcher's parameters. Places are image pixels
 /// (column, row) of the file as the person sees it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SketchError {
+    /// The mission's part for this navigator.
+    #[error(transparent)]
+    Mission(#[from] MissionError),
     /// The file holds nothing.
     #[error("{file}: expected a drawing, found an empty file")]
     Empty {
@@ -78,14 +83,16 @@ pub enum SketchError {
         attempts: u32,
     },
     /// Neither the mission nor the drawing says where the robot starts.
-    #[error("start.sketch: expected the start in image pixels of {file}, found none in mission or drawing")]
+    #[error(
+        "navigator.start: expected the start in image pixels of {file}, found none in mission or drawing"
+    )]
     NoStart {
         /// The drawing.
         file: String,
     },
     /// Nothing says which way the robot looks at the start.
     #[error(
-        "start.sketch_heading_deg: expected degrees, or a drawn route as first task that leads more than {threshold_px:.0} px away; found neither"
+        "navigator.start_heading_deg: expected degrees, or a drawn route as first task that leads more than {threshold_px:.0} px away; found neither"
     )]
     NoHeading {
         /// How far a route must lead to tell the heading, image pixels.

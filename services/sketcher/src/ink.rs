@@ -12,7 +12,7 @@
 //! Sources: Otsu 1979 (threshold); Bradley and Roth 2007 (adaptive threshold by integral image).
 
 use image::{GrayImage, Luma};
-use sketchnav_schemas::mission::WallTone;
+use sketchnav_schemas::sketch_mission::WallTone;
 
 use crate::drawing::Kind;
 use crate::pen;

@@ -10,7 +10,7 @@ use std::ops::Range;
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 use sketchnav_schemas::message::{MAX_ROUTE_POINTS, MAX_TASKS};
-use sketchnav_schemas::mission::{Mission, Task};
+use sketchnav_schemas::sketch_mission::{SketchMission, SketchTask};
 
 use crate::drawing::Drawing;
 use crate::error::SketchError;
@@ -68,9 +68,9 @@ pub struct PlacedErrand {
 
 impl Intent {
     /// What a mission says.
-    pub fn of_mission(mission: &Mission) -> Self {
-        let errands = mission.task.iter().map(Errand::of_task).collect();
-        Self { start: mission.start.sketch, heading_deg: mission.start.sketch_heading_deg, errands }
+    pub fn of_mission(mission: &SketchMission) -> Self {
+        let errands = mission.tasks.iter().map(Errand::of_task).collect();
+        Self { start: mission.start, heading_deg: mission.start_heading_deg, errands }
     }
 
     /// What a strokes file marks: its goals in order, then its route.
@@ -117,7 +117,7 @@ impl Intent {
         let route = self.errands.first().filter(|errand| errand.points.len() > 1);
         let first_point = route.map(|errand| errand.points[0]);
         let at = self.start.or(first_point).ok_or_else(|| no_start(drawing))?;
-        let start = free(drawing, "start.sketch", at)?;
+        let start = free(drawing, "navigator.start", at)?;
         let yaw_rad = match self.heading_deg {
             Some(degrees) => degrees.to_radians(),
             None => route_heading(drawing, settings, route)?,
@@ -151,8 +151,8 @@ impl Intent {
 }
 
 impl Errand {
-    fn of_task(task: &Task) -> Self {
-        let points = task.route.clone().or(task.goal.map(|goal| vec![goal])).unwrap_or_default();
+    fn of_task(task: &SketchTask) -> Self {
+        let points = task.aim.points().to_vec();
         Self { name: task.name.clone(), points, time_limit_s: task.time_limit_s }
     }
 

@@ -1,7 +1,9 @@
 //! What can be set: the mission's `parameters.sketcher` table, and what else a reading depends on.
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::mission::{Mission, WallTone};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::sketch_mission::{SketchMission, WallTone};
 
 use crate::error::SketchError;
 
@@ -26,10 +28,10 @@ impl Options {
     /// As a mission says.
     ///
     /// # Errors
-    /// [`SketchError::Setting`] with the key of `parameters.sketcher` that cannot be.
+    /// [`SketchError::Setting`] with the key of `parameters.sketcher` that cannot be; [`SketchError::Mission`].
     pub fn of_mission(mission: &Mission, seed: u64) -> Result<Self, SketchError> {
-        let settings = Settings::from_table(&mission.parameters.sketcher)?;
-        Ok(Self { walls: mission.sketch.walls, seed, settings })
+        let settings = Settings::from_table(mission.parameters.of(Process::Sketcher))?;
+        Ok(Self { walls: SketchMission::of(mission)?.walls, seed, settings })
     }
 }
 

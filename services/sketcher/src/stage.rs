@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{DRAWING, ROUTE, SKETCH, UNDERSTOOD};
 use sketchnav_schemas::codes::DrawingKind;
 use sketchnav_schemas::message::{Header, Route, SketchMap};
-use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_stage::{Files, Heard, Hosted, Outbox, Stage, StageError};
 
 use crate::desk::{self, Change, Desk};
@@ -27,7 +27,8 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
         return Ok(Box::new(LiveSketcher { desk: Desk::new(run)?, answer: None }));
     }
     let options = Options::of_mission(&run.mission, run.seed)?;
-    Ok(Box::new(FileSketcher { bytes: load(&run.mission, files)?, mission: run.mission.clone(), options }))
+    let mission = SketchMission::of(&run.mission)?;
+    Ok(Box::new(FileSketcher { bytes: load(&mission, files)?, mission, options }))
 }
 
 /// Reads the drawing of a run and places its start and tasks in it; the mission goes before what the
@@ -37,20 +38,21 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
 /// A drawing that is missing, or that [`read`](crate::read) or [`Intent::place`] refuses.
 pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(Drawing, Places), SketchError> {
     let options = Options::of_mission(&run.mission, run.seed)?;
-    understand_bytes(&run.mission, &options, &load(&run.mission, files)?)
+    let mission = SketchMission::of(&run.mission)?;
+    understand_bytes(&mission, &options, &load(&mission, files)?)
 }
 
-fn load(mission: &Mission, files: &Files<'_>) -> Result<Vec<u8>, SketchError> {
-    let file = &mission.sketch.file;
+fn load(mission: &SketchMission, files: &Files<'_>) -> Result<Vec<u8>, SketchError> {
+    let file = &mission.drawing;
     files(file).map_err(|error| SketchError::File { file: file.clone(), reason: error.to_string() })
 }
 
 fn understand_bytes(
-    mission: &Mission,
+    mission: &SketchMission,
     options: &Options,
     bytes: &[u8],
 ) -> Result<(Drawing, Places), SketchError> {
-    let drawing = crate::read(bytes, &mission.sketch.file, options)?;
+    let drawing = crate::read(bytes, &mission.drawing, options)?;
     let intent = Intent::of_mission(mission).or(Intent::of_marks(&drawing.marks));
     let places = intent.place(&drawing, &options.settings)?;
     Ok((drawing, places))
@@ -58,7 +60,7 @@ fn understand_bytes(
 
 /// Sends the sketch and the route of the mission's drawing once; after a kill it reads the drawing again.
 struct FileSketcher {
-    mission: Mission,
+    mission: SketchMission,
     options: Options,
     bytes: Vec<u8>,
 }
@@ -133,8 +135,7 @@ impl Stage for LiveSketcher {
         let Some(Answer { kind, outcome }) = &self.answer else { return Ok(()) };
         if let Some((drawing, places)) = self.desk.placed() {
             let length = drawing.cells.len();
-            let write =
-                |map: &mut SketchMap, cells: &mut [u8]| write_sketch(drawing, places, map, cells);
+            let write = |map: &mut SketchMap, cells: &mut [u8]| write_sketch(drawing, places, map, cells);
             match outcome {
                 Ok(Change::Start) => drop(out.send_with(SKETCH, length, write)?),
                 _ => out.repeat(SKETCH, length, write)?,

@@ -15,7 +15,7 @@ use proptest::prelude::*;
 use sketchnav_schemas::channels::MAX_SKETCH_CELLS;
 use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::message::{Route, SketchMap};
-use sketchnav_schemas::mission::WallTone;
+use sketchnav_schemas::sketch_mission::WallTone;
 
 use crate::canvas::{Sheet, encoded, photographed};
 use crate::*;
@@ -259,15 +259,15 @@ fn what_cannot_be_is_refused_with_its_name_and_place() {
     let start = Some([100.0, 100.0]);
     let far = vec![errand("way", &[[100.0, 100.0], [200.0, 100.0]]), errand("kitchen", &[[10.0, 10.0]])];
     for (result, words) in [
-        (placed(None, goal([200.0, 200.0])), "start.sketch"),
-        (placed(start, goal([200.0, 200.0])), "start.sketch_heading_deg"),
+        (placed(None, goal([200.0, 200.0])), "navigator.start"),
+        (placed(start, goal([200.0, 200.0])), "navigator.start_heading_deg"),
         (
             placed(Some([300.0, 100.0]), route([150.0, 150.0])),
-            "start.sketch at (300, 100) of pad.json: expected free space, found a wall; the nearest free place is (298, 100)",
+            "navigator.start at (300, 100) of pad.json: expected free space, found a wall; the nearest free place is (298, 100)",
         ),
         (
             placed(Some([100.0, 1000.0]), route([150.0, 150.0])),
-            "start.sketch at (100, 1000): expected a place in pad.json, 600 x 400 px",
+            "navigator.start at (100, 1000): expected a place in pad.json, 600 x 400 px",
         ),
         (placed(start, route([-5.0, 150.0])), "task 1 (kitchen): route point 2 at (-5, 150)"),
         (

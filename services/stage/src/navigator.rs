@@ -1,6 +1,8 @@
 //! A navigator: the stages that a mission names.
 
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::{Hosted, StageError};
@@ -18,6 +20,9 @@ pub struct Navigator {
     pub kind: &'static str,
     /// What a person gives it, and what it drives by, in a sentence.
     pub about: &'static str,
+    /// What it demands of mission and robot, before anything starts. The files that a mission names are the loader's:
+    /// see [`Mission::navigator_files_mut`].
+    pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
     /// Takes in what a person gives.
     pub sketcher: Make,
     /// Says in what situation the robot is.

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::method::Method;
 use sketchnav_schemas::run::Pace;
 
 use super::values::{MAX_SPEED, parse_service, parse_speed};
@@ -19,9 +18,10 @@ pub struct SystemOptions {
     /// The mission's seed.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// How the robot finds its way: ours, paper, fixed-scale or one-scale; else the mission says.
+    /// How the robot finds its way, over the mission's `navigator.method`. In drawings: beam, boniardi-2015,
+    /// boniardi-2015-fixed-scale or behzadian-2015.
     #[arg(long)]
-    pub method: Option<Method>,
+    pub method: Option<String>,
     /// Folder for the recording and the pictures; made if it is missing.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,

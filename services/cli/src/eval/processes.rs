@@ -15,6 +15,7 @@ use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::sketch_mission::SketchMission;
 
 use crate::failure::Failure;
 use crate::output::say;
@@ -84,7 +85,7 @@ fn check_in(folder: &Path, jobs: &[Job<'_>], count: usize) -> Result<Check, Fail
 }
 
 fn compare(job: &Job<'_>, place: &Path) -> anyhow::Result<Option<Difference>> {
-    let run = job.trial.run(job.method, job.seed, 0);
+    let run = job.trial.run(job.method, job.seed, 0)?;
     let rehearsed = place.join("rehearsed.mcap");
     rehearse(job, &run, &rehearsed)?;
     let mission = write_mission(job, &run, place)?;
@@ -110,7 +111,9 @@ fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result
     let mut mission = Mission { robot: "robot.toml".into(), ..run.mission.clone() };
     std::fs::write(place.join("robot.toml"), toml::to_string(&run.robot)?)?;
     if let Some(bytes) = &job.trial.bytes {
-        mission.sketch.file = "drawing".into();
+        let mut sketch = SketchMission::of(&mission)?;
+        sketch.drawing = "drawing".into();
+        sketch.write_to(&mut mission);
         std::fs::write(place.join("drawing"), bytes)?;
     }
     let path = place.join("mission.toml");

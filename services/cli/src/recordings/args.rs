@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::ensure;
 use clap::{Args, Subcommand};
 use sketchnav_recordings::diff::Tolerance;
+use sketchnav_schemas::channels::NAVIGATORS;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::time::nanoseconds;
@@ -253,7 +254,8 @@ impl RerunOptions {
     pub fn parameters(&self) -> Result<Parameters, String> {
         let mut all = Parameters::default();
         for line in &self.set {
-            let named = ["sketcher.", "localizer.", "planner."].iter().any(|name| line.starts_with(name));
+            let word = line.split('.').next().unwrap_or_default().trim();
+            let named = NAVIGATORS.iter().any(|process| process.word() == word);
             let line = if named { line.clone() } else { format!("{}.{line}", self.process.word()) };
             let parsed: Parameters = line.parse().map_err(|error| format!("--set {line}: {error}"))?;
             all.extend(&parsed);

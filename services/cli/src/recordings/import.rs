@@ -10,15 +10,14 @@ use flate2::bufread::MultiGzDecoder;
 use sketchnav_recordings::carmen::{CarmenLog, CarmenScan};
 use sketchnav_recordings::import::{self, LOG_SYSTEM, LaserFacts};
 use sketchnav_recordings::{Writer, sources};
-use sketchnav_schemas::codes::{FREE, WALL};
+use sketchnav_schemas::codes::{FREE, Process, WALL};
 use sketchnav_schemas::geometry::{Pose, Sketch};
 use sketchnav_schemas::message::{Header, PosePx, Route, SketchMap};
 use sketchnav_schemas::method::Method;
-use sketchnav_schemas::mission::{
-    Mission, Parameters, Place, SketchSource, Start, Task, WallTone, WorldSource,
-};
+use sketchnav_schemas::mission::{Mission, Parameters, Place, Start, WorldSource};
 use sketchnav_schemas::robot::{Drive, Laser, Limits, OdometryNoise, Robot};
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_sim::ros_map::{MapInfo, OccupancyMap};
 
 use super::args::ImportOptions;
@@ -118,33 +117,32 @@ fn run(
     let stem = log.file_name().unwrap_or_default().to_string_lossy();
     let name = plain_name(stem.split('.').next().unwrap_or_default());
     let Pose { x, y, yaw_rad, .. } = first.reference;
-    let start = Start {
-        world: [x, y],
-        world_heading_deg: yaw_rad.to_degrees(),
-        sketch: options.start.map(|[column, row, _]| [column, row]),
-        sketch_heading_deg: options.start.map(|[_, _, heading_deg]| heading_deg),
+    let marked = options.start.map(|[column, row, _]| [column, row]);
+    let aim = Aim::Goal(marked.unwrap_or_default());
+    let task = SketchTask { name: LOG_SYSTEM.to_owned(), aim, time_limit_s: TIME_LIMIT_S };
+    let sketch = SketchMission {
+        method: Method::default(),
+        drawing,
+        walls: WallTone::Auto,
+        start: marked,
+        start_heading_deg: options.start.map(|[_, _, heading_deg]| heading_deg),
+        tasks: Vec::new(),
     };
-    let task = Task {
-        name: LOG_SYSTEM.to_owned(),
-        goal: Some(start.sketch.unwrap_or_default()),
-        route: None,
-        there: Place { center: Some([x, y]), radius_m: Some(1.0), polygon: None },
-        time_limit_s: TIME_LIMIT_S,
-    };
+    let there = Place { center: Some([x, y]), radius_m: Some(1.0), polygon: None };
     let mission = Mission {
         name,
         description: String::new(),
         robot: LOG_SYSTEM.to_owned(),
-        method: Method::default(),
+        navigator: sketch.navigator(),
         world: WorldSource { floor_plan: None, map: Some(world), furniture: Vec::new(), person: Vec::new() },
-        start,
-        sketch: SketchSource { file: drawing, walls: WallTone::Auto },
-        task: vec![task],
+        start: Start { world: [x, y], world_heading_deg: yaw_rad.to_degrees() },
+        task: vec![task.with_place(there)],
         parameters: Parameters::default(),
     };
     // Checked as a file is that a person has written.
     let text = toml::to_string(&mission).context("the mission as TOML").or_input()?;
     let mission = Mission::parse(&text).or_input()?;
+    SketchMission::of(&mission).or_input()?;
     let robot = robot(first.ranges_m.len(), laser).or_input()?;
     let (system, recording) = (LOG_SYSTEM.to_owned(), None);
     Ok(RunConfig {
@@ -222,7 +220,7 @@ fn of_map(map: &Path, first: &CarmenScan, run: &mut RunConfig) -> Result<Drawn, 
         start_spread_px: MAP_START_SPREAD_PX,
         start_spread_rad: MAP_START_SPREAD_RAD,
     };
-    run.mission.parameters.localizer = known_scales(&cells, width, resolution);
+    *run.mission.parameters.of_mut(Process::Localizer) = known_scales(&cells, width, resolution);
     Ok(Drawn { sketch, cells, route: Box::new(Route { header: ONCE, ..Route::zeroed() }) })
 }
 
@@ -260,7 +258,8 @@ fn known_scales(cells: &[u8], width: usize, resolution_m: f64) -> toml::Table {
 }
 
 fn of_sketch(run: &RunConfig) -> Result<Drawn, Failure> {
-    let (drawing, places) = sketchnav_sketcher::understand(run, &sketchnav_navigators::read_file).or_input()?;
+    let (drawing, places) =
+        sketchnav_sketcher::understand(run, &sketchnav_navigators::read_file).or_input()?;
     let mut sketch = SketchMap { header: ONCE, ..SketchMap::zeroed() };
     sketchnav_sketcher::fill_sketch(&drawing, &places, &mut sketch);
     let mut route = Box::new(Route { header: ONCE, ..Route::zeroed() });

@@ -17,6 +17,7 @@ use sketchnav_recordings::Recording;
 use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::import::LOG_SYSTEM;
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::sketch_mission::{SketchMission, method_word};
 
 use super::args::JudgeOptions;
 use crate::failure::{Failure, OrInput, Outcome};
@@ -104,7 +105,7 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
         recording: path.to_owned(),
         mission: run.as_ref().map(|run| run.mission.name.clone()),
         seed: run.as_ref().map(|run| run.seed),
-        method: run.as_ref().map(|run| run.mission.method.to_string()),
+        method: run.as_ref().map(|run| method_word(&run.mission).unwrap_or_default().to_owned()),
         cut_off: !info.clean_end,
         missing: info.missing,
         homotopic: None,
@@ -135,8 +136,8 @@ fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<Stri
     let join = Correspondence::new(&anchors.of(&run.mission.name, floor, |at| drawing.from_image(at))?)?;
     let spans = sketchnav_evaluation::judge::spans(run.mission.task.len(), &judged.log.status);
     let mut ways = BTreeMap::new();
-    for (task, span) in run.mission.task.iter().zip(spans) {
-        let (Some(route), Some(span)) = (&task.route, span) else { continue };
+    for (task, span) in SketchMission::of(&run.mission)?.tasks.iter().zip(spans) {
+        let (Some(route), Some(span)) = (task.aim.route(), span) else { continue };
         let route: Vec<_> = route.iter().map(|&at| drawing.from_image(at)).collect();
         let way: Vec<_> = span.of(&judged.log.truth).iter().map(|truth| truth.pose().position()).collect();
         ways.insert(task.name.clone(), join.is_homotopic(&way, &route));
@@ -147,7 +148,8 @@ fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<Stri
 /// Where the drawing lies in the world, where it is the world's own map.
 fn map_of(recording: &Recording, run: &RunConfig) -> Option<MetricMap> {
     let map = Path::new(run.mission.world.map.as_ref()?);
-    (Path::new(&run.mission.sketch.file) == map).then_some(())?;
+    let drawing = SketchMission::of(&run.mission).ok()?.drawing;
+    (Path::new(&drawing) == map).then_some(())?;
     let name = format!("world/{}", map.file_name()?.to_str()?);
     let yaml = recording.attachments().get(&name)?;
     let info = sketchnav_sim::ros_map::MapInfo::parse(std::str::from_utf8(&yaml.data).ok()?).ok()?;

@@ -1,6 +1,7 @@
-//! Suite `ablation`: what each part of `ours` adds. A line of `PARTS` switches one part off by the
+//! Suite `ablation`: what each part of `beam` adds. A line of `PARTS` switches one part off by the
 //! parameters of the mission; all lines drive the same trials with the same seeds.
 
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
 
 use crate::error::EvalError;
@@ -64,14 +65,12 @@ const PARTS: [Part; 19] = [
 impl Part {
     /// As a mission has them.
     fn parameters(&self) -> Result<Parameters, EvalError> {
-        let table = |text: &str| {
-            text.parse().map_err(|cause| EvalError::Data { what: "parts of the suite ablation", cause })
-        };
-        Ok(Parameters {
-            sketcher: Default::default(),
-            localizer: table(self.localizer)?,
-            planner: table(self.planner)?,
-        })
+        let mut parameters = Parameters::default();
+        for (process, text) in [(Process::Localizer, self.localizer), (Process::Planner, self.planner)] {
+            let wrong = |cause| EvalError::Data { what: "parts of the suite ablation", cause };
+            *parameters.of_mut(process) = text.parse().map_err(wrong)?;
+        }
+        Ok(parameters)
     }
 }
 
@@ -106,8 +105,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         let parameters = part.parameters()?;
         suite.trials.extend(trials.iter().map(|trial| {
             let mut changed = variant(trial, part.name);
-            changed.mission.parameters.localizer.extend(parameters.localizer.clone());
-            changed.mission.parameters.planner.extend(parameters.planner.clone());
+            changed.mission.parameters.extend(&parameters);
             changed
         }));
     }
@@ -128,7 +126,7 @@ mod tests {
         assert_eq!(suite.drawings().len(), PARTS.len());
         for name in suite.drawings() {
             let trial = suite.trials.iter().find(|trial| trial.drawing == name).unwrap();
-            let run = trial.run(Default::default(), 1, 0);
+            let run = trial.run(Default::default(), 1, 0).unwrap();
             Localizer::new(&run).unwrap_or_else(|error| panic!("{name}: {error}"));
             Planner::new(&run).unwrap_or_else(|error| panic!("{name}: {error}"));
         }

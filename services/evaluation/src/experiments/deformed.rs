@@ -14,9 +14,10 @@ use rand::seq::IndexedRandom;
 use rand_pcg::Pcg64Mcg;
 use sketchnav_deform::{Drawing, Floor};
 use sketchnav_schemas::geometry::{Point, Pose, World};
-use sketchnav_schemas::mission::{Mission, Place, SketchSource, Start, Task, WallTone, WorldSource};
+use sketchnav_schemas::mission::{Mission, Place, Start, WorldSource};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::seed;
+use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_sketcher::{Drawing as Paper, Intent, Options};
 
 use crate::error::EvalError;
@@ -181,30 +182,31 @@ impl Site {
         let heading_deg = departure_deg(&way, LOOK_AHEAD_M)?;
         let start = drawing.pose_to_sketch(&Pose::new(a[0], a[1], heading_deg.to_radians()))?;
         let goal = drawing.to_sketch(&Point::<World>::new(b[0], b[1]))?;
-        let mission = Mission {
+        let sketch = SketchMission {
+            method: Default::default(),
+            drawing: name.to_owned(),
+            walls: WallTone::Dark,
+            start: Some(drawing.to_image(&start.position())),
+            start_heading_deg: Some(start.yaw_rad.to_degrees()),
+            tasks: vec![SketchTask {
+                name: format!("{} → {}", from.name, to.name),
+                aim: Aim::Goal(drawing.to_image(&goal)),
+                time_limit_s: time_limit_s(length_m(&way)),
+            }],
+        };
+        let settings = Options::default().settings;
+        Intent::of_mission(&sketch).place(paper, &settings).ok()?;
+        let there = Place { center: Some(b), ..to.place.clone() };
+        Some(Mission {
             name: format!("deformed/{name}"),
             description: TITLE.into(),
             robot: "robotino".into(),
-            method: Default::default(),
+            navigator: sketch.navigator(),
             world: self.world.clone(),
-            start: Start {
-                world: a,
-                world_heading_deg: heading_deg,
-                sketch: Some(drawing.to_image(&start.position())),
-                sketch_heading_deg: Some(start.yaw_rad.to_degrees()),
-            },
-            sketch: SketchSource { file: name.to_owned(), walls: WallTone::Dark },
-            task: vec![Task {
-                name: format!("{} → {}", from.name, to.name),
-                goal: Some(drawing.to_image(&goal)),
-                route: None,
-                there: Place { center: Some(b), ..to.place.clone() },
-                time_limit_s: time_limit_s(length_m(&way)),
-            }],
+            start: Start { world: a, world_heading_deg: heading_deg },
+            task: sketch.tasks.iter().map(|task| task.with_place(there.clone())).collect(),
             parameters: Default::default(),
-        };
-        let settings = Options::default().settings;
-        Intent::of_mission(&mission).place(paper, &settings).is_ok().then_some(mission)
+        })
     }
 }
 

@@ -98,8 +98,8 @@ mod tests {
         let trial = trials().remove(0);
         let other = variant(&trial, "other");
         let seed = |trial, method, repetition, suite| Job::new(trial, method, repetition, suite).seed;
-        let first = seed(&trial, Method::Ours, 1, 1);
-        assert_eq!([seed(&trial, Method::Paper, 1, 1), seed(&other, Method::Ours, 1, 1)], [first; 2]);
-        assert!(seed(&trial, Method::Ours, 2, 1) != first && seed(&trial, Method::Ours, 1, 2) != first);
+        let first = seed(&trial, Method::Beam, 1, 1);
+        assert_eq!([seed(&trial, Method::Boniardi2015, 1, 1), seed(&other, Method::Beam, 1, 1)], [first; 2]);
+        assert!(seed(&trial, Method::Beam, 2, 1) != first && seed(&trial, Method::Beam, 1, 2) != first);
     }
 }

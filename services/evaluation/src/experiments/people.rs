@@ -16,8 +16,9 @@ use std::sync::Arc;
 
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Sketch};
-use sketchnav_schemas::mission::{Mission, SketchSource, Start, Task, WallTone, WorldSource};
+use sketchnav_schemas::mission::{Mission, NavigatorChoice, Start, Task, WorldSource};
 use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_sim::ros_map::OccupancyMap;
 use sketchnav_sketcher::{Drawing, Options};
 
@@ -140,21 +141,23 @@ impl Place {
         let way = self.ground.way(from.world, to.world)?;
         let heading_deg = departure_deg(&way, LOOK_AHEAD_M)?;
         let name = format!("{}/{annotator}/{}-{}", paper.name, from.number, to.number);
-        let start = Start {
-            world: from.world,
-            world_heading_deg: heading_deg,
-            sketch: Some(from.sketch),
-            sketch_heading_deg: Some(wrap_deg(heading_deg + turn_deg)),
-        };
-        let task = Task {
+        let start = Start { world: from.world, world_heading_deg: heading_deg };
+        let task = SketchTask {
             name: format!("{} → {}", self.regions.name(from.regions[0]), self.regions.name(to.regions[0])),
-            goal: Some(to.sketch),
-            route: None,
-            there: self.regions.union(&to.regions, to.world),
+            aim: Aim::Goal(to.sketch),
             time_limit_s: time_limit_s(length_m(&way)),
         };
+        let sketch = SketchMission {
+            method: Default::default(),
+            drawing: paper.file.clone(),
+            walls: WallTone::Dark,
+            start: Some(from.sketch),
+            start_heading_deg: Some(wrap_deg(heading_deg + turn_deg)),
+            tasks: Vec::new(),
+        };
+        let task = task.with_place(self.regions.union(&to.regions, to.world));
         Some(Trial {
-            mission: self.mission(&name, paper, start, task),
+            mission: self.mission(&name, start, sketch.navigator(), task),
             name,
             drawing: paper.name.clone(),
             robot: self.robot.clone(),
@@ -168,13 +171,13 @@ impl Place {
         })
     }
 
-    fn mission(&self, name: &str, paper: &Paper, start: Start, task: Task) -> Mission {
+    fn mission(&self, name: &str, start: Start, navigator: NavigatorChoice, task: Task) -> Mission {
         let map = self.folder.join("world.yaml").to_string_lossy().into_owned();
         Mission {
             name: format!("people/{name}"),
             description: TITLE.into(),
             robot: "robotino".into(),
-            method: Default::default(),
+            navigator,
             world: WorldSource {
                 floor_plan: None,
                 map: Some(map),
@@ -182,7 +185,6 @@ impl Place {
                 person: Vec::new(),
             },
             start,
-            sketch: SketchSource { file: paper.file.clone(), walls: WallTone::Dark },
             task: vec![task],
             parameters: Default::default(),
         }

@@ -7,13 +7,15 @@ use std::sync::Arc;
 
 use sketchnav_schemas::mission::{Mission, Start};
 use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::sketch_mission::{Aim, SketchMission};
+use sketchnav_sim::SimError;
 use sketchnav_sim::description::WorldDescription;
 use sketchnav_sketcher::Options;
 
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, departure_deg, length_m};
 use crate::experiments::suite::{Datum, Folders, Leg, Suite};
-use crate::experiments::trial::{StartError, Trial, time_limit_s};
+use crate::experiments::trial::{Restart, StartError, Trial, time_limit_s};
 
 /// The floor of [`building_079`].
 const FURNISHED: Datum = Datum {
@@ -126,11 +128,12 @@ fn add(
 fn open(path: &Path, map: Option<&PathBuf>) -> Result<(Mission, Robot), EvalError> {
     let Some(map) = map else { return Ok(sketchnav_sim::mission_file::load(path)?) };
     let text = String::from_utf8_lossy(&read(path)?).into_owned();
-    let wrong = |error: sketchnav_sim::SimError| error.in_file(path);
+    let wrong = |error: SimError| error.in_file(path);
     let mut mission = Mission::parse(&text).map_err(|error| wrong(error.into()))?;
     mission.world.map = Some(map.to_string_lossy().into_owned());
-    let drawing = path.with_file_name(&mission.sketch.file);
-    mission.sketch.file = drawing.to_string_lossy().into_owned();
+    for (_, file) in mission.navigator_files_mut() {
+        *file = path.with_file_name(&*file).to_string_lossy().into_owned();
+    }
     let robot = sketchnav_sim::files::robot(&mission.robot).map_err(wrong)?;
     Ok((mission, robot))
 }
@@ -169,12 +172,19 @@ fn standing(ground: &Ground, at: [f64; 2]) -> Option<[f64; 2]> {
 }
 
 fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Result<Trial, EvalError> {
-    let options = Options { walls: mission.sketch.walls, ..Options::default() };
-    let file = &mission.sketch.file;
+    let sketch = SketchMission::of(&mission).map_err(SimError::from)?;
+    let options = Options { walls: sketch.walls, ..Options::default() };
+    let file = &sketch.drawing;
     let paper = sketchnav_sketcher::read(&read(Path::new(file))?, file, &options)?;
     let places: Vec<_> = mission.task.iter().map(|task| task.there.middle()).collect();
-    let restart =
-        |k: usize| Some(Start { sketch: mission.task[k].goal, ..heading(ground, places[k], places[k + 1])? });
+    let restart = |k: usize| {
+        let start = standing_start(ground, places[k], places[k + 1])?;
+        let marked = match &sketch.tasks[k].aim {
+            Aim::Goal(at) => Some(*at),
+            Aim::Route(_) => None,
+        };
+        Some(Restart { marked, marked_heading_deg: start.world_heading_deg, start })
+    };
     let restarts: Option<Vec<_>> = (0..places.len() - 1).map(restart).collect();
     Ok(Trial {
         name: drawing.to_owned(),
@@ -192,16 +202,11 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
 }
 
 /// At `from`, looking along the way to `to`; the drawings of these suites lie as their floors do.
-fn heading(ground: &Ground, from: [f64; 2], to: [f64; 2]) -> Option<Start> {
+fn standing_start(ground: &Ground, from: [f64; 2], to: [f64; 2]) -> Option<Start> {
     let from = standing(ground, from)?;
     let way = ground.way(from, standing(ground, to)?)?;
     let heading_deg = departure_deg(&way, LOOK_AHEAD_M)?;
-    Some(Start {
-        world: from,
-        world_heading_deg: heading_deg,
-        sketch: None,
-        sketch_heading_deg: Some(heading_deg),
-    })
+    Some(Start { world: from, world_heading_deg: heading_deg })
 }
 
 #[cfg(test)]
@@ -226,13 +231,14 @@ mod tests {
     fn after_a_task_that_failed_the_robot_is_put_at_its_goal() {
         let mut trial = two_tasks();
         trial.mission.task[0].time_limit_s = 0.5;
-        let (goal, there) = (trial.mission.task[0].goal, trial.mission.task[0].there.clone());
-        let runs = run::drive(&trial, Method::Ours, 3).unwrap();
+        let goal = trial.restarts[0].marked;
+        let there = trial.mission.task[0].there.clone();
+        let runs = run::drive(&trial, Method::Beam, 3).unwrap();
         let [first, second] = &runs[..] else { panic!("{} runs", runs.len()) };
         assert_eq!((first.first_task, first.verdicts.len(), first.verdicts[0].reached), (0, 1, false));
         assert_eq!((second.first_task, second.verdicts.len()), (1, 1));
         assert_eq!(second.verdicts[0].name, trial.mission.task[1].name);
-        assert_eq!(second.run.mission.start.sketch, goal);
+        assert_eq!(second.sketch.start, goal);
         let at = second.log.truth[0].pose();
         assert!(there.contains(at.x, at.y), "{at:?}");
         assert_ne!(first.run.seed, second.run.seed);
@@ -240,7 +246,7 @@ mod tests {
 
     #[test]
     fn after_a_task_that_was_reached_the_robot_drives_on() {
-        let runs = run::drive(&two_tasks(), Method::Ours, 3).unwrap();
+        let runs = run::drive(&two_tasks(), Method::Beam, 3).unwrap();
         assert_eq!((runs.len(), runs[0].verdicts.len()), (1, 2));
         assert!(runs[0].verdicts[0].reached, "{:?}", runs[0].verdicts);
     }

@@ -11,7 +11,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use sketchnav_schemas::mission::Mission;
-use sketchnav_sim::mission_file;
+use sketchnav_schemas::sketch_mission::SketchMission;
+use sketchnav_sim::{SimError, mission_file};
 use sketchnav_sketcher::{Drawing, Options};
 
 use crate::error::{EvalError, read};
@@ -45,7 +46,8 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
     let path = folder.join(format!("{name}.toml"));
     let (mission, robot) = mission_file::load(&path)?;
     let options = Options::of_mission(&mission, 1)?;
-    let paper = sketchnav_sketcher::read(&read(Path::new(&mission.sketch.file))?, name, &options)?;
+    let sketch = SketchMission::of(&mission).map_err(SimError::from)?;
+    let paper = sketchnav_sketcher::read(&read(Path::new(&sketch.drawing))?, name, &options)?;
     let correspondence = join(anchors, (name, &path), &mission, &paper)?;
     Ok(Trial {
         name: name.to_owned(),
@@ -98,7 +100,8 @@ mod tests {
         assert_eq!((SHIPPED.trials.len(), SHIPPED.drawings().len()), (25, 25));
         for Trial { name, mission, paper, correspondence, .. } in &SHIPPED.trials {
             let correspondence = correspondence.as_ref().unwrap();
-            let route = mission.task[0].route.as_ref().unwrap();
+            let sketch = SketchMission::of(mission).unwrap();
+            let route = sketch.tasks[0].aim.route().unwrap();
             let on_floor = |at: &[f64; 2]| correspondence.to_floor(paper.from_image(*at)).unwrap();
             let (first, last) = (on_floor(&route[0]), on_floor(&route[route.len() - 1]));
             let off = |place: Point<World>, at: [f64; 2]| place.distance(&Point::new(at[0], at[1]));
@@ -114,8 +117,8 @@ mod tests {
     fn the_routes_themselves_would_succeed() {
         for Trial { name, mission, paper, correspondence, .. } in &SHIPPED.trials {
             let correspondence = correspondence.as_ref().unwrap();
-            let route: Vec<_> =
-                mission.task[0].route.iter().flatten().map(|&at| paper.from_image(at)).collect();
+            let sketch = SketchMission::of(mission).unwrap();
+            let route: Vec<_> = sketch.tasks[0].aim.points().iter().map(|&at| paper.from_image(at)).collect();
             let way: Vec<_> = route.iter().map(|&place| correspondence.to_floor(place).unwrap()).collect();
             assert!(correspondence.is_homotopic(&way, &route), "{name}");
         }

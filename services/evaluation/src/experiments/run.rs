@@ -5,8 +5,9 @@ use sketchnav_schemas::channels::{CONTACT, ChannelSpec, ESTIMATE, STATUS, TRUTH}
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
 use sketchnav_schemas::method::Method;
-use sketchnav_schemas::mission::Task;
+use sketchnav_schemas::mission::{MissionError, Task};
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::sketch_mission::SketchMission;
 
 use crate::error::EvalError;
 use crate::experiments::outcome::{Kind, Outcome};
@@ -40,6 +41,8 @@ impl Tap for Log {
 pub struct Driven {
     /// As it was driven.
     pub run: RunConfig,
+    /// Its mission in the drawing.
+    pub sketch: SketchMission,
     /// Number, within the trial, of the run's first task.
     pub first_task: usize,
     /// What it said.
@@ -104,7 +107,9 @@ pub fn drive(trial: &Trial, method: Method, seed: u64) -> Result<Vec<Driven>, Ev
 }
 
 fn drive_from(trial: &Trial, method: Method, seed: u64, first_task: usize) -> Result<Driven, RehearsalError> {
-    let run = trial.run(method, seed, first_task);
+    let wrong = |error: MissionError| RehearsalError::Stage(error.into());
+    let run = trial.run(method, seed, first_task).map_err(wrong)?;
+    let sketch = SketchMission::of(&run.mission).map_err(wrong)?;
     let stops_at_failure = !trial.restarts.is_empty();
     let mut watcher =
         Watcher { log: Log::default(), tasks: &run.mission.task, stops_at_failure, failed: false };
@@ -119,7 +124,7 @@ fn drive_from(trial: &Trial, method: Method, seed: u64, first_task: usize) -> Re
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
-    Ok(Driven { run, first_task, log, verdicts })
+    Ok(Driven { run, sketch, first_task, log, verdicts })
 }
 
 /// Drives one repetition of a trial and tells how its tasks ended.
@@ -134,7 +139,7 @@ pub fn run(trial: &Trial, method: Method, repetition: u32, seed: u64) -> Result<
 /// How the run's task `index` ended, its way included.
 pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
     let kind = Kind::of(&driven.verdicts[index]);
-    let route = driven.run.mission.task[index].route.as_deref();
+    let route = driven.sketch.tasks[index].aim.route();
     let (Kind::Reached, Some(route), Some(join), Some(span)) = (kind, route, &trial.correspondence, span)
     else {
         return kind;

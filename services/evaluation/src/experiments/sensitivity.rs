@@ -5,6 +5,8 @@
 //! large a building is expected to be. All lines of a trial have the
 //! same seeds, so that they differ by the condition alone.
 
+use sketchnav_schemas::codes::Process;
+
 use crate::error::EvalError;
 use crate::experiments::deformed::{self, DRAWINGS, Site};
 use crate::experiments::suite::{Curve, Folders, Suite};
@@ -103,7 +105,7 @@ const CONDITIONS: [Condition; 8] = [
         values: &[6.0, 12.5, 25.0, 50.0, 100.0],
         usual: 25.0,
         change: |trial, _, size_m| {
-            let table = &mut trial.mission.parameters.localizer;
+            let table = trial.mission.parameters.of_mut(Process::Localizer);
             table.insert("building_size_m".into(), size_m.into());
         },
     },

@@ -8,10 +8,11 @@ use rand_distr::{Distribution, Normal};
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::method::Method;
-use sketchnav_schemas::mission::{Mission, Start};
+use sketchnav_schemas::mission::{Mission, MissionError, Start};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_schemas::seed;
+use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_sketcher::Drawing;
 
 /// Time for a task, seconds of simulation, by the shortest way to its place: no robot that drives there
@@ -34,6 +35,17 @@ impl StartError {
     pub const OF_PEOPLE: Self = Self { spread_share: 0.01, heading_deg: 5.0 };
 }
 
+/// Where a pose is given anew.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Restart {
+    /// Where the robot truly stands.
+    pub start: Start,
+    /// Where the person marks it, image pixels.
+    pub marked: Option<[f64; 2]>,
+    /// Which way the person says that it looks, degrees.
+    pub marked_heading_deg: f64,
+}
+
 /// One experiment: tasks in a row, by one drawing.
 #[derive(Debug, Clone)]
 pub struct Trial {
@@ -47,7 +59,7 @@ pub struct Trial {
     pub robot: Robot,
     /// Where the pose is given anew to go on with task k + 1, should task k fail (`restarts[k]`).
     /// Empty where nobody does that: then the tasks after a failed one are driven all the same.
-    pub restarts: Vec<Start>,
+    pub restarts: Vec<Restart>,
     /// Error of every start mark that is given; `None`: exactly as the mission says.
     pub start_error: Option<StartError>,
     /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn anew.
@@ -67,18 +79,24 @@ impl Trial {
     /// The run of the trial from `first_task` on.
     ///
     /// `seed` is the repetition's seed; each run of a trial with restarts gets one of its own.
-    pub fn run(&self, method: Method, seed: u64, first_task: usize) -> RunConfig {
+    ///
+    /// # Errors
+    /// A mission that is not of the kind `sketch`.
+    pub fn run(&self, method: Method, seed: u64, first_task: usize) -> Result<RunConfig, MissionError> {
         let mut mission = self.mission.clone();
+        mission.task.drain(..first_task);
+        let mut sketch = SketchMission { method, ..SketchMission::of(&mission)? };
         if first_task > 0 {
-            mission.start = self.restarts[first_task - 1].clone();
-            mission.task.drain(..first_task);
+            let restart = &self.restarts[first_task - 1];
+            mission.start = restart.start.clone();
+            (sketch.start, sketch.start_heading_deg) = (restart.marked, Some(restart.marked_heading_deg));
         }
         let seed = if first_task == 0 { seed } else { derived(seed, &format!("eval/restart {first_task}")) };
         if let Some(error) = self.start_error {
-            self.disturb(&mut mission.start, error, seed);
+            self.disturb(&mut sketch, error, seed);
         }
-        mission.method = method;
-        RunConfig {
+        sketch.write_to(&mut mission);
+        Ok(RunConfig {
             system: "eval".into(),
             mission,
             robot: self.robot.clone(),
@@ -87,26 +105,26 @@ impl Trial {
             recording: None,
             pad: Pad::Absent,
             without: Vec::new(),
-        }
+        })
     }
 
     /// Moves and turns the start mark; what would fall into a wall is drawn again, as a person would not
     /// put the robot into one.
-    fn disturb(&self, start: &mut Start, error: StartError, seed: u64) {
+    fn disturb(&self, sketch: &mut SketchMission, error: StartError, seed: u64) {
         const ATTEMPTS: usize = 100;
         let mut rng = seed::stream(seed, "eval/start");
         let Ok(normal) = Normal::new(0.0, 1.0) else { return };
         let mut draw = || normal.sample(&mut rng);
-        if let Some(heading) = &mut start.sketch_heading_deg {
+        if let Some(heading) = &mut sketch.start_heading_deg {
             *heading = wrap_deg(*heading + error.heading_deg * draw());
         }
-        let Some(at) = start.sketch else { return };
+        let Some(at) = sketch.start else { return };
         let from = self.paper.from_image(at);
         let spread_px = error.spread_share * self.paper.diagonal_px();
         let marks =
             (0..ATTEMPTS).map(|_| Point::new(from.x + spread_px * draw(), from.y + spread_px * draw()));
         let mark = marks.into_iter().find(|mark| self.sees(&from, mark));
-        start.sketch = Some(mark.map_or(at, |mark| self.paper.to_image(&mark)));
+        sketch.start = Some(mark.map_or(at, |mark| self.paper.to_image(&mark)));
     }
 
     /// Whether the straight line between two points of the drawing is free.

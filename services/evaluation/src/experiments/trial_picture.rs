@@ -23,27 +23,21 @@ pub fn draw(trial: &Trial, driven: &Driven) -> Result<[(&'static str, String); 2
 fn sketch(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<String, PictureError> {
     let paper = &trial.paper;
     let tasks: Vec<_> = (0..spans.len())
-        .map(|i| {
-            let task = &driven.run.mission.task[i];
-            let points = task.route.clone().or(task.goal.map(|goal| vec![goal])).unwrap_or_default();
-            TaskPicture {
-                name: name(trial, driven, spans, i),
-                marks: points.into_iter().map(|at| paper.from_image(at)).collect(),
-                place: Vec::new(),
-                trail: of(&spans[i], &driven.log.estimates)
-                    .iter()
-                    .map(|e| e.pose.pose().position())
-                    .collect(),
-                particles: Vec::new(),
-                outcome: outcome(trial, driven, spans, i),
-            }
+        .map(|i| TaskPicture {
+            name: name(trial, driven, spans, i),
+            marks: driven.sketch.tasks[i].aim.points().iter().map(|&at| paper.from_image(at)).collect(),
+            place: Vec::new(),
+            trail: of(&spans[i], &driven.log.estimates).iter().map(|e| e.pose.pose().position()).collect(),
+            particles: Vec::new(),
+            outcome: outcome(trial, driven, spans, i),
         })
         .collect();
-    let start = &driven.run.mission.start;
-    let marked = start
+    let heading_deg = driven.sketch.start_heading_deg.unwrap_or_default();
+    let marked = driven
         .sketch
+        .start
         .map(|at| paper.from_image(at))
-        .map(|at| Pose::new(at.x, at.y, start.sketch_heading_deg.unwrap_or_default().to_radians()));
+        .map(|at| Pose::new(at.x, at.y, heading_deg.to_radians()));
     // A drawn route is its own start mark.
     let believed = driven.log.estimates.first().map(|estimate| estimate.pose.pose());
     picture::sketch(&SketchPicture {

@@ -154,10 +154,9 @@ impl Log {
         if let Some(route) = self.route.as_ref().filter(|_| run.pad.draws()) {
             let task = |task: &RouteTask| Task {
                 name: task.name.as_str().to_owned(),
-                goal: None,
-                route: None,
                 there: Place::default(),
                 time_limit_s: task.time_limit_s,
+                given: Default::default(),
             };
             run.mission.task = route.tasks().iter().map(task).collect();
         }

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sketchnav_schemas::mission::{Mission, SketchSource, WallTone};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::sketch_mission::{Aim, SketchMission, WallTone};
 use sketchnav_sim::convex::Convex;
 use sketchnav_sim::{SimError, WorldDescription};
 
@@ -19,12 +20,17 @@ pub fn true_to_scale(mission: &Mission, file: &Path) -> Result<Mission, SimError
     let sheet = Sheet::around(&world);
     std::fs::write(file, sheet.svg(&world.walls))?;
     let mut control = mission.clone();
-    control.sketch = SketchSource { file: file.display().to_string(), walls: WallTone::Dark };
-    control.start.sketch = Some(sheet.px(control.start.world));
-    control.start.sketch_heading_deg = Some(control.start.world_heading_deg);
-    for task in &mut control.task {
-        (task.goal, task.route) = (Some(sheet.px(task.there.middle())), None);
+    let mut sketch = SketchMission {
+        drawing: file.display().to_string(),
+        walls: WallTone::Dark,
+        start: Some(sheet.px(control.start.world)),
+        start_heading_deg: Some(control.start.world_heading_deg),
+        ..SketchMission::of(mission)?
+    };
+    for (drawn, task) in sketch.tasks.iter_mut().zip(&mission.task) {
+        drawn.aim = Aim::Goal(sheet.px(task.there.middle()));
     }
+    sketch.write_to(&mut control);
     Ok(control)
 }
 

@@ -229,10 +229,10 @@ impl Parameters {
     /// The set that a method begins with.
     pub fn of(method: Method) -> Self {
         match method {
-            Method::Ours => Self::default(),
-            Method::Paper => Self::paper(),
-            Method::FixedScale => Self::fixed_scale(),
-            Method::OneScale => Self::one_scale(),
+            Method::Beam => Self::default(),
+            Method::Boniardi2015 => Self::paper(),
+            Method::Boniardi2015FixedScale => Self::fixed_scale(),
+            Method::Behzadian2015 => Self::one_scale(),
         }
     }
 

@@ -117,8 +117,8 @@ impl Parameters {
     /// The set that a method begins with.
     pub fn of(method: Method) -> Self {
         match method {
-            Method::Ours => Self::default(),
-            Method::Paper | Method::FixedScale | Method::OneScale => Self::paper(),
+            Method::Beam => Self::default(),
+            Method::Boniardi2015 | Method::Boniardi2015FixedScale | Method::Behzadian2015 => Self::paper(),
         }
     }
 

@@ -129,7 +129,7 @@ fn from_wall(x: f64, y: f64, [x0, y0, x1, y1]: &Line) -> f64 {
 /// A run whose mission's planner has these parameters.
 pub fn config(robot: &str, planner: &str) -> RunConfig {
     let mission = format!(
-        "name = 'test'\nrobot = 'robotino'\nworld = {{ floor_plan = 'x' }}\nsketch = {{ file = 'x' }}\n\
+        "name = 'test'\nrobot = 'robotino'\nworld = {{ floor_plan = 'x' }}\nnavigator = {{ kind = 'sketch', drawing = 'x' }}\n\
          start = {{ world = [0, 0], world_heading_deg = 0 }}\n[[task]]\nname = 't'\ngoal = [0, 0]\n\
          there = {{ center = [0, 0], radius_m = 1 }}\n[parameters.planner]\n{planner}"
     );

@@ -77,7 +77,7 @@ fn kinds(info: &Value) -> Vec<&str> {
 fn write_long_drive(place: &Place) {
     let text = fs::read_to_string(repository().join("sim/missions/building/building-a.toml")).unwrap();
     let mut mission: toml::Table = toml::from_str(&text).unwrap();
-    for (table, key) in [("world", "floor_plan"), ("sketch", "file")] {
+    for (table, key) in [("world", "floor_plan"), ("navigator", "drawing")] {
         let file = mission[table][key].as_str().unwrap();
         let path = repository().join("sim/missions/building").join(file);
         mission[table][key] = path.to_str().unwrap().into();
@@ -140,7 +140,7 @@ fn full_shared_memory_is_refused_with_a_word() {
     let place = Place::new();
     let Some(ended) = with_shared_memory(&place, "4m", "exec $0 demo --system day") else { return };
     assert_eq!(ended.code, Some(3), "{ended}");
-    assert!(ended.err.contains("/dev/shm: expected room for 32 MiB, found 4 MiB"), "{ended}");
+    assert!(ended.err.contains("/dev/shm: expected room for 24 MiB, found 4 MiB"), "{ended}");
     place.assert_nothing_left("day");
 }
 
@@ -156,7 +156,7 @@ fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
         kill -9 $planner
         wait $run; code=$?
         rm /dev/shm/fill; ls /dev/shm; exit $code"#;
-    let Some(ended) = with_shared_memory(&place, "40m", script) else { return };
+    let Some(ended) = with_shared_memory(&place, "30m", script) else { return };
     assert_eq!((ended.code, ended.out.as_str()), (Some(3), ""), "{ended}");
     assert!(ended.err.contains("given up"), "{ended}");
     let words = ["shared memory is full", "No space left on device"];

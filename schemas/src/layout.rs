@@ -138,7 +138,7 @@ impl Layout {
     }
 
     /// A struct with these fields, in order, without padding.
-    pub(crate) fn new<const N: usize>(
+    pub fn new<const N: usize>(
         name: &'static str,
         declaration: &'static str,
         parts: [(&'static str, Kind, Role); N],

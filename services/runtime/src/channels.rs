@@ -1,7 +1,7 @@
 //! The channels of a system as services of iceoryx2: created by the supervisor, opened by everyone else.
 //!
-//! To iceoryx2 a message is a slice of bytes, aligned to eight: the struct, and behind it its cells. Which struct it is
-//! an attribute of the service says, by name and fingerprint of the layout; two builds that disagree cannot meet.
+//! To iceoryx2 a message is a slice of words of eight bytes: the struct, and behind it its cells, whose number of bytes is
+//! the user header. Which struct it is an attribute of the service says, by name and fingerprint of the layout; two builds that disagree cannot meet.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -12,7 +12,6 @@ use iceoryx2::service::attribute::{AttributeKey, AttributeSpecifier, AttributeVa
 use iceoryx2::service::builder::publish_subscribe::{Builder, PublishSubscribeOpenError};
 use iceoryx2::service::port_factory::publish_subscribe;
 use sketchnav_schemas::channels::{self, ChannelSpec};
-use sketchnav_schemas::erased::ALIGNMENT;
 
 use crate::node::Node;
 use crate::{Error, Result};
@@ -30,7 +29,7 @@ const MAX_HELD_WITH_CELLS: usize = 2;
 const MESSAGE: &str = "message";
 
 /// An open channel.
-pub(crate) type Factory = publish_subscribe::PortFactory<ipc::Service, [u8], ()>;
+pub(crate) type Factory = publish_subscribe::PortFactory<ipc::Service, [u64], u64>;
 
 /// Every channel of a run, held open. While this lives, a channel outlives its writer's death.
 pub struct Channels {
@@ -89,12 +88,11 @@ pub(crate) fn writer_error(
     Error::SecondWriter { channel: spec.name, system: node.system().name().into(), owner }
 }
 
-type ChannelBuilder = Builder<[u8], (), ipc::Service>;
+type ChannelBuilder = Builder<[u64], u64, ipc::Service>;
 
 fn builder(node: &Node, spec: &ChannelSpec) -> Result<ChannelBuilder> {
-    let alignment = Alignment::new(ALIGNMENT).expect("a power of two");
-    let builder = node.inner().service_builder(&service_name(spec)?).publish_subscribe::<[u8]>();
-    Ok(builder.payload_alignment(alignment))
+    let builder = node.inner().service_builder(&service_name(spec)?).publish_subscribe::<[u64]>();
+    Ok(builder.user_header::<u64>())
 }
 
 /// Safe overflow stays on: with it off, one stopped reader blocks the writer for seconds.

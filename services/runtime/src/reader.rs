@@ -58,7 +58,7 @@ impl Tally {
 
 /// The reading end of a channel, whatever its message is.
 pub struct RawReader {
-    port: Subscriber<ipc::Service, [u8], ()>,
+    port: Subscriber<ipc::Service, [u64], u64>,
     spec: &'static ChannelSpec,
     tally: Tally,
     counters: Rc<Counters>,
@@ -85,7 +85,7 @@ impl RawReader {
     pub fn receive(&mut self) -> Result<Option<RawSample>> {
         while let Some(sample) = self.port.receive().map_err(self.failed())? {
             // A writer of another build cannot be here; one that is not of this project might be.
-            if sample.payload().len() < self.spec.message.size {
+            if size_of_val(sample.payload()) < self.spec.message.size {
                 self.counters.count_refused();
                 continue;
             }
@@ -165,24 +165,30 @@ impl RawReader {
 
 /// A message in shared memory, whatever it is. Held, it keeps its place.
 pub struct RawSample {
-    sample: iceoryx2::sample::Sample<ipc::Service, [u8], ()>,
+    sample: iceoryx2::sample::Sample<ipc::Service, [u64], u64>,
     size: usize,
 }
 
 impl RawSample {
     /// The message.
     pub fn message(&self) -> &[u8] {
-        &self.sample.payload()[..self.size]
+        &self.bytes()[..self.size]
     }
 
     /// The bytes behind it.
     pub fn cells(&self) -> &[u8] {
-        &self.sample.payload()[self.size..]
+        let behind = &self.bytes()[self.size..];
+        let length = usize::try_from(*self.sample.user_header()).unwrap_or(usize::MAX);
+        &behind[..length.min(behind.len())]
     }
 
     /// Its header.
     pub fn header(&self) -> &Header {
-        erased::header(self.sample.payload())
+        erased::header(self.bytes())
+    }
+
+    fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(self.sample.payload())
     }
 }
 

@@ -41,7 +41,7 @@ const BLOCK: u64 = 512;
 /// A file of at most so many bytes is small.
 const SMALL_BYTES: u64 = 1 << 20;
 /// What a system may come to need of `/dev/shm`, bytes: twice what the demo's uses.
-const NEEDED_BYTES: u64 = 32 << 20;
+const NEEDED_BYTES: u64 = 24 << 20;
 const MAX_NAME: usize = 32;
 /// Longest root plus twice the name, bytes: iceoryx2 0.10 builds paths of at most 255 bytes out of the
 /// system's folder and the prefix, each of which holds the name, and panics beyond (measured).

@@ -12,7 +12,7 @@ use iceoryx2::prelude::ipc;
 use iceoryx2::sample_mut::SampleMut;
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::erased;
+use sketchnav_schemas::erased::{self, ALIGNMENT};
 use sketchnav_schemas::message::{Header, Message};
 
 use crate::allocations::loan_handle;
@@ -25,7 +25,8 @@ use crate::{Error, Result};
 /// Samples that a writer fills at the same time.
 const MAX_LOANS: usize = 1;
 
-type Port = Publisher<ipc::Service, [u8], ()>;
+type Port = Publisher<ipc::Service, [u64], u64>;
+type Loaned = SampleMut<ipc::Service, [u64], u64>;
 
 /// The writing end of a channel, whatever its message is.
 ///
@@ -47,7 +48,7 @@ impl RawWriter {
     pub(crate) fn open(node: &Node, spec: &'static ChannelSpec) -> Result<Self> {
         let service = open(node, spec)?;
         let builder = service.publisher_builder().max_loaned_samples(MAX_LOANS);
-        let port = builder.initial_max_slice_len(spec.message.size + spec.max_cells).create();
+        let port = builder.initial_max_slice_len(words(spec.message.size + spec.max_cells)).create();
         let port = port.map_err(|error| writer_error(node, spec, &service, error))?;
         let kept = spec.writer.is_some().then(|| Kept::open(node, spec)).transpose()?;
         let (bells, process) = (node.bells(), node.process());
@@ -66,8 +67,8 @@ impl RawWriter {
         let whole = |kept: &&Kept| kept.last_seq() > 0 && self.spec.max_cells == 0;
         let Some(kept) = self.kept.as_ref().filter(whole) else { return Ok(()) };
         for message in kept.iter() {
-            let mut sample = self.blank(message.len())?;
-            sample.payload_mut().copy_from_slice(message);
+            let mut sample = self.blank(0)?;
+            bytemuck::cast_slice_mut(sample.payload_mut()).copy_from_slice(message);
             sample.send().map_err(self.failed())?;
         }
         self.ring_readers();
@@ -103,18 +104,20 @@ impl RawWriter {
     /// # Errors
     /// [`Error::SliceTooLong`]; [`Error::SharedMemory`] where no memory is left.
     pub fn loan(&mut self, cells: usize) -> Result<RawLoan<'_>> {
-        let ChannelSpec { name, max_cells, message, .. } = *self.spec;
+        let ChannelSpec { name, max_cells, .. } = *self.spec;
         if cells > max_cells {
             return Err(Error::SliceTooLong { channel: name, max: max_cells, found: cells });
         }
-        Ok(RawLoan { sample: self.blank(message.size + cells)?, writer: self })
+        Ok(RawLoan { sample: self.blank(cells)?, cells, writer: self })
     }
 
-    fn blank(&self, length: usize) -> Result<SampleMut<ipc::Service, [u8], ()>> {
+    fn blank(&self, cells: usize) -> Result<Loaned> {
+        let length = words(self.spec.message.size + cells);
         let loaned = loan_handle(|| self.port.loan_slice_uninit(length));
         let mut sample = loaned.map_err(self.failed())?;
+        *sample.user_header_mut() = cells as u64;
         sample.payload_mut().fill(MaybeUninit::zeroed());
-        // SAFETY: every byte was just written.
+        // SAFETY: every word was just written.
         Ok(unsafe { sample.assume_init() })
     }
 
@@ -141,15 +144,15 @@ impl RawWriter {
         self.spec.max_cells == 0 && self.kept.as_ref().is_some_and(|kept| seq <= kept.last_seq())
     }
 
-    fn publish(&mut self, mut sample: SampleMut<ipc::Service, [u8], ()>) -> Result<u64> {
+    fn publish(&mut self, mut sample: Loaned) -> Result<u64> {
         let seq = self.last_seq.get() + 1;
         self.last_seq.set(seq);
         if self.was_sent(seq) {
             return Ok(seq);
         }
-        self.number(erased::header_mut(sample.payload_mut()), seq);
+        self.number(erased::header_mut(bytemuck::cast_slice_mut(sample.payload_mut())), seq);
         if let Some(kept) = self.kept.as_mut().filter(|kept| seq > kept.last_seq()) {
-            kept.keep(&sample.payload()[..self.spec.message.size]);
+            kept.keep(&bytemuck::cast_slice(sample.payload())[..self.spec.message.size]);
         }
         sample.send().map_err(self.failed())?;
         // A sign of life is no progress.
@@ -165,16 +168,24 @@ impl RawWriter {
     }
 }
 
+/// How many words hold so many bytes.
+fn words(bytes: usize) -> usize {
+    bytes.div_ceil(ALIGNMENT)
+}
+
 /// A message in shared memory that nobody reads yet. Dropped, it was never there.
 pub struct RawLoan<'a> {
-    sample: SampleMut<ipc::Service, [u8], ()>,
+    sample: Loaned,
+    cells: usize,
     writer: &'a mut RawWriter,
 }
 
 impl RawLoan<'_> {
     /// The message and its cells.
     pub fn parts_mut(&mut self) -> (&mut [u8], &mut [u8]) {
-        self.sample.payload_mut().split_at_mut(self.writer.spec.message.size)
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(self.sample.payload_mut());
+        let (message, behind) = bytes.split_at_mut(self.writer.spec.message.size);
+        (message, &mut behind[..self.cells])
     }
 
     /// Numbers the message, sends it and wakes its readers; the number.
@@ -267,7 +278,7 @@ impl<T: Message> Loan<'_, T> {
 impl<T: Message> Deref for Loan<'_, T> {
     type Target = T;
     fn deref(&self) -> &T {
-        bytemuck::from_bytes(&self.raw.sample.payload()[..size_of::<T>()])
+        bytemuck::from_bytes(&bytemuck::cast_slice(self.raw.sample.payload())[..size_of::<T>()])
     }
 }
 

@@ -1,0 +1,94 @@
+//! A navigator of a stranger: one file, registered, and everything that the project has works for it.
+
+mod support;
+
+use serde_json::Value;
+use support::{Place, room};
+
+const MISSION: &str = r#"name = "along the wall"
+robot = "nomad200"
+
+[world]
+floor_plan = "room.floor.toml"
+
+[start]
+world = [1.0, 1.0]
+world_heading_deg = 0
+
+[navigator]
+kind = "wall-follower"
+
+[[task]]
+name = "there"
+seconds = 60.0
+there = { polygon = [[0, 0], [6, 0], [6, 4], [0, 4]] }
+
+[[task]]
+name = "and on"
+seconds = 40.0
+"#;
+
+/// A place in which `sketchnav` is the stranger's program.
+fn place() -> Place {
+    let place = Place::of_program("wall_follower");
+    room::write(place.files());
+    std::fs::write(place.files().join("wall.toml"), MISSION).unwrap();
+    place
+}
+
+fn fine(place: &Place, arguments: &str) -> support::Ended {
+    let ended = place.run(arguments);
+    assert_eq!(ended.code, Some(0), "{arguments}: {ended}");
+    ended
+}
+
+fn driven(place: &Place) -> String {
+    let report = fine(place, "run wall.toml --out out --json").json();
+    assert_eq!((&report["lost_messages"], report["tasks"].as_array().map(Vec::len)), (&0.into(), Some(2)));
+    report["recording"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged() {
+    let place = place();
+    let recording = driven(&place);
+    let info = fine(&place, &format!("info {recording} --json")).json();
+    let topics = info["topics"].as_array().unwrap();
+    let messages = |name: &str| topics.iter().find(|t| t["topic"] == name).map(|t| t["messages"].clone());
+    assert!(messages("/walls").is_some() && messages("/walls") == messages("/tick"), "{info}");
+    assert_eq!(messages("/estimate"), None, "what belongs to drawings is not there");
+    for process in ["world", "localizer", "planner"] {
+        let told = fine(&place, &format!("rerun {recording} --process {process} --json")).json();
+        assert_eq!((&told["identical"], &told["difference"]), (&Value::Bool(true), &Value::Null), "{process}");
+    }
+    fine(&place, &format!("replay {recording} --live localizer,planner,recorder --rate max --record again.mcap"));
+    fine(&place, &format!("diff {recording} again.mcap"));
+    let judged = fine(&place, &format!("judge {recording} --json")).json();
+    assert!(judged.to_string().contains("\"reached\":true"), "{judged}");
+}
+
+#[test]
+fn twenty_kills_leave_the_same_bytes() {
+    let place = place();
+    let told = fine(&place, "chaos wall.toml --kills 20 --json").json();
+    assert_eq!(told["identical"], true, "{told}");
+}
+
+#[test]
+fn what_its_mission_lacks_is_said_before_anything_starts() {
+    let place = place();
+    let path = place.files().join("wall.toml");
+    std::fs::write(&path, MISSION.replace("seconds = 40.0\n", "")).unwrap();
+    let ended = place.run("run wall.toml");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("task 2.seconds: expected a number of seconds"), "{ended}");
+    std::fs::write(&path, MISSION.replace("nomad200", "robotino")).unwrap();
+    let ended = place.run("run wall.toml");
+    assert!(ended.code == Some(2) && ended.err.contains("[sonar]"), "{ended}");
+    // The project's own program does not know the navigator, and says which it knows.
+    let ours = Place::new();
+    std::fs::write(ours.files().join("wall.toml"), MISSION).unwrap();
+    room::write(ours.files());
+    let ended = ours.run("run wall.toml");
+    assert!(ended.code == Some(2) && ended.err.contains("expected one of sketch"), "{ended}");
+}

@@ -96,7 +96,9 @@ fn a_bad_mission_file_is_refused() {
         },
         Case {
             story: "a mission of before there were several navigators",
-            spoil: |folder| in_mission(folder, "[navigator]\nkind = \"sketch\"\ndrawing =", "[sketch]\nfile ="),
+            spoil: |folder| {
+                in_mission(folder, "[navigator]\nkind = \"sketch\"\ndrawing =", "[sketch]\nfile =")
+            },
             says: &["room.toml", "an old mission file", "`sketch.file` to `navigator.drawing`"],
         },
         Case {

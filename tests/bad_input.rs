@@ -96,7 +96,9 @@ fn a_bad_mission_file_is_refused() {
         },
         Case {
             story: "a mission of before there were several navigators",
-            spoil: |folder| in_mission(folder, "[navigator]\nkind = \"sketch\"\ndrawing =", "[sketch]\nfile ="),
+            spoil: |folder| {
+                in_mission(folder, "[navigator]\nkind = \"sketch\"\ndrawing =", "[sketch]\nfile =")
+            },
             says: &["room.toml", "an old mission file", "`sketch.file` to `navigator.drawing`"],
         },
         Case {
@@ -256,7 +258,7 @@ fn a_bad_drawing_is_refused() {
         Case {
             story: "a page without free space",
             spoil: |folder| {
-                in_mission(folder, "file = \"room.svg\"", "file = \"room.svg\"\nwalls = \"dark\"");
+                in_mission(folder, "room.svg\"", "room.svg\"\nwalls = \"dark\"");
                 draw(folder, "<rect width='640' height='440' fill='#000'/>");
             },
             says: &["room.svg", "expected"],
@@ -269,7 +271,7 @@ fn a_place_in_the_drawing_where_nobody_can_be_is_refused() {
     are_refused(&[
         Case {
             story: "a start inside a wall",
-            spoil: |folder| in_mission(folder, "sketch = [120, 320]", "sketch = [320, 100]"),
+            spoil: |folder| in_mission(folder, "start = [120, 320]", "start = [320, 100]"),
             says: &[
                 "start",
                 "(320, 100)",

@@ -46,7 +46,10 @@ fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
     let (ticks, odometry) = (recording.all(TICK).unwrap(), recording.all(ODOMETRY).unwrap());
     let newest = |tick: &Tick| tick.newest.into_iter().max();
     assert!(ticks.len() > BEFORE && odometry.len() >= 5 * ticks.len(), "{} {}", ticks.len(), odometry.len());
-    assert!(ticks.iter().zip(1..).all(|(tick, i)| newest(tick) == Some(5 * i)), "a tick names the newest of five");
+    assert!(
+        ticks.iter().zip(1..).all(|(tick, i)| newest(tick) == Some(5 * i)),
+        "a tick names the newest of five"
+    );
 }
 
 /// What the driver before has sent, as many scans as these, before it is killed.

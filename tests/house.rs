@@ -96,7 +96,8 @@ fn the_pipeline_is_written_down_once() {
     let mut found = Vec::new();
     for path in sources(&repository(), ".rs") {
         let place = path.strip_prefix(repository()).unwrap().display().to_string();
-        let is_ours = ["services/", "schemas/", "recordings/src", "sim/src"].iter().any(|own| place.starts_with(own));
+        let is_ours =
+            ["services/", "schemas/", "recordings/src", "sim/src"].iter().any(|own| place.starts_with(own));
         let is_test = place.contains("/tests");
         if !is_ours || is_test || place == "schemas/src/channels.rs" || OWN_LISTS.contains(&place.as_str()) {
             continue;
@@ -116,7 +117,8 @@ fn the_pipeline_is_written_down_once() {
 
 #[test]
 fn a_list_that_stands_twice_is_seen() {
-    let code = "const A: [&str; 4] = [\"world\", \"planner\",\n \"localizer\", \"recorder\"]; fn f() { g(&[1]) }";
+    let code =
+        "const A: [&str; 4] = [\"world\", \"planner\",\n \"localizer\", \"recorder\"]; fn f() { g(&[1]) }";
     assert_eq!(lists(code).filter(|list| list.contains("\"recorder\"")).count(), 1);
 }
 

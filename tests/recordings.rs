@@ -102,7 +102,8 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
     // The samples of the particles, to which no tolerance belongs, are others by construction.
     assert_eq!(told["difference"]["channel"], "particles", "{told}");
     // One field whose tolerance is too small by far is a difference of that field.
-    let particles = ["count", "total", "particles"].map(|field| format!(" --tolerance particles.{field}=1e9"));
+    let particles =
+        ["count", "total", "particles"].map(|field| format!(" --tolerance particles.{field}=1e9"));
     let line = line.replace("scale_a_pxpm=1e9", "scale_a_pxpm=1e-9") + &particles.concat();
     let told = place.run(&line).json();
     assert_eq!(told["difference"]["channel"], "estimate", "{told}");

@@ -59,9 +59,16 @@ fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged()
     assert_eq!(messages("/estimate"), None, "what belongs to drawings is not there");
     for process in ["world", "localizer", "planner"] {
         let told = fine(&place, &format!("rerun {recording} --process {process} --json")).json();
-        assert_eq!((&told["identical"], &told["difference"]), (&Value::Bool(true), &Value::Null), "{process}");
+        assert_eq!(
+            (&told["identical"], &told["difference"]),
+            (&Value::Bool(true), &Value::Null),
+            "{process}"
+        );
     }
-    fine(&place, &format!("replay {recording} --live localizer,planner,recorder --rate max --record again.mcap"));
+    fine(
+        &place,
+        &format!("replay {recording} --live localizer,planner,recorder --rate max --record again.mcap"),
+    );
     fine(&place, &format!("diff {recording} again.mcap"));
     let judged = fine(&place, &format!("judge {recording} --json")).json();
     assert!(judged.to_string().contains("\"reached\":true"), "{judged}");

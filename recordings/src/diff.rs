@@ -274,7 +274,12 @@ fn explain(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage, tolerances: &Tole
 
 /// The field that differs, `Some(None)` where all that do are forgiven; `None` where these are no messages of the
 /// channel.
-fn field(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage, tolerances: &Tolerances) -> Option<Option<What>> {
+fn field(
+    spec: &ChannelSpec,
+    a: &RawMessage,
+    b: &RawMessage,
+    tolerances: &Tolerances,
+) -> Option<Option<What>> {
     let (of_a, of_b) = (a.decode(spec).ok()?, b.decode(spec).ok()?);
     let (a, b) = (of_a.bytes(), of_b.bytes());
     let layout = spec.message.layout();

@@ -5,7 +5,9 @@ use std::io::Write;
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{self, ODOMETRY, ROUTE, SCAN, SKETCH, TICK, TRUTH};
-use sketchnav_schemas::message::{GroundTruth, Header, LaserScan, Odometry, PoseM, Route, SketchMap, Tick, Twist};
+use sketchnav_schemas::message::{
+    GroundTruth, Header, LaserScan, Odometry, PoseM, Route, SketchMap, Tick, Twist,
+};
 use sketchnav_schemas::time::nanoseconds;
 
 use crate::carmen::{CarmenError, CarmenScan};

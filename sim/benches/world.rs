@@ -7,7 +7,6 @@ mod support;
 #[path = "../../tests/support/data.rs"]
 mod data;
 
-
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector2;
 use rapier2d::prelude::*;

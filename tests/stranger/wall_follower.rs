@@ -69,7 +69,8 @@ fn main() -> ExitCode {
 fn tasks(mission: &Mission) -> Result<Vec<(f64, Text<32>)>, StageError> {
     let of_task = |(i, task): (usize, &sketchnav_schemas::mission::Task)| {
         let seconds = task.given.get("seconds").and_then(toml::Value::as_float);
-        let seconds = seconds.ok_or_else(|| format!("task {}.seconds: expected a number of seconds", i + 1))?;
+        let seconds =
+            seconds.ok_or_else(|| format!("task {}.seconds: expected a number of seconds", i + 1))?;
         Ok((seconds, Text::new(&task.name)))
     };
     mission.task.iter().enumerate().map(of_task).collect()

@@ -117,9 +117,8 @@ fn recording(report: &Value) -> Result<PathBuf, Failure> {
 /// How much the world does in the whole mission, as its progress counts it.
 fn world_messages(recording: &Path) -> Result<u32, Failure> {
     let info = info::info(recording).context("the undisturbed recording")?;
-    let is_worlds = |topic: &str| {
-        channels::of_topic(topic).is_some_and(|spec| spec.writer == Some(Process::World))
-    };
+    let is_worlds =
+        |topic: &str| channels::of_topic(topic).is_some_and(|spec| spec.writer == Some(Process::World));
     let topics = info.topics.iter().filter(|topic| is_worlds(&topic.topic));
     Ok(topics.map(|topic| topic.messages).sum::<u64>() as u32)
 }

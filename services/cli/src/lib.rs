@@ -39,10 +39,7 @@ pub fn main() -> ExitCode {
 }
 
 /// The same with navigators of one's own, and the channels that they have beside those of all.
-pub fn main_with(
-    navigators: &'static [Navigator],
-    channels: &'static [&'static ChannelSpec],
-) -> ExitCode {
+pub fn main_with(navigators: &'static [Navigator], channels: &'static [&'static ChannelSpec]) -> ExitCode {
     match sketchnav_navigators::register(navigators, channels) {
         Ok(()) => main(),
         Err(error) => exit_code(Err(Failure::Other(error.into())), false),

@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use sketchnav_runtime::System;
 use sketchnav_schemas::codes::TaskState;
-use sketchnav_schemas::message::{MissionStatus};
+use sketchnav_schemas::message::MissionStatus;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};

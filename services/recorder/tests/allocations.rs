@@ -87,7 +87,8 @@ impl ChannelVisitor for Round {
         if channel.spec.is_recorded() {
             let mut message = T::zeroed();
             *message.header_mut() = Header { seq: self.seq, stamp_ns: self.seq, source_seq: self.seq };
-            self.allocated += allocations(|| self.core.record(channel.spec, bytemuck::bytes_of(&message), &[]).unwrap());
+            self.allocated +=
+                allocations(|| self.core.record(channel.spec, bytemuck::bytes_of(&message), &[]).unwrap());
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use sketchnav_recorder::Recorder;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
 use sketchnav_runtime::{Channels, Node, System};
-use sketchnav_schemas::channels::{ODOMETRY, RECORDED, TICK, SKETCH};
+use sketchnav_schemas::channels::{ODOMETRY, RECORDED, SKETCH, TICK};
 use sketchnav_schemas::codes::Process;
 use support::{header, run};
 

@@ -164,7 +164,8 @@ fn answered(
     let Some(spec) = last_word.filter(|spec| run.pace != Pace::Lockstep && spec.role != Role::Tick) else {
         return Ok(None);
     };
-    let ticks: Result<BTreeSet<u64>, _> = recording.headers(spec)?.map(|header| Ok(header?.source_seq)).collect();
+    let ticks: Result<BTreeSet<u64>, _> =
+        recording.headers(spec)?.map(|header| Ok(header?.source_seq)).collect();
     // A log that nobody has localized yet has no answers.
     Ok(Some(ticks?).filter(|ticks| !ticks.is_empty()))
 }

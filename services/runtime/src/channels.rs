@@ -44,7 +44,8 @@ impl Channels {
     /// [`Error::SharedMemory`] where a channel cannot be created or exists already.
     pub fn create(node: &Node) -> Result<Self> {
         let run = node.run_config()?;
-        let held = channels::of_kind(run.mission.navigator_kind()).map(|spec| Ok(Box::new(create(node, spec)?) as Box<dyn Any>));
+        let held = channels::of_kind(run.mission.navigator_kind())
+            .map(|spec| Ok(Box::new(create(node, spec)?) as Box<dyn Any>));
         Ok(Self { _held: held.collect::<Result<_>>()? })
     }
 }

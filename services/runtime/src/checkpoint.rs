@@ -126,11 +126,7 @@ impl<T> Checkpoints<T> {
     }
 
     /// The state in a slot; `None` where it is empty, or was being written when the process was killed.
-    fn read_slot(
-        &self,
-        slot: usize,
-        parse: impl Fn(&[u8]) -> postcard::Result<T>,
-    ) -> Result<Option<T>> {
+    fn read_slot(&self, slot: usize, parse: impl Fn(&[u8]) -> postcard::Result<T>) -> Result<Option<T>> {
         let mapping = &self.slots[slot];
         let bytes = mapping.bytes();
         let number = |offset: usize| mapping.number(offset).load(SeqCst);

@@ -94,7 +94,8 @@ struct Tapped<'a, T> {
 impl<T: Tap> Sink for Tapped<'_, T> {
     fn put(&mut self, put: Put<'_>) -> Result<u64, StageError> {
         let slot = self.memory.slots.iter_mut().find(|slot| slot.spec == put.spec);
-        let slot = slot.ok_or_else(|| format!("channel {:?} is not this process's to write", put.spec.name))?;
+        let slot =
+            slot.ok_or_else(|| format!("channel {:?} is not this process's to write", put.spec.name))?;
         let (message, cells) = slot.newest.blank(put.spec.message.size, put.cells);
         (put.fill)(message, cells);
         slot.seq += u64::from(!put.is_repeated);

@@ -64,7 +64,8 @@ fn judge(run: &RunConfig, faults: &[FaultInfo], truth: &[GroundTruth], contacts:
 fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)> {
     let Pace::RealTime { speed } = run.pace else { return Vec::new() };
     // A robot that stands still needs no sketcher.
-    let navigators = NAVIGATORS.into_iter().filter(|process| trigger_of(*process, run.mission.navigator_kind()).is_some());
+    let navigators =
+        NAVIGATORS.into_iter().filter(|process| trigger_of(*process, run.mission.navigator_kind()).is_some());
     let navigators: Vec<_> = navigators.map(Process::word).collect();
     let mut away = Vec::new();
     let is_death = |fault: &FaultInfo| fault.kind == "died" && navigators.contains(&fault.process);

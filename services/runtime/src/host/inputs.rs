@@ -203,7 +203,9 @@ impl Inputs {
         let readers = readers.chain(self.ticks.iter_mut().map(|ticks| &mut ticks.reader));
         let readers = readers.chain(self.triggers.iter_mut().map(|triggers| &mut triggers.reader));
         let drawings = self.requests.iter_mut().map(|requests| &mut requests.reader);
-        readers.chain(drawings.filter(|reader| reader.spec().max_cells > 0)).for_each(RawReader::resume_anywhere);
+        readers
+            .chain(drawings.filter(|reader| reader.spec().max_cells > 0))
+            .for_each(RawReader::resume_anywhere);
         Ok(())
     }
 }

@@ -63,7 +63,8 @@ impl Sink for Outputs {
     /// What only onlookers read wakes nobody: another message of the same step follows.
     fn put(&mut self, put: Put<'_>) -> Result<u64, StageError> {
         let writer = self.writers.iter_mut().find(|writer| writer.spec() == put.spec);
-        let writer = writer.ok_or_else(|| format!("channel {:?} is not this process's to write", put.spec.name))?;
+        let writer =
+            writer.ok_or_else(|| format!("channel {:?} is not this process's to write", put.spec.name))?;
         if put.is_repeated {
             writer.resume_after(writer.last_seq().saturating_sub(1));
         }

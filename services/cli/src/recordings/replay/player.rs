@@ -72,7 +72,9 @@ impl<'a> Player<'a> {
     ) -> anyhow::Result<Self> {
         let ports = Ports::open(&run.system, plan, supervisor)?;
         let waits = options.rate == Rate::Max && !options.live.is_empty();
-        let answers = waits.then(|| Answers::open(&run.system, run.mission.navigator_kind(), &options.live)).transpose()?;
+        let answers = waits
+            .then(|| Answers::open(&run.system, run.mission.navigator_kind(), &options.live))
+            .transpose()?;
         Ok(Self {
             recording,
             options,

@@ -85,7 +85,8 @@ impl Ports {
             let process = speaker(spec);
             if process != Process::Supervisor && !ports.nodes.contains_key(&process) {
                 let system = Rc::new(System::open(system)?);
-                let node = Node::join(system, process).with_context(|| format!("speaking for the {process}"))?;
+                let node =
+                    Node::join(system, process).with_context(|| format!("speaking for the {process}"))?;
                 ports.nodes.insert(process, node);
             }
             let node = node_of(&ports.nodes, process, supervisor)?;

@@ -73,7 +73,7 @@ fn pure_crates_reach_no_process_no_network_no_recording_and_no_physics() {
 /// Each pure crate has clippy forbid clocks, threads, files of its own and maps without order.
 #[test]
 fn pure_crates_have_clippy_guard_them() {
-    let manifests = sources(&repository(), "Cargo.toml");
+    let manifests = sources(repository(), "Cargo.toml");
     for pure in PURE {
         let own = manifests.iter().find(|path| read(path).contains(&format!("name = \"{pure}\"")));
         let guard = own.unwrap_or_else(|| panic!("{pure}: no manifest")).with_file_name("clippy.toml");
@@ -94,7 +94,7 @@ fn the_pipeline_is_written_down_once() {
     let channels: Vec<_> = channels::all().map(|spec| format!("{}.spec", spec.name.to_uppercase())).collect();
     let names: Vec<_> = channels::all().map(|spec| format!("\"{}\"", spec.name)).collect();
     let mut found = Vec::new();
-    for path in sources(&repository(), ".rs") {
+    for path in sources(repository(), ".rs") {
         let place = path.strip_prefix(repository()).unwrap().display().to_string();
         let is_ours =
             ["services/", "schemas/", "recordings/src", "sim/src"].iter().any(|own| place.starts_with(own));

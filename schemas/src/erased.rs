@@ -28,13 +28,19 @@ pub struct MessageType {
     layout: fn() -> Layout,
     is_valid: fn(&[u8]) -> bool,
     spare: fn() -> Spare,
-    encode: fn(&[u8], &[u8], &mut Spare, &mut Vec<u8>) -> Result<(), Ros2Error>,
+    encode: Encode,
     decode: fn(&[u8], u64) -> Result<Owned, Ros2Error>,
-    json: fn(&[u8], &[u8]) -> Result<serde_json::Value, Box<dyn std::error::Error + Send + Sync>>,
+    json: fn(&[u8], &[u8]) -> Result<serde_json::Value, JsonError>,
 }
 
 /// The ROS 2 form of an earlier message, whose memory the next one uses: see [`MessageType::encode`].
 pub type Spare = Box<dyn Any + Send>;
+
+/// Message, cells, memory, where to.
+type Encode = fn(&[u8], &[u8], &mut Spare, &mut Vec<u8>) -> Result<(), Ros2Error>;
+
+/// Why a message has no JSON.
+pub type JsonError = Box<dyn std::error::Error + Send + Sync>;
 
 impl MessageType {
     /// The type `T`.
@@ -114,11 +120,7 @@ impl MessageType {
     ///
     /// # Errors
     /// As [`MessageType::encode`].
-    pub fn json(
-        &self,
-        message: &[u8],
-        cells: &[u8],
-    ) -> Result<serde_json::Value, Box<dyn std::error::Error + Send + Sync>> {
+    pub fn json(&self, message: &[u8], cells: &[u8]) -> Result<serde_json::Value, JsonError> {
         (self.json)(message, cells)
     }
 }
@@ -147,10 +149,7 @@ fn decode<T: Ros2>(cdr: &[u8], seq: u64) -> Result<Owned, Ros2Error> {
     Ok(Owned::new(&message, cells))
 }
 
-fn json<T: Ros2>(
-    message: &[u8],
-    cells: &[u8],
-) -> Result<serde_json::Value, Box<dyn std::error::Error + Send + Sync>> {
+fn json<T: Ros2>(message: &[u8], cells: &[u8]) -> Result<serde_json::Value, JsonError> {
     let message: &T = bytemuck::from_bytes(message);
     let mut form = serde_json::to_value(message.to_ros2(cells)?)?;
     if let Some(fields) = form.as_object_mut() {

@@ -368,6 +368,11 @@ pub fn names() -> String {
     all().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
+/// The same of the channels of a run of this kind of navigator.
+pub fn names_of_kind(kind: &str) -> String {
+    of_kind(kind).map(|spec| spec.name).collect::<Vec<_>>().join(", ")
+}
+
 /// The sensors' channels: the number of the newest message of the `i`-th stands at `newest[i]` of a [`Tick`].
 pub fn sensors() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     all().filter(|spec| spec.role == Role::Sensor)

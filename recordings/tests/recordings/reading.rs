@@ -71,7 +71,7 @@ fn the_order_of_time_has_the_rhythm_of_a_step() {
     let topics: Vec<_> = of_step.map(|message| message.topic.name.as_str()).collect();
     assert_eq!(
         topics,
-        ["/truth", "/odometry", "/scan", "/estimate", "/command", "/status", "/tf", "/health"]
+        ["/truth", "/odometry", "/scan", "/tick", "/estimate", "/command", "/status", "/tf", "/health"]
     );
 }
 

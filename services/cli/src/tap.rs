@@ -8,7 +8,7 @@ use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
 
 use crate::args::Tap;
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{live, say};
 use crate::systems;
 
@@ -116,6 +116,11 @@ fn follow<L: Listener>(tap: &Tap, listener: &mut L) -> Result<Outcome, Failure> 
     };
     let system = systems::find(tap.system.as_deref())?;
     let name = system.name().to_owned();
+    let kind = system.run_config().or_input()?.mission.navigator_kind().to_owned();
+    if !spec.belongs_to(&kind) {
+        let (found, known) = (spec.name, channels::names_of_kind(&kind));
+        return Err(Failure::Input(anyhow!("channel {found:?}: expected one of {known} of navigator {kind:?}")));
+    }
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
     listen(&node, spec, tap.count, listener)?;
     Ok(Outcome::Success)

@@ -34,7 +34,8 @@ impl Plan {
     pub fn new(recording: &Recording, options: &ReplayOptions) -> anyhow::Result<Self> {
         let (first_ns, last_ns) = recording.index()?.span_ns().context("the recording has no message")?;
         let asked = options.times.ns()?;
-        let topics = topics(options)?;
+        let run = recording.run()?;
+        let topics = topics(options, run.mission.navigator_kind())?;
         let known: Vec<_> = recording.topics()?.iter().map(|topic| topic.name.clone()).collect();
         let remapped = options.remap.iter().map(|(from, _)| from.clone());
         let named = options.topics.iter().filter_map(|name| topics.get(plain(name)).cloned());
@@ -92,12 +93,12 @@ fn plain(topic: &str) -> &str {
 
 /// By channel the topic that is played into it: those of the processes that are not live, all or those that
 /// are named, each its own or the one that is mapped to it.
-fn topics(options: &ReplayOptions) -> anyhow::Result<BTreeMap<&'static str, String>> {
+fn topics(options: &ReplayOptions, kind: &str) -> anyhow::Result<BTreeMap<&'static str, String>> {
     // What befalls live processes this system's supervisor tells.
     let is_told = |spec: &ChannelSpec| spec.name == FAULTS.spec.name && !options.live.is_empty();
     let is_played =
         |spec: &&ChannelSpec| spec.is_recorded() && !options.live.contains(&speaker(spec)) && !is_told(spec);
-    let played: Vec<&'static ChannelSpec> = channels::all().filter(is_played).collect();
+    let played: Vec<&'static ChannelSpec> = channels::of_kind(kind).filter(is_played).collect();
     let names = played.iter().map(|spec| spec.name).collect::<Vec<_>>();
     let targets = options.remap.iter().map(|(_, to)| ("--remap", plain(to)));
     for (option, name) in options.topics.iter().map(|name| ("--topics", plain(name))).chain(targets) {

@@ -78,7 +78,8 @@ fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged()
 #[test]
 fn twenty_kills_leave_the_same_bytes() {
     let place = place();
-    let told = fine(&place, "chaos wall.toml --kills 20 --targets world,localizer,planner,recorder --json").json();
+    let told =
+        fine(&place, "chaos wall.toml --kills 20 --targets world,localizer,planner,recorder --json").json();
     assert_eq!(told["identical"], true, "{told}");
 }
 

@@ -119,7 +119,9 @@ fn follow<L: Listener>(tap: &Tap, listener: &mut L) -> Result<Outcome, Failure> 
     let kind = system.run_config().or_input()?.mission.navigator_kind().to_owned();
     if !spec.belongs_to(&kind) {
         let (found, known) = (spec.name, channels::names_of_kind(&kind));
-        return Err(Failure::Input(anyhow!("channel {found:?}: expected one of {known} of navigator {kind:?}")));
+        return Err(Failure::Input(anyhow!(
+            "channel {found:?}: expected one of {known} of navigator {kind:?}"
+        )));
     }
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
     listen(&node, spec, tap.count, listener)?;

@@ -1,5 +1,7 @@
 //! Shows what the sketcher understands of a drawing: `preview DRAWING OUT.png [MISSION.toml]`.
 
+#![expect(clippy::disallowed_methods, reason = "an example has a clock")]
+
 use std::fs;
 use std::path::Path;
 use std::time::Instant;

@@ -9,7 +9,7 @@
 //! rounded box may begin behind its face, or miss the ray. It leaves out no face whose box begins before the
 //! second hit.
 //! Where that is not so, which is rare, the tree is asked. Rays almost along a face, whose intersection
-//! parry treats in a way of its own, are left to parry. What is skipped would be hit [`CLEAR_M`] behind the
+//! parry treats in a way of its own, are left to parry. What is skipped would be hit `CLEAR_M` behind the
 //! nearest hit, at least: no rounding reaches so far, for a hit lies within the ends of its face.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

@@ -82,6 +82,23 @@ fn pure_crates_have_clippy_guard_them() {
     }
 }
 
+/// The README shows the table to people; it is the same one.
+#[test]
+fn the_readme_shows_the_pipeline_as_it_is() {
+    let readme = read(&repository().join("README.md"));
+    let shown: Vec<_> = readme.lines().skip_while(|line| !line.starts_with("| channel |")).skip(2).collect();
+    for (spec, line) in channels::all().zip(shown) {
+        let message = spec.message.name.split('/').nth(1).unwrap_or_default();
+        let readers = match spec.readers {
+            [] => "–".to_owned(),
+            readers => channels::words(readers.iter().copied()),
+        };
+        let writer = spec.writer.map_or("every process", Process::word);
+        let ros2 = spec.message.ros2.replace("/msg/", "/");
+        assert_eq!(line, format!("| `{}` | `{message}` | `{ros2}` | {writer} | {readers} |", spec.name));
+    }
+}
+
 /// Lists of channels that are not the pipeline: what the judge reads of a recording.
 const OWN_LISTS: [&str; 1] = ["services/evaluation/src/judge/log.rs"];
 

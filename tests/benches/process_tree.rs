@@ -1,10 +1,18 @@
-//! How fast the whole process tree drives the demo mission in lockstep, and who needs the time.
+//! How fast the whole process tree drives the demo mission in lockstep, and who needs the time. The yardstick is the same
+//! stages, called in turn in one process that records nothing: what two cores gain is set against what processes cost.
 //!
 //! `cargo bench --bench process_tree` prints a line a run and the shares of the fastest.
 
+use std::path::Path;
 use std::process::Command;
+use std::time::Instant;
 
 use serde_json::Value;
+use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_schemas::channels::ChannelSpec;
+use sketchnav_schemas::erased;
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_sim::mission_file;
 
 const RUNS: u64 = 5;
 
@@ -24,6 +32,15 @@ fn main() {
             report["lost_messages"],
         );
     }
+    let alone: Vec<f64> = (1..=RUNS).map(in_one_process).collect();
+    let ratio = |(report, alone): (&Value, &f64)| number(&report["real_time_factor"]) / alone;
+    let mut ratios: Vec<f64> = runs.iter().zip(&alone).map(ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    println!(
+        "the same stages in one process: {:.1} × real time at best; processes to one: {:.2} (median of {RUNS})",
+        alone.iter().copied().fold(0.0, f64::max),
+        ratios[ratios.len() / 2],
+    );
     let factor = |report: &&Value| number(&report["real_time_factor"]);
     let fastest = runs.iter().max_by(|a, b| factor(a).total_cmp(&factor(b)));
     if let Some(report) = fastest {
@@ -40,6 +57,27 @@ fn run(seed: u64) -> Value {
         .expect("sketchnav starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).expect("one JSON object")
+}
+
+/// The latest stamp, ns.
+struct Last(u64);
+
+impl Tap for Last {
+    fn see(&mut self, _: &'static ChannelSpec, message: &[u8], _: &[u8]) {
+        self.0 = self.0.max(erased::header(message).stamp_ns);
+    }
+}
+
+/// How many simulated seconds a second the stages make when one process calls them in turn.
+fn in_one_process(seed: u64) -> f64 {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sim/missions/building/building-a.toml");
+    let (mission, robot) = mission_file::load(&path).expect("the demo's mission");
+    let (system, pace, pad, without) = ("alone".to_owned(), Pace::Lockstep, Pad::Absent, Vec::new());
+    let run = RunConfig { system, mission, robot, seed, pace, recording: None, pad, without };
+    let began = Instant::now();
+    let mut last = Last(0);
+    Rehearsal::new(&run).and_then(|rehearsal| rehearsal.run(&mut last)).expect("the demo");
+    last.0 as f64 * 1e-9 / began.elapsed().as_secs_f64()
 }
 
 fn shares(report: &Value) {

@@ -1,35 +1,71 @@
 //! What a hop costs: the world sends a scan, the planner answers with a command, in two processes, as
-//! in lockstep. Prints the time of a hop (half a round) and what the system takes of `/dev/shm`.
+//! in lockstep. Prints the time of a hop (half a round) and what the system takes of `/dev/shm`. Beside it, in the same
+//! run and with the same payloads, two yardsticks: iceoryx2 as it comes, woken by a WaitSet, and a Unix socket.
 //!
 //! `cargo run --release -p sketchnav-runtime --example ping`
 
 use std::error::Error;
+use std::io::{Read, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
 use std::process::{Child, Command};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use iceoryx2::port::{listener::Listener, notifier::Notifier, publisher::Publisher, subscriber::Subscriber};
+use iceoryx2::prelude::{
+    CallbackProgression, LogLevel, NodeBuilder, WaitSet, WaitSetBuilder, ipc, set_log_level_from_env_or,
+};
+use iceoryx2::service::port_factory::PortFactory as _;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use sketchnav_runtime::{Channels, Node, System, Wake};
 use sketchnav_schemas::channels::{COMMAND, SCAN};
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::{LaserScan, VelocityCommand};
 
 const ROUNDS: usize = 20_000;
 const WARM_UP: usize = 1_000;
 const LIMIT: Duration = Duration::from_secs(5);
+/// Bytes of the yardsticks' messages: there and back.
+const THERE: usize = size_of::<LaserScan>();
+const BACK: usize = size_of::<VelocityCommand>();
 
-fn main() -> Result<(), Box<dyn Error>> {
-    match std::env::args().nth(1) {
-        Some(system) => answer(&system),
-        None => measure(),
+type Outcome<T = ()> = Result<T, Box<dyn Error>>;
+
+fn main() -> Outcome {
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["waitset"] => measure_waitset(),
+        ["waitset", name] => answer_waitset(name),
+        ["socket", path] => answer_socket(path),
+        [system] => answer(system),
+        _ => {
+            measure()?;
+            // In a process of its own: a system's settings are global to a process.
+            other(&["waitset"])?.wait()?;
+            measure_socket()
+        }
     }
 }
 
-fn measure() -> Result<(), Box<dyn Error>> {
+/// The answering process.
+fn other(arguments: &[&str]) -> Outcome<Child> {
+    Ok(Command::new(std::env::current_exe()?).args(arguments).spawn()?)
+}
+
+fn print(what: &str, mut hops: Vec<Duration>) {
+    let mut hops = hops.split_off(WARM_UP);
+    hops.sort_unstable();
+    let at = |share: f64| hops[(hops.len() as f64 * share) as usize].as_nanos() as f64 / 1000.0;
+    println!("{what:<24} p50 {:6.1} µs, p99 {:6.1} µs a hop, {ROUNDS} rounds", at(0.5), at(0.99));
+}
+
+fn measure() -> Outcome {
     let mut run: sketchnav_schemas::run::RunConfig = serde_json::from_str(include_str!("../tests/run.json"))?;
     run.system = format!("ping-{}", std::process::id());
     let system = Rc::new(System::create(&run)?);
     let supervisor = Node::join(system.clone(), Process::Supervisor)?;
     let channels = Channels::create(&supervisor)?;
-    let mut planner = Command::new(std::env::current_exe()?).arg(&run.system).spawn()?;
+    let mut planner = other(&[&run.system])?;
     let result = send(&run.system, &mut planner);
     planner.kill()?;
     planner.wait()?;
@@ -39,7 +75,7 @@ fn measure() -> Result<(), Box<dyn Error>> {
 }
 
 /// The world's part.
-fn send(system: &str, planner: &mut Child) -> Result<(), Box<dyn Error>> {
+fn send(system: &str, planner: &mut Child) -> Outcome {
     let node = Node::join(System::open(system)?, Process::World)?;
     let mut scans = node.writer(SCAN)?;
     let mut commands = node.reader(COMMAND)?;
@@ -57,16 +93,13 @@ fn send(system: &str, planner: &mut Child) -> Result<(), Box<dyn Error>> {
         }
         hops.push(began.elapsed() / 2);
     }
-    let mut hops = hops.split_off(WARM_UP);
-    hops.sort_unstable();
-    let at = |share: f64| hops[(hops.len() as f64 * share) as usize].as_nanos() as f64 / 1000.0;
-    println!("hop of a LaserScan: p50 {:.1} µs, p99 {:.1} µs, {ROUNDS} rounds", at(0.5), at(0.99));
+    print("sketchnav", hops);
     println!("/dev/shm: {} KiB", shared_memory_kib(system)?);
     Ok(())
 }
 
 /// The planner's part.
-fn answer(system: &str) -> Result<(), Box<dyn Error>> {
+fn answer(system: &str) -> Outcome {
     let node = Node::join(System::open(system)?, Process::Planner)?;
     let mut scans = node.reader(SCAN)?;
     let mut commands = node.writer(COMMAND)?;
@@ -90,4 +123,121 @@ fn shared_memory_kib(system: &str) -> std::io::Result<u64> {
         }
     }
     Ok(blocks / 2)
+}
+
+/// Both directions of iceoryx2 as it comes: messages, and events that say that there is one.
+struct Raw {
+    service: PortFactory<ipc::Service, [u8], ()>,
+    publisher: Publisher<ipc::Service, [u8], ()>,
+    notifier: Notifier<ipc::Service>,
+    subscriber: Subscriber<ipc::Service, [u8], ()>,
+    listener: Listener<ipc::Service>,
+}
+
+impl Raw {
+    fn open(name: &str, sends: &str, hears: &str) -> Outcome<Self> {
+        set_log_level_from_env_or(LogLevel::Fatal);
+        let node = NodeBuilder::new().create::<ipc::Service>()?;
+        let messages = |way: &str| -> Outcome<_> {
+            let name = format!("{name}-{way}");
+            Ok(node
+                .service_builder(&name.as_str().try_into()?)
+                .publish_subscribe::<[u8]>()
+                .open_or_create()?)
+        };
+        let events = |way: &str| -> Outcome<_> {
+            let name = format!("{name}-{way}-event");
+            Ok(node.service_builder(&name.as_str().try_into()?).event().open_or_create()?)
+        };
+        let service = messages(sends)?;
+        Ok(Self {
+            publisher: service.publisher_builder().initial_max_slice_len(THERE).create()?,
+            service,
+            notifier: events(sends)?.notifier_builder().create()?,
+            subscriber: messages(hears)?.subscriber_builder().create()?,
+            listener: events(hears)?.listener_builder().create()?,
+        })
+    }
+
+    fn send(&self, bytes: &[u8]) -> Outcome {
+        self.publisher.loan_slice_uninit(bytes.len())?.write_from_slice(bytes).send()?;
+        self.notifier.notify()?;
+        Ok(())
+    }
+}
+
+impl Raw {
+    /// Sleeps until there is an event, and takes all there are.
+    fn wait(&self, waitset: &WaitSet<ipc::Service>) -> Outcome {
+        waitset.wait_and_process_once(|_| CallbackProgression::Continue)?;
+        self.listener.try_wait(|_| {})?;
+        Ok(())
+    }
+}
+
+fn answer_waitset(name: &str) -> Outcome {
+    let raw = Raw::open(name, "back", "there")?;
+    let waitset = WaitSetBuilder::new().create::<ipc::Service>()?;
+    let _guard = waitset.attach_notification(&raw.listener)?;
+    loop {
+        while let Some(message) = raw.subscriber.receive()? {
+            if message.payload()[0] == 0 {
+                return Ok(());
+            }
+            raw.send(&[1; BACK])?;
+        }
+        raw.wait(&waitset)?;
+    }
+}
+
+fn measure_waitset() -> Outcome {
+    let name = format!("sketchnav-ping-{}", std::process::id());
+    let raw = Raw::open(&name, "there", "back")?;
+    let mut other = other(&["waitset", &name])?;
+    let waitset = WaitSetBuilder::new().create::<ipc::Service>()?;
+    let _guard = waitset.attach_notification(&raw.listener)?;
+    let (bytes, mut hops) = ([1; THERE], Vec::with_capacity(ROUNDS));
+    // The other one has to be there before the first message, with its events too, which it opens last.
+    while raw.notifier.notify()? == 0 || raw.service.dynamic_config().number_of_subscribers() == 0 {}
+    for _ in 0..ROUNDS {
+        let began = Instant::now();
+        raw.send(&bytes)?;
+        while raw.subscriber.receive()?.is_none() {
+            raw.wait(&waitset)?;
+        }
+        hops.push(began.elapsed() / 2);
+    }
+    raw.send(&[0; THERE])?;
+    other.wait()?;
+    print("iceoryx2, WaitSet", hops);
+    Ok(())
+}
+
+fn measure_socket() -> Outcome {
+    let folder = std::env::temp_dir().join(format!("sketchnav-ping-{}", std::process::id()));
+    let listener = UnixListener::bind(&folder)?;
+    let mut other = other(&["socket", folder.to_str().ok_or("a path of UTF-8")?])?;
+    let (mut stream, _) = listener.accept()?;
+    let (there, mut back) = ([1; THERE], [0; BACK]);
+    let mut hops = Vec::with_capacity(ROUNDS);
+    for _ in 0..ROUNDS {
+        let began = Instant::now();
+        stream.write_all(&there)?;
+        stream.read_exact(&mut back)?;
+        hops.push(began.elapsed() / 2);
+    }
+    drop(stream);
+    other.wait()?;
+    std::fs::remove_file(folder)?;
+    print("Unix socket, a copy", hops);
+    Ok(())
+}
+
+fn answer_socket(path: &str) -> Outcome {
+    let mut stream = UnixStream::connect(path)?;
+    let (mut there, back) = ([0; THERE], [1; BACK]);
+    while stream.read_exact(&mut there).is_ok() {
+        stream.write_all(&back)?;
+    }
+    Ok(())
 }

@@ -1,10 +1,7 @@
-//! The pipeline as one table: for each channel its message, who writes it, who may read it, and what part it has in
-//! an instant.
+//! The pipeline as one table. A row names a channel, its message, its writer, its readers and its role in an instant.
 //!
-//! Everything that needs a list of channels or of processes derives it from here: the supervisor, the recorder, the
-//! hosts of stages, replay, `top`, `chaos`, the pad, tests. The order of the table is the order of an instant.
-//!
-//! A program may add channels of its own by [`register`], for a navigator of its own.
+//! Every list of channels or processes derives from this table. The order of the table is the order of an instant.
+//! A program adds the channels of its own navigators by [`register`].
 
 use std::marker::PhantomData;
 use std::sync::OnceLock;

@@ -2,7 +2,7 @@
 //!
 //! - [`message`]: the structs as they lie in shared memory; [`declare`]: how one is declared; [`codes`]: the small numbers inside them.
 //! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form; [`valid`]: what they may hold.
-//! - [`channels`]: the pipeline: who writes what, who may read it, in which order; [`erased`]: messages by bytes.
+//! - [`channels`]: the pipeline, with writer and readers of each channel; [`erased`]: messages by bytes.
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
 //! - [`mission`], [`floor_plan`], [`robot`]: the files that people write.
 //! - [`sketch_mission`]: what of a mission belongs to the navigator in drawings; [`method`]: its methods.

@@ -1,6 +1,6 @@
 //! What belongs to a mission of kind `sketch`: the drawing, where the robot starts in it, and where it shall go.
 //!
-//! Every reader of those keys goes through [`SketchMission`], and so does everyone who writes them.
+//! All code reads and writes these keys through [`SketchMission`].
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};

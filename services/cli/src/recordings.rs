@@ -57,7 +57,7 @@ pub fn cut_off<'a>(
     Ok(names)
 }
 
-/// Says that what is told of a recording is told of a part of the run.
+/// Warns that the recording is cut off, so that it covers a part of the run only.
 pub fn tell_cut_off(name: impl std::fmt::Display) {
     say!("notice: {name} is cut off; what is there is whole");
 }

@@ -1,7 +1,7 @@
 //! What the recorder does with messages: writes them down, counts, says what is safe.
 //!
-//! Takes the messages in passes: every channel drained once, in the order of the table, but ticks before all others, so that
-//! at the end of a pass everything that was sent before its last tick is written.
+//! Takes the messages in passes. A pass drains the ticks first, then every other channel in the order of the table. So at
+//! its end everything that was sent before its last tick is written.
 //! When the disk is full it goes on without writing: the robot drives on, and the world in lockstep,
 //! which waits for the recorder, is not stopped; where there is room again, another core goes on. Never opens a file, reads a clock or prints.
 

@@ -48,7 +48,7 @@ fn main() -> anyhow::Result<()> {
     scans.resume_behind_kept();
     odometry.resume_behind_kept();
     ticks.resume_behind_kept();
-    let last = odometry.last_kept().copied();
+    let last = odometry.last_kept();
     let clock = last.map_or(Duration::ZERO, |last| Duration::from_nanos(last.header.stamp_ns) + period);
     let pose = last.map_or(Pose::new(0.0, 0.0, 0.0), |last| last.pose());
     let ticks_before = ticks.last_seq();

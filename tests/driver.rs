@@ -30,8 +30,8 @@ fn the_example_of_a_driver_drives_a_mission() {
     place.assert_nothing_left("driver");
 }
 
-/// In the first edition the laser was everybody's clock, and each scan had its one reading of the odometry: with faster
-/// wheels the odometry's history was over before a late reader came, and its messages counted as lost.
+/// Once the laser was everybody's clock, and each scan had its one reading of the odometry. With faster wheels the history
+/// of the odometry was too short for a late reader, and its messages counted as lost.
 #[test]
 fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
     let place = Place::new();

@@ -6,10 +6,10 @@
 //! Why not the mcap crate's own readers. Since 0.26 they take a `record_length_limit`, and with one of 64 MB they were
 //! tried on 60,000 damaged copies of the golden recordings, packed and not:
 //!
-//! - They allocate up to 4 GB, whatever the limit: it holds for records, and not for the texts in them, whose length
-//!   is a number of 32 bits that is believed (`McapString`). Here the most was 1 MB.
-//! - In 58 files `LinearReader` subtracts the length of a record from what is left of an uncompressed chunk, and that
-//!   is less: a panic with overflow checks, records from behind the chunk without.
+//! - They allocate up to 4 GB, whatever the limit. It holds for records, not for the texts in them (`McapString`).
+//!   Here the most was 1 MB.
+//! - In 58 files `LinearReader` subtracts a record's length from a smaller rest of an uncompressed chunk. With overflow
+//!   checks it panics; without, it reads records from behind the chunk.
 //! - `parse_record` panics on an attachment that ends before its checksum (a test holds that, to tell when it is mended).
 //! - They do not say where in the file a record begins. The index of a file without a summary, seeking, and
 //!   repairing need that.

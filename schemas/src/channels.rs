@@ -302,17 +302,32 @@ pub enum RegisterError {
         /// How many there would be.
         found: usize,
     },
+    /// More sensors than a tick can name.
+    #[error("expected at most {MAX_SENSORS} channels of sensors in all, found {found}")]
+    TooManySensors {
+        /// How many there would be.
+        found: usize,
+    },
+    /// A kind of navigator without one of the channels that its processes wait for, or with two.
+    #[error("kind {kind:?}: expected one channel of role {role:?}, found {found}")]
+    Role {
+        /// The kind.
+        kind: &'static str,
+        /// The role.
+        role: Role,
+        /// How many there would be.
+        found: usize,
+    },
 }
 
-/// Adds the channels of foreign navigators to the table: once, the first thing that a program does.
+/// Adds the channels of foreign navigators of these kinds to the table: once, the first thing that a program does.
 ///
 /// # Errors
 /// [`RegisterError`].
-pub fn register(channels: &'static [&'static ChannelSpec]) -> Result<(), RegisterError> {
-    let found = TABLE.len() + channels.len();
-    if found > MAX_CHANNELS {
-        return Err(RegisterError::TooMany { found });
-    }
+pub fn register(
+    kinds: impl IntoIterator<Item = &'static str>,
+    channels: &'static [&'static ChannelSpec],
+) -> Result<(), RegisterError> {
     let mut known: Vec<_> = TABLE.to_vec();
     for &spec in channels {
         if known.contains(&spec) {
@@ -320,7 +335,28 @@ pub fn register(channels: &'static [&'static ChannelSpec]) -> Result<(), Registe
         }
         known.push(spec);
     }
+    check(&known, kinds)?;
     REGISTERED.set(channels).map_err(|_| RegisterError::Again)
+}
+
+/// What a table must be.
+fn check(table: &[&ChannelSpec], kinds: impl IntoIterator<Item = &'static str>) -> Result<(), RegisterError> {
+    if table.len() > MAX_CHANNELS {
+        return Err(RegisterError::TooMany { found: table.len() });
+    }
+    let found = table.iter().filter(|spec| spec.role == Role::Sensor).count();
+    if found > MAX_SENSORS {
+        return Err(RegisterError::TooManySensors { found });
+    }
+    for kind in kinds {
+        for role in [Role::Tick, Role::Situation, Role::Command, Role::Status] {
+            let found = table.iter().filter(|spec| spec.belongs_to(kind) && spec.role == role).count();
+            if found != 1 {
+                return Err(RegisterError::Role { kind, role, found });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Every channel, in the order of an instant; what no two runs agree on comes last.
@@ -481,13 +517,27 @@ mod tests {
     }
 
     #[test]
-    fn a_tick_has_room_for_every_sensor() {
-        assert!(sensors().count() <= MAX_SENSORS);
+    fn the_table_is_what_a_table_must_be() {
+        assert_eq!(check(TABLE, ["sketch"]), Ok(()));
     }
 
     #[test]
     fn a_name_stands_once() {
         static TWICE: [&ChannelSpec; 1] = [SCAN.spec];
-        assert_eq!(register(&TWICE), Err(RegisterError::Name { name: "scan" }));
+        assert_eq!(register([], &TWICE), Err(RegisterError::Name { name: "scan" }));
+    }
+
+    /// A navigator without a situation was taken in; its planner then waited for ever.
+    #[test]
+    fn a_navigator_without_a_situation_is_rejected() {
+        let error = register(["wall-follower"], &[]).unwrap_err();
+        let expected = "kind \"wall-follower\": expected one channel of role Situation, found 0";
+        assert_eq!(error.to_string(), expected);
+    }
+
+    #[test]
+    fn more_sensors_than_a_tick_can_name_are_rejected() {
+        let sensors = [SCAN.spec; MAX_SENSORS + 1];
+        assert_eq!(check(&sensors, []), Err(RegisterError::TooManySensors { found: MAX_SENSORS + 1 }));
     }
 }

@@ -206,19 +206,9 @@ impl Owned {
         (bytemuck::cast_slice_mut(&mut self.words), &mut self.cells)
     }
 
-    /// Whether nothing was put there yet.
-    pub fn is_empty(&self) -> bool {
-        self.words.is_empty()
-    }
-
     /// The message.
     pub fn bytes(&self) -> &[u8] {
         bytemuck::cast_slice(&self.words)
-    }
-
-    /// The message, to be changed.
-    pub fn bytes_mut(&mut self) -> &mut [u8] {
-        bytemuck::cast_slice_mut(&mut self.words)
     }
 
     /// The slice behind it.

@@ -6,7 +6,7 @@
 //! which is the sequence number of the recorded message, and the zeros behind the counts.
 //!
 //! The forms of `sketchnav_msgs`, the conversions and the `.msg` texts are generated from the declarations
-//! of the messages: a [`Field`] travels as its type says, or in a [`Way`] that the declaration names.
+//! of the messages. A [`Field`] travels as its type says, or in a [`Way`] that the declaration names.
 //! Messages that are, or hold, standard ROS 2 messages are mapped by hand in `standard.rs`.
 //!
 //! [`definitions`] holds the `.msg` texts, [`transforms`] what viewers need beside the messages.

@@ -10,8 +10,8 @@ use sketchnav_schemas::geometry::{Pose, World};
 
 use crate::raycast::Faces;
 
-/// Random numbers between the first of one reading and the first of the next: more than any reading draws,
-/// and odd, so that no bits of the generator's state stay the same from reading to reading.
+/// Random numbers between the first of one reading and the first of the next: more than any reading draws.
+/// The number is odd, so no bits of the generator's state stay the same from reading to reading.
 const DRAWS_PER_READING: u128 = 1_000_003;
 
 /// A disc that moves: a person, by place and radius in metres.
@@ -28,7 +28,8 @@ pub struct Scene<'a> {
 }
 
 /// When a sensor reads. Reading k (from 0) is due k / rate after the start. A sensor that is not faster than the
-/// tick reads at the first tick at or after that, a faster one at the end of the first physics step at or after it.
+/// tick reads at the first tick at or after that time. A faster one reads at the end of the first physics step at or
+/// after it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
     /// Physics steps from one moment at which the sensor may read to the next.

@@ -17,8 +17,8 @@ pub trait Simulation: Serialize + DeserializeOwned {
     /// that until it is too old, and then brakes.
     fn step(&mut self, command: Option<&VelocityCommand>);
 
-    /// Hands out what belongs to the present instant, as often as it is asked: the contacts that began or ended,
-    /// the truth, the odometry, then what each other sensor read since the instant before, oldest first.
+    /// Hands out what belongs to the present instant, as often as it is asked. First come the contacts that began or
+    /// ended, then the truth, the odometry, and what each other sensor read since the instant before, oldest first.
     ///
     /// # Errors
     /// The first that `senses` meets; nothing is handed out after it.

@@ -66,7 +66,7 @@ impl Stage for Localizer {
 
     fn recover(&mut self, remains: &dyn Remains) {
         if let Some(last) = remains.of(ESTIMATE) {
-            self.core.begin_at(last);
+            self.core.begin_at(&last);
         }
     }
 }

@@ -48,7 +48,7 @@ pub fn register(
     navigators: &'static [Navigator],
     channels: &'static [&'static ChannelSpec],
 ) -> Result<(), RegisterError> {
-    channels::register(channels)?;
+    channels::register(navigators.iter().map(|navigator| navigator.kind), channels)?;
     REGISTERED.set(navigators).map_err(|_| RegisterError::Again)
 }
 

@@ -217,9 +217,9 @@ mod tests {
         assert_eq!(names, ["goal 1", "hall"]);
     }
 
-    /// The pad took the heading from the first point more than 50 px away, the sketcher from the first one farther away
-    /// than 2 % of the diagonal: of a route with a squiggle at its beginning a saved mission began looking elsewhere than
-    /// the robot had.
+    /// The pad took the heading from the first point more than 50 px away. The sketcher took it from the first one farther
+    /// away than 2 % of the diagonal. With a squiggle at the beginning of a route, a saved mission had another heading
+    /// than the robot had.
     #[test]
     fn a_saved_mission_begins_looking_as_the_robot_did() {
         // 57 px on a large canvas, 14 px on a small one.

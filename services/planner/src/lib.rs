@@ -78,7 +78,7 @@ impl Stage for Planner {
 
     fn recover(&mut self, remains: &dyn Remains) {
         if let Some(last) = remains.of(STATUS) {
-            self.core.resume_behind(last);
+            self.core.resume_behind(&last);
         }
     }
 }

@@ -406,8 +406,8 @@ impl Input {
     }
 
     /// Goes on after the message `position`, first with what is kept of the channel; what the core complains about.
-    /// Messages with cells wait in the channel. Where the recorder has died there is nothing yet: the history comes
-    /// when its writer has seen the new reader, and a writer that has died too sends its last message once more.
+    /// Messages with cells wait in the channel. After a recorder's death there is nothing there yet. The history comes
+    /// when its writer has seen the new reader; a writer that has died too sends its last message once more.
     fn catch_up(
         &mut self,
         node: &Node,

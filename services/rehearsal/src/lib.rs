@@ -14,7 +14,7 @@ use sketchnav_schemas::codes::{Order, Process};
 use sketchnav_schemas::message::{Header, VelocityCommand};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::SimError;
-use sketchnav_stage::{Files, Heard, Memory, StageError};
+use sketchnav_stage::{Files, Heard, Inputs, Memory, StageError};
 
 pub use sketchnav_stage::Tap;
 
@@ -80,8 +80,8 @@ impl Rehearsal {
         })
     }
 
-    /// As in real time on a slow machine: the stages need so many instants for a step, meanwhile the world
-    /// goes on by the command before, and the readings of that time go by. 0 is lockstep.
+    /// As in real time on a slow machine: the stages need so many instants for a step. Meanwhile the world goes on by
+    /// the command before, and nobody takes the readings of that time. 0 is lockstep.
     #[must_use]
     pub fn thinking_for(self, thinking_scans: u32) -> Self {
         Self { thinking_scans, ..self }
@@ -117,26 +117,39 @@ impl Rehearsal {
     /// What a person gives, and the order to start.
     fn begin(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { sketcher, localizer, planner, supervisor, kind, .. } = self;
-        sketcher.speak(Header { seq: 0, stamp_ns: 0, source_seq: 0 }, tap)?;
+        for part in [&mut *sketcher, localizer, planner] {
+            part.speak(Header { seq: 0, stamp_ns: 0, source_seq: 0 }, tap)?;
+        }
         for spec in channels::written_by(Process::Sketcher, kind) {
             let Some(said) = sketcher.memory.get(spec) else { continue };
             let heard = Heard::new(spec, said.bytes(), said.cells());
             for (process, part) in [(Process::Localizer, &mut *localizer), (Process::Planner, planner)] {
                 if spec.readers.contains(&process) {
-                    part.hear(&heard)?;
+                    part.hear(&heard, spec.role, tap)?;
                 }
             }
         }
         let order = parts::order(supervisor, Order::Start, tap)?;
-        planner.hear(&Heard::new(channels::MISSION.spec, order.bytes(), &[]))
+        let mission = channels::MISSION.spec;
+        planner.hear(&Heard::new(mission, order.bytes(), &[]), mission.role, tap)
     }
 
     /// One instant, from the sensors to the command.
     fn step(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
-        let Self { world, localizer, planner, .. } = self;
+        let Self { world, localizer, planner, kind, .. } = self;
         world.observe(tap)?;
         let instant = (world.tick(), world.stamp_ns());
+        for (process, part) in [(Process::Localizer, &*localizer), (Process::Planner, planner)] {
+            if !part.is_ready() {
+                return Err(format!("the {process} is not ready, though it has heard everything").into());
+            }
+        }
         localizer.step(instant, &[&world.memory], tap)?;
+        let situation = channels::trigger_of(Process::Planner, kind);
+        let answer = situation.and_then(|spec| localizer.memory.newest(spec));
+        if !answer.is_some_and(|answer| answer.is_fresh) {
+            return Err(format!("the localizer did not answer tick {}", world.tick()).into());
+        }
         planner.step(instant, &[&world.memory, &localizer.memory], tap)?;
         world.memory.end_instant();
         localizer.memory.end_instant();

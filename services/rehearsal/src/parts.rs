@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant as Clock};
 
-use sketchnav_schemas::channels::{Channel, TICK};
-use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::channels::{Channel, MISSION, Role, TICK};
+use sketchnav_schemas::codes::{Order, Process};
 use sketchnav_schemas::erased::Owned;
 use sketchnav_schemas::message::{Header, VelocityCommand};
 use sketchnav_schemas::ros2::Ros2;
@@ -105,11 +105,18 @@ impl Part {
         self.stage.is_ready()
     }
 
-    pub(crate) fn hear(&mut self, heard: &Heard<'_>) -> Result<(), StageError> {
+    /// Hears an instruction, or hears a request and says what there is to say.
+    pub(crate) fn hear(
+        &mut self,
+        heard: &Heard<'_>,
+        role: Role,
+        tap: &mut impl Tap,
+    ) -> Result<(), StageError> {
         let began = Clock::now();
-        let heard = self.stage.hear(heard);
+        let result = self.stage.hear(heard);
         self.spent += began.elapsed();
-        heard
+        result?;
+        if role == Role::Request { self.speak(*heard.header(), tap) } else { Ok(()) }
     }
 
     pub(crate) fn speak(&mut self, cause: Header, tap: &mut impl Tap) -> Result<(), StageError> {
@@ -136,15 +143,10 @@ impl Part {
     }
 }
 
-/// What the supervisor says.
-pub(crate) fn order(
-    memory: &mut Memory,
-    order: sketchnav_schemas::codes::Order,
-    tap: &mut impl Tap,
-) -> Result<Owned, StageError> {
-    use sketchnav_schemas::channels::MISSION;
+/// The order that the supervisor gives.
+pub(crate) fn order(memory: &mut Memory, order: Order, tap: &mut impl Tap) -> Result<Owned, StageError> {
     let mut sink = memory.tapped(tap);
-    Outbox::new(&mut sink as &mut dyn Sink, 0, 0).send(MISSION, |mission| mission.order = order.code())?;
+    Outbox::new(&mut sink, 0, 0).send(MISSION, |mission| mission.order = order.code())?;
     drop(sink);
     Ok(memory.get(MISSION.spec).cloned().unwrap_or_default())
 }

@@ -17,7 +17,7 @@ use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError, sources};
 use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::erased;
+use sketchnav_schemas::erased::{self, Spare};
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_schemas::time::seconds;
 
@@ -121,7 +121,7 @@ pub fn rerun<W: std::io::Write>(
     let mut sent = Sent {
         comparison: Comparison::of(outputs(process, run.mission.navigator_kind()), tolerances),
         copy,
-        topic: None,
+        topics: Vec::new(),
         sent: 0,
         failure: None,
     };
@@ -179,42 +179,57 @@ pub fn files(recording: &Recording) -> impl Iterator<Item = &Attachment> {
 struct Sent<'a, W: std::io::Write> {
     comparison: Comparison,
     copy: Option<&'a mut Writer<W>>,
-    /// Of the last message: most come from the same channel as the one before.
-    topic: Option<Arc<Topic>>,
+    topics: Vec<SentTopic>,
     sent: u64,
     failure: Option<RecordingError>,
 }
 
-impl<W: std::io::Write> Sent<'_, W> {
-    fn topic(&mut self, spec: &'static ChannelSpec) -> Arc<Topic> {
-        let name = topic_name(spec.name);
-        match self.topic.take().filter(|topic| topic.name == name) {
-            Some(topic) => topic,
-            None => Arc::new(Topic {
-                name,
-                ros2_type: spec.message.ros2.to_owned(),
-                encoding: "cdr".to_owned(),
-                schema: Arc::default(),
-                metadata: Default::default(),
-            }),
-        }
+/// A topic of what is sent, with memory for the ROS 2 form of its messages.
+struct SentTopic {
+    spec: &'static ChannelSpec,
+    topic: Arc<Topic>,
+    spare: Spare,
+}
+
+impl SentTopic {
+    fn new(spec: &'static ChannelSpec) -> Self {
+        let topic = Topic {
+            name: topic_name(spec.name),
+            ros2_type: spec.message.ros2.to_owned(),
+            encoding: "cdr".to_owned(),
+            schema: Arc::default(),
+            metadata: Default::default(),
+        };
+        Self { spec, topic: Arc::new(topic), spare: spec.message.spare() }
     }
 
+    /// The one of a channel among `topics`.
+    fn of<'a>(topics: &'a mut Vec<Self>, spec: &'static ChannelSpec) -> &'a mut Self {
+        let index = topics.iter().position(|topic| topic.spec == spec).unwrap_or_else(|| {
+            topics.push(Self::new(spec));
+            topics.len() - 1
+        });
+        &mut topics[index]
+    }
+}
+
+impl<W: std::io::Write> Sent<'_, W> {
     fn take(
         &mut self,
         spec: &'static ChannelSpec,
         message: &[u8],
         cells: &[u8],
     ) -> Result<(), RecordingError> {
-        let (topic, header) = (self.topic(spec), erased::header(message));
+        let (SentTopic { topic, spare, .. }, header) =
+            (SentTopic::of(&mut self.topics, spec), erased::header(message));
         let mut cdr = Vec::new();
-        let said = spec.message.encode(message, cells, &mut spec.message.spare(), &mut cdr);
+        let said = spec.message.encode(message, cells, spare, &mut cdr);
         said.map_err(|source| RecordingError::Message {
             topic: topic.name.clone(),
             seq: header.seq,
             source,
         })?;
-        self.topic = Some(Arc::clone(&topic));
+        let topic = Arc::clone(topic);
         let (sequence, stamp_ns) = (header.seq as u32, header.stamp_ns); // `encode` refuses larger ones
         self.comparison.take(Side::B, RawMessage { topic, sequence, stamp_ns, publish_ns: stamp_ns, cdr });
         match &mut self.copy {

@@ -20,25 +20,28 @@ use serde::de::DeserializeOwned;
 use sketchnav_schemas::codes::FaultKind;
 use sketchnav_schemas::message::fingerprint;
 
-use crate::mapping::Mapping;
+use crate::mapping::{Mapping, WORD};
 use crate::node::Node;
 use crate::{Error, Result};
 
 /// A process whose inputs come by scans writes a checkpoint every so many steps.
 pub const CHECKPOINT_EVERY: u32 = 16;
-/// Length of a slot's head: four numbers of eight bytes.
-const HEAD: usize = 32;
+/// Length of a slot's head, words.
+const HEAD: usize = 4;
+/// The words of the head. The state's length is in bytes.
 const VERSION: usize = 0;
-const NUMBER: usize = 8;
-const LENGTH: usize = 16;
-const CHECKSUM: usize = 24;
-/// Room for a small state; a slot grows with what it holds.
-const FIRST_LENGTH: usize = 1 << 16;
+const NUMBER: usize = 1;
+const LENGTH: usize = 2;
+const CHECKSUM: usize = 3;
+/// Room for a small state, words; a slot grows with what it holds.
+const FIRST_LENGTH: usize = 1 << 13;
 
 /// The two slots of a process, for a state that is written as `T` or as a view of one.
 pub struct Checkpoints<T> {
     version: u64,
     slots: [Mapping; 2],
+    /// The state is written here, then copied into its slot.
+    room: Vec<u64>,
     /// The slot to be written next: never the newest good one.
     next: usize,
     number: u64,
@@ -105,7 +108,8 @@ impl<T> Checkpoints<T> {
     ) -> Result<(Self, Found<T>)> {
         let slots = [Mapping::open(&first, FIRST_LENGTH)?, Mapping::open(&second, FIRST_LENGTH)?];
         let version = fingerprint(&format!("{version} of sketchnav {}", env!("CARGO_PKG_VERSION")));
-        let mut checkpoints = Self { version, slots, next: 0, number: 0, steps: 0, state: PhantomData };
+        let room = vec![0; FIRST_LENGTH];
+        let mut checkpoints = Self { version, slots, room, next: 0, number: 0, steps: 0, state: PhantomData };
         let found = checkpoints.read(parse);
         Ok((checkpoints, found))
     }
@@ -113,7 +117,7 @@ impl<T> Checkpoints<T> {
     fn read(&mut self, parse: impl Fn(&[u8]) -> postcard::Result<T>) -> Found<T> {
         let mut found = Found { state: None, refused: Vec::new() };
         for slot in 0..self.slots.len() {
-            let number = self.slots[slot].number(NUMBER).load(SeqCst);
+            let [_, number, ..] = self.head(slot);
             match self.read_slot(slot, &parse) {
                 Ok(Some(state)) if number > self.number => {
                     (self.number, self.next, found.state) = (number, 1 - slot, Some(state));
@@ -125,36 +129,46 @@ impl<T> Checkpoints<T> {
         found
     }
 
+    fn head(&self, slot: usize) -> [u64; HEAD] {
+        let mut head = [0; HEAD];
+        self.slots[slot].read(0, &mut head);
+        head
+    }
+
     /// The state in a slot; `None` where it is empty, or was being written when the process was killed.
     fn read_slot(&self, slot: usize, parse: impl Fn(&[u8]) -> postcard::Result<T>) -> Result<Option<T>> {
-        let mapping = &self.slots[slot];
-        let bytes = mapping.bytes();
-        let number = |offset: usize| mapping.number(offset).load(SeqCst);
-        if number(NUMBER) == 0 {
+        let [version, number, length, found] = self.head(slot);
+        if number == 0 {
             return Ok(None);
         }
-        let refuse = |why: String| Error::BadCheckpoint { path: mapping.path().into(), why };
-        if number(VERSION) != self.version {
-            return Err(refuse(format!(
-                "expected version {:016x}, found {:016x}",
-                self.version,
-                number(VERSION)
-            )));
+        let refuse = |why: String| self.refusal(slot, why);
+        if version != self.version {
+            return Err(refuse(format!("expected version {:016x}, found {version:016x}", self.version)));
         }
-        let end = usize::try_from(number(LENGTH)).ok().and_then(|length| length.checked_add(HEAD));
-        let state = end.and_then(|end| bytes.get(HEAD..end)).ok_or_else(|| {
-            refuse(format!(
-                "expected at most {} bytes of state, found {}",
-                bytes.len() - HEAD,
-                number(LENGTH)
-            ))
-        })?;
-        let sum = u64::from(checksum(&bytes[..CHECKSUM], state));
-        if sum != number(CHECKSUM) {
-            let found = number(CHECKSUM);
+        let room = (self.slots[slot].words().len() - HEAD) * WORD;
+        let bytes = usize::try_from(length).ok().filter(|&bytes| bytes <= room);
+        let bytes =
+            bytes.ok_or_else(|| refuse(format!("expected at most {room} bytes of state, found {length}")))?;
+        let mut state = vec![0; bytes.div_ceil(WORD)];
+        self.slots[slot].read(HEAD, &mut state);
+        let state = &bytemuck::cast_slice(&state)[..bytes];
+        let sum = checksum([version, number, length], state);
+        if sum != found {
             return Err(refuse(format!("expected a state of checksum {found:08x}, found one of {sum:08x}")));
         }
         parse(state).map(Some).map_err(|error| refuse(error.to_string()))
+    }
+
+    fn refusal(&self, slot: usize, why: String) -> Error {
+        Error::BadCheckpoint { path: self.slots[slot].path().into(), why }
+    }
+
+    /// Marks the newest checkpoint as one that nobody can use; the reason as an error. A successor finds the other
+    /// slot, or nothing that it can use.
+    pub(crate) fn refuse_newest(&mut self, why: &str) -> Error {
+        let newest = 1 - self.next;
+        self.slots[newest].words()[VERSION].store(0, SeqCst);
+        self.refusal(newest, why.to_owned())
     }
 
     /// Counts a step; whether a checkpoint is due: after every [`CHECKPOINT_EVERY`].
@@ -186,52 +200,43 @@ impl<T> Checkpoints<T> {
         &mut self,
         save: impl FnMut(&mut [u8]) -> postcard::Result<usize>,
     ) -> Result<()> {
-        let (number, slot) = (self.number + 1, self.next);
-        self.slots[slot].number(NUMBER).store(0, SeqCst);
+        let length = self.fill(save)?;
+        let (number, slot) = (self.number + 1, &mut self.slots[self.next]);
+        let state = &self.room[..length.div_ceil(WORD)];
+        slot.words()[NUMBER].store(0, SeqCst);
         fence(SeqCst);
-        let length = self.fill(slot, save)?;
-        let mapping = &mut self.slots[slot];
-        mapping.number(VERSION).store(self.version, SeqCst);
-        mapping.number(LENGTH).store(length as u64, SeqCst);
-        let mut head = [0; CHECKSUM];
-        head[VERSION..NUMBER].copy_from_slice(&self.version.to_ne_bytes());
-        head[NUMBER..LENGTH].copy_from_slice(&number.to_ne_bytes());
-        head[LENGTH..].copy_from_slice(&(length as u64).to_ne_bytes());
-        let sum = checksum(&head, &mapping.bytes()[HEAD..HEAD + length]);
-        mapping.number(CHECKSUM).store(sum.into(), SeqCst);
+        slot.grow(HEAD + state.len())?;
+        slot.write(HEAD, state);
+        let head = [self.version, number, length as u64];
+        let sum = checksum(head, &bytemuck::cast_slice(state)[..length]);
+        for (word, value) in [(VERSION, self.version), (LENGTH, length as u64), (CHECKSUM, sum)] {
+            slot.words()[word].store(value, SeqCst);
+        }
         fence(SeqCst);
-        mapping.number(NUMBER).store(number, SeqCst);
-        (self.number, self.next, self.steps) = (number, 1 - slot, 0);
+        slot.words()[NUMBER].store(number, SeqCst);
+        (self.number, self.next, self.steps) = (number, 1 - self.next, 0);
         Ok(())
     }
 
-    /// Puts the state behind the slot's head; its length in bytes.
-    fn fill(
-        &mut self,
-        slot: usize,
-        mut save: impl FnMut(&mut [u8]) -> postcard::Result<usize>,
-    ) -> Result<usize> {
+    /// Has the state written to [`Self::room`]; its length in bytes.
+    fn fill(&mut self, mut save: impl FnMut(&mut [u8]) -> postcard::Result<usize>) -> Result<usize> {
         loop {
-            let mapping = &mut self.slots[slot];
-            match save(&mut mapping.bytes_mut()[HEAD..]) {
+            match save(bytemuck::cast_slice_mut(&mut self.room)) {
                 Ok(length) => return Ok(length),
-                Err(postcard::Error::SerializeBufferFull) => mapping.grow(2 * mapping.bytes().len())?,
+                Err(postcard::Error::SerializeBufferFull) => self.room.resize(2 * self.room.len(), 0),
                 Err(error) => {
-                    return Err(Error::BadCheckpoint {
-                        path: mapping.path().into(),
-                        why: format!("the state cannot be written: {error}"),
-                    });
+                    return Err(self.refusal(self.next, format!("the state cannot be written: {error}")));
                 }
             }
         }
     }
 }
 
-fn checksum(head: &[u8], state: &[u8]) -> u32 {
+fn checksum(head: [u64; CHECKSUM], state: &[u8]) -> u64 {
     let mut hasher = crc32fast::Hasher::new();
-    hasher.update(head);
+    head.iter().for_each(|word| hasher.update(&word.to_ne_bytes()));
     hasher.update(state);
-    hasher.finalize()
+    hasher.finalize().into()
 }
 
 #[cfg(test)]
@@ -286,7 +291,7 @@ mod tests {
     #[test]
     fn a_large_state_makes_room_for_itself() {
         let place = Place::new();
-        let large = (1, vec![u32::MAX; 3 * FIRST_LENGTH]);
+        let large = (1, vec![u32::MAX; 3 * FIRST_LENGTH * WORD]);
         place.open("test 1").0.write(&large).unwrap();
         assert_eq!(place.open("test 1").1.state, Some(large));
     }
@@ -295,10 +300,10 @@ mod tests {
     fn a_kill_while_it_is_written_leaves_the_one_before() {
         let place = Place::new();
         place.write(4);
-        let (mut checkpoints, _) = place.open("test 1");
+        let (checkpoints, _) = place.open("test 1");
         // As far as `write` comes before the last line but one.
-        checkpoints.slots[0].number(NUMBER).store(0, SeqCst);
-        checkpoints.fill(0, |room| Ok(postcard::to_slice(&state(5), room)?.len())).unwrap();
+        checkpoints.slots[0].words()[NUMBER].store(0, SeqCst);
+        checkpoints.slots[0].write(HEAD, &[5; 3]);
         let (mut successor, found) = place.open("test 1");
         assert_eq!((found.state, found.refused.len()), (Some(state(4)), 0));
         successor.write(&state(6)).unwrap();
@@ -310,13 +315,27 @@ mod tests {
         let place = Place::new();
         place.write(4);
         let whole = std::fs::read(place.slot(1)).unwrap();
-        for byte in 0..HEAD + 6 {
+        for byte in 0..HEAD * WORD + 6 {
             place.flip(1, byte);
             let found = place.open("test 1").1;
             assert_eq!(found.state, Some(state(3)), "byte {byte}");
             assert!(found.refused[0].to_string().contains("checkpoint refused: expected"), "{found:?}");
             std::fs::write(place.slot(1), &whole).unwrap();
         }
+    }
+
+    /// A state that its stage refuses once made the process end for good, with the mission.
+    #[test]
+    fn what_a_stage_refuses_is_refused_to_its_successor_too() {
+        let place = Place::new();
+        place.write(4);
+        for newest in [4, 3] {
+            let (mut checkpoints, found) = place.open("test 1");
+            assert_eq!(found.state, Some(state(newest)));
+            let error = checkpoints.refuse_newest("expected 2 routes, found 3").to_string();
+            assert!(error.contains("expected 2 routes"), "{error}");
+        }
+        assert!(place.open("test 1").1.is_lost());
     }
 
     #[test]

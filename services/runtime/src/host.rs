@@ -1,12 +1,14 @@
 //! Runs a stage of a navigator as a process: its channels, its steps, its checkpoints, its health.
 //!
-//! What the process reads and writes the table of channels says. Instructions and requests are heard as they come,
-//! each request with what was instructed before it; instants are taken one after the other, each with all that its
-//! tick names. After a kill the successor goes on from the last checkpoint: it hears the instructions that hold, takes
-//! its inputs since then once more out of the channels' histories, and sends what was not sent yet.
+//! The table of channels says what the process reads and writes. Instructions and requests are heard as they come, each
+//! request after the instructions that were sent before it. Instants are taken one after the other, each with all the
+//! readings that its tick names.
 //!
-//! A checkpoint is written after every few steps, and around everything that is heard: when people say something is
-//! chance, so a step after that cannot be taken a second time from before it.
+//! After a kill the successor goes on from the last checkpoint. It hears the instructions that hold, and takes its inputs
+//! since then out of the channels' histories. It sends what was not sent yet.
+//!
+//! A checkpoint is written after every few steps, before and after each request, and after instructions. The moment at
+//! which a person says something is chance, so a step after it cannot be computed again from a state before it.
 
 mod inputs;
 mod outputs;
@@ -32,7 +34,14 @@ pub enum HostError {
     Runtime(#[from] Error),
     /// The stage.
     #[error("{0}")]
-    Stage(#[from] StageError),
+    Stage(#[source] StageError),
+}
+
+impl From<StageError> for HostError {
+    /// A stage hands on what its outbox says: shared memory that fails is not the stage's fault.
+    fn from(error: StageError) -> Self {
+        error.downcast().map_or_else(Self::Stage, |error| Self::Runtime(*error))
+    }
 }
 
 /// Runs `stage` as the node's process until the process is asked to end.
@@ -108,6 +117,10 @@ impl Host<'_> {
             self.hear_all()?;
             while self.stage.is_ready() && self.inputs.next_instant(self.node)? {
                 self.step()?;
+                self.health.report_if_due(self.stamp_ns)?;
+                if self.node.end_requested() {
+                    return Ok(());
+                }
                 self.hear_all()?;
             }
             self.health.report_if_due(self.stamp_ns)?;
@@ -199,7 +212,7 @@ impl Host<'_> {
             if !self.await_instructions(&saved.head.inputs)? {
                 return Ok(false);
             }
-            self.stage.load(&saved.stage)?;
+            self.load(&saved.stage)?;
         } else if is_lost {
             self.begin_anew(kind)?;
         }
@@ -211,6 +224,12 @@ impl Host<'_> {
         }
         self.health.end(step);
         Ok(true)
+    }
+
+    /// A state that the stage refuses is kept from the successor, which then goes on from an older one or begins anew.
+    fn load(&mut self, state: &[u8]) -> Result<(), HostError> {
+        let loaded = self.stage.load(state);
+        Ok(loaded.map_err(|error| self.checkpoints.refuse_newest(&error.to_string()))?)
     }
 
     /// Hears the instructions that the state belongs to, or newer ones; false where the end comes first.
@@ -235,6 +254,7 @@ impl Host<'_> {
         let last_word = channels::last_word_of(process, kind);
         let answered = last_word.and_then(|spec| self.outputs.last_kept(spec)).map_or(0, |h| h.source_seq);
         eprintln!("no checkpoint can be used: the {process} begins anew after tick {answered}");
+        self.spoken_from.clone_from(self.outputs.positions());
         self.inputs.begin_behind(answered, self.node)?;
         self.stage.recover(&self.outputs);
         Ok(())

@@ -18,22 +18,20 @@ use sketchnav_schemas::erased;
 use sketchnav_schemas::message::Header;
 
 use crate::Result;
-use crate::mapping::Mapping;
+use crate::mapping::{Mapping, WORD};
 use crate::node::Node;
 
-/// Length of a number, bytes.
-const NUMBER: usize = size_of::<u64>();
 /// The form of the entries: of another one nothing is read.
 const ENTRIES: u64 = 2;
-/// What stands before an entry's message: its number, and when it was sent.
-const BEFORE: usize = 2 * NUMBER;
+/// Words before an entry's message: its number, and when it was sent.
+const BEFORE: usize = 2;
 
 /// As many messages as the channel's history holds, each behind its number (0 where an entry is empty) and its time.
 /// Of a message with cells the header alone: its writer's successor makes it again.
 pub(crate) struct Kept {
     mapping: Mapping,
     capacity: u64,
-    /// What is kept of a message, bytes.
+    /// What is kept of a message, words.
     length: usize,
     last_seq: u64,
 }
@@ -49,7 +47,8 @@ impl Kept {
     }
 
     fn open_at(path: &Path, capacity: usize, length: usize) -> Result<Self> {
-        assert!(length.is_multiple_of(NUMBER), "entries stay aligned");
+        assert!(length.is_multiple_of(WORD), "a message is made of words");
+        let length = length / WORD;
         let mapping = Mapping::open(path, capacity * (BEFORE + length))?;
         let mut kept = Self { mapping, capacity: capacity as u64, length, last_seq: 0 };
         kept.last_seq = kept.newest();
@@ -66,51 +65,48 @@ impl Kept {
         self.last_seq
     }
 
-    /// Notes a message that has its number.
-    pub(crate) fn keep(&mut self, message: &[u8]) {
-        let seq = erased::header(message).seq;
+    /// Notes a message that has its number, the words of it that are kept.
+    pub(crate) fn keep(&mut self, message: &[u64]) {
+        let seq = erased::header(bytemuck::cast_slice(message)).seq;
         let index = self.index(seq);
         // The process may be killed between any two of these lines.
         self.number(index).store(0, SeqCst);
         fence(SeqCst);
-        let entry = self.entry(index);
-        self.mapping.bytes_mut()[entry].copy_from_slice(&message[..self.length]);
+        self.mapping.write(self.entry(index) + BEFORE, &message[..self.length]);
         self.word(index, 1).store(monotonic_ns(), SeqCst);
         fence(SeqCst);
         self.number(index).store(seq, SeqCst);
         self.last_seq = seq;
     }
 
-    /// The messages, oldest first.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &[u8]> {
-        let first = self.last_seq.saturating_sub(self.capacity) + 1;
-        (first..=self.last_seq).filter_map(|seq| self.get(seq))
-    }
-
-    /// Hands `take` a copy of each message after `seq`, oldest first, while their writer may be at work: what it
-    /// writes at the same moment is left out.
-    pub(crate) fn copy_after(&self, seq: u64, mut take: impl FnMut(&[u8])) {
+    /// Hands `take` a copy of each message after `seq`, oldest first. Their writer may be at work: what it writes at
+    /// the same moment is left out.
+    pub(crate) fn for_each_after(&self, seq: u64, mut take: impl FnMut(&[u64])) {
         let first = self.last_seq.saturating_sub(self.capacity).max(seq) + 1;
-        let mut copy = vec![0_u64; self.length / NUMBER];
+        let mut copy = vec![0; self.length];
         for seq in first..=self.last_seq {
-            let Some(message) = self.get(seq) else { continue };
-            bytemuck::cast_slice_mut(&mut copy).copy_from_slice(message);
-            fence(SeqCst);
-            if self.get(seq).is_some() {
-                take(bytemuck::cast_slice(&copy));
+            if self.read(seq, &mut copy) {
+                take(&copy);
             }
         }
     }
 
-    /// The newest message.
-    pub(crate) fn last(&self) -> Option<&[u8]> {
-        self.get(self.last_seq)
+    /// A copy of the newest message: of one with cells the header.
+    pub(crate) fn last(&self) -> Option<Vec<u64>> {
+        let mut copy = vec![0; self.length];
+        self.read(self.last_seq, &mut copy).then_some(copy)
     }
 
-    fn get(&self, seq: u64) -> Option<&[u8]> {
+    /// Copies the message `seq`; whether it is there, before and after.
+    fn read(&self, seq: u64, into: &mut [u64]) -> bool {
         let index = self.index(seq);
-        let is_there = seq > 0 && self.number(index).load(SeqCst) == seq;
-        is_there.then(|| &self.mapping.bytes()[self.entry(index)])
+        let is_there = || seq > 0 && self.number(index).load(SeqCst) == seq;
+        if !is_there() {
+            return false;
+        }
+        self.mapping.read(self.entry(index) + BEFORE, into);
+        fence(SeqCst);
+        is_there()
     }
 
     fn index(&self, seq: u64) -> u64 {
@@ -121,14 +117,14 @@ impl Kept {
         self.word(index, 0)
     }
 
-    fn entry(&self, index: u64) -> std::ops::Range<usize> {
-        let begin = index as usize * (BEFORE + self.length) + BEFORE;
-        begin..begin + self.length
+    /// The place of an entry's first word.
+    fn entry(&self, index: u64) -> usize {
+        index as usize * (BEFORE + self.length)
     }
 
     /// An entry's words: its number, its time, then the message, which begins with its header's three.
     fn word(&self, index: u64, word: usize) -> &AtomicU64 {
-        self.mapping.number(index as usize * (BEFORE + self.length) + word * NUMBER)
+        &self.mapping.words()[self.entry(index) + word]
     }
 }
 
@@ -202,12 +198,18 @@ mod tests {
         command
     }
 
+    fn words(command: VelocityCommand) -> Vec<u64> {
+        bytemuck::cast_slice(&[command]).to_vec()
+    }
+
     fn numbers(kept: &Kept) -> Vec<u64> {
-        kept.iter()
-            .map(bytemuck::from_bytes::<VelocityCommand>)
-            .inspect(|m| assert_eq!(m.header.stamp_ns, 100 * m.header.seq))
-            .map(|m| m.header.seq)
-            .collect()
+        let mut numbers = Vec::new();
+        kept.for_each_after(0, |message| {
+            let header = erased::header(bytemuck::cast_slice(message));
+            assert_eq!(header.stamp_ns, 100 * header.seq);
+            numbers.push(header.seq);
+        });
+        numbers
     }
 
     #[test]
@@ -217,7 +219,7 @@ mod tests {
         for (first, last, found) in [(1, 2, 1..=2), (3, 4, 1..=4), (5, 9, 6..=9)] {
             let mut kept = open(&path).unwrap();
             assert_eq!(kept.last_seq(), first - 1);
-            (first..=last).for_each(|seq| kept.keep(bytemuck::bytes_of(&command(seq))));
+            (first..=last).for_each(|seq| kept.keep(&words(command(seq))));
             assert_eq!(numbers(&open(&path).unwrap()), found.collect::<Vec<_>>());
         }
     }
@@ -233,7 +235,7 @@ mod tests {
         for seq in 1..=6 {
             let mut command = command(seq);
             command.header.source_seq = 10 * seq;
-            kept.keep(bytemuck::bytes_of(&command));
+            kept.keep(&words(command));
         }
         assert_eq!((times.newest(), times.of(2), times.of(7)), (6, None, None));
         let sent: Vec<_> = (3..=6).map(|seq| times.of(seq).unwrap()).collect();
@@ -248,7 +250,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("kept");
         let mut kept = open(&path).unwrap();
-        (1..=6).for_each(|seq| kept.keep(bytemuck::bytes_of(&command(seq))));
+        (1..=6).for_each(|seq| kept.keep(&words(command(seq))));
         kept.number(kept.index(7)).store(0, SeqCst);
         let successor = open(&path).unwrap();
         assert_eq!((successor.last_seq(), numbers(&successor)), (6, vec![4, 5, 6]));

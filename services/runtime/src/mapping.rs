@@ -1,4 +1,7 @@
-//! A file in shared memory that one process writes and its successor finds: what survives a kill.
+//! A file in shared memory that one process writes, and that its successor and others read: what survives a kill.
+//!
+//! It is an array of atomic words. Another process may write it at any moment, so nobody holds a plain reference into it:
+//! words are copied in and out. What belongs together is marked by its owner, by numbers that are written first and last.
 //!
 //! Its memory is reserved when it is made, so that a full `/dev/shm` is an error then and no signal later.
 
@@ -7,34 +10,38 @@ use std::num::NonZeroUsize;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::ptr::NonNull;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use nix::fcntl::posix_fallocate;
 use nix::sys::mman::{MapFlags, ProtFlags, mmap, munmap};
 
 use crate::{Error, Result};
 
+/// Length of a word, bytes.
+pub(crate) const WORD: usize = size_of::<u64>();
+
 /// A mapped file. All zero where it was not there before.
 pub(crate) struct Mapping {
     path: PathBuf,
     file: File,
-    start: NonNull<u8>,
+    start: NonNull<AtomicU64>,
+    /// Length in words.
     length: usize,
 }
 
 impl Mapping {
-    /// Opens the file, or makes it, with at least `length` bytes (more than 0).
+    /// Opens the file, or makes it, with at least `length` words (more than 0).
     pub(crate) fn open(path: &Path, length: usize) -> Result<Self> {
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(false).mode(0o600).open(path);
         let file = file.map_err(Error::file(path, "opening"))?;
-        let found = file.metadata().map_err(Error::file(path, "looking at it"))?.len() as usize;
+        let found = file.metadata().map_err(Error::file(path, "looking at it"))?.len() as usize / WORD;
         let length = found.max(length);
         let start = map(&file, path, length)?;
         Ok(Self { path: path.into(), file, start, length })
     }
 
-    /// Makes the file at least so long; what it holds stays.
+    /// Makes the file at least so many words long; what it holds stays.
     pub(crate) fn grow(&mut self, length: usize) -> Result<()> {
         if length > self.length {
             let start = map(&self.file, &self.path, length)?;
@@ -48,28 +55,29 @@ impl Mapping {
         &self.path
     }
 
-    pub(crate) fn bytes(&self) -> &[u8] {
-        // SAFETY: `length` bytes are mapped as long as this lives, and nobody else writes them.
+    /// All of it.
+    pub(crate) fn words(&self) -> &[AtomicU64] {
+        // SAFETY: `length` words are mapped as long as this lives, from the beginning of a page. Every process that
+        // maps the file accesses it through atomic words alone.
         unsafe { std::slice::from_raw_parts(self.start.as_ptr(), self.length) }
     }
 
-    pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
-        // SAFETY: as above.
-        unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr(), self.length) }
+    /// Copies the words from `first` on, as many as `into` has.
+    pub(crate) fn read(&self, first: usize, into: &mut [u64]) {
+        let words = &self.words()[first..first + into.len()];
+        into.iter_mut().zip(words).for_each(|(into, word)| *into = word.load(Relaxed));
     }
 
-    /// The eight bytes from `offset`, a multiple of eight, as a number that is written in one piece.
-    pub(crate) fn number(&self, offset: usize) -> &AtomicU64 {
-        assert!(offset.is_multiple_of(size_of::<u64>()) && offset + size_of::<u64>() <= self.length);
-        // SAFETY: inside of the mapping, which begins at a page, hence aligned; this process alone
-        // writes it, through this function where anybody holds its reference.
-        unsafe { AtomicU64::from_ptr(self.start.as_ptr().add(offset).cast()) }
+    /// Copies words to the place from `first` on.
+    pub(crate) fn write(&self, first: usize, from: &[u64]) {
+        let words = &self.words()[first..first + from.len()];
+        words.iter().zip(from).for_each(|(word, from)| word.store(*from, Relaxed));
     }
 
     fn unmap(&mut self) {
         // SAFETY: the mapping is ours, and no reference into it outlives the borrow of `self`. It
         // cannot fail for a mapping that is there.
-        let _ = unsafe { munmap(self.start.cast(), self.length) };
+        let _ = unsafe { munmap(self.start.cast(), self.length * WORD) };
     }
 }
 
@@ -79,11 +87,12 @@ impl Drop for Mapping {
     }
 }
 
-/// Reserves the memory and maps it; a page-aligned address.
-fn map(file: &File, path: &Path, length: usize) -> Result<NonNull<u8>> {
-    let reserved = posix_fallocate(file, 0, length as nix::libc::off_t);
+/// Reserves the memory for so many words and maps it; a page-aligned address.
+fn map(file: &File, path: &Path, length: usize) -> Result<NonNull<AtomicU64>> {
+    let bytes = length * WORD;
+    let reserved = posix_fallocate(file, 0, bytes as nix::libc::off_t);
     reserved.map_err(|error| Error::file(path, "reserving its memory")(error.into()))?;
-    let size = NonZeroUsize::new(length).unwrap_or(NonZeroUsize::MIN);
+    let size = NonZeroUsize::new(bytes).unwrap_or(NonZeroUsize::MIN);
     let access = ProtFlags::PROT_READ | ProtFlags::PROT_WRITE;
     // SAFETY: a new mapping at an address of the kernel's choice touches no memory of ours.
     let start = unsafe { mmap(None, size, access, MapFlags::MAP_SHARED, file, 0) }

@@ -143,7 +143,8 @@ impl RawReader {
     /// [`Error::File`] where what was kept cannot be reached.
     pub fn take_kept(&mut self, node: &Node, mut take: impl FnMut(&[u8])) -> Result<()> {
         if self.spec.writer.is_some() && self.spec.max_cells == 0 {
-            Kept::open(node, self.spec)?.copy_after(self.position(), |message| {
+            Kept::open(node, self.spec)?.for_each_after(self.position(), |message| {
+                let message = bytemuck::cast_slice(message);
                 if self.accept(erased::header(message).seq) {
                     take(message);
                 }

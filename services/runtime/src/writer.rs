@@ -66,13 +66,21 @@ impl RawWriter {
     fn send_kept(&mut self) -> Result<()> {
         let whole = |kept: &&Kept| kept.last_seq() > 0 && self.spec.max_cells == 0;
         let Some(kept) = self.kept.as_ref().filter(whole) else { return Ok(()) };
-        for message in kept.iter() {
-            let mut sample = self.blank(0)?;
-            bytemuck::cast_slice_mut(sample.payload_mut()).copy_from_slice(message);
-            sample.send().map_err(self.failed())?;
-        }
+        let mut sent = Ok(());
+        kept.for_each_after(0, |message| {
+            if sent.is_ok() {
+                sent = self.send_copy(message);
+            }
+        });
+        sent?;
         self.ring_readers();
         Ok(())
+    }
+
+    fn send_copy(&self, message: &[u64]) -> Result<()> {
+        let mut sample = self.blank(0)?;
+        sample.payload_mut()[..message.len()].copy_from_slice(message);
+        sample.send().map(drop).map_err(self.failed())
     }
 
     /// Goes on with the number after `seq`: 0 at the beginning, or what a checkpoint says.
@@ -80,8 +88,8 @@ impl RawWriter {
         self.last_seq.set(seq);
     }
 
-    /// The last message that this writer or one before it has sent; of one with cells the header.
-    pub fn last_kept(&self) -> Option<&[u8]> {
+    /// A copy of the last message that this writer or one before it has sent; of one with cells the header.
+    pub fn last_kept(&self) -> Option<Vec<u64>> {
         self.kept.as_ref().and_then(Kept::last)
     }
 
@@ -152,7 +160,7 @@ impl RawWriter {
         }
         self.number(erased::header_mut(bytemuck::cast_slice_mut(sample.payload_mut())), seq);
         if let Some(kept) = self.kept.as_mut().filter(|kept| seq > kept.last_seq()) {
-            kept.keep(&bytemuck::cast_slice(sample.payload())[..self.spec.message.size]);
+            kept.keep(sample.payload());
         }
         sample.send().map_err(self.failed())?;
         // A sign of life is no progress.
@@ -219,8 +227,9 @@ impl<T: Message> Writer<T> {
     }
 
     /// The last message that this writer or one before it has sent; `None` for messages with cells.
-    pub fn last_kept(&self) -> Option<&T> {
-        self.raw.last_kept().filter(|message| message.len() == size_of::<T>()).map(bytemuck::from_bytes)
+    pub fn last_kept(&self) -> Option<T> {
+        let last = self.raw.last_kept().filter(|message| size_of_val(message.as_slice()) == size_of::<T>());
+        last.map(|message| *bytemuck::from_bytes(bytemuck::cast_slice(&message)))
     }
 
     /// As [`RawWriter::resume_behind_kept`].

@@ -1,7 +1,7 @@
 //! Canny's edges (Canny 1986) of a picture of black and white.
 //!
-//! It gives the very edges of imageproc 0.27, pixel by pixel, in a twentieth of the time: strengths are compared by
-//! their squares, which are whole numbers, and a direction is asked for only where there is an edge.
+//! It gives the same edges as imageproc 0.27, pixel by pixel, in a twentieth of the time. Strengths are compared by
+//! their squares, which are whole numbers. A direction is computed only where there is an edge.
 
 use image::GrayImage;
 

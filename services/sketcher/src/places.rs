@@ -239,8 +239,8 @@ fn nearest_free(drawing: &Drawing, point: &Point<Sketch>) -> Option<Point<Sketch
     best
 }
 
-/// The heading of a robot that starts where a drawn route begins: the direction from the route's first point to its
-/// first point that is farther away than [`Settings::heading_distance_share`] of the drawing's diagonal. So a squiggle
+/// The heading of a robot that starts where a drawn route begins. It is the direction from the route's first point to the
+/// first one that is farther away than [`Settings::heading_distance_share`] of the drawing's diagonal. So a squiggle
 /// at the beginning does not count (Boniardi et al. 2016, IV). `None` where the route never gets as far.
 pub fn route_heading_rad(
     route: impl IntoIterator<Item = Point<Sketch>>,

@@ -55,7 +55,7 @@ pub trait Stage {
     /// Goes on from a state.
     ///
     /// # Errors
-    /// A state that does not belong to this run.
+    /// A state that does not belong to this run. The host then begins anew, without it: see [`Stage::recover`].
     fn restore(&mut self, state: Self::State) -> Result<(), StageError>;
 
     /// Begins without a state after a kill, because none can be used: `remains` has the last messages that a

@@ -89,13 +89,13 @@ impl<'a> Heard<'a> {
 
 /// The last messages that a predecessor sent.
 pub trait Remains {
-    /// The last one of a channel; `None` where there is none, or where its channel has cells.
-    fn last(&self, spec: &ChannelSpec) -> Option<&[u8]>;
+    /// A copy of the last one of a channel; `None` where there is none, or where its channel has cells.
+    fn last(&self, spec: &ChannelSpec) -> Option<Vec<u64>>;
 }
 
 impl dyn Remains + '_ {
     /// The last message of a channel.
-    pub fn of<T: Message>(&self, channel: Channel<T>) -> Option<&T> {
-        self.last(channel.spec).map(bytemuck::from_bytes)
+    pub fn of<T: Message>(&self, channel: Channel<T>) -> Option<T> {
+        self.last(channel.spec).map(|message| *bytemuck::from_bytes(bytemuck::cast_slice(&message)))
     }
 }

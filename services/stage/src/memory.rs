@@ -96,6 +96,12 @@ impl<T: Tap> Sink for Tapped<'_, T> {
         let slot = self.memory.slots.iter_mut().find(|slot| slot.spec == put.spec);
         let slot =
             slot.ok_or_else(|| format!("channel {:?} is not this process's to write", put.spec.name))?;
+        let ChannelSpec { name, max_cells, .. } = *put.spec;
+        if put.cells > max_cells {
+            return Err(
+                format!("channel {name:?} takes at most {max_cells} cells, found {}", put.cells).into()
+            );
+        }
         let (message, cells) = slot.newest.blank(put.spec.message.size, put.cells);
         (put.fill)(message, cells);
         slot.seq += u64::from(!put.is_repeated);

@@ -75,8 +75,8 @@ impl<'a> Outbox<'a> {
         self.put(channel, cells, false, fill)
     }
 
-    /// Sends the last message of a channel once more, with its number, where the process goes on after a kill: of
-    /// messages with cells nothing is kept for those who come late.
+    /// Sends the last message of a channel once more, with its number, where the process goes on after a kill.
+    /// Messages with cells are not kept for readers that come late.
     ///
     /// # Errors
     /// As [`Outbox::send_with`].

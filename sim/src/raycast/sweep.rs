@@ -1,12 +1,12 @@
 //! Many rays from one place: the same ranges as [`Faces::cast`] ray by ray, to the bit, several times as fast.
 //!
-//! The tree is asked ray by ray what stands in the way. A sweep goes the other way round: for each face, the
-//! near ones first, it works out which rays may meet it, and intersects those with it, one after the other in
-//! memory, so that the compiler uses vector instructions. Faces behind what these rays have met are skipped.
+//! The tree is asked ray by ray what stands in the way. A sweep goes the other way round, face by face, the near
+//! ones first. It works out which rays may meet a face and intersects those with it. They lie one after the other
+//! in memory, so the compiler uses vector instructions. Faces behind what these rays have met are skipped.
 //!
 //! **The same bits.** Each intersection is counted as parry counts it. The tree's answer can differ from the
-//! least intersection: it leaves out a face whose bounding box begins behind the best hit so far, and a
-//! rounded box may begin behind its face, or miss the ray. It leaves out no face whose box begins before the
+//! least intersection. It leaves out a face whose bounding box begins behind the best hit so far. A rounded box
+//! may begin behind its face, or miss the ray. It leaves out no face whose box begins before the
 //! second hit.
 //! Where that is not so, which is rare, the tree is asked. Rays almost along a face, whose intersection
 //! parry treats in a way of its own, are left to parry. What is skipped would be hit `CLEAR_M` behind the

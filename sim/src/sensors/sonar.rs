@@ -41,8 +41,8 @@ impl SonarRing {
         scan.ranges_m[count..].fill(0.0);
     }
 
-    /// Distance to the nearest echo of sonar `i`, metres; 0 where a wall stands between the robot's centre and
-    /// the sonar, which a robot that is pushed into it cannot see through.
+    /// Distance to the nearest echo of sonar `i`, metres. It is 0 where a wall stands between the robot's centre and
+    /// the sonar: the robot was pushed into that wall.
     fn echo(&self, scene: &Scene<'_>, i: usize) -> f64 {
         let (robot, ring_m) = (scene.robot, self.model.ring_radius_m);
         let axis_rad = robot.yaw_rad + i as f64 * self.increment_rad();

@@ -1,7 +1,7 @@
 //! The suites by name.
 //!
-//! A suite that needs data which is not part of the project, and does not find it, is an error that says so; one that
-//! can do without some of it says what it leaves out in a notice.
+//! Some suites need data that is not part of the project. Without it they end with an error that names it. A suite that
+//! can do without a part of its data leaves that part out, with a notice.
 
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};

@@ -100,10 +100,13 @@ impl Staged {
             return Ok(());
         };
         let message = raw.decode(spec)?;
+        if !spec.message.is_valid(message.bytes()) {
+            // The process has rejected it, too.
+            return Ok(());
+        }
         let heard = Heard::new(spec, message.bytes(), message.cells());
         let taken = match spec.role {
-            Role::Instruction => self.part.hear(&heard),
-            Role::Request => self.part.hear(&heard).and_then(|()| self.part.speak(*heard.header(), tap)),
+            Role::Instruction | Role::Request => self.part.hear(&heard, spec.role, tap),
             _ => {
                 let cause = *erased::header(message.bytes());
                 self.inputs.keep(spec, message);

@@ -1,5 +1,5 @@
-//! The channels that a stage reads, by what they are to it: instructions and requests, which it hears, and what makes
-//! an instant: a tick, the readings that the tick names, and the message that the step answers.
+//! The channels that a stage reads. It hears instructions and requests. An instant is made of a tick, the readings that
+//! the tick names, and the message that the step answers.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{self, ChannelSpec, Role};
@@ -17,6 +17,8 @@ pub(super) struct Positions {
     sensors: Vec<u64>,
     tick: u64,
     trigger: u64,
+    /// The tick that was answered before a begin without a checkpoint.
+    answered: u64,
     /// Time and number of the last request.
     last_request: (u64, u64),
 }
@@ -26,9 +28,9 @@ pub(super) struct Inputs {
     requests: Vec<Requests>,
     last_request: (u64, u64),
     sensors: Vec<Sensor>,
-    ticks: Option<Ticks>,
+    ticks: Option<Queue>,
     /// What the step answers, where that is not the tick.
-    triggers: Option<Triggers>,
+    triggers: Option<Queue>,
     /// What was answered before a begin without a checkpoint.
     answered: u64,
     /// Memory for [`Inputs::positions`].
@@ -41,16 +43,12 @@ struct Requests {
     taken: u64,
 }
 
-struct Ticks {
+/// A channel whose messages make instants, one at a time: the ticks, or what the step answers.
+struct Queue {
     reader: RawReader,
+    /// Of the instant that is being put together.
     current: Option<RawSample>,
     /// Of the last instant.
-    taken: u64,
-}
-
-struct Triggers {
-    reader: RawReader,
-    current: Option<RawSample>,
     taken: u64,
 }
 
@@ -64,11 +62,9 @@ impl Inputs {
         instructions.iter_mut().for_each(RawReader::resume_anywhere);
         let requests = readers(Role::Request)?.into_iter().map(|reader| Requests { reader, taken: 0 });
         let sensors = readers(Role::Sensor)?.into_iter().map(Sensor::new);
-        let ticks = of_role(Role::Tick).next().filter(|_| trigger.is_some());
-        let ticks = ticks.map(|spec| Ok(Ticks { reader: node.raw_reader(spec)?, current: None, taken: 0 }));
-        let triggers = trigger.filter(|spec| spec.role != Role::Tick);
-        let triggers =
-            triggers.map(|spec| Ok(Triggers { reader: node.raw_reader(spec)?, current: None, taken: 0 }));
+        let queue = |spec| Ok(Queue { reader: node.raw_reader(spec)?, current: None, taken: 0 });
+        let ticks = of_role(Role::Tick).next().filter(|_| trigger.is_some()).map(queue);
+        let triggers = trigger.filter(|spec| spec.role != Role::Tick).map(queue);
         Ok(Self {
             instructions,
             requests: requests.collect(),
@@ -127,7 +123,7 @@ impl Inputs {
         let Some(ticks) = ticks else { return Ok(false) };
         let is_there = match triggers {
             None => ticks.next_after(*answered)?,
-            Some(triggers) => triggers.next_after(*answered)? && ticks.advance_to(triggers.cause())?,
+            Some(triggers) => triggers.next_with_tick(ticks, *answered)?,
         };
         let Some(tick) = ticks.current.as_ref().filter(|_| is_there) else { return Ok(false) };
         let tick: &Tick = bytemuck::from_bytes(tick.message());
@@ -146,13 +142,12 @@ impl Inputs {
 
     /// The step is done: what has come is of an earlier instant now.
     pub(super) fn end_instant(&mut self) {
-        if let Some(ticks) = &mut self.ticks {
-            ticks.taken = ticks.current.take().map_or(ticks.taken, |tick| tick.header().seq);
-        }
-        if let Some(triggers) = &mut self.triggers {
-            triggers.taken = triggers.current.take().map_or(triggers.taken, |trigger| trigger.header().seq);
-        }
+        self.queues_mut().for_each(Queue::end_instant);
         self.sensors.iter_mut().for_each(Sensor::end_instant);
+    }
+
+    fn queues_mut(&mut self) -> impl Iterator<Item = &mut Queue> {
+        self.ticks.iter_mut().chain(&mut self.triggers)
     }
 
     pub(super) fn positions(&mut self) -> &Positions {
@@ -165,6 +160,7 @@ impl Inputs {
         sensors.extend(self.sensors.iter().map(|sensor| sensor.before));
         self.positions.tick = self.ticks.as_ref().map_or(0, |ticks| ticks.taken);
         self.positions.trigger = self.triggers.as_ref().map_or(0, |triggers| triggers.taken);
+        self.positions.answered = self.answered;
         self.positions.last_request = self.last_request;
         &self.positions
     }
@@ -188,6 +184,7 @@ impl Inputs {
             triggers.taken = positions.trigger;
             triggers.reader.resume_after(positions.trigger);
         }
+        self.answered = positions.answered;
         self.last_request = positions.last_request;
     }
 
@@ -220,12 +217,9 @@ impl sketchnav_stage::Inputs for Inputs {
             let newest = sensor.newest.as_ref()?;
             return Some(reading(newest, newest.header().seq > sensor.before));
         }
-        let triggers = self.triggers.as_ref().filter(|triggers| triggers.reader.spec() == spec);
-        if let Some(trigger) = triggers.and_then(|triggers| triggers.current.as_ref()) {
-            return Some(reading(trigger, true));
-        }
-        let ticks = self.ticks.as_ref().filter(|ticks| ticks.reader.spec() == spec);
-        ticks.and_then(|ticks| ticks.current.as_ref()).map(|tick| reading(tick, true))
+        let mut queues = self.ticks.iter().chain(&self.triggers);
+        let queue = queues.find(|queue| queue.reader.spec() == spec)?;
+        queue.current.as_ref().map(|current| reading(current, true))
     }
 }
 
@@ -233,38 +227,52 @@ fn reading(sample: &RawSample, is_fresh: bool) -> Reading<'_> {
     Reading { message: sample.message(), cells: sample.cells(), is_fresh }
 }
 
-impl Ticks {
-    /// The next one, where there is none yet; whether there is one.
+impl Queue {
+    /// The next one that no predecessor has answered, where there is none yet; whether there is one.
     fn next_after(&mut self, answered: u64) -> Result<bool> {
         while self.current.is_none() {
-            let Some(tick) = self.reader.receive_valid()? else { return Ok(false) };
-            self.current = Some(tick).filter(|tick| tick.header().seq > answered);
+            let Some(next) = self.reader.receive_valid()? else { return Ok(false) };
+            self.current = Some(next).filter(|next| self.tick_of(next) > answered);
         }
         Ok(true)
     }
 
-    /// The tick of this number; whether it is there. One that is newer says that it will not come.
-    fn advance_to(&mut self, seq: u64) -> Result<bool> {
-        while self.current.as_ref().is_none_or(|tick| tick.header().seq < seq) {
-            let Some(tick) = self.reader.receive_valid()? else { return Ok(false) };
-            self.current = Some(tick);
+    /// The next one whose tick there is; whether both are there. Where the tick is missing, as after an overflow in real
+    /// time, it is left out: its readings may be missing, too.
+    fn next_with_tick(&mut self, ticks: &mut Self, answered: u64) -> Result<bool> {
+        while self.next_after(answered)? {
+            if !ticks.advance_to(self.tick())? {
+                return Ok(false);
+            }
+            if ticks.tick() == self.tick() {
+                return Ok(true);
+            }
+            self.end_instant();
+        }
+        Ok(false)
+    }
+
+    /// The tick of this number or the first one after it; whether it is there.
+    fn advance_to(&mut self, tick: u64) -> Result<bool> {
+        while self.tick() < tick {
+            let Some(next) = self.reader.receive_valid()? else { return Ok(false) };
+            self.current = Some(next);
         }
         Ok(true)
     }
-}
 
-impl Triggers {
-    fn next_after(&mut self, answered: u64) -> Result<bool> {
-        while self.current.is_none() {
-            let Some(trigger) = self.reader.receive_valid()? else { return Ok(false) };
-            self.current = Some(trigger).filter(|trigger| trigger.header().source_seq > answered);
-        }
-        Ok(true)
+    /// The tick that the current one is, or that caused it; 0 where there is none.
+    fn tick(&self) -> u64 {
+        self.current.as_ref().map_or(0, |current| self.tick_of(current))
     }
 
-    /// The tick that caused it; 0 where there is none.
-    fn cause(&self) -> u64 {
-        self.current.as_ref().map_or(0, |trigger| trigger.header().source_seq)
+    fn tick_of(&self, sample: &RawSample) -> u64 {
+        let header = sample.header();
+        if self.reader.spec().role == Role::Tick { header.seq } else { header.source_seq }
+    }
+
+    fn end_instant(&mut self) {
+        self.taken = self.current.take().map_or(self.taken, |current| current.header().seq);
     }
 }
 

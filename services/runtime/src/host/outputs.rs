@@ -50,8 +50,8 @@ impl Outputs {
         self.writers.iter_mut().for_each(RawWriter::resume_behind_kept);
     }
 
-    pub(super) fn last_kept(&self, spec: &ChannelSpec) -> Option<&Header> {
-        self.writer(spec)?.last_kept().map(erased::header)
+    pub(super) fn last_kept(&self, spec: &ChannelSpec) -> Option<Header> {
+        self.writer(spec)?.last_kept().map(|kept| *erased::header(bytemuck::cast_slice(&kept)))
     }
 
     fn writer(&self, spec: &ChannelSpec) -> Option<&RawWriter> {
@@ -80,7 +80,8 @@ impl Sink for Outputs {
 }
 
 impl Remains for Outputs {
-    fn last(&self, spec: &ChannelSpec) -> Option<&[u8]> {
-        self.writer(spec)?.last_kept().filter(|message| message.len() == spec.message.size)
+    fn last(&self, spec: &ChannelSpec) -> Option<Vec<u64>> {
+        let kept = self.writer(spec)?.last_kept();
+        kept.filter(|message| size_of_val(message.as_slice()) == spec.message.size)
     }
 }

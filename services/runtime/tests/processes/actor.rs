@@ -4,12 +4,19 @@ use std::time::Duration;
 
 use nix::sys::signal::{SigSet, Signal, raise};
 use sketchnav_runtime::*;
-use sketchnav_schemas::channels::{ODOMETRY, SCAN, SKETCH, TRUTH};
+use sketchnav_schemas::channels::{COMMAND, ESTIMATE, ODOMETRY, SCAN, SKETCH, TICK, TRUTH};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::{GroundTruth, LaserScan, Odometry, SketchMap};
+use sketchnav_schemas::message::{
+    GroundTruth, Header, LaserScan, Odometry, PoseEstimate, SketchMap, Tick, VelocityCommand,
+};
 use sketchnav_schemas::run::RunConfig;
 
+use crate::hosted::{Counter, fill_estimate};
+
 const LONG: Duration = Duration::from_secs(600);
+/// How often an actor looks for an answer before it says that none came, and how long it sleeps in between.
+const LOOKS: u32 = 6000;
+const LOOK: Duration = Duration::from_millis(5);
 const CLEARING: Duration = Duration::from_millis(500);
 
 /// What an actor has opened.
@@ -22,6 +29,10 @@ struct Actor {
     sketch_reader: Option<Reader<SketchMap>>,
     odometry_reader: Option<Reader<Odometry>>,
     truth_reader: Option<Reader<GroundTruth>>,
+    tick_writer: Option<Writer<Tick>>,
+    estimate_writer: Option<Writer<PoseEstimate>>,
+    estimate_reader: Option<Reader<PoseEstimate>>,
+    command_reader: Option<Reader<VelocityCommand>>,
     held: Vec<Sample<LaserScan>>,
     node: Option<Node>,
     system: Option<System>,
@@ -62,6 +73,12 @@ impl Actor {
             ["until", seq] => return self.receive_until(seq.parse().unwrap()),
             ["loan"] => return self.loan(),
             ["hold"] => return self.hold(),
+            ["host"] => self.host(Counter::default())?,
+            ["host-refusing"] => self.host(Counter::refusing())?,
+            ["tick", count] => return self.tick(count.parse().unwrap()),
+            ["estimate", tick] => self.estimate(tick.parse().unwrap())?,
+            ["estimates", tick] => return self.answers(tick.parse().unwrap(), Self::next_estimate),
+            ["commands", tick] => return self.answers(tick.parse().unwrap(), Self::next_command),
             ["sketch"] => return self.send_sketch(),
             ["hold-sketch"] => return self.hold_sketch(),
             ["count-sending"] => return self.count_sending(),
@@ -102,6 +119,10 @@ impl Actor {
             "sketch-writer" => self.sketch_writer = Some(self.node().writer(SKETCH)?),
             "sketch-reader" => self.sketch_reader = Some(self.node().reader(SKETCH)?),
             "odometry-reader" => self.odometry_reader = Some(self.node().reader(ODOMETRY)?),
+            "tick-writer" => self.tick_writer = Some(self.node().writer(TICK)?),
+            "estimate-writer" => self.estimate_writer = Some(self.node().writer(ESTIMATE)?),
+            "estimate-reader" => self.estimate_reader = Some(self.node().reader(ESTIMATE)?),
+            "command-reader" => self.command_reader = Some(self.node().reader(COMMAND)?),
             "truth-reader" => self.truth_reader = Some(self.node().reader(TRUTH)?),
             _ => panic!("no such end: {what}"),
         }
@@ -138,6 +159,59 @@ impl Actor {
             }
             assert_eq!(self.node().wait(LONG), Wake::Message);
         }
+    }
+
+    fn host(&mut self, mut stage: Counter) -> Result<()> {
+        match host(self.node(), &mut stage) {
+            Err(HostError::Runtime(error)) => Err(error),
+            ended => panic!("{ended:?}"),
+        }
+    }
+
+    fn tick(&mut self, count: u64) -> Result<String> {
+        let writer = self.tick_writer.as_mut().unwrap();
+        for _ in 0..count {
+            writer.send(|tick| tick.header.stamp_ns = 100)?;
+        }
+        Ok(writer.last_seq().to_string())
+    }
+
+    /// An estimate that says that it belongs to this tick.
+    fn estimate(&mut self, tick: u64) -> Result<()> {
+        let writer = self.estimate_writer.as_mut().unwrap();
+        writer.send(|estimate| {
+            fill_estimate(estimate, Header { seq: 0, stamp_ns: 100, source_seq: tick }, 0)
+        })?;
+        Ok(())
+    }
+
+    fn next_estimate(&mut self) -> Result<Option<(Header, u32)>> {
+        let sample = self.estimate_reader.as_mut().unwrap().receive()?;
+        Ok(sample.map(|estimate| (estimate.header, estimate.particle_count)))
+    }
+
+    fn next_command(&mut self) -> Result<Option<(Header, u32)>> {
+        let sample = self.command_reader.as_mut().unwrap().receive()?;
+        Ok(sample.map(|command| (command.header, command.last)))
+    }
+
+    /// The answers up to that to `tick`: the ticks, the numbers, what the stage had counted.
+    fn answers(
+        &mut self,
+        tick: u64,
+        next: impl Fn(&mut Self) -> Result<Option<(Header, u32)>>,
+    ) -> Result<String> {
+        let mut told = Vec::new();
+        for _ in 0..LOOKS {
+            while let Some((header, count)) = next(self)? {
+                told.push(format!("{}:{}:{count}", header.source_seq, header.seq));
+                if header.source_seq >= tick {
+                    return Ok(told.join(" "));
+                }
+            }
+            self.node().nap(LOOK);
+        }
+        Ok(format!("no answer to tick {tick} after {}", told.join(" ")))
     }
 
     fn loan(&mut self) -> Result<String> {

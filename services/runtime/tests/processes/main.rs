@@ -5,6 +5,7 @@
 //! the tests do not see each other either.
 
 mod actor;
+mod hosted;
 mod stage;
 
 use std::collections::BTreeMap;

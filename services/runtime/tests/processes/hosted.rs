@@ -1,0 +1,173 @@
+//! A stage under its host: what it answers when its process is killed, or its state lost or refused.
+
+use std::fs::OpenOptions;
+use std::os::unix::fs::FileExt;
+
+use sketchnav_schemas::channels::{COMMAND, ESTIMATE};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::{Header, PoseEstimate};
+use sketchnav_stage::{Instant, Outbox, Stage as NavigatorStage, StageError};
+
+use crate::stage::{Player, Stage};
+
+/// Counts the ticks that it answers, as a localizer or as a planner.
+#[derive(Default)]
+pub struct Counter {
+    count: u32,
+    refuses: bool,
+}
+
+impl Counter {
+    /// One that takes no state.
+    pub fn refusing() -> Self {
+        Self { count: 0, refuses: true }
+    }
+}
+
+impl NavigatorStage for Counter {
+    const FORM: &'static str = "counter 1";
+    type State = u32;
+
+    /// Tells the test that the channels are open.
+    fn speak(&mut self, _: &mut Outbox<'_>) -> Result<(), StageError> {
+        println!("\n> open");
+        Ok(())
+    }
+
+    fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        self.count += 1;
+        match instant.newest(ESTIMATE) {
+            Some(_) => out.send(COMMAND, |command| command.last = self.count)?,
+            None => out.send(ESTIMATE, |estimate| {
+                let header = estimate.header;
+                fill_estimate(estimate, header, self.count);
+            })?,
+        };
+        Ok(())
+    }
+
+    fn state(&self) -> impl serde::Serialize {
+        self.count
+    }
+
+    fn restore(&mut self, count: u32) -> Result<(), StageError> {
+        if self.refuses {
+            return Err(format!("expected no state, found {count}").into());
+        }
+        self.count = count;
+        Ok(())
+    }
+}
+
+/// Makes it valid.
+pub fn fill_estimate(estimate: &mut PoseEstimate, header: Header, count: u32) {
+    (estimate.header, estimate.particle_count) = (header, count);
+    estimate.pose.orientation_w = 1.0;
+    estimate.odometry.orientation_w = 1.0;
+}
+
+fn hosting(stage: &Stage, system: &str, process: Process, order: &str) -> Player {
+    let mut host = stage.join(system, process, &[]);
+    host.does_as(order, "open");
+    host
+}
+
+/// The answers from one tick to another, the first of them with the number `seq`, to a stage that has counted so many.
+fn told(ticks: std::ops::RangeInclusive<u64>, seq: u64, count: u64) -> String {
+    let first = *ticks.start();
+    let one = |tick| format!("{tick}:{}:{}", seq + tick - first, count + tick - first);
+    ticks.map(one).collect::<Vec<_>>().join(" ")
+}
+
+/// Each file of a checkpoint has its version taken away.
+fn damage_checkpoints(stage: &Stage, system: &str) {
+    let files = [0, 1].map(|slot| stage.shared_memory(system, &format!("checkpoint_localizer_{slot}")));
+    for path in files.concat() {
+        OpenOptions::new().write(true).open(path).unwrap().write_all_at(&[0; 8], 0).unwrap();
+    }
+}
+
+#[test]
+fn a_killed_stage_answers_each_tick_once() {
+    let stage = Stage::new();
+    let mut supervisor = stage.system("kill");
+    let mut world = stage.join("kill", Process::World, &["tick-writer"]);
+    let mut recorder = stage.join("kill", Process::Recorder, &["estimate-reader"]);
+    for (from, to) in [(1, 20), (21, 21), (22, 60), (61, 63)] {
+        let mut host = hosting(&stage, "kill", Process::Localizer, "host");
+        world.tell(&format!("tick {}", to - from + 1));
+        assert_eq!(recorder.tell(&format!("estimates {to}")), told(from..=to, from, from));
+        host.kill();
+        supervisor.does("clear-dead");
+    }
+}
+
+/// Killed once more before its next checkpoint, a process that had begun anew once answered old ticks again.
+#[test]
+fn a_stage_that_began_anew_and_is_killed_again_answers_no_tick_twice() {
+    let stage = Stage::new();
+    let mut supervisor = stage.system("lost-state");
+    let mut world = stage.join("lost-state", Process::World, &["tick-writer"]);
+    let mut recorder = stage.join("lost-state", Process::Recorder, &["estimate-reader"]);
+    let mut first = hosting(&stage, "lost-state", Process::Localizer, "host");
+    world.tell("tick 40");
+    assert_eq!(recorder.tell("estimates 40"), told(1..=40, 1, 1));
+    first.kill();
+    damage_checkpoints(&stage, "lost-state");
+    // The first two of these leave no checkpoint, the third leaves one.
+    for (from, to, count) in [(41, 43, 1), (44, 46, 1), (47, 70, 1), (71, 72, 25)] {
+        supervisor.does("clear-dead");
+        let mut host = hosting(&stage, "lost-state", Process::Localizer, "host");
+        world.tell(&format!("tick {}", to - from + 1));
+        assert_eq!(recorder.tell(&format!("estimates {to}")), told(from..=to, from, count));
+        host.kill();
+    }
+}
+
+/// It ended the mission: the error counted as one of the mission's, which no restart mends.
+#[test]
+fn a_stage_that_refuses_its_state_begins_anew() {
+    let stage = Stage::new();
+    let mut supervisor = stage.system("refused");
+    let mut world = stage.join("refused", Process::World, &["tick-writer"]);
+    let mut recorder = stage.join("refused", Process::Recorder, &["estimate-reader"]);
+    let mut first = hosting(&stage, "refused", Process::Localizer, "host");
+    world.tell("tick 40");
+    assert_eq!(recorder.tell("estimates 40"), told(1..=40, 1, 1));
+    first.kill();
+    for count in [32, 16] {
+        supervisor.does("clear-dead");
+        let mut host = stage.join("refused", Process::Localizer, &[]);
+        let error = host.tell("host-refusing");
+        let expected = format!("checkpoint refused: expected no state, found {count}");
+        assert!(error.starts_with("error ") && error.ends_with(&expected), "{error}");
+        host.kill();
+    }
+    supervisor.does("clear-dead");
+    let _host = hosting(&stage, "refused", Process::Localizer, "host-refusing");
+    world.tell("tick 2");
+    assert_eq!(recorder.tell("estimates 42"), told(41..=42, 41, 1));
+}
+
+/// A planner that had overslept, as in real time, took an estimate for that of the first tick that was still there. From
+/// then on each estimate belonged to another tick.
+#[test]
+fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("overslept");
+    let mut world = stage.join("overslept", Process::World, &["tick-writer"]);
+    let mut localizer = stage.join("overslept", Process::Localizer, &["estimate-writer"]);
+    let mut recorder = stage.join("overslept", Process::Recorder, &["command-reader"]);
+    // Of 300 ticks 173 to 300 are in the history; of the estimates all.
+    world.tell("tick 300");
+    for tick in (100..=103).chain(171..=174).chain(298..=300) {
+        localizer.does(&format!("estimate {tick}"));
+    }
+    let _host = hosting(&stage, "overslept", Process::Planner, "host");
+    world.tell("refresh");
+    localizer.tell("refresh");
+    let expected = [173, 174, 298, 299, 300];
+    let expected: Vec<_> =
+        expected.iter().enumerate().map(|(i, tick)| format!("{tick}:{0}:{0}", i + 1)).collect();
+    assert_eq!(recorder.tell("commands 300"), expected.join(" "));
+}

@@ -61,7 +61,7 @@ fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
         assert_eq!(count, 2, "{kind}: {faults:?}");
     }
     // Its deadline, and its limit.
-    assert_eq!(faults.iter().filter(|fault| fault["kind"] == "silent").count(), 4, "{faults:?}");
+    assert_eq!(faults.iter().filter(|fault| fault["kind"] == "unresponsive").count(), 4, "{faults:?}");
     assert_eq!(place.living(), []);
 }
 
@@ -84,7 +84,7 @@ fn a_process_that_goes_on_in_time_is_left_alone() {
     running.signal(Signal::SIGINT);
     running.end();
     let faults = faults(&place, "pause");
-    assert_eq!(kinds(&faults, "planner"), ["silent", "heard again"], "{faults:?}");
+    assert_eq!(kinds(&faults, "planner"), ["unresponsive", "responsive again"], "{faults:?}");
 }
 
 /// The recorder is asked to end when its supervisor dies, and a stopped one did not hear it: it lived on

@@ -12,21 +12,27 @@ use sketchnav_schemas::codes::Process;
 use support::repository;
 
 /// Crates that know no process, no network, no recording and no physics.
-const PURE: [&str; 6] = [
-    "sketchnav-schemas",
-    "sketchnav-stage",
-    "sketchnav-navigation",
-    "sketchnav-localizer",
-    "sketchnav-planner",
-    "sketchnav-sketcher",
-];
+const PURE: [&str; 4] = ["sketchnav-schemas", "sketchnav-stage", "sketchnav-motion", "sketchnav-sketch"];
+/// Pure crates that navigators may share; any other crate in `services/navigators` is a navigator of its own.
+const SHARED: [&str; 1] = ["sketchnav-motion"];
 /// What they must not reach, by any way.
 const IMPURE: [&str; 7] = ["iceoryx2", "axum", "tokio", "mcap", "rapier2d", "nix", "sketchnav-runtime"];
 
 /// The names of the packages that each package depends on, those for tests left out.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    // Packages for other platforms may never have been downloaded.
+    let host = Command::new("rustc").args(["--print", "host-tuple"]).output().unwrap();
+    let host = String::from_utf8(host.stdout).unwrap();
     let cargo = Command::new(env!("CARGO"))
-        .args(["metadata", "--format-version", "1", "--offline", "--locked"])
+        .args([
+            "metadata",
+            "--format-version",
+            "1",
+            "--offline",
+            "--locked",
+            "--filter-platform",
+            host.trim(),
+        ])
         .current_dir(repository())
         .output()
         .unwrap();
@@ -68,6 +74,25 @@ fn pure_crates_reach_no_process_no_network_no_recording_and_no_physics() {
     }
     let runtime = reached("sketchnav-runtime", &all);
     assert!(runtime.contains("iceoryx2"), "the test sees what is there");
+}
+
+/// A navigator can be understood, changed and removed without a look at the others.
+#[test]
+fn no_navigator_imports_another() {
+    let all = dependencies();
+    let folder = repository().join("services/navigators");
+    let crates = std::fs::read_dir(folder).unwrap().filter_map(|entry| {
+        let path = entry.unwrap().path();
+        path.join("Cargo.toml").exists().then(|| format!("sketchnav-{}", path.file_name().unwrap().display()))
+    });
+    let crates: Vec<_> = crates.filter(|name| !SHARED.contains(&name.as_str())).collect();
+    assert!(crates.contains(&"sketchnav-sketch".to_owned()), "{crates:?}");
+    for navigator in &crates {
+        assert!(PURE.contains(&navigator.as_str()), "{navigator}: add it to PURE");
+        let reached = reached(navigator, &all);
+        let others: Vec<_> = crates.iter().filter(|other| reached.contains(other.as_str())).collect();
+        assert!(others.is_empty(), "{navigator} imports {others:?}");
+    }
 }
 
 /// Each pure crate has clippy forbid clocks, threads, files of its own and maps without order.

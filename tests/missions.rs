@@ -10,7 +10,7 @@ use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_sim::{Floor, files, mission_file};
 use support::{Place, repository, room, shared_data};
 
-/// The tasks of paper 001, Table I, in the demo's order.
+/// The tasks of Boniardi et al. 2015, Table I, in the demo's order.
 const DEMO_TASKS: [&str; 9] =
     ["0 → 1", "1 → 2", "2 → 3", "3 → 9", "9 → 4", "4 → 5", "5 → 8", "8 → 6", "6 → 7"];
 
@@ -220,6 +220,6 @@ fn can_be_opened(path: &Path) {
         pad: Pad::Absent,
         without: Vec::new(),
     };
-    let (_, places) = sketchnav_sketcher::understand(&run, &|file| std::fs::read(file)).unwrap();
-    assert_eq!(places.errands.len(), tasks, "{}", path.display());
+    let (_, places) = sketchnav_sketch::sketcher::understand(&run, &|file| std::fs::read(file)).unwrap();
+    assert_eq!(places.tasks.len(), tasks, "{}", path.display());
 }

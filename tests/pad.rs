@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use sketchnav_recordings::reader::Recording;
 use sketchnav_schemas::channels::{DRAWING, ORDERS, ROUTE, SKETCH, UNDERSTOOD};
 use sketchnav_schemas::codes::Order;
-use sketchnav_sketcher::Options;
+use sketchnav_sketch::reading::Options;
 use support::page::{Page, free_port, parsed, request, wait_for};
 use support::{Place, Running, kill_if_alive, repository, wait_until};
 
@@ -154,7 +154,7 @@ fn arrived_as_drawn(recording: &Path) {
     let sent: Vec<_> = recording.channel(DRAWING).unwrap().map(Result::unwrap).collect();
     assert_eq!((sent.len(), &sent[0].1), (2, &strokes()));
     let (map, cells) = recording.channel(SKETCH).unwrap().next().unwrap().unwrap();
-    let drawing = sketchnav_sketcher::read(&strokes(), "strokes", &Options::default()).unwrap();
+    let drawing = sketchnav_sketch::reading::read(&strokes(), "strokes", &Options::default()).unwrap();
     assert_eq!((map.width_px, map.height_px, &cells), (drawing.width_px, drawing.height_px, &drawing.cells));
     let strokes: Value = serde_json::from_slice(&strokes()).unwrap();
     for point in strokes["strokes"].as_array().unwrap().iter().flat_map(|s| s["points"].as_array().unwrap()) {

@@ -14,7 +14,7 @@ use std::process::Command;
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use sketchnav_sketcher::{Options, read};
+use sketchnav_sketch::reading::{Options, read};
 use support::browser::{Browser, has_node, mission, pad};
 use support::{Ended, Place, repository};
 

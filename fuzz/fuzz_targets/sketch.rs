@@ -2,8 +2,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use sketchnav_sketcher::Options;
+use sketchnav_sketch::reading::Options;
 
 fuzz_target!(|bytes: &[u8]| {
-    let _ = sketchnav_sketcher::read(bytes, "fuzz", &Options::default());
+    let _ = sketchnav_sketch::reading::read(bytes, "fuzz", &Options::default());
 });

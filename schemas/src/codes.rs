@@ -180,9 +180,9 @@ codes! {
         /// The successor has done something that none before it had.
         Recovered = 4 "recovered",
         /// It has shown no sign of life for longer than it may.
-        Silent = 5 "silent",
+        Unresponsive = 5 "unresponsive",
         /// It shows signs of life again.
-        Heard = 6 "heard again",
+        Responsive = 6 "responsive again",
         /// It died as often as it was started again, and got nowhere; ends the mission.
         GivenUp = 7 "given up",
         /// What its predecessor left cannot be used.

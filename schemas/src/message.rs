@@ -161,6 +161,14 @@ impl<const N: usize> Text<N> {
         Self(bytes)
     }
 
+    /// What `words` shows as, cut as by [`Text::new`]; allocates nothing.
+    pub fn of(words: impl std::fmt::Display) -> Self {
+        let mut text = Appended { bytes: [0; N], length: 0 };
+        // Cutting is no error, so writing fails only where `words` itself does.
+        let _ = std::fmt::Write::write_fmt(&mut text, format_args!("{words}"));
+        Self(text.bytes)
+    }
+
     /// The text up to the first zero, or up to the first byte that is no UTF-8.
     pub fn as_str(&self) -> &str {
         let end = self.0.iter().position(|&b| b == 0).unwrap_or(N);
@@ -168,6 +176,47 @@ impl<const N: usize> Text<N> {
             Ok(text) => text,
             Err(error) => std::str::from_utf8(&self.0[..error.valid_up_to()]).unwrap_or_default(),
         }
+    }
+}
+
+struct Appended<const N: usize> {
+    bytes: [u8; N],
+    length: usize,
+}
+
+impl<const N: usize> std::fmt::Write for Appended<N> {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        let mut end = text.len().min(N - self.length);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        self.bytes[self.length..self.length + end].copy_from_slice(&text.as_bytes()[..end]);
+        self.length += end;
+        Ok(())
+    }
+}
+
+impl<const N: usize> Default for Text<N> {
+    fn default() -> Self {
+        Self([0; N])
+    }
+}
+
+impl<const N: usize> std::fmt::Display for Text<N> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl<const N: usize> serde::Serialize for Text<N> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.as_str())
+    }
+}
+
+impl<'de, const N: usize> serde::Deserialize<'de> for Text<N> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer).map(|text| Self::new(&text))
     }
 }
 

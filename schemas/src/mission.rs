@@ -460,9 +460,9 @@ mod tests {
             "{error}"
         );
         let mut parameters: Parameters = "localizer.beams = 48".parse().unwrap();
-        parameters.extend(&"planner.margin_m = 0.1".parse().unwrap());
+        parameters.extend(&"planner.footprint_padding_m = 0.1".parse().unwrap());
         assert_eq!(parameters.of(Process::Localizer)["beams"].as_integer(), Some(48));
-        assert_eq!(parameters.of(Process::Planner)["margin_m"].as_float(), Some(0.1));
+        assert_eq!(parameters.of(Process::Planner)["footprint_padding_m"].as_float(), Some(0.1));
         assert!(parameters.of(Process::Sketcher).is_empty());
     }
 

@@ -207,7 +207,7 @@ pub struct EvalOptions {
     /// Only these drawings, separated by commas.
     #[arg(long, value_delimiter = ',')]
     pub drawings: Vec<String>,
-    /// Another value of a parameter in all trials: `localizer.beams=60`, `planner.margin_m=0.1`; may be
+    /// Another value of a parameter in all trials: `localizer.beams=60`, `planner.footprint_padding_m=0.1`; may be
     /// repeated.
     #[arg(long = "set", value_name = "SERVICE.KEY=VALUE")]
     pub parameters: Vec<Parameters>,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
-use sketchnav_deform::{DeformError, Deformation, Drawing, Floor, PEOPLE, files};
+use sketchnav_deform::{DeformError, Deformation, DeformedDrawing, Floor, PEOPLE, files};
 
 use crate::args::DeformOptions;
 use crate::failure::{Failure, OrInput, Outcome};
@@ -25,7 +25,7 @@ pub fn deform(map: &Path, options: &DeformOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-fn encoded(drawing: &Drawing, path: &Path) -> Result<Vec<u8>, Failure> {
+fn encoded(drawing: &DeformedDrawing, path: &Path) -> Result<Vec<u8>, Failure> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("json") => Ok(drawing.strokes_json().into_bytes()),
         Some("svg") => Ok(drawing.svg().into_bytes()),
@@ -35,12 +35,12 @@ fn encoded(drawing: &Drawing, path: &Path) -> Result<Vec<u8>, Failure> {
 }
 
 /// The middles of the rooms that were forgotten, metres.
-fn forgotten(floor: &Floor, drawing: &Drawing) -> Vec<[f64; 2]> {
+fn forgotten(floor: &Floor, drawing: &DeformedDrawing) -> Vec<[f64; 2]> {
     let middle = |&room: &usize| [floor.regions()[room].center.x, floor.regions()[room].center.y];
     drawing.forgotten.iter().map(middle).collect()
 }
 
-fn json(floor: &Floor, drawing: &Drawing, options: &DeformOptions) -> serde_json::Value {
+fn json(floor: &Floor, drawing: &DeformedDrawing, options: &DeformOptions) -> serde_json::Value {
     serde_json::json!({
         "floor": floor.name,
         "degree": options.degree,
@@ -55,7 +55,7 @@ fn json(floor: &Floor, drawing: &Drawing, options: &DeformOptions) -> serde_json
     })
 }
 
-fn print(floor: &Floor, drawing: &Drawing, options: &DeformOptions) -> anyhow::Result<()> {
+fn print(floor: &Floor, drawing: &DeformedDrawing, options: &DeformOptions) -> anyhow::Result<()> {
     let [width, height] = drawing.canvas_px;
     out!("{}  {width} × {height} px, {} strokes", options.output.display(), drawing.strokes.len())?;
     for [x, y] in forgotten(floor, drawing) {

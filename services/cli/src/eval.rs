@@ -13,7 +13,7 @@ use sketchnav_evaluation::experiments::jobs::{Job, run_all};
 use sketchnav_evaluation::experiments::report::{Report, examples};
 use sketchnav_evaluation::experiments::statistics::Tally;
 use sketchnav_evaluation::experiments::suite::{Folders, Suite};
-use sketchnav_evaluation::experiments::{Outcome as Ended, run, suites, trial_picture};
+use sketchnav_evaluation::experiments::{TaskOutcome as Ended, run, suites, trial_picture};
 
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};

@@ -71,7 +71,7 @@ fn run_config(
 ) -> anyhow::Result<RunConfig> {
     let blank = SketchMission {
         method: SketchMission::of(&mission)?.method,
-        drawing: sketchnav_sketcher::desk::NAME.to_owned(),
+        drawing: sketchnav_sketch::reading::desk::NAME.to_owned(),
         walls: WallTone::Auto,
         start: None,
         start_heading_deg: None,

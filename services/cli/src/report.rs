@@ -8,7 +8,7 @@ use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 use sketchnav_evaluation::judge::log::Log;
 use sketchnav_evaluation::judge::{self, TaskSpan, TaskVerdict, Verdict};
-use sketchnav_evaluation::picture::{self, FloorPicture, Outcome, SketchPicture, TaskPicture};
+use sketchnav_evaluation::picture::{self, FloorPicture, SketchPicture, TaskMark, TaskPicture};
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
@@ -207,11 +207,11 @@ fn of<'a, T: sketchnav_schemas::message::Message>(span: &Option<TaskSpan>, messa
     span.as_ref().map_or(&[], |span| span.of(messages))
 }
 
-fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> Outcome {
+fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> TaskMark {
     match (span, verdict.reached) {
-        (None, _) => Outcome::NotBegun,
-        (Some(_), true) => Outcome::Reached,
-        (Some(_), false) => Outcome::Failed,
+        (None, _) => TaskMark::NotBegun,
+        (Some(_), true) => TaskMark::Reached,
+        (Some(_), false) => TaskMark::Failed,
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use sketchnav_rehearsal::RehearsalError;
 use sketchnav_sim::SimError;
-use sketchnav_sketcher::SketchError;
+use sketchnav_sketch::reading::SketchError;
 
 use crate::judge::anchors::AnchorsError;
 use crate::judge::homotopy::CorrespondenceError;

@@ -1,8 +1,8 @@
 //! Experiments: a [`Suite`] is a list of [`Trial`]s, a trial is driven by the same cores as the
-//! processes, in one process, and becomes one [`Outcome`] a task, which [`statistics`] counts.
+//! processes, in one process, and becomes one [`TaskOutcome`] a task, which [`statistics`] counts.
 //!
 //! ```text
-//! suites::load → Suite ─jobs::run_all→ Vec<Outcome> ─statistics→ table, report
+//! suites::load → Suite ─jobs::run_all→ Vec<TaskOutcome> ─statistics→ table, report
 //! ```
 //!
 //! The same suite, method and seed give the same outcomes, whatever the number of threads: a trial's
@@ -27,6 +27,6 @@ pub mod trial;
 pub mod trial_picture;
 mod unmapped;
 
-pub use outcome::{Kind, Outcome};
+pub use outcome::{Kind, TaskOutcome};
 pub use suite::Suite;
 pub use trial::Trial;

@@ -17,7 +17,7 @@ use sketchnav_schemas::mission::Place;
 
 use marks::Symbol;
 use svg::{Sheet, View};
-pub use task::{Outcome, TaskPicture};
+pub use task::{TaskMark, TaskPicture};
 
 /// What cannot be drawn.
 #[derive(Debug, thiserror::Error)]

@@ -4,10 +4,12 @@
 
 use std::sync::OnceLock;
 
-use sketchnav_localizer::Localizer;
-use sketchnav_planner::Planner;
 use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
 use sketchnav_schemas::mission::Mission;
+use sketchnav_sketch::localizer::{self, Localizer};
+use sketchnav_sketch::planner::{self, Planner};
+use sketchnav_sketch::reading::Options;
+use sketchnav_sketch::sketcher::sketcher;
 use sketchnav_stage::Navigator;
 
 /// Navigation in drawings (Boniardi et al. 2015, 2016).
@@ -15,12 +17,12 @@ pub const SKETCH: Navigator = Navigator {
     kind: "sketch",
     about: "drives to goals and along routes that a person marks in a drawing of the place",
     check: |mission, robot| {
-        sketchnav_sketcher::Options::of_mission(mission, 0)?;
-        sketchnav_localizer::core::demanded(mission, robot)?;
-        sketchnav_planner::core::parameters(mission)?;
+        Options::of_mission(mission, 0)?;
+        localizer::core::demanded(mission, robot)?;
+        planner::core::parameters(mission)?;
         Ok(())
     },
-    sketcher: sketchnav_sketcher::sketcher,
+    sketcher,
     localizer: |run, _| Ok(Box::new(Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(Planner::new(run)?)),
 };

@@ -12,11 +12,11 @@ pub use trail::Trail;
 pub use warnings::{Ends, Warning, warnings};
 
 use serde::Serialize;
-use sketchnav_navigation::planning::chart::Chart;
 use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::{LaserScan, MissionStatus, Particles, Plan, PoseEstimate};
 use sketchnav_schemas::robot::Robot;
+use sketchnav_sketch::planning::chart::Chart;
 
 use crate::machine::State;
 

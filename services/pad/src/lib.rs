@@ -1,4 +1,4 @@
-//! The pad: the page on which people draw a map and a path, send them, watch the robot and stop it (paper 004, IV),
+//! The pad: the page on which people draw a map and a path, send them, watch the robot and stop it (Boniardi et al. 2016, IV),
 //! and the process that serves it and passes on between it and the channels.
 //!
 //! ```text

@@ -1,4 +1,4 @@
-//! The steps of paper 004 (figure 4): draw a map, send it, draw a path, send it, execute, abort, restore or start
+//! The steps of Boniardi et al. 2016, figure 4: draw a map, send it, draw a path, send it, execute, abort, restore or start
 //! again. Which of them is allowed, for whom, and what the navigation has made of the last one.
 //!
 //! Pure: what happens goes in, what is to be sent comes out; times are since the pad's start, by the caller's
@@ -42,7 +42,7 @@ pub enum State {
 
 /// A drawing that the sketcher has taken over.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Sketch {
+pub struct AcceptedSketch {
     /// What it is.
     pub kind: SketchType,
     /// As it was sent.
@@ -127,7 +127,7 @@ pub struct Memory {
     /// The last drawing that was sent; 0 before the first.
     pub drawing_seq: u64,
     /// The sketch that holds.
-    pub sketch: Option<Sketch>,
+    pub sketch: Option<AcceptedSketch>,
     /// The path that holds.
     pub path: Option<Path>,
     /// What has no answer yet.
@@ -341,7 +341,7 @@ impl Machine {
                 let scale = answer.scale;
                 let own = size_px.map(|side| (f64::from(side) / scale).round() as u32);
                 let canvas = canvas.unwrap_or(own);
-                self.memory.sketch = Some(Sketch { kind, bytes, canvas, size_px, scale });
+                self.memory.sketch = Some(AcceptedSketch { kind, bytes, canvas, size_px, scale });
                 self.memory.path = None;
             }
             Submission::Path { body, marks } => {

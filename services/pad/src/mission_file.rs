@@ -14,8 +14,8 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
-use sketchnav_sketcher::strokes::Marks;
-use sketchnav_sketcher::{Settings, route_heading_rad};
+use sketchnav_sketch::reading::Marks;
+use sketchnav_sketch::reading::{Settings, route_heading_rad};
 use tempfile::Builder;
 
 use crate::machine;
@@ -45,7 +45,7 @@ pub fn write(
     folder: &Path,
     name: &str,
     mission: &Mission,
-    sketch: &machine::Sketch,
+    sketch: &machine::AcceptedSketch,
     path: &machine::Path,
     own: &mut BTreeSet<String>,
 ) -> Result<Vec<Written>, Refusal> {
@@ -78,7 +78,7 @@ fn text(
     name: &str,
     drawing: &str,
     mission: &Mission,
-    sketch: &machine::Sketch,
+    sketch: &machine::AcceptedSketch,
     path: &machine::Path,
 ) -> Result<String, Refusal> {
     let failed = |error: &dyn std::fmt::Display| Refusal::File(format!("the mission: {error}"));
@@ -123,7 +123,7 @@ fn tasks(marks: &Marks) -> Vec<SketchTask> {
 }
 
 /// The heading that the sketcher has taken from a route, degrees counter-clockwise from "to the right".
-fn heading_deg(route: &[[f64; 2]], sketch: &machine::Sketch, settings: &Settings) -> Option<f64> {
+fn heading_deg(route: &[[f64; 2]], sketch: &machine::AcceptedSketch, settings: &Settings) -> Option<f64> {
     let [width_px, height_px] = sketch.size_px.map(f64::from);
     let place = |[column, row]: &[f64; 2]| Point::new(column * sketch.scale, height_px - row * sketch.scale);
     route_heading_rad(route.iter().map(place), width_px.hypot(height_px), settings).map(f64::to_degrees)
@@ -156,7 +156,7 @@ const MODE: u32 = 0o666;
 
 #[cfg(test)]
 mod tests {
-    use sketchnav_sketcher::{Intent, Options};
+    use sketchnav_sketch::reading::{Intent, Options};
 
     use super::*;
 
@@ -174,8 +174,8 @@ mod tests {
         machine::Path { body: String::new(), marks, placing, sketch_seq: 1 }
     }
 
-    fn sketch(bytes: &str, [width_px, height_px]: [u32; 2]) -> machine::Sketch {
-        machine::Sketch {
+    fn sketch(bytes: &str, [width_px, height_px]: [u32; 2]) -> machine::AcceptedSketch {
+        machine::AcceptedSketch {
             kind: SketchType::Strokes,
             bytes: bytes.into(),
             canvas: [width_px, height_px],
@@ -236,7 +236,7 @@ mod tests {
                 text("m", "m.json", &mission(), &sketch(&strokes, size), &path(&format!("{{{marks}"), GOALS));
             let (_, saved) = read(&text.unwrap());
             let drawing =
-                sketchnav_sketcher::read(strokes.as_bytes(), "m.json", &Options::default()).unwrap();
+                sketchnav_sketch::reading::read(strokes.as_bytes(), "m.json", &Options::default()).unwrap();
             let placed = Intent::of_marks(&drawing.marks).place(&drawing, &Settings::default()).unwrap();
             assert_eq!(saved.start_heading_deg, Some(placed.start.yaw_rad.to_degrees()), "{size:?}");
         }

@@ -11,7 +11,7 @@
 //!
 //! | request | body | answer beside `ok` |
 //! |---|---|---|
-//! | `POST /api/sketch` | strokes in JSON (`sketchnav_sketcher::strokes`; what only the page needs under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; of the sketch `wall_direction_rad`, `width_px`, `height_px` |
+//! | `POST /api/sketch` | strokes in JSON (`sketchnav_sketch::reading::strokes`; what only the page needs under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; of the sketch `wall_direction_rad`, `width_px`, `height_px` |
 //! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again` | |
 //! | `POST /api/wheel` | nothing: takes the wheel when nobody has it, or whoever had it cannot be heard | |
@@ -50,7 +50,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{MAX_DRAWING_BYTES, MAX_DRAWN_POINTS, MAX_ROUTE_POINTS, MAX_TASKS};
-use sketchnav_sketcher::strokes::{GoalMark, Marks, StartMark};
+use sketchnav_sketch::reading::{GoalMark, Marks, StartMark};
 
 /// Most strokes of a drawing.
 pub const MAX_STROKES: usize = 4096;

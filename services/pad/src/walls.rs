@@ -4,7 +4,7 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sketcher::{Options, desk};
+use sketchnav_sketch::reading::{Options, desk};
 
 /// Gray and alpha of a wall, and of free space.
 const SOLID: [u8; 2] = [0, 255];
@@ -28,7 +28,7 @@ pub fn png(width_px: u32, height_px: u32, cells: &[u8]) -> Option<Vec<u8>> {
 /// The same of a drawing that was sent, by the sketcher's own code. `None` where that refuses it.
 pub fn of_drawing(run: &RunConfig, bytes: &[u8]) -> Option<Vec<u8>> {
     let options = Options::of_mission(&run.mission, run.seed).ok()?;
-    let drawing = sketchnav_sketcher::read(bytes, desk::NAME, &options).ok()?;
+    let drawing = sketchnav_sketch::reading::read(bytes, desk::NAME, &options).ok()?;
     png(drawing.width_px, drawing.height_px, &drawing.cells)
 }
 

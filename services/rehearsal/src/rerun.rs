@@ -59,7 +59,7 @@ pub enum RerunError {
 
 /// What came of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct Rerun {
     /// The first difference, where there is one; side A is the recording.
     pub difference: Option<Difference>,
     /// Messages that are the same.
@@ -103,7 +103,7 @@ pub fn rerun<W: std::io::Write>(
     run: &RunConfig,
     tolerances: Tolerances,
     copy: Option<&mut Writer<W>>,
-) -> Result<Outcome, RerunError> {
+) -> Result<Rerun, RerunError> {
     let began = Instant::now();
     if process == Process::World && run.pace != Pace::Lockstep {
         return Err(RerunError::RealTime);
@@ -142,7 +142,7 @@ pub fn rerun<W: std::io::Write>(
         sent.failure.take().map_or(Ok(()), Err)?;
     }
     let span = recording.index()?.span_ns().map_or(0, |(first, last)| last - first);
-    Ok(Outcome {
+    Ok(Rerun {
         same: sent.comparison.same(),
         sent: sent.sent,
         recorded,

@@ -29,9 +29,9 @@ const LIMIT: Duration = Duration::from_secs(5);
 const THERE: usize = size_of::<LaserScan>();
 const BACK: usize = size_of::<VelocityCommand>();
 
-type Outcome<T = ()> = Result<T, Box<dyn Error>>;
+type Fallible<T = ()> = Result<T, Box<dyn Error>>;
 
-fn main() -> Outcome {
+fn main() -> Fallible {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["waitset"] => measure_waitset(),
@@ -48,7 +48,7 @@ fn main() -> Outcome {
 }
 
 /// The answering process.
-fn other(arguments: &[&str]) -> Outcome<Child> {
+fn other(arguments: &[&str]) -> Fallible<Child> {
     Ok(Command::new(std::env::current_exe()?).args(arguments).spawn()?)
 }
 
@@ -59,7 +59,7 @@ fn print(what: &str, mut hops: Vec<Duration>) {
     println!("{what:<24} p50 {:6.1} µs, p99 {:6.1} µs a hop, {ROUNDS} rounds", at(0.5), at(0.99));
 }
 
-fn measure() -> Outcome {
+fn measure() -> Fallible {
     let mut run: sketchnav_schemas::run::RunConfig = serde_json::from_str(include_str!("../tests/run.json"))?;
     run.system = format!("ping-{}", std::process::id());
     let system = Rc::new(System::create(&run)?);
@@ -75,7 +75,7 @@ fn measure() -> Outcome {
 }
 
 /// The world's part.
-fn send(system: &str, planner: &mut Child) -> Outcome {
+fn send(system: &str, planner: &mut Child) -> Fallible {
     let node = Node::join(System::open(system)?, Process::World)?;
     let mut scans = node.writer(SCAN)?;
     let mut commands = node.reader(COMMAND)?;
@@ -99,7 +99,7 @@ fn send(system: &str, planner: &mut Child) -> Outcome {
 }
 
 /// The planner's part.
-fn answer(system: &str) -> Outcome {
+fn answer(system: &str) -> Fallible {
     let node = Node::join(System::open(system)?, Process::Planner)?;
     let mut scans = node.reader(SCAN)?;
     let mut commands = node.writer(COMMAND)?;
@@ -135,17 +135,17 @@ struct Raw {
 }
 
 impl Raw {
-    fn open(name: &str, sends: &str, hears: &str) -> Outcome<Self> {
+    fn open(name: &str, sends: &str, hears: &str) -> Fallible<Self> {
         set_log_level_from_env_or(LogLevel::Fatal);
         let node = NodeBuilder::new().create::<ipc::Service>()?;
-        let messages = |way: &str| -> Outcome<_> {
+        let messages = |way: &str| -> Fallible<_> {
             let name = format!("{name}-{way}");
             Ok(node
                 .service_builder(&name.as_str().try_into()?)
                 .publish_subscribe::<[u8]>()
                 .open_or_create()?)
         };
-        let events = |way: &str| -> Outcome<_> {
+        let events = |way: &str| -> Fallible<_> {
             let name = format!("{name}-{way}-event");
             Ok(node.service_builder(&name.as_str().try_into()?).event().open_or_create()?)
         };
@@ -159,7 +159,7 @@ impl Raw {
         })
     }
 
-    fn send(&self, bytes: &[u8]) -> Outcome {
+    fn send(&self, bytes: &[u8]) -> Fallible {
         self.publisher.loan_slice_uninit(bytes.len())?.write_from_slice(bytes).send()?;
         self.notifier.notify()?;
         Ok(())
@@ -168,14 +168,14 @@ impl Raw {
 
 impl Raw {
     /// Sleeps until there is an event, and takes all there are.
-    fn wait(&self, waitset: &WaitSet<ipc::Service>) -> Outcome {
+    fn wait(&self, waitset: &WaitSet<ipc::Service>) -> Fallible {
         waitset.wait_and_process_once(|_| CallbackProgression::Continue)?;
         self.listener.try_wait(|_| {})?;
         Ok(())
     }
 }
 
-fn answer_waitset(name: &str) -> Outcome {
+fn answer_waitset(name: &str) -> Fallible {
     let raw = Raw::open(name, "back", "there")?;
     let waitset = WaitSetBuilder::new().create::<ipc::Service>()?;
     let _guard = waitset.attach_notification(&raw.listener)?;
@@ -190,7 +190,7 @@ fn answer_waitset(name: &str) -> Outcome {
     }
 }
 
-fn measure_waitset() -> Outcome {
+fn measure_waitset() -> Fallible {
     let name = format!("sketchnav-ping-{}", std::process::id());
     let raw = Raw::open(&name, "there", "back")?;
     let mut other = other(&["waitset", &name])?;
@@ -213,7 +213,7 @@ fn measure_waitset() -> Outcome {
     Ok(())
 }
 
-fn measure_socket() -> Outcome {
+fn measure_socket() -> Fallible {
     let folder = std::env::temp_dir().join(format!("sketchnav-ping-{}", std::process::id()));
     let listener = UnixListener::bind(&folder)?;
     let mut other = other(&["socket", folder.to_str().ok_or("a path of UTF-8")?])?;
@@ -233,7 +233,7 @@ fn measure_socket() -> Outcome {
     Ok(())
 }
 
-fn answer_socket(path: &str) -> Outcome {
+fn answer_socket(path: &str) -> Fallible {
     let mut stream = UnixStream::connect(path)?;
     let (mut there, back) = ([0; THERE], [1; BACK]);
     while stream.read_exact(&mut there).is_ok() {

@@ -20,7 +20,7 @@ use sketchnav_runtime::ProcessState;
 use sketchnav_schemas::codes::Process;
 
 use crate::restarts::Restarts;
-use crate::vigil::{Verdict, Vigil};
+use crate::watchdog::{Alarm, Watchdog};
 use crate::{Death, Error, Result};
 
 /// How often to ask whether it has become urgent: a signal may reach another thread than the one that
@@ -75,7 +75,7 @@ pub(crate) struct Child {
     due: Option<Instant>,
     /// When it died and how far it had come, until its successor comes further.
     mourned: Option<(Instant, u32)>,
-    vigil: Vigil,
+    watchdog: Watchdog,
     stopped_limit: Duration,
 }
 
@@ -86,9 +86,9 @@ impl Child {
         prepare(&mut line)?;
         let child = spawn(&mut line, &log)?;
         let (born, restarts) = (Instant::now(), Restarts::default());
-        let vigil = Vigil::begin(0, born, stopped_limit);
+        let watchdog = Watchdog::begin(0, born, stopped_limit);
         let (ended, due, mourned) = (None, None, None);
-        Ok(Self { process, line, child, born, log, ended, restarts, due, mourned, vigil, stopped_limit })
+        Ok(Self { process, line, child, born, log, ended, restarts, due, mourned, watchdog, stopped_limit })
     }
 
     pub(crate) fn pid(&self) -> u32 {
@@ -135,7 +135,7 @@ impl Child {
         if is_due {
             self.child = spawn(&mut self.line, &self.log)?;
             (self.born, self.ended, self.due) = (Instant::now(), None, None);
-            self.vigil = Vigil::begin(signs_of_life, self.born, self.stopped_limit);
+            self.watchdog = Watchdog::begin(signs_of_life, self.born, self.stopped_limit);
         }
         Ok(is_due)
     }
@@ -147,9 +147,9 @@ impl Child {
     }
 
     /// Looks whether it shows signs of life.
-    pub(crate) fn watch(&mut self, signs_of_life: u32) -> Verdict {
+    pub(crate) fn watch(&mut self, signs_of_life: u32) -> Alarm {
         let pid = self.child.id();
-        self.vigil.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
+        self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
     }
 
     /// What there is to say about its end.

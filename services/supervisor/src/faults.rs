@@ -70,9 +70,15 @@ impl Faults {
         })
     }
 
-    /// Tells that a process is silent, and what the supervisor makes of it.
-    pub(crate) fn silent(&mut self, process: Process, pid: u32, for_: Duration, words: &str) -> Result<()> {
-        self.tell(FaultKind::Silent, process, pid, |fault| {
+    /// Tells that a process is unresponsive, and what the supervisor makes of it.
+    pub(crate) fn unresponsive(
+        &mut self,
+        process: Process,
+        pid: u32,
+        for_: Duration,
+        words: &str,
+    ) -> Result<()> {
+        self.tell(FaultKind::Unresponsive, process, pid, |fault| {
             fault.duration_ns = for_.as_nanos() as u64;
             fault.words = Text::new(words);
         })

@@ -24,7 +24,7 @@ mod faults;
 mod lives;
 mod restarts;
 mod supervisor;
-mod vigil;
+mod watchdog;
 
 pub use child::ProcessLine;
 pub use error::{Death, Error};

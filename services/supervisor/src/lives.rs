@@ -1,4 +1,4 @@
-//! What becomes of a process over its lives: started again when it dies, ended when it is silent for too
+//! What becomes of a process over its lives: started again when it dies, ended when it is unresponsive for too
 //! long; and everybody is told.
 
 use std::time::Duration;
@@ -11,7 +11,7 @@ use sketchnav_schemas::message::Text;
 use crate::child::Child;
 use crate::error::is_bad_input;
 use crate::faults::Faults;
-use crate::vigil::Verdict;
+use crate::watchdog::Alarm;
 use crate::{Death, Error, Result};
 
 /// Clearing what a killed process left in shared memory.
@@ -28,7 +28,7 @@ pub(crate) fn look_after(child: &mut Child, node: &Node, faults: &mut Faults) ->
     }
     let death = revive(child, node, faults)?;
     if child.resumes() && child.ended()?.is_none() {
-        break_silence(child, node, faults)?;
+        watch(child, node, faults)?;
     }
     Ok(death)
 }
@@ -69,16 +69,16 @@ fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<
     Ok(Some(death))
 }
 
-fn break_silence(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<()> {
+fn watch(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<()> {
     let (process, pid) = (child.process, child.pid());
     match child.watch(node.signs_of_life(process)) {
-        Verdict::Nothing => Ok(()),
-        Verdict::Missed(for_) => faults.silent(process, pid, for_, "no sign of life"),
-        Verdict::Kill(for_) => {
-            faults.silent(process, pid, for_, "no sign of life for too long: killed")?;
+        Alarm::Nothing => Ok(()),
+        Alarm::Missed(for_) => faults.unresponsive(process, pid, for_, "no sign of life"),
+        Alarm::Kill(for_) => {
+            faults.unresponsive(process, pid, for_, "no sign of life for too long: killed")?;
             child.signal(Signal::SIGKILL)
         }
-        Verdict::Heard(for_) => faults.tell(FaultKind::Heard, process, pid, |fault| {
+        Alarm::Over(for_) => faults.tell(FaultKind::Responsive, process, pid, |fault| {
             fault.duration_ns = for_.as_nanos() as u64;
         }),
     }

@@ -28,12 +28,12 @@ const BEND_M: f64 = 0.5;
 
 /// A synthetic drawing.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Drawing {
+pub struct DeformedDrawing {
     /// Width and height of the canvas.
     pub canvas_px: [u32; 2],
     /// The strokes.
     pub strokes: Vec<Stroke>,
-    /// Indices of the regions that were left out; [`Drawing::to_sketch`] knows no place of theirs.
+    /// Indices of the regions that were left out; [`DeformedDrawing::to_sketch`] knows no place of theirs.
     pub forgotten: Vec<usize>,
     /// The deformation, measured over [`Floor::places`]; `None` where these are too few.
     pub deformation: Option<Deformation>,
@@ -50,12 +50,12 @@ pub struct Drawing {
 ///
 /// # Errors
 /// [`DeformError::Degree`].
-pub fn deform(floor: &Floor, degree: f64, mission_seed: u64) -> Result<Drawing, DeformError> {
+pub fn deform(floor: &Floor, degree: f64, mission_seed: u64) -> Result<DeformedDrawing, DeformError> {
     if !(0.0..=MOST_DEGREE).contains(&degree) {
         return Err(DeformError::Degree { most: MOST_DEGREE, found: degree });
     }
     let memory = doors::remember(floor, degree, &mut seed::stream(mission_seed, "deform/doors"));
-    let mut drawing = Drawing::unfolded(floor, &memory, degree, mission_seed);
+    let mut drawing = DeformedDrawing::unfolded(floor, &memory, degree, mission_seed);
     drawing.draw(memory, degree, mission_seed);
     let places = floor.places().iter();
     let pairs: Vec<_> = places.map(|place| (*place, drawing.mapped(place.coords()).into())).collect();
@@ -64,7 +64,7 @@ pub fn deform(floor: &Floor, degree: f64, mission_seed: u64) -> Result<Drawing, 
     Ok(drawing)
 }
 
-impl Drawing {
+impl DeformedDrawing {
     /// The canvas around the mapped walls, nothing drawn on it yet.
     fn unfolded(floor: &Floor, memory: &Memory, degree: f64, mission_seed: u64) -> Self {
         let warp = Warp::draw(floor, degree, mission_seed);

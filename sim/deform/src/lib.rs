@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! floor plan, map ─floor, regions, trace→ Floor
-//! Floor + degree + seed ─doors, warp, hand→ Drawing ─measure→ Deformation
+//! Floor + degree + seed ─doors, warp, hand→ DeformedDrawing ─measure→ Deformation
 //! ```
 //!
 //! Degree 0 traces the walls; degree 1 deforms as people do ([`PEOPLE`]), 0.5 half as much. But for
@@ -22,7 +22,7 @@ mod regions;
 mod trace;
 mod warp;
 
-pub use drawing::{Drawing, MOST_DEGREE, deform};
+pub use drawing::{DeformedDrawing, MOST_DEGREE, deform};
 pub use error::DeformError;
 pub use floor::Floor;
 pub use hand::Stroke;

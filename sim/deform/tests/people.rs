@@ -8,10 +8,11 @@ mod skip;
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::{ProptestConfig, prop_assert, proptest};
-use sketchnav_deform::{Deformation, Drawing, Floor, MOST_DEGREE, PEOPLE, deform, files};
+use sketchnav_deform::{Deformation, DeformedDrawing, Floor, MOST_DEGREE, PEOPLE, deform, files};
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::Point;
-use sketchnav_sketcher::{Errand, Intent, Options};
+use sketchnav_sketch::reading::{Intent, Options};
+use sketchnav_sketch::task::ImageTask;
 
 const SEEDS: u64 = 60;
 
@@ -21,7 +22,7 @@ fn floor(name: &str) -> Floor {
 }
 
 /// Means over many seeds.
-fn means(floor: &Floor, degree: f64, figures: fn(&Drawing) -> Option<Deformation>) -> [f64; 4] {
+fn means(floor: &Floor, degree: f64, figures: fn(&DeformedDrawing) -> Option<Deformation>) -> [f64; 4] {
     let mut sum = [0.0; 4];
     for seed in 1..=SEEDS {
         let drawing = deform(floor, degree, seed).expect("a degree");
@@ -121,13 +122,13 @@ proptest! {
 fn all_is_reachable(floor: &Floor, degree: f64, seed: u64) -> Result<(), String> {
     let drawing = deform(floor, degree, seed).map_err(|error| error.to_string())?;
     let options = Options::default();
-    let read = sketchnav_sketcher::read(drawing.strokes_json().as_bytes(), "drawn.json", &options);
+    let read = sketchnav_sketch::reading::read(drawing.strokes_json().as_bytes(), "drawn.json", &options);
     let read = read.map_err(|error| error.to_string())?;
     let places = floor.regions().iter().filter_map(|region| drawing.to_sketch(&region.center));
     let goals: Vec<[f64; 2]> = places.map(|place| drawing.to_image(&place)).collect();
-    let errand = |&goal: &[f64; 2]| Errand { name: "goal".into(), points: vec![goal], time_limit_s: 1.0 };
-    let errands = goals.iter().map(errand).collect();
-    let intent = Intent { start: Some(goals[0]), heading_deg: Some(0.0), errands };
+    let task = |&goal: &[f64; 2]| ImageTask { name: "goal".into(), points: vec![goal], time_limit_s: 1.0 };
+    let tasks = goals.iter().map(task).collect();
+    let intent = Intent { start: Some(goals[0]), heading_deg: Some(0.0), tasks };
     intent.place(&read, &options.settings).map(drop).map_err(|error| error.to_string())
 }
 
@@ -150,7 +151,7 @@ fn the_svg_shows_what_the_strokes_say() {
     let options = Options::default();
     let strokes = drawing.strokes_json();
     let [a, b] = [strokes.as_bytes(), drawing.svg().as_bytes()]
-        .map(|bytes| sketchnav_sketcher::read(bytes, "drawn", &options).expect("a drawing"));
+        .map(|bytes| sketchnav_sketch::reading::read(bytes, "drawn", &options).expect("a drawing"));
     assert_eq!((a.width_px, a.height_px), (b.width_px, b.height_px));
     let differ = a.cells.iter().zip(&b.cells).filter(|(a, b)| (**a == FREE) != (**b == FREE)).count();
     assert!(differ * 50 < a.cells.len(), "{differ} cells of {}", a.cells.len());

@@ -72,7 +72,7 @@ fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)>
     for (i, died) in faults.iter().enumerate().filter(|(_, fault)| is_death(fault)) {
         let back = faults[i..].iter().find(|f| f.kind == "recovered" && f.process == died.process);
         // One that was stopped was away before it died.
-        let silences = faults[..i].iter().filter(|f| f.kind == "silent" && f.pid == died.pid);
+        let silences = faults[..i].iter().filter(|f| f.kind == "unresponsive" && f.pid == died.pid);
         let silent_ms = silences.map(|fault| fault.duration_ms).fold(0.0, f64::max);
         let away_s =
             |back: &FaultInfo| (silent_ms + back.duration_ms - halted_ms(faults, died, back)) / 1e3 * speed;
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn a_robot_that_nobody_commands_is_to_stand_still() {
         let stopped = [
-            fault("silent", "planner", 2500.0),
+            fault("unresponsive", "planner", 2500.0),
             fault("died", "planner", 0.0),
             fault("recovered", "planner", 400.0),
         ];

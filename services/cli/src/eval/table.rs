@@ -1,10 +1,10 @@
 //! Tables of outcomes for the terminal.
 
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
-use sketchnav_evaluation::experiments::{Outcome, Suite, table};
+use sketchnav_evaluation::experiments::{Suite, TaskOutcome, table};
 
 /// What a suite's tasks, driven by one method, came to.
-pub fn of_suite(suite: &Suite, outcomes: &[&Outcome]) -> String {
+pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> String {
     let tables = table::of_suite(suite, outcomes).into_iter().map(|table| drawn(table).to_string());
     tables.chain(table::note(suite, outcomes)).collect::<Vec<_>>().join("\n")
 }

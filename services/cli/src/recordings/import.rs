@@ -58,7 +58,7 @@ pub fn import(log: &Path, options: &ImportOptions) -> Result<Outcome, Failure> {
         run.mission.parameters.extend(parameters);
     }
     // It is the localizer that such a recording is for: what it would refuse is told now.
-    sketchnav_localizer::core::Core::new(&run).or_input()?;
+    sketchnav_sketch::localizer::core::Core::new(&run).or_input()?;
     let count = write(log, options, &run, &laser, &drawn)?;
     let output = options.output.display();
     if options.json {
@@ -259,11 +259,11 @@ fn known_scales(cells: &[u8], width: usize, resolution_m: f64) -> toml::Table {
 
 fn of_sketch(run: &RunConfig) -> Result<Drawn, Failure> {
     let (drawing, places) =
-        sketchnav_sketcher::understand(run, &sketchnav_navigators::read_file).or_input()?;
+        sketchnav_sketch::sketcher::understand(run, &sketchnav_navigators::read_file).or_input()?;
     let mut sketch = SketchMap { header: ONCE, ..SketchMap::zeroed() };
-    sketchnav_sketcher::fill_sketch(&drawing, &places, &mut sketch);
+    sketchnav_sketch::reading::fill_sketch(&drawing, &places, &mut sketch);
     let mut route = Box::new(Route { header: ONCE, ..Route::zeroed() });
-    sketchnav_sketcher::fill_route(&places, &mut route);
+    sketchnav_sketch::task::fill_route(&places.tasks, &mut route);
     route.header = ONCE;
     sketch.header = ONCE;
     Ok(Drawn { sketch, cells: drawing.cells, route })

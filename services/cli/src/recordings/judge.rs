@@ -128,7 +128,7 @@ fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<Stri
         // Anchors are a file's, and this drawing is in none.
         return Ok(BTreeMap::new());
     }
-    let (drawing, _) = sketchnav_sketcher::understand(&run, &sketchnav_navigators::read_file)?;
+    let (drawing, _) = sketchnav_sketch::sketcher::understand(&run, &sketchnav_navigators::read_file)?;
     let floor =
         run.mission.world.floor_plan.as_deref().or(run.mission.world.map.as_deref()).unwrap_or_default();
     let floor = Path::new(floor).file_name().unwrap_or_default().to_string_lossy().into_owned();

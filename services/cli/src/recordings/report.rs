@@ -192,7 +192,7 @@ impl Page<'_> {
     }
 
     fn faults_s(&self) -> Vec<f64> {
-        let is_blow = |fault: &&FaultInfo| matches!(fault.kind, "died" | "silent" | "given up");
+        let is_blow = |fault: &&FaultInfo| matches!(fault.kind, "died" | "unresponsive" | "given up");
         self.judged.faults.iter().filter(is_blow).map(|fault| fault.stamp_s).collect()
     }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use sketchnav_recordings::writer::Writer;
 use sketchnav_recordings::{Recording, RecordingError};
-use sketchnav_rehearsal::rerun::{self, Outcome as Rerun, RerunError};
+use sketchnav_rehearsal::rerun::{self, Rerun, RerunError};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::RunConfig;
 

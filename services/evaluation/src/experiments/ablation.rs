@@ -31,12 +31,12 @@ struct Part {
 /// The parts: a new one is a line here.
 const PARTS: [Part; 19] = [
     Part { name: "whole", localizer: "", planner: "" },
-    // The likelihood field of paper 001, equation 7, without our comparison of ranges.
+    // The likelihood field of Boniardi et al. 2015, equation 7, without our comparison of ranges.
     Part { name: "no-visibility", localizer: "likelihood = 'field'", planner: "" },
     // What the drawing shows at bearings near by, as if no door were drawn beside its place.
     Part { name: "no-bearing-error", localizer: "bearing_error_rad = 0.0", planner: "" },
     // As exact as a drawing by hand, whatever it shows of itself.
-    Part { name: "learns-no-exactness", localizer: "least_visibility_width = 0.25", planner: "" },
+    Part { name: "learns-no-exactness", localizer: "least_hit_width = 0.25", planner: "" },
     Part { name: "one-scale", localizer: "scales = 'one'", planner: "" },
     Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
     Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },
@@ -55,11 +55,11 @@ const PARTS: [Part; 19] = [
         planner: "",
     },
     Part { name: "no-loyalty", localizer: "mode_loyalty = 1.0", planner: "" },
-    Part { name: "no-memory", localizer: "", planner: "memory_s = 0.1" },
+    Part { name: "no-memory", localizer: "", planner: "obstacle_memory_s = 0.1" },
     // More doubt than there can be.
     Part { name: "believes-arrivals", localizer: "", planner: "look_above = 100.0\ndoubt_above = 100.0" },
     // More than any task may take.
-    Part { name: "may-circle", localizer: "", planner: "circling_way_m = 100000.0" },
+    Part { name: "may-circle", localizer: "", planner: "circling_path_m = 100000.0" },
 ];
 
 impl Part {
@@ -114,8 +114,8 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 
 #[cfg(test)]
 mod tests {
-    use sketchnav_localizer::core::Core as Localizer;
-    use sketchnav_planner::core::Core as Planner;
+    use sketchnav_sketch::localizer::core::Core as Localizer;
+    use sketchnav_sketch::planner::core::Core as Planner;
 
     use super::*;
 

@@ -12,13 +12,13 @@ use std::sync::Arc;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_pcg::Pcg64Mcg;
-use sketchnav_deform::{Drawing, Floor};
+use sketchnav_deform::{DeformedDrawing, Floor};
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::mission::{Mission, Place, Start, WorldSource};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::seed;
 use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
-use sketchnav_sketcher::{Drawing as Paper, Intent, Options};
+use sketchnav_sketch::reading::{DrawnMap, Intent, Options};
 
 use crate::error::EvalError;
 use crate::experiments::ground::{Ground, departure_deg, length_m, to_edge_m};
@@ -150,7 +150,7 @@ impl Site {
         let strokes = drawing.strokes_json();
         let name = format!("{}/{degree}/{number}", self.name);
         let options = Options { walls: WallTone::Dark, ..Options::default() };
-        let paper = Arc::new(sketchnav_sketcher::read(strokes.as_bytes(), &name, &options)?);
+        let paper = Arc::new(sketchnav_sketch::reading::read(strokes.as_bytes(), &name, &options)?);
         let bytes: Arc<[u8]> = strokes.into_bytes().into();
         let mut rng = seed::stream(number, &format!("eval/deformed/{}", self.name));
         let tries = (1..=TRIES).map(|i| (i, self.mission(&drawing, &paper, &name, &mut rng)));
@@ -171,7 +171,13 @@ impl Site {
     }
 
     /// From somewhere to somewhere else; `None` where either is forgotten or no way leads there.
-    fn mission(&self, drawing: &Drawing, paper: &Paper, name: &str, rng: &mut Pcg64Mcg) -> Option<Mission> {
+    fn mission(
+        &self,
+        drawing: &DeformedDrawing,
+        paper: &DrawnMap,
+        name: &str,
+        rng: &mut Pcg64Mcg,
+    ) -> Option<Mission> {
         let [from, to] = [(); 2].map(|()| self.regions.choose(rng));
         let [a, b] = [from?, to?].map(|region| region.marks[rng.random_range(0..region.marks.len())]);
         let (from, to) = (from?, to?);

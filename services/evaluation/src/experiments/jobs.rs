@@ -7,7 +7,7 @@ use std::thread;
 use sketchnav_schemas::method::Method;
 
 use crate::error::EvalError;
-use crate::experiments::outcome::Outcome;
+use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::run;
 use crate::experiments::trial::{Trial, derived};
 
@@ -42,8 +42,8 @@ impl<'a> Job<'a> {
 pub fn run_all(
     jobs: &[Job<'_>],
     threads: usize,
-    progress: &(dyn Fn(&[Outcome]) + Sync),
-) -> Result<Vec<Outcome>, EvalError> {
+    progress: &(dyn Fn(&[TaskOutcome]) + Sync),
+) -> Result<Vec<TaskOutcome>, EvalError> {
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::with_capacity(jobs.len()));
     let work = || {

@@ -64,7 +64,7 @@ impl Kind {
 
 /// One task of one trial, driven once.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Outcome {
+pub struct TaskOutcome {
     /// The trial's name and which repetition: `00/a/2-5#1`; `--only` takes it.
     pub id: String,
     /// The drawing it counts for.
@@ -93,7 +93,7 @@ pub struct Outcome {
     pub collisions: u32,
 }
 
-impl Outcome {
+impl TaskOutcome {
     /// Whether the task succeeded.
     pub fn is_success(&self) -> bool {
         self.kind == Kind::Reached

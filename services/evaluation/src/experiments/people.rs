@@ -20,7 +20,7 @@ use sketchnav_schemas::mission::{Mission, NavigatorChoice, Start, Task, WorldSou
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_sim::ros_map::OccupancyMap;
-use sketchnav_sketcher::{Drawing, Options};
+use sketchnav_sketch::reading::{DrawnMap, Options};
 
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, departure_deg, length_m};
@@ -50,10 +50,10 @@ struct Place {
 }
 
 /// A drawing.
-struct Paper {
+struct AnnotatedDrawing {
     name: String,
     file: String,
-    drawing: Arc<Drawing>,
+    drawing: Arc<DrawnMap>,
     /// Where one gets from the drawing's largest free region.
     reachable: Vec<bool>,
 }
@@ -82,7 +82,7 @@ impl Place {
 
     fn add_drawing(&self, number: &str, suite: &mut Suite) -> Result<(), EvalError> {
         let path = self.folder.join(format!("{number}.png"));
-        let paper = Paper::read(number, &path)?;
+        let paper = AnnotatedDrawing::read(number, &path)?;
         for annotator in ["a", "b"] {
             let path = self.folder.join(format!("{number}.annotator-{annotator}.dat"));
             let text = String::from_utf8_lossy(&read(&path)?).into_owned();
@@ -103,7 +103,7 @@ impl Place {
         found
     }
 
-    fn add_pairs(&self, paper: &Paper, annotator: &str, reading: &Reading, suite: &mut Suite) {
+    fn add_pairs(&self, paper: &AnnotatedDrawing, annotator: &str, reading: &Reading, suite: &mut Suite) {
         let spots: Vec<_> = (0..reading.matches.len()).map(|i| self.spot(paper, reading, i)).collect();
         for (i, spot) in spots.iter().enumerate() {
             if spot.is_none() {
@@ -120,7 +120,7 @@ impl Place {
     }
 
     /// A matched place; `None` where no robot gets in.
-    fn spot(&self, paper: &Paper, reading: &Reading, index: usize) -> Option<Spot> {
+    fn spot(&self, paper: &AnnotatedDrawing, reading: &Reading, index: usize) -> Option<Spot> {
         let found = &reading.matches[index];
         let is_enterable = |at| self.regions.of(at).is_some_and(|region| self.regions.is_enterable(region));
         let (sketch, world) = reading.likeliest_pair(index, is_enterable)?;
@@ -137,7 +137,14 @@ impl Place {
         })
     }
 
-    fn trial(&self, paper: &Paper, annotator: &str, from: &Spot, to: &Spot, turn_deg: f64) -> Option<Trial> {
+    fn trial(
+        &self,
+        paper: &AnnotatedDrawing,
+        annotator: &str,
+        from: &Spot,
+        to: &Spot,
+        turn_deg: f64,
+    ) -> Option<Trial> {
         let way = self.ground.way(from.world, to.world)?;
         let heading_deg = departure_deg(&way, LOOK_AHEAD_M)?;
         let name = format!("{}/{annotator}/{}-{}", paper.name, from.number, to.number);
@@ -203,11 +210,11 @@ struct Spot {
     regions: Vec<usize>,
 }
 
-impl Paper {
+impl AnnotatedDrawing {
     fn read(name: &str, path: &Path) -> Result<Self, EvalError> {
         let file = path.to_string_lossy().into_owned();
         let options = Options { walls: WallTone::Dark, ..Options::default() };
-        let drawing = sketchnav_sketcher::read(&read(path)?, &file, &options)?;
+        let drawing = sketchnav_sketch::reading::read(&read(path)?, &file, &options)?;
         let reachable = largest_free_region(&drawing);
         Ok(Self { name: name.to_owned(), file, drawing: Arc::new(drawing), reachable })
     }
@@ -224,7 +231,7 @@ impl Paper {
 }
 
 /// The largest set of free cells that share sides.
-fn largest_free_region(drawing: &Drawing) -> Vec<bool> {
+fn largest_free_region(drawing: &DrawnMap) -> Vec<bool> {
     let width = drawing.width_px as usize;
     let mut left: Vec<bool> = drawing.cells.iter().map(|&cell| cell == FREE).collect();
     let mut largest = Vec::new();

@@ -1,4 +1,4 @@
-//! Suites after the protocol of paper 001, section IV: tasks in a row; the robot's pose is given at the
+//! Suites after the protocol of Boniardi et al. 2015, section IV: tasks in a row; the robot's pose is given at the
 //! start of the first, and again after a task that failed, at that task's goal. A suite has a mission
 //! file for each drawing and the paper's table to be set beside it.
 
@@ -10,7 +10,7 @@ use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::sketch_mission::{Aim, SketchMission};
 use sketchnav_sim::SimError;
 use sketchnav_sim::description::WorldDescription;
-use sketchnav_sketcher::Options;
+use sketchnav_sketch::reading::Options;
 
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, departure_deg, length_m};
@@ -61,7 +61,7 @@ const LABORATORY: [(&str, f64, [u32; 2]); 7] = [
 pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     let map = folders.datum("building-079", FURNISHED)?;
     let mut suite = Suite {
-        title: "Table I of paper 001: nine tasks in a row, ten attempts, in the furnished floor of Building 079 by four drawings of ours.".into(),
+        title: "Table I of Boniardi et al. 2015: nine tasks in a row, ten attempts, in the furnished floor of Building 079 by four drawings of ours.".into(),
         ..table("building-079", &BUILDING)
     };
     let folder = folders.project.join("tests/freiburg");
@@ -76,7 +76,7 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
 /// [`EvalError`] with the file that is missing or not what it should be.
 pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
-        title: "Table I of paper 001: nine tasks in a row, ten attempts, in the building that ships, where people walk.".into(),
+        title: "Table I of Boniardi et al. 2015: nine tasks in a row, ten attempts, in the building that ships, where people walk.".into(),
         ..table("building", &BUILDING)
     };
     let missions = ["a", "b", "c", "d"].map(|drawing| (drawing, format!("building-{drawing}.toml")));
@@ -90,7 +90,7 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
 /// As [`building`].
 pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
-        title: "Table II of paper 001: seven legs joined to a chain, ten attempts; the lower part is drawn at half the scale.".into(),
+        title: "Table II of Boniardi et al. 2015: seven legs joined to a chain, ten attempts; the lower part is drawn at half the scale.".into(),
         ..table("laboratory", &LABORATORY)
     };
     let missions = ["a", "b"].map(|drawing| (drawing, format!("laboratory-{drawing}.toml")));
@@ -175,7 +175,7 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
     let sketch = SketchMission::of(&mission).map_err(SimError::from)?;
     let options = Options { walls: sketch.walls, ..Options::default() };
     let file = &sketch.drawing;
-    let paper = sketchnav_sketcher::read(&read(Path::new(file))?, file, &options)?;
+    let paper = sketchnav_sketch::reading::read(&read(Path::new(file))?, file, &options)?;
     let places: Vec<_> = mission.task.iter().map(|task| task.there.middle()).collect();
     let restart = |k: usize| {
         let start = standing_start(ground, places[k], places[k + 1])?;
@@ -226,7 +226,7 @@ mod tests {
         trial
     }
 
-    /// Paper 001, IV: the pose is given at the start and after a failure.
+    /// Boniardi et al. 2015, IV: the pose is given at the start and after a failure.
     #[test]
     fn after_a_task_that_failed_the_robot_is_put_at_its_goal() {
         let mut trial = two_tasks();

@@ -10,7 +10,7 @@ use crate::page;
 use maud::{Markup, PreEscaped, html};
 use sketchnav_schemas::method::Method;
 
-use crate::experiments::outcome::Outcome;
+use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::statistics::Tally;
 use crate::experiments::suite::{Curve, Suite};
 use crate::experiments::table::{self, Table};
@@ -25,7 +25,7 @@ pub struct Report<'a> {
     /// The methods, in the order of the tables.
     pub methods: &'a [Method],
     /// All outcomes.
-    pub outcomes: &'a [Outcome],
+    pub outcomes: &'a [TaskOutcome],
     /// Some of them as pictures.
     pub examples: &'a [Example],
     /// The command line that made the page.
@@ -57,7 +57,7 @@ impl Report<'_> {
     }
 
     /// Outcomes of a method that count.
-    fn counted(&self, method: Method) -> impl Iterator<Item = &Outcome> {
+    fn counted(&self, method: Method) -> impl Iterator<Item = &TaskOutcome> {
         self.outcomes.iter().filter(move |ended| ended.method == method && self.suite.counts(ended))
     }
 
@@ -164,10 +164,10 @@ fn drawn(table: &Table) -> Markup {
 mod tests {
     use super::*;
     use crate::experiments::outcome::Kind;
-    use crate::experiments::suite::{Leg, Paper};
+    use crate::experiments::suite::{Leg, Published};
 
-    fn outcome(drawing: &str, kind: Kind) -> Outcome {
-        Outcome {
+    fn outcome(drawing: &str, kind: Kind) -> TaskOutcome {
+        TaskOutcome {
             id: format!("{drawing}#1"),
             drawing: drawing.into(),
             method: Method::default(),
@@ -184,7 +184,7 @@ mod tests {
         }
     }
 
-    fn page(suite: &Suite, outcomes: &[Outcome]) -> String {
+    fn page(suite: &Suite, outcomes: &[TaskOutcome]) -> String {
         let example =
             Example { title: "<i>".into(), text: "a & b".into(), pictures: vec!["<svg></svg>".into()] };
         let methods = [Method::default()];
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn what_others_published_stands_below_the_drawings() {
-        let paper = Some(Paper { name: "paper".into(), reached: 17, attempts: 25 });
+        let paper = Some(Published { name: "paper".into(), reached: 17, attempts: 25 });
         let suite = Suite { paper, ..Suite::default() };
         let found = page(&suite, &[outcome("a", Kind::Reached)]);
         assert!(found.contains("17/25") && found.contains("48–83"), "as the paper's interval is");

@@ -13,10 +13,10 @@ use std::sync::Arc;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_sim::{SimError, mission_file};
-use sketchnav_sketcher::{Drawing, Options};
+use sketchnav_sketch::reading::{DrawnMap, Options};
 
 use crate::error::{EvalError, read};
-use crate::experiments::suite::{Folders, Paper, Suite};
+use crate::experiments::suite::{Folders, Published, Suite};
 use crate::experiments::trial::Trial;
 use crate::judge::anchors::{Anchors, AnchorsError};
 use crate::judge::homotopy::Correspondence;
@@ -38,7 +38,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let anchors = Anchors::parse(&text).map_err(|cause| in_file(&path, cause))?;
     let trials = anchors.drawings().map(|name| trial(&folder, &anchors, name)).collect::<Result<_, _>>()?;
     let (name, title, notices) = ("routes".into(), TITLE.into(), vec![NOTICE.into()]);
-    let paper = Some(Paper { name: "paper".into(), reached: 17, attempts: 25 });
+    let paper = Some(Published { name: "paper".into(), reached: 17, attempts: 25 });
     Ok(Suite { paper, name, title, notices, trials, repetitions: REPETITIONS, ..Suite::default() })
 }
 
@@ -47,7 +47,7 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
     let (mission, robot) = mission_file::load(&path)?;
     let options = Options::of_mission(&mission, 1)?;
     let sketch = SketchMission::of(&mission).map_err(SimError::from)?;
-    let paper = sketchnav_sketcher::read(&read(Path::new(&sketch.drawing))?, name, &options)?;
+    let paper = sketchnav_sketch::reading::read(&read(Path::new(&sketch.drawing))?, name, &options)?;
     let correspondence = join(anchors, (name, &path), &mission, &paper)?;
     Ok(Trial {
         name: name.to_owned(),
@@ -69,7 +69,7 @@ fn join(
     anchors: &Anchors,
     (name, file): (&str, &Path),
     mission: &Mission,
-    paper: &Drawing,
+    paper: &DrawnMap,
 ) -> Result<Correspondence, EvalError> {
     let plan = mission.world.floor_plan.as_deref().map(Path::new).and_then(Path::file_name);
     let plan = plan.unwrap_or_default().to_string_lossy();

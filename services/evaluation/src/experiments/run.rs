@@ -10,7 +10,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::sketch_mission::SketchMission;
 
 use crate::error::EvalError;
-use crate::experiments::outcome::{Kind, Outcome};
+use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::trial::Trial;
 use crate::judge::{self, TaskSpan, TaskVerdict};
 
@@ -90,7 +90,7 @@ impl Watcher<'_> {
 /// Drives one repetition of a trial.
 ///
 /// Where poses are given anew (`restarts`), a run ends with the first task that fails, and another
-/// begins at that task's goal (paper 001, IV).
+/// begins at that task's goal (Boniardi et al. 2015, IV).
 ///
 /// # Errors
 /// [`EvalError::Trial`] where the mission cannot begin.
@@ -131,7 +131,7 @@ fn drive_from(trial: &Trial, method: Method, seed: u64, first_task: usize) -> Re
 ///
 /// # Errors
 /// As [`drive`].
-pub fn run(trial: &Trial, method: Method, repetition: u32, seed: u64) -> Result<Vec<Outcome>, EvalError> {
+pub fn run(trial: &Trial, method: Method, repetition: u32, seed: u64) -> Result<Vec<TaskOutcome>, EvalError> {
     let runs = drive(trial, method, seed)?;
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
 }
@@ -155,11 +155,11 @@ pub fn outcomes<'a>(
     method: Method,
     repetition: u32,
     driven: &'a Driven,
-) -> impl Iterator<Item = Outcome> + 'a {
+) -> impl Iterator<Item = TaskOutcome> + 'a {
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
     driven.verdicts.iter().zip(spans).enumerate().map(move |(i, (verdict, span))| {
         let end = span.and_then(|span| span.of(&driven.log.truth).last().copied());
-        Outcome {
+        TaskOutcome {
             id: format!("{}#{repetition}", trial.name),
             drawing: trial.drawing.clone(),
             method,

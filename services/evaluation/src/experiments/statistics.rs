@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::experiments::outcome::{Kind, Outcome};
+use crate::experiments::outcome::{Kind, TaskOutcome};
 
 /// The 97.5 % point of the normal distribution: intervals hold the true rate in 95 % of all cases.
 const Z: f64 = 1.959_963_984_540_054;
@@ -45,13 +45,13 @@ pub struct Tally {
 
 impl Tally {
     /// Counts outcomes.
-    pub fn of<'a>(outcomes: impl IntoIterator<Item = &'a Outcome>) -> Self {
+    pub fn of<'a>(outcomes: impl IntoIterator<Item = &'a TaskOutcome>) -> Self {
         let mut tally = Self::default();
         outcomes.into_iter().for_each(|outcome| tally.add(outcome));
         tally
     }
 
-    fn add(&mut self, outcome: &Outcome) {
+    fn add(&mut self, outcome: &TaskOutcome) {
         self.attempts += 1;
         *self.slot(outcome.kind) += 1;
         self.with_collision += usize::from(outcome.collisions > 0);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::error::EvalError;
-use crate::experiments::outcome::Outcome;
+use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::trial::Trial;
 
 /// Where files lie.
@@ -61,7 +61,7 @@ pub struct Suite {
     /// Repetitions where nobody says how many.
     pub repetitions: u32,
     /// What others reached with a suite of the same protocol, where no table lists its tasks.
-    pub paper: Option<Paper>,
+    pub paper: Option<Published>,
     /// Lines of the table that together are a curve.
     pub curves: Vec<Curve>,
     /// The tasks that count, where a published table lists them: its lines. Empty: all tasks count, and the
@@ -71,7 +71,7 @@ pub struct Suite {
 
 /// A published count.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Paper {
+pub struct Published {
     /// What was counted: `paper A`.
     pub name: String,
     /// Successes.
@@ -80,7 +80,7 @@ pub struct Paper {
     pub attempts: u32,
 }
 
-impl Paper {
+impl Published {
     /// Share of tasks reached, from 0 to 1; `None` without attempts.
     pub fn rate(&self) -> Option<f64> {
         (self.attempts > 0).then(|| f64::from(self.reached) / f64::from(self.attempts))
@@ -124,11 +124,11 @@ impl Suite {
     }
 
     /// What others reached: of a published table its columns.
-    pub fn papers(&self) -> Vec<Paper> {
+    pub fn papers(&self) -> Vec<Published> {
         let columns = self.legs.iter().map(|leg| leg.paper.len()).max().unwrap_or_default();
         let column = |i: usize| {
             let cells = || self.legs.iter().filter_map(move |leg| leg.paper.get(i));
-            Paper {
+            Published {
                 name: format!("paper {}", char::from(b'A' + i as u8)),
                 reached: cells().map(|(reached, _)| reached).sum(),
                 attempts: cells().map(|(_, attempts)| attempts).sum(),
@@ -138,7 +138,7 @@ impl Suite {
     }
 
     /// Whether an outcome counts: legs that only lead from one to the next do not.
-    pub fn counts(&self, outcome: &Outcome) -> bool {
+    pub fn counts(&self, outcome: &TaskOutcome) -> bool {
         self.legs.is_empty() || self.legs.iter().any(|leg| leg.name == outcome.task)
     }
 

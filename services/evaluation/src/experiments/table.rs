@@ -1,6 +1,6 @@
 //! The figures of a suite as tables of words, for the terminal and for the report alike.
 
-use crate::experiments::outcome::{Kind, Outcome};
+use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::statistics::{Tally, wilson};
 use crate::experiments::suite::{Leg, Suite};
 
@@ -15,21 +15,21 @@ pub struct Table {
 
 /// The outcomes of one method: the paper's table beside ours, where there is one; then a line for each
 /// drawing, by how the tasks ended.
-pub fn of_suite(suite: &Suite, outcomes: &[&Outcome]) -> Vec<Table> {
+pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     let counted: Vec<_> = outcomes.iter().copied().filter(|ended| suite.counts(ended)).collect();
     let kinds = by_drawing(suite, &counted);
     if suite.legs.is_empty() { vec![kinds] } else { vec![by_leg(suite, &counted), kinds] }
 }
 
 /// What became of tasks that do not count, where there are any.
-pub fn note(suite: &Suite, outcomes: &[&Outcome]) -> Option<String> {
+pub fn note(suite: &Suite, outcomes: &[&TaskOutcome]) -> Option<String> {
     let others = Tally::of(outcomes.iter().copied().filter(|ended| !suite.counts(ended)));
     let said = format!("Connecting legs, not counted: {} of {} reached.", others.reached, others.attempts);
     (others.attempts > 0).then_some(said)
 }
 
 /// The paper's table beside ours: a line for each leg, a column for each drawing.
-fn by_leg(suite: &Suite, outcomes: &[&Outcome]) -> Table {
+fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let drawings = suite.drawings();
     let papers = suite.papers();
     let mut header = vec!["path".to_owned(), "length".into()];
@@ -59,7 +59,7 @@ fn by_leg(suite: &Suite, outcomes: &[&Outcome]) -> Table {
 }
 
 /// A line for each drawing, one for all, and the paper's.
-fn by_drawing(suite: &Suite, outcomes: &[&Outcome]) -> Table {
+fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let mut header = vec![suite.lines.unwrap_or("drawing").to_owned(), "reached".into()];
     header.extend(["%".into(), "95 %".into()]);
     header.extend(Kind::ALL[1..].iter().map(|kind| kind.word().to_owned()));

@@ -13,7 +13,7 @@ use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_schemas::seed;
 use sketchnav_schemas::sketch_mission::SketchMission;
-use sketchnav_sketcher::Drawing;
+use sketchnav_sketch::reading::DrawnMap;
 
 /// Time for a task, seconds of simulation, by the shortest way to its place: no robot that drives there
 /// fails for lack of it, and one that looks for its way may drive five times as far.
@@ -63,7 +63,7 @@ pub struct Trial {
     /// Error of every start mark that is given; `None`: exactly as the mission says.
     pub start_error: Option<StartError>,
     /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn anew.
-    pub paper: Arc<Drawing>,
+    pub paper: Arc<DrawnMap>,
     /// The drawing's file where it lies in no folder; `None`: the mission names it.
     pub bytes: Option<Arc<[u8]>>,
     /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.

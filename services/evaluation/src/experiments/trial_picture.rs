@@ -1,7 +1,7 @@
 //! A driven run as two pictures: the drawing with the estimated way, the true floor with the true way.
 
 use crate::judge::{self, TaskSpan};
-use crate::picture::{self, FloorPicture, Outcome, PictureError, SketchPicture, TaskPicture};
+use crate::picture::{self, FloorPicture, PictureError, SketchPicture, TaskMark, TaskPicture};
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::message::Message;
 
@@ -94,10 +94,10 @@ fn of<'a, T: Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T] {
     span.as_ref().map_or(&[], |span| span.of(messages))
 }
 
-fn outcome(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>], task: usize) -> Outcome {
+fn outcome(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>], task: usize) -> TaskMark {
     match (&spans[task], kind_of(trial, driven, spans[task].as_ref(), task)) {
-        (None, _) => Outcome::NotBegun,
-        (Some(_), Kind::Reached) => Outcome::Reached,
-        (Some(_), _) => Outcome::Failed,
+        (None, _) => TaskMark::NotBegun,
+        (Some(_), Kind::Reached) => TaskMark::Reached,
+        (Some(_), _) => TaskMark::Failed,
     }
 }

@@ -162,7 +162,7 @@ fn by_mean_scales(instants: &[Instant], wall_direction_rad: f64) -> Vec<Pose<Wor
         .collect()
 }
 
-/// A way in pixels as metres: R(φ) · diag(1/a, 1/b) · R(−φ), paper 001, equation 1 read backwards.
+/// A way in pixels as metres: R(φ) · diag(1/a, 1/b) · R(−φ), Boniardi et al. 2015, equation 1 read backwards.
 fn metres(px: [f64; 2], [a, b]: [f64; 2], wall_direction_rad: f64) -> [f64; 2] {
     let (sin, cos) = wall_direction_rad.sin_cos();
     let (along, across) = ((cos * px[0] + sin * px[1]) / a, (-sin * px[0] + cos * px[1]) / b);

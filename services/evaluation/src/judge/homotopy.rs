@@ -1,5 +1,5 @@
 //! Whether a way on the true floor passes the same things on the same sides, as often and in the same
-//! order, as a route in the drawing: the criterion of paper 004, V-B, "homotopically equivalent with
+//! order, as a route in the drawing: the criterion of Boniardi et al. 2016, V-B, "homotopically equivalent with
 //! respect to the topology induced by the sketch".
 //!
 //! Way and route lie in different planes. What joins these are [`Anchor`]s: things of which both places

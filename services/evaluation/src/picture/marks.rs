@@ -3,7 +3,7 @@
 use sketchnav_schemas::geometry::{Point, Pose};
 
 use super::svg::{SHEET_WIDTH, Sheet};
-use super::task::{Outcome, TaskPicture};
+use super::task::{TaskMark, TaskPicture};
 
 /// One after the other for the tasks; told apart on white, also by most who are colour-blind.
 const COLOURS: [&str; 10] = [
@@ -65,10 +65,10 @@ pub fn tasks<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
             ring(sheet, sheet.view.at(goal), colour(i));
         }
     }
-    for task in tasks.iter().filter(|task| task.outcome != Outcome::NotBegun) {
+    for task in tasks.iter().filter(|task| task.outcome != TaskMark::NotBegun) {
         if let Some(end) = task.trail.last() {
             let at = sheet.view.at(end);
-            if task.outcome == Outcome::Reached { tick(sheet, at) } else { cross(sheet, at) }
+            if task.outcome == TaskMark::Reached { tick(sheet, at) } else { cross(sheet, at) }
         }
     }
     let mut taken: Vec<[f64; 2]> = Vec::new();
@@ -106,9 +106,9 @@ pub fn legend<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>], symbols: &[Symbol]
         sheet.text([x + 17.0, y + 5.0], 15.0, "start", INK, "400", &task.name);
         let after = x + 17.0 + 8.6 * task.name.chars().count() as f64 + 14.0;
         match task.outcome {
-            Outcome::Reached => tick(sheet, [after, y]),
-            Outcome::Failed => cross(sheet, [after, y]),
-            Outcome::NotBegun => sheet.text([after - 5.0, y + 5.0], 15.0, "start", "#8a93a3", "400", "–"),
+            TaskMark::Reached => tick(sheet, [after, y]),
+            TaskMark::Failed => cross(sheet, [after, y]),
+            TaskMark::NotBegun => sheet.text([after - 5.0, y + 5.0], 15.0, "start", "#8a93a3", "400", "–"),
         }
     }
     sheet.bottom += tasks.len().div_ceil(columns) as f64 * 28.0 + 8.0;

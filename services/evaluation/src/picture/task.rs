@@ -4,7 +4,7 @@ use sketchnav_schemas::geometry::Point;
 
 /// How a task ended, as far as a picture tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum TaskMark {
     /// Reached.
     Reached,
     /// Begun, and not reached.
@@ -27,5 +27,5 @@ pub struct TaskPicture<F> {
     /// Particles at the task's end; empty where they are not shown.
     pub particles: Vec<Point<F>>,
     /// How it ended.
-    pub outcome: Outcome,
+    pub outcome: TaskMark,
 }

@@ -4,7 +4,7 @@ fn line(points: &[[f64; 2]]) -> Vec<Point<World>> {
     points.iter().map(|p| Point::new(p[0], p[1])).collect()
 }
 
-fn task(name: &str, outcome: Outcome) -> TaskPicture<World> {
+fn task(name: &str, outcome: TaskMark) -> TaskPicture<World> {
     let trail = line(&[[0.0, 0.0], [1.0, 0.5], [2.0, 2.0]]);
     let (marks, place) = (line(&[[2.0, 2.1]]), line(&[[1.5, 1.5], [2.5, 1.5], [2.5, 2.5]]));
     TaskPicture { name: name.to_owned(), marks, place, trail, particles: Vec::new(), outcome }
@@ -51,13 +51,13 @@ fn base64_agrees_with_rfc_4648_section_10() {
 
 #[test]
 fn names_cannot_break_the_picture() {
-    let text = floor_of(&[task("<b>&\"\u{1}", Outcome::Reached)]);
+    let text = floor_of(&[task("<b>&\"\u{1}", TaskMark::Reached)]);
     assert!(text.contains("&lt;b&gt;&amp;&quot; "), "{text}");
 }
 
 #[test]
 fn the_floor_shows_every_task_its_end_and_the_scale() {
-    let text = floor_of(&[task("0 → 1", Outcome::Reached), task("1 → 2", Outcome::Failed)]);
+    let text = floor_of(&[task("0 → 1", TaskMark::Reached), task("1 → 2", TaskMark::Failed)]);
     for part in ["0 → 1", "1 → 2", ">1 m<", "contact", "furniture", "true way"] {
         assert!(text.contains(part), "{part}");
     }

@@ -17,7 +17,7 @@ use crate::walls;
 const FEED_EVERY: Duration = Duration::from_millis(90);
 /// And at most, so that pages see that nothing comes from the navigation.
 const FEED_AT_LEAST: Duration = Duration::from_millis(500);
-/// The canvas of paper 004, IV.
+/// The canvas of Boniardi et al. 2016, IV.
 const CANVAS: [u32; 2] = [2540, 1252];
 
 impl Bridge<'_> {

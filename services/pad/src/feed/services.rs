@@ -42,7 +42,7 @@ impl Services {
     pub fn on_fault(&mut self, fault: &Fault) {
         let Some(service) = self.known.get_mut(&fault.process) else { return };
         match FaultKind::from_code(fault.kind) {
-            Some(FaultKind::Died | FaultKind::Silent | FaultKind::GivenUp) => {
+            Some(FaultKind::Died | FaultKind::Unresponsive | FaultKind::GivenUp) => {
                 service.up = false;
                 self.restarted_ns.remove(&fault.process);
             }
@@ -50,7 +50,7 @@ impl Services {
                 service.restarts = fault.restarts;
                 self.restarted_ns.insert(fault.process, fault.header.stamp_ns);
             }
-            Some(FaultKind::Recovered | FaultKind::Heard) => service.up = true,
+            Some(FaultKind::Recovered | FaultKind::Responsive) => service.up = true,
             _ => {}
         }
     }

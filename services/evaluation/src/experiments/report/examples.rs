@@ -2,7 +2,7 @@
 
 use crate::error::EvalError;
 use crate::experiments::jobs::Job;
-use crate::experiments::outcome::Outcome;
+use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::run::drive;
 use crate::experiments::suite::Suite;
 use crate::experiments::trial_picture;
@@ -26,9 +26,13 @@ pub struct Example {
 ///
 /// # Errors
 /// [`EvalError`] where a floor or a drawing cannot be drawn.
-pub fn examples(suite: &Suite, jobs: &[Job<'_>], outcomes: &[Outcome]) -> Result<Vec<Example>, EvalError> {
+pub fn examples(
+    suite: &Suite,
+    jobs: &[Job<'_>],
+    outcomes: &[TaskOutcome],
+) -> Result<Vec<Example>, EvalError> {
     let Some(first) = jobs.first() else { return Ok(Vec::new()) };
-    let counted = |ended: &&Outcome| ended.method == first.method && suite.counts(ended);
+    let counted = |ended: &&TaskOutcome| ended.method == first.method && suite.counts(ended);
     let (reached, failed): (Vec<_>, Vec<_>) =
         outcomes.iter().filter(counted).partition(|ended| ended.is_success());
     let chosen = various(&failed).into_iter().chain(various(&reached));
@@ -36,11 +40,11 @@ pub fn examples(suite: &Suite, jobs: &[Job<'_>], outcomes: &[Outcome]) -> Result
 }
 
 /// Some of them, as different as can be: each in turn has the least in common with those before it.
-fn various<'a>(outcomes: &[&'a Outcome]) -> Vec<&'a Outcome> {
-    let mut chosen: Vec<&Outcome> = Vec::new();
+fn various<'a>(outcomes: &[&'a TaskOutcome]) -> Vec<&'a TaskOutcome> {
+    let mut chosen: Vec<&TaskOutcome> = Vec::new();
     while chosen.len() < SHOWN.min(outcomes.len()) {
-        let alike = |ended: &Outcome| -> usize {
-            let alike = |other: &&Outcome| {
+        let alike = |ended: &TaskOutcome| -> usize {
+            let alike = |other: &&TaskOutcome| {
                 usize::from(other.kind == ended.kind) * 2
                     + usize::from(other.drawing == ended.drawing) * 2
                     + usize::from(other.task == ended.task)
@@ -55,7 +59,7 @@ fn various<'a>(outcomes: &[&'a Outcome]) -> Vec<&'a Outcome> {
     chosen
 }
 
-fn example(jobs: &[Job<'_>], ended: &Outcome) -> Result<Option<Example>, EvalError> {
+fn example(jobs: &[Job<'_>], ended: &TaskOutcome) -> Result<Option<Example>, EvalError> {
     let is_it = |job: &&Job<'_>| {
         job.method == ended.method && format!("{}#{}", job.trial.name, job.repetition) == ended.id
     };

@@ -1,0 +1,281 @@
+//! The metric local planner (Boniardi et al. 2015, III-C): Dijkstra's algorithm on what the laser saw lately.
+//!
+//! A cell nearer to an obstacle than the robot's radius and a margin is impassable; one within a
+//! berth beyond costs more, and so does one that nobody has seen. A robot that stands too near to
+//! something, pushed or by a drift of odometry, may leave the way it finds.
+
+use fearless_simd::{Level, dispatch};
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Odom, Point};
+
+use super::obstacles::{CELL_M, Cell, Obstacles, SIDE};
+use super::weighted_grid::{Frontier, Weights, chamfer};
+
+/// Most points of a local path.
+pub const MAX_PATH: usize = 512;
+/// Ways longer than this are not looked for, metres of cost.
+const MOST_COST_M: f32 = 30.0;
+/// What an unseen cell costs more, times the length.
+const UNSEEN: f32 = 0.5;
+/// What coming near an obstacle costs more at most, times the length.
+const NEAR: f32 = 8.0;
+/// What leaving an obstacle's neighbourhood costs, times the length.
+const ESCAPE: f32 = 15.0;
+/// How far such an escape may lead, metres.
+const ESCAPE_M: f64 = 0.5;
+
+/// How much room the robot needs, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Room {
+    /// Nothing may come nearer to the robot's middle than this.
+    pub hard_m: f64,
+    /// From here on nothing matters any more.
+    pub soft_m: f64,
+}
+
+/// The local planner's grid and the cost of the way from the robot to each of its cells.
+#[derive(Debug, Clone)]
+pub struct LocalPlanner {
+    corner: Cell,
+    clearance_m: Vec<f32>,
+    weight: Vec<f32>,
+    frontier: Frontier,
+}
+
+/// What counts from one plan to the next, as it is read back from a checkpoint: where there is room.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Memory {
+    corner: Cell,
+    weight: Vec<f32>,
+}
+
+/// The same where it lies, to be written: field by field a [`Memory`].
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct MemoryView<'a> {
+    corner: Cell,
+    weight: &'a [f32],
+}
+
+impl Default for LocalPlanner {
+    fn default() -> Self {
+        let cells = SIDE * SIDE;
+        Self {
+            corner: Cell { x: 0, y: 0 },
+            clearance_m: vec![0.0; cells],
+            weight: vec![f32::INFINITY; cells],
+            frontier: Frontier::new(cells),
+        }
+    }
+}
+
+impl LocalPlanner {
+    /// What it remembers; nothing is copied.
+    pub fn memory(&self) -> MemoryView<'_> {
+        MemoryView { corner: self.corner, weight: &self.weight }
+    }
+
+    /// Goes on from another planner's memory. The ways that it found are to be searched for again.
+    pub fn restore(&mut self, memory: Memory) {
+        self.corner = memory.corner;
+        for (weight, remembered) in self.weight.iter_mut().zip(memory.weight) {
+            *weight = remembered;
+        }
+    }
+
+    /// Takes over the obstacles around the robot at `robot`.
+    pub fn prepare(&mut self, obstacles: &Obstacles, robot: Point<Odom>, room: Room) {
+        self.corner = obstacles.corner();
+        let occupied = obstacles.occupied();
+        chamfer(
+            |index| occupied[index],
+            SIDE,
+            CELL_M as f32,
+            room.soft_m as f32 + 0.1,
+            &mut self.clearance_m,
+        );
+        for row in 1..SIDE - 1 {
+            dispatch!(Level::new(), _simd => self.weigh(row, obstacles.known(), room));
+        }
+        let own = index_of(self.corner, robot).map_or(0.0, |index| self.beside_m(index));
+        if own < room.hard_m {
+            self.let_escape(robot, room, (own - CELL_M / 2.0).max(0.0));
+        }
+    }
+
+    /// Free space around a cell's middle: obstacles fill half a cell to either side of theirs.
+    fn beside_m(&self, index: usize) -> f64 {
+        beside_m(self.clearance_m[index])
+    }
+
+    /// Finds the ways from `robot`: to `target` alone where it is given and can be reached, else to
+    /// every cell.
+    pub fn search(&mut self, robot: Point<Odom>, target: Option<Point<Odom>>) {
+        let weights = Weights { weight: &self.weight, stride: SIDE, cell_length: CELL_M as f32 };
+        let stop = target.and_then(|place| index_of(self.corner, place));
+        if let Some(seed) = index_of(self.corner, robot) {
+            weights.flood(&mut self.frontier, seed, stop, MOST_COST_M);
+        }
+    }
+
+    /// Whether the place is in the grid and the robot has room there.
+    pub fn is_free(&self, place: Point<Odom>) -> bool {
+        index_of(self.corner, place).is_some_and(|index| self.weight[index] < ESCAPE)
+    }
+
+    /// Whether the place lies in the grid.
+    pub fn contains(&self, place: Point<Odom>) -> bool {
+        index_of(self.corner, place).is_some()
+    }
+
+    /// Of the cells that can be reached, the one with the least sum of `share` times the length of
+    /// the cheapest way there and `rest_m`, the rest of the way from there, metres; the first one
+    /// where several are equal. Length and not cost: a narrow passage must not keep the robot from getting on.
+    pub fn best(&self, share: f64, mut rest_m: impl FnMut(Point<Odom>) -> f64) -> Option<Point<Odom>> {
+        let mut best = (None, f64::INFINITY);
+        let (costs, lengths) = (self.frontier.costs(), self.frontier.lengths());
+        for index in 0..costs.len() {
+            if costs[index].is_finite() && self.weight[index] < ESCAPE {
+                let place = cell_at(self.corner, index).middle();
+                let sum = share * f64::from(lengths[index]) + rest_m(place);
+                if sum < best.1 {
+                    best = (Some(place), sum);
+                }
+            }
+        }
+        best.0
+    }
+
+    /// Length of the cheapest way to `place`, metres; `None` where there is none.
+    pub fn length_m(&self, place: Point<Odom>) -> Option<f64> {
+        let index = index_of(self.corner, place)?;
+        self.frontier.costs()[index].is_finite().then(|| f64::from(self.frontier.lengths()[index]))
+    }
+
+    /// Writes the cheapest way from the robot to `target`, one point a cell, both ends included;
+    /// nothing where there is none.
+    pub fn path(&self, target: Point<Odom>, path: &mut Vec<Point<Odom>>) {
+        path.clear();
+        let Some(mut index) = index_of(self.corner, target) else { return };
+        if self.frontier.costs()[index].is_infinite() {
+            return;
+        }
+        let weights = Weights { weight: &self.weight, stride: SIDE, cell_length: CELL_M as f32 };
+        path.push(target);
+        while let Some(next) = weights.downhill(&self.frontier, index).filter(|_| path.len() < MAX_PATH) {
+            index = next;
+            path.push(cell_at(self.corner, index).middle());
+        }
+        path.reverse();
+    }
+
+    /// Weighs the cells of a row by how much room there is.
+    #[inline(always)]
+    fn weigh(&mut self, row: usize, known: &[bool], room: Room) {
+        let inner = row * SIDE + 1..(row + 1) * SIDE - 1;
+        let cells =
+            self.weight[inner.clone()].iter_mut().zip(&self.clearance_m[inner.clone()]).zip(&known[inner]);
+        for ((weight, &clearance_m), &known) in cells {
+            let clearance = beside_m(clearance_m);
+            let lack = (1.0 - (clearance - room.hard_m) / (room.soft_m - room.hard_m)).max(0.0) as f32;
+            let unseen = if known { 0.0 } else { UNSEEN };
+            let open = 1.0 + unseen + NEAR * lack * lack;
+            *weight = if clearance < room.hard_m { f32::INFINITY } else { open };
+        }
+    }
+
+    /// A robot that has too little room now, `least_m`, may go through cells near by that have more.
+    fn let_escape(&mut self, robot: Point<Odom>, room: Room, least_m: f64) {
+        for index in (1..SIDE - 1).flat_map(|row| row * SIDE + 1..(row + 1) * SIDE - 1) {
+            let clearance = self.beside_m(index);
+            let is_narrow = clearance < room.hard_m && clearance > least_m;
+            if is_narrow && cell_at(self.corner, index).middle().distance(&robot) < ESCAPE_M {
+                self.weight[index] = ESCAPE;
+            }
+        }
+    }
+}
+
+/// Free space around a cell's middle, metres, by its distance to the nearest obstacle's.
+#[inline(always)]
+fn beside_m(clearance_m: f32) -> f64 {
+    f64::from(clearance_m) - CELL_M / 2.0
+}
+
+fn cell_at(corner: Cell, index: usize) -> Cell {
+    Cell { x: corner.x + (index % SIDE) as i32, y: corner.y + (index / SIDE) as i32 }
+}
+
+/// The index of a place's cell, `None` where it lies outside or on the border.
+fn index_of(corner: Cell, place: Point<Odom>) -> Option<usize> {
+    let cell = Cell::of(place);
+    let (x, y) = (cell.x - corner.x, cell.y - corner.y);
+    let inside = 1..SIDE as i32 - 1;
+    (inside.contains(&x) && inside.contains(&y)).then(|| y as usize * SIDE + x as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use sketchnav_schemas::geometry::Pose;
+    use sketchnav_schemas::message::LaserScan;
+
+    use super::*;
+
+    const ROOM: Room = Room { hard_m: 0.25, soft_m: 0.6 };
+
+    /// A wall at x = 1.5 m with a gap `width_m` wide around y = 1 m, as the laser sees it.
+    fn wall_with_gap(width_m: f64) -> Obstacles {
+        let mut obstacles = Obstacles::new(10.0);
+        let mut scan = LaserScan {
+            angle_min_rad: -2.0,
+            angle_increment_rad: 0.004,
+            range_min_m: 0.05,
+            range_max_m: 5.6,
+            beam_count: 1001,
+            ..Zeroable::zeroed()
+        };
+        for i in 0..1001 {
+            let angle = f64::from(scan.angle_rad(i));
+            let y = 1.5 * angle.tan();
+            let hits = angle.cos() > 0.3 && (y - 1.0).abs() > width_m / 2.0;
+            scan.ranges_m[i] = if hits { (1.5 / angle.cos()) as f32 } else { f32::INFINITY };
+        }
+        let robot = Pose::new(0.0, 0.0, 0.0);
+        obstacles.observe(&robot, 0.2, &robot, &scan);
+        obstacles
+    }
+
+    fn plan(obstacles: &Obstacles, target: Point<Odom>) -> LocalPlanner {
+        let mut planner = LocalPlanner::default();
+        planner.prepare(obstacles, Point::new(0.0, 0.0), ROOM);
+        planner.search(Point::new(0.0, 0.0), Some(target));
+        planner
+    }
+
+    #[test]
+    fn the_way_leads_through_the_gap() {
+        let target = Point::new(2.5, 0.0);
+        let planner = plan(&wall_with_gap(0.9), target);
+        let mut path = Vec::new();
+        planner.path(target, &mut path);
+        let gap = path.iter().find(|p| p.x > 1.5).unwrap();
+        assert!((gap.y - 1.0).abs() < 0.12, "{gap:?}");
+        assert!(path[0].distance(&Point::new(0.0, 0.0)) < CELL_M && path[path.len() - 1] == target);
+    }
+
+    #[test]
+    fn a_gap_narrower_than_the_robot_is_no_way() {
+        let target = Point::new(2.5, 0.0);
+        let mut path = Vec::new();
+        plan(&wall_with_gap(0.45), target).path(target, &mut path);
+        assert!(path.iter().all(|p| p.x < 1.5 || (p.y - 1.0).abs() > 1.0), "{path:?}");
+    }
+
+    #[test]
+    fn where_the_target_is_shut_off_the_best_cell_is_before_the_wall() {
+        let planner = plan(&wall_with_gap(0.0), Point::new(2.5, 0.0));
+        let goal = Point::new(3.0, 0.0);
+        let best = planner.best(1.0, |place| 20.0 * place.distance(&goal).min(3.0)).unwrap();
+        assert!(planner.is_free(best) && !planner.is_free(Point::new(1.5, 0.0)));
+    }
+}

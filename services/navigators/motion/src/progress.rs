@@ -1,0 +1,230 @@
+//! The progress checker: whether the robot is stuck, and how often it was.
+//!
+//! A robot is stuck that has not moved, that drives about one place, or that drives around without coming nearer to its goal.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Odom, Point};
+
+/// A cost-to-go that grows by more than this in one step comes from an estimate that jumped, metres.
+const JUMP_M: f64 = 1.0;
+/// Coming nearer by less than this is none, metres.
+const NEARER_M: f64 = 0.1;
+/// A robot that is stuck this far from where it was stuck before is elsewhere, metres.
+const ELSEWHERE_M: f64 = 2.0;
+/// A robot that may only drive slower than this needs longer for the same way, and is waited for as much longer, m/s.
+pub const USUAL_MPS: f64 = 0.5;
+/// So many places at which it was stuck are remembered.
+const REMEMBERED: usize = 16;
+
+/// When a robot is stuck, and how often it may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProgressParameters {
+    /// No way driven for this long, seconds.
+    pub stuck_time_s: f64,
+    /// Less than this is no way, metres.
+    pub stuck_radius_m: f64,
+    /// Not coming nearer for this long, seconds.
+    pub no_progress_time_s: f64,
+    /// Driving about one place for as long as this path takes at the most that the robot may drive, metres.
+    pub circling_path_m: f64,
+    /// Less than this from where it began is about one place, metres.
+    pub circling_radius_m: f64,
+    /// How often to recover at about one place.
+    pub recoveries: u32,
+    /// How often to recover during one task.
+    pub recoveries_per_task: u32,
+}
+
+/// Where the robot was when it last was elsewhere.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Anchor {
+    place: Point<Odom>,
+    since_s: f64,
+}
+
+impl Anchor {
+    /// For how long the robot, now at `robot`, has been within `radius_m` of one place.
+    fn time_about_s(&mut self, now_s: f64, robot: Point<Odom>, radius_m: f64) -> f64 {
+        if robot.distance(&self.place) > radius_m {
+            *self = Self { place: robot, since_s: now_s };
+        }
+        now_s - self.since_s
+    }
+}
+
+/// Watches whether the robot makes progress.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ProgressChecker {
+    stands: Anchor,
+    circles: Anchor,
+    best_cost: f64,
+    last_cost: f64,
+    bettered_s: f64,
+}
+
+impl ProgressChecker {
+    /// Begins to watch.
+    pub fn new(now_s: f64, robot: Point<Odom>) -> Self {
+        let here = Anchor { place: robot, since_s: now_s };
+        Self {
+            stands: here.clone(),
+            circles: here,
+            best_cost: f64::INFINITY,
+            last_cost: f64::INFINITY,
+            bettered_s: now_s,
+        }
+    }
+
+    /// Whether the robot is stuck. It is at `robot` and may drive `speed_mps`. The cost-to-go `cost` is in a
+    /// unit of which `cost_per_m` make a metre.
+    pub fn is_stuck(
+        &mut self,
+        now_s: f64,
+        robot: Point<Odom>,
+        cost: f64,
+        cost_per_m: f64,
+        speed_mps: f64,
+        parameters: &ProgressParameters,
+    ) -> bool {
+        let p = parameters;
+        let stands_s = self.stands.time_about_s(now_s, robot, p.stuck_radius_m);
+        let circles_s = self.circles.time_about_s(now_s, robot, p.circling_radius_m);
+        let jumped = cost > self.last_cost + JUMP_M * cost_per_m;
+        self.last_cost = cost;
+        if cost < self.best_cost - NEARER_M * cost_per_m || jumped {
+            (self.best_cost, self.bettered_s) = (cost, now_s);
+        }
+        let patience = (USUAL_MPS / speed_mps).max(1.0);
+        stands_s > p.stuck_time_s * patience
+            || circles_s * speed_mps > p.circling_path_m
+            || now_s - self.bettered_s > p.no_progress_time_s * patience
+    }
+}
+
+/// Counts how often the robot was stuck during a task.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct StuckCounter {
+    /// Of the whole task.
+    pub total: u32,
+    /// At about the last place, from one to the next: a robot that tries a wall all along gets no farther.
+    pub here: u32,
+    /// Of the last ones, in turn.
+    places: [Option<Point<Odom>>; REMEMBERED],
+}
+
+impl StuckCounter {
+    /// Counts one; false where there were too many.
+    pub fn count(&mut self, robot: Point<Odom>, parameters: &ProgressParameters) -> bool {
+        let newest = self.total as usize % REMEMBERED;
+        self.places[newest] = Some(robot);
+        self.here = self.joined_with(newest);
+        self.total += 1;
+        self.here <= parameters.recoveries && self.total <= parameters.recoveries_per_task
+    }
+
+    /// How many of the remembered places hang together with one of them, it included.
+    fn joined_with(&self, first: usize) -> u32 {
+        let mut joined = [false; REMEMBERED];
+        joined[first] = true;
+        // What is joined by the last of several is found in as many rounds.
+        for _ in 0..REMEMBERED {
+            for place in 0..REMEMBERED {
+                joined[place] |= (0..REMEMBERED).any(|other| joined[other] && self.are_near(place, other));
+            }
+        }
+        joined.iter().filter(|&&it| it).count() as u32
+    }
+
+    fn are_near(&self, one: usize, other: usize) -> bool {
+        let near = |(a, b): (Point<Odom>, Point<Odom>)| a.distance(&b) <= ELSEWHERE_M;
+        self.places[one].zip(self.places[other]).is_some_and(near)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PARAMETERS: ProgressParameters = ProgressParameters {
+        stuck_time_s: 7.0,
+        stuck_radius_m: 0.3,
+        no_progress_time_s: 30.0,
+        circling_path_m: 6.5,
+        circling_radius_m: 1.5,
+        recoveries: 3,
+        recoveries_per_task: 8,
+    };
+
+    #[test]
+    fn a_robot_that_does_not_move_is_stuck() {
+        let mut progress = ProgressChecker::new(0.0, Point::new(0.0, 0.0));
+        let mut at = |s: f64| progress.is_stuck(s, Point::new(0.1, 0.0), 9.0, 20.0, 0.5, &PARAMETERS);
+        assert!(!at(6.9) && at(7.1));
+    }
+
+    /// One that creeps through a door at a tenth of a metre a second, as it slows down there, once was taken for one
+    /// that stands still, and gave up.
+    #[test]
+    fn a_slow_robot_is_waited_for() {
+        let mut progress = ProgressChecker::new(0.0, Point::new(0.0, 0.0));
+        let ended = (0..600).find(|i| {
+            let s = f64::from(*i) * 0.1;
+            progress.is_stuck(s, Point::new(0.03 * s, 0.0), 900.0 - 0.6 * s, 20.0, 0.12, &PARAMETERS)
+        });
+        assert_eq!(ended, None);
+        let mut at = |s: f64| progress.is_stuck(s, Point::new(1.8, 0.0), 864.0, 20.0, 0.12, &PARAMETERS);
+        assert!(!at(70.0) && at(95.0), "standing still");
+    }
+
+    /// It once was not: whenever the estimate jumped, the watch began anew, and the robot drove in circles
+    /// until the time was over.
+    #[test]
+    fn a_robot_that_circles_about_one_place_is_stuck_whatever_the_estimate_says() {
+        let mut progress = ProgressChecker::new(0.0, Point::new(0.7, 0.0));
+        let ended = (0..400).find(|i| {
+            let s = f64::from(*i) * 0.1;
+            let place = Point::new(0.7 * s.cos(), 0.7 * s.sin());
+            progress.is_stuck(s, place, 900.0 + 50.0 * f64::from(i % 7), 20.0, 0.5, &PARAMETERS)
+        });
+        let expected = (PARAMETERS.circling_path_m / 0.5 * 10.0) as i32;
+        assert!((expected..expected + 5).contains(&ended.unwrap()), "{ended:?}");
+    }
+
+    #[test]
+    fn a_robot_that_drives_around_is_stuck() {
+        let mut progress = ProgressChecker::new(0.0, Point::new(0.0, 0.0));
+        let ended = (0..400).find(|i| {
+            let s = f64::from(*i) * 0.1;
+            let place = Point::new(2.0 * s.cos(), 2.0 * s.sin());
+            progress.is_stuck(s, place, 900.0 + 50.0 * s.sin(), 20.0, 0.5, &PARAMETERS)
+        });
+        assert!((300..390).contains(&ended.unwrap()), "{ended:?}");
+    }
+
+    #[test]
+    fn being_stuck_at_another_place_counts_anew() {
+        let mut counter = StuckCounter::default();
+        let counted: Vec<_> = (0..4).map(|_| counter.count(Point::new(0.0, 0.0), &PARAMETERS)).collect();
+        assert_eq!(counted, [true, true, true, false]);
+        assert!(counter.count(Point::new(5.0, 0.0), &PARAMETERS));
+    }
+
+    /// A robot that tried a shut wall every metre once tried it until its time was over.
+    #[test]
+    fn being_stuck_along_a_wall_is_at_one_place() {
+        let mut counter = StuckCounter::default();
+        let counted: Vec<_> =
+            (0..4).map(|x| counter.count(Point::new(f64::from(x), 0.0), &PARAMETERS)).collect();
+        assert_eq!(counted, [true, true, true, false]);
+    }
+
+    /// A robot that stood still at two places in turn once never gave up.
+    #[test]
+    fn being_stuck_at_two_places_in_turn_counts_at_each() {
+        let mut counter = StuckCounter::default();
+        let places = [0.0, 3.0].map(|x| Point::new(x, 0.0));
+        let counted: Vec<_> =
+            places.iter().cycle().take(7).map(|&place| counter.count(place, &PARAMETERS)).collect();
+        assert_eq!(counted, [true, true, true, true, true, true, false]);
+    }
+}

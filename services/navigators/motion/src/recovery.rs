@@ -1,0 +1,90 @@
+//! Recovery behaviours: what a stuck robot does before it tries again.
+//!
+//! It backs up, forgets what the laser saw, turns, and looks anew.
+
+use std::f64::consts::TAU;
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
+use sketchnav_schemas::message::Twist;
+
+/// How far to back up, metres.
+const BACK_M: f64 = 0.35;
+/// How fast, m/s.
+const BACK_MPS: f64 = 0.12;
+/// For how long at most, seconds.
+const BACK_S: f64 = 4.0;
+/// How far to turn, radians.
+const TURN_RAD: f64 = 2.2;
+/// For how long at most, seconds.
+const TURN_S: f64 = 8.0;
+
+/// The behaviour that is under way.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Recovery {
+    /// Drive backwards.
+    BackUp {
+        /// From here.
+        from: Point<Odom>,
+        /// At the latest until then, seconds.
+        until_s: f64,
+    },
+    /// Turn on the spot.
+    Spin {
+        /// So far yet, radians, counter-clockwise.
+        left_rad: f64,
+        /// The last heading, radians.
+        yaw_rad: f64,
+        /// At the latest until then, seconds.
+        until_s: f64,
+    },
+}
+
+/// What a recovery behaviour wants next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Next {
+    /// Drive like this.
+    Drive(Twist),
+    /// Clear the obstacles that the laser saw, and spin.
+    ClearAndSpin(Recovery),
+    /// Go on to the goal.
+    Done,
+}
+
+impl Recovery {
+    /// Begins with backing up.
+    pub fn begin(now_s: f64, robot: Point<Odom>) -> Self {
+        Self::BackUp { from: robot, until_s: now_s + BACK_S }
+    }
+
+    /// A full turn on the spot, to see what is all around.
+    pub fn look_around(now_s: f64, robot: &Pose<Odom>, turn_rate_radps: f64) -> Self {
+        Self::Spin { left_rad: TAU, yaw_rad: robot.yaw_rad, until_s: now_s + 2.0 * TAU / turn_rate_radps }
+    }
+
+    /// Takes a step; `count` says which way to turn.
+    pub fn step(&mut self, now_s: f64, robot: &Pose<Odom>, count: u32, turn_rate_radps: f64) -> Next {
+        match self {
+            Self::BackUp { from, until_s } => {
+                if now_s < *until_s && robot.position().distance(from) < BACK_M {
+                    return Next::Drive(Twist { vx_mps: -BACK_MPS, vy_mps: 0.0, yaw_rate_radps: 0.0 });
+                }
+                let left_rad = if count % 2 == 1 { TURN_RAD } else { -TURN_RAD };
+                Next::ClearAndSpin(Self::Spin { left_rad, yaw_rad: robot.yaw_rad, until_s: now_s + TURN_S })
+            }
+            Self::Spin { left_rad, yaw_rad, until_s } => {
+                let side = left_rad.signum();
+                *left_rad -= wrap_angle(robot.yaw_rad - *yaw_rad);
+                *yaw_rad = robot.yaw_rad;
+                if now_s < *until_s && *left_rad * side > 0.1 {
+                    return Next::Drive(Twist {
+                        vx_mps: 0.0,
+                        vy_mps: 0.0,
+                        yaw_rate_radps: side * turn_rate_radps,
+                    });
+                }
+                Next::Done
+            }
+        }
+    }
+}

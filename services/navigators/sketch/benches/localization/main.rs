@@ -1,0 +1,54 @@
+//! How long an update of the localization takes, and how many particle-beams a second it weighs.
+
+#[path = "../../tests/support/mod.rs"]
+mod support;
+mod weighing;
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use rayon_core::ThreadPoolBuilder;
+use sketchnav_schemas::geometry::{Odom, Pose};
+use sketchnav_sketch::localization::parameters::Parameters;
+use sketchnav_sketch::localization::workers::Workers;
+use support::{Drive, WAY};
+
+/// A whole update of the default method: motion, weighing, mode, resampling, estimate.
+fn update(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("a whole update, ours");
+    for particles in [1_000, 10_000, 100_000] {
+        let parameters = Parameters { particles, ..Parameters::default() };
+        for threads in [1, 2] {
+            let mut drive = Drive::new(weighing::DRAWING, parameters.clone(), 1);
+            let pool = Arc::new(ThreadPoolBuilder::new().num_threads(threads).build().expect("threads"));
+            if threads > 1 {
+                drive.localizer.set_workers(Workers::of(pool.clone()));
+            }
+            let (_, scan) = drive.advance(WAY[1]);
+            let mut away = false;
+            let id = BenchmarkId::new(format!("{threads} thread(s)"), particles);
+            group.bench_function(id, |bencher| {
+                pool.install(|| {
+                    bencher.iter(|| {
+                        // There and back again, so that every scan is used.
+                        away = !away;
+                        let odometry = Pose::<Odom>::new(if away { 0.25 } else { 0.0 }, 0.0, 0.0);
+                        black_box(drive.localizer.step(&odometry, &scan))
+                    });
+                });
+            });
+        }
+    }
+}
+
+criterion_group!(
+    benches,
+    weighing::field,
+    weighing::beam_model,
+    weighing::scalar,
+    weighing::resampling,
+    weighing::preparing,
+    update
+);
+criterion_main!(benches);

@@ -1,0 +1,128 @@
+//! The outline of the drawn building. A robot that starts inside stays inside: what lies around the
+//! building is no place for a particle, however well the scan would fit there.
+//!
+//! People leave their outlines open, for an entrance or by a hasty hand. So outside is what a square
+//! brush reaches from beside the sheet that is as wide as the widest opening that counts as closed (a
+//! morphological opening of what lies around the building).
+
+use std::ops::Range;
+
+use sketchnav_schemas::geometry::{Point, Sketch};
+
+use super::bits::Bits;
+use crate::sketch::SketchGrid;
+
+/// The drawing with everything outside the building as wall; openings up to `gap_px` count as closed.
+/// `None` where `inside` is outside by that measure: then the outline is open.
+pub fn enclosed(sketch: &SketchGrid, inside: Point<Sketch>, gap_px: f32) -> Option<SketchGrid> {
+    let outside = outside(sketch, gap_px);
+    let (column, row) = (inside.x.floor() as usize, inside.y.floor() as usize);
+    (!outside[row * sketch.width() + column]).then(|| sketch.walled(&outside))
+}
+
+/// Which cells of the sheet the brush reaches. It begins beside the sheet, where there is room for it however close to
+/// the edge people draw.
+fn outside(sketch: &SketchGrid, gap_px: f32) -> Vec<bool> {
+    // The brush is 2·radius − 1 cells wide.
+    let radius = ((gap_px + 1.0) / 2.0).ceil().clamp(1.0, 250.0) as usize;
+    let blocked = Bits::framed(sketch.walls(), sketch.width(), radius).spread(radius - 1);
+    reached(&blocked).spread(radius - 1).inner(radius)
+}
+
+/// The cells that the brush's middle reaches from the corner, over sides of cells that are not `blocked`.
+fn reached(blocked: &Bits) -> Bits {
+    let rows: Vec<Vec<Range<usize>>> = (0..blocked.height()).map(|row| blocked.free(row).collect()).collect();
+    let mut is_reached: Vec<Vec<bool>> = rows.iter().map(|stretches| vec![false; stretches.len()]).collect();
+    let mut reached = blocked.blank();
+    let mut open: Vec<(usize, usize)> = rows[0].first().map(|_| (0, 0)).into_iter().collect();
+    while let Some((row, k)) = open.pop() {
+        if std::mem::replace(&mut is_reached[row][k], true) {
+            continue;
+        }
+        let stretch = &rows[row][k];
+        reached.fill(row, stretch.clone());
+        for beside in
+            [row.checked_sub(1), Some(row + 1).filter(|&row| row < rows.len())].into_iter().flatten()
+        {
+            let first = rows[beside].partition_point(|other| other.end <= stretch.start);
+            let touching = rows[beside][first..].iter().take_while(|other| other.start < stretch.end).count();
+            open.extend((first..first + touching).map(|k| (beside, k)));
+        }
+    }
+    reached
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use sketchnav_schemas::codes::{FREE, WALL};
+
+    use super::*;
+
+    const SIZE: usize = 100;
+
+    /// A sheet of 100 × 100 px with a room from (20, 20) to (80, 80), whose upper wall is open for `gap`
+    /// px from its middle on.
+    fn room(gap: usize) -> SketchGrid {
+        let cell = |i: usize| {
+            let (column, row) = (i % SIZE, i / SIZE);
+            let within = |k: usize| (20..=80).contains(&k);
+            let side = (column == 20 || column == 80) && within(row);
+            let end = (row == 20 || row == 80) && within(column);
+            let door = row == 80 && (50..50 + gap).contains(&column);
+            if (side || end) && !door { WALL } else { FREE }
+        };
+        let cells: Vec<u8> = (0..SIZE * SIZE).map(cell).collect();
+        SketchGrid::new(SIZE, SIZE, &cells, 0.0).unwrap()
+    }
+
+    #[test]
+    fn around_a_closed_room_all_is_wall() {
+        let found = enclosed(&room(0), Point::new(50.0, 50.0), 6.0).unwrap();
+        let free = |column, row| !found.is_wall_cell(column, row);
+        assert!(free(50, 50) && free(21, 21) && free(79, 79));
+        assert!(!free(10, 50) && !free(50, 90) && !free(0, 0) && !free(99, 99));
+    }
+
+    /// People fill the sheet. A brush that was believed to fit at every cell of the sheet's edge once reached as far
+    /// into the rooms behind the outer walls as it is wide.
+    #[test]
+    fn a_room_that_fills_its_sheet_stays_whole() {
+        for margin in [0, 1, 3, 8] {
+            let (low, high) = (margin, SIZE - 1 - margin);
+            let cell = |i: usize| {
+                let (column, row) = (i % SIZE, i / SIZE);
+                let within = |k: usize| (low..=high).contains(&k);
+                let side = (column == low || column == high) && within(row);
+                let end = (row == low || row == high) && within(column);
+                if side || end { WALL } else { FREE }
+            };
+            let cells: Vec<u8> = (0..SIZE * SIZE).map(cell).collect();
+            let sketch = SketchGrid::new(SIZE, SIZE, &cells, 0.0).unwrap();
+            let found = enclosed(&sketch, Point::new(50.0, 50.0), 40.0).unwrap();
+            let inside = low + 1..high;
+            for (column, row) in (0..SIZE).flat_map(|row| (0..SIZE).map(move |column| (column, row))) {
+                let is_room = inside.contains(&column) && inside.contains(&row);
+                assert_eq!(found.walls()[row * SIZE + column], !is_room, "{margin}: ({column}, {row})");
+            }
+        }
+    }
+
+    #[test]
+    fn a_robot_that_starts_outside_may_be_there() {
+        assert!(enclosed(&room(0), Point::new(10.0, 50.0), 6.0).is_none());
+    }
+
+    proptest! {
+        #[test]
+        fn an_opening_narrower_than_the_gap_is_closed(gap in 0usize..25, limit in 2u32..24) {
+            let found = enclosed(&room(gap), Point::new(50.0, 30.0), limit as f32);
+            // The brush may be a cell wider: it has a middle.
+            if (gap as u32) < limit {
+                prop_assert!(found.is_some_and(|sketch| !sketch.is_wall_cell(50, 50)));
+            } else if gap as u32 > limit + 1 {
+                prop_assert!(found.is_none());
+            }
+        }
+    }
+}

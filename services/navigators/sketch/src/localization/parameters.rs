@@ -1,0 +1,441 @@
+//! What can be tuned about the localization, with defaults that were measured in closed loop.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::method::Method;
+
+/// How the likelihood of a scan is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Likelihood {
+    /// Boniardi et al. 2015, equation (7): the scaled end points in a likelihood field, and Laplace terms on the
+    /// virtual scales of equation (8).
+    Field,
+    /// Measured against ray-cast ranges by the logarithm of their ratio; beams without return count.
+    Beam,
+}
+
+/// How many local scales there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scales {
+    /// Two: along the walls and across, each on its own (Boniardi et al. 2015, equation 3).
+    Two,
+    /// One for both directions, as in the paper's predecessor, its reference 1.
+    One,
+}
+
+/// How the first scan says the scales.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StartScales {
+    /// The least squares of equation (8).
+    LeastSquares,
+    /// Means of the logarithms without the outliers: what stands in front of the walls is one.
+    TrimmedMean,
+}
+
+/// Parameters of the localization: the table `parameters.localizer` of a mission.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// How many particles at most, 16 to 100 000.
+    pub particles: usize,
+    /// How many particles at least, where their number follows the belief (Fox 2003); 0: there are always
+    /// `particles`.
+    pub least_particles: usize,
+    /// ε, how far the particles' distribution may be from the belief (Kullback-Leibler divergence).
+    pub kld_error: f32,
+    /// Width of the bins that the belief's spread is counted in, metres.
+    pub bin_m: f32,
+    /// How many beams of a scan are used, 4 to 1440, evenly spread.
+    pub beams: usize,
+    /// How the likelihood of a scan is computed.
+    pub likelihood: Likelihood,
+    /// The beams of a scan are not independent: all together they count as so many, by a drawing by hand; as
+    /// many more by one that has shown itself more exact, as the root of its narrower width has it.
+    pub independent_beams: f32,
+    /// Travelled distance after which a scan is used, metres.
+    pub update_distance_m: f64,
+    /// Turn after which a scan is used, radians.
+    pub update_turn_rad: f64,
+    /// Resample below this share of effective particles.
+    pub resample_below: f64,
+    /// Most cells of the grid that the filter works on; a larger drawing is reduced.
+    pub grid_cells: usize,
+
+    /// How many local scales there are.
+    pub scales: Scales,
+    /// Standard deviation of ε along the robot's axes and across, m an update (equation 6: σ₁, σ₂).
+    pub step_noise_m: f32,
+    /// Standard deviation of ε in the heading, rad an update (equation 6: σ₃).
+    pub step_noise_rad: f32,
+    /// Standard deviation of the Gamma noise η and ζ of the scales, an update (equation 6: σ of Γ).
+    pub step_scale_noise: f32,
+    /// Variance of the heading per metre travelled, rad²/m.
+    pub yaw_variance_per_m: f32,
+    /// Variance of the heading per radian turned, rad²/rad.
+    pub yaw_variance_per_rad: f32,
+    /// Standard deviation of the position after a metre, each axis, m/√m.
+    pub position_noise: f32,
+    /// Standard deviation of the multiplicative Gamma noise of the scales after a metre, 1/√m.
+    pub scale_noise: f32,
+    /// How fast a scale is drawn back to the drawing's mean scale, 1/m; 0 is the paper's martingale.
+    pub scale_reversion_per_m: f32,
+    /// How far the logarithm of a scale may go from the drawing's mean.
+    pub scale_limit: f32,
+    /// Factor on the weight of a particle that crosses a drawn wall; 1 switches it off.
+    pub wall_crossing_factor: f32,
+    /// The robot stays within the drawn outline, where that has no opening wider than this, metres by the
+    /// drawing's extent; 0: it may leave.
+    pub outline_gap_m: f32,
+    /// Gaps in walls that are narrower than this are widened towards it, metres by the drawing's extent; 0: none
+    /// is. Less than `outline_gap_m`, which would take wider doors for an open outline.
+    pub door_width_m: f32,
+
+    /// Least spread of the start position, metres.
+    pub start_spread_m: f32,
+    /// Least spread of the start heading, radians.
+    pub start_spread_rad: f32,
+    /// Spread of the logarithm of the scales at the start.
+    pub start_log_scale_spread: f32,
+    /// How the scales are found in the first scan.
+    pub start_scales: StartScales,
+    /// How much of the two scales' difference in the first scan is believed, 0 to 1.
+    pub start_anisotropy: f32,
+    /// Share of the particles that take the whole drawing to be stretched by a part of what the first scan's
+    /// place is, each by a part of its own; the others take it to be in proportion as a whole.
+    pub anisotropic_share: f32,
+    /// Extent of a building, metres: with the extent of the drawing it says a scale.
+    pub building_size_m: f32,
+    /// How much of the drawing's mean scale comes from that, 0 to 1 (geometric mean), rather than from the
+    /// first scan: that is a sample of one place, and people draw places at scales far apart. Where the
+    /// first scan sees nothing, all does.
+    pub start_size_share: f32,
+
+    /// Standard deviation of the likelihood field, metres.
+    pub field_sigma_m: f32,
+    /// Share of readings that the drawing does not explain.
+    pub field_random: f32,
+    /// Width of the Laplace terms on the virtual scales, as a share of the mean scale (λ and ν of
+    /// equation 7); 0 switches them off.
+    pub field_scale_width: f32,
+
+    /// Width of the Laplace distribution of ln(measured / expected) for a drawing by hand.
+    pub hit_width: f32,
+    /// The same for a surveyed map; the drawing's own, between the two, is learned while driving.
+    pub least_hit_width: f32,
+    /// Share of readings at the expected range.
+    pub z_hit: f32,
+    /// Share of readings in front of it: things that are not drawn. It sets the level that the density keeps there.
+    pub z_short: f32,
+    /// Share of readings anywhere.
+    pub z_rand: f32,
+    /// By how much a bearing in the drawing may be wrong, radians; 0: by nothing.
+    pub bearing_error_rad: f32,
+    /// Width of the Laplace distribution of that error, radians.
+    pub bearing_width_rad: f32,
+
+    /// Share of particles that resampling perturbs.
+    pub perturbed_share: f32,
+    /// How much more of them where the scans fit worse than they used to.
+    pub perturbed_share_lost: f32,
+    /// Share of particles thrown anywhere in the drawing's free space where the scans fit worse than they
+    /// used to, times how much worse (Thrun, Burgard and Fox, table 8.3).
+    pub injected_share_lost: f32,
+    /// Standard deviation of a perturbation of the position, metres.
+    pub perturbation_m: f32,
+    /// Standard deviation of a perturbation of the heading, radians.
+    pub perturbation_rad: f32,
+    /// Standard deviation of a perturbation of the logarithm of the scales.
+    pub perturbation_log_scale: f32,
+
+    /// Radius of the kernel that finds the densest place, metres.
+    pub mode_radius_m: f32,
+    /// Radius of the kernel in heading, radians.
+    pub mode_radius_rad: f32,
+    /// Factor on the density near the last estimate: a rival must be so much denser.
+    pub mode_loyalty: f32,
+
+    /// Mean log likelihood of a beam below which the estimate is doubtful.
+    pub doubtful_below: f32,
+    /// Mean log likelihood of a beam below which the robot is lost.
+    pub lost_below: f32,
+    /// How much better it must get to be believed again.
+    pub hysteresis: f32,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            particles: 3000,
+            least_particles: 0,
+            kld_error: 0.05,
+            bin_m: 0.5,
+            beams: 48,
+            likelihood: Likelihood::Beam,
+            independent_beams: 2.2,
+            update_distance_m: 0.2,
+            update_turn_rad: 0.35,
+            resample_below: 0.5,
+            grid_cells: 500_000,
+            scales: Scales::Two,
+            step_noise_m: 0.0,
+            step_noise_rad: 0.0,
+            step_scale_noise: 0.0,
+            yaw_variance_per_m: 0.01,
+            yaw_variance_per_rad: 0.01,
+            position_noise: 0.05,
+            scale_noise: 0.4,
+            scale_reversion_per_m: 0.5,
+            scale_limit: 1.6,
+            wall_crossing_factor: 0.3,
+            outline_gap_m: 1.5,
+            door_width_m: 0.7,
+            start_spread_m: 0.4,
+            start_spread_rad: 0.08,
+            start_log_scale_spread: 0.45,
+            start_scales: StartScales::TrimmedMean,
+            start_anisotropy: 0.0,
+            anisotropic_share: 0.2,
+            building_size_m: 25.0,
+            start_size_share: 0.5,
+            field_sigma_m: 0.25,
+            field_random: 0.1,
+            field_scale_width: 0.3,
+            hit_width: 0.25,
+            least_hit_width: 0.08,
+            z_hit: 0.65,
+            z_short: 0.09,
+            z_rand: 0.26,
+            bearing_error_rad: 0.35,
+            bearing_width_rad: 0.87,
+            perturbed_share: 0.05,
+            perturbed_share_lost: 0.3,
+            injected_share_lost: 0.0,
+            perturbation_m: 0.4,
+            perturbation_rad: 0.15,
+            perturbation_log_scale: 0.3,
+            mode_radius_m: 0.6,
+            mode_radius_rad: 0.35,
+            mode_loyalty: 1.3,
+            doubtful_below: -1.2,
+            lost_below: -1.9,
+            hysteresis: 0.2,
+        }
+    }
+}
+
+impl Parameters {
+    /// The set that a method begins with.
+    pub fn of(method: Method) -> Self {
+        match method {
+            Method::Beam => Self::default(),
+            Method::Boniardi2015 => Self::paper(),
+            Method::Boniardi2015FixedScale => Self::fixed_scale(),
+            Method::Behzadian2015 => Self::one_scale(),
+        }
+    }
+
+    /// Boniardi et al. 2015, equations 2 to 8, as written. Where it gives no value, ours was chosen as its authors
+    /// say that they chose theirs (Boniardi et al. 2016, V-B): those of odometry and sensor where the drawing is the
+    /// true floor plan, the scales' variances between following the drawing and false matches.
+    pub fn paper() -> Self {
+        Self {
+            // Not given.
+            particles: 2000,
+            // N of equation (7): not given.
+            beams: 48,
+            // Equation (7), a product over all beams: they count as independent.
+            independent_beams: 1440.0,
+            likelihood: Likelihood::Field,
+            // III-A: "finally resampled", in each iteration.
+            resample_below: 1.0,
+            // Equation (6), independent of the way driven: σ₁ = σ₂, σ₃ and Γ(σ⁻², σ²); not given.
+            step_noise_m: 0.03,
+            step_noise_rad: 0.05,
+            step_scale_noise: 0.07,
+            position_noise: 0.0,
+            yaw_variance_per_m: 0.0,
+            yaw_variance_per_rad: 0.0,
+            scale_noise: 0.0,
+            // Equation (6): martingales on all of ℝ₊; e⁴ is no bound but for the arithmetic.
+            scale_reversion_per_m: 0.0,
+            scale_limit: 4.0,
+            // The drawn walls do not stop a particle.
+            wall_crossing_factor: 1.0,
+            outline_gap_m: 0.0,
+            door_width_m: 0.0,
+            // IV: "estimated … applying the least-square approximation".
+            start_scales: StartScales::LeastSquares,
+            start_anisotropy: 1.0,
+            anisotropic_share: 0.0,
+            start_size_share: 0.0,
+            start_log_scale_spread: 0.15,
+            // σ of equation (7), λ and ν: not given.
+            field_sigma_m: 0.25,
+            field_random: 0.1,
+            field_scale_width: 0.3,
+            // How well a scan fits is told by a plain comparison of ranges, which learns nothing.
+            z_hit: 0.75,
+            z_short: 0.15,
+            z_rand: 0.1,
+            least_hit_width: 0.25,
+            bearing_error_rad: 0.0,
+            // There is no recovery in the paper.
+            perturbed_share: 0.0,
+            perturbed_share_lost: 0.0,
+            injected_share_lost: 0.0,
+            ..Self::default()
+        }
+    }
+
+    /// The paper's special case of one scale, as the first scan says it, that never changes.
+    pub fn fixed_scale() -> Self {
+        Self {
+            scales: Scales::One,
+            step_scale_noise: 0.0,
+            start_log_scale_spread: 0.0,
+            field_scale_width: 0.0,
+            ..Self::paper()
+        }
+    }
+
+    /// The paper's special case of one local scale, tracked: its predecessor, its reference 1.
+    pub fn one_scale() -> Self {
+        Self { scales: Scales::One, ..Self::paper() }
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`ParameterError`] with the key, what was expected and what was found.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        let counts = [
+            ("particles", "16 to 100000", self.particles, 16..=100_000),
+            ("least_particles", "0 to 100000", self.least_particles, 0..=100_000),
+            ("beams", "4 to 1440", self.beams, 4..=1440),
+            ("grid_cells", "1000 to 4000000", self.grid_cells, 1000..=4_000_000),
+        ];
+        for (key, expected, found, range) in counts {
+            expect(key, expected, found as f64, range.contains(&found))?;
+        }
+        for (key, found) in self.positive() {
+            expect(key, "a number above 0", found, found.is_finite() && found > 0.0)?;
+        }
+        for (key, found) in self.not_negative() {
+            expect(key, "a number of 0 or more", found, found.is_finite() && found >= 0.0)?;
+        }
+        let widths = [("hit_width", self.hit_width), ("least_hit_width", self.least_hit_width)];
+        for (key, found) in widths {
+            expect(key, "a width from 0.05 to 10", found.into(), (0.05..=10.0).contains(&found))?;
+        }
+        let below = self.least_hit_width <= self.hit_width;
+        let found = self.least_hit_width.into();
+        expect("least_hit_width", "no more than hit_width", found, below)?;
+        let below = self.outline_gap_m == 0.0 || self.door_width_m < self.outline_gap_m;
+        expect("door_width_m", "less than outline_gap_m", self.door_width_m.into(), below)?;
+        for (key, found) in self.shares() {
+            expect(key, "a share from 0 to 1", found, (0.0..=1.0).contains(&found))?;
+        }
+        for (key, found) in [("doubtful_below", self.doubtful_below), ("lost_below", self.lost_below)] {
+            expect(key, "a finite number", found.into(), found.is_finite())?;
+        }
+        let below = self.lost_below <= self.doubtful_below;
+        expect("lost_below", "no more than doubtful_below", self.lost_below.into(), below)
+    }
+
+    fn positive(&self) -> [(&'static str, f64); 13] {
+        [
+            ("kld_error", self.kld_error.into()),
+            ("bin_m", self.bin_m.into()),
+            ("independent_beams", self.independent_beams.into()),
+            ("update_distance_m", self.update_distance_m),
+            ("update_turn_rad", self.update_turn_rad),
+            ("scale_limit", self.scale_limit.into()),
+            ("wall_crossing_factor", self.wall_crossing_factor.into()),
+            ("building_size_m", self.building_size_m.into()),
+            ("field_sigma_m", self.field_sigma_m.into()),
+            ("bearing_width_rad", self.bearing_width_rad.into()),
+            ("mode_radius_m", self.mode_radius_m.into()),
+            ("mode_radius_rad", self.mode_radius_rad.into()),
+            ("mode_loyalty", self.mode_loyalty.into()),
+        ]
+    }
+
+    fn not_negative(&self) -> [(&'static str, f64); 19] {
+        [
+            ("outline_gap_m", self.outline_gap_m.into()),
+            ("door_width_m", self.door_width_m.into()),
+            ("step_noise_m", self.step_noise_m.into()),
+            ("step_noise_rad", self.step_noise_rad.into()),
+            ("step_scale_noise", self.step_scale_noise.into()),
+            ("yaw_variance_per_m", self.yaw_variance_per_m.into()),
+            ("yaw_variance_per_rad", self.yaw_variance_per_rad.into()),
+            ("position_noise", self.position_noise.into()),
+            ("scale_noise", self.scale_noise.into()),
+            ("scale_reversion_per_m", self.scale_reversion_per_m.into()),
+            ("start_spread_m", self.start_spread_m.into()),
+            ("start_spread_rad", self.start_spread_rad.into()),
+            ("start_log_scale_spread", self.start_log_scale_spread.into()),
+            ("field_scale_width", self.field_scale_width.into()),
+            ("perturbation_m", self.perturbation_m.into()),
+            ("perturbation_rad", self.perturbation_rad.into()),
+            ("perturbation_log_scale", self.perturbation_log_scale.into()),
+            ("bearing_error_rad", self.bearing_error_rad.into()),
+            ("hysteresis", self.hysteresis.into()),
+        ]
+    }
+
+    fn shares(&self) -> [(&'static str, f64); 11] {
+        [
+            ("injected_share_lost", self.injected_share_lost.into()),
+            ("resample_below", self.resample_below),
+            ("start_anisotropy", self.start_anisotropy.into()),
+            ("anisotropic_share", self.anisotropic_share.into()),
+            ("start_size_share", self.start_size_share.into()),
+            ("field_random", self.field_random.into()),
+            ("z_hit", self.z_hit.into()),
+            ("z_short", self.z_short.into()),
+            ("z_rand", self.z_rand.into()),
+            ("perturbed_share", self.perturbed_share.into()),
+            ("perturbed_share_lost", self.perturbed_share_lost.into()),
+        ]
+    }
+}
+
+/// A parameter that cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("parameters.localizer.{key}: expected {expected}, found {found}")]
+pub struct ParameterError {
+    /// The key.
+    pub key: &'static str,
+    /// What would be right.
+    pub expected: &'static str,
+    /// What stands there.
+    pub found: f64,
+}
+
+fn expect(key: &'static str, expected: &'static str, found: f64, holds: bool) -> Result<(), ParameterError> {
+    if holds { Ok(()) } else { Err(ParameterError { key, expected, found }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_hold() {
+        for method in Method::ALL {
+            assert_eq!(Parameters::of(method).check(), Ok(()), "{method}");
+        }
+    }
+
+    #[test]
+    fn an_error_names_the_key() {
+        let wrong = Parameters { beams: 1, ..Parameters::default() };
+        let error = wrong.check().unwrap_err().to_string();
+        assert_eq!(error, "parameters.localizer.beams: expected 4 to 1440, found 1");
+        let wrong = Parameters { scale_noise: f32::NAN, ..Parameters::default() };
+        assert_eq!(wrong.check().unwrap_err().key, "scale_noise");
+    }
+}

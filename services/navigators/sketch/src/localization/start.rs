@@ -1,0 +1,194 @@
+//! Where the filter begins: where the person says that the robot is, and the scales that the first scan
+//! says. It changes nothing once the filter runs.
+
+use rand_pcg::Pcg64Mcg;
+use sketchnav_schemas::geometry::{Pose, Sketch};
+
+use super::LocalizationError;
+use super::beams::Beams;
+use super::grid::Grid;
+use super::metric::{PxFromBase, ScaleFrame, wrap};
+use super::motion::{Terrain, normal, scales_about};
+use super::parameters::{Parameters, Scales, StartScales};
+use super::particles::ParticleSet;
+use super::scales::{ScaledPose, least_squares, trimmed_means};
+use crate::sketch::SketchGrid;
+
+/// Where the person says that the robot starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// The pose in the drawing.
+    pub pose: Pose<Sketch>,
+    /// What the position may be off by, pixels.
+    pub spread_px: f64,
+    /// What the heading may be off by, radians.
+    pub spread_rad: f64,
+}
+
+/// Rounds of solving equation (8): the direction of a beam in the drawing depends on the scales.
+const ROUNDS: usize = 6;
+/// The first scan is not believed a scale that is so many times off the guess.
+const FARTHEST: f32 = 8.0;
+
+impl Start {
+    /// Refuses a start beside the drawing.
+    pub(super) fn check(&self, sketch: &SketchGrid) -> Result<(), LocalizationError> {
+        let (x, y, width, height) = (self.pose.x, self.pose.y, sketch.width(), sketch.height());
+        let inside = (0.0..width as f64).contains(&x) && (0.0..height as f64).contains(&y);
+        if inside { Ok(()) } else { Err(LocalizationError::StartOutside { x, y, width, height }) }
+    }
+
+    /// The pose with the scales that the first scan suggests; `guess_pxpm` where it sees nothing.
+    pub(super) fn scaled_pose(
+        &self,
+        grid: &Grid,
+        frame: &ScaleFrame,
+        beams: &Beams,
+        guess_pxpm: f32,
+        parameters: &Parameters,
+    ) -> ScaledPose {
+        let pose = ScaledPose {
+            x_px: self.pose.x as f32,
+            y_px: self.pose.y as f32,
+            yaw_rad: self.pose.yaw_rad as f32,
+            a_pxpm: guess_pxpm,
+            b_pxpm: guess_pxpm,
+        };
+        let [a_pxpm, b_pxpm] = initial_scales(grid, frame, beams, pose, parameters);
+        ScaledPose { a_pxpm, b_pxpm, ..pose }
+    }
+
+    /// The drawing's mean scales (ln a, ln b): between those of the first scan and that of its size.
+    pub(super) fn mean_ln_scales(
+        &self,
+        first: &ScaledPose,
+        size_pxpm: f32,
+        parameters: &Parameters,
+    ) -> [f32; 2] {
+        let share = parameters.start_size_share;
+        [first.a_pxpm, first.b_pxpm].map(|scale| scale.ln() + share * (size_pxpm / scale).ln())
+    }
+
+    /// Spreads the particles around the start, in free cells where some can be found, with scales around
+    /// (ln a, ln b) there.
+    pub(super) fn scatter(
+        &self,
+        particles: &mut ParticleSet,
+        [ln_a, ln_b]: [f32; 2],
+        terrain: &Terrain<'_>,
+        parameters: &Parameters,
+        rng: &mut Pcg64Mcg,
+    ) {
+        let middle = [self.pose.x as f32, self.pose.y as f32];
+        let spread_rad = (self.spread_rad as f32).max(parameters.start_spread_rad);
+        // The person's own doubt is in pixels, the least one in metres: along the walls and across.
+        let spread_px = |ln: f32| (self.spread_px as f32).max(parameters.start_spread_m * ln.exp());
+        let px_from_draw = terrain.frame.px_from_frame(spread_px(ln_a), spread_px(ln_b));
+        for i in 0..particles.len() {
+            let place = free_place(terrain.grid, middle, &px_from_draw, rng);
+            [particles.x_px[i], particles.y_px[i]] = place;
+            particles.yaw_rad[i] = wrap(self.pose.yaw_rad as f32 + spread_rad * normal(rng));
+            let anisotropy = terrain.proportions.anisotropy(parameters, rng);
+            particles.anisotropy[i] = anisotropy;
+            [particles.ln_a[i], particles.ln_b[i]] =
+                scales_about([ln_a + anisotropy, ln_b - anisotropy], parameters, rng);
+        }
+    }
+}
+
+/// Scales at the start, from the first scan. An axis that is not observed takes the other's scale;
+/// those of `pose`, a guess, where neither is. The result stays within a factor of eight of the guess.
+fn initial_scales(
+    grid: &Grid,
+    frame: &ScaleFrame,
+    beams: &Beams,
+    mut pose: ScaledPose,
+    parameters: &Parameters,
+) -> [f32; 2] {
+    let guess_pxpm = pose.a_pxpm;
+    for _ in 0..ROUNDS {
+        let found = match parameters.start_scales {
+            StartScales::LeastSquares => least_squares(grid, frame, beams, &pose, parameters.scales),
+            StartScales::TrimmedMean => trimmed_means(grid, frame, beams, &pose),
+        };
+        let bounded = |scale: f32| scale.clamp(guess_pxpm / FARTHEST, guess_pxpm * FARTHEST);
+        let (a, b) = (found.a_pxpm.map(bounded), found.b_pxpm.map(bounded));
+        pose.a_pxpm = a.or(b).unwrap_or(guess_pxpm);
+        pose.b_pxpm = b.or(a).unwrap_or(guess_pxpm);
+    }
+    [pose.a_pxpm, pose.b_pxpm]
+}
+
+/// How the first scan's place is stretched: half the logarithm of scale a over scale b; 0 with one scale.
+pub(super) fn first_anisotropy(first: &ScaledPose, parameters: &Parameters) -> f32 {
+    match parameters.scales {
+        Scales::Two => (first.a_pxpm / first.b_pxpm).ln() / 2.0,
+        Scales::One => 0.0,
+    }
+}
+
+/// The scales of the first scan as far as they are believed to differ: a `start_anisotropy` of 1 leaves
+/// them, 0 makes them equal.
+pub(super) fn believed(first: &ScaledPose, parameters: &Parameters) -> ScaledPose {
+    let share = match parameters.scales {
+        Scales::Two => parameters.start_anisotropy,
+        Scales::One => 0.0,
+    };
+    let ln_scales = [first.a_pxpm, first.b_pxpm].map(f32::ln);
+    let mean = (ln_scales[0] + ln_scales[1]) / 2.0;
+    let [a_pxpm, b_pxpm] = ln_scales.map(|ln| (mean + share * (ln - mean)).exp());
+    ScaledPose { a_pxpm, b_pxpm, ..*first }
+}
+
+/// A place around `middle`, free where ten tries find one.
+fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mut Pcg64Mcg) -> [f32; 2] {
+    for _ in 0..10 {
+        let step = px_from_draw.apply(normal(rng), normal(rng));
+        let place = [middle[0] + step[0], middle[1] + step[1]];
+        if !grid.is_wall(place[0], place[1]) {
+            return place;
+        }
+    }
+    middle
+}
+
+/// The longer side of the box around all walls, along the walls' direction or across, pixels; the
+/// drawing's own where it has none.
+pub(super) fn extent_px(sketch: &SketchGrid) -> f32 {
+    let (sin, cos) = (sketch.wall_direction_rad() as f32).sin_cos();
+    let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+    for (row, walls) in sketch.walls().chunks_exact(sketch.width()).enumerate() {
+        // Along a row either coordinate only rises or only falls: its ends are enough.
+        let ends = [walls.iter().position(|&wall| wall), walls.iter().rposition(|&wall| wall)];
+        for column in ends.into_iter().flatten() {
+            let (x, y) = (column as f32, row as f32);
+            let place = [cos * x + sin * y, cos * y - sin * x];
+            (0..2).for_each(|axis| {
+                least[axis] = least[axis].min(place[axis]);
+                most[axis] = most[axis].max(place[axis]);
+            });
+        }
+    }
+    let extent = (most[0] - least[0]).max(most[1] - least[1]) + 1.0;
+    if extent.is_finite() { extent } else { sketch.width().max(sketch.height()) as f32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first scan says 10 and 40 px/m, the drawing's size 90: half way between, by their logarithms,
+    /// are √(10·90) = 30 and √(40·90) = 60.
+    #[test]
+    fn the_mean_scale_is_between_the_first_scans_and_the_drawings() {
+        let start = Start { pose: Pose::new(0.0, 0.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };
+        let first = ScaledPose { a_pxpm: 10.0, b_pxpm: 40.0, ..ScaledPose::default() };
+        let mean = |start_size_share| {
+            let parameters = Parameters { start_size_share, ..Parameters::default() };
+            start.mean_ln_scales(&first, 90.0, &parameters).map(f32::exp)
+        };
+        let is_near =
+            |found: [f32; 2], [a, b]: [f32; 2]| (found[0] - a).abs() < 1e-3 && (found[1] - b).abs() < 1e-3;
+        assert!(is_near(mean(0.5), [30.0, 60.0]) && is_near(mean(0.0), [10.0, 40.0]));
+    }
+}

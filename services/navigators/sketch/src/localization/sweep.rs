@@ -1,0 +1,421 @@
+//! Parallel lines, swept over a drawing: how far one sees from every cell in one direction.
+//!
+//! There is one line for each cell across. All are followed backwards at once, through every cell that
+//! they touch, so no wall, however thin or slanted, is ever slipped through; each cell takes what is
+//! seen from the point of its line in the middle column (or row). It knows no scale.
+
+use std::ops::Range;
+
+use fearless_simd::{Level, dispatch, prelude::*, u8x16};
+
+use super::range_code::{DIRECTIONS, NEVER, code};
+
+/// Codes of ways are looked up by the way along the line in such parts of a cell.
+pub const PARTS: f32 = 16.0;
+
+/// A place along the lines: twice its whole parts of a cell, and one more where it is beyond them. What is looked up goes
+/// by whole parts, but whether a cell begins just at a place is to be told.
+type Place = u32;
+
+/// All bits: in a wall.
+const IN_WALL: u32 = u32::MAX;
+
+/// Beyond every wall.
+const FAR: Place = Place::MAX;
+
+/// The place so many cells along the lines.
+fn place(cells: f32) -> Place {
+    let parts = cells * PARTS;
+    2 * parts as Place + Place::from(parts.fract() > 0.0)
+}
+
+/// Where lines pass the middle of the drawing, in parts of a cell: nearly in the cells' middle, but so
+/// that those at 45° do not run from corner to corner, where rounding would choose the side.
+pub const OFF_CORNERS: f64 = 0.4;
+
+/// What is wall, row by row and column by column: lines take whichever they cross.
+pub struct Walls {
+    by_row: Vec<bool>,
+    by_column: Vec<bool>,
+}
+
+impl Walls {
+    /// Of cells in rows of `width`.
+    pub fn new(by_row: Vec<bool>, width: usize) -> Self {
+        let mut by_column = vec![false; by_row.len()];
+        transpose(&by_row, width, &mut by_column);
+        Self { by_row, by_column }
+    }
+}
+
+/// The cells of rows of `width`, column by column.
+pub fn transpose<T: Copy>(from: &[T], width: usize, to: &mut [T]) {
+    /// Squares of so many cells stay in the nearest cache.
+    const SIDE: usize = 32;
+    let height = from.len() / width;
+    for top in (0..height).step_by(SIDE) {
+        for left in (0..width).step_by(SIDE) {
+            for column in left..(left + SIDE).min(width) {
+                for row in top..(top + SIDE).min(height) {
+                    to[column * height + row] = from[row * width + column];
+                }
+            }
+        }
+    }
+}
+
+/// The bytes of rows of `width`, column by column.
+pub fn transpose_bytes(from: &[u8], width: usize, to: &mut [u8]) {
+    dispatch!(Level::new(), simd => transpose_bytes_by(simd, from, width, to));
+}
+
+#[inline(always)]
+fn transpose_bytes_by<S: Simd>(simd: S, from: &[u8], width: usize, to: &mut [u8]) {
+    let height = from.len() / width;
+    for top in (0..height - height % SQUARE).step_by(SQUARE) {
+        for left in (0..width - width % SQUARE).step_by(SQUARE) {
+            let rows =
+                std::array::from_fn(|k| u8x16::from_slice(simd, &from[(top + k) * width + left..][..SQUARE]));
+            for (k, column) in transposed(rows).into_iter().enumerate() {
+                column.store_slice(&mut to[(left + k) * height + top..][..SQUARE]);
+            }
+        }
+    }
+    let rest = |row: usize| if row < height - height % SQUARE { width - width % SQUARE } else { 0 };
+    for (row, column) in (0..height).flat_map(|row| (rest(row)..width).map(move |column| (row, column))) {
+        to[column * height + row] = from[row * width + column];
+    }
+}
+
+/// Bytes a side of a square that is turned over at once.
+pub const SQUARE: usize = 16;
+
+/// The columns of a square of bytes by its rows: four times every other one of the first half of the rows' bytes and of
+/// the second.
+#[inline(always)]
+pub fn transposed<S: Simd>(mut rows: [u8x16<S>; SQUARE]) -> [u8x16<S>; SQUARE] {
+    for _ in 0..SQUARE.ilog2() {
+        rows = std::array::from_fn(|k| {
+            let (low, high) = (rows[k / 2], rows[k / 2 + SQUARE / 2]);
+            if k % 2 == 0 { low.zip_low(high) } else { low.zip_high(high) }
+        });
+    }
+    rows
+}
+
+/// The lines in one direction. Positions along the *major* axis, the one that the direction is nearer
+/// to, count forward in the direction; cells across lie on the *minor* axis.
+pub struct Sweep {
+    steps: Vec<Step>,
+    /// Whether the major axis is y.
+    upright: bool,
+    /// Whether positions count down the axis.
+    backward: bool,
+    /// Cells across.
+    across: usize,
+    /// The greatest minor of all steps: line 0's there is the first of all lines' that is in the drawing.
+    highest: i32,
+    /// The codes of ranges, by whole parts of a cell; ...
+    codes: Vec<u8>,
+    /// ... and of the ways out of walls, by differences of places; the last is that of none.
+    leave_codes: Vec<u8>,
+}
+
+/// Where line 0 runs at one position of the major axis, and how it goes on to the next.
+#[derive(Clone, Copy)]
+struct Step {
+    /// The cell on the minor axis at the middle.
+    minor: i32,
+    /// The cell between this one and the next, where the line touches a third.
+    between: Option<Between>,
+    /// Where the next position's cell begins.
+    next_entry: Place,
+}
+
+#[derive(Clone, Copy)]
+struct Between {
+    /// Whether it lies at the next position already.
+    ahead: bool,
+    minor: i32,
+    entry: Place,
+}
+
+impl Sweep {
+    /// In one of [`DIRECTIONS`], over a drawing of `size` columns and rows.
+    pub fn new(direction: usize, [width, height]: [usize; 2]) -> Self {
+        let angle = direction as f64 / DIRECTIONS as f64 * std::f64::consts::TAU;
+        let (dy, dx) = angle.sin_cos();
+        let upright = dy.abs() > dx.abs();
+        let (major, minor) = if upright { (dy, dx) } else { (dx, dy) };
+        let (along, across) = if upright { (height, width) } else { (width, height) };
+        let slope = minor / major.abs();
+        let cells_per_step = 1.0_f64.hypot(slope);
+        let steps: Vec<Step> = (0..along).map(|position| Step::new(position, along, slope)).collect();
+        let codes = codes((along + 1) * PARTS as usize, cells_per_step);
+        Self {
+            highest: steps.iter().map(|step| step.minor).max().unwrap_or(0),
+            steps,
+            upright,
+            backward: major < 0.0,
+            across,
+            leave_codes: leave_codes(&codes),
+            codes,
+        }
+    }
+
+    /// Whether its planes lie row by row; else column by column.
+    pub fn is_upright(&self) -> bool {
+        self.upright
+    }
+
+    /// Writes into `plane` the code of the range from each cell, and into `leave` the codes of the ways out of the wall from
+    /// each cell in one.
+    pub fn run(&self, walls: &Walls, views: &mut Views, plane: &mut [u8], leave: &mut [u8]) {
+        dispatch!(Level::new(), _simd => self.run_through(walls, views, plane, leave));
+    }
+
+    #[inline(always)]
+    fn run_through(&self, walls: &Walls, views: &mut Views, plane: &mut [u8], leave: &mut [u8]) {
+        let wall = if self.upright { &walls.by_row } else { &walls.by_column };
+        for position in (0..self.steps.len()).rev() {
+            self.pass(position, wall, views);
+            let (at, cells) = (place(position as f32 + 0.5), self.row(position) * self.across);
+            let cells = cells..cells + self.across;
+            views.ranges(self.lines(position), at, &self.codes, &mut plane[cells.clone()]);
+            views.leaves(self.lines(position), at, &self.leave_codes, &mut leave[cells]);
+        }
+    }
+
+    /// Takes the lines on, backwards, into the cells at a position.
+    #[inline(always)]
+    fn pass(&self, position: usize, wall: &[bool], views: &mut Views) {
+        let (step, lines) = (&self.steps[position], self.lines(position));
+        let row = |position: usize| &wall[self.row(position) * self.across..][..self.across];
+        let ahead = self.common(&lines, position + 1);
+        views.begin(lines.start..ahead.start);
+        views.begin(ahead.end..lines.end);
+        if let Some(between) = step.between {
+            let first = (ahead.start as i32 - self.highest + between.minor) as usize;
+            let at = position + usize::from(between.ahead && !ahead.is_empty());
+            let cells = row(at).get(first..first + ahead.len()).unwrap_or_default();
+            views.enter(ahead, cells, between.entry);
+        }
+        let behind = self.common(&lines, position.wrapping_sub(1));
+        let entry = position.checked_sub(1).map_or(0, |before| self.steps[before].next_entry);
+        let edge = place(position as f32);
+        for (part, entry) in
+            [(lines.start..behind.start, edge), (behind.clone(), entry), (behind.end..lines.end, edge)]
+        {
+            let cells = part.start - lines.start..part.end - lines.start;
+            views.enter(part, &row(position)[cells], entry);
+        }
+    }
+
+    /// The lines that are within the drawing at a position, counted from the first that ever is. There are
+    /// as many everywhere.
+    fn lines(&self, position: usize) -> Range<usize> {
+        let first = (self.highest - self.steps[position].minor) as usize;
+        first..first + self.across
+    }
+
+    /// Those of `lines` that are within the drawing at another position, too; none where that is outside.
+    fn common(&self, lines: &Range<usize>, position: usize) -> Range<usize> {
+        if position >= self.steps.len() {
+            return lines.end..lines.end;
+        }
+        let other = self.lines(position);
+        lines.start.max(other.start)..lines.end.min(other.end)
+    }
+
+    /// The row, or column, at a position.
+    fn row(&self, position: usize) -> usize {
+        if self.backward { self.steps.len() - 1 - position } else { position }
+    }
+}
+
+/// The codes of the first `count` ways in parts of a cell, where a position is so many cells of way. (They only rise: where
+/// the next begins is found by halving.)
+fn codes(count: usize, cells_per_step: f64) -> Vec<u8> {
+    let code = |parts: usize| code(parts as f64 / f64::from(PARTS) * cells_per_step);
+    let mut codes = Vec::with_capacity(count);
+    while codes.len() < count {
+        let this = code(codes.len());
+        let (mut same, mut other) = (codes.len(), count);
+        while other - same > 1 {
+            let middle = same.midpoint(other);
+            if code(middle) == this { same = middle } else { other = middle }
+        }
+        codes.resize(other, this);
+    }
+    codes
+}
+
+impl Step {
+    /// The line near the middle of the cell at half of `along`, with `slope` cells a position.
+    fn new(position: usize, along: usize, slope: f64) -> Self {
+        let middle = (along / 2) as f64 + 0.5;
+        let height = |at: f64| OFF_CORNERS + slope * (at - middle);
+        let minor = |at: f64| height(at).floor() as i32;
+        let (here, border, there) =
+            (minor(position as f64 + 0.5), minor(position as f64 + 1.0), minor(position as f64 + 1.5));
+        let border_at = position as f64 + 1.0;
+        if here == there {
+            return Self { minor: here, between: None, next_entry: place(border_at as f32) };
+        }
+        let crossing = (middle + (f64::from(here.max(there)) - OFF_CORNERS) / slope) as f32;
+        let ahead = border == here;
+        let (border_at, crossing) = (place(border_at as f32), place(crossing));
+        let (entry, next_entry) = if ahead { (border_at, crossing) } else { (crossing, border_at) };
+        let minor = if ahead { here } else { there };
+        Self { minor: here, between: Some(Between { ahead, minor, entry }), next_entry }
+    }
+}
+
+/// The codes of the ways out of walls by differences of places, by the `codes` of whole parts of a cell.
+fn leave_codes(codes: &[u8]) -> Vec<u8> {
+    let mut leave: Vec<u8> = codes.iter().flat_map(|&code| [code.clamp(1, NEVER - 1); 2]).collect();
+    leave[0] = 0;
+    leave.push(NEVER);
+    leave
+}
+
+/// What lies ahead on each of the lines that are followed back.
+pub struct Views {
+    /// All bits in a wall, none outside.
+    in_wall: Vec<u32>,
+    /// Where the nearest wall ahead begins.
+    wall: Vec<Place>,
+    /// In a wall: where its last cell begins, ...
+    last_cell: Vec<Place>,
+    /// ... and where the wall behind it does.
+    wall_behind: Vec<Place>,
+    /// Ways along the lines of a position, parts of a cell.
+    ways: Vec<u32>,
+}
+
+impl Views {
+    /// Room for a drawing of `size` columns and rows.
+    pub fn new([width, height]: [usize; 2]) -> Self {
+        // Lines at 45° begin at every cell of both sides.
+        let lines = width + height + 1;
+        let far = || vec![FAR; lines];
+        Self {
+            in_wall: vec![IN_WALL; lines],
+            wall: far(),
+            last_cell: far(),
+            wall_behind: far(),
+            ways: vec![0; lines],
+        }
+    }
+
+    /// Some lines come from outside, where all is wall.
+    fn begin(&mut self, lines: Range<usize>) {
+        self.in_wall[lines.clone()].fill(IN_WALL);
+        for column in [&mut self.wall, &mut self.last_cell, &mut self.wall_behind] {
+            column[lines.clone()].fill(FAR);
+        }
+    }
+
+    /// The lines enter their next cells, at `entry`.
+    #[inline(always)]
+    fn enter(&mut self, lines: Range<usize>, cells: &[bool], entry: Place) {
+        let lines = lines.start..lines.start + cells.len();
+        let (in_wall, wall) = (&mut self.in_wall[lines.clone()], &mut self.wall[lines.clone()]);
+        let (last_cell, behind) = (&mut self.last_cell[lines.clone()], &mut self.wall_behind[lines]);
+        enter(in_wall, wall, last_cell, behind, cells, entry);
+    }
+
+    /// The codes of the ways to the next walls.
+    #[inline(always)]
+    fn ranges(&mut self, lines: Range<usize>, at: Place, codes: &[u8], out: &mut [u8]) {
+        let ways = &mut self.ways[..out.len()];
+        let (in_wall, wall) = (&self.in_wall[lines.clone()], &self.wall[lines.clone()]);
+        ways_ahead(in_wall, wall, &self.wall_behind[lines], at, codes.len() as u32 - 1, ways);
+        out.iter_mut().zip(ways).for_each(|(out, way)| *out = codes[*way as usize]);
+    }
+
+    /// The codes of the ways out of the walls, for the cells in one.
+    #[inline(always)]
+    fn leaves(&mut self, lines: Range<usize>, at: Place, codes: &[u8], out: &mut [u8]) {
+        /// Many cells are free: so many at a time are looked at together.
+        const TOGETHER: usize = 32;
+        let ways = &mut self.ways[..out.len()];
+        ways_out(&self.last_cell[lines.clone()], at, codes.len() as u32 - 1, ways);
+        let cells =
+            self.in_wall[lines].chunks(TOGETHER).zip(ways.chunks(TOGETHER)).zip(out.chunks_mut(TOGETHER));
+        for ((in_wall, ways), out) in cells {
+            if in_wall.iter().fold(0, |any, one| any | one) > 0 {
+                out.iter_mut().zip(ways).for_each(|(out, way)| *out = codes[*way as usize]);
+            }
+        }
+    }
+}
+
+/// Lines enter their next cells, at `entry`. (By masks: what is written in one case only was not put into vectors.)
+#[inline(always)]
+fn enter(
+    in_wall: &mut [u32],
+    wall: &mut [Place],
+    last_cell: &mut [Place],
+    wall_behind: &mut [Place],
+    cells: &[bool],
+    entry: Place,
+) {
+    let count = cells.len();
+    let (in_wall, wall) = (&mut in_wall[..count], &mut wall[..count]);
+    let (last_cell, wall_behind) = (&mut last_cell[..count], &mut wall_behind[..count]);
+    for i in 0..count {
+        let cell = if cells[i] { IN_WALL } else { 0 };
+        let is_new = cell & !in_wall[i];
+        last_cell[i] = entry & is_new | last_cell[i] & !is_new;
+        wall_behind[i] = wall[i] & is_new | wall_behind[i] & !is_new;
+        wall[i] = entry & cell | wall[i] & !cell;
+        in_wall[i] = cell;
+    }
+}
+
+/// The ways to the next walls, whole parts of a cell, at most `last`.
+#[inline(always)]
+fn ways_ahead(in_wall: &[u32], wall: &[Place], behind: &[Place], at: Place, last: u32, ways: &mut [u32]) {
+    let count = ways.len();
+    let (in_wall, wall, behind) = (&in_wall[..count], &wall[..count], &behind[..count]);
+    for i in 0..count {
+        let wall = behind[i] & in_wall[i] | wall[i] & !in_wall[i];
+        let way = wall.saturating_sub(at) / 2;
+        ways[i] = if wall == FAR { last } else { way.min(last) };
+    }
+}
+
+/// The ways to the last cells of walls, as differences of places, less than `never`; this where there is none.
+#[inline(always)]
+fn ways_out(last_cell: &[Place], at: Place, never: u32, ways: &mut [u32]) {
+    let last_cell = &last_cell[..ways.len()];
+    for i in 0..last_cell.len() {
+        let way = last_cell[i].saturating_sub(at).min(never - 1);
+        ways[i] = if last_cell[i] == FAR { never } else { way };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn bytes_are_turned_over_as_other_cells_are(width in 1usize..70, height in 1usize..70) {
+            let from: Vec<u8> = (0..width * height).map(|i| (i * 31 % 251) as u8).collect();
+            let (mut bytes, mut cells) = (vec![0; from.len()], vec![0; from.len()]);
+            transpose_bytes(&from, width, &mut bytes);
+            transpose(&from, width, &mut cells);
+            prop_assert_eq!(bytes, cells);
+        }
+
+        #[test]
+        fn codes_are_those_of_each_way(count in 1usize..4000, cells_per_step in 1.0..1.5) {
+            let each = |parts: usize| code(parts as f64 / f64::from(PARTS) * cells_per_step);
+            prop_assert_eq!(codes(count, cells_per_step), (0..count).map(each).collect::<Vec<u8>>());
+        }
+    }
+}

@@ -1,0 +1,488 @@
+//! The hot loop: every particle against every beam, sixteen particles at a time.
+//!
+//! A particle's pose and scales become one 2 × 2 matrix; by the likelihood field a beam then costs two
+//! multiply-adds an axis, an index and a look-up. Particles do not know of each other, and each adds up its beams in their
+//! order: neither the width of the processor's vectors nor the number of threads changes a bit.
+
+use std::cell::Cell;
+
+use fearless_simd::{Level, dispatch, f32x16, i32x16, prelude::*};
+
+use super::beam_model::{BeamModel, LEAVE_WALL_M, Powers};
+use super::beams::{Beams, SHORTEST_M};
+use super::field::Field;
+use super::lanes::{self, LANES};
+use super::metric::ScaleFrame;
+use super::particles::ParticleSet;
+use super::range_code::DIRECTIONS;
+use super::range_table::RangeTable;
+use super::workers::Workers;
+
+/// Particles that a thread takes at a time.
+const BLOCK: usize = 256;
+
+/// Sixteen particles: places in pixels, and the matrices from metres in the robot's axes to pixels.
+pub struct Group<S: Simd> {
+    x: f32x16<S>,
+    y: f32x16<S>,
+    xx: f32x16<S>,
+    xy: f32x16<S>,
+    yx: f32x16<S>,
+    yy: f32x16<S>,
+}
+
+/// How likely the scan is from sixteen particles.
+pub trait Model: Sync {
+    /// Σ ln p over the beams.
+    fn log_likelihood<S: Simd>(&self, simd: S, group: &Group<S>) -> f32x16<S>;
+}
+
+/// Adds `per_beam` times the log likelihood of the scan to each particle's weight.
+pub fn weigh(
+    set: &mut ParticleSet,
+    model: &impl Model,
+    frame: &ScaleFrame,
+    per_beam: f32,
+    level: Level,
+    workers: &Workers,
+) {
+    let ParticleSet { x_px, y_px, yaw_rad, ln_a, ln_b, log_weight, .. } = set;
+    let columns = Columns { x_px, y_px, yaw_rad, ln_a, ln_b };
+    workers.each(&mut log_weight[..], BLOCK, |first, weights| {
+        dispatch!(level, simd => weigh_block(simd, &columns, first, weights, model, frame, per_beam));
+    });
+}
+
+struct Columns<'a> {
+    x_px: &'a [f32],
+    y_px: &'a [f32],
+    yaw_rad: &'a [f32],
+    ln_a: &'a [f32],
+    ln_b: &'a [f32],
+}
+
+#[inline(always)]
+fn weigh_block<S: Simd>(
+    simd: S,
+    columns: &Columns,
+    first: usize,
+    weights: &mut [f32],
+    model: &impl Model,
+    frame: &ScaleFrame,
+    per_beam: f32,
+) {
+    for (k, weights) in weights.chunks_mut(LANES).enumerate() {
+        let group = Group::load(simd, columns, first + k * LANES, frame);
+        let gain: [f32; LANES] = (model.log_likelihood(simd, &group) * per_beam).into();
+        weights.iter_mut().zip(gain).for_each(|(weight, gain)| *weight += gain);
+    }
+}
+
+impl<S: Simd> Group<S> {
+    /// Equation (3) of Boniardi et al. 2015: R(φ)·diag(a, b)·R(−φ)·R(θ).
+    #[inline(always)]
+    fn load(simd: S, columns: &Columns, first: usize, frame: &ScaleFrame) -> Self {
+        let column = |column: &[f32]| lanes::load(simd, column, first);
+        let [direction, frame_cos, frame_sin] = frame.direction();
+        let (sin, cos) = lanes::sin_cos(column(columns.yaw_rad) - direction);
+        let (a, b) = (lanes::exp(column(columns.ln_a)), lanes::exp(column(columns.ln_b)));
+        Self {
+            x: column(columns.x_px),
+            y: column(columns.y_px),
+            xx: a * cos * frame_cos - b * sin * frame_sin,
+            xy: -(a * sin * frame_cos) - b * cos * frame_sin,
+            yx: a * cos * frame_sin + b * sin * frame_cos,
+            yy: b * cos * frame_cos - a * sin * frame_sin,
+        }
+    }
+
+    /// The same in units of `px` pixels, from the corner of the ring of cells of that size.
+    #[inline(always)]
+    fn in_cells(&self, px: f32) -> Self {
+        let inverse = 1.0 / px;
+        Self {
+            x: self.x * inverse + 1.0,
+            y: self.y * inverse + 1.0,
+            xx: self.xx * inverse,
+            xy: self.xy * inverse,
+            yx: self.yx * inverse,
+            yy: self.yy * inverse,
+        }
+    }
+
+    /// Where the vector (forward, left), metres, leads to from the particles.
+    #[inline(always)]
+    fn end(&self, [forward, left]: [f32; 2]) -> [f32x16<S>; 2] {
+        [self.x + self.xx * forward + self.xy * left, self.y + self.yx * forward + self.yy * left]
+    }
+
+    /// The vector itself.
+    #[inline(always)]
+    fn span(&self, [forward, left]: [f32; 2]) -> [f32x16<S>; 2] {
+        [self.xx * forward + self.xy * left, self.yx * forward + self.yy * left]
+    }
+}
+
+/// The index of the cell that holds a place in cells; the nearest one of the ring outside.
+#[inline(always)]
+fn cell<S: Simd>([x, y]: [f32x16<S>; 2], [width, height]: [usize; 2]) -> i32x16<S> {
+    let column: i32x16<S> = x.max(0.0).min((width - 1) as f32).to_int();
+    let row: i32x16<S> = y.max(0.0).min((height - 1) as f32).to_int();
+    row * width as i32 + column
+}
+
+/// The likelihood field, for the end points of a scan.
+pub struct FieldOfScan<'a> {
+    /// The model.
+    pub field: &'a Field,
+    /// The scan.
+    pub beams: &'a Beams,
+}
+
+impl Model for FieldOfScan<'_> {
+    #[inline(always)]
+    fn log_likelihood<S: Simd>(&self, simd: S, group: &Group<S>) -> f32x16<S> {
+        let cells = self.field.cells();
+        let group = group.in_cells(self.field.px_per_cell());
+        let mut sum = f32x16::splat(simd, 0.0);
+        for &end in &self.beams.end_m {
+            sum += lanes::gather(simd, self.field.by_cell(), cell(group.end(end), cells));
+        }
+        sum
+    }
+}
+
+/// Of beams within this arc the first and the last are looked along: between them all is nearly even (at 6°, by a
+/// drawing that is stretched twofold, to 0.2° and a hundredth of an octave). So more than a beam every 3° is cheap.
+const ARC_RAD: f32 = 0.105;
+
+/// Where sixteen particles look along a beam, in directions of the table, and the binary logarithm of how long a
+/// metre is there, pixels.
+struct Look<S: Simd> {
+    direction: f32x16<S>,
+    log2_scale: f32x16<S>,
+}
+
+impl<S: Simd> Look<S> {
+    /// From this one to the next, the short way round.
+    #[inline(always)]
+    fn to(&self, next: &Self) -> Self {
+        let turn = next.direction - self.direction;
+        let round = (turn * (1.0 / DIRECTIONS as f32)).round_ties_even() * DIRECTIONS as f32;
+        Self { direction: turn - round, log2_scale: next.log2_scale - self.log2_scale }
+    }
+
+    /// A part of the way `way` further.
+    #[inline(always)]
+    fn further(&self, way: &Self, part: f32) -> Self {
+        Self {
+            direction: self.direction + way.direction * part,
+            log2_scale: self.log2_scale + way.log2_scale * part,
+        }
+    }
+
+    /// By the nearest entry of the table, modulo its directions.
+    #[inline(always)]
+    fn nearest(&self) -> NearestLook {
+        // A turn more, for the conversion cuts off towards zero.
+        let direction: i32x16<S> = (self.direction + (DIRECTIONS as f32 + 0.5)).to_int();
+        NearestLook { direction: direction.into(), log2_scale: self.log2_scale.into() }
+    }
+}
+
+/// A [`Look`] by the nearest entry of the table, modulo its directions.
+#[derive(Debug, Clone, Copy)]
+struct NearestLook {
+    direction: [i32; LANES],
+    log2_scale: [f32; LANES],
+}
+
+/// What a thread works with, an entry a beam. (The steps of the model go over all beams one after the other:
+/// what a beam needs is a long chain, and a processor overlaps several short ones.)
+#[derive(Debug, Default)]
+struct Scratch {
+    looks: Vec<NearestLook>,
+    expected: Vec<Powers<[f32; LANES]>>,
+}
+
+thread_local! {
+    static SCRATCH: Cell<Scratch> = const { Cell::new(Scratch { looks: Vec::new(), expected: Vec::new() }) };
+}
+
+/// The beam model, by the table of ranges.
+pub struct BeamModelOfScan<'a> {
+    /// The model, which has read the beams.
+    pub beam_model: &'a BeamModel,
+    /// The drawing's ranges.
+    pub table: &'a RangeTable,
+    /// The scan.
+    pub beams: &'a Beams,
+}
+
+impl Model for BeamModelOfScan<'_> {
+    #[inline(always)]
+    fn log_likelihood<S: Simd>(&self, simd: S, group: &Group<S>) -> f32x16<S> {
+        let mut scratch = SCRATCH.take();
+        self.look_around(group, &mut scratch.looks);
+        self.expect(simd, group, &mut scratch);
+        let sum = self.beam_model.of(simd, &scratch.expected);
+        SCRATCH.set(scratch);
+        sum
+    }
+}
+
+impl BeamModelOfScan<'_> {
+    /// Where the particles look along each beam.
+    #[inline(always)]
+    fn look_around<S: Simd>(&self, group: &Group<S>, looks: &mut Vec<NearestLook>) {
+        looks.clear();
+        let Some(&(mut first_rad)) = self.beams.angle_rad.first() else { return };
+        let mut from = self.look(group, 0);
+        looks.push(from.nearest());
+        while looks.len() < self.beams.len() {
+            let rest = &self.beams.angle_rad[looks.len()..];
+            let turned = |angle: &f32| (angle - first_rad).abs();
+            let between = rest[1..].iter().take_while(|angle| turned(angle) <= ARC_RAD).count();
+            let to = self.look(group, looks.len() + between);
+            let (way, per_rad) = (from.to(&to), 1.0 / turned(&rest[between]).max(f32::MIN_POSITIVE));
+            for angle in &rest[..between] {
+                looks.push(from.further(&way, turned(angle) * per_rad).nearest());
+            }
+            looks.push(to.nearest());
+            (from, first_rad) = (to, rest[between]);
+        }
+    }
+
+    #[inline(always)]
+    fn look<S: Simd>(&self, group: &Group<S>, beam: usize) -> Look<S> {
+        let [x, y] = group.span([self.beams.forward[beam], self.beams.left[beam]]);
+        let direction = lanes::direction(x, y, DIRECTIONS as f32);
+        Look { direction, log2_scale: lanes::fast_log2(x * x + y * y) * 0.5 }
+    }
+
+    /// What the particles expect of each beam by where they look.
+    #[inline(always)]
+    fn expect<S: Simd>(&self, simd: S, group: &Group<S>, scratch: &mut Scratch) {
+        let place = group.in_cells(self.table.px_per_cell()).end(self.beams.origin_m);
+        let from: [i32; LANES] = cell(place, self.table.cells()).into();
+        let rows = from.map(|cell| self.table.rows(cell as u32 as usize));
+        let walled = rows.iter().any(|row| row.leave.is_some());
+        let [per_code, shortest] = self.table.log2_px();
+        let Scratch { looks, expected } = scratch;
+        expected.clear();
+        for look in looks.iter() {
+            let direction = |lane: usize| look.direction[lane] as u32 as usize % DIRECTIONS;
+            let nearest = -f32x16::from_slice(simd, &look.log2_scale) + shortest;
+            let range = i32x16::from_fn(simd, |lane| i32::from(rows[lane].range[direction(lane)]));
+            let mut log2 = range.to_float::<f32x16<S>>() * per_code + nearest;
+            if walled {
+                let leave =
+                    |lane: usize| rows[lane].leave.map_or(0, |leave| i32::from(leave[direction(lane)]));
+                let leave: f32x16<S> = i32x16::from_fn(simd, leave).to_float();
+                let left = leave * per_code + nearest;
+                let stuck = leave.simd_gt(0.0) & left.simd_ge(LEAVE_WALL_M.log2());
+                log2 = stuck.select(f32x16::splat(simd, SHORTEST_M.log2()), log2);
+            }
+            expected.push(self.beam_model.expect(log2));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::localization::beam_model::Room;
+    use crate::localization::grid::Grid;
+    use crate::localization::lanes::levels;
+    use crate::localization::parameters::Parameters;
+    use crate::sketch::SketchGrid;
+    use proptest::prelude::*;
+    use rand::RngExt;
+    use rand_pcg::Pcg64Mcg;
+    use rayon_core::ThreadPoolBuilder;
+    use sketchnav_schemas::codes::WALL;
+    use sketchnav_schemas::message::{LaserScan, MAX_BEAMS};
+    use sketchnav_schemas::seed;
+    use std::sync::Arc;
+
+    /// A drawing of some strokes and a scan of random ranges.
+    struct Scene {
+        grid: Grid,
+        table: RangeTable,
+        field: Field,
+        beam_model: BeamModel,
+        frame: ScaleFrame,
+        beams: Beams,
+    }
+
+    impl Scene {
+        fn new(rng: &mut Pcg64Mcg) -> Self {
+            let grid = Grid::new(&strokes(rng), 1_000_000);
+            let parameters = Parameters::default();
+            let (beams, mut beam_model) = (random_beams(rng), BeamModel::new(&parameters));
+            beam_model.read(&beams, rng.random_range(0.0..0.5));
+            Self {
+                table: RangeTable::new(&grid),
+                field: Field::new(&grid, &parameters, 20.0),
+                beam_model,
+                frame: ScaleFrame::new(rng.random::<f64>()),
+                beams,
+                grid,
+            }
+        }
+
+        fn weighed(&self, set: &ParticleSet, sees: bool, level: Level, workers: &Workers) -> Vec<f32> {
+            let Self { table, field, beam_model, frame, beams, .. } = self;
+            let mut set = set.clone();
+            if sees {
+                weigh(&mut set, &BeamModelOfScan { beam_model, table, beams }, frame, 1.0, level, workers);
+            } else {
+                weigh(&mut set, &FieldOfScan { field, beams }, frame, 1.0, level, workers);
+            }
+            set.log_weight
+        }
+    }
+
+    fn strokes(rng: &mut Pcg64Mcg) -> SketchGrid {
+        let (width, height) = (rng.random_range(60..160), rng.random_range(60..160));
+        let mut cells = vec![0; width * height];
+        for _ in 0..8 {
+            let mut end = || [rng.random_range(0.0..width as f64), rng.random_range(0.0..height as f64)];
+            let (from, to) = (end(), end());
+            for k in 0..=400 {
+                let at = [0, 1].map(|i| (from[i] + (to[i] - from[i]) * f64::from(k) / 400.0) as usize);
+                cells[at[1] * width + at[0]] = WALL;
+            }
+        }
+        SketchGrid::new(width, height, &cells, 0.0).unwrap()
+    }
+
+    fn random_beams(rng: &mut Pcg64Mcg) -> Beams {
+        let mut scan: LaserScan = bytemuck::Zeroable::zeroed();
+        scan.beam_count = 37;
+        // All around, or so dense that some beams are looked along by those beside them.
+        let step_rad = [0.17, -0.17, 0.03, -0.03][rng.random_range(0..4)];
+        (scan.range_min_m, scan.range_max_m, scan.angle_increment_rad) = (0.02, 5.0, step_rad);
+        scan.ranges_m[..37].fill_with(|| 0.1 + 6.0 * rng.random::<f32>());
+        let mut beams = Beams::with_capacity(MAX_BEAMS);
+        beams.select(&scan, &super::super::beams::Mounting { x_m: 0.2, y_m: -0.1, yaw_rad: 0.3 }, 37);
+        beams
+    }
+
+    fn random_set(rng: &mut Pcg64Mcg, count: usize) -> ParticleSet {
+        let mut set = ParticleSet::new(count);
+        set.x_px.fill_with(|| rng.random_range(-10.0..170.0));
+        set.y_px.fill_with(|| rng.random_range(-10.0..170.0));
+        set.yaw_rad.fill_with(|| rng.random_range(-3.0..3.0));
+        set.ln_a.fill_with(|| rng.random_range(1.5..3.5));
+        set.ln_b.fill_with(|| rng.random_range(1.5..3.5));
+        set
+    }
+
+    fn bits(values: &[f32]) -> Vec<u32> {
+        values.iter().map(|v| v.to_bits()).collect()
+    }
+
+    #[test]
+    fn every_processor_gives_the_same_bits() {
+        let mut rng = seed::stream(1, "weighing");
+        for count in [1, 15, 16, 17, 530] {
+            let (scene, set) = (Scene::new(&mut rng), random_set(&mut rng, count));
+            for sees in [false, true] {
+                let weighed = |level| bits(&scene.weighed(&set, sees, level, &Workers::default()));
+                let expected = weighed(Level::new());
+                assert!(levels().into_iter().all(|level| weighed(level) == expected));
+            }
+        }
+    }
+
+    #[test]
+    fn any_number_of_threads_gives_the_same_bits() {
+        let mut rng = seed::stream(2, "weighing");
+        let (scene, set) = (Scene::new(&mut rng), random_set(&mut rng, 5000));
+        for sees in [false, true] {
+            let weighed = |workers: &Workers| bits(&scene.weighed(&set, sees, Level::new(), workers));
+            let expected = weighed(&Workers::default());
+            for threads in 1..=4 {
+                let pool = Arc::new(ThreadPoolBuilder::new().num_threads(threads).build().unwrap());
+                assert_eq!(weighed(&Workers::of(pool)), expected, "{threads} threads");
+            }
+        }
+    }
+
+    #[test]
+    fn the_field_is_that_of_the_plain_loop() {
+        let mut rng = seed::stream(3, "weighing");
+        let (scene, set) = (Scene::new(&mut rng), random_set(&mut rng, 2000));
+        let found = scene.weighed(&set, false, Level::new(), &Workers::default());
+        // Rounding may put an end point into the cell beside; over many particles that is nothing.
+        let off = |i: usize| {
+            let metric = scene.frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
+            let plain = scene.field.log_likelihood(&scene.beams, [set.x_px[i], set.y_px[i]], &metric);
+            (found[i] - plain).abs() / scene.beams.end_m.len() as f32
+        };
+        let offs: Vec<f32> = (0..set.len()).map(off).collect();
+        assert!(offs.iter().all(|&off| off < 0.05) && offs.iter().filter(|&&off| off > 1e-4).count() < 20);
+    }
+
+    /// Where all particles look along each beam, by the model; or each beam by itself.
+    #[inline(always)]
+    fn looks<S: Simd>(simd: S, scene: &Scene, set: &ParticleSet, each: bool) -> Vec<NearestLook> {
+        let ParticleSet { x_px, y_px, yaw_rad, ln_a, ln_b, .. } = set;
+        let group = Group::load(simd, &Columns { x_px, y_px, yaw_rad, ln_a, ln_b }, 0, &scene.frame);
+        let Scene { beam_model, table, beams, .. } = scene;
+        let model = BeamModelOfScan { beam_model, table, beams };
+        let mut looks = Vec::new();
+        if each {
+            looks.extend((0..beams.len()).map(|beam| model.look(&group, beam).nearest()));
+        } else {
+            model.look_around(&group, &mut looks);
+        }
+        looks
+    }
+
+    #[test]
+    fn between_two_beams_one_looks_where_one_would() {
+        let mut rng = seed::stream(4, "weighing");
+        let mut dense = 0;
+        for _ in 0..40 {
+            let (scene, mut set) = (Scene::new(&mut rng), random_set(&mut rng, LANES));
+            // Stretched twofold at most.
+            set.ln_b = set.ln_a.iter().map(|ln_a| ln_a + rng.random_range(-0.7..0.7)).collect();
+            let [around, each] =
+                [false, true].map(|each| dispatch!(Level::new(), simd => looks(simd, &scene, &set, each)));
+            assert_eq!(around.len(), scene.beams.len());
+            dense += usize::from((scene.beams.angle_rad[2] - scene.beams.angle_rad[0]).abs() < ARC_RAD);
+            for (found, exact) in around.iter().zip(&each) {
+                for lane in 0..LANES {
+                    let turned =
+                        (found.direction[lane] - exact.direction[lane]).rem_euclid(DIRECTIONS as i32);
+                    assert!([0, 1, DIRECTIONS as i32 - 1].contains(&turned), "{turned}");
+                    assert!((found.log2_scale[lane] - exact.log2_scale[lane]).abs() < 0.02);
+                }
+            }
+        }
+        assert!((1..40).contains(&dense), "{dense}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+        /// Every entry of the table is exact for a place in the cell and a direction near by (tested
+        /// beside it); here the whole model, in the mean over particles anywhere.
+        #[test]
+        fn the_table_agrees_with_ray_casting(case in 0u64..1_000_000) {
+            let mut rng = seed::stream(case, "beam_model");
+            let (scene, set) = (Scene::new(&mut rng), random_set(&mut rng, 400));
+            let found = scene.weighed(&set, true, Level::new(), &Workers::default());
+            let off = |i: usize| {
+                let metric = scene.frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
+                let place = [set.x_px[i], set.y_px[i]];
+                let Scene { beam_model, grid, beams, .. } = &scene;
+                let plain = beam_model.log_likelihood(grid, beams, place, &metric, &mut Room::default());
+                (found[i] - plain).abs()
+            };
+            let mean_off = (0..set.len()).map(off).sum::<f32>() / (set.len() * scene.beams.len()) as f32;
+            prop_assert!(mean_off < 0.08, "{mean_off}");
+        }
+    }
+}

@@ -1,0 +1,345 @@
+//! The planner without its process: a pure function from messages to messages, and its state.
+//!
+//! Each estimate, with the scan that caused it, is a step: [`Core::step`] decides, then
+//! [`Core::write_plan`] (where the step planned), [`Core::write_command`] and [`Core::write_status`]
+//! write the step's messages straight into the memory they are sent from. Their headers' `seq` is
+//! left to whoever sends them.
+//!
+//! Knows no clock, file, thread or channel; draws no random numbers; allocates only when a sketch,
+//! a route or a configuration arrives.
+//!
+//! [`driving`](super::driving) goes from the estimate to the velocity. Task order, orders and time limits are
+//! [`sketchnav_motion::mission`]'s.
+
+use crate::planning::chart::Chart;
+use crate::planning::parameters::{ParameterError, Parameters};
+use crate::sketch::{CellsError, SketchGrid};
+use crate::task::Task;
+use serde::{Deserialize, Serialize};
+use sketchnav_motion::mission::{Mission, Phase, TaskInfo};
+use sketchnav_schemas::codes::{Process, TaskState, Tracking};
+use sketchnav_schemas::geometry::{Base, Pose};
+use sketchnav_schemas::message::{
+    LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, Text,
+    VelocityCommand,
+};
+use sketchnav_schemas::mission::{self as missions, MissionError, overlaid};
+use sketchnav_schemas::robot::RobotError;
+use sketchnav_schemas::run::{Pad, RunConfig};
+use sketchnav_schemas::sketch_mission::SketchMission;
+
+use super::driving::{Driver, Memory, MemoryView, TaskStatus};
+use super::reason::Reason;
+
+/// What the planner cannot work with.
+#[derive(Debug, thiserror::Error)]
+pub enum PlannerError {
+    /// The mission's part for this navigator.
+    #[error(transparent)]
+    Mission(#[from] MissionError),
+    /// The mission's table `parameters.planner` has a key that is not known or a value of the wrong type.
+    #[error("parameters.planner: {0}")]
+    Table(String),
+    /// The robot lacks the laser or the odometry.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// A parameter that cannot be.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The sketch does not hold what it says.
+    #[error(transparent)]
+    Cells(#[from] CellsError),
+}
+
+/// What a step made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// Whether there is a new plan to send.
+    pub planned: bool,
+    /// Whether the mission is over: the command says so.
+    pub last: bool,
+}
+
+/// The planner's state, as it is read back from a checkpoint.
+#[derive(Debug, Clone, Deserialize)]
+pub struct State {
+    mission: Mission,
+    drawing: DrawingSeq,
+    driver: Memory,
+}
+
+/// The numbers of the sketch and of the route that have come last; 0 before the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+struct DrawingSeq {
+    sketch: u64,
+    route: u64,
+}
+
+/// The same where it lies, to be written: field by field a [`State`].
+#[derive(Debug, Serialize)]
+pub struct StateView<'a> {
+    mission: &'a Mission,
+    drawing: DrawingSeq,
+    driver: MemoryView<'a>,
+}
+
+/// The planner's core.
+#[derive(Debug)]
+pub struct Core {
+    nominal_dt_s: f64,
+    base_from_laser: Pose<Base>,
+    wall_direction_rad: f64,
+    pad: Pad,
+    tasks: Option<Vec<Task>>,
+    /// The sketch that the tasks are places of, where the route says so.
+    tasks_sketch: u64,
+    driver: Driver,
+    mission: Mission,
+    drawing: DrawingSeq,
+}
+
+impl Core {
+    /// For a run: its robot and the parameters of its mission.
+    ///
+    /// # Errors
+    /// [`PlannerError`] where the mission's table `parameters.planner` is not as it should be, or the robot lacks a
+    /// sensor.
+    pub fn new(config: &RunConfig) -> Result<Self, PlannerError> {
+        let parameters = parameters(&config.mission)?;
+        let robot = &config.robot;
+        robot.odometry()?;
+        Ok(Self {
+            nominal_dt_s: 1.0 / robot.tick_hz(),
+            base_from_laser: robot.laser()?.mount(),
+            wall_direction_rad: 0.0,
+            pad: config.pad,
+            tasks: None,
+            tasks_sketch: 0,
+            driver: Driver::new(parameters, robot),
+            mission: Mission::new(config.pad),
+            drawing: DrawingSeq::default(),
+        })
+    }
+
+    /// Takes over a drawing and its cells. Where people draw while the robot runs, another drawing than
+    /// before ends whatever was under way, and tasks that belong to the one before.
+    ///
+    /// # Errors
+    /// [`PlannerError::Cells`] where the cells are not as many as the message says.
+    pub fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
+        let sketch = SketchGrid::of_map(map, cells)?;
+        self.wall_direction_rad = map.wall_direction_rad;
+        let before = std::mem::replace(&mut self.drawing.sketch, map.header.seq);
+        if self.pad.draws() && before != 0 && before != map.header.seq {
+            self.driver.forget();
+            self.mission.begin_anew();
+            self.tasks.take_if(|_| self.tasks_sketch != map.header.seq);
+        }
+        self.driver.on_sketch(&sketch);
+        Ok(())
+    }
+
+    /// Takes over the tasks, until the first has begun; then they stand. Where people draw while the robot runs,
+    /// others take their place whenever it does not drive.
+    pub fn on_route(&mut self, route: &Route) {
+        let is_open = match self.pad.draws() {
+            true => !self.mission.is_driving(),
+            false => self.mission.phase() == Phase::Waiting,
+        };
+        if !is_open {
+            return;
+        }
+        let before = std::mem::replace(&mut self.drawing.route, route.header.seq);
+        if self.pad.draws() && before != 0 && before != route.header.seq {
+            self.mission.begin_anew();
+        }
+        (self.tasks, self.tasks_sketch) = (Some(Task::of_route(route)), route.header.source_seq);
+    }
+
+    /// Does what a person orders; an order that is not known is ignored.
+    pub fn on_order(&mut self, order: &MissionCommand) {
+        self.mission.on_order(order);
+    }
+
+    /// The whole changing state, for a checkpoint; the sketch and the route are not in it.
+    pub fn state(&self) -> StateView<'_> {
+        StateView { mission: &self.mission, drawing: self.drawing, driver: self.driver.memory() }
+    }
+
+    /// Goes on from a checkpoint. Its sketch and its route must have come again. Where people draw while the robot
+    /// runs, newer ones may have: then it waits for the order to start.
+    pub fn restore(&mut self, state: State) {
+        self.mission = state.mission;
+        if state.drawing == self.drawing || !self.pad.draws() {
+            self.driver.restore(state.driver);
+            self.drawing = state.drawing;
+        } else {
+            self.mission.begin_anew();
+        }
+    }
+
+    /// Begins, without a checkpoint, with the task that a predecessor's last status was about.
+    pub fn resume_behind(&mut self, last: &MissionStatus) {
+        self.mission.resume_behind(last);
+    }
+
+    /// Whether the sketch and the route have come.
+    pub fn has_drawing(&self) -> bool {
+        self.tasks.is_some() && self.driver.has_sketch()
+    }
+
+    /// Whether the sketch, the route and the order to start have come.
+    pub fn is_ready(&self) -> bool {
+        self.mission.is_ordered() && self.has_drawing()
+    }
+
+    /// Takes a step: the estimate, the scan of that time where there is a new one, and the odometry.
+    pub fn step(&mut self, estimate: &PoseEstimate, scan: Option<&LaserScan>, odometry: &Odometry) -> Step {
+        let dt_s = self.mission.begin_step(&estimate.header, odometry, self.nominal_dt_s);
+        let robot = odometry.pose();
+        self.driver.begin_step();
+        if let Some(scan) = scan {
+            self.driver.observe(&robot, &robot.compose(&self.base_from_laser), scan);
+        }
+        let known = Tracking::from_code(estimate.tracking).is_some_and(|t| t != Tracking::Waiting);
+        let chart = Chart::new(estimate, self.wall_direction_rad).filter(|_| known);
+        if self.mission.is_held() {
+            self.driver.stop(dt_s);
+        } else {
+            self.go_on(chart.as_ref(), estimate, dt_s);
+        }
+        Step { planned: self.driver.planned(), last: self.mission.is_last() }
+    }
+
+    /// With a chart where there is a pose.
+    fn go_on(&mut self, chart: Option<&Chart>, estimate: &PoseEstimate, dt_s: f64) {
+        self.begin_what_is_due(chart);
+        match (self.mission.phase(), chart) {
+            (Phase::Driving, Some(chart)) => self.drive(chart, estimate, dt_s),
+            (Phase::Driving, None) => self.wait(TaskState::Driving, Reason::NoPose, dt_s),
+            (Phase::Waiting, _) => self.wait(TaskState::Waiting, self.missing(), dt_s),
+            (Phase::Ended | Phase::Over, _) => self.driver.stop(dt_s),
+        }
+    }
+
+    /// Writes the plan of the step that planned.
+    pub fn write_plan(&self, plan: &mut Plan) {
+        plan.header = self.mission.header();
+        plan.task = self.mission.task() as u32;
+        plan.follows_route = self.driver.follows_route().into();
+        let target = self.driver.target_px();
+        plan.target_px = [target.x, target.y];
+        let global = self.driver.global_path().iter().map(|p| [p.x as f32, p.y as f32]);
+        plan.global_count = thin(global, &mut plan.global_px) as u32;
+        let local = self.driver.local_path_px().map(|p| [p.x as f32, p.y as f32]);
+        plan.local_count = thin(local, &mut plan.local_px) as u32;
+    }
+
+    /// Writes the step's command.
+    pub fn write_command(&self, command: &mut VelocityCommand) {
+        let last = self.mission.is_last().into();
+        *command = VelocityCommand {
+            header: self.mission.header(),
+            twist: self.driver.command(),
+            last,
+            reserved: 0,
+        };
+    }
+
+    /// Writes how the mission stands after the step.
+    pub fn write_status(&self, status: &mut MissionStatus) {
+        let info = self.task_info();
+        self.mission.write_status(info.as_ref(), self.tasks().len(), self.driver.remaining_m(), status);
+    }
+
+    fn tasks(&self) -> &[Task] {
+        self.tasks.as_deref().unwrap_or_default()
+    }
+
+    fn task_info(&self) -> Option<TaskInfo> {
+        let task = self.tasks().get(self.mission.task())?;
+        Some(TaskInfo { name: Text::new(&task.name), time_limit_s: task.time_limit_s })
+    }
+
+    fn missing(&self) -> Reason {
+        match (self.driver.has_sketch(), &self.tasks, self.mission.is_ordered()) {
+            (false, ..) => Reason::NoSketch,
+            (_, None, _) => Reason::NoRoute,
+            (_, _, false) => Reason::NoOrder,
+            _ => Reason::NoPose,
+        }
+    }
+
+    fn wait(&mut self, state: TaskState, reason: Reason, dt_s: f64) {
+        self.mission.report(state, reason);
+        self.driver.stop(dt_s);
+    }
+
+    /// Begins the task that is due, as soon as there is a pose.
+    fn begin_what_is_due(&mut self, chart: Option<&Chart>) {
+        let Some(next) = self.mission.due(self.is_ready(), self.tasks().len()) else { return };
+        match chart {
+            Some(chart) => {
+                self.driver.begin(&self.tasks.as_deref().unwrap_or_default()[next], chart);
+                self.mission.begin(next);
+            }
+            None => self.mission.wait_for(next),
+        }
+    }
+
+    fn drive(&mut self, chart: &Chart, estimate: &PoseEstimate, dt_s: f64) {
+        let Some(task) = self.task_info() else { return };
+        let lost = Tracking::from_code(estimate.tracking) == Some(Tracking::Lost);
+        match self.driver.drive(chart, estimate.fit, lost, self.mission.elapsed_s(), dt_s) {
+            TaskStatus::Ended(state, reason) => self.mission.end(state, reason),
+            TaskStatus::Driving(reason) => {
+                if !self.mission.go_on(&task, reason) {
+                    self.driver.stop(dt_s);
+                }
+            }
+        }
+    }
+}
+
+/// The parameters that a mission gives the planner.
+///
+/// # Errors
+/// [`PlannerError`] with the key of the mission.
+pub fn parameters(mission: &missions::Mission) -> Result<Parameters, PlannerError> {
+    let method = SketchMission::of(mission)?.method;
+    let parameters = overlaid(&Parameters::of(method), mission.parameters.of(Process::Planner))
+        .map_err(|error| PlannerError::Table(error.message().to_owned()))?;
+    parameters.check()?;
+    Ok(parameters)
+}
+
+/// Writes `points` into `out`, evenly thinned where there are too many, the last one always in;
+/// what lies behind is zero. Returns how many were written.
+fn thin<const N: usize>(points: impl ExactSizeIterator<Item = [f32; 2]>, out: &mut [[f32; 2]; N]) -> usize {
+    *out = [[0.0; 2]; N];
+    let (len, count) = (points.len(), points.len().min(N));
+    let mut written = 0;
+    for (i, point) in points.enumerate() {
+        let due = if count > 1 { written * (len - 1) / (count - 1) } else { 0 };
+        if written < count && i == due {
+            out[written] = point;
+            written += 1;
+        }
+    }
+    written
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thinning_keeps_both_ends() {
+        let mut out = [[9.0; 2]; 4];
+        let points = (0..10).map(|i| [i as f32, 0.0]);
+        assert_eq!(thin(points, &mut out), 4);
+        assert_eq!(out.map(|p| p[0]), [0.0, 3.0, 6.0, 9.0]);
+        assert_eq!(thin((0..2).map(|i| [i as f32, 0.0]), &mut out), 2);
+        assert_eq!(out.map(|p| p[0]), [0.0, 1.0, 0.0, 0.0]);
+    }
+}

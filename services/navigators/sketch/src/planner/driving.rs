@@ -1,0 +1,453 @@
+//! Driving to a goal or along a drawn route: from the chart of the estimate to a velocity.
+//!
+//! A step keeps to the drawn route, looks whether the task has ended or the robot gets no farther, plans where that
+//! is due, and follows the local path.
+
+mod memory;
+mod way;
+
+use crate::planning::chart::Chart;
+use crate::planning::cost_field::{self, Blockage, CostField};
+use crate::planning::parameters::Parameters;
+use crate::planning::route::DrawnRoute;
+use crate::sketch::SketchGrid;
+use crate::task::Task;
+use serde::{Deserialize, Serialize};
+use sketchnav_motion::local::{self, LocalPlanner, Room};
+use sketchnav_motion::obstacles::Obstacles;
+use sketchnav_motion::progress::{ProgressChecker, StuckCounter};
+use sketchnav_motion::pursuit::{Body, Pursuit};
+use sketchnav_motion::recovery::{Next, Recovery};
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
+use sketchnav_schemas::message::{LaserScan, Twist};
+use sketchnav_schemas::robot::Robot;
+
+use super::arrival::{Arrival, Belief};
+use super::journey::Journey;
+use super::reason::Reason;
+pub use memory::{Memory, MemoryView};
+
+/// Most blockages remembered of a task.
+const MAX_BLOCKAGES: usize = 16;
+/// What a way through a blockage costs more, times the length: it sends the robot some tens of
+/// metres around.
+const BLOCKAGE_WEIGHT: f64 = 30.0;
+/// A blockage's radius, metres.
+const BLOCKAGE_M: f64 = 0.6;
+/// Distance of a drawn route's waypoints, metres by the scale at its begin.
+const WAYPOINT_M: f64 = 0.05;
+/// Share of the speed at which a lost robot goes on, so that the localizer sees more.
+const LOST_SHARE: f64 = 0.5;
+
+/// What drives the robot at the moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Guide {
+    /// The cost field, to the goal.
+    Goal,
+    /// The cost field, to the first point of the drawn route.
+    ToRoute,
+    /// The drawn route.
+    Route,
+}
+
+/// How a step ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TaskStatus {
+    /// The task goes on.
+    Driving(Reason),
+    /// The task has ended.
+    Ended(TaskState, Reason),
+}
+
+/// An attempt at a task: the driver's state from its begin to its end.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Attempt {
+    guide: Guide,
+    goal: Point<Sketch>,
+    progress: ProgressChecker,
+    journey: Journey,
+    arrival: Arrival,
+    stuck: StuckCounter,
+    recovery: Option<Recovery>,
+    blocked: Vec<Blockage>,
+    /// Whether the drawing shows a way.
+    drawn: bool,
+    lost_s: f64,
+    plan_due_s: f64,
+    planned_s: f64,
+    detour: bool,
+    remaining_m: f64,
+    target_px: Point<Sketch>,
+}
+
+/// For what the cost field was solved last, beside the attempt's blockages.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Solved {
+    goal: Point<Sketch>,
+    scale_pxpm: f64,
+}
+
+/// Drives the robot; see the module.
+#[derive(Debug)]
+pub struct Driver {
+    parameters: Parameters,
+    room: Room,
+    /// The most that the robot may drive.
+    speed_mps: f64,
+    turn_rate_radps: f64,
+    radius_m: f64,
+    field: Option<CostField>,
+    solved: Option<Solved>,
+    obstacles: Obstacles,
+    local: LocalPlanner,
+    pursuit: Pursuit,
+    route: DrawnRoute,
+    attempt: Attempt,
+    global_path: Vec<Point<Sketch>>,
+    local_path: Vec<Point<Odom>>,
+    chart: Option<Chart>,
+    planned: bool,
+}
+
+impl Driver {
+    /// At rest, without a drawing.
+    pub fn new(parameters: Parameters, robot: &Robot) -> Self {
+        let mut limits = robot.limits;
+        limits.yaw_rate_radps *= parameters.turn_share;
+        let hard_m = robot.radius_m + parameters.footprint_padding_m;
+        let nowhere = Point::new(0.0, 0.0);
+        Self {
+            room: Room { hard_m, soft_m: hard_m + parameters.local_inflation_radius_m },
+            speed_mps: limits.speed_mps * parameters.speed_share,
+            turn_rate_radps: limits.yaw_rate_radps,
+            radius_m: robot.radius_m,
+            field: None,
+            solved: None,
+            obstacles: Obstacles::new(parameters.obstacle_memory_s),
+            local: LocalPlanner::default(),
+            pursuit: Pursuit::new(Body { radius_m: robot.radius_m, drive: robot.drive, limits }),
+            route: DrawnRoute::default(),
+            attempt: Attempt::new(
+                Guide::Goal,
+                nowhere,
+                Point::new(0.0, 0.0),
+                Vec::with_capacity(MAX_BLOCKAGES),
+            ),
+            global_path: Vec::with_capacity(cost_field::MAX_PATH),
+            local_path: Vec::with_capacity(local::MAX_PATH + 1),
+            chart: None,
+            planned: false,
+            parameters,
+        }
+    }
+
+    /// Takes over the drawing.
+    pub fn on_sketch(&mut self, sketch: &SketchGrid) {
+        self.field = Some(CostField::new(sketch));
+    }
+
+    /// Forgets the attempt and its ways: they belong to another drawing.
+    pub fn forget(&mut self) {
+        self.solved = None;
+        self.route = DrawnRoute::default();
+        self.global_path.clear();
+        self.local_path.clear();
+        let nowhere = Point::new(0.0, 0.0);
+        let blocked = std::mem::take(&mut self.attempt.blocked);
+        self.attempt = Attempt::new(Guide::Goal, nowhere, Point::new(0.0, 0.0), blocked);
+    }
+
+    /// Whether there is a drawing.
+    pub fn has_sketch(&self) -> bool {
+        self.field.is_some()
+    }
+
+    /// Nothing is planned yet in this step.
+    pub fn begin_step(&mut self) {
+        self.planned = false;
+    }
+
+    /// Takes in a scan made at `sensor` by a robot at `robot`.
+    pub fn observe(&mut self, robot: &Pose<Odom>, sensor: &Pose<Odom>, scan: &LaserScan) {
+        self.obstacles.observe(robot, self.radius_m, sensor, scan);
+    }
+
+    /// Begins a task from where `chart` says that the robot is.
+    pub fn begin(&mut self, task: &Task, chart: &Chart) {
+        let start = task.points.first().copied().unwrap_or(task.end());
+        let far = chart.distance_m(chart.robot_px().position(), start) > self.parameters.route_window_m;
+        let guide = match (task.is_route(), far) {
+            (false, _) => Guide::Goal,
+            (true, true) => Guide::ToRoute,
+            (true, false) => Guide::Route,
+        };
+        if task.is_route() {
+            self.route.begin(task.points.iter().copied(), WAYPOINT_M * chart.mean_scale_pxpm());
+        }
+        let goal = if guide == Guide::ToRoute { start } else { task.end() };
+        let blocked = std::mem::take(&mut self.attempt.blocked);
+        self.attempt = Attempt::new(guide, goal, chart.robot_m().position(), blocked);
+        self.solve(chart);
+        let robot = chart.robot_px().position();
+        self.attempt.drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));
+    }
+
+    /// Brakes.
+    pub fn stop(&mut self, dt_s: f64) {
+        self.pursuit.stop(dt_s);
+    }
+
+    /// Drives on for `dt_s` seconds; `now_s` is the time since the task began. The estimate, `chart`, fits so well:
+    /// the mean log likelihood of a beam.
+    pub fn drive(&mut self, chart: &Chart, fit: f64, lost: bool, now_s: f64, dt_s: f64) -> TaskStatus {
+        self.chart = Some(*chart);
+        self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
+        self.attempt.arrival.follow(chart, fit, dt_s);
+        if self.attempt.guide != Guide::Goal {
+            self.keep_to_route(chart, now_s);
+        }
+        if let Some((state, reason)) = self.lost_for_good(lost, now_s) {
+            self.stop(dt_s);
+            return TaskStatus::Ended(state, reason);
+        }
+        if let Some(off_m) = self.arrives(chart, lost) {
+            return self.arrive(Reason::Arrived(off_m), chart, now_s, dt_s);
+        }
+        if self.attempt.recovery.is_some() {
+            return self.recover(chart, now_s, dt_s);
+        }
+        self.plan_when_due(chart, now_s);
+        if self.is_stuck(chart, now_s) {
+            return self.begin_recovery(chart, now_s, dt_s);
+        }
+        let share = self.parameters.speed_share * if lost { LOST_SHARE } else { 1.0 };
+        self.pursuit.follow(&self.local_path, &chart.robot_m(), &self.obstacles, share, dt_s);
+        TaskStatus::Driving(if self.attempt.detour { Reason::Detour } else { Reason::None })
+    }
+
+    /// The last command.
+    pub fn command(&self) -> Twist {
+        self.pursuit.last()
+    }
+
+    /// Whether this step planned.
+    pub fn planned(&self) -> bool {
+        self.planned
+    }
+
+    /// Whether the task follows a drawn route.
+    pub fn follows_route(&self) -> bool {
+        self.attempt.guide != Guide::Goal
+    }
+
+    /// The place in the drawing that the local path leads to.
+    pub fn target_px(&self) -> Point<Sketch> {
+        self.attempt.target_px
+    }
+
+    /// The way that remains, metres by the local scale.
+    pub fn remaining_m(&self) -> f64 {
+        self.attempt.remaining_m
+    }
+
+    /// The way through the drawing, or what remains of the drawn route.
+    pub fn global_path(&self) -> &[Point<Sketch>] {
+        if self.attempt.guide == Guide::Route { self.route.remaining() } else { &self.global_path }
+    }
+
+    /// The local path, in the drawing.
+    pub fn local_path_px(&self) -> impl ExactSizeIterator<Item = Point<Sketch>> + '_ {
+        let chart = self.chart;
+        let path = if chart.is_some() { self.local_path.as_slice() } else { &[] };
+        path.iter().map(move |&place| chart.map_or(Point::new(0.0, 0.0), |chart| chart.to_sketch(place)))
+    }
+
+    /// Tracks the robot's place on the drawn route, from its first point on.
+    fn keep_to_route(&mut self, chart: &Chart, now_s: f64) {
+        let (robot, window_m) = (chart.robot_px().position(), self.parameters.route_window_m);
+        let near_start =
+            self.route.start().is_none_or(|start| chart.distance_m(robot, start) < 0.6 * window_m);
+        if self.attempt.guide == Guide::ToRoute && near_start {
+            self.attempt.guide = Guide::Route;
+            self.attempt.goal = self.route.end().unwrap_or(robot);
+            self.attempt.plan_due_s = now_s;
+            self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
+            self.attempt.journey = Journey::new(now_s);
+        }
+        if self.attempt.guide == Guide::Route {
+            self.route.track(chart, window_m);
+        }
+    }
+
+    fn lost_for_good(&self, lost: bool, now_s: f64) -> Option<(TaskState, Reason)> {
+        if lost {
+            let too_long = self.attempt.lost_s >= self.parameters.lost_s;
+            return too_long.then_some((TaskState::Lost, Reason::Lost(self.attempt.lost_s)));
+        }
+        let (on_way_s, drawn_m) = self.attempt.journey.astray(now_s, self.speed_mps, &self.parameters)?;
+        Some((TaskState::Lost, Reason::Astray(on_way_s, drawn_m)))
+    }
+
+    /// The distance to the task's end, metres, where the robot is there and is not looking around.
+    fn arrives(&self, chart: &Chart, lost: bool) -> Option<f64> {
+        let may = !lost && !self.attempt.arrival.is_looking();
+        may.then(|| self.goal_within(chart, self.parameters.arrival_radius_m)).flatten()
+    }
+
+    /// Ends the task where the arrival is to be believed; else looks around first.
+    fn arrive(&mut self, reason: Reason, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
+        self.stop(dt_s);
+        match self.attempt.arrival.judge(&self.parameters) {
+            Belief::Reached => TaskStatus::Ended(TaskState::Reached, reason),
+            Belief::Doubted(jumps, fit) => TaskStatus::Ended(TaskState::Lost, Reason::Doubted(jumps, fit)),
+            Belief::Look => {
+                self.attempt.arrival.begin_look();
+                let turn = Recovery::look_around(now_s, &chart.robot_m(), self.turn_rate_radps);
+                self.attempt.recovery = Some(turn);
+                TaskStatus::Driving(Reason::LookingAround)
+            }
+        }
+    }
+
+    /// The distance to the task's end, metres, where it is within `radius_m` and no drawn wall lies
+    /// between.
+    fn goal_within(&self, chart: &Chart, radius_m: f64) -> Option<f64> {
+        let on_last_piece = match self.attempt.guide {
+            Guide::Goal => true,
+            Guide::ToRoute => false,
+            Guide::Route => self.route.is_last_piece(chart, self.parameters.route_window_m.max(radius_m)),
+        };
+        let (field, robot) = (self.field.as_ref()?, chart.robot_px().position());
+        let goal = if self.attempt.guide == Guide::Goal { field.goal()? } else { self.attempt.goal };
+        let off_m = chart.distance_m(robot, goal);
+        (on_last_piece && off_m <= radius_m && field.sees(robot, goal)).then_some(off_m)
+    }
+
+    /// Solves the cost field for the attempt's goal and what was found to be shut.
+    fn solve(&mut self, chart: &Chart) {
+        self.solved = Some(Solved { goal: self.attempt.goal, scale_pxpm: chart.mean_scale_pxpm() });
+        self.solve_again();
+    }
+
+    fn solve_again(&mut self) {
+        if let (Some(field), Some(Solved { goal, scale_pxpm })) = (&mut self.field, self.solved) {
+            field.solve(goal, scale_pxpm, &self.attempt.blocked, &self.parameters);
+        }
+    }
+
+    fn is_stuck(&mut self, chart: &Chart, now_s: f64) -> bool {
+        let robot = chart.robot_px().position();
+        let cost_px = match (self.attempt.guide, &self.field) {
+            (Guide::Route, _) => self.route.remaining_px(),
+            (_, Some(field)) => field.cost_px(robot),
+            (_, None) => f64::INFINITY,
+        };
+        let (place, scale) = (chart.robot_m().position(), chart.mean_scale_pxpm());
+        self.attempt.progress.is_stuck(
+            now_s,
+            place,
+            cost_px,
+            scale,
+            self.speed_mps,
+            &self.parameters.progress(),
+        )
+    }
+
+    /// A robot that is stuck near the goal has arrived; one that is stuck too often is blocked.
+    fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
+        self.stop(dt_s);
+        if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m) {
+            return self.arrive(Reason::NearEnough(off_m), chart, now_s, dt_s);
+        }
+        let place = chart.robot_m().position();
+        let shut = self.shut_place(chart);
+        if !self.attempt.stuck.count(place, &self.parameters.progress()) {
+            return TaskStatus::Ended(TaskState::Blocked, self.why_blocked(shut));
+        }
+        if self.attempt.detour || self.attempt.stuck.here > 1 {
+            self.block(shut, chart);
+        }
+        self.attempt.recovery = Some(Recovery::begin(now_s, place));
+        TaskStatus::Driving(Reason::Recovering(self.attempt.stuck.total))
+    }
+
+    fn why_blocked(&self, shut: Point<Sketch>) -> Reason {
+        if self.attempt.drawn || self.attempt.guide == Guide::Route {
+            Reason::Shut(shut, self.attempt.stuck.total)
+        } else {
+            Reason::NoDrawnWay(self.attempt.goal)
+        }
+    }
+
+    /// The first place on the way where the laser sees no room; somewhat ahead where there is none.
+    fn shut_place(&self, chart: &Chart) -> Point<Sketch> {
+        let robot = chart.robot_px().position();
+        let ahead = |p: &&Point<Sketch>| chart.distance_m(robot, **p) > 0.3;
+        let near = |p: &&Point<Sketch>| chart.distance_m(robot, **p) > 0.8;
+        let shut = |p: &&Point<Sketch>| {
+            let place = chart.to_odom(**p);
+            self.local.contains(place) && !self.local.is_free(place)
+        };
+        let path = self.global_path();
+        let found = path.iter().filter(ahead).find(shut).or(path.iter().find(near));
+        found.copied().unwrap_or(robot)
+    }
+
+    fn block(&mut self, place: Point<Sketch>, chart: &Chart) {
+        if self.attempt.guide != Guide::Route && self.attempt.blocked.len() < MAX_BLOCKAGES {
+            let radius_px = BLOCKAGE_M * chart.mean_scale_pxpm();
+            self.attempt.blocked.push(Blockage { place, radius_px, weight: BLOCKAGE_WEIGHT });
+            self.attempt.journey.go_around();
+            self.solve(chart);
+        }
+    }
+
+    fn recover(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
+        let (robot, count) = (chart.robot_m(), self.attempt.stuck.total);
+        let Some(recovery) = &mut self.attempt.recovery else { return TaskStatus::Driving(Reason::None) };
+        match recovery.step(now_s, &robot, count, self.turn_rate_radps) {
+            Next::Drive(twist) => {
+                self.pursuit.command(twist, &robot, &self.obstacles, dt_s);
+            }
+            Next::ClearAndSpin(turn) => {
+                self.obstacles.clear();
+                self.attempt.recovery = Some(turn);
+                self.stop(dt_s);
+            }
+            Next::Done => {
+                self.attempt.recovery = None;
+                self.attempt.arrival.end_look();
+                self.attempt.plan_due_s = now_s;
+                self.attempt.progress = ProgressChecker::new(now_s, robot.position());
+                self.stop(dt_s);
+            }
+        }
+        let looks = self.attempt.arrival.is_looking();
+        TaskStatus::Driving(if looks { Reason::LookingAround } else { Reason::Recovering(count) })
+    }
+}
+
+impl Attempt {
+    /// `blocked` is emptied: its room serves again, so that nothing is allocated while driving.
+    fn new(guide: Guide, goal: Point<Sketch>, robot: Point<Odom>, mut blocked: Vec<Blockage>) -> Self {
+        blocked.clear();
+        Self {
+            guide,
+            goal,
+            progress: ProgressChecker::new(0.0, robot),
+            journey: Journey::new(0.0),
+            arrival: Arrival::default(),
+            stuck: StuckCounter::default(),
+            recovery: None,
+            blocked,
+            drawn: false,
+            lost_s: 0.0,
+            plan_due_s: 0.0,
+            planned_s: 0.0,
+            detour: false,
+            remaining_m: 0.0,
+            target_px: goal,
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! How long the robot has been on its way, against the way that the drawing shows.
+//!
+//! Who drives past the right door comes to places that look like others, and may go on among them for long: each
+//! step seems to lead nearer. That it takes out of all proportion to the drawn way gives it away. It is the time that
+//! counts, not the way driven: who goes astray also stands, backs up and looks around.
+
+use crate::planning::parameters::Parameters;
+use serde::{Deserialize, Serialize};
+
+use sketchnav_motion::progress::USUAL_MPS;
+
+/// The way of a task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Journey {
+    began_s: f64,
+    drawn_m: Option<f64>,
+    /// Whether the next plan's way counts.
+    counts: bool,
+}
+
+impl Journey {
+    /// Begins.
+    pub fn new(now_s: f64) -> Self {
+        Self { began_s: now_s, drawn_m: None, counts: true }
+    }
+
+    /// The drawing shows a way of `drawn_m` from here; the first word counts.
+    pub fn plan(&mut self, drawn_m: f64) {
+        if std::mem::take(&mut self.counts) {
+            self.drawn_m = Some(self.drawn_m.map_or(drawn_m, |known_m| known_m.max(drawn_m)));
+        }
+    }
+
+    /// The way was found to be shut: that around it counts, too, if it is longer.
+    pub fn go_around(&mut self) {
+        self.counts = true;
+    }
+
+    /// The time on the way, seconds, and the way drawn, metres, where the first is out of all proportion for a robot that
+    /// may drive `speed_mps`.
+    pub fn astray(&self, now_s: f64, speed_mps: f64, parameters: &Parameters) -> Option<(f64, f64)> {
+        let (on_way_s, drawn_m) = (now_s - self.began_s, self.drawn_m?);
+        let most_m = parameters.astray_factor * (drawn_m + parameters.astray_m);
+        (on_way_s * speed_mps.min(USUAL_MPS) > most_m).then_some((on_way_s, drawn_m))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters() -> Parameters {
+        Parameters { astray_factor: 3.0, astray_m: 5.0, ..Parameters::default() }
+    }
+
+    /// 3·(10 + 5) m are 90 s at half a metre a second, 450 s at a tenth.
+    #[test]
+    fn whoever_is_far_longer_on_the_way_than_is_drawn_is_astray() {
+        let mut journey = Journey::new(100.0);
+        let at = |journey: &Journey, s: f64, mps: f64| journey.astray(100.0 + s, mps, &parameters());
+        assert_eq!(at(&journey, 1000.0, 0.5), None, "nothing is drawn yet");
+        journey.plan(10.0);
+        journey.plan(1000.0);
+        assert_eq!(at(&journey, 89.0, 0.5), None);
+        assert_eq!(at(&journey, 91.0, 0.5), Some((91.0, 10.0)), "the first plan counts");
+        assert_eq!(at(&journey, 89.0, 3.0), None, "in a building nobody drives at top speed");
+        assert_eq!(at(&journey, 449.0, 0.1), None);
+        assert_eq!(at(&journey, 451.0, 0.1), Some((451.0, 10.0)));
+    }
+
+    /// The watch once began anew whenever a place was found to be shut: a robot that was elsewhere found one after
+    /// the other, and went on until its time was over.
+    #[test]
+    fn a_way_around_gets_the_time_that_it_takes_and_no_more() {
+        let mut journey = Journey::new(0.0);
+        journey.plan(10.0);
+        journey.go_around();
+        journey.plan(8.0);
+        assert!(journey.astray(91.0, 0.5, &parameters()).is_some(), "as long as before");
+        journey.go_around();
+        journey.plan(30.0);
+        assert_eq!(journey.astray(209.0, 0.5, &parameters()), None, "3·(30 + 5) m are 210 s");
+        assert_eq!(journey.astray(211.0, 0.5, &parameters()), Some((211.0, 30.0)));
+    }
+}

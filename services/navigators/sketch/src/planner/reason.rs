@@ -1,0 +1,109 @@
+//! Why a task stands as it does, in words, without an allocation.
+
+use std::fmt;
+
+use sketchnav_schemas::geometry::{Point, Sketch};
+
+/// Why the state is what it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reason {
+    /// Nothing to say.
+    None,
+    /// The sketch is missing.
+    NoSketch,
+    /// The route is missing.
+    NoRoute,
+    /// Nobody has ordered the start.
+    NoOrder,
+    /// The localizer has no pose yet.
+    NoPose,
+    /// At the goal, so many metres off.
+    Arrived(f64),
+    /// Near the goal, so many metres off, and no way leads nearer.
+    NearEnough(f64),
+    /// At the goal by the estimate: looking around before believing it.
+    LookingAround,
+    /// At the goal by an estimate that is not to be believed: it jumped so often and fits so badly.
+    Doubted(u32, f64),
+    /// Going around something, on another way than the drawing's.
+    Detour,
+    /// Stuck, and trying a recovery behaviour for the so-manieth time.
+    Recovering(u32),
+    /// The way is shut here, after so many attempts.
+    Shut(Point<Sketch>, u32),
+    /// The drawing shows no way to the goal, and there is none.
+    NoDrawnWay(Point<Sketch>),
+    /// The scans did not fit anywhere near for so many seconds.
+    Lost(f64),
+    /// So many seconds on a way for which the drawing shows so many metres.
+    Astray(f64, f64),
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => Ok(()),
+            Self::NoSketch => f.write_str("waiting for the sketch"),
+            Self::NoRoute => f.write_str("waiting for the route"),
+            Self::NoOrder => f.write_str("waiting for the order to start"),
+            Self::NoPose => f.write_str("waiting for the localizer"),
+            Self::Arrived(m) => write!(f, "{m:.2} m from the goal"),
+            Self::NearEnough(m) => write!(f, "{m:.2} m from the goal, no way leads nearer"),
+            Self::LookingAround => f.write_str("at the goal, it seems: looking around to be sure"),
+            Self::Doubted(jumps, fit) => {
+                f.write_str("at the goal, it seems, but the estimate ")?;
+                match jumps {
+                    0 => Ok(()),
+                    1 => f.write_str("jumped once and "),
+                    _ => write!(f, "jumped {jumps} times and "),
+                }?;
+                write!(f, "fits badly ({fit:.1})")
+            }
+            Self::Detour => f.write_str("going around something that is not in the drawing"),
+            Self::Recovering(n) => write!(f, "no progress: backing up and looking around ({n})"),
+            Self::Shut(p, n) => {
+                write!(f, "no way past ({:.0}, {:.0}) px, {n} attempts: the laser sees it shut", p.x, p.y)
+            }
+            Self::NoDrawnWay(p) => {
+                write!(f, "the drawing shows no way to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
+            }
+            Self::Lost(s) => write!(f, "the scans fit nowhere near for {s:.0} s"),
+            Self::Astray(on_way_s, drawn_m) => {
+                write!(
+                    f,
+                    "on the way for {on_way_s:.0} s where the drawing shows {drawn_m:.0} m: this must be elsewhere"
+                )
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_schemas::message::Text;
+
+    use super::*;
+
+    #[test]
+    fn a_doubt_tells_how_often_the_estimate_jumped_where_it_did() {
+        let words = |jumps| Reason::Doubted(jumps, -2.04).to_string();
+        assert_eq!(words(0), "at the goal, it seems, but the estimate fits badly (-2.0)");
+        assert_eq!(words(1), "at the goal, it seems, but the estimate jumped once and fits badly (-2.0)");
+        assert_eq!(words(7), "at the goal, it seems, but the estimate jumped 7 times and fits badly (-2.0)");
+    }
+
+    #[test]
+    fn every_reason_fits_its_field() {
+        let far = Point::new(-1234.0, 1234.0);
+        for reason in [
+            Reason::Shut(far, 10),
+            Reason::NoDrawnWay(far),
+            Reason::Recovering(10),
+            Reason::LookingAround,
+            Reason::Doubted(1234, -12.0),
+            Reason::Astray(99_999.0, 999.0),
+        ] {
+            assert_eq!(Text::<96>::of(reason).as_str(), reason.to_string());
+        }
+    }
+}

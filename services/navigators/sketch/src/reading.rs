@@ -1,0 +1,52 @@
+//! Reads what a person drew: pictures, photographs of paper, SVG, strokes; finds the walls and their
+//! direction, and places the mission's start and goals in the drawing.
+//!
+//! ```text
+//! bytes ─raster, vector, strokes→ tones ─ink→ walls ─pen→ gaps closed ─direction→ DrawnMap
+//! DrawnMap + Intent ─places→ Places ─publish→ SketchMap, Route
+//! ```
+//!
+//! Pictures are turned upside down as they are decoded, so that behind the decoders there is one
+//! frame only, [`Sketch`](sketchnav_schemas::geometry::Sketch): pixels, y up. Coordinates that people
+//! write (mission file, strokes) are image pixels, row 0 at the top, until
+//! [`DrawnMap::from_image`] turns them.
+//!
+//! Where people draw while the system runs, a [`desk`] takes what they send in place of a file.
+//!
+//! Nothing here opens a file, reads a clock or sends a message. The same bytes, options and seed give the same map to
+//! the bit. Sources: Boniardi et al. 2015, III-B (directions); Boniardi et al. 2016, IV (canvas, obstacles, drawn routes).
+
+mod bits;
+#[cfg(test)]
+mod canvas;
+pub mod desk;
+mod direction;
+mod drawn_map;
+mod edges;
+mod error;
+mod file;
+mod hough;
+mod ink;
+mod marks;
+mod pen;
+mod places;
+mod preview;
+mod publish;
+mod raster;
+mod settings;
+pub mod strokes;
+mod vector;
+mod walls;
+
+pub use drawn_map::DrawnMap;
+pub use error::SketchError;
+pub use file::read;
+pub use marks::{GoalMark, Marks, StartMark};
+pub use places::{Intent, Places, route_heading_rad};
+pub use preview::preview;
+pub use publish::{fill_cells, fill_sketch, fill_understood};
+pub use settings::{Options, Settings};
+pub use walls::Kind;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,254 @@
+//! Drawings as they come from the pad, one after the other: what holds, and what is refused.
+//!
+//! A drawing is a sketch or what is marked in it. The first marks after a sketch place the robot (Boniardi et al. 2016,
+//! IV: it starts where the route starts and looks along it); later ones leave it where it has come to, unless
+//! they say where it starts. What is refused leaves everything as it was.
+//!
+//! The same parsing and the same checks as for files; nothing here opens a channel or a file.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::codes::DrawingKind;
+use sketchnav_schemas::run::RunConfig;
+
+use super::drawn_map::DrawnMap;
+use super::error::{Broken, SketchError};
+use super::file::read;
+use super::marks::Marks;
+use super::places::{Intent, Places};
+use super::settings::Options;
+
+/// What errors call a drawing that is in no file.
+pub const NAME: &str = "the drawing";
+/// Time for a task from the pad, seconds of simulation: whoever watches can abort it.
+const TIME_LIMIT_S: f64 = 1800.0;
+
+/// What was taken over, as it came: a [`Desk`] comes to the same by it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct State {
+    sketch: Vec<u8>,
+    /// The marks that placed the robot.
+    placing: Vec<u8>,
+    /// The marks that hold now.
+    marks: Vec<u8>,
+}
+
+/// What a drawing changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Change {
+    /// There is a new sketch, in which nothing is marked yet.
+    Sketch,
+    /// There are new tasks, and the robot is placed anew.
+    Start,
+    /// There are new tasks for the robot where it is.
+    Tasks,
+}
+
+/// The drawing that holds, and what is marked in it.
+#[derive(Debug)]
+pub struct Desk {
+    options: Options,
+    drawing: Option<DrawnMap>,
+    places: Option<Places>,
+    state: State,
+}
+
+impl Desk {
+    /// Empty.
+    ///
+    /// # Errors
+    /// [`SketchError::Setting`] with the key of the run's parameters that cannot be.
+    pub fn new(run: &RunConfig) -> Result<Self, SketchError> {
+        let options = Options::of_mission(&run.mission, run.seed)?;
+        Ok(Self { options, drawing: None, places: None, state: State::default() })
+    }
+
+    /// Goes on with what another desk has taken over.
+    ///
+    /// # Errors
+    /// [`SketchError`], which what was taken over once does not cause.
+    pub fn restore(&mut self, state: &State) -> Result<(), SketchError> {
+        let parts = [
+            (DrawingKind::Sketch, &state.sketch),
+            (DrawingKind::Route, &state.placing),
+            (DrawingKind::Route, &state.marks),
+        ];
+        for (kind, bytes) in parts.into_iter().filter(|(_, bytes)| !bytes.is_empty()) {
+            self.take(kind, bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Takes over a drawing.
+    ///
+    /// # Errors
+    /// [`SketchError`] with what was expected and found; then nothing has changed.
+    pub fn take(&mut self, kind: DrawingKind, bytes: &[u8]) -> Result<Change, SketchError> {
+        match kind {
+            DrawingKind::Sketch => self.take_sketch(bytes),
+            DrawingKind::Route => self.take_marks(bytes),
+        }
+    }
+
+    /// The drawing that holds.
+    pub fn drawing(&self) -> Option<&DrawnMap> {
+        self.drawing.as_ref()
+    }
+
+    /// The drawing, and the start and the tasks in it, where there are any.
+    pub fn placed(&self) -> Option<(&DrawnMap, &Places)> {
+        self.drawing.as_ref().zip(self.places.as_ref())
+    }
+
+    /// What was taken over, for a checkpoint.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn take_sketch(&mut self, bytes: &[u8]) -> Result<Change, SketchError> {
+        self.drawing = Some(read(bytes, NAME, &self.options)?);
+        self.places = None;
+        self.state = State { sketch: bytes.to_vec(), ..State::default() };
+        Ok(Change::Sketch)
+    }
+
+    fn take_marks(&mut self, bytes: &[u8]) -> Result<Change, SketchError> {
+        let broken = Broken { file: "the path" };
+        let marks: Marks = serde_json::from_slice(bytes).map_err(|error| broken.decode("JSON", error))?;
+        let drawing = self.drawing.as_ref().ok_or(SketchError::NoSketch)?;
+        let stays = self.places.as_ref().filter(|_| marks.start.is_none());
+        let mut intent = Intent::of_marks(&marks);
+        intent.tasks.iter_mut().for_each(|task| task.time_limit_s = TIME_LIMIT_S);
+        if let Some(before) = stays {
+            intent.start = Some(drawing.to_image(&before.start.position()));
+            intent.heading_deg = Some(before.start.yaw_rad.to_degrees());
+        }
+        let places = intent.place(drawing, &self.options.settings)?;
+        let change = if stays.is_some() { Change::Tasks } else { Change::Start };
+        // What places the robot says where it stands to the last bit.
+        let start = stays.map_or(places.start, |before| before.start);
+        self.places = Some(Places { start, ..places });
+        self.state.marks = bytes.to_vec();
+        if change == Change::Start {
+            self.state.placing = bytes.to_vec();
+        }
+        Ok(change)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use sketchnav_schemas::geometry::Pose;
+
+    use super::*;
+
+    const ROOM: &[u8] = br#"{ "canvas": [600, 400], "pad": { "underlay": "photo.jpg" },
+        "strokes": [ { "points": [[50,50],[550,50],[550,350],[50,350],[50,50]], "width_px": 6 } ] }"#;
+    const HALL: &[u8] = br#"{ "canvas": [300, 200],
+        "strokes": [ { "points": [[20,20],[280,20],[280,180],[20,180],[20,20]] } ] }"#;
+    const ROUTE: &[u8] = br#"{"route": [[100,300],[101,299],[300,300],[500,100]]}"#;
+    const GOALS: &[u8] = br#"{"goals": [{"name": "kitchen", "at": [500,300]}, {"at": [100,100]}]}"#;
+    const PLACED: &[u8] = br#"{"start": {"at": [200,100], "heading_deg": 90}, "goals": [{"at": [500,300]}]}"#;
+
+    fn desk() -> Desk {
+        let mut run: RunConfig =
+            serde_json::from_str(include_str!("../../../../runtime/tests/run.json")).unwrap();
+        run.mission.parameters = sketchnav_schemas::mission::Parameters::default();
+        Desk::new(&run).unwrap()
+    }
+
+    fn start(desk: &Desk) -> Pose<sketchnav_schemas::geometry::Sketch> {
+        desk.placed().unwrap().1.start
+    }
+
+    #[test]
+    fn the_first_route_places_the_robot_and_later_ones_leave_it() {
+        let mut desk = desk();
+        assert_eq!(desk.take(DrawingKind::Sketch, ROOM), Ok(Change::Sketch));
+        assert!(desk.placed().is_none() && desk.drawing().is_some());
+        assert_eq!(desk.take(DrawingKind::Route, ROUTE), Ok(Change::Start));
+        let first = start(&desk);
+        assert_eq!((first.x, first.y, first.yaw_rad), (100.0, 100.0, 0.0));
+        assert_eq!(desk.take(DrawingKind::Route, GOALS), Ok(Change::Tasks));
+        assert_eq!(start(&desk), first);
+        let names: Vec<_> = desk.placed().unwrap().1.tasks.iter().map(|e| e.name.clone()).collect();
+        assert_eq!(names, ["kitchen", "goal 2"]);
+        assert_eq!(desk.take(DrawingKind::Route, PLACED), Ok(Change::Start));
+        assert_eq!((start(&desk).x, start(&desk).y), (200.0, 300.0));
+    }
+
+    #[test]
+    fn another_sketch_has_no_marks() {
+        let mut desk = desk();
+        desk.take(DrawingKind::Sketch, ROOM).unwrap();
+        desk.take(DrawingKind::Route, ROUTE).unwrap();
+        desk.take(DrawingKind::Sketch, HALL).unwrap();
+        assert!(desk.placed().is_none());
+        let error = desk.take(DrawingKind::Route, ROUTE).unwrap_err().to_string();
+        assert!(error.contains("expected a place in the drawing, 300 x 200 px"), "{error}");
+    }
+
+    #[test]
+    fn what_is_refused_changes_nothing() {
+        let mut desk = desk();
+        let early = desk.take(DrawingKind::Route, ROUTE).unwrap_err();
+        assert_eq!(early, SketchError::NoSketch);
+        desk.take(DrawingKind::Sketch, ROOM).unwrap();
+        desk.take(DrawingKind::Route, ROUTE).unwrap();
+        let before = desk.state().clone();
+        let wrong: [(DrawingKind, &[u8], &str); 6] = [
+            (DrawingKind::Sketch, b"{", "strokes"),
+            (DrawingKind::Sketch, br#"{"canvas":[30,30],"strokes":[]}"#, "expected walls"),
+            (DrawingKind::Route, b"[1", "the path"),
+            (DrawingKind::Route, br#"{"route": [[100,300],[900,300]]}"#, "route point 2 at (900, 300)"),
+            (DrawingKind::Route, br#"{"goals": []}"#, "expected 1 to 64, found 0"),
+            (DrawingKind::Route, br#"{"walls": []}"#, "walls"),
+        ];
+        for (kind, bytes, words) in wrong {
+            let error = desk.take(kind, bytes).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+            assert_eq!(desk.state(), &before);
+        }
+    }
+
+    #[test]
+    fn a_successor_comes_to_the_same() {
+        let mut first = desk();
+        first.take(DrawingKind::Sketch, ROOM).unwrap();
+        first.take(DrawingKind::Route, ROUTE).unwrap();
+        first.take(DrawingKind::Route, GOALS).unwrap();
+        let mut second = desk();
+        second.restore(first.state()).unwrap();
+        assert_eq!(second.placed(), first.placed());
+        assert_eq!(second.state(), first.state());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn whatever_comes_nothing_panics_and_what_holds_stays(
+            drawings in prop::collection::vec((any::<bool>(), 0..6_usize, 0.0..1.0_f64, any::<u8>()), 1..8),
+        ) {
+            let mut desk = desk();
+            for (is_sketch, which, at, value) in drawings {
+                let kind = if is_sketch { DrawingKind::Sketch } else { DrawingKind::Route };
+                let mut bytes = [ROOM, HALL, ROUTE, GOALS, PLACED, b"noise"][which].to_vec();
+                let index = (at * bytes.len() as f64) as usize;
+                bytes[index] = value;
+                let before = desk.state().clone();
+                if desk.take(kind, &bytes).is_err() {
+                    prop_assert_eq!(desk.state(), &before);
+                }
+            }
+        }
+
+        #[test]
+        fn arbitrary_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+            let mut desk = desk();
+            let _ = desk.take(DrawingKind::Sketch, &bytes);
+            desk.take(DrawingKind::Sketch, ROOM).unwrap();
+            let _ = desk.take(DrawingKind::Route, &bytes);
+        }
+    }
+}

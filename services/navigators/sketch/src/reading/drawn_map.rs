@@ -1,0 +1,99 @@
+//! What was read from a drawing: its cells, its frame, the direction of its walls.
+
+use sketchnav_schemas::codes::{FREE, WALL};
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::seed;
+
+use super::error::{Broken, SketchError};
+use super::marks::Marks;
+use super::settings::Options;
+use super::walls::{Kind, Walls, diagonal};
+use super::{direction, pen};
+
+/// A drawing as a grid, with what else was drawn into it.
+#[derive(Clone, PartialEq)]
+pub struct DrawnMap {
+    /// Name of the file, for errors.
+    pub file: String,
+    /// What kind of drawing it is.
+    pub kind: Kind,
+    /// Width of the grid.
+    pub width_px: u32,
+    /// Height of the grid.
+    pub height_px: u32,
+    /// [`FREE`] or [`WALL`], row 0 at the bottom; `width_px * height_px` of them.
+    pub cells: Vec<u8>,
+    /// Sketch pixels an image pixel: below 1 where the file is larger than the canvas.
+    pub scale: f64,
+    /// Width of the pen's strokes, sketch pixels (of a filled drawing: how fine its edges are).
+    pub pen_width_px: f64,
+    /// Direction of the walls in (−π/4, π/4], counter-clockwise as one looks at the drawing.
+    pub wall_direction_rad: f64,
+    /// What a strokes file marks beside walls, image pixels.
+    pub marks: Marks,
+}
+
+impl DrawnMap {
+    pub(crate) fn finish(walls: Walls, broken: &Broken, options: &Options) -> Result<Self, SketchError> {
+        let (width_px, height_px) = walls.mask.dimensions();
+        let pen_width_px = walls.pen_width();
+        let settings = &options.settings;
+        let gap_px = settings.close_gaps_pen_widths * pen_width_px;
+        let closed = pen::close_gaps(&walls.mask, gap_px, walls.kind == Kind::Filled);
+        let cells: Vec<u8> = closed.iter().map(|&v| if v > 0 { WALL } else { FREE }).collect();
+        if !cells.contains(&WALL) {
+            return Err(broken.no_walls());
+        }
+        if !cells.contains(&FREE) {
+            return Err(SketchError::NoFreeSpace { file: broken.file() });
+        }
+        let mut rng = seed::stream(options.seed, "sketcher/lines");
+        let wall_direction_rad = direction::walls(&closed, settings, &mut rng);
+        let Walls { scale, kind, marks, .. } = walls;
+        let file = broken.file();
+        Ok(Self { file, kind, width_px, height_px, cells, scale, pen_width_px, wall_direction_rad, marks })
+    }
+
+    /// A place in image pixels (column, row; row 0 at the top) in the drawing's frame.
+    pub fn from_image(&self, place: [f64; 2]) -> Point<Sketch> {
+        Point::new(place[0] * self.scale, f64::from(self.height_px) - place[1] * self.scale)
+    }
+
+    /// A place of the drawing's frame in image pixels (column, row; row 0 at the top).
+    pub fn to_image(&self, point: &Point<Sketch>) -> [f64; 2] {
+        [point.x / self.scale, (f64::from(self.height_px) - point.y) / self.scale]
+    }
+
+    /// Length of the diagonal, sketch pixels.
+    pub fn diagonal_px(&self) -> f64 {
+        diagonal(self.width_px, self.height_px)
+    }
+
+    /// The cell at a point, `None` outside the drawing.
+    pub fn cell(&self, point: &Point<Sketch>) -> Option<u8> {
+        self.index(point).map(|i| self.cells[i])
+    }
+
+    /// Index of the cell at a point.
+    pub(crate) fn index(&self, point: &Point<Sketch>) -> Option<usize> {
+        let (width, height) = (f64::from(self.width_px), f64::from(self.height_px));
+        let within = (0.0..width).contains(&point.x) && (0.0..height).contains(&point.y);
+        within.then(|| point.y as usize * self.width_px as usize + point.x as usize)
+    }
+}
+
+/// Without the cells, of which there are millions.
+impl std::fmt::Debug for DrawnMap {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("DrawnMap")
+            .field("file", &self.file)
+            .field("kind", &self.kind)
+            .field("width_px", &self.width_px)
+            .field("height_px", &self.height_px)
+            .field("scale", &self.scale)
+            .field("pen_width_px", &self.pen_width_px)
+            .field("wall_direction_rad", &self.wall_direction_rad)
+            .field("marks", &self.marks)
+            .finish_non_exhaustive()
+    }
+}

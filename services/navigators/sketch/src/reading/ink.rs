@@ -1,0 +1,221 @@
+//! Tells ink from paper: which pixels of a picture are walls.
+//!
+//! Three kinds of pictures come in. A *clean* picture has two tones, far apart, and little else: its
+//! threshold is Otsu's. Everything else is taken for a *photograph* of strokes on paper under uneven
+//! light: each pixel is divided by the brightness of the paper around it (a box mean over an integral
+//! image, the strokes left out), and Otsu's threshold tells the strokes of the levelled picture.
+//!
+//! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*: free space in one
+//! tone, the outside and everything solid in the other. The tone along the border is paper in the one
+//! and solid in the other; how much of the other tone lies deep inside it decides which.
+//!
+//! Sources: Otsu 1979 (threshold); Bradley and Roth 2007 (adaptive threshold by integral image).
+
+use image::{GrayImage, Luma};
+use sketchnav_schemas::sketch_mission::WallTone;
+
+use super::pen;
+use super::walls::Kind;
+
+/// Half the width, in levels, of the band around a tone of a clean picture.
+const TONE_BAND: usize = 8;
+/// Share of a clean picture's pixels that lie in the bands of its two tones.
+const CLEAN_SHARE: f64 = 0.9;
+/// Fewest levels between the two tones of a clean picture, and between ink and paper at all.
+const CLEAN_CONTRAST: usize = 64;
+const LEAST_CONTRAST: f64 = 24.0;
+/// What is farther from its edge than this share of the diagonal is no stroke,
+const DEEP_SHARE: f64 = 0.02;
+/// and where more than this share of a tone's area is so, the tone is free space: some pillars and
+/// tables may be filled, but not most of what is drawn.
+const DEEP_AREA_SHARE: f64 = 0.3;
+/// The window whose mean is the paper's brightness, a share of the longer side.
+const PAPER_WINDOW_SHARE: f64 = 0.125;
+/// The level of bare paper in a levelled picture.
+const PAPER_LEVEL: f64 = 200.0;
+/// Strokes differ from the mean around them by at least this share.
+const STROKE_SHARE: f64 = 0.08;
+
+/// The walls that were found.
+pub(crate) struct Ink {
+    /// 255 where a wall is, 0 elsewhere.
+    pub walls: GrayImage,
+    /// What kind of picture it was.
+    pub kind: Kind,
+}
+
+/// Finds the walls of a picture; `None` where the page is of one tone.
+pub(crate) fn find(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
+    let counts = histogram(picture);
+    if is_clean(&counts) { clean(picture, &counts, tone) } else { photograph(picture, tone) }
+}
+
+/// 255 where the picture is darker than `threshold`, 0 elsewhere.
+pub(crate) fn below(picture: &GrayImage, threshold: u8) -> GrayImage {
+    map(picture, |tone| if tone < threshold { 255 } else { 0 })
+}
+
+fn map(picture: &GrayImage, f: impl Fn(u8) -> u8) -> GrayImage {
+    let mut mapped = picture.clone();
+    mapped.iter_mut().for_each(|tone| *tone = f(*tone));
+    mapped
+}
+
+/// How many pixels have each tone. (Most are bare paper: eight that are alike are counted at once.)
+fn histogram(picture: &GrayImage) -> [u64; 256] {
+    let mut counts = [0; 256];
+    let (eights, rest) = picture.as_raw().as_chunks::<8>();
+    for eight in eights {
+        if *eight == [eight[0]; 8] {
+            counts[usize::from(eight[0])] += 8;
+        } else {
+            eight.iter().for_each(|&tone| counts[usize::from(tone)] += 1);
+        }
+    }
+    rest.iter().for_each(|&tone| counts[usize::from(tone)] += 1);
+    counts
+}
+
+/// Whether two tones, far apart, hold nearly all pixels.
+fn is_clean(counts: &[u64; 256]) -> bool {
+    let band = |tone: usize| -> u64 {
+        counts[tone.saturating_sub(TONE_BAND)..=(tone + TONE_BAND).min(255)].iter().sum()
+    };
+    let first = (0..256).max_by_key(|&tone| band(tone)).unwrap_or(0);
+    let far = |tone: &usize| tone.abs_diff(first) >= CLEAN_CONTRAST;
+    let second = (0..256).filter(far).map(band).max().unwrap_or(0);
+    (band(first) + second) as f64 >= CLEAN_SHARE * counts.iter().sum::<u64>() as f64
+}
+
+/// Otsu's threshold: the one that divides the pixels into two classes whose means lie farthest apart,
+/// weighed by the classes' sizes. Where a range of thresholds divides alike, its middle.
+/// `None` where the means are closer than the least contrast.
+fn otsu(counts: &[u64; 256]) -> Option<u8> {
+    let total: u64 = counts.iter().sum();
+    let moment: u64 = counts.iter().zip(0..).map(|(n, tone)| n * tone).sum();
+    let (mut below, mut below_moment) = (0_u64, 0_u64);
+    let (mut best, mut first, mut last, mut contrast) = (0.0, 0, 0, 0.0);
+    for threshold in 1..256_usize {
+        below += counts[threshold - 1];
+        below_moment += counts[threshold - 1] * (threshold as u64 - 1);
+        let above = total - below;
+        if below == 0 || above == 0 {
+            continue;
+        }
+        let gap = (moment - below_moment) as f64 / above as f64 - below_moment as f64 / below as f64;
+        let between = below as f64 * above as f64 * gap * gap;
+        if between > best {
+            (best, first, contrast) = (between, threshold, gap);
+        }
+        if between >= best {
+            last = threshold;
+        }
+    }
+    (contrast >= LEAST_CONTRAST).then_some(first.midpoint(last) as u8)
+}
+
+fn clean(picture: &GrayImage, counts: &[u64; 256], tone: WallTone) -> Option<Ink> {
+    let dark = below(picture, otsu(counts)?);
+    let walls = match tone {
+        WallTone::Dark => dark,
+        WallTone::Light => inverted(&dark),
+        WallTone::Auto => {
+            let other = if border_is(&dark) { inverted(&dark) } else { dark };
+            if is_strokes(&other) { other } else { inverted(&other) }
+        }
+    };
+    let kind = if border_is(&walls) { Kind::Filled } else { Kind::Lines };
+    Some(Ink { walls, kind })
+}
+
+fn inverted(mask: &GrayImage) -> GrayImage {
+    map(mask, |v| 255 - v)
+}
+
+/// Whether most of the border belongs to the mask.
+fn border_is(mask: &GrayImage) -> bool {
+    let (width, height) = mask.dimensions();
+    let rows = (0..width).flat_map(|x| [(x, 0), (x, height - 1)]);
+    let columns = (0..height).flat_map(|y| [(0, y), (width - 1, y)]);
+    let (mut inside, mut all) = (0, 0);
+    for (x, y) in rows.chain(columns) {
+        inside += u64::from(mask.get_pixel(x, y).0[0] > 0);
+        all += 1;
+    }
+    2 * inside > all
+}
+
+/// Whether little of the mask lies deep inside it.
+fn is_strokes(mask: &GrayImage) -> bool {
+    let diagonal = f64::from(mask.width()).hypot(mask.height().into());
+    pen::share_deeper(mask, (DEEP_SHARE * diagonal).max(2.0)) < DEEP_AREA_SHARE
+}
+
+fn photograph(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
+    let smooth = box_mean(picture, 1, |_| true);
+    let radius = (PAPER_WINDOW_SHARE / 2.0 * f64::from(picture.width().max(picture.height()))).max(2.0);
+    let around = box_mean(&smooth, radius as u32, |_| true);
+    let dark = match tone {
+        WallTone::Dark => true,
+        WallTone::Light => false,
+        WallTone::Auto => strokes_are_dark(&smooth, &around),
+    };
+    let level = levelled(&smooth, &around, radius as u32, dark);
+    let threshold = otsu(&histogram(&level))?;
+    let speckled = below(&level, threshold);
+    let walls = pen::without_speckles(speckled);
+    Some(Ink { walls, kind: Kind::Photograph })
+}
+
+/// Strokes are few and stand out far from their surroundings, paper is plenty and near them: the
+/// skew of the differences tells which side the strokes are on.
+fn strokes_are_dark(picture: &GrayImage, around: &GrayImage) -> bool {
+    let pairs = picture.iter().zip(around.iter()).map(|(&v, &m)| (f64::from(v), f64::from(m).max(1.0)));
+    pairs.map(|(v, m)| ((v - m) / m).powi(3)).sum::<f64>() <= 0.0
+}
+
+/// The picture with the paper at one level everywhere and the strokes below it.
+fn levelled(picture: &GrayImage, around: &GrayImage, radius: u32, dark: bool) -> GrayImage {
+    let bare = |i: usize| {
+        let (tone, mean) = (f64::from(picture.as_raw()[i]), f64::from(around.as_raw()[i]));
+        if dark { tone >= (1.0 - STROKE_SHARE) * mean } else { tone <= (1.0 + STROKE_SHARE) * mean }
+    };
+    let paper = box_mean(picture, radius, bare);
+    let mut level = picture.clone();
+    for (tone, &paper) in level.iter_mut().zip(paper.iter()) {
+        let (ink, paper) = (f64::from(*tone).max(1.0), f64::from(paper).max(1.0));
+        let ratio = if dark { ink / paper } else { paper / ink };
+        *tone = (PAPER_LEVEL * ratio).min(PAPER_LEVEL * 1.1) as u8;
+    }
+    level
+}
+
+/// The mean of the pixels that `counts` (by index) within `radius` of each pixel, by integral images;
+/// the pixel itself where none counts.
+fn box_mean(picture: &GrayImage, radius: u32, counts: impl Fn(usize) -> bool) -> GrayImage {
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let stride = width + 1;
+    let mut integral = vec![[0_u32; 2]; stride * (height + 1)];
+    for y in 0..height {
+        let mut row = [0, 0];
+        for x in 0..width {
+            let i = y * width + x;
+            if counts(i) {
+                row = [row[0] + u32::from(picture.as_raw()[i]), row[1] + 1];
+            }
+            let above = integral[y * stride + x + 1];
+            integral[(y + 1) * stride + x + 1] = [above[0] + row[0], above[1] + row[1]];
+        }
+    }
+    let radius = radius as usize;
+    GrayImage::from_fn(picture.width(), picture.height(), |x, y| {
+        let (x, y) = (x as usize, y as usize);
+        let (left, right) = (x.saturating_sub(radius), (x + radius + 1).min(width));
+        let (low, high) = (y.saturating_sub(radius), (y + radius + 1).min(height));
+        let at = |x: usize, y: usize, part: usize| u64::from(integral[y * stride + x][part]);
+        let sum =
+            |part| at(right, high, part) + at(left, low, part) - at(left, high, part) - at(right, low, part);
+        let mean = sum(0).checked_div(sum(1));
+        Luma([mean.map_or(picture.as_raw()[y * width + x], |mean| mean as u8)])
+    })
+}

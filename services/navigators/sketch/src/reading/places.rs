@@ -1,0 +1,305 @@
+//! Where the robot starts and where it shall go: what the mission or the drawing says in image
+//! pixels, checked against the drawing and turned into its frame.
+//!
+//! Whatever is placed lies in the drawing, in free space, and can be reached from the start over free
+//! cells, as far as the drawing tells. A drawn route alone may brush a wall by a pen's width: its ends
+//! may not.
+
+use std::ops::Range;
+
+use sketchnav_schemas::codes::FREE;
+use sketchnav_schemas::geometry::{Point, Pose, Sketch};
+use sketchnav_schemas::message::{MAX_ROUTE_POINTS, MAX_TASKS};
+use sketchnav_schemas::sketch_mission::{SketchMission, SketchTask};
+
+use super::drawn_map::DrawnMap;
+use super::error::SketchError;
+use super::marks::Marks;
+use super::settings::Settings;
+use crate::task::{ImageTask, Task};
+
+/// Time for a task that only the drawing names, seconds of simulation.
+const MARKED_TIME_LIMIT_S: f64 = 180.0;
+
+/// What a person wants, in image pixels.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Intent {
+    /// Where the robot starts.
+    pub start: Option<[f64; 2]>,
+    /// Which way it looks there, degrees counter-clockwise from "to the right".
+    pub heading_deg: Option<f64>,
+    /// Where it shall go, in order.
+    pub tasks: Vec<ImageTask>,
+}
+
+/// A start and tasks that hold in the drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Places {
+    /// Where the robot starts.
+    pub start: Pose<Sketch>,
+    /// Standard deviation of the start mark.
+    pub start_spread_px: f64,
+    /// Standard deviation of the start heading.
+    pub start_spread_rad: f64,
+    /// Where it shall go, in order.
+    pub tasks: Vec<Task>,
+}
+
+impl Intent {
+    /// What a mission says.
+    pub fn of_mission(mission: &SketchMission) -> Self {
+        let tasks = mission.tasks.iter().map(image_task).collect();
+        Self { start: mission.start, heading_deg: mission.start_heading_deg, tasks }
+    }
+
+    /// What a strokes file marks: its goals in order, then its route.
+    pub fn of_marks(marks: &Marks) -> Self {
+        let goals = marks.goals.iter().enumerate().map(|(i, goal)| {
+            let unnamed = goal.name.is_empty();
+            let name = if unnamed { format!("goal {}", i + 1) } else { goal.name.clone() };
+            ImageTask { name, points: vec![goal.at], time_limit_s: MARKED_TIME_LIMIT_S }
+        });
+        let route = marks.route.iter().map(|points| ImageTask {
+            name: "route".into(),
+            points: points.clone(),
+            time_limit_s: MARKED_TIME_LIMIT_S,
+        });
+        let start = marks.start.as_ref();
+        Self {
+            start: start.map(|mark| mark.at),
+            heading_deg: start.and_then(|mark| mark.heading_deg),
+            tasks: goals.chain(route).collect(),
+        }
+    }
+
+    /// What `self` leaves open is taken from `other`: the start, its heading, the tasks.
+    pub fn or(self, other: Self) -> Self {
+        // A heading belongs to its start: that of another place would be wrong here.
+        let (start, heading_deg) = match (self.start, other.start) {
+            (None, Some(start)) => (Some(start), self.heading_deg.or(other.heading_deg)),
+            (start, _) => (start, self.heading_deg),
+        };
+        let tasks = if self.tasks.is_empty() { other.tasks } else { self.tasks };
+        Self { start, heading_deg, tasks }
+    }
+
+    /// Checks everything against the drawing and turns it into the drawing's frame.
+    ///
+    /// A start that is not said is the first point of a route that is the first task (Boniardi et al. 2016, IV).
+    ///
+    /// # Errors
+    /// [`SketchError`] that names the start or the task, the place in image pixels and what was
+    /// expected: outside the drawing, inside a wall, unreachable; no start, no heading; too many tasks
+    /// or points, or none.
+    pub fn place(&self, drawing: &DrawnMap, settings: &Settings) -> Result<Places, SketchError> {
+        self.check_counts()?;
+        let route = self.tasks.first().filter(|task| task.is_route());
+        let first_point = route.map(|task| task.points[0]);
+        let at = self.start.or(first_point).ok_or_else(|| no_start(drawing))?;
+        let start = free(drawing, "navigator.start", at)?;
+        let yaw_rad = match self.heading_deg {
+            Some(degrees) => degrees.to_radians(),
+            None => route_heading(drawing, settings, route)?,
+        };
+        let reached = Reachable::from(drawing, &start);
+        let place = |(i, task): (usize, &ImageTask)| task.place(i + 1, drawing, &reached);
+        Ok(Places {
+            start: Pose::new(start.x, start.y, sketchnav_schemas::geometry::wrap_angle(yaw_rad)),
+            start_spread_px: settings.start_spread_share * drawing.diagonal_px(),
+            start_spread_rad: settings.start_spread_deg.to_radians(),
+            tasks: self.tasks.iter().enumerate().map(place).collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn check_counts(&self) -> Result<(), SketchError> {
+        let points = self.tasks.iter().map(|task| task.points.len()).sum();
+        let checks =
+            [("task", self.tasks.len(), MAX_TASKS), ("points of all tasks", points, MAX_ROUTE_POINTS)];
+        for (key, found, most) in checks {
+            if !(1..=most).contains(&found) {
+                return Err(SketchError::Count { key, expected: format!("1 to {most}"), found });
+            }
+        }
+        let empty = self.tasks.iter().any(|task| task.points.is_empty());
+        if empty {
+            let expected = "a point or more".into();
+            return Err(SketchError::Count { key: "points of a task", expected, found: 0 });
+        }
+        Ok(())
+    }
+}
+
+fn image_task(task: &SketchTask) -> ImageTask {
+    let points = task.aim.points().to_vec();
+    ImageTask { name: task.name.clone(), points, time_limit_s: task.time_limit_s }
+}
+
+impl ImageTask {
+    fn place(&self, number: usize, drawing: &DrawnMap, reached: &Reachable) -> Result<Task, SketchError> {
+        let name = format!("task {number} ({})", self.name);
+        let last = self.points.len() - 1;
+        let place = |(i, &at): (usize, &[f64; 2])| {
+            let part = if last == 0 { "goal".into() } else { format!("route point {}", i + 1) };
+            let what = format!("{name}: {part}");
+            if i > 0 && i < last { brushing(drawing, &what, at) } else { reached.free(&what, at) }
+        };
+        let points = self.points.iter().enumerate().map(place).collect::<Result<_, _>>()?;
+        Ok(Task { name: self.name.clone(), points, time_limit_s: self.time_limit_s })
+    }
+}
+
+fn no_start(drawing: &DrawnMap) -> SketchError {
+    SketchError::NoStart { file: drawing.file.clone() }
+}
+
+/// A place within the drawing.
+fn inside(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<(Point<Sketch>, usize), SketchError> {
+    let point = drawing.from_image(at);
+    let index = drawing.index(&point).ok_or_else(|| SketchError::Outside {
+        what: what.to_owned(),
+        place: at,
+        file: drawing.file.clone(),
+        width: (f64::from(drawing.width_px) / drawing.scale).round() as u32,
+        height: (f64::from(drawing.height_px) / drawing.scale).round() as u32,
+    })?;
+    Ok((point, index))
+}
+
+/// A place in free space.
+fn free(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
+    let (point, index) = inside(drawing, what, at)?;
+    if drawing.cells[index] == FREE { Ok(point) } else { Err(in_wall(drawing, what, at)) }
+}
+
+/// A place in free space, or in a wall but no farther than a pen's width from free space.
+fn brushing(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
+    let (point, index) = inside(drawing, what, at)?;
+    let near = |point: &Point<Sketch>| {
+        let nearest = nearest_free(drawing, point);
+        nearest.is_some_and(|free| free.distance(point) <= drawing.pen_width_px + 1.0)
+    };
+    if drawing.cells[index] == FREE || near(&point) { Ok(point) } else { Err(in_wall(drawing, what, at)) }
+}
+
+fn in_wall(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> SketchError {
+    let nearest = nearest_free(drawing, &drawing.from_image(at));
+    SketchError::InWall {
+        what: what.to_owned(),
+        place: at,
+        file: drawing.file.clone(),
+        nearest: nearest.map_or(at, |point| drawing.to_image(&point)),
+    }
+}
+
+/// The middle of the nearest free cell, by rings of growing squares.
+fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
+    let (width, height) = (i64::from(drawing.width_px), i64::from(drawing.height_px));
+    let (x, y) = (point.x as i64, point.y as i64);
+    let mut best: Option<Point<Sketch>> = None;
+    for ring in 0..width.max(height) {
+        // A corner of this ring may be farther than a side of the next.
+        if best.is_some_and(|found| found.distance(point) < ring as f64 - 0.5) {
+            break;
+        }
+        let sides = (-ring..=ring).flat_map(|k| [(k, -ring), (k, ring), (-ring, k), (ring, k)]);
+        for (dx, dy) in sides {
+            let cell = Point::new((x + dx) as f64 + 0.5, (y + dy) as f64 + 0.5);
+            let nearer = best.is_none_or(|found| cell.distance(point) < found.distance(point));
+            if nearer && drawing.cell(&cell) == Some(FREE) {
+                best = Some(cell);
+            }
+        }
+    }
+    best
+}
+
+/// The heading of a robot that starts where a drawn route begins. It is the direction from the route's first point to the
+/// first one that is farther away than [`Settings::heading_distance_share`] of the drawing's diagonal. So a squiggle
+/// at the beginning does not count (Boniardi et al. 2016, IV). `None` where the route never gets as far.
+pub fn route_heading_rad(
+    route: impl IntoIterator<Item = Point<Sketch>>,
+    diagonal_px: f64,
+    settings: &Settings,
+) -> Option<f64> {
+    let threshold = settings.heading_distance_share * diagonal_px;
+    let mut points = route.into_iter();
+    let first = points.next()?;
+    let beyond = points.find(|point| point.distance(&first) > threshold)?;
+    Some((beyond.y - first.y).atan2(beyond.x - first.x))
+}
+
+fn route_heading(
+    drawing: &DrawnMap,
+    settings: &Settings,
+    route: Option<&ImageTask>,
+) -> Result<f64, SketchError> {
+    let points = route.map_or(&[][..], |task| &task.points);
+    let (route, diagonal_px) = (points.iter().map(|&at| drawing.from_image(at)), drawing.diagonal_px());
+    let threshold_px = settings.heading_distance_share * diagonal_px / drawing.scale;
+    route_heading_rad(route, diagonal_px, settings).ok_or(SketchError::NoHeading { threshold_px })
+}
+
+/// The free cells that a way over sides of free cells joins to the start. Ways over corners do not
+/// count: a line that climbs pixel by pixel is a wall.
+struct Reachable<'a> {
+    drawing: &'a DrawnMap,
+    start: Point<Sketch>,
+    cells: Vec<bool>,
+}
+
+impl<'a> Reachable<'a> {
+    fn from(drawing: &'a DrawnMap, start: &Point<Sketch>) -> Self {
+        Self { drawing, start: *start, cells: flood(drawing, start) }
+    }
+
+    fn free(&self, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
+        let point = free(self.drawing, what, at)?;
+        if self.drawing.index(&point).is_some_and(|index| self.cells[index]) {
+            return Ok(point);
+        }
+        Err(SketchError::Unreachable {
+            what: what.to_owned(),
+            place: at,
+            file: self.drawing.file.clone(),
+            start: self.drawing.to_image(&self.start),
+        })
+    }
+}
+
+/// Which cells are reached, whole stretches of free cells of a row at once.
+pub(crate) fn flood(drawing: &DrawnMap, start: &Point<Sketch>) -> Vec<bool> {
+    let width = drawing.width_px as usize;
+    let rows: Vec<Vec<Range<usize>>> = drawing.cells.chunks_exact(width).map(free_stretches).collect();
+    let mut seen: Vec<Vec<bool>> = rows.iter().map(|stretches| vec![false; stretches.len()]).collect();
+    let mut reached = vec![false; drawing.cells.len()];
+    let first = drawing.index(start).map(|at| (at / width, at % width));
+    let holds =
+        |(row, column): (usize, usize)| Some((row, rows[row].iter().position(|one| one.contains(&column))?));
+    let mut open: Vec<(usize, usize)> = first.and_then(holds).into_iter().collect();
+    while let Some((row, k)) = open.pop() {
+        if std::mem::replace(&mut seen[row][k], true) {
+            continue;
+        }
+        let stretch = &rows[row][k];
+        reached[row * width..][stretch.clone()].fill(true);
+        for beside in
+            [row.checked_sub(1), Some(row + 1).filter(|&row| row < rows.len())].into_iter().flatten()
+        {
+            let first = rows[beside].partition_point(|other| other.end <= stretch.start);
+            let touching = rows[beside][first..].iter().take_while(|other| other.start < stretch.end).count();
+            open.extend((first..first + touching).map(|k| (beside, k)));
+        }
+    }
+    reached
+}
+
+/// The stretches of free cells of a row.
+fn free_stretches(row: &[u8]) -> Vec<Range<usize>> {
+    let mut end = 0;
+    let next = || {
+        let start = end + row[end..].iter().position(|&cell| cell == FREE)?;
+        end = start + row[start..].iter().take_while(|&&cell| cell == FREE).count();
+        Some(start..end)
+    };
+    std::iter::from_fn(next).collect()
+}

@@ -1,0 +1,114 @@
+//! Pictures of pixels: PNG and JPEG, decoded within bounds and scaled to the canvas.
+//!
+//! The rows of what comes out run from the bottom up; this and the other decoders are the only
+//! places where row 0 is at the top.
+
+use std::io::Cursor;
+
+use image::metadata::Orientation;
+use image::{DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use sketchnav_schemas::channels::MAX_SKETCH_CELLS;
+
+use super::error::{Broken, SketchError};
+
+/// Most pixels that are decoded: a 50-megapixel photograph.
+const MAX_PIXELS: u64 = 50_000_000;
+/// Longest side that is decoded.
+const MAX_SIDE: u32 = 30_000;
+/// Most memory that a decoder may take at once.
+const MAX_DECODER_BYTES: u64 = 512 << 20;
+/// Longest side of a sketch: bounds the Hough transform's table for a drawing like a ribbon.
+const MAX_CANVAS_SIDE: u32 = 10_000;
+
+/// A decoded picture.
+pub(crate) struct Tones {
+    /// Brightness; rows from the bottom up.
+    pub picture: GrayImage,
+    /// Sketch pixels an image pixel.
+    pub scale: f64,
+}
+
+/// The size on the canvas of a drawing of `width` x `height`, and the scale that leads to it (at
+/// most `scale_max`).
+pub(crate) fn fit(width: f64, height: f64, scale_max: f64) -> (u32, u32, f64) {
+    let by_cells = (MAX_SKETCH_CELLS as f64 / (width * height)).sqrt();
+    let by_side = f64::from(MAX_CANVAS_SIDE) / width.max(height);
+    let mut scale = scale_max.min(by_cells).min(by_side);
+    loop {
+        let (w, h) = ((width * scale).ceil().max(1.0), (height * scale).ceil().max(1.0));
+        if w * h <= MAX_SKETCH_CELLS as f64 && w.max(h) <= f64::from(MAX_CANVAS_SIDE) {
+            return (w as u32, h as u32, scale);
+        }
+        scale *= 0.999;
+    }
+}
+
+/// Decodes a picture and scales it to the canvas.
+pub(crate) fn tones(bytes: &[u8], format: ImageFormat, broken: &Broken) -> Result<Tones, SketchError> {
+    let (image, orientation) = decode(bytes, format, broken)?;
+    let mut upright = image;
+    upright.apply_orientation(orientation);
+    Ok(shrink(upright))
+}
+
+fn decode(
+    bytes: &[u8],
+    format: ImageFormat,
+    broken: &Broken,
+) -> Result<(DynamicImage, Orientation), SketchError> {
+    let kind = if format == ImageFormat::Png { "PNG" } else { "JPEG" };
+    if format == ImageFormat::Jpeg && !jpeg_ends(bytes) {
+        return Err(broken.decode(kind, "it ends in the middle of the picture"));
+    }
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits());
+    let mut decoder = reader.into_decoder().map_err(|error| broken.decode(kind, error))?;
+    let (width, height) = decoder.dimensions();
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        let limit = format!("{} megapixels", MAX_PIXELS / 1_000_000);
+        return Err(broken.too_large(limit, format!("{width} x {height}")));
+    }
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let image = DynamicImage::from_decoder(decoder).map_err(|error| broken.decode(kind, error))?;
+    Ok((image, orientation))
+}
+
+/// Whether a JPEG's last scan has an end: the decoder would fill the rest of a cut picture with grey.
+fn jpeg_ends(bytes: &[u8]) -> bool {
+    let scan = bytes.windows(2).rposition(|pair| pair == [0xff, 0xda]);
+    scan.is_some_and(|start| bytes[start..].windows(2).any(|pair| pair == [0xff, 0xd9]))
+}
+
+fn limits() -> Limits {
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(MAX_DECODER_BYTES);
+    limits
+}
+
+/// Each cell takes the mean of the pixels that fall into it.
+fn shrink(image: DynamicImage) -> Tones {
+    let (width, height) = (image.width(), image.height());
+    let (cells_x, cells_y, scale) = fit(width.into(), height.into(), 1.0);
+    let pixels = image.into_luma_alpha8();
+    let mut sums = vec![(0_u32, 0_u32); cells_x as usize * cells_y as usize];
+    for (row, line) in pixels.as_raw().chunks_exact(2 * width as usize).enumerate() {
+        let first = ((row as f64 * scale) as usize).min(cells_y as usize - 1) * cells_x as usize;
+        for (column, pixel) in line.chunks_exact(2).enumerate() {
+            let cell = &mut sums[first + ((column as f64 * scale) as usize).min(cells_x as usize - 1)];
+            *cell = (cell.0 + u32::from(on_white(pixel[0], pixel[1])), cell.1 + 1);
+        }
+    }
+    let mean = |x: u32, y: u32| {
+        let (sum, count) = sums[((cells_y - 1 - y) * cells_x + x) as usize];
+        image::Luma([(sum / count.max(1)) as u8])
+    };
+    Tones { picture: GrayImage::from_fn(cells_x, cells_y, mean), scale }
+}
+
+/// A translucent tone on white paper.
+fn on_white(tone: u8, alpha: u8) -> u8 {
+    let (tone, alpha) = (u32::from(tone), u32::from(alpha));
+    ((tone * alpha + 255 * (255 - alpha) + 127) / 255) as u8
+}

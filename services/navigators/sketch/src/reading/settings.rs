@@ -1,0 +1,127 @@
+//! What can be set: the mission's `parameters.sketcher` table, and what else a reading depends on.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::sketch_mission::{SketchMission, WallTone};
+
+use super::error::SketchError;
+
+/// How to read one drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Which tone is a wall.
+    pub walls: WallTone,
+    /// Seed of the mission; the Hough transform draws its votes by it.
+    pub seed: u64,
+    /// The tunable rest.
+    pub settings: Settings,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { walls: WallTone::Auto, seed: 1, settings: Settings::default() }
+    }
+}
+
+impl Options {
+    /// As a mission says.
+    ///
+    /// # Errors
+    /// [`SketchError::Setting`] with the key of `parameters.sketcher` that cannot be; [`SketchError::Mission`].
+    pub fn of_mission(mission: &Mission, seed: u64) -> Result<Self, SketchError> {
+        let settings = Settings::from_table(mission.parameters.of(Process::Sketcher))?;
+        Ok(Self { walls: SketchMission::of(mission)?.walls, seed, settings })
+    }
+}
+
+/// Parameters of the sketcher: the table `parameters.sketcher` of a mission. Shares are parts of the
+/// drawing's diagonal, so that they mean the same in a small drawing and in a large one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Gaps narrower than so many pen widths are closed; 0 leaves all open.
+    pub close_gaps_pen_widths: f64,
+    /// Standard deviation of the start mark, a share of the diagonal.
+    pub start_spread_share: f64,
+    /// Standard deviation of the start heading, degrees.
+    pub start_spread_deg: f64,
+    /// How far a drawn route must lead until it tells the start heading, a share of the diagonal:
+    /// people begin with a squiggle (Boniardi et al. 2016, IV).
+    pub heading_distance_share: f64,
+    /// Shortest line that tells a wall direction, a share of the diagonal.
+    pub line_length_share: f64,
+    /// Widest gap within such a line, pixels.
+    pub line_gap_px: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            close_gaps_pen_widths: 1.0,
+            start_spread_share: 0.01,
+            start_spread_deg: 5.0,
+            heading_distance_share: 0.02,
+            line_length_share: 0.03,
+            line_gap_px: 3,
+        }
+    }
+}
+
+impl Settings {
+    /// Checks a mission's table; what is left out keeps its default.
+    ///
+    /// # Errors
+    /// [`SketchError::Setting`] with the key and what was expected.
+    pub fn from_table(table: &toml::Table) -> Result<Self, SketchError> {
+        let settings: Self = table.clone().try_into().map_err(|error: toml::de::Error| {
+            SketchError::Setting { key: String::new(), reason: error.to_string().trim_end().to_owned() }
+        })?;
+        settings.check()?;
+        Ok(settings)
+    }
+
+    fn check(&self) -> Result<(), SketchError> {
+        let ranges = [
+            ("close_gaps_pen_widths", self.close_gaps_pen_widths, 0.0..=20.0),
+            ("start_spread_share", self.start_spread_share, 0.0..=1.0),
+            ("start_spread_deg", self.start_spread_deg, 0.0..=180.0),
+            ("heading_distance_share", self.heading_distance_share, 0.0..=1.0),
+            ("line_length_share", self.line_length_share, 0.001..=1.0),
+            ("line_gap_px", self.line_gap_px.into(), 0.0..=1000.0),
+        ];
+        let wrong = ranges.into_iter().find(|(_, value, range)| !range.contains(value));
+        wrong.map_or(Ok(()), |(key, value, range)| {
+            let reason = format!("expected {} to {}, found {value}", range.start(), range.end());
+            Err(SketchError::Setting { key: format!(".{key}"), reason })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Settings, SketchError> {
+        Settings::from_table(&text.parse().expect("TOML"))
+    }
+
+    #[test]
+    fn what_is_left_out_keeps_its_default() {
+        let settings = parse("start_spread_deg = 9.0").expect("a good table");
+        assert_eq!(settings, Settings { start_spread_deg: 9.0, ..Settings::default() });
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        for (text, word) in [
+            ("pen = 3", "pen"),
+            ("start_spread_deg = 'five'", "start_spread_deg"),
+            ("start_spread_share = -1.0", "start_spread_share"),
+            ("close_gaps_pen_widths = nan", "close_gaps_pen_widths"),
+        ] {
+            let error = parse(text).expect_err(text).to_string();
+            assert!(error.contains(word) && error.contains("expected"), "{error}");
+        }
+    }
+}

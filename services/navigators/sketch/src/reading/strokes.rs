@@ -1,0 +1,174 @@
+//! Strokes in JSON, as a drawing pad writes them (the canvas and the obstacle polygons of Boniardi et al. 2016,
+//! IV). All coordinates are image pixels: column, row, row 0 at the top.
+//!
+//! ```json
+//! { "canvas": [2540, 1252],
+//!   "strokes": [ { "points": [[100, 100], [900, 120]], "width_px": 5 } ],
+//!   "obstacles": [ { "polygon": [[300, 300], [360, 300], [330, 350]], "label": "table" } ],
+//!   "start": { "at": [150, 200], "heading_deg": 0 },
+//!   "goals": [ { "name": "kitchen", "at": [800, 400] } ],
+//!   "route": [[150, 200], [400, 220], [800, 400]] }
+//! ```
+//! Under the key `pad` a page may keep what only it needs. `canvas` and `strokes` are required. A stroke is 5 px wide unless it says so; an obstacle is solid;
+//! a heading is degrees counter-clockwise from "to the right" as one looks at it.
+
+use resvg::tiny_skia::{
+    Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke as Pen, Transform,
+};
+use serde::Deserialize;
+
+use super::error::{Broken, SketchError};
+use super::ink;
+use super::marks::{GoalMark, Marks, StartMark};
+use super::raster::fit;
+use super::vector::gray;
+use super::walls::{Kind, Walls};
+
+/// Largest file that is parsed.
+const MAX_BYTES: usize = 32 << 20;
+/// Longest side of a canvas.
+const MAX_CANVAS_PX: u32 = 30_000;
+/// Farthest coordinate: a pen may slip off the canvas, but not out of the room.
+const MAX_COORDINATE_PX: f64 = 100_000.0;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Page {
+    canvas: [u32; 2],
+    strokes: Vec<Stroke>,
+    #[serde(default)]
+    obstacles: Vec<Obstacle>,
+    #[serde(default)]
+    start: Option<StartMark>,
+    #[serde(default)]
+    goals: Vec<GoalMark>,
+    #[serde(default)]
+    route: Option<Vec<[f64; 2]>>,
+    /// For the page; nothing here reads it.
+    #[serde(default, rename = "pad")]
+    _pad: serde::de::IgnoredAny,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stroke {
+    points: Vec<[f64; 2]>,
+    #[serde(default = "width_px")]
+    width_px: f64,
+}
+
+fn width_px() -> f64 {
+    5.0
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Obstacle {
+    polygon: Vec<[f64; 2]>,
+    /// For people; nothing reads it.
+    #[serde(default, rename = "label")]
+    _label: String,
+}
+
+/// Parses and draws a strokes file.
+pub(crate) fn walls(bytes: &[u8], broken: &Broken) -> Result<Walls, SketchError> {
+    if bytes.len() > MAX_BYTES {
+        return Err(broken.too_large(format!("{MAX_BYTES} bytes of strokes"), bytes.len().to_string()));
+    }
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let page: Page = serde_json::from_slice(text).map_err(|error| broken.decode("strokes", error))?;
+    page.check(broken)?;
+    let [width, height] = page.canvas.map(f64::from);
+    let (w, h, scale) = fit(width, height, 1.0);
+    let paper = Pixmap::new(w, h).ok_or_else(|| broken.decode("strokes", "the canvas has no size"))?;
+    let mask = ink::below(&gray(&page.draw(paper, scale as f32)), 128);
+    let pen_width_px = page.pen_width_px().map(|width| (width * scale).max(1.0));
+    let marks = Marks { start: page.start, goals: page.goals, route: page.route };
+    Ok(Walls { mask, scale, pen_width_px, kind: Kind::Strokes, marks })
+}
+
+impl Page {
+    fn check(&self, broken: &Broken) -> Result<(), SketchError> {
+        let wrong = |key: String, expected, found: String| {
+            Err(SketchError::Strokes { file: broken.file(), key, expected, found })
+        };
+        if !self.canvas.iter().all(|side| (1..=MAX_CANVAS_PX).contains(side)) {
+            return wrong("canvas".into(), "sides of 1 to 30000 px", format!("{:?}", self.canvas));
+        }
+        for (i, stroke) in self.strokes.iter().enumerate() {
+            if !(stroke.width_px > 0.0 && stroke.width_px <= 1000.0) {
+                let key = format!("strokes[{i}].width_px");
+                return wrong(key, "above 0, at most 1000", stroke.width_px.to_string());
+            }
+        }
+        for (i, obstacle) in self.obstacles.iter().enumerate() {
+            if obstacle.polygon.len() < 3 {
+                let found = obstacle.polygon.len().to_string();
+                return wrong(format!("obstacles[{i}].polygon"), "3 corners or more", found);
+            }
+        }
+        let far = |p: &[f64; 2]| !p.iter().all(|v| v.abs() <= MAX_COORDINATE_PX);
+        let Some((list, i, point)) = self.points().find(|(_, _, p)| far(p)) else { return Ok(()) };
+        wrong(format!("{list}[{i}]"), "coordinates within 100000 px", format!("{point:?}"))
+    }
+
+    /// Every point of the walls with its list and its place there.
+    fn points(&self) -> impl Iterator<Item = (&'static str, usize, &[f64; 2])> {
+        let strokes = self.strokes.iter().map(|s| &s.points).enumerate().map(|(i, p)| ("strokes", i, p));
+        let polygons = self.obstacles.iter().map(|o| &o.polygon).enumerate();
+        let obstacles = polygons.map(|(i, p)| ("obstacles", i, p));
+        strokes.chain(obstacles).flat_map(|(list, i, points)| points.iter().map(move |p| (list, i, p)))
+    }
+
+    fn draw(&self, mut paper: Pixmap, scale: f32) -> Pixmap {
+        paper.fill(Color::WHITE);
+        let mut ink = Paint { anti_alias: false, ..Paint::default() };
+        ink.set_color(Color::BLACK);
+        let canvas = Transform::from_scale(scale, scale);
+        for stroke in &self.strokes {
+            // A pen that is thinner than a cell would leave dots.
+            let width = (stroke.width_px as f32).max(1.0 / scale);
+            let pen = Pen { width, line_cap: LineCap::Round, line_join: LineJoin::Round, ..Pen::default() };
+            if let Some(path) = path(&stroke.points, false) {
+                paper.stroke_path(&path, &ink, &pen, canvas, None);
+            }
+        }
+        for path in self.obstacles.iter().filter_map(|obstacle| path(&obstacle.polygon, true)) {
+            paper.fill_path(&path, &ink, FillRule::EvenOdd, canvas, None);
+        }
+        paper
+    }
+
+    /// The median stroke's width, weighed by length.
+    fn pen_width_px(&self) -> Option<f64> {
+        let mut widths: Vec<_> = self.strokes.iter().map(|s| (s.width_px, s.length_px())).collect();
+        widths.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let half = widths.iter().map(|w| w.1).sum::<f64>() / 2.0;
+        let mut sum = 0.0;
+        widths.into_iter().find_map(|(width, length)| {
+            sum += length;
+            (sum >= half).then_some(width)
+        })
+    }
+}
+
+impl Stroke {
+    fn length_px(&self) -> f64 {
+        self.points.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).sum()
+    }
+}
+
+fn path(points: &[[f64; 2]], closed: bool) -> Option<Path> {
+    let mut builder = PathBuilder::new();
+    let (first, rest) = points.split_first()?;
+    builder.move_to(first[0] as f32, first[1] as f32);
+    rest.iter().for_each(|p| builder.line_to(p[0] as f32, p[1] as f32));
+    if rest.iter().all(|p| p == first) {
+        // A tap of the pen: a line of a hair's length gets its round caps.
+        builder.line_to(first[0] as f32 + 0.1, first[1] as f32);
+    }
+    if closed {
+        builder.close();
+    }
+    builder.finish()
+}

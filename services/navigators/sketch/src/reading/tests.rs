@@ -1,0 +1,433 @@
+//! The whole way from bytes to messages, over drawings made here and, where they lie beside the
+//! project, over drawings by people.
+
+#![expect(clippy::disallowed_methods, reason = "tests read drawings by people")]
+
+#[path = "../../../../../tests/support/data.rs"]
+mod data;
+#[path = "../../../../../tests/support/skip.rs"]
+mod skip;
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::path::PathBuf;
+
+use bytemuck::Zeroable;
+use image::{GrayImage, ImageFormat, Luma};
+use proptest::prelude::*;
+use sketchnav_schemas::channels::MAX_SKETCH_CELLS;
+use sketchnav_schemas::codes::{FREE, WALL};
+use sketchnav_schemas::message::{Route, SketchMap};
+use sketchnav_schemas::sketch_mission::WallTone;
+
+use super::canvas::{Sheet, encoded, photographed};
+use super::*;
+use crate::task::{ImageTask, fill_route};
+
+fn read_page(page: &GrayImage) -> DrawnMap {
+    read(&encoded(page, ImageFormat::Png), "page.png", &Options::default()).expect("a drawing")
+}
+
+fn refusal(bytes: &[u8]) -> SketchError {
+    read(bytes, "page", &Options::default()).expect_err("no drawing")
+}
+
+/// How far two directions are apart, a right angle counting as none.
+fn degrees_apart(a: f64, b: f64) -> f64 {
+    let apart = (a - b) - FRAC_PI_2 * ((a - b) / FRAC_PI_2).round();
+    apart.abs().to_degrees()
+}
+
+/// The share of cells in which a drawing differs from the page that it was read from.
+fn wrong_share(drawing: &DrawnMap, page: &GrayImage) -> f64 {
+    let wrong = page.enumerate_pixels().filter(|(x, row, pixel)| {
+        let y = drawing.height_px - 1 - row;
+        let wall = drawing.cells[(y * drawing.width_px + x) as usize] == WALL;
+        wall != (pixel.0[0] < 128)
+    });
+    wrong.count() as f64 / drawing.cells.len() as f64
+}
+
+#[test]
+fn a_turned_drawing_gives_its_angle() {
+    for degrees in [-44.0, -30.0, -12.5, 0.0, 3.0, 17.0, 28.5, 45.0, 60.0] {
+        let angle = f64::to_radians(degrees);
+        let drawing = read_page(&Sheet::default().building(angle));
+        let found = drawing.wall_direction_rad;
+        assert!(found > -FRAC_PI_4 - 1e-9 && found <= FRAC_PI_4 + 1e-9);
+        let error = degrees_apart(found, angle);
+        assert!(error < 1.0, "{degrees}: found {:.2}", found.to_degrees());
+    }
+}
+
+#[test]
+fn a_wobbly_drawing_gives_its_angle_too() {
+    for degrees in [-37.0, -20.0, 0.0, 9.0, 33.0] {
+        let angle = f64::to_radians(degrees);
+        let sheet = Sheet { wobble: 2.5, ..Sheet::default() };
+        let found = read_page(&sheet.building(angle)).wall_direction_rad;
+        assert!(degrees_apart(found, angle) < 3.0, "{degrees}: found {:.2}", found.to_degrees());
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_drawing() {
+    let page = Sheet { wobble: 2.0, ..Sheet::default() }.building(0.2);
+    assert_eq!(read_page(&page), read_page(&page));
+}
+
+#[test]
+fn tones_are_told_apart() {
+    let dark = Sheet::default();
+    let light = Sheet { paper: 20, ink: 230, ..Sheet::default() };
+    for (sheet, tone) in [(&dark, WallTone::Dark), (&light, WallTone::Light)] {
+        let page = sheet.building(0.1);
+        let found = read_page(&page);
+        let told = Options { walls: tone, ..Options::default() };
+        let told = read(&encoded(&page, ImageFormat::Png), "page.png", &told).expect("a drawing");
+        assert_eq!(found, told);
+        assert_eq!(found.kind, Kind::Lines);
+        assert!((found.pen_width_px - 4.0).abs() <= 1.0, "{}", found.pen_width_px);
+    }
+}
+
+/// Free space in white, all else black, as some people's drawings come: black is solid although there
+/// is more of it, and although it is no line.
+#[test]
+fn a_filled_drawing_is_solid_outside() {
+    let page = GrayImage::from_fn(300, 200, |x, y| {
+        let free = (40..200).contains(&x) && (50..120).contains(&y)
+            || (180..260).contains(&x) && (60..80).contains(&y);
+        Luma([if free { 255 } else { 0 }])
+    });
+    let drawing = read_page(&page);
+    assert_eq!(drawing.kind, Kind::Filled);
+    assert_eq!(wrong_share(&drawing, &page), 0.0);
+}
+
+#[test]
+fn a_photograph_of_pencil_on_paper_is_read() {
+    let sheet = Sheet { paper: 225, ink: 120, pen: 4.0, wobble: 1.0, width: 800, height: 600 };
+    let page = sheet.building(0.15);
+    for format in [ImageFormat::Png, ImageFormat::Jpeg] {
+        let photo = encoded(&photographed(&page, 3), format);
+        let drawing = read(&photo, "photo", &Options::default()).expect("a photograph");
+        let clean = Sheet { paper: 255, ink: 0, ..sheet }.building(0.15);
+        assert_eq!(drawing.kind, Kind::Photograph);
+        let wrong = wrong_share(&drawing, &clean);
+        assert!(wrong < 0.02, "{:.2} % of the cells are wrong", 100.0 * wrong);
+        assert!(degrees_apart(drawing.wall_direction_rad, 0.15) < 2.0);
+    }
+}
+
+#[test]
+fn a_photograph_of_a_blackboard_is_read() {
+    let sheet = Sheet { paper: 60, ink: 190, ..Sheet::default() };
+    let photo = photographed(&sheet.building(0.0), 5);
+    let drawing = read_page(&photo);
+    assert_eq!(drawing.kind, Kind::Photograph);
+    let wrong = wrong_share(&drawing, &Sheet::default().building(0.0));
+    assert!(wrong < 0.03, "{:.2} % of the cells are wrong", 100.0 * wrong);
+}
+
+#[test]
+fn hairline_gaps_close_and_doors_stay() {
+    let wall = |gap: f64| {
+        let sheet = Sheet { pen: 5.0, ..Sheet::default() };
+        let box_of = [(50.0, 50.0), (550.0, 50.0), (550.0, 450.0), (50.0, 450.0)];
+        let mut lines: Vec<_> = (0..4).map(|i| (box_of[i], box_of[(i + 1) % 4])).collect();
+        // Round pens end half a width beyond the line.
+        lines.push(((50.0, 250.0), (300.0 - gap / 2.0 - 2.5, 250.0)));
+        lines.push(((300.0 + gap / 2.0 + 2.5, 250.0), (550.0, 250.0)));
+        sheet.lines(&lines)
+    };
+    let through = |gap: f64| {
+        let drawing = read_page(&wall(gap));
+        let goal = ImageTask { name: "over".into(), points: vec![[300.0, 400.0]], time_limit_s: 60.0 };
+        let intent = Intent { start: Some([300.0, 100.0]), heading_deg: Some(0.0), tasks: vec![goal] };
+        intent.place(&drawing, &Settings::default())
+    };
+    assert!(matches!(through(1.5), Err(SketchError::Unreachable { .. })));
+    assert!(through(30.0).is_ok());
+}
+
+#[test]
+fn a_large_picture_is_scaled_and_its_points_along() {
+    let page = Sheet { width: 3600, height: 2400, pen: 8.0, ..Sheet::default() }.building(0.0);
+    let drawing = read_page(&page);
+    assert!(drawing.cells.len() <= MAX_SKETCH_CELLS && drawing.cells.len() > MAX_SKETCH_CELLS * 9 / 10);
+    assert!((drawing.scale - f64::from(drawing.width_px) / 3600.0).abs() < 1e-3);
+    let place = drawing.from_image([1800.0, 600.0]);
+    assert!((place.x - 1800.0 * drawing.scale).abs() < 1e-9);
+    assert!((place.y - f64::from(drawing.height_px) + 600.0 * drawing.scale).abs() < 1e-9);
+    let back = drawing.to_image(&place);
+    assert!((back[0] - 1800.0).abs() < 1e-9 && (back[1] - 600.0).abs() < 1e-9);
+    // The same wall lies at the same place, scaled.
+    let small = |x: f64, y: f64| drawing.cell(&drawing.from_image([x, y]));
+    let unit = 2400.0 / 140.0;
+    assert_eq!(small(1800.0, 1200.0 + 30.0 * unit), Some(WALL));
+    assert_eq!(small(1800.0, 1200.0 + 20.0 * unit), Some(FREE));
+}
+
+const SVG: &str = r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 20" width="40" height="20">
+<g fill="none" stroke="#222" stroke-width="0.2"><rect x="2" y="2" width="36" height="16"/>
+<path d="M20 2 V8 M20 12 V18"/></g><text x="5" y="5">kitchen</text>
+<image href="/etc/hostname" width="10" height="10"/></svg>"##;
+
+#[test]
+fn an_svg_in_metres_is_read() {
+    let drawing = read(SVG.as_bytes(), "plan.svg", &Options::default()).expect("a drawing");
+    assert_eq!((drawing.width_px, drawing.height_px, drawing.kind), (1024, 512, Kind::Lines));
+    assert_eq!(drawing.scale, 25.6);
+    assert_eq!(drawing.cell(&drawing.from_image([20.0, 5.0])), Some(WALL));
+    assert_eq!(drawing.cell(&drawing.from_image([20.0, 10.0])), Some(FREE));
+    assert!(drawing.wall_direction_rad.abs() < 0.01);
+}
+
+const STROKES: &str = r#"{ "canvas": [600, 400],
+    "strokes": [ { "points": [[50,50],[550,50],[550,350],[50,350],[50,50]], "width_px": 6 },
+                 { "points": [[300,50],[300,180]] }, { "points": [[300,240],[300,350]] } ],
+    "obstacles": [ { "polygon": [[400,250],[450,250],[450,300],[400,300]], "label": "table" } ],
+    "start": { "at": [100, 100], "heading_deg": 90 },
+    "goals": [ { "name": "kitchen", "at": [500, 100] }, { "at": [100, 300] } ],
+    "route": [[100,300],[101,299],[300,210],[500,150]] }"#;
+
+#[test]
+fn strokes_are_drawn_and_their_marks_placed() {
+    let drawing = read(STROKES.as_bytes(), "pad.json", &Options::default()).expect("a drawing");
+    assert_eq!((drawing.kind, drawing.pen_width_px), (Kind::Strokes, 6.0));
+    assert_eq!(drawing.cell(&drawing.from_image([425.0, 275.0])), Some(WALL));
+    assert_eq!(drawing.cell(&drawing.from_image([300.0, 100.0])), Some(WALL));
+    assert_eq!(drawing.cell(&drawing.from_image([300.0, 210.0])), Some(FREE));
+    let places = Intent::of_marks(&drawing.marks).place(&drawing, &Settings::default()).expect("places");
+    assert_eq!((places.start.x, places.start.y, places.start.yaw_rad), (100.0, 300.0, FRAC_PI_2));
+    let names: Vec<_> = places.tasks.iter().map(|task| task.name.as_str()).collect();
+    assert_eq!(names, ["kitchen", "goal 2", "route"]);
+}
+
+#[test]
+fn a_wrong_strokes_file_is_refused_by_its_key() {
+    for (from, to, words) in [
+        ("\"width_px\": 6", "\"width_px\": 0", "strokes[0].width_px"),
+        ("[600, 400]", "[0, 400]", "canvas"),
+        ("[[50,50],", "[[1e9,50],", "strokes[0]"),
+        ("\"label\"", "\"lable\"", "lable"),
+        ("[400,300]],", "[400,300]", "line"),
+        ("[450,250],[450,300],[400,300]", "[450,250]", "obstacles[0]"),
+    ] {
+        let error = refusal(STROKES.replace(from, to).as_bytes()).to_string();
+        assert!(error.contains(words) && error.starts_with("page"), "{error}");
+    }
+}
+
+#[test]
+fn messages_hold_what_was_drawn() {
+    let drawing = read(STROKES.as_bytes(), "pad.json", &Options::default()).expect("a drawing");
+    let places = Intent::of_marks(&drawing.marks).place(&drawing, &Settings::default()).expect("places");
+    let (mut map, mut cells) = (SketchMap::zeroed(), vec![7; drawing.cells.len()]);
+    fill_sketch(&drawing, &places, &mut map);
+    fill_cells(&drawing, &mut cells);
+    assert_eq!((map.width_px, map.height_px, &cells), (600, 400, &drawing.cells));
+    assert_eq!(map.start.pose().x, 100.0);
+
+    let mut route: Box<Route> = bytemuck::zeroed_box();
+    route.points_px[8000] = [1.0, 1.0];
+    fill_route(&places.tasks, &mut route);
+    assert_eq!((route.task_count, route.point_count, route.points_px[8000]), (3, 6, [0.0; 2]));
+    let last: Vec<_> = route.points(&route.tasks()[2]).map(|p| (p.x, p.y)).collect();
+    assert_eq!(last, [(100.0, 100.0), (101.0, 101.0), (300.0, 190.0), (500.0, 250.0)]);
+}
+
+fn task(name: &str, points: &[[f64; 2]]) -> ImageTask {
+    ImageTask { name: name.into(), points: points.to_vec(), time_limit_s: 60.0 }
+}
+
+fn placed(start: Option<[f64; 2]>, tasks: Vec<ImageTask>) -> Result<Places, SketchError> {
+    let drawing = read(STROKES.as_bytes(), "pad.json", &Options::default()).expect("a drawing");
+    Intent { start, heading_deg: None, tasks }.place(&drawing, &Settings::default())
+}
+
+/// People begin a route with a squiggle (Boniardi et al. 2016, IV): here it goes backwards and down first.
+#[test]
+fn a_squiggle_does_not_turn_the_start() {
+    let route = [[100.0, 300.0], [97.0, 303.0], [95.0, 300.0], [100.0, 280.0], [100.0, 200.0]];
+    let places = placed(None, vec![task("route", &route)]).expect("places");
+    assert_eq!((places.start.x, places.start.y), (100.0, 100.0));
+    assert!((places.start.yaw_rad - FRAC_PI_2).abs() < 1e-9, "{}", places.start.yaw_rad);
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_its_name_and_place() {
+    let goal = |at| vec![task("kitchen", &[at])];
+    let route = |middle| vec![task("kitchen", &[[100.0, 100.0], middle, [200.0, 200.0]])];
+    let start = Some([100.0, 100.0]);
+    let far = vec![task("way", &[[100.0, 100.0], [200.0, 100.0]]), task("kitchen", &[[10.0, 10.0]])];
+    for (result, words) in [
+        (placed(None, goal([200.0, 200.0])), "navigator.start"),
+        (placed(start, goal([200.0, 200.0])), "navigator.start_heading_deg"),
+        (
+            placed(Some([300.0, 100.0]), route([150.0, 150.0])),
+            "navigator.start at (300, 100) of pad.json: expected free space, found a wall; the nearest free place is (298, 100)",
+        ),
+        (
+            placed(Some([100.0, 1000.0]), route([150.0, 150.0])),
+            "navigator.start at (100, 1000): expected a place in pad.json, 600 x 400 px",
+        ),
+        (placed(start, route([-5.0, 150.0])), "task 1 (kitchen): route point 2 at (-5, 150)"),
+        (
+            placed(start, route([425.0, 275.0])),
+            "task 1 (kitchen): route point 2 at (425, 275) of pad.json: expected free space",
+        ),
+        (
+            placed(start, far),
+            "task 2 (kitchen): goal at (10, 10) of pad.json: expected a free way from the start at (100, 100)",
+        ),
+        (placed(start, vec![]), "task: expected 1 to 64, found 0"),
+        (placed(start, vec![task("empty", &[])]), "points of all tasks: expected 1 to 8192, found 0"),
+    ] {
+        let error = result.expect_err(words).to_string();
+        assert!(error.contains(words), "{error}\nexpected {words}");
+    }
+    assert!(placed(start, route([299.0, 100.0])).is_ok(), "a route may brush a wall");
+}
+
+#[test]
+fn pages_without_walls_or_space_are_refused() {
+    let blank = GrayImage::from_pixel(200, 100, Luma([240]));
+    let no_walls = SketchError::NoWalls { file: "page".into() };
+    assert_eq!(refusal(&encoded(&blank, ImageFormat::Png)), no_walls);
+    assert_eq!(refusal(&encoded(&photographed(&blank, 1), ImageFormat::Jpeg)), no_walls);
+    assert_eq!(refusal(br#"{"canvas":[30,30],"strokes":[]}"#), no_walls);
+    let full = br#"{"canvas":[30,30],"strokes":[{"points":[[0,0],[30,30]],"width_px":90}]}"#;
+    assert_eq!(refusal(full), SketchError::NoFreeSpace { file: "page".into() });
+}
+
+#[test]
+fn what_is_no_drawing_is_refused() {
+    assert_eq!(refusal(b""), SketchError::Empty { file: "page".into() });
+    for bytes in [&b"GIF89a..."[..], b"P5 3 3 255 .........", b"\0\0\0\0"] {
+        assert!(matches!(refusal(bytes), SketchError::Unsupported { .. }));
+    }
+    let page = Sheet::default().building(0.0);
+    for format in [ImageFormat::Png, ImageFormat::Jpeg] {
+        let whole = encoded(&page, format);
+        let error = refusal(&whole[..whole.len() / 3]);
+        assert!(matches!(error, SketchError::Broken { .. }), "{error}");
+    }
+    assert!(matches!(refusal(b"<svg"), SketchError::Broken { kind: "SVG", .. }));
+    let nested = format!("<svg xmlns=\"http://www.w3.org/2000/svg\">{}", "<g>".repeat(200_000));
+    assert!(matches!(refusal(nested.as_bytes()), SketchError::Broken { kind: "SVG", .. }));
+    let nested = format!("{{\"strokes\":{}", "[".repeat(200_000));
+    assert!(matches!(refusal(nested.as_bytes()), SketchError::Broken { kind: "strokes", .. }));
+}
+
+/// A picture of 30000 x 30000 in a few bytes: its header alone must be enough to refuse it.
+#[test]
+fn a_picture_bomb_is_refused_before_it_is_decoded() {
+    let mut png = encoded(&GrayImage::new(3, 3), ImageFormat::Png);
+    png[16..24].copy_from_slice(&[0, 0, 0x75, 0x30, 0, 0, 0x75, 0x30]);
+    let crc = crc32(&png[12..29]);
+    png[29..33].copy_from_slice(&crc.to_be_bytes());
+    assert!(matches!(refusal(&png), SketchError::TooLarge { .. } | SketchError::Broken { .. }));
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg()))
+    })
+}
+
+#[test]
+fn a_preview_is_a_picture_of_the_same_size() {
+    let drawing = read(STROKES.as_bytes(), "pad.json", &Options::default()).expect("a drawing");
+    let places = Intent::of_marks(&drawing.marks).place(&drawing, &Settings::default()).expect("places");
+    let picture = image::load_from_memory(&preview(&drawing, Some(&places)).expect("a PNG")).expect("a PNG");
+    assert_eq!((picture.width(), picture.height()), (600, 400));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn garbage_never_panics(bytes in prop::collection::vec(any::<u8>(), 0..400), kind in 0..4_usize) {
+        let heads: [&[u8]; 4] = [b"\x89PNG\r\n\x1a\n", &[0xff, 0xd8, 0xff, 0xe0], b"<svg ", b"{\"canvas\":"];
+        let _ = read(&[heads[kind], &bytes[..]].concat(), "garbage", &Options::default());
+        let _ = read(&bytes, "garbage", &Options::default());
+    }
+
+    #[test]
+    fn damaged_files_never_panic(kind in 0..4_usize, at in 0.0..1.0_f64, value in any::<u8>(), cut in 0.0..1.0_f64) {
+        let page = Sheet { width: 120, height: 90, ..Sheet::default() }.building(0.3);
+        let mut bytes = match kind {
+            0 => encoded(&page, ImageFormat::Png),
+            1 => encoded(&page, ImageFormat::Jpeg),
+            2 => SVG.as_bytes().to_vec(),
+            _ => STROKES.as_bytes().to_vec(),
+        };
+        let at = (at * bytes.len() as f64) as usize;
+        bytes[at] = value;
+        let _ = read(&bytes, "damaged", &Options::default());
+        bytes.truncate((cut * bytes.len() as f64) as usize);
+        let _ = read(&bytes, "damaged", &Options::default());
+    }
+
+    #[test]
+    fn strokes_anywhere_never_panic(
+        points in prop::collection::vec((-1e5..1e5_f64, -1e5..1e5_f64), 0..12),
+        canvas in (1..300_u32, 1..300_u32),
+        width in 0.001..1000.0_f64,
+    ) {
+        let points: Vec<_> = points.iter().map(|p| [p.0, p.1]).collect();
+        let page = serde_json::json!({
+            "canvas": [canvas.0, canvas.1],
+            "strokes": [{ "points": points, "width_px": width }],
+            "obstacles": if points.len() > 2 { serde_json::json!([{ "polygon": points }]) } else { serde_json::json!([]) },
+        });
+        let _ = read(page.to_string().as_bytes(), "strokes", &Options::default());
+    }
+
+    #[test]
+    fn points_turn_there_and_back(x in -100.0..3000.0_f64, y in -100.0..3000.0_f64) {
+        let drawing = read(STROKES.as_bytes(), "pad.json", &Options::default()).expect("a drawing");
+        let back = drawing.to_image(&drawing.from_image([x, y]));
+        prop_assert!((back[0] - x).abs() < 1e-9 && (back[1] - y).abs() < 1e-9);
+    }
+}
+
+/// Drawings by people that lie beside the project, where they do.
+fn drawings(folder: &str, extension: &str) -> Vec<PathBuf> {
+    let root = data::folder().join("sketches").join(folder);
+    let Ok(entries) = std::fs::read_dir(&root) else {
+        skip::skipped("data", format_args!("no drawings at {}", root.display()));
+        return Vec::new();
+    };
+    let paths = entries.flatten().map(|entry| entry.path());
+    let mut paths: Vec<_> = paths.filter(|path| path.extension().is_some_and(|e| e == extension)).collect();
+    paths.sort();
+    paths
+}
+
+#[test]
+fn the_kth_drawings_are_free_where_they_are_white() {
+    for path in drawings("kth", "png") {
+        let (name, bytes) = (path.display().to_string(), std::fs::read(&path).expect("a drawing"));
+        let drawing = read(&bytes, &name, &Options::default()).expect("a drawing");
+        assert_eq!(drawing.kind, Kind::Filled, "{name}");
+        let page = image::load_from_memory(&bytes).expect("a picture").into_luma8();
+        let wrong = wrong_share(&drawing, &page);
+        assert!(wrong < 0.01, "{name}: {:.2} % of the cells are wrong", 100.0 * wrong);
+        let direction = drawing.wall_direction_rad.to_degrees();
+        assert!(direction.abs() < 5.0, "{name}: {direction:.1}");
+    }
+}
+
+#[test]
+fn the_pen_drawings_of_real_floors_are_dark_lines() {
+    for path in drawings("nus", "jpeg") {
+        let (name, bytes) = (path.display().to_string(), std::fs::read(&path).expect("a drawing"));
+        let drawing = read(&bytes, &name, &Options::default()).expect("a drawing");
+        assert_eq!(drawing.kind, Kind::Lines, "{name}");
+        let page = image::load_from_memory(&bytes).expect("a picture").into_luma8();
+        assert!(wrong_share(&drawing, &page) < 0.02, "{name}");
+        assert!((2.0..9.0).contains(&drawing.pen_width_px), "{name}: {}", drawing.pen_width_px);
+    }
+}

@@ -1,0 +1,97 @@
+//! The drawing as the navigators see it: a grid of free and wall cells with a direction.
+
+use sketchnav_schemas::codes::WALL;
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::message::SketchMap;
+
+/// The drawing: cells in rows from the bottom up, and the direction of its walls.
+///
+/// Cell (column, row) covers the square from (column, row) to (column + 1, row + 1) of the frame
+/// [`Sketch`]. What lies outside the grid is wall.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SketchGrid {
+    width: usize,
+    height: usize,
+    wall: Vec<bool>,
+    wall_direction_rad: f64,
+}
+
+/// The cells behind a sketch are not as many as its size says, or none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("sketch: expected {width} × {height} cells, found {found}")]
+pub struct CellsError {
+    /// Width that the message says.
+    pub width: u32,
+    /// Height that the message says.
+    pub height: u32,
+    /// Cells behind the message.
+    pub found: usize,
+}
+
+impl SketchGrid {
+    /// From the message and the cells behind it.
+    ///
+    /// # Errors
+    /// [`CellsError`].
+    pub fn of_map(map: &SketchMap, cells: &[u8]) -> Result<Self, CellsError> {
+        let (width, height) = (map.width_px, map.height_px);
+        Self::new(width as usize, height as usize, cells, map.wall_direction_rad)
+            .filter(|_| !cells.is_empty())
+            .ok_or(CellsError { width, height, found: cells.len() })
+    }
+
+    /// From cells as they travel behind a `SketchMap` (row 0 at the bottom; [`WALL`] is wall, all
+    /// else free). Returns `None` where the count of cells is not width × height.
+    pub fn new(width: usize, height: usize, cells: &[u8], wall_direction_rad: f64) -> Option<Self> {
+        (width.checked_mul(height)? == cells.len()).then(|| Self {
+            width,
+            height,
+            wall: cells.iter().map(|&c| c == WALL).collect(),
+            wall_direction_rad,
+        })
+    }
+
+    /// Whether each cell is wall, row by row from the bottom.
+    pub fn walls(&self) -> &[bool] {
+        &self.wall
+    }
+
+    /// The same with more walls; `more` has as many cells.
+    pub fn walled(&self, more: &[bool]) -> Self {
+        let wall = self.wall.iter().zip(more).map(|(wall, more)| wall | more).collect();
+        Self { wall, ..*self }
+    }
+
+    /// The same without the walls in `cleared`, which has as many cells.
+    pub fn cleared(&self, cleared: &[bool]) -> Self {
+        let wall = self.wall.iter().zip(cleared).map(|(wall, cleared)| wall & !cleared).collect();
+        Self { wall, ..*self }
+    }
+
+    /// Width, pixels.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Height, pixels.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The direction φ of the reference frame R_S (Boniardi et al. 2015, III-B): scale a runs along it, scale b
+    /// across; radians in the sketch frame.
+    pub fn wall_direction_rad(&self) -> f64 {
+        self.wall_direction_rad
+    }
+
+    /// Whether the cell is wall; outside is wall.
+    pub fn is_wall_cell(&self, column: i64, row: i64) -> bool {
+        let inside = (0..self.width as i64).contains(&column) && (0..self.height as i64).contains(&row);
+        !inside || self.wall[row as usize * self.width + column as usize]
+    }
+
+    /// Whether the place is in a wall or outside.
+    pub fn is_wall(&self, place: Point<Sketch>) -> bool {
+        self.is_wall_cell(place.x.floor() as i64, place.y.floor() as i64)
+    }
+}

@@ -1,0 +1,167 @@
+//! The sketcher in drawings as a stage: the drawing of a mission, or those that people send while it runs.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels::{DRAWING, ROUTE, SKETCH, UNDERSTOOD};
+use sketchnav_schemas::codes::DrawingKind;
+use sketchnav_schemas::message::{Header, Route, SketchMap};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::sketch_mission::SketchMission;
+use sketchnav_stage::{Files, Heard, Hosted, Outbox, Stage, StageError};
+
+use crate::reading::desk::{self, Change, Desk};
+use crate::reading::{
+    DrawnMap, Intent, Options, Places, SketchError, fill_cells, fill_sketch, fill_understood, read,
+};
+use crate::task::fill_route;
+
+/// How often a drawing is read that has killed the sketcher each time.
+const MAX_ATTEMPTS: u32 = 3;
+
+/// The sketcher of a run: by the pad's drawings where people draw, else by the mission's.
+///
+/// # Errors
+/// [`SketchError`]: a parameter, or a drawing that cannot be opened.
+pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, StageError> {
+    if run.pad.draws() {
+        return Ok(Box::new(LiveSketcher { desk: Desk::new(run)?, answer: None }));
+    }
+    let options = Options::of_mission(&run.mission, run.seed)?;
+    let mission = SketchMission::of(&run.mission)?;
+    Ok(Box::new(FileSketcher { bytes: load(&mission, files)?, mission, options }))
+}
+
+/// Reads the drawing of a run and places its start and tasks in it; the mission goes before what the
+/// drawing itself marks.
+///
+/// # Errors
+/// A drawing that is missing, or that [`read`] or [`Intent::place`] refuses.
+pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(DrawnMap, Places), SketchError> {
+    let options = Options::of_mission(&run.mission, run.seed)?;
+    let mission = SketchMission::of(&run.mission)?;
+    understand_bytes(&mission, &options, &load(&mission, files)?)
+}
+
+fn load(mission: &SketchMission, files: &Files<'_>) -> Result<Vec<u8>, SketchError> {
+    let file = &mission.drawing;
+    files(file).map_err(|error| SketchError::File { file: file.clone(), reason: error.to_string() })
+}
+
+fn understand_bytes(
+    mission: &SketchMission,
+    options: &Options,
+    bytes: &[u8],
+) -> Result<(DrawnMap, Places), SketchError> {
+    let drawing = read(bytes, &mission.drawing, options)?;
+    let intent = Intent::of_mission(mission).or(Intent::of_marks(&drawing.marks));
+    let places = intent.place(&drawing, &options.settings)?;
+    Ok((drawing, places))
+}
+
+/// Sends the sketch and the route of the mission's drawing once; after a kill it reads the drawing again.
+struct FileSketcher {
+    mission: SketchMission,
+    options: Options,
+    bytes: Vec<u8>,
+}
+
+impl Stage for FileSketcher {
+    const FORM: &'static str = "sketch sketcher 2";
+    type State = ();
+
+    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        let (drawing, places) = understand_bytes(&self.mission, &self.options, &self.bytes)?;
+        out.send_with(SKETCH, drawing.cells.len(), |map, cells| write_sketch(&drawing, &places, map, cells))?;
+        out.send(ROUTE, |route: &mut Route| fill_route(&places.tasks, route))?;
+        Ok(())
+    }
+
+    fn state(&self) -> impl Serialize {}
+
+    fn restore(&mut self, (): ()) -> Result<(), StageError> {
+        Ok(())
+    }
+}
+
+fn write_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap, cells: &mut [u8]) {
+    fill_sketch(drawing, places, map);
+    fill_cells(drawing, cells);
+}
+
+/// Answers each drawing of the pad with one word, and sends what follows from it before.
+///
+/// Its state holds the drawings that were taken over, so that its successor has what the pad has
+/// forgotten, and what there is to say to the last one.
+struct LiveSketcher {
+    desk: Desk,
+    answer: Option<Answer>,
+}
+
+/// What is said to a drawing.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Answer {
+    kind: u32,
+    /// What it changed, or why it was refused.
+    outcome: Result<Change, String>,
+}
+
+/// The state of the sketcher where people draw: `D` is the desk's, or a reference to it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct State<D = desk::State, A = Option<Answer>> {
+    desk: D,
+    answer: A,
+}
+
+impl Stage for LiveSketcher {
+    const FORM: &'static str = "sketch live sketcher 2";
+    type State = State;
+
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+        let Some(about) = message.on(DRAWING) else { return Ok(()) };
+        let read = match DrawingKind::from_code(about.kind) {
+            Some(_) if message.attempts >= MAX_ATTEMPTS => {
+                Err(SketchError::Fatal { attempts: message.attempts })
+            }
+            Some(kind) => self.desk.take(kind, message.cells()),
+            None => Err(SketchError::Kind { found: about.kind }),
+        };
+        let outcome = read.map_err(|error| error.to_string());
+        self.answer = Some(Answer { kind: about.kind, outcome });
+        Ok(())
+    }
+
+    /// The route says which sketch its tasks are places of.
+    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        let Some(Answer { kind, outcome }) = &self.answer else { return Ok(()) };
+        if let Some((drawing, places)) = self.desk.placed() {
+            let length = drawing.cells.len();
+            let write = |map: &mut SketchMap, cells: &mut [u8]| write_sketch(drawing, places, map, cells);
+            match outcome {
+                Ok(Change::Start) => drop(out.send_with(SKETCH, length, write)?),
+                _ => out.repeat(SKETCH, length, write)?,
+            }
+            if matches!(outcome, Ok(Change::Start | Change::Tasks)) {
+                let source_seq = out.last(SKETCH);
+                out.send(ROUTE, |route: &mut Route| {
+                    route.header = Header { source_seq, ..route.header };
+                    fill_route(&places.tasks, route);
+                })?;
+            }
+        }
+        let (sketch_seq, route_seq) = (out.last(SKETCH), out.last(ROUTE));
+        out.send(UNDERSTOOD, |answer| {
+            (answer.kind, answer.sketch_seq, answer.route_seq) = (*kind, sketch_seq, route_seq);
+            fill_understood(self.desk.drawing(), outcome.as_ref().err().map(String::as_str), answer);
+        })?;
+        Ok(())
+    }
+
+    fn state(&self) -> impl Serialize {
+        State { desk: self.desk.state(), answer: &self.answer }
+    }
+
+    fn restore(&mut self, state: State) -> Result<(), StageError> {
+        self.desk.restore(&state.desk)?;
+        self.answer = state.answer;
+        Ok(())
+    }
+}

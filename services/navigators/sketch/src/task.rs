@@ -1,0 +1,64 @@
+//! The tasks of a mission in a drawing.
+
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::message::{Route, RouteTask, Text};
+
+/// A task: one point is a goal, more are a drawn route. `P` is a place in the frame [`Sketch`], or in image pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Task<P = Point<Sketch>> {
+    /// Name, for people.
+    pub name: String,
+    /// Where to go.
+    pub points: Vec<P>,
+    /// Simulation time after which the task has failed, seconds.
+    pub time_limit_s: f64,
+}
+
+/// A task in image pixels (column, row; row 0 at the top).
+pub type ImageTask = Task<[f64; 2]>;
+
+impl<P> Task<P> {
+    /// Whether the task is to follow a drawn route.
+    pub fn is_route(&self) -> bool {
+        self.points.len() > 1
+    }
+}
+
+impl Task {
+    /// The tasks of a route message, in order.
+    pub fn of_route(route: &Route) -> Vec<Self> {
+        let task = |task: &RouteTask| Self {
+            name: task.name.as_str().to_owned(),
+            points: route.points(task).collect(),
+            time_limit_s: task.time_limit_s,
+        };
+        route.tasks().iter().map(task).collect()
+    }
+
+    /// Where the task ends; the drawing's origin for a task without points.
+    pub fn end(&self) -> Point<Sketch> {
+        self.points.last().copied().unwrap_or(Point::new(0.0, 0.0))
+    }
+}
+
+/// Fills a route message; what lies behind its counts becomes zero.
+///
+/// Tasks and points beyond what the message holds are left out.
+pub fn fill_route(tasks: &[Task], route: &mut Route) {
+    let nothing = RouteTask { name: Text::default(), first_point: 0, point_count: 0, time_limit_s: 0.0 };
+    route.tasks.fill(nothing);
+    route.points_px.fill([0.0; 2]);
+    let mut first_point = 0;
+    for (slot, task) in route.tasks.iter_mut().zip(tasks) {
+        let point_count = task.points.len() as u32;
+        let name = Text::new(&task.name);
+        *slot = RouteTask { name, first_point, point_count, time_limit_s: task.time_limit_s };
+        first_point += point_count;
+    }
+    let points = tasks.iter().flat_map(|task| &task.points);
+    for (place, point) in route.points_px.iter_mut().zip(points) {
+        *place = [point.x, point.y];
+    }
+    route.task_count = tasks.len().min(route.tasks.len()) as u32;
+    route.point_count = first_point.min(route.points_px.len() as u32);
+}

@@ -1,0 +1,307 @@
+//! A small kinematic world: straight walls, round obstacles, a disc for a robot, and a drawing whose
+//! estimate is perfect, so that a test of the planner tests the planner.
+
+use bytemuck::Zeroable;
+use sketchnav_schemas::codes::{FREE, Order, TaskState, Tracking, WALL};
+use sketchnav_schemas::geometry::{Odom, Pose, Sketch, World as WorldFrame};
+use sketchnav_schemas::message::*;
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_sketch::planner::core::{Core, Step};
+
+pub const ROBOTINO: &str = include_str!("../../../../../sim/robots/robotino.toml");
+pub const TURTLEBOT: &str = include_str!("../../../../../sim/robots/turtlebot3.toml");
+pub const DT_S: f64 = 0.1;
+
+/// From a place of the world, metres, to the drawing, pixels, and the local scales there.
+pub type Warp = fn(f64, f64) -> ([f64; 2], [f64; 2]);
+
+/// 20 px a metre along x, 30 px a metre along y, a margin of 20 px.
+pub fn stretched(x: f64, y: f64) -> ([f64; 2], [f64; 2]) {
+    ([20.0 + 20.0 * x, 20.0 + 30.0 * y], [20.0, 30.0])
+}
+
+pub type Line = [f64; 4];
+
+pub struct Scene {
+    /// The true walls, metres.
+    pub walls: Vec<Line>,
+    /// What stands around, metres: x, y, radius.
+    pub discs: Vec<[f64; 3]>,
+    /// The walls as drawn, metres before the warp.
+    pub drawn: Vec<Line>,
+    pub warp: Warp,
+    pub size_m: [f64; 2],
+    pub start: Pose<WorldFrame>,
+}
+
+/// What came of a drive.
+#[derive(Default)]
+pub struct Outcome {
+    /// Every ending state, in order, with its reason.
+    pub ends: Vec<(TaskState, String)>,
+    /// The true way, every step.
+    pub way: Vec<[f64; 2]>,
+    /// Nearest distance of the robot's hull to anything, metres.
+    pub closest_m: f64,
+    pub commands: Vec<VelocityCommand>,
+    pub seconds: f64,
+    pub plans: usize,
+    /// How often it began to recover from a standstill.
+    pub standstills: usize,
+    pub all_bytes: Vec<u8>,
+}
+
+pub struct Drive {
+    pub core: Core,
+    scene: Scene,
+    robot: Robot,
+    truth: Pose<WorldFrame>,
+    twist: Twist,
+    seq: u64,
+    /// How well the scans fit, as the estimate says.
+    pub fit: f64,
+    pub scan: Box<LaserScan>,
+    pub estimate: Box<PoseEstimate>,
+    pub odometry: Odometry,
+}
+
+impl Scene {
+    /// A drawing that shows every wall where it is.
+    pub fn faithful(walls: Vec<Line>, size_m: [f64; 2], start: [f64; 3]) -> Self {
+        let start = Pose::new(start[0], start[1], start[2]);
+        Self { drawn: walls.clone(), walls, discs: Vec::new(), warp: stretched, size_m, start }
+    }
+
+    pub fn cells(&self) -> (SketchMap, Vec<u8>) {
+        let ([width, height], _) = (self.warp)(self.size_m[0], self.size_m[1]);
+        let (width, height) = (width as usize + 20, height as usize + 20);
+        let mut cells = vec![FREE; width * height];
+        for [x0, y0, x1, y1] in &self.drawn {
+            for i in 0..=2000 {
+                let t = f64::from(i) / 2000.0;
+                let ([x, y], _) = (self.warp)(x0 + t * (x1 - x0), y0 + t * (y1 - y0));
+                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    cells[(y as usize + dy) * width + x as usize + dx] = WALL;
+                }
+            }
+        }
+        let map = SketchMap { width_px: width as u32, height_px: height as u32, ..Zeroable::zeroed() };
+        (map, cells)
+    }
+
+    fn range(&self, x: f64, y: f64, angle: f64) -> f64 {
+        let (dx, dy) = (angle.cos(), angle.sin());
+        let walls = self.walls.iter().filter_map(|w| to_wall(x, y, dx, dy, w));
+        let discs = self.discs.iter().filter_map(|d| to_disc(x, y, dx, dy, d));
+        walls.chain(discs).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Free space around a place, metres.
+    pub fn clearance(&self, x: f64, y: f64) -> f64 {
+        let walls = self.walls.iter().map(|w| from_wall(x, y, w));
+        let discs = self.discs.iter().map(|d| (x - d[0]).hypot(y - d[1]) - d[2]);
+        walls.chain(discs).fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn to_wall(x: f64, y: f64, dx: f64, dy: f64, [x0, y0, x1, y1]: &Line) -> Option<f64> {
+    let (ex, ey) = (x1 - x0, y1 - y0);
+    let det = ex * dy - ey * dx;
+    let (px, py) = (x0 - x, y0 - y);
+    let (t, s) = ((ex * py - ey * px) / det, (dx * py - dy * px) / det);
+    (det.abs() > 1e-12 && t > 0.0 && (0.0..=1.0).contains(&s)).then_some(t)
+}
+
+fn to_disc(x: f64, y: f64, dx: f64, dy: f64, [cx, cy, r]: &[f64; 3]) -> Option<f64> {
+    let along = (cx - x) * dx + (cy - y) * dy;
+    let aside = (cx - x) * dy - (cy - y) * dx;
+    (along > 0.0 && aside.abs() < *r).then(|| along - (r * r - aside * aside).sqrt())
+}
+
+fn from_wall(x: f64, y: f64, [x0, y0, x1, y1]: &Line) -> f64 {
+    let (ex, ey) = (x1 - x0, y1 - y0);
+    let t = (((x - x0) * ex + (y - y0) * ey) / (ex * ex + ey * ey)).clamp(0.0, 1.0);
+    (x - x0 - t * ex).hypot(y - y0 - t * ey)
+}
+
+/// A run whose mission's planner has these parameters.
+pub fn config(robot: &str, planner: &str) -> RunConfig {
+    let mission = format!(
+        "name = 'test'\nrobot = 'robotino'\nworld = {{ floor_plan = 'x' }}\nnavigator = {{ kind = 'sketch', drawing = 'x' }}\n\
+         start = {{ world = [0, 0], world_heading_deg = 0 }}\n[[task]]\nname = 't'\ngoal = [0, 0]\n\
+         there = {{ center = [0, 0], radius_m = 1 }}\n[parameters.planner]\n{planner}"
+    );
+    RunConfig {
+        system: "test".into(),
+        mission: Mission::parse(&mission).unwrap(),
+        robot: Robot::parse(robot).unwrap(),
+        seed: 1,
+        pace: Pace::Lockstep,
+        recording: None,
+        pad: Pad::Absent,
+        without: Vec::new(),
+    }
+}
+
+/// Tasks, each a line of places of the world.
+pub fn route(warp: Warp, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Box<Route> {
+    let mut route: Box<Route> = Box::new(Zeroable::zeroed());
+    for task in tasks {
+        let entry = &mut route.tasks[route.task_count as usize];
+        entry.first_point = route.point_count;
+        entry.point_count = task.len() as u32;
+        entry.time_limit_s = time_limit_s;
+        entry.name = Text::new("a task");
+        route.task_count += 1;
+        for place in *task {
+            route.points_px[route.point_count as usize] = warp(place[0], place[1]).0;
+            route.point_count += 1;
+        }
+    }
+    route
+}
+
+impl Drive {
+    pub fn new(scene: Scene, robot: &str, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Self {
+        Self::with(scene, config(robot, ""), tasks, time_limit_s)
+    }
+
+    /// A drive by the planner's parameters of `config`.
+    pub fn with(scene: Scene, config: RunConfig, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Self {
+        let mut core = Core::new(&config).unwrap();
+        let (map, cells) = scene.cells();
+        core.on_sketch(&map, &cells).unwrap();
+        core.on_route(&route(scene.warp, tasks, time_limit_s));
+        core.on_order(&MissionCommand { order: Order::Start.code(), ..Zeroable::zeroed() });
+        Self {
+            core,
+            truth: scene.start,
+            scene,
+            robot: config.robot,
+            twist: Zeroable::zeroed(),
+            seq: 0,
+            fit: 0.0,
+            scan: Box::new(Zeroable::zeroed()),
+            estimate: Box::new(Zeroable::zeroed()),
+            odometry: Zeroable::zeroed(),
+        }
+    }
+
+    /// Lets the world make its messages.
+    pub fn sense(&mut self) {
+        self.seq += 1;
+        let header = Header { seq: self.seq, stamp_ns: self.seq * (DT_S * 1e9) as u64, source_seq: self.seq };
+        let origin = Pose::<Odom>::new(0.0, 0.0, 0.0);
+        let moved = self.scene.start.motion_to(&self.truth);
+        let odometry = PoseM::new(&origin.compose(&moved));
+        self.odometry = Odometry { header, pose: odometry, twist: self.twist };
+        self.make_scan(header);
+        self.make_estimate(header, odometry);
+    }
+
+    fn make_scan(&mut self, header: Header) {
+        let laser = self.robot.laser().unwrap();
+        let fov = laser.field_of_view_deg.to_radians();
+        let scan = &mut self.scan;
+        scan.header = header;
+        scan.angle_min_rad = (-fov / 2.0) as f32;
+        scan.angle_max_rad = (fov / 2.0) as f32;
+        scan.angle_increment_rad = (fov / f64::from(laser.beams - 1)) as f32;
+        scan.range_min_m = laser.range_min_m as f32;
+        scan.range_max_m = laser.range_max_m as f32;
+        scan.beam_count = laser.beams;
+        let (sin, cos) = self.truth.yaw_rad.sin_cos();
+        let x = self.truth.x + cos * laser.mount_x_m - sin * laser.mount_y_m;
+        let y = self.truth.y + sin * laser.mount_x_m + cos * laser.mount_y_m;
+        for i in 0..laser.beams as usize {
+            let angle = self.truth.yaw_rad + laser.mount_yaw_deg.to_radians() + f64::from(scan.angle_rad(i));
+            // A centimetre of noise that is the same on every machine.
+            let noise = 0.01 * (((self.seq * 7919 + i as u64 * 104_729) % 1000) as f64 / 500.0 - 1.0);
+            let range = self.scene.range(x, y, angle) + noise;
+            scan.ranges_m[i] = if range > laser.range_max_m { f32::INFINITY } else { range as f32 };
+        }
+    }
+
+    fn make_estimate(&mut self, header: Header, odometry: PoseM) {
+        let ([x, y], [a, b]) = (self.scene.warp)(self.truth.x, self.truth.y);
+        let estimate = &mut self.estimate;
+        estimate.header = header;
+        estimate.pose = PosePx::new(&Pose::<Sketch>::new(x, y, self.truth.yaw_rad));
+        (estimate.scale_a_pxpm, estimate.scale_b_pxpm) = (a, b);
+        estimate.odometry = odometry;
+        estimate.tracking = Tracking::Tracking.code();
+        estimate.fit = self.fit;
+    }
+
+    /// Lets the planner take its step.
+    pub fn think(&mut self) -> Step {
+        self.core.step(&self.estimate, Some(&*self.scan), &self.odometry)
+    }
+
+    /// Moves the robot; walls stop it.
+    pub fn act(&mut self, twist: Twist) {
+        self.twist = twist;
+        let (sin, cos) = self.truth.yaw_rad.sin_cos();
+        let x = self.truth.x + DT_S * (cos * twist.vx_mps - sin * twist.vy_mps);
+        let y = self.truth.y + DT_S * (sin * twist.vx_mps + cos * twist.vy_mps);
+        let yaw = self.truth.yaw_rad + DT_S * twist.yaw_rate_radps;
+        let free = self.scene.clearance(x, y) >= self.robot.radius_m;
+        self.truth = if free { Pose::new(x, y, yaw) } else { Pose::new(self.truth.x, self.truth.y, yaw) };
+    }
+
+    /// Drives until the mission ends, or for `most_s` seconds.
+    pub fn run(mut self, most_s: f64) -> Outcome {
+        let mut outcome = Outcome { closest_m: f64::INFINITY, ..Outcome::default() };
+        let mut plan: Box<Plan> = Box::new(Zeroable::zeroed());
+        let mut recovering = false;
+        let (mut command, mut status) = (VelocityCommand::zeroed(), MissionStatus::zeroed());
+        while outcome.seconds < most_s {
+            self.sense();
+            let step = self.think();
+            if step.planned {
+                self.core.write_plan(&mut plan);
+                outcome.plans += 1;
+                outcome.all_bytes.extend_from_slice(bytemuck::bytes_of(&*plan));
+            }
+            self.core.write_command(&mut command);
+            self.core.write_status(&mut status);
+            outcome.all_bytes.extend_from_slice(bytemuck::bytes_of(&command));
+            outcome.all_bytes.extend_from_slice(bytemuck::bytes_of(&status));
+            let state = TaskState::from_code(status.state).unwrap();
+            if state >= TaskState::Reached {
+                outcome.ends.push((state, status.reason.as_str().to_owned()));
+            }
+            let recovers = status.reason.as_str().starts_with("no progress");
+            outcome.standstills += usize::from(recovers && !recovering);
+            recovering = recovers;
+            outcome.commands.push(command);
+            if command.last == 1 {
+                break;
+            }
+            self.act(command.twist);
+            outcome.way.push([self.truth.x, self.truth.y]);
+            let clearance = self.scene.clearance(self.truth.x, self.truth.y);
+            outcome.closest_m = outcome.closest_m.min(clearance - self.robot.radius_m);
+            outcome.seconds += DT_S;
+        }
+        outcome
+    }
+}
+
+impl Outcome {
+    pub fn states(&self) -> Vec<TaskState> {
+        self.ends.iter().map(|(state, _)| *state).collect()
+    }
+
+    pub fn length_m(&self) -> f64 {
+        self.way.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum()
+    }
+
+    /// Whether the way passed within `radius_m` of the places in their order.
+    pub fn passes(&self, places: &[[f64; 2]], radius_m: f64) -> bool {
+        let mut way = self.way.iter();
+        places.iter().all(|place| way.any(|p| (p[0] - place[0]).hypot(p[1] - place[1]) < radius_m))
+    }
+}

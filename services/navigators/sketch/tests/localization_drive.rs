@@ -1,0 +1,121 @@
+//! A robot drives through a small building and is tracked in drawings of it: stretched differently
+//! along and across, turned, wobbly, with furniture that is not drawn.
+
+mod support;
+
+use sketchnav_schemas::codes::Tracking;
+use sketchnav_sketch::localization::parameters::{Likelihood, Parameters};
+use sketchnav_sketch::localization::{Estimate, Localizer};
+use support::{Drawing, Drive, WAY};
+
+/// A drawing of 21 pixels a metre along the corridor and 13 across.
+const STRETCHED: Drawing = Drawing { size: [500, 500], a: 21.0, b: 13.0, turn_rad: 0.0, wobble_px: 0.0 };
+
+/// What came of a drive.
+struct Outcome {
+    median_error_m: f64,
+    final_error_m: f64,
+    /// Mean of the logarithm of estimated over true scale, the last two thirds of the way.
+    scale_a_error: f64,
+    scale_b_error: f64,
+    tracking: Tracking,
+    trace: Vec<[u64; 5]>,
+}
+
+fn drive(drawing: Drawing, parameters: Parameters, seed: u64) -> Outcome {
+    drive_with(drawing, parameters, seed, |_, _| ())
+}
+
+/// Drives all the way; `meddle` is called after each step.
+fn drive_with(
+    drawing: Drawing,
+    parameters: Parameters,
+    seed: u64,
+    mut meddle: impl FnMut(usize, &mut Localizer),
+) -> Outcome {
+    let mut drive = Drive::new(drawing, parameters, seed);
+    let (mut errors, mut scales, mut trace, mut tracking) = (vec![], vec![], vec![], Tracking::Waiting);
+    for waypoint in WAY {
+        while (waypoint[0] - drive.truth.x).hypot(waypoint[1] - drive.truth.y) > 0.1 {
+            let (odometry, scan) = drive.advance(waypoint);
+            let estimate = drive.localizer.step(&odometry, &scan);
+            errors.push(error_m(&drawing, &drive, &estimate));
+            scales.push([estimate.scale_a_pxpm / drawing.a, estimate.scale_b_pxpm / drawing.b]);
+            trace.push(bits(&estimate));
+            tracking = estimate.tracking;
+            meddle(trace.len(), &mut drive.localizer);
+        }
+    }
+    let final_error_m = *errors.last().unwrap();
+    errors.sort_by(f64::total_cmp);
+    let late = &scales[scales.len() / 3..];
+    let mean = |i: usize| late.iter().map(|s| s[i].ln()).sum::<f64>() / late.len() as f64;
+    let median_error_m = errors[errors.len() / 2];
+    Outcome { median_error_m, final_error_m, scale_a_error: mean(0), scale_b_error: mean(1), tracking, trace }
+}
+
+fn error_m(drawing: &Drawing, drive: &Drive, estimate: &Estimate) -> f64 {
+    let [x, y] = drawing.px([drive.truth.x, drive.truth.y]);
+    let (sin, cos) = drawing.turn_rad.sin_cos();
+    let (dx, dy) = (estimate.pose.x - x, estimate.pose.y - y);
+    ((cos * dx + sin * dy) / drawing.a).hypot((cos * dy - sin * dx) / drawing.b)
+}
+
+fn bits(e: &Estimate) -> [u64; 5] {
+    [e.pose.x, e.pose.y, e.pose.yaw_rad, e.scale_a_pxpm, e.fit].map(f64::to_bits)
+}
+
+fn assert_tracked(outcome: &Outcome, error_m: f64, scale_error: f64) {
+    let Outcome { median_error_m, final_error_m, scale_a_error, scale_b_error, .. } = outcome;
+    assert!(*median_error_m < error_m, "median error {median_error_m} m");
+    assert!(*final_error_m < 2.0 * error_m, "final error {final_error_m} m");
+    assert!(scale_a_error.abs() < scale_error, "scale a off by {scale_a_error}");
+    assert!(scale_b_error.abs() < scale_error, "scale b off by {scale_b_error}");
+}
+
+#[test]
+fn the_track_and_the_scales_are_found_in_a_stretched_drawing() {
+    for seed in 1..=3 {
+        let outcome = drive(STRETCHED, Parameters::default(), seed);
+        assert_tracked(&outcome, 0.35, 0.25);
+        assert_eq!(outcome.tracking, Tracking::Tracking);
+    }
+}
+
+#[test]
+fn a_turned_and_wobbly_drawing_is_no_obstacle() {
+    let drawing = Drawing { size: [500, 500], a: 16.0, b: 24.0, turn_rad: 0.5, wobble_px: 3.0 };
+    for seed in 1..=3 {
+        assert_tracked(&drive(drawing, Parameters::default(), seed), 0.5, 0.3);
+    }
+}
+
+#[test]
+fn the_method_of_the_paper_tracks_too() {
+    for seed in 1..=3 {
+        let outcome = drive(STRETCHED, Parameters::paper(), seed);
+        assert_eq!(Parameters::paper().likelihood, Likelihood::Field);
+        assert_tracked(&outcome, 0.7, 0.35);
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits() {
+    let bits = |seed| drive(STRETCHED, Parameters::default(), seed).trace;
+    assert_eq!(bits(7), bits(7));
+    assert_ne!(bits(7), bits(8));
+}
+
+#[test]
+fn the_filter_goes_on_from_a_checkpoint() {
+    let whole = drive(STRETCHED, Parameters::default(), 5);
+    let resumed = drive_with(STRETCHED, Parameters::default(), 5, |step, localizer| {
+        if step == 150 {
+            let state = localizer.state().clone();
+            let mut fresh = support::localizer(&STRETCHED, Parameters::default(), 99);
+            fresh.restore(state);
+            *localizer = fresh;
+        }
+    });
+    assert_eq!(whole.trace, resumed.trace);
+}

@@ -1,0 +1,267 @@
+//! The localizer's core in its messages.
+
+use bytemuck::Zeroable;
+use sketchnav_schemas::codes::{FREE, Tracking, WALL};
+use sketchnav_schemas::geometry::Pose;
+use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_sketch::localizer::core::{Core, CoreError};
+
+const MISSION: &str = r#"
+name = "test"
+robot = "test"
+[world]
+floor_plan = "none.toml"
+[start]
+world = [0, 0]
+world_heading_deg = 0
+[navigator]
+kind = "sketch"
+drawing = "none.png"
+[[task]]
+name = "0 → 1"
+goal = [1, 1]
+there = { center = [0, 0], radius_m = 1 }
+"#;
+
+const ROBOT: &str = r#"
+name = "test"
+radius_m = 0.2
+mass_kg = 10
+drive = "differential"
+limits = { speed_mps = 1, yaw_rate_radps = 1, acceleration_mps2 = 1, yaw_acceleration_radps2 = 1 }
+[laser]
+model = "test"
+field_of_view_deg = 240
+beams = 61
+range_min_m = 0.02
+range_max_m = 5.6
+rate_hz = 10
+noise_m = 0.01
+noise_per_m = 0
+dropout = 0
+[odometry]
+alpha_speed_speed = 0
+alpha_speed_turn = 0
+alpha_turn_speed = 0
+alpha_turn_turn = 0
+drift_distance = 0
+drift_yaw_radpm = 0
+slips_per_m = 0
+"#;
+
+fn core(parameters: &str) -> Result<Core, CoreError> {
+    core_of(Robot::parse(ROBOT).unwrap(), parameters)
+}
+
+fn core_of(robot: Robot, parameters: &str) -> Result<Core, CoreError> {
+    let mission = Mission::parse(&format!("{MISSION}{parameters}")).unwrap();
+    Core::new(&RunConfig {
+        system: "test".into(),
+        mission,
+        robot,
+        seed: 1,
+        pace: Pace::Lockstep,
+        recording: None,
+        pad: Pad::Absent,
+        without: Vec::new(),
+    })
+}
+
+#[test]
+fn a_robot_without_a_sensor_that_the_localizer_needs_is_named_with_the_key_of_its_file() {
+    let robot = Robot::parse(ROBOT).unwrap();
+    let blind = Robot { laser: None, ..robot.clone() };
+    let lost = Robot { odometry: None, ..robot };
+    for (robot, key) in [(blind, "[laser]"), (lost, "[odometry]")] {
+        let error = core_of(robot, "").unwrap_err().to_string();
+        assert!(error.contains(key) && error.contains("\"test\""), "{error}");
+    }
+}
+
+/// A room of 80 × 60 px, and the robot in its middle.
+fn room() -> (SketchMap, Vec<u8>) {
+    let mut map = SketchMap::zeroed();
+    (map.width_px, map.height_px) = (100, 80);
+    map.start = PosePx::new(&Pose::new(50.0, 40.0, 0.0));
+    let free = |i: usize| (10..90).contains(&(i % 100)) && (10..70).contains(&(i / 100));
+    (map, (0..8000).map(|i| if free(i) { FREE } else { WALL }).collect())
+}
+
+/// The room as the laser sees it at 20 px a metre from its middle.
+fn scan(seq: u64) -> LaserScan {
+    scan_at(seq, 0.0)
+}
+
+/// The same `x` metres ahead of the middle.
+fn scan_at(seq: u64, x: f32) -> LaserScan {
+    let mut scan = LaserScan::zeroed();
+    (scan.header.seq, scan.header.stamp_ns) = (seq, (seq - 1) * 100_000_000);
+    (scan.beam_count, scan.range_min_m, scan.range_max_m) = (61, 0.02, 5.6);
+    (scan.angle_min_rad, scan.angle_increment_rad) = (-120_f32.to_radians(), 4_f32.to_radians());
+    for i in 0..61 {
+        let (sin, cos) = scan.angle_rad(i).sin_cos();
+        scan.ranges_m[i] = ((2.0 - x * cos.signum()) / cos.abs()).min(1.5 / sin.abs());
+    }
+    scan
+}
+
+/// A robot that has not moved.
+fn at_the_origin() -> Odometry {
+    ahead(0.0)
+}
+
+/// One that has driven `x` metres.
+fn ahead(x: f64) -> Odometry {
+    Odometry { pose: PoseM::new(&Pose::<()>::new(x, 0.0, 0.0)), ..Odometry::zeroed() }
+}
+
+/// What the core says to a scan.
+fn answer(core: &mut Core, odometry: &Odometry, scan: &LaserScan, out: &mut PoseEstimate) {
+    core.step(odometry, Some(scan));
+    *out = PoseEstimate::zeroed();
+    core.write_estimate(out);
+}
+
+#[test]
+fn without_a_sketch_it_waits() {
+    let (mut core, mut out) = (core("").unwrap(), PoseEstimate::zeroed());
+    answer(&mut core, &at_the_origin(), &scan(4), &mut out);
+    assert_eq!(out.tracking, Tracking::Waiting.code());
+}
+
+#[test]
+fn each_scan_is_answered_and_the_scales_are_found() {
+    // One look at a bare room says little: how large it may be must be right.
+    let parameters = "[parameters.localizer]\nbuilding_size_m = 5";
+    let (mut core, (map, cells)) = (core(parameters).unwrap(), room());
+    core.on_sketch(&map, &cells).unwrap();
+    let mut out = PoseEstimate::zeroed();
+    for seq in 1..=5 {
+        answer(&mut core, &at_the_origin(), &scan(seq), &mut out);
+        assert_eq!(out.tracking, Tracking::Tracking.code());
+    }
+    assert!((out.pose.x_px - 50.0).abs() < 5.0 && (out.pose.y_px - 40.0).abs() < 5.0, "{:?}", out.pose);
+    for scale in [out.scale_a_pxpm, out.scale_b_pxpm] {
+        assert!((scale / 20.0).ln().abs() < 0.2, "{scale}");
+    }
+}
+
+/// A building is 25 m long by default, and this one is a room of 4 m: the first look alone tells little, a few metres'
+/// drive tells enough.
+#[test]
+fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    core.on_sketch(&map, &cells).unwrap();
+    let mut out = PoseEstimate::zeroed();
+    answer(&mut core, &at_the_origin(), &scan(1), &mut out);
+    assert_eq!(out.tracking, Tracking::Doubtful.code());
+    for seq in 2..=60 {
+        let x = 1.2 * (0.1 * (seq - 1) as f64).sin();
+        answer(&mut core, &ahead(x), &scan_at(seq, x as f32), &mut out);
+        assert_ne!(out.tracking, Tracking::Lost.code());
+    }
+    assert_eq!(out.tracking, Tracking::Tracking.code());
+    // The laser hardly sees the wall behind, and the scale that is expected, 4 px/m, draws the estimate back.
+    let expected = 50.0 + 20.0 * 1.2 * 5.9_f64.sin();
+    assert!((out.pose.x_px - expected).abs() < 15.0 && (out.pose.y_px - 40.0).abs() < 5.0, "{:?}", out.pose);
+}
+
+#[test]
+fn with_another_sketch_the_filter_begins_anew() {
+    let (mut core, (mut map, cells)) = (core("").unwrap(), room());
+    map.header.seq = 1;
+    core.on_sketch(&map, &cells).unwrap();
+    let mut first = PoseEstimate::zeroed();
+    (1..=5).for_each(|seq| answer(&mut core, &at_the_origin(), &scan(seq), &mut first));
+    map.header.seq = 2;
+    map.start = PosePx::new(&Pose::new(30.0, 40.0, 0.0));
+    core.on_sketch(&map, &cells).unwrap();
+    let mut second = PoseEstimate::zeroed();
+    answer(&mut core, &at_the_origin(), &scan(6), &mut second);
+    assert_eq!(core.sketch_seq(), 2);
+    assert!((first.pose.x_px - 50.0).abs() < 5.0 && (second.pose.x_px - 30.0).abs() < 10.0, "{second:?}");
+}
+
+/// An estimate that waits for a sketch is at (0, 0), which is a place in every drawing. Who began there forgot the
+/// start that the person marked.
+#[test]
+fn an_estimate_that_waits_is_no_place_to_begin_at() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    let mut out = PoseEstimate::zeroed();
+    answer(&mut core, &at_the_origin(), &scan(1), &mut out);
+    assert_eq!(out.tracking, Tracking::Waiting.code());
+    core.begin_at(&out);
+    core.on_sketch(&map, &cells).unwrap();
+    answer(&mut core, &at_the_origin(), &scan(2), &mut out);
+    assert!((out.pose.x_px - 50.0).abs() < 5.0, "{:?}", out.pose);
+}
+
+/// A scan without any reading once fitted best of all: a robot with a covered lens was sure of itself, and even one that
+/// was lost found itself again.
+#[test]
+fn a_robot_that_sees_nothing_is_lost_and_one_that_sees_again_is_not() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    core.on_sketch(&map, &cells).unwrap();
+    let mut out = PoseEstimate::zeroed();
+    let mut drive = |seqs: std::ops::RangeInclusive<u64>, covered: bool| {
+        for seq in seqs {
+            let x = (seq as f64 * 0.1).sin();
+            let mut scan = scan_at(seq, x as f32);
+            if covered {
+                scan.ranges_m.fill(f32::NAN);
+            }
+            answer(&mut core, &ahead(x), &scan, &mut out);
+        }
+        out.tracking
+    };
+    assert_eq!(drive(1..=60, false), Tracking::Tracking.code());
+    assert_eq!(drive(61..=120, true), Tracking::Lost.code());
+    assert_eq!(drive(121..=240, false), Tracking::Tracking.code());
+}
+
+#[test]
+fn particles_are_due_once_a_second() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    assert!(!core.particles_due(0));
+    core.on_sketch(&map, &cells).unwrap();
+    let (mut out, mut particles) = (PoseEstimate::zeroed(), Particles::zeroed());
+    let mut sent = vec![];
+    for seq in 1..=25 {
+        answer(&mut core, &at_the_origin(), &scan(seq), &mut out);
+        let stamp_ns = scan(seq).header.stamp_ns;
+        if core.particles_due(stamp_ns) {
+            core.write_particles(stamp_ns, &mut particles);
+            sent.push(seq);
+        }
+    }
+    assert_eq!(sent, [1, 11, 21]);
+    assert_eq!((particles.count, particles.total), (500, out.particle_count));
+}
+
+/// A heartbeat faster than the laser: in between the last estimate holds, with the odometry that it belongs to.
+#[test]
+fn without_a_new_scan_the_last_estimate_holds() {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    core.on_sketch(&map, &cells).unwrap();
+    let (mut first, mut second) = (PoseEstimate::zeroed(), PoseEstimate::zeroed());
+    answer(&mut core, &at_the_origin(), &scan(1), &mut first);
+    core.step(&ahead(0.1), None);
+    core.write_estimate(&mut second);
+    assert_eq!(first, second);
+}
+
+#[test]
+fn errors_name_what_is_wrong() {
+    let error =
+        |parameters: &str| core(&format!("[parameters.localizer]\n{parameters}")).unwrap_err().to_string();
+    assert!(error("particels = 5").contains("particels"), "{}", error("particels = 5"));
+    assert!(error("particles = 5").contains("particles: expected 16 to 100000, found 5"));
+    let (mut map, cells) = room();
+    map.start = PosePx::new(&Pose::new(500.0, 40.0, 0.0));
+    let outside = core("").unwrap().on_sketch(&map, &cells).unwrap_err().to_string();
+    assert!(outside.contains("100 × 80") && outside.contains("500.0"), "{outside}");
+    assert!(matches!(core("").unwrap().on_sketch(&map, &cells[1..]), Err(CoreError::Cells { .. })));
+}

@@ -1,0 +1,91 @@
+//! A running filter asks nothing of the heap, on one thread or on two, and two threads give the bits of
+//! one.
+
+mod support;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+use rayon_core::{ThreadPool, ThreadPoolBuilder};
+use sketchnav_sketch::localization::parameters::{Likelihood, Parameters};
+use sketchnav_sketch::localization::workers::Workers;
+use support::{Drawing, Drive, WAY};
+
+const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad: 0.1, wobble_px: 0.0 };
+
+/// Counts what the counted threads ask of the heap.
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    static IS_COUNTED: Cell<bool> = const { Cell::new(false) };
+}
+
+fn count() {
+    if IS_COUNTED.try_with(Cell::get).unwrap_or(false) {
+        ALLOCATIONS.fetch_add(1, Relaxed);
+    }
+}
+
+// SAFETY: every call goes to the system's allocator unchanged; flag and counter have no destructor.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+fn pool(threads: usize) -> Arc<ThreadPool> {
+    let counted = |_| IS_COUNTED.set(true);
+    Arc::new(ThreadPoolBuilder::new().num_threads(threads).start_handler(counted).build().unwrap())
+}
+
+/// Takes `count` steps without an allocation; what the filter believes after each, to the bit.
+fn steps(drive: &mut Drive, count: usize) -> Vec<[u64; 3]> {
+    let mut beliefs = Vec::with_capacity(count);
+    for _ in 0..count {
+        let (odometry, scan) = drive.advance(WAY[1]);
+        let before = ALLOCATIONS.load(Relaxed);
+        let estimate = drive.localizer.step(&odometry, &scan);
+        assert_eq!(ALLOCATIONS.load(Relaxed), before);
+        beliefs.push([estimate.pose.x, estimate.pose.yaw_rad, estimate.fit].map(f64::to_bits));
+    }
+    beliefs
+}
+
+#[test]
+fn a_steady_update_allocates_nothing_and_two_threads_change_no_bit() {
+    IS_COUNTED.set(true);
+    let adaptive = Parameters { least_particles: 500, ..Parameters::default() };
+    for parameters in [adaptive, Parameters::paper()] {
+        let parameters = Parameters { particles: 3000, ..parameters };
+        let alone = {
+            let mut drive = Drive::new(DRAWING, parameters.clone(), 1);
+            let (odometry, scan) = drive.advance(WAY[1]);
+            drive.localizer.step(&odometry, &scan);
+            steps(&mut drive, 40)
+        };
+        let pool = pool(2);
+        let together = pool.install(|| {
+            let mut drive = Drive::new(DRAWING, parameters, 1);
+            drive.localizer.set_workers(Workers::of(pool.clone()));
+            let (odometry, scan) = drive.advance(WAY[1]);
+            drive.localizer.step(&odometry, &scan);
+            steps(&mut drive, 40)
+        });
+        assert_eq!(alone, together);
+    }
+    assert_eq!(Parameters::paper().likelihood, Likelihood::Field);
+    assert!(ALLOCATIONS.load(Relaxed) > 0, "it does count");
+}

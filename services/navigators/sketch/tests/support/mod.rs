@@ -1,0 +1,73 @@
+//! A little world for the localization: a robot on rails in the [`building`], with a laser and odometry
+//! that errs.
+
+mod building;
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+use sketchnav_schemas::geometry::{Base, Odom, Pose, World, wrap_angle};
+use sketchnav_schemas::message::LaserScan;
+use sketchnav_schemas::seed;
+use sketchnav_sketch::localization::beams::Mounting;
+use sketchnav_sketch::localization::parameters::Parameters;
+use sketchnav_sketch::localization::{Localizer, Start};
+
+use building::normal;
+pub use building::{Drawing, WAY, scan_from};
+
+/// The localizer at the way's beginning in a drawing.
+pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Localizer {
+    let [x, y] = drawing.px(WAY[0]);
+    let pose = Pose::new(x, y, std::f64::consts::FRAC_PI_2 + drawing.turn_rad);
+    let start = Start { pose, spread_px: 5.0, spread_rad: 0.1 };
+    Localizer::new(
+        &drawing.sketch(),
+        Mounting::default(),
+        sketchnav_schemas::robot::Drive::Omnidirectional,
+        parameters,
+        start,
+        seed,
+    )
+    .unwrap()
+}
+
+/// A robot on its way along [`WAY`].
+pub struct Drive {
+    pub localizer: Localizer,
+    rng: Pcg64Mcg,
+    pub truth: Pose<World>,
+    odometry: Pose<Odom>,
+}
+
+impl Drive {
+    pub fn new(drawing: Drawing, parameters: Parameters, seed: u64) -> Self {
+        let truth = Pose::new(WAY[0][0], WAY[0][1], std::f64::consts::FRAC_PI_2);
+        let localizer = localizer(&drawing, parameters, seed);
+        Self { localizer, rng: seed::stream(seed, "drive"), truth, odometry: Pose::new(0.0, 0.0, 0.0) }
+    }
+
+    /// A tenth of a second at half a metre a second; turns first where the waypoint is to the side.
+    pub fn advance(&mut self, [x, y]: [f64; 2]) -> (Pose<Odom>, LaserScan) {
+        let bearing = wrap_angle((y - self.truth.y).atan2(x - self.truth.x) - self.truth.yaw_rad);
+        let forward = if bearing.abs() > 0.4 { 0.0 } else { 0.05 };
+        let step = Pose::<Base>::new(forward, 0.0, bearing.clamp(-0.1, 0.1));
+        self.truth = self.truth.compose(&step);
+        let slip = if self.rng.random::<f64>() < 0.02 { 0.7 } else { 1.0 };
+        let noisy = Pose::<Base>::new(
+            step.x * (1.02 + 0.05 * normal(&mut self.rng)) * slip,
+            0.002 * normal(&mut self.rng),
+            step.yaw_rad * (1.0 + 0.05 * normal(&mut self.rng))
+                + 0.06 * step.x.sqrt() * normal(&mut self.rng),
+        );
+        self.odometry = self.odometry.compose(&noisy);
+        (self.odometry, self.scan())
+    }
+
+    /// 240°, 5.6 m, 121 beams.
+    fn scan(&mut self) -> LaserScan {
+        let (pose, rng) = ([self.truth.x, self.truth.y, self.truth.yaw_rad], &mut self.rng);
+        let mut scan = scan_from(pose, 121, -120_f32.to_radians(), 5.6, || 0.02 * normal(rng));
+        scan.ranges_m[17] = f32::NAN;
+        scan
+    }
+}

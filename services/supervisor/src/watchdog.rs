@@ -1,0 +1,158 @@
+//! Watches whether a process shows signs of life.
+//!
+//! Every process looks up from its work at least every quarter of a second. One that does not is stopped
+//! (SIGSTOP), hangs, or takes long over something; the kernel says which of the first two it is not. Time in
+//! which the supervisor itself did not run does not count: then nothing ran, perhaps.
+
+use std::time::{Duration, Instant};
+
+use sketchnav_runtime::ProcessState;
+
+/// Who is stopped and shows no sign of life for so long has missed its deadline, which is told.
+const DEADLINE: Duration = Duration::from_secs(1);
+/// One that seems to compute has more time before it is told of: drawings are read in one step.
+const BUSY_DEADLINE: Duration = Duration::from_secs(5);
+/// One that seems to compute may only be slow: a large drawing, a loaded machine.
+const BUSY_LIMIT: Duration = Duration::from_secs(30);
+/// Between two looks of the supervisor no more than this counts.
+const MOST_AT_ONCE: Duration = Duration::from_millis(100);
+
+/// How long a process has been unresponsive.
+#[derive(Debug, Clone)]
+pub(crate) struct Watchdog {
+    signs: u32,
+    looked: Instant,
+    unresponsive: Duration,
+    is_told: bool,
+    /// One that is stopped is killed after so long.
+    stopped_limit: Duration,
+    /// It was to be killed: until it is gone there is nothing more to say.
+    is_condemned: bool,
+}
+
+/// What is to be done about it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Alarm {
+    /// Nothing.
+    Nothing,
+    /// It has missed its deadline: say so, once.
+    Missed(Duration),
+    /// It has missed it for too long: end it. Said once.
+    Kill(Duration),
+    /// It shows signs of life again.
+    Over(Duration),
+}
+
+impl Watchdog {
+    /// Begins with a process that was just started.
+    pub(crate) fn begin(signs: u32, now: Instant, stopped_limit: Duration) -> Self {
+        let unresponsive = Duration::ZERO;
+        Self { signs, looked: now, unresponsive, is_told: false, stopped_limit, is_condemned: false }
+    }
+
+    /// Looks at it. `state` is asked for where it matters.
+    pub(crate) fn look(&mut self, signs: u32, now: Instant, state: impl FnOnce() -> ProcessState) -> Alarm {
+        if self.is_condemned {
+            return Alarm::Nothing;
+        }
+        let since = now.saturating_duration_since(std::mem::replace(&mut self.looked, now));
+        if signs != self.signs {
+            self.signs = signs;
+            let unresponsive = std::mem::take(&mut self.unresponsive);
+            return if std::mem::take(&mut self.is_told) {
+                Alarm::Over(unresponsive)
+            } else {
+                Alarm::Nothing
+            };
+        }
+        self.unresponsive += since.min(MOST_AT_ONCE);
+        if self.unresponsive < DEADLINE {
+            return Alarm::Nothing;
+        }
+        let (deadline, limit) = match state() {
+            ProcessState::Stopped => (DEADLINE, self.stopped_limit),
+            // Somebody looks at it.
+            ProcessState::Traced => (DEADLINE, Duration::MAX),
+            _ => (BUSY_DEADLINE, BUSY_LIMIT),
+        };
+        if self.unresponsive >= deadline && !std::mem::replace(&mut self.is_told, true) {
+            return Alarm::Missed(self.unresponsive);
+        }
+        self.is_condemned = self.unresponsive >= limit;
+        if self.is_condemned { Alarm::Kill(self.unresponsive) } else { Alarm::Nothing }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOOK: Duration = Duration::from_millis(4);
+    const LIMIT: Duration = Duration::from_secs(3);
+
+    /// Looks every four milliseconds until there is something to say; when that was.
+    fn next(watchdog: &mut Watchdog, now: &mut Instant, state: ProcessState) -> Alarm {
+        loop {
+            *now += LOOK;
+            match watchdog.look(7, *now, || state) {
+                Alarm::Nothing => {}
+                verdict => return verdict,
+            }
+        }
+    }
+
+    #[test]
+    fn the_silent_is_told_once_and_the_stopped_killed_long_before_the_busy() {
+        let stopped = (ProcessState::Stopped, DEADLINE, LIMIT);
+        for (state, deadline, limit) in [stopped, (ProcessState::Running, BUSY_DEADLINE, BUSY_LIMIT)] {
+            let mut now = Instant::now();
+            let mut watchdog = Watchdog::begin(7, now, LIMIT);
+            assert_eq!(next(&mut watchdog, &mut now, state), Alarm::Missed(deadline));
+            assert_eq!(next(&mut watchdog, &mut now, state), Alarm::Kill(limit));
+        }
+    }
+
+    /// Until the kernel had taken it away, a process was once killed, and told of, at every look.
+    #[test]
+    fn who_is_to_be_killed_is_told_of_once() {
+        let mut now = Instant::now();
+        let mut watchdog = Watchdog::begin(7, now, LIMIT);
+        assert!(matches!(next(&mut watchdog, &mut now, ProcessState::Stopped), Alarm::Missed(_)));
+        assert!(matches!(next(&mut watchdog, &mut now, ProcessState::Stopped), Alarm::Kill(_)));
+        let looks = (0..1000).map(|look| watchdog.look(7, now + look * LOOK, || ProcessState::Stopped));
+        assert!(looks.into_iter().all(|verdict| verdict == Alarm::Nothing));
+    }
+
+    #[test]
+    fn a_sign_of_life_begins_it_anew() {
+        let mut now = Instant::now();
+        let mut watchdog = Watchdog::begin(7, now, LIMIT);
+        assert_eq!(next(&mut watchdog, &mut now, ProcessState::Stopped), Alarm::Missed(DEADLINE));
+        assert_eq!(watchdog.look(8, now + LOOK, || ProcessState::Stopped), Alarm::Over(DEADLINE));
+        assert_eq!(watchdog.look(9, now + 2 * LOOK, || ProcessState::Stopped), Alarm::Nothing);
+        assert_eq!(watchdog.unresponsive, Duration::ZERO);
+    }
+
+    /// The machine was asleep, or the supervisor itself was stopped.
+    #[test]
+    fn a_time_in_which_nobody_looked_does_not_count() {
+        let now = Instant::now();
+        let mut watchdog = Watchdog::begin(7, now, LIMIT);
+        assert_eq!(
+            watchdog.look(7, now + Duration::from_secs(600), || ProcessState::Stopped),
+            Alarm::Nothing
+        );
+    }
+
+    #[test]
+    fn who_is_looked_at_with_a_debugger_is_left_alone() {
+        let mut now = Instant::now();
+        let mut watchdog = Watchdog::begin(7, now, LIMIT);
+        assert_eq!(next(&mut watchdog, &mut now, ProcessState::Traced), Alarm::Missed(DEADLINE));
+        let looks = (0..20_000).map(|_| {
+            now += LOOK;
+            watchdog.look(7, now, || ProcessState::Traced)
+        });
+        assert!(looks.into_iter().all(|verdict| verdict == Alarm::Nothing));
+    }
+}

@@ -252,7 +252,7 @@ impl Host<'_> {
         self.outputs.resume_behind_kept();
         let process = self.node.process();
         let last_word = channels::last_word_of(process, kind);
-        let answered = last_word.and_then(|spec| self.outputs.last_kept(spec)).map_or(0, |h| h.source_seq);
+        let answered = last_word.and_then(|spec| self.outputs.last_sent(spec)).map_or(0, |h| h.source_seq);
         eprintln!("no checkpoint can be used: the {process} begins anew after tick {answered}");
         self.spoken_from.clone_from(self.outputs.positions());
         self.inputs.begin_behind(answered, self.node)?;

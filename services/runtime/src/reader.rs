@@ -12,7 +12,7 @@ use sketchnav_schemas::erased;
 use sketchnav_schemas::message::{Header, Message};
 
 use crate::channels::open;
-use crate::kept::Kept;
+use crate::history::History;
 use crate::node::{Counters, Node};
 use crate::{Error, Result};
 
@@ -143,7 +143,7 @@ impl RawReader {
     /// [`Error::File`] where what was kept cannot be reached.
     pub fn take_kept(&mut self, node: &Node, mut take: impl FnMut(&[u8])) -> Result<()> {
         if self.spec.writer.is_some() && self.spec.max_cells == 0 {
-            Kept::open(node, self.spec)?.for_each_after(self.position(), |message| {
+            History::open(node, self.spec)?.for_each_after(self.position(), |message| {
                 let message = bytemuck::cast_slice(message);
                 if self.accept(erased::header(message).seq) {
                     take(message);

@@ -10,7 +10,7 @@
 //!               logs/<process>.log
 //!               shared/           what iceoryx2 keeps in files
 //! /dev/shm/<prefix>*              the messages
-//!          <prefix>kept_<channel>, <prefix>checkpoint_<process>_<slot>   what successors go on with
+//!          <prefix>history_<channel>, <prefix>checkpoint_<process>_<slot>   what successors go on with
 //! ```
 //! The prefix has the system's name and a hash of its folder's path: no two systems share a file.
 
@@ -35,7 +35,7 @@ use crate::{Error, Result, half_made, root};
 
 const SHARED_MEMORY: &str = "/dev/shm";
 /// How the names of the files begin, behind the prefix, that successors go on with.
-const SUCCESSORS: [&str; 2] = ["kept_", "checkpoint_"];
+const SUCCESSORS: [&str; 2] = ["history_", "checkpoint_"];
 /// Unit of a file's blocks, bytes.
 const BLOCK: u64 = 512;
 /// A file of at most so many bytes is small.
@@ -366,10 +366,10 @@ impl System {
     /// Ends what still lives and clears what nobody goes on with.
     fn clear_for_successors(&self, run: &RunConfig) -> Result<()> {
         self.end_processes()?;
-        let kept = SUCCESSORS.map(|part| self.prefix() + part);
+        let history = SUCCESSORS.map(|part| self.prefix() + part);
         for path in self.shared_files()? {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
-            if !kept.iter().any(|prefix| name.starts_with(prefix)) {
+            if !history.iter().any(|prefix| name.starts_with(prefix)) {
                 unless_gone(&path, fs::remove_file(&path))?;
             }
         }

@@ -18,7 +18,7 @@ use sketchnav_schemas::message::{Header, Message};
 use crate::allocations::loan_handle;
 use crate::bells::Bells;
 use crate::channels::{open, writer_error};
-use crate::kept::Kept;
+use crate::history::History;
 use crate::node::Node;
 use crate::{Error, Result};
 
@@ -41,7 +41,7 @@ pub struct RawWriter {
     bells: Bells,
     process: Process,
     last_seq: Rc<Cell<u64>>,
-    kept: Option<Kept>,
+    history: Option<History>,
 }
 
 impl RawWriter {
@@ -50,9 +50,9 @@ impl RawWriter {
         let builder = service.publisher_builder().max_loaned_samples(MAX_LOANS);
         let port = builder.initial_max_slice_len(words(spec.message.size + spec.max_cells)).create();
         let port = port.map_err(|error| writer_error(node, spec, &service, error))?;
-        let kept = spec.writer.is_some().then(|| Kept::open(node, spec)).transpose()?;
+        let history = spec.writer.is_some().then(|| History::open(node, spec)).transpose()?;
         let (bells, process) = (node.bells(), node.process());
-        let mut writer = Self { port: Rc::new(port), spec, bells, process, last_seq: Rc::default(), kept };
+        let mut writer = Self { port: Rc::new(port), spec, bells, process, last_seq: Rc::default(), history };
         writer.send_kept()?;
         Ok(writer)
     }
@@ -64,10 +64,10 @@ impl RawWriter {
 
     /// Sends again what the last writer kept.
     fn send_kept(&mut self) -> Result<()> {
-        let whole = |kept: &&Kept| kept.last_seq() > 0 && self.spec.max_cells == 0;
-        let Some(kept) = self.kept.as_ref().filter(whole) else { return Ok(()) };
+        let whole = |history: &&History| history.last_seq() > 0 && self.spec.max_cells == 0;
+        let Some(history) = self.history.as_ref().filter(whole) else { return Ok(()) };
         let mut sent = Ok(());
-        kept.for_each_after(0, |message| {
+        history.for_each_after(0, |message| {
             if sent.is_ok() {
                 sent = self.send_copy(message);
             }
@@ -89,13 +89,13 @@ impl RawWriter {
     }
 
     /// A copy of the last message that this writer or one before it has sent; of one with cells the header.
-    pub fn last_kept(&self) -> Option<Vec<u64>> {
-        self.kept.as_ref().and_then(Kept::last)
+    pub fn last_sent(&self) -> Option<Vec<u64>> {
+        self.history.as_ref().and_then(History::last)
     }
 
     /// Goes on behind what was sent so far, by a process that does not know any more how it came to it.
     pub fn resume_behind_kept(&mut self) {
-        self.last_seq.set(self.kept.as_ref().map_or(0, Kept::last_seq));
+        self.last_seq.set(self.history.as_ref().map_or(0, History::last_seq));
     }
 
     pub(crate) fn port(&self) -> Weak<dyn UpdateConnections> {
@@ -149,7 +149,7 @@ impl RawWriter {
 
     /// Whether a successor's message was sent by its predecessor.
     fn was_sent(&self, seq: u64) -> bool {
-        self.spec.max_cells == 0 && self.kept.as_ref().is_some_and(|kept| seq <= kept.last_seq())
+        self.spec.max_cells == 0 && self.history.as_ref().is_some_and(|history| seq <= history.last_seq())
     }
 
     fn publish(&mut self, mut sample: Loaned) -> Result<u64> {
@@ -159,8 +159,8 @@ impl RawWriter {
             return Ok(seq);
         }
         self.number(erased::header_mut(bytemuck::cast_slice_mut(sample.payload_mut())), seq);
-        if let Some(kept) = self.kept.as_mut().filter(|kept| seq > kept.last_seq()) {
-            kept.keep(sample.payload());
+        if let Some(history) = self.history.as_mut().filter(|history| seq > history.last_seq()) {
+            history.keep(sample.payload());
         }
         sample.send().map_err(self.failed())?;
         // A sign of life is no progress.
@@ -227,8 +227,8 @@ impl<T: Message> Writer<T> {
     }
 
     /// The last message that this writer or one before it has sent; `None` for messages with cells.
-    pub fn last_kept(&self) -> Option<T> {
-        let last = self.raw.last_kept().filter(|message| size_of_val(message.as_slice()) == size_of::<T>());
+    pub fn last_sent(&self) -> Option<T> {
+        let last = self.raw.last_sent().filter(|message| size_of_val(message.as_slice()) == size_of::<T>());
         last.map(|message| *bytemuck::from_bytes(bytemuck::cast_slice(&message)))
     }
 

@@ -50,8 +50,8 @@ impl Outputs {
         self.writers.iter_mut().for_each(RawWriter::resume_behind_kept);
     }
 
-    pub(super) fn last_kept(&self, spec: &ChannelSpec) -> Option<Header> {
-        self.writer(spec)?.last_kept().map(|kept| *erased::header(bytemuck::cast_slice(&kept)))
+    pub(super) fn last_sent(&self, spec: &ChannelSpec) -> Option<Header> {
+        self.writer(spec)?.last_sent().map(|kept| *erased::header(bytemuck::cast_slice(&kept)))
     }
 
     fn writer(&self, spec: &ChannelSpec) -> Option<&RawWriter> {
@@ -81,7 +81,7 @@ impl Sink for Outputs {
 
 impl Remains for Outputs {
     fn last(&self, spec: &ChannelSpec) -> Option<Vec<u64>> {
-        let kept = self.writer(spec)?.last_kept();
+        let kept = self.writer(spec)?.last_sent();
         kept.filter(|message| size_of_val(message.as_slice()) == spec.message.size)
     }
 }

@@ -28,7 +28,7 @@ const BEFORE: usize = 2;
 
 /// As many messages as the channel's history holds, each behind its number (0 where an entry is empty) and its time.
 /// Of a message with cells the header alone: its writer's successor makes it again.
-pub(crate) struct Kept {
+pub(crate) struct History {
     mapping: Mapping,
     capacity: u64,
     /// What is kept of a message, words.
@@ -36,12 +36,12 @@ pub(crate) struct Kept {
     last_seq: u64,
 }
 
-impl Kept {
+impl History {
     /// Opens what the channel's last writer kept.
     pub(crate) fn open(node: &Node, spec: &ChannelSpec) -> Result<Self> {
         // Another build's messages are never taken for this one's.
         let fingerprint = spec.message.fingerprint() ^ ENTRIES;
-        let name = format!("kept_{}_{:08x}", spec.name, fingerprint as u32);
+        let name = format!("history_{}_{:08x}", spec.name, fingerprint as u32);
         let length = if spec.max_cells > 0 { size_of::<Header>() } else { spec.message.size };
         Self::open_at(&node.system().shared_memory(&name), spec.history(), length)
     }
@@ -50,9 +50,9 @@ impl Kept {
         assert!(length.is_multiple_of(WORD), "a message is made of words");
         let length = length / WORD;
         let mapping = Mapping::open(path, capacity * (BEFORE + length))?;
-        let mut kept = Self { mapping, capacity: capacity as u64, length, last_seq: 0 };
-        kept.last_seq = kept.newest();
-        Ok(kept)
+        let mut history = Self { mapping, capacity: capacity as u64, length, last_seq: 0 };
+        history.last_seq = history.newest();
+        Ok(history)
     }
 
     /// The number of the newest message, its writer's latest included.
@@ -135,7 +135,7 @@ fn monotonic_ns() -> u64 {
 }
 
 /// What was sent on a channel when, as far back as its history goes, while its writer is at work.
-pub struct SendTimes(Kept);
+pub struct SendTimes(History);
 
 /// That a message was sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,7 +152,7 @@ impl SendTimes {
     /// # Errors
     /// [`crate::Error`] where shared memory fails.
     pub fn open(node: &Node, spec: &ChannelSpec) -> Result<Self> {
-        Ok(Self(Kept::open(node, spec)?))
+        Ok(Self(History::open(node, spec)?))
     }
 
     /// The number of the newest message; 0 before the first.
@@ -188,8 +188,8 @@ mod tests {
     use bytemuck::Zeroable;
     use sketchnav_schemas::message::VelocityCommand;
 
-    fn open(path: &Path) -> Result<Kept> {
-        Kept::open_at(path, 4, size_of::<VelocityCommand>())
+    fn open(path: &Path) -> Result<History> {
+        History::open_at(path, 4, size_of::<VelocityCommand>())
     }
 
     fn command(seq: u64) -> VelocityCommand {
@@ -202,9 +202,9 @@ mod tests {
         bytemuck::cast_slice(&[command]).to_vec()
     }
 
-    fn numbers(kept: &Kept) -> Vec<u64> {
+    fn numbers(history: &History) -> Vec<u64> {
         let mut numbers = Vec::new();
-        kept.for_each_after(0, |message| {
+        history.for_each_after(0, |message| {
             let header = erased::header(bytemuck::cast_slice(message));
             assert_eq!(header.stamp_ns, 100 * header.seq);
             numbers.push(header.seq);
@@ -215,11 +215,11 @@ mod tests {
     #[test]
     fn a_successor_finds_the_last_messages() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("kept");
+        let path = folder.path().join("history");
         for (first, last, found) in [(1, 2, 1..=2), (3, 4, 1..=4), (5, 9, 6..=9)] {
-            let mut kept = open(&path).unwrap();
-            assert_eq!(kept.last_seq(), first - 1);
-            (first..=last).for_each(|seq| kept.keep(&words(command(seq))));
+            let mut history = open(&path).unwrap();
+            assert_eq!(history.last_seq(), first - 1);
+            (first..=last).for_each(|seq| history.keep(&words(command(seq))));
             assert_eq!(numbers(&open(&path).unwrap()), found.collect::<Vec<_>>());
         }
     }
@@ -227,15 +227,15 @@ mod tests {
     #[test]
     fn who_looks_on_sees_when_each_message_was_sent() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("kept");
+        let path = folder.path().join("history");
         let times = SendTimes(open(&path).unwrap());
         assert_eq!((times.newest(), times.of(0), times.of(1), times.caused_by(0)), (0, None, None, None));
-        let mut kept = open(&path).unwrap();
+        let mut history = open(&path).unwrap();
         let before = monotonic_ns();
         for seq in 1..=6 {
             let mut command = command(seq);
             command.header.source_seq = 10 * seq;
-            kept.keep(&words(command));
+            history.keep(&words(command));
         }
         assert_eq!((times.newest(), times.of(2), times.of(7)), (6, None, None));
         let sent: Vec<_> = (3..=6).map(|seq| times.of(seq).unwrap()).collect();
@@ -248,10 +248,10 @@ mod tests {
     #[test]
     fn a_message_that_was_being_noted_is_not_there() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("kept");
-        let mut kept = open(&path).unwrap();
-        (1..=6).for_each(|seq| kept.keep(&words(command(seq))));
-        kept.number(kept.index(7)).store(0, SeqCst);
+        let path = folder.path().join("history");
+        let mut history = open(&path).unwrap();
+        (1..=6).for_each(|seq| history.keep(&words(command(seq))));
+        history.number(history.index(7)).store(0, SeqCst);
         let successor = open(&path).unwrap();
         assert_eq!((successor.last_seq(), numbers(&successor)), (6, vec![4, 5, 6]));
     }

@@ -104,7 +104,7 @@ impl<'a> Bridge<'a> {
         found.report(node);
         let is_lost = found.is_lost();
         let mut orders = node.writer(ORDERS)?;
-        orders.resume_behind_kept();
+        orders.resume_behind_history();
         let mut bridge = Self {
             run,
             folder,

@@ -22,8 +22,8 @@ impl Latencies {
     pub(crate) fn open(node: &Node, kind: &str) -> Result<Self> {
         let situations = of_role(Role::Situation, kind);
         let mut writer = node.writer(LATENCY)?;
-        let tick = writer.last_kept().map_or(0, |last| last.header.source_seq);
-        writer.resume_behind_kept();
+        let tick = writer.last_sent().map_or(0, |last| last.header.source_seq);
+        writer.resume_behind_history();
         Ok(Self {
             ticks: SendTimes::open(node, TICK.spec)?,
             situations: situations.map(|spec| SendTimes::open(node, spec)).transpose()?,

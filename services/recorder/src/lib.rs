@@ -137,7 +137,7 @@ impl<'a> Recorder<'a> {
             }
         }
         if let Some(writer) = &mut self.acknowledgements {
-            writer.resume_behind_kept();
+            writer.resume_behind_history();
         }
         Ok(())
     }

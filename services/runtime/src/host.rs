@@ -249,7 +249,7 @@ impl Host<'_> {
     /// No checkpoint can be used: the stage begins anew behind what its predecessor sent. What people asked for
     /// before is old by now; a robot does not drive off by it.
     fn begin_anew(&mut self, kind: &str) -> Result<(), HostError> {
-        self.outputs.resume_behind_kept();
+        self.outputs.resume_behind_history();
         let process = self.node.process();
         let last_word = channels::last_word_of(process, kind);
         let answered = last_word.and_then(|spec| self.outputs.last_sent(spec)).map_or(0, |h| h.source_seq);

@@ -94,7 +94,7 @@ impl RawWriter {
     }
 
     /// Goes on behind what was sent so far, by a process that does not know any more how it came to it.
-    pub fn resume_behind_kept(&mut self) {
+    pub fn resume_behind_history(&mut self) {
         self.last_seq.set(self.history.as_ref().map_or(0, History::last_seq));
     }
 
@@ -232,9 +232,9 @@ impl<T: Message> Writer<T> {
         last.map(|message| *bytemuck::from_bytes(bytemuck::cast_slice(&message)))
     }
 
-    /// As [`RawWriter::resume_behind_kept`].
-    pub fn resume_behind_kept(&mut self) {
-        self.raw.resume_behind_kept();
+    /// As [`RawWriter::resume_behind_history`].
+    pub fn resume_behind_history(&mut self) {
+        self.raw.resume_behind_history();
     }
 
     /// A message in shared memory, all zero, to be filled and sent. Errors as [`RawWriter::loan`].

@@ -145,7 +145,7 @@ impl Supervisor {
         }
         // Where somebody before this one has given orders, they were just sent again.
         let mission = supervisor.ports.as_ref().and_then(|ports| ports.mission.as_ref());
-        let is_ordered = mission.is_none_or(|mission| mission.last_kept().is_some());
+        let is_ordered = mission.is_none_or(|mission| mission.last_sent().is_some());
         if !is_ordered && !pad.draws() {
             supervisor.order(Order::Start, 0)?;
         }
@@ -258,7 +258,7 @@ impl Supervisor {
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
         supervisor.channels = Some(Channels::create(node)?);
         let mut mission = (!ceded.mission).then(|| node.writer(MISSION)).transpose()?;
-        mission.iter_mut().for_each(Writer::resume_behind_kept);
+        mission.iter_mut().for_each(Writer::resume_behind_history);
         supervisor.ports = Some(Ports {
             mission,
             status: node.reader(STATUS)?,

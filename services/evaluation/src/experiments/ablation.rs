@@ -32,7 +32,7 @@ struct Part {
 const PARTS: [Part; 19] = [
     Part { name: "whole", localizer: "", planner: "" },
     // The likelihood field of Boniardi et al. 2015, equation 7, without our comparison of ranges.
-    Part { name: "no-visibility", localizer: "likelihood = 'field'", planner: "" },
+    Part { name: "no-beam-model", localizer: "likelihood = 'field'", planner: "" },
     // What the drawing shows at bearings near by, as if no door were drawn beside its place.
     Part { name: "no-bearing-error", localizer: "bearing_error_rad = 0.0", planner: "" },
     // As exact as a drawing by hand, whatever it shows of itself.

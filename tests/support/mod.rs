@@ -81,6 +81,13 @@ fn example(name: &str) -> PathBuf {
     program
 }
 
+/// Whether a file of shared memory belongs to a system in another folder, or has just gone.
+fn is_of_another_folder(file: &str, folder: &str) -> bool {
+    let prefix = file.splitn(4, '_').take(3).collect::<Vec<_>>().join("_");
+    let owner = fs::read_to_string(format!("{prefix}_owner"));
+    owner.map_or(!Path::new(file).exists(), |owner| owner != folder)
+}
+
 impl Place {
     /// A new one, empty.
     pub fn new() -> Self {
@@ -197,9 +204,10 @@ impl Place {
     pub fn files_of(&self, name: &str) -> Vec<String> {
         let folder = self.runtime.path().join("sketchnav").join(name);
         let path = folder.to_string_lossy().into_owned();
-        let prefix = format!("sketchnav_{name}_{:08x}_", fingerprint(&path) as u32);
-        let shared = names("/dev/shm").into_iter().filter(|file| file.starts_with(&prefix));
-        let mut remains: Vec<_> = shared.map(|file| format!("/dev/shm/{file}")).collect();
+        let begin = format!("sketchnav_{name}_");
+        let shared = names("/dev/shm").into_iter().filter(|file| file.starts_with(&begin));
+        let shared = shared.map(|file| format!("/dev/shm/{file}"));
+        let mut remains: Vec<_> = shared.filter(|file| !is_of_another_folder(file, &path)).collect();
         remains.extend(folder.exists().then_some(path));
         remains
     }

@@ -5,21 +5,29 @@
 
 use std::any::Any;
 use std::fmt::Debug;
+use std::time::Duration;
 
 use iceoryx2::port::publisher::PublisherCreateError;
+use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeSpecifier, AttributeValue, AttributeVerifier};
 use iceoryx2::service::builder::publish_subscribe::{Builder, PublishSubscribeOpenError};
 use iceoryx2::service::port_factory::publish_subscribe;
 use sketchnav_schemas::channels::{self, ChannelSpec};
+use sketchnav_schemas::codes::Process;
 
 use crate::node::Node;
 use crate::{Error, Result};
 
-/// Readers of a channel at the same time: the table's, the recorder, and a few observers.
-const MAX_READERS: usize = 8;
+/// Observers that read a channel at the same time. They get what is over: the places of the table's readers and of the
+/// recorder are theirs alone.
+const MAX_OBSERVERS: usize = 5;
+/// Places of observers that come in the same moment.
+const SPARE: usize = 2;
 /// Writers of a channel that has many.
 const MAX_WRITERS: usize = 16;
+/// How long an observer clears up behind dead ones.
+const CLEARING: Duration = Duration::from_millis(500);
 /// Processes that have a channel open at the same time.
 const MAX_NODES: usize = 32;
 /// Samples that a reader holds at the same time. A message with cells is large, and nobody holds an old one.
@@ -69,6 +77,34 @@ fn message_type(spec: &ChannelSpec) -> Result<(AttributeKey, AttributeValue)> {
     Ok((key, value))
 }
 
+/// Opens the reading end of a channel. Observers must leave the pipeline its places.
+///
+/// # Errors
+/// [`Error::TooManyObservers`].
+pub(crate) fn subscribe(node: &Node, spec: &'static ChannelSpec) -> Result<Subscriber<ipc::Service, [u64], u64>> {
+    let service = open(node, spec)?;
+    let reading = || format!("reading channel {:?}", spec.name);
+    if node.process() == Process::Observer && observers(&service) >= MAX_OBSERVERS {
+        // One that was killed keeps its place until somebody clears up behind it.
+        node.clear_dead(CLEARING);
+        if observers(&service) >= MAX_OBSERVERS {
+            let system = node.system().name().into();
+            return Err(Error::TooManyObservers { channel: spec.name, system, max: MAX_OBSERVERS });
+        }
+    }
+    let name = node.process().word().try_into().map_err(Error::shared_memory(reading()))?;
+    service.subscriber_builder().name(&name).create().map_err(Error::shared_memory(reading()))
+}
+
+fn observers(service: &Factory) -> usize {
+    let mut count = 0;
+    service.dynamic_config().list_subscribers(|subscriber| {
+        count += usize::from(subscriber.subscriber_name.as_str() == Process::Observer.word());
+        CallbackProgression::Continue
+    });
+    count
+}
+
 /// Why a writer could not be made.
 pub(crate) fn writer_error(
     node: &Node,
@@ -101,7 +137,7 @@ fn with_limits(builder: ChannelBuilder, spec: &ChannelSpec) -> ChannelBuilder {
     builder
         .enable_safe_overflow(true)
         .max_publishers(if spec.writer.is_some() { 1 } else { MAX_WRITERS })
-        .max_subscribers(MAX_READERS)
+        .max_subscribers(spec.readers.len() + 1 + MAX_OBSERVERS + SPARE)
         .max_nodes(MAX_NODES)
         .history_size(spec.history())
         .subscriber_max_buffer_size(spec.buffer())

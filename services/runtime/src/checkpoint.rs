@@ -98,7 +98,8 @@ impl<T> Checkpoints<T> {
         parse: impl Fn(&[u8]) -> postcard::Result<T>,
     ) -> Result<(Self, Found<T>)> {
         let name = |slot| format!("checkpoint_{}_{slot}", node.process());
-        Self::open_slots([0, 1].map(|slot| node.system().shared_memory(&name(slot))), version, parse)
+        let [first, second] = [0, 1].map(|slot| node.system().shared_memory(&name(slot)));
+        Self::open_slots([first?, second?], version, parse)
     }
 
     fn open_slots(

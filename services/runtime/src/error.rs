@@ -44,6 +44,16 @@ pub enum Error {
         /// What is there.
         found: String,
     },
+    /// Somebody else has put a file among those of a system, or a link.
+    #[error("{}: expected a file of user {uid} alone, found {found}; remove it", path.display())]
+    ForeignFile {
+        /// The file.
+        path: PathBuf,
+        /// This user.
+        uid: u32,
+        /// What is there.
+        found: String,
+    },
     /// A system of this name lives already.
     #[error("system {name:?} is running already (supervisor {pid}); choose another name or end that one")]
     AlreadyRunning {
@@ -114,6 +124,19 @@ pub enum Error {
         system: String,
         /// Who writes it.
         owner: String,
+    },
+    /// As many observers read the channel as may.
+    #[error(
+        "channel {channel:?} of system {system:?}: {max} observers read it, and no more may; end one of them \
+         (echo, hz, top) and try again"
+    )]
+    TooManyObservers {
+        /// The channel.
+        channel: &'static str,
+        /// Where.
+        system: String,
+        /// How many there may be.
+        max: usize,
     },
     /// Two builds disagree about a message.
     #[error(
@@ -205,6 +228,25 @@ impl Error {
     /// For `map_err` on an operation of iceoryx2.
     pub(crate) fn shared_memory<E: std::fmt::Debug>(what: impl Into<String>) -> impl FnOnce(E) -> Self {
         let what = what.into();
-        move |cause| Self::SharedMemory { what, cause: format!("{cause:?}") }
+        move |cause| Self::SharedMemory { what, cause: explained(&format!("{cause:?}")) }
     }
+}
+
+/// What iceoryx2's word for an error means to people, and what they can do.
+fn explained(cause: &str) -> String {
+    let advice = match cause {
+        "InternalFailure" | "InternalError" => {
+            "the shared memory library failed; is /dev/shm full, or was a file of the system removed?"
+        }
+        "DoesNotExist" => "it is not there; does the system still run?",
+        "InsufficientPermissions" => "its files belong to another user",
+        "ServiceInCorruptedState" => "a file of the system is damaged; end the system and start it again",
+        "HangsInCreation" => "whoever makes it has died or is stopped; try again",
+        "ExceedsMaxNumberOfNodes" => "too many processes have it open; end an observer",
+        "ExceedsMaxSupportedSubscribers" => "all places of readers are taken; end an observer",
+        "ExceedsMaxBorrows" => "too many samples are held at the same time",
+        "OutOfMemory" => "there is no room in /dev/shm",
+        _ => return format!("the shared memory library says {cause}"),
+    };
+    format!("{advice} ({cause})")
 }

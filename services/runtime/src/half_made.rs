@@ -5,14 +5,16 @@
 //! a living writer or the supervisor that clears up behind the dead, is refused it, or waits for it for ever where
 //! it is root and the file still empty. So such a file goes when nobody has it open.
 
+use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use crate::Result;
+use crate::{Error, Result, System};
 
 /// How often the supervisor looks for such files, beside whatever it waits for itself.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -23,11 +25,42 @@ const PERMISSIONS: u32 = 0o777;
 /// Making one takes microseconds. (A maker in another container cannot be asked what it has open.)
 const MAKING: Duration = Duration::from_millis(100);
 
-/// The file, where it is one that its maker has not finished for longer than it should take.
-pub(crate) fn unfinished(path: &Path) -> Option<Metadata> {
-    let found = fs::metadata(path).ok()?;
-    let age = found.modified().ok()?.elapsed().ok()?;
-    (found.mode() & PERMISSIONS == UNFINISHED && age > MAKING).then_some(found)
+/// The file, where its maker has not finished it.
+pub(crate) fn is_unfinished(path: &Path) -> Option<Metadata> {
+    let found = fs::symlink_metadata(path).ok()?;
+    (found.mode() & PERMISSIONS == UNFINISHED).then_some(found)
+}
+
+/// For how long each file has been seen unfinished.
+#[derive(Debug)]
+pub(crate) struct Ages {
+    patience: Duration,
+    /// By device and inode.
+    seen: BTreeMap<(u64, u64), Instant>,
+}
+
+impl Default for Ages {
+    fn default() -> Self {
+        Self::with_patience(MAKING)
+    }
+}
+
+impl Ages {
+    /// A file is unfinished for too long after `patience`.
+    pub(crate) fn with_patience(patience: Duration) -> Self {
+        Self { patience, seen: BTreeMap::new() }
+    }
+
+    /// Those of `files` that have been unfinished for longer than it should take. To be asked again and again.
+    pub(crate) fn unfinished(&mut self, files: &[PathBuf]) -> Vec<(PathBuf, Metadata)> {
+        let now = Instant::now();
+        let unfinished = files.iter().filter_map(|path| Some((path.clone(), is_unfinished(path)?)));
+        let unfinished: Vec<_> = unfinished.collect();
+        let before = std::mem::take(&mut self.seen);
+        let since = |file: &Metadata| before.get(&(file.dev(), file.ino())).copied().unwrap_or(now);
+        self.seen = unfinished.iter().map(|(_, file)| ((file.dev(), file.ino()), since(file))).collect();
+        unfinished.into_iter().filter(|(_, file)| now - since(file) >= self.patience).collect()
+    }
 }
 
 /// Whether the process `pid` has the file open: its maker has, from the first moment on.
@@ -37,24 +70,40 @@ pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
     opened.any(|other| (other.dev(), other.ino()) == (file.dev(), file.ino()))
 }
 
-/// Has a system's files taken away that nobody finishes, for as long as it lives.
+/// Watches a system's files for as long as it lives: those go that nobody finishes, those of others are complained about.
 pub(crate) struct Sweeper {
     stop: mpsc::Sender<()>,
+    complaint: Arc<Mutex<Option<Error>>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Sweeper {
-    /// `sweep` takes them away once.
-    pub(crate) fn start(sweep: impl Fn() -> Result<()> + Send + 'static) -> Self {
+    /// Begins to watch.
+    pub(crate) fn start(system: System) -> Self {
         let (stop, stopped) = mpsc::channel();
+        let complaint = Arc::new(Mutex::new(None));
+        let complain = complaint.clone();
         let thread = thread::spawn(move || {
+            let mut ages = Ages::default();
             while stopped.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout) {
                 // What cannot be taken away now is tried again.
-                let _ = sweep();
+                let _ = system.clear_half_made(&mut ages);
+                if let (Err(error @ Error::ForeignFile { .. }), Ok(mut first)) = (check(&system), complain.lock()) {
+                    first.get_or_insert(error);
+                }
             }
         });
-        Self { stop, thread: Some(thread) }
+        Self { stop, complaint, thread: Some(thread) }
     }
+
+    /// What it has found since it was asked last.
+    pub(crate) fn complaint(&self) -> Option<Error> {
+        self.complaint.lock().ok()?.take()
+    }
+}
+
+fn check(system: &System) -> Result<()> {
+    system.shared()?.check()
 }
 
 impl Drop for Sweeper {

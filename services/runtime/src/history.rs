@@ -43,7 +43,7 @@ impl History {
         let fingerprint = spec.message.fingerprint() ^ ENTRIES;
         let name = format!("history_{}_{:08x}", spec.name, fingerprint as u32);
         let length = if spec.max_cells > 0 { size_of::<Header>() } else { spec.message.size };
-        Self::open_at(&node.system().shared_memory(&name), spec.history(), length)
+        Self::open_at(&node.system().shared_memory(&name)?, spec.history(), length)
     }
 
     fn open_at(path: &Path, capacity: usize, length: usize) -> Result<Self> {

@@ -36,6 +36,7 @@ mod notices;
 mod pacer;
 mod reader;
 mod root;
+mod shared;
 mod signals;
 mod system;
 mod watch;

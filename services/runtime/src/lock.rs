@@ -21,10 +21,21 @@ pub(crate) struct Lock {
 impl Lock {
     /// Takes the lock of the file, which is made where it is missing; `None` where another holds it.
     pub(crate) fn try_take(path: &Path) -> io::Result<Option<Self>> {
-        let file = open(path)?;
+        match Self::of(open(path)?) {
+            Ok(lock) => Ok(Some(lock)),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Takes the lock of a file that is open.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::WouldBlock`] where another holds it.
+    pub(crate) fn of(file: File) -> io::Result<Self> {
         match fcntl(&file, FcntlArg::F_OFD_SETLK(&whole_file())) {
-            Ok(_) => Ok(Some(Self { file })),
-            Err(Errno::EAGAIN | Errno::EACCES) => Ok(None),
+            Ok(_) => Ok(Self { file }),
+            Err(Errno::EAGAIN | Errno::EACCES) => Err(io::ErrorKind::WouldBlock.into()),
             Err(error) => Err(error.into()),
         }
     }
@@ -52,7 +63,7 @@ impl Lock {
 
 /// Whether somebody holds the lock of the file; a missing file is held by nobody.
 pub(crate) fn is_held(path: &Path) -> io::Result<bool> {
-    let file = match OpenOptions::new().read(true).write(true).open(path) {
+    let file = match OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(path) {
         Ok(file) => file,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
         Err(error) => return Err(error),
@@ -72,7 +83,9 @@ pub(crate) fn owner(path: &Path) -> String {
 }
 
 fn open(path: &Path) -> io::Result<File> {
-    OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).open(path)
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false).mode(0o600);
+    options.custom_flags(libc::O_NOFOLLOW).open(path)
 }
 
 fn whole_file() -> libc::flock {

@@ -5,9 +5,9 @@
 //!
 //! Its memory is reserved when it is made, so that a full `/dev/shm` is an error then and no signal later.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
+use std::io::ErrorKind;
 use std::num::NonZeroUsize;
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use nix::fcntl::posix_fallocate;
 use nix::sys::mman::{MapFlags, ProtFlags, mmap, munmap};
 
-use crate::{Error, Result};
+use crate::{Error, Result, shared};
 
 /// Length of a word, bytes.
 pub(crate) const WORD: usize = size_of::<u64>();
@@ -31,10 +31,15 @@ pub(crate) struct Mapping {
 
 impl Mapping {
     /// Opens the file, or makes it, with at least `length` words (more than 0).
+    ///
+    /// # Errors
+    /// [`Error::ForeignFile`] where somebody else has made it, or it is a link.
     pub(crate) fn open(path: &Path, length: usize) -> Result<Self> {
-        let mut options = OpenOptions::new();
-        let file = options.read(true).write(true).create(true).truncate(false).mode(0o600).open(path);
-        let file = file.map_err(Error::file(path, "opening"))?;
+        let file = match shared::private(path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => shared::open_own(path)?,
+            Err(error) => return Err(Error::file(path, "making it")(error)),
+        };
         let found = file.metadata().map_err(Error::file(path, "looking at it"))?.len() as usize / WORD;
         let length = found.max(length);
         let start = map(&file, path, length)?;

@@ -58,7 +58,7 @@ pub struct Node {
     /// Says that this process lives, and keeps a second one of its kind out.
     _presence: Option<Lock>,
     /// The supervisor's. It goes last: the rest may have to wait for what it takes away.
-    _sweeper: Option<Sweeper>,
+    sweeper: Option<Sweeper>,
 }
 
 /// What a process counts over all its readers.
@@ -97,12 +97,9 @@ impl Node {
         // Before others can see it: who is seen may be asked to end.
         signals::install(bells.word(process));
         let presence = system.enter(process)?;
-        let sweeper = (process == Process::Supervisor).then(|| {
-            let system = system.view();
-            Sweeper::start(move || system.clear_half_made())
-        });
+        let sweeper = (process == Process::Supervisor).then(|| Sweeper::start(system.view()));
         let inner = shared_memory_node(&system, process)?;
-        system.keep_others_out()?;
+        system.shared()?.keep_others_out()?;
         Ok(Self {
             writers: RefCell::default(),
             inner,
@@ -113,7 +110,7 @@ impl Node {
             bells,
             counters: Rc::default(),
             _presence: presence,
-            _sweeper: sweeper,
+            sweeper,
         })
     }
 
@@ -146,7 +143,7 @@ impl Node {
         let writer = RawWriter::open(self, spec)?;
         let (port, numbers) = (writer.port(), writer.numbers());
         self.writers.borrow_mut().push(OwnWriter { port, numbers, spec });
-        self.system.reserve_small_files()?;
+        self.system.shared()?.reserve_small()?;
         Ok(writer)
     }
 
@@ -163,7 +160,7 @@ impl Node {
         self.check_read(spec)?;
         let reader = RawReader::open(self, spec)?;
         self.announce_reader(spec);
-        self.system.reserve_small_files()?;
+        self.system.shared()?.reserve_small()?;
         Ok(reader)
     }
 
@@ -241,6 +238,14 @@ impl Node {
     /// as writer or reader. For the supervisor, after it has waited for a dead child.
     pub fn clear_dead(&self, timeout: Duration) {
         self.inner.blocking_cleanup_dead_nodes(timeout);
+    }
+
+    /// Whether all files of the system in shared memory are this user's. For the supervisor, which looks again and again.
+    ///
+    /// # Errors
+    /// [`Error::ForeignFile`], once.
+    pub fn check_shared_memory(&self) -> Result<()> {
+        self.sweeper.as_ref().and_then(Sweeper::complaint).map_or(Ok(()), Err)
     }
 
     /// Counts something that this process has done and none before it: who restarts a process that dies

@@ -11,7 +11,7 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased;
 use sketchnav_schemas::message::{Header, Message};
 
-use crate::channels::open;
+use crate::channels::subscribe;
 use crate::history::History;
 use crate::node::{Counters, Node};
 use crate::{Error, Result};
@@ -66,9 +66,7 @@ pub struct RawReader {
 
 impl RawReader {
     pub(crate) fn open(node: &Node, spec: &'static ChannelSpec) -> Result<Self> {
-        let service = open(node, spec)?;
-        let port = service.subscriber_builder().create();
-        let port = port.map_err(Error::shared_memory(format!("reading channel {:?}", spec.name)))?;
+        let port = subscribe(node, spec)?;
         Ok(Self { port, spec, tally: Tally::new(spec, node.process()), counters: node.counters() })
     }
 

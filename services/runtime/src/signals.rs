@@ -38,19 +38,28 @@ pub(crate) fn install(bell: &'static AtomicU32) {
 /// Has a process that finds no memory behind a page of `/dev/shm` say so before it ends.
 fn install_last_words() {
     let action = SigAction::new(SigHandler::Handler(on_bus_error), SaFlags::empty(), SigSet::empty());
-    // SAFETY: the handler makes two system calls, which are async-signal-safe, and does not return.
+    // SAFETY: the handler makes three system calls, which are async-signal-safe, and does not return.
     let _ = unsafe { sigaction(Signal::SIGBUS, &action) };
 }
 
-/// What a process says that finds no memory.
-const LAST_WORDS: &str = "shared memory is full: /dev/shm has no room for a message (SIGBUS)\n";
+/// What a process says that finds no memory, ...
+const FULL: &str = "shared memory is full: /dev/shm has no room for a message (SIGBUS)\n";
+/// ... and one whose file of shared memory somebody has cut, or whose disk fails under a mapped file.
+const CUT: &str = "a mapped file lost its page: somebody truncated a file in /dev/shm, or a disk failed (SIGBUS)\n";
+/// A page, bytes: with less than that free, `/dev/shm` is full.
+const PAGE: u64 = 4096;
 /// The exit code of anything but success and bad input.
 const FAILED: libc::c_int = 3;
 
 extern "C" fn on_bus_error(_: libc::c_int) {
-    // SAFETY: the text lives for ever; nothing of the process is touched any more.
+    // SAFETY: `statfs` is a system call that writes where it is told to; the texts live for ever; nothing else of
+    // the process is touched any more.
     unsafe {
-        libc::write(libc::STDERR_FILENO, LAST_WORDS.as_ptr().cast(), LAST_WORDS.len());
+        let mut found: libc::statfs = std::mem::zeroed();
+        let is_known = libc::statfs(c"/dev/shm".as_ptr(), &raw mut found) == 0;
+        let is_full = !is_known || (found.f_bavail as u64).saturating_mul(found.f_bsize as u64) < PAGE;
+        let words = if is_full { FULL } else { CUT };
+        libc::write(libc::STDERR_FILENO, words.as_ptr().cast(), words.len());
         libc::_exit(FAILED);
     }
 }

@@ -8,44 +8,38 @@
 //!               notices           what processes and tools have the supervisor tell everybody
 //!               processes/<process>   held by the process as long as it lives; its id is inside
 //!               logs/<process>.log
+//!               token             the random part of the prefix of its files in shared memory
 //!               shared/           what iceoryx2 keeps in files
-//! /dev/shm/<prefix>*              the messages
+//! /dev/shm/<prefix>owner          held by the supervisor as long as it lives; names the folder
+//!          <prefix>*              the messages
 //!          <prefix>history_<channel>, <prefix>checkpoint_<process>_<slot>   what successors go on with
 //! ```
-//! The prefix has the system's name and a hash of its folder's path: no two systems share a file.
+//! No two systems share a file, see [`shared`](crate::shared).
 
+use std::cell::OnceCell;
 use std::fs;
-use std::io::ErrorKind;
-use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
 
-use nix::fcntl::posix_fallocate;
-use nix::libc;
 use nix::sys::signal::{Signal, kill};
 use nix::sys::statvfs::statvfs;
 use nix::unistd::Pid;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::fingerprint;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::lock::{self, Lock};
+use crate::shared::{self, SHARED_MEMORY, SharedFiles, listed, unless_gone};
 use crate::{Error, Result, half_made, root};
 
-const SHARED_MEMORY: &str = "/dev/shm";
 /// How the names of the files begin, behind the prefix, that successors go on with.
-const SUCCESSORS: [&str; 2] = ["history_", "checkpoint_"];
-/// Unit of a file's blocks, bytes.
-const BLOCK: u64 = 512;
-/// A file of at most so many bytes is small.
-const SMALL_BYTES: u64 = 1 << 20;
+const SUCCESSORS: [&str; 3] = ["history_", "checkpoint_", "owner"];
 /// What a system may come to need of `/dev/shm`, bytes: twice what the demo's uses.
 const NEEDED_BYTES: u64 = 24 << 20;
 const MAX_NAME: usize = 32;
 /// Longest root plus twice the name, bytes: iceoryx2 0.10 builds paths of at most 255 bytes out of the
 /// system's folder and the prefix, each of which holds the name, and panics beyond (measured).
-const MAX_ROOT_AND_NAMES: usize = 110;
+const MAX_ROOT_AND_NAMES: usize = 102;
 /// How long a process may take to end when its system goes.
 const LAST_WORD: Duration = Duration::from_secs(1);
 
@@ -55,8 +49,10 @@ pub struct System {
     name: String,
     root: PathBuf,
     folder: PathBuf,
-    /// Held where this is the supervisor's own.
-    ownership: Option<Lock>,
+    /// Read when it is needed first: a system that is being made has it from some moment on.
+    shared: OnceCell<SharedFiles>,
+    /// Held where this is the supervisor's own: the folder's lock, and that of the shared memory.
+    ownership: Option<[Lock; 2]>,
 }
 
 impl System {
@@ -80,11 +76,19 @@ impl System {
             return Err(system.already_running());
         }
         system.make_folders()?;
-        let path = system.supervisor_lock();
-        let held = Lock::try_take_as_this_process(&path).map_err(Error::file(&path, "locking"))?;
-        system.ownership = Some(held.ok_or_else(|| system.already_running())?);
+        SharedFiles::create(&system.name, &system.folder)?;
+        system.own()?;
         system.write_files(run)?;
         Ok(system)
+    }
+
+    fn own(&mut self) -> Result<()> {
+        let path = self.supervisor_lock();
+        let folder = Lock::try_take_as_this_process(&path).map_err(Error::file(&path, "locking"))?;
+        let folder = folder.ok_or_else(|| self.already_running())?;
+        let shared = self.shared()?.own(&self.folder)?.ok_or_else(|| self.already_running())?;
+        self.ownership = Some([folder, shared]);
+        Ok(())
     }
 
     /// Takes over the dead system whose recording lies in `folder`, owned by this process from now on: what
@@ -109,9 +113,8 @@ impl System {
         let mut dead_or_alive =
             all(&root)?.into_iter().filter_map(|system| system.run_config().ok().map(|run| (system, run)));
         let (mut system, run) = dead_or_alive.find(|(_, run)| recorded_there(run)).ok_or_else(nothing)?;
-        let path = system.supervisor_lock();
-        let held = Lock::try_take_as_this_process(&path).map_err(Error::file(&path, "locking"))?;
-        system.ownership = Some(held.ok_or_else(|| system.already_running())?);
+        system.own()?;
+        system.shared()?.check()?;
         system.clear_for_successors(&run)?;
         Ok((system, run))
     }
@@ -147,8 +150,8 @@ impl System {
         Ok(alive)
     }
 
-    /// Clears what systems left behind whose supervisor died: processes, folder, shared memory.
-    /// Returns their names.
+    /// Clears what systems left behind whose supervisor died: processes, folder, shared memory; and shared memory of
+    /// this user's that belongs to no folder any more. Returns the names of the systems, then the prefixes of the files.
     pub fn sweep_dead() -> Result<Vec<String>> {
         let root = root::of_this_user()?;
         let _guard = root::guard(&root)?;
@@ -162,16 +165,22 @@ impl System {
     pub fn leftovers(name: &str) -> Result<Vec<PathBuf>> {
         check_name(name)?;
         let system = Self::at(root::of_this_user()?, name);
-        let mut found = system.shared_files()?;
+        let mut found = shared::under_name(name, &system.folder)?;
         found.extend(system.folder.exists().then(|| system.folder.clone()));
         Ok(found)
     }
 
-    fn shared_files(&self) -> Result<Vec<PathBuf>> {
-        let prefix = self.prefix();
-        let mut files = entries(Path::new(SHARED_MEMORY))?;
-        files.retain(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix)));
-        Ok(files)
+    /// Its files in shared memory.
+    ///
+    /// # Errors
+    /// [`Error::File`] where its folder is gone.
+    pub(crate) fn shared(&self) -> Result<&SharedFiles> {
+        if let Some(shared) = self.shared.get() {
+            return Ok(shared);
+        }
+        let gone = || Error::file(&self.folder, "looking for its token")(std::io::ErrorKind::NotFound.into());
+        let shared = SharedFiles::of(&self.name, &self.folder)?.ok_or_else(gone)?;
+        Ok(self.shared.get_or_init(|| shared))
     }
 
     /// Takes the system away: whatever process of it still lives, its shared memory, its folder.
@@ -235,59 +244,23 @@ impl System {
     }
 
     /// A file of the system in shared memory; it goes when the system does.
-    pub(crate) fn shared_memory(&self, name: &str) -> PathBuf {
-        Path::new(SHARED_MEMORY).join(self.prefix() + name)
+    pub(crate) fn shared_memory(&self, name: &str) -> Result<PathBuf> {
+        Ok(self.shared()?.path(name))
     }
 
     pub(crate) fn notices(&self) -> PathBuf {
         self.folder.join("notices")
     }
 
-    /// Takes from other users what iceoryx2 0.10 leaves them: one of its files is made for all to read and write.
-    pub(crate) fn keep_others_out(&self) -> Result<()> {
-        for path in self.shared_files()? {
-            let Ok(found) = fs::metadata(&path) else { continue };
-            if found.mode() & 0o077 != 0 {
-                let private = fs::Permissions::from_mode(found.mode() & 0o700);
-                unless_gone(&path, fs::set_permissions(&path, private))?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Has the memory of the small files of `/dev/shm` handed out now: who finds none later is killed, and the
-    /// supervisor is to outlive a day on which there is none. (The large ones are large for the worst case.)
-    pub(crate) fn reserve_small_files(&self) -> Result<()> {
-        for path in self.shared_files()? {
-            let Ok(found) = fs::metadata(&path) else { continue };
-            let is_reserved = found.blocks() * BLOCK >= found.len();
-            if !is_reserved && found.len() <= SMALL_BYTES {
-                let reserve = || {
-                    let file = fs::OpenOptions::new().write(true).open(&path)?;
-                    posix_fallocate(&file, 0, found.len() as libc::off_t).map_err(std::io::Error::from)
-                };
-                unless_gone(&path, reserve())?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Takes away what no living process finishes in shared memory.
-    pub(crate) fn clear_half_made(&self) -> Result<()> {
-        for path in self.shared_files()? {
-            let Some(file) = half_made::unfinished(&path) else { continue };
-            let is_held = self.processes()?.iter().any(|&(_, pid)| half_made::has_open(pid, &file));
-            // Its maker may have finished it and gone while we looked.
-            if !is_held && half_made::unfinished(&path).is_some() {
-                unless_gone(&path, fs::remove_file(&path))?;
-            }
-        }
-        Ok(())
+    /// Takes away what no living process finishes in shared memory; `ages` is the caller's, from call to call.
+    pub(crate) fn clear_half_made(&self, ages: &mut half_made::Ages) -> Result<()> {
+        let living = || Ok(self.processes()?.into_iter().map(|(_, pid)| pid).collect());
+        self.shared()?.clear_half_made(ages, living)
     }
 
     /// The same system once more, for another thread; it owns nothing.
     pub(crate) fn view(&self) -> Self {
-        Self::at(self.root.clone(), &self.name)
+        Self { shared: self.shared.clone(), ..Self::at(self.root.clone(), &self.name) }
     }
 
     pub(crate) fn bells(&self) -> PathBuf {
@@ -315,12 +288,7 @@ impl System {
 
     fn at(root: PathBuf, name: &str) -> Self {
         let folder = root.join(name);
-        Self { name: name.into(), root, folder, ownership: None }
-    }
-
-    fn prefix(&self) -> String {
-        let path = self.folder.to_string_lossy();
-        format!("sketchnav_{}_{:08x}_", self.name, fingerprint(&path) as u32)
+        Self { name: name.into(), root, folder, shared: OnceCell::new(), ownership: None }
     }
 
     fn supervisor_lock(&self) -> PathBuf {
@@ -358,21 +326,15 @@ impl System {
         write(self.bells(), &[0; crate::bells::PAGE])?;
         write(self.notices(), &[])?;
         let shared = self.folder.join("shared");
-        let config =
-            format!("[global]\nroot-path = {:?}\nprefix = {:?}\n", shared.to_string_lossy(), self.prefix());
+        let (folder, prefix) = (shared.to_string_lossy(), self.shared()?.prefix());
+        let config = format!("[global]\nroot-path = {folder:?}\nprefix = {prefix:?}\n");
         write(self.iceoryx2_config(), config.as_bytes())
     }
 
     /// Ends what still lives and clears what nobody goes on with.
     fn clear_for_successors(&self, run: &RunConfig) -> Result<()> {
         self.end_processes()?;
-        let history = SUCCESSORS.map(|part| self.prefix() + part);
-        for path in self.shared_files()? {
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            if !history.iter().any(|prefix| name.starts_with(prefix)) {
-                unless_gone(&path, fs::remove_file(&path))?;
-            }
-        }
+        self.shared()?.remove_but(&SUCCESSORS)?;
         for part in ["processes", "shared"].map(|part| self.folder.join(part)) {
             unless_gone(&part, fs::remove_dir_all(&part))?;
         }
@@ -388,13 +350,14 @@ impl System {
     }
 
     fn process_locks(&self) -> Result<Vec<PathBuf>> {
-        entries(&self.folder.join("processes"))
+        listed(&self.folder.join("processes"))
     }
 
     fn clear(&self) -> Result<()> {
         self.end_processes()?;
-        for path in self.shared_files()? {
-            unless_gone(&path, fs::remove_file(&path))?;
+        // The token is known where it was read before, also when somebody has taken the folder away.
+        if let Ok(shared) = self.shared() {
+            shared.remove_but(&[])?;
         }
         unless_gone(&self.folder, fs::remove_dir_all(&self.folder))
     }
@@ -429,7 +392,7 @@ fn check_name(name: &str) -> Result<()> {
 
 /// Every system of the root, living or dead, by name.
 fn all(root: &Path) -> Result<Vec<System>> {
-    let names = entries(root)?.into_iter().filter(|path| path.is_dir());
+    let names = listed(root)?.into_iter().filter(|path| path.is_dir());
     let names = names.filter_map(|path| Some(path.file_name()?.to_str()?.to_string()));
     Ok(names.filter(|name| check_name(name).is_ok()).map(|name| System::at(root.into(), &name)).collect())
 }
@@ -442,6 +405,7 @@ fn sweep(root: &Path) -> Result<Vec<String>> {
             swept.push(system.name);
         }
     }
+    swept.extend(shared::clear_orphans()?);
     Ok(swept)
 }
 
@@ -471,32 +435,9 @@ fn named_owner(name: &str, path: &Path) -> Option<(String, u32)> {
     Some((name.into(), lock::owner(path).parse().ok()?))
 }
 
-/// The entries of a folder in order of their names; none where it is missing.
-fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
-    let found = match fs::read_dir(folder) {
-        Ok(found) => found,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(Error::file(folder, "listing")(error)),
-    };
-    let mut paths: Vec<_> = found.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    paths.sort();
-    Ok(paths)
-}
-
-/// That a file has gone meanwhile is no error.
-fn unless_gone(path: &Path, result: std::io::Result<()>) -> Result<()> {
-    match result {
-        Err(error) if error.kind() != ErrorKind::NotFound => {
-            Err(Error::file(path, "removing, reserving or changing it")(error))
-        }
-        _ => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::os::unix::fs::OpenOptionsExt;
-    use std::time::SystemTime;
 
     use super::*;
 
@@ -515,32 +456,28 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let run = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
         let system = System::create_in(root.path().into(), &run).unwrap();
-        let now = SystemTime::now();
-        let make = |name: &str, mode, bytes, made| {
-            let path = system.shared_memory(name);
+        let make = |name: &str, mode, bytes| {
+            let path = system.shared_memory(name).unwrap();
             let file = fs::OpenOptions::new().write(true).create_new(true).mode(mode).open(&path).unwrap();
             file.set_len(bytes).unwrap();
-            file.set_modified(made).unwrap();
             (path, file)
         };
-        let before = now - Duration::from_secs(60);
-        let (empty, maker_of_empty) = make("empty", 0o200, 0, before);
-        let (sized, maker_of_sized) = make("sized", 0o200, 4096, before);
-        // As if by a maker that cannot be asked.
-        let (fresh, _) = make("fresh", 0o200, 0, now + Duration::from_secs(60));
-        let (finished, _) = make("finished", 0o600, 4096, before);
-        system.clear_half_made().unwrap();
-        assert_eq!(system.shared_files().unwrap(), [&empty, &finished, &fresh, &sized].map(PathBuf::clone));
+        let (empty, maker_of_empty) = make("empty", 0o200, 0);
+        let (sized, maker_of_sized) = make("sized", 0o200, 4096);
+        let (finished, _) = make("finished", 0o600, 4096);
+        let others = || {
+            let mut all = system.shared().unwrap().all().unwrap();
+            all.retain(|path| !path.to_string_lossy().ends_with("_owner"));
+            all
+        };
+        let mut ages = half_made::Ages::with_patience(Duration::ZERO);
+        system.clear_half_made(&mut ages).unwrap();
+        assert_eq!(others(), [&empty, &finished, &sized].map(PathBuf::clone));
         drop((maker_of_empty, maker_of_sized));
-        system.clear_half_made().unwrap();
-        assert_eq!(system.shared_files().unwrap(), [finished, fresh]);
+        system.clear_half_made(&mut half_made::Ages::default()).unwrap();
+        assert_eq!(others().len(), 3, "seen for the first time: its maker may be another container's");
+        system.clear_half_made(&mut ages).unwrap();
+        assert_eq!(others(), [finished]);
         system.remove().unwrap();
-    }
-
-    #[test]
-    fn no_prefix_is_the_beginning_of_another() {
-        let prefix = |name: &str| System::at("/tmp/root".into(), name).prefix();
-        assert!(!prefix("demo-2").starts_with(&prefix("demo")));
-        assert_ne!(prefix("demo"), System::at("/tmp/other".into(), "demo").prefix());
     }
 }

@@ -161,6 +161,7 @@ impl Supervisor {
         let end = Instant::now() + timeout;
         loop {
             self.receive()?;
+            self.node.as_ref().map_or(Ok(()), Node::check_shared_memory)?;
             if self.mission_ended() {
                 return Ok(Progress::Ended);
             }

@@ -1,0 +1,404 @@
+//! The files of a system in `/dev/shm`: their names, and whose they are.
+//!
+//! Each name begins with the system's prefix, `sketchnav_<name>_<token>_`. The token is random and stands in the
+//! system's folder, which no other user can enter. So nobody can make a file for a system that is yet to come, and no
+//! system meets the files of an earlier one of its name.
+//!
+//! `<prefix>owner` is the first file that is made and the last that is removed. It names the system's folder, and the
+//! supervisor holds its lock. Files whose owner lives nowhere, and whom no folder knows, are orphans: they go.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File, Metadata, OpenOptions};
+use std::io::{ErrorKind, Read, Write};
+use std::os::fd::AsRawFd;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+
+use nix::fcntl::{AT_FDCWD, AtFlags, posix_fallocate};
+use nix::libc;
+use nix::unistd::{getuid, linkat};
+
+use crate::lock::{self, Lock};
+use crate::{Error, Result, half_made};
+
+/// Where POSIX shared memory lies.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+/// How every name begins.
+const MARK: &str = "sketchnav_";
+/// The file of a system's folder with its token.
+const TOKEN: &str = "token";
+/// Length of a token, hexadecimal digits.
+const DIGITS: usize = 16;
+/// The file that says who owns the others.
+const OWNER: &str = "owner";
+/// Unit of a file's blocks, bytes.
+const BLOCK: u64 = 512;
+/// A file of at most so many bytes is small.
+const SMALL_BYTES: u64 = 1 << 20;
+
+/// The files of one system.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct SharedFiles {
+    prefix: String,
+}
+
+impl SharedFiles {
+    /// Those of a system that is to come. Its new token is written into its folder.
+    pub(crate) fn create(name: &str, folder: &Path) -> Result<Self> {
+        let random = || {
+            let mut bytes = [0; DIGITS / 2];
+            File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+            Ok(u64::from_ne_bytes(bytes))
+        };
+        let token = format!("{:016x}", random().map_err(Error::file("/dev/urandom", "reading"))?);
+        let path = folder.join(TOKEN);
+        let write = || private(&path)?.write_all(token.as_bytes());
+        write().map_err(Error::file(&path, "writing"))?;
+        Ok(Self::with_token(name, &token))
+    }
+
+    /// Those of the system in `folder`; `None` where it has no token yet, or no more.
+    pub(crate) fn of(name: &str, folder: &Path) -> Result<Option<Self>> {
+        Ok(token(folder)?.map(|token| Self::with_token(name, &token)))
+    }
+
+    fn with_token(name: &str, token: &str) -> Self {
+        Self { prefix: format!("{MARK}{name}_{token}_") }
+    }
+
+    /// How their names begin.
+    pub(crate) fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
+    /// One of them.
+    pub(crate) fn path(&self, file: &str) -> PathBuf {
+        Path::new(SHARED_MEMORY).join(format!("{}{file}", self.prefix))
+    }
+
+    /// Makes this process their owner, as long as the lock lives. `None` where another process is.
+    pub(crate) fn own(&self, folder: &Path) -> Result<Option<Lock>> {
+        let path = self.path(OWNER);
+        match make_owner(&path, folder) {
+            Ok(lock) => Ok(Some(lock)),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+                check(&path)?;
+                Lock::try_take(&path).map_err(Error::file(path, "locking"))
+            }
+            Err(error) => Err(Error::file(path, "making it")(error)),
+        }
+    }
+
+    /// All of them, in order of their names but for the owner's, which is the last.
+    pub(crate) fn all(&self) -> Result<Vec<PathBuf>> {
+        let begins = |path: &PathBuf| name_of(path).starts_with(&self.prefix);
+        let mut files: Vec<_> = listed(Path::new(SHARED_MEMORY))?.into_iter().filter(begins).collect();
+        files.sort_by_key(|path| (*path == self.path(OWNER), path.clone()));
+        Ok(files)
+    }
+
+    /// Looks for files that somebody else has put among them.
+    ///
+    /// # Errors
+    /// [`Error::ForeignFile`] with the first one.
+    pub(crate) fn check(&self) -> Result<()> {
+        self.all()?.iter().try_for_each(|path| check(path))
+    }
+
+    /// Takes from other users what iceoryx2 0.10 leaves them: one of its files is made for all to read and write.
+    ///
+    /// # Errors
+    /// [`Error::ForeignFile`].
+    pub(crate) fn keep_others_out(&self) -> Result<()> {
+        for path in self.all()? {
+            check(&path)?;
+            let Ok(found) = fs::symlink_metadata(&path) else { continue };
+            if found.mode() & 0o077 != 0 {
+                // In a folder with the sticky bit nobody else can put a link in the place of a file of ours.
+                let private = fs::Permissions::from_mode(found.mode() & 0o700);
+                unless_gone(&path, fs::set_permissions(&path, private))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Has the memory of the small files handed out now: who finds none later is killed, and the supervisor is to
+    /// outlive a day on which there is none. (The large ones are large for the worst case.)
+    pub(crate) fn reserve_small(&self) -> Result<()> {
+        for path in self.all()? {
+            let Ok(found) = fs::symlink_metadata(&path) else { continue };
+            let is_reserved = found.blocks() * BLOCK >= found.len();
+            if found.is_file() && !is_reserved && found.len() <= SMALL_BYTES {
+                let reserve = || {
+                    let file = OpenOptions::new().write(true).custom_flags(libc::O_NOFOLLOW).open(&path)?;
+                    posix_fallocate(&file, 0, found.len() as libc::off_t).map_err(std::io::Error::from)
+                };
+                unless_gone(&path, reserve())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes away what no living process finishes; `living` are the system's.
+    pub(crate) fn clear_half_made(
+        &self,
+        ages: &mut half_made::Ages,
+        living: impl Fn() -> Result<Vec<u32>>,
+    ) -> Result<()> {
+        for (path, file) in ages.unfinished(&self.all()?) {
+            let is_held = living()?.into_iter().any(|pid| half_made::has_open(pid, &file));
+            // Its maker may have finished it and gone while we looked.
+            if !is_held && half_made::is_unfinished(&path).is_some() {
+                unless_gone(&path, fs::remove_file(&path))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes them, but for those whose names go on like one of `keep` behind the prefix.
+    pub(crate) fn remove_but(&self, keep: &[&str]) -> Result<()> {
+        for path in self.all()? {
+            let rest = &name_of(&path)[self.prefix.len()..];
+            if !keep.iter().any(|kept| rest.starts_with(kept)) {
+                unless_gone(&path, fs::remove_file(&path))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes those that are this user's.
+    fn remove_own(&self) -> Result<()> {
+        for path in self.all()? {
+            if fs::symlink_metadata(&path).is_ok_and(|found| is_own(&found)) {
+                unless_gone(&path, fs::remove_file(&path))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The folder that their owner names, as far as they are this user's; `None` where they have no owner.
+    fn owner_folder(&self) -> Option<PathBuf> {
+        let path = self.path(OWNER);
+        check(&path).ok()?;
+        Some(PathBuf::from(fs::read_to_string(path).ok()?))
+    }
+
+    /// Whether no supervisor holds them and no folder knows them.
+    fn is_orphaned(&self) -> bool {
+        let token = self.prefix.trim_end_matches('_').rsplit('_').next();
+        let known = self.owner_folder().is_some_and(|folder| self::token(&folder).ok().flatten().as_deref() == token);
+        let is_held = lock::is_held(&self.path(OWNER)).unwrap_or(true);
+        !known && !is_held && fs::symlink_metadata(self.path(OWNER)).map_or(true, |found| is_own(&found))
+    }
+}
+
+/// Every system's files, of this user or of others.
+fn everybodys() -> Result<BTreeSet<SharedFiles>> {
+    let prefix = |path: PathBuf| {
+        let name = name_of(&path);
+        let (system, rest) = name.strip_prefix(MARK)?.split_once('_')?;
+        let (token, _) = rest.split_once('_')?;
+        is_token(token).then(|| SharedFiles::with_token(system, token))
+    };
+    Ok(listed(Path::new(SHARED_MEMORY))?.into_iter().filter_map(prefix).collect())
+}
+
+/// Removes what dead systems have left whose folders are gone. Returns the prefixes.
+pub(crate) fn clear_orphans() -> Result<Vec<String>> {
+    let mut cleared = Vec::new();
+    for files in everybodys()?.into_iter().filter(SharedFiles::is_orphaned) {
+        let before = files.all()?.len();
+        files.remove_own()?;
+        if files.all()?.len() < before {
+            cleared.push(files.prefix);
+        }
+    }
+    Ok(cleared)
+}
+
+/// The files under the name of a system that are those of `folder`, or nobody's.
+pub(crate) fn under_name(name: &str, folder: &Path) -> Result<Vec<PathBuf>> {
+    let begin = format!("{MARK}{name}_");
+    let mut found = Vec::new();
+    for files in everybodys()?.into_iter().filter(|files| files.prefix.starts_with(&begin)) {
+        if files.owner_folder().is_none_or(|owner| owner == folder) {
+            found.extend(files.all()?);
+        }
+    }
+    Ok(found)
+}
+
+/// The token of the system in `folder`.
+fn token(folder: &Path) -> Result<Option<String>> {
+    let path = folder.join(TOKEN);
+    match fs::read_to_string(&path) {
+        Ok(token) => Ok(Some(token).filter(|token| is_token(token))),
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(None),
+        Err(error) => Err(Error::file(path, "reading")(error)),
+    }
+}
+
+fn is_token(text: &str) -> bool {
+    text.len() == DIGITS && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
+}
+
+/// Makes the file whole, and locked, before anybody can see it.
+fn make_owner(path: &Path, folder: &Path) -> std::io::Result<Lock> {
+    let unnamed = || {
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).mode(0o600).custom_flags(libc::O_TMPFILE).open(SHARED_MEMORY)
+    };
+    let mut file = unnamed()?;
+    file.write_all(folder.as_os_str().as_encoded_bytes())?;
+    let named = format!("/proc/self/fd/{}", file.as_raw_fd());
+    let lock = Lock::of(file)?;
+    linkat(AT_FDCWD, named.as_str(), AT_FDCWD, path, AtFlags::AT_SYMLINK_FOLLOW)?;
+    Ok(lock)
+}
+
+/// A new file that only this user may read and write.
+pub(crate) fn private(path: &Path) -> std::io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create_new(true).mode(0o600).open(path)
+}
+
+/// Opens a file of this user's that is there already; a link is not followed.
+///
+/// # Errors
+/// [`Error::ForeignFile`].
+pub(crate) fn open_own(path: &Path) -> Result<File> {
+    let mut options = OpenOptions::new();
+    // Whoever has put a pipe in its place must not have us wait.
+    options.read(true).write(true).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
+    let file = match options.open(path) {
+        Ok(file) => file,
+        Err(error) => {
+            check(path)?;
+            return Err(Error::file(path, "opening")(error));
+        }
+    };
+    let found = file.metadata().map_err(Error::file(path, "looking at it"))?;
+    match complaint(&found) {
+        None => Ok(file),
+        Some(found) => Err(foreign(path, found)),
+    }
+}
+
+/// That a file is this user's, and no link; one that has gone is nobody's.
+fn check(path: &Path) -> Result<()> {
+    let Ok(found) = fs::symlink_metadata(path) else { return Ok(()) };
+    complaint(&found).map_or(Ok(()), |found| Err(foreign(path, found)))
+}
+
+fn is_own(found: &Metadata) -> bool {
+    complaint(found).is_none()
+}
+
+/// What is wrong with a file that should be this user's alone. (Its mode is iceoryx2's to choose, and put right later.)
+fn complaint(found: &Metadata) -> Option<String> {
+    let kind = found.file_type();
+    if kind.is_symlink() {
+        Some("a link".into())
+    } else if !kind.is_file() {
+        Some("no plain file".into())
+    } else if found.uid() != getuid().as_raw() {
+        Some(format!("a file of user {}", found.uid()))
+    } else if found.nlink() > 1 {
+        Some(format!("a file with {} names", found.nlink()))
+    } else {
+        None
+    }
+}
+
+fn foreign(path: &Path, found: String) -> Error {
+    Error::ForeignFile { path: path.into(), uid: getuid().as_raw(), found }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// The entries of a folder in order of their names; none where it is missing.
+pub(crate) fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
+    let found = match fs::read_dir(folder) {
+        Ok(found) => found,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(Error::file(folder, "listing")(error)),
+    };
+    let mut paths: Vec<_> = found.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    paths.sort();
+    Ok(paths)
+}
+
+/// That a file has gone meanwhile is no error.
+pub(crate) fn unless_gone(path: &Path, result: std::io::Result<()>) -> Result<()> {
+    match result {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(Error::file(path, "removing, reserving or changing it")(error))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    /// Another user once made `checkpoint_localizer_0` under a name that a hash told, and read the scans of a mission.
+    #[test]
+    fn no_two_systems_have_the_same_prefix() {
+        let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        let files = folders.each_ref().map(|folder| SharedFiles::create("lab", folder.path()).unwrap());
+        assert_ne!(files[0], files[1]);
+        assert_eq!(SharedFiles::of("lab", folders[0].path()).unwrap().as_ref(), Some(&files[0]));
+        assert!(!files[0].prefix.starts_with(&files[1].prefix));
+    }
+
+    #[test]
+    fn what_is_not_a_plain_file_of_ours_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = SharedFiles::create("foreign", folder.path()).unwrap();
+        let victim = folder.path().join("victim");
+        fs::write(&victim, "precious").unwrap();
+        let link = files.path("history_scan");
+        symlink(&victim, &link).unwrap();
+        for error in [files.check().unwrap_err(), open_own(&link).map(drop).unwrap_err()] {
+            let text = error.to_string();
+            assert!(text.starts_with(&link.display().to_string()) && text.contains("found a link"), "{text}");
+        }
+        files.remove_but(&[]).unwrap();
+        assert_eq!((fs::read_to_string(&victim).unwrap().as_str(), files.check().is_ok()), ("precious", true));
+        fs::hard_link(&victim, folder.path().join("second")).unwrap();
+        assert!(open_own(&victim).map(drop).unwrap_err().to_string().contains("found a file with 2 names"));
+    }
+
+    /// A cleaner had taken the folder away: the next system of that name went on with the tasks of the one before.
+    #[test]
+    fn files_without_an_owner_or_a_folder_go_and_others_stay() {
+        let root = tempfile::tempdir().unwrap();
+        let begin = |name: &str| {
+            let folder = root.path().join(name);
+            fs::create_dir(&folder).unwrap();
+            let files = SharedFiles::create(name, &folder).unwrap();
+            let lock = files.own(&folder).unwrap().unwrap();
+            private(&files.path("history_command")).unwrap();
+            (folder, files, lock)
+        };
+        let (living, dead, gone) = (begin("living"), begin("dead"), begin("gone"));
+        drop(dead.2);
+        drop(gone.2);
+        fs::remove_dir_all(&living.0).unwrap();
+        fs::remove_dir_all(&gone.0).unwrap();
+        assert!(living.1.own(&living.0).unwrap().is_none(), "it has its owner");
+        let cleared = clear_orphans().unwrap();
+        assert!(cleared.contains(&gone.1.prefix) && !cleared.contains(&dead.1.prefix));
+        assert!(!cleared.contains(&living.1.prefix));
+        assert_eq!([&living, &dead, &gone].map(|system| system.1.all().unwrap().len()), [2, 2, 0]);
+        drop(living.2);
+        fs::remove_file(dead.1.path(OWNER)).unwrap();
+        assert!(clear_orphans().unwrap().contains(&dead.1.prefix), "nobody owns them");
+        assert!(living.1.all().unwrap().is_empty());
+    }
+}

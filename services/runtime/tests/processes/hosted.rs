@@ -124,31 +124,6 @@ fn a_stage_that_began_anew_and_is_killed_again_answers_no_tick_twice() {
     }
 }
 
-/// An instruction has the process write a checkpoint. That of a process that had begun anew did not say what was answered
-/// before it, and its successor answered old ticks again.
-#[test]
-fn a_stage_that_began_anew_and_heard_an_instruction_answers_no_tick_twice() {
-    let stage = Stage::new();
-    let mut supervisor = stage.system("instructed");
-    let mut world = stage.join("instructed", Process::World, &["tick-writer"]);
-    let mut sketcher = stage.join("instructed", Process::Sketcher, &["sketch-writer"]);
-    let mut recorder = stage.join("instructed", Process::Recorder, &["estimate-reader"]);
-    let mut first = hosting(&stage, "instructed", Process::Localizer, "host");
-    world.tell("tick 40");
-    assert_eq!(recorder.tell("estimates 40"), told(1..=40, 1, 1));
-    first.kill();
-    damage_checkpoints(&stage, "instructed");
-    for (from, to, count) in [(41, 43, 1), (44, 46, 4), (47, 70, 7)] {
-        supervisor.does("clear-dead");
-        let mut host = hosting(&stage, "instructed", Process::Localizer, "host");
-        world.tell(&format!("tick {}", to - from + 1));
-        assert_eq!(recorder.tell(&format!("estimates {to}")), told(from..=to, from, count));
-        sketcher.tell("sketch");
-        assert_eq!(host.answer(), "open", "it has heard the sketch");
-        host.kill();
-    }
-}
-
 /// It ended the mission: the error counted as one of the mission's, which no restart mends.
 #[test]
 fn a_stage_that_refuses_its_state_begins_anew() {

@@ -190,6 +190,65 @@ fn without_its_folder_a_system_survives_no_death() {
     place.assert_nothing_left("day");
 }
 
+/// A cleaner took the folder of a killed system away, and its shared memory stayed: the next run of its name went on with
+/// another mission's tasks, and counted 4,446 messages as lost.
+#[test]
+fn what_a_killed_system_left_without_a_folder_enters_no_other() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 20");
+    running.signal(Signal::SIGKILL);
+    running.end();
+    wait_until("the end of all processes", || place.living().is_empty());
+    fs::remove_dir_all(place.root()).unwrap();
+    let left = place.files_of("day");
+    assert!(left.iter().any(|file| file.contains("history_")), "{left:?}");
+    let ended = place.run("demo --json --system day --out again");
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert_eq!((&report["success"], &report["lost_messages"]), (&true.into(), &0.into()), "{report:#}");
+    place.assert_nothing_left("day");
+}
+
+#[test]
+fn clean_removes_what_is_dead_and_leaves_what_lives() {
+    let place = Place::new();
+    let mut living = place.start("demo --json --system living --speed 5");
+    place.wait_until_driving(&mut living, "living");
+    let dead = drive(&place, "--speed 5");
+    dead.signal(Signal::SIGKILL);
+    dead.end();
+    let cleaned = place.run("clean --json");
+    assert_eq!(cleaned.code, Some(0), "{cleaned}");
+    assert!(cleaned.json()["removed"].as_array().unwrap().contains(&"day".into()), "{cleaned}");
+    place.assert_no_system_left("day");
+    assert!(place.processes("living").len() > 4);
+    living.signal(Signal::SIGINT);
+    living.end();
+    place.assert_nothing_left("living");
+}
+
+/// Somebody else on the machine can list `/dev/shm`, and make files there under the prefix that is seen.
+#[test]
+fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 5");
+    let owner = place.files_of("day").into_iter().find(|file| file.ends_with("_owner")).unwrap();
+    let foreign = owner.replace("_owner", "_history_of_my_own");
+    fs::write(&foreign, "").unwrap();
+    if std::os::unix::fs::chown(&foreign, Some(65534), Some(65534)).is_err() {
+        // Who cannot be another user puts a link there.
+        fs::remove_file(&foreign).unwrap();
+        std::os::unix::fs::symlink("/etc/hostname", &foreign).unwrap();
+    }
+    let ended = running.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains(&format!("{foreign}: expected a file of user")), "{ended}");
+    assert_eq!(place.living(), []);
+    // Root can remove it, another user cannot: nothing else is left.
+    place.files_of("day").into_iter().for_each(|file| assert_eq!(file, foreign));
+    let _ = fs::remove_file(&foreign);
+}
+
 /// Somebody else on the machine sees that there is a system, and no more: neither its channels nor its files
 /// can be read, written or joined.
 #[test]

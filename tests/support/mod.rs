@@ -25,7 +25,6 @@ use nix::unistd::Pid;
 use serde_json::Value;
 use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::fingerprint;
 use tempfile::TempDir;
 
 pub use skip::skipped;

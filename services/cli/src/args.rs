@@ -38,7 +38,12 @@ impl Cli {
             Some(Command::Deform { options, .. }) => options.json,
             Some(Command::Chaos { options, .. }) => options.json,
             Some(Command::Top { options }) => options.json,
-            Some(Command::Ps { json } | Command::Diff { json, .. } | Command::Info { json, .. }) => *json,
+            Some(
+                Command::Ps { json }
+                | Command::Clean { json }
+                | Command::Diff { json, .. }
+                | Command::Info { json, .. },
+            ) => *json,
             Some(Command::Recordings(tool)) => tool.wants_json(),
             _ => false,
         }
@@ -123,6 +128,15 @@ pub enum Command {
     /// List the running systems and their processes.
     Ps {
         /// One JSON object instead of a table.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Remove what dead systems have left: processes, folders, shared memory. Living systems stay.
+    #[command(
+        after_help = "A system that was cleaned away cannot be resumed.\nThe next system that starts cleans up as well.\nExample: sketchnav clean"
+    )]
+    Clean {
+        /// One JSON object instead of lines.
         #[arg(long)]
         json: bool,
     },

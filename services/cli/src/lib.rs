@@ -61,6 +61,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),
         Some(Command::Serve { process, system, site }) => serve::serve(process, &system, site),
         Some(Command::Ps { json }) => systems::ps(json),
+        Some(Command::Clean { json }) => systems::clean(json),
         Some(Command::Top { options }) => top::top(&options),
         Some(Command::Echo { tap }) => tap::echo(&tap),
         Some(Command::Hz { tap }) => tap::hz(&tap),

@@ -39,6 +39,19 @@ pub fn ps(json: bool) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
+/// Removes what dead systems of this user have left.
+pub fn clean(json: bool) -> Result<Outcome, Failure> {
+    let cleared = System::sweep_dead().context("removing what dead systems have left")?;
+    if json {
+        out!("{}", serde_json::json!({ "removed": cleared }))?;
+    } else if cleared.is_empty() {
+        out!("nothing to remove")?;
+    } else {
+        cleared.iter().try_for_each(|name| out!("removed {name}"))?;
+    }
+    Ok(Outcome::Success)
+}
+
 fn row(system: &System) -> anyhow::Result<Row> {
     let run = system.run_config()?;
     let processes = system.processes()?.into_iter().map(|(process, pid)| Member { process, pid });

@@ -81,7 +81,10 @@ fn message_type(spec: &ChannelSpec) -> Result<(AttributeKey, AttributeValue)> {
 ///
 /// # Errors
 /// [`Error::TooManyObservers`].
-pub(crate) fn subscribe(node: &Node, spec: &'static ChannelSpec) -> Result<Subscriber<ipc::Service, [u64], u64>> {
+pub(crate) fn subscribe(
+    node: &Node,
+    spec: &'static ChannelSpec,
+) -> Result<Subscriber<ipc::Service, [u64], u64>> {
     let service = open(node, spec)?;
     let reading = || format!("reading channel {:?}", spec.name);
     if node.process() == Process::Observer && observers(&service) >= MAX_OBSERVERS {

@@ -88,7 +88,9 @@ impl Sweeper {
             while stopped.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout) {
                 // What cannot be taken away now is tried again.
                 let _ = system.clear_half_made(&mut ages);
-                if let (Err(error @ Error::ForeignFile { .. }), Ok(mut first)) = (check(&system), complain.lock()) {
+                if let (Err(error @ Error::ForeignFile { .. }), Ok(mut first)) =
+                    (check(&system), complain.lock())
+                {
                     first.get_or_insert(error);
                 }
             }

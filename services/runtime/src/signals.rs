@@ -45,7 +45,8 @@ fn install_last_words() {
 /// What a process says that finds no memory, ...
 const FULL: &str = "shared memory is full: /dev/shm has no room for a message (SIGBUS)\n";
 /// ... and one whose file of shared memory somebody has cut, or whose disk fails under a mapped file.
-const CUT: &str = "a mapped file lost its page: somebody truncated a file in /dev/shm, or a disk failed (SIGBUS)\n";
+const CUT: &str =
+    "a mapped file lost its page: somebody truncated a file in /dev/shm, or a disk failed (SIGBUS)\n";
 /// A page, bytes: with less than that free, `/dev/shm` is full.
 const PAGE: u64 = 4096;
 /// The exit code of anything but success and bad input.

@@ -68,6 +68,7 @@ impl Actor {
             ["open", what] => self.open(what)?,
             ["send", count] => return self.send(count.parse().unwrap()),
             ["receive"] => return self.receive(),
+            ["complaint"] => return Ok(self.complaint()),
             ["wait"] => return Ok(format!("{:?}", self.node().wait(LONG))),
             ["refresh"] => return Ok(format!("{:?}", self.node().wait(Duration::ZERO))),
             ["until", seq] => return self.receive_until(seq.parse().unwrap()),
@@ -212,6 +213,17 @@ impl Actor {
             self.node().nap(LOOK);
         }
         Ok(format!("no answer to tick {tick} after {}", told.join(" ")))
+    }
+
+    /// What the supervisor finds among the files of the system.
+    fn complaint(&self) -> String {
+        for _ in 0..LOOKS {
+            if let Err(error) = self.node().check_shared_memory() {
+                return error.to_string();
+            }
+            self.node().nap(LOOK);
+        }
+        "none".into()
     }
 
     fn loan(&mut self) -> Result<String> {

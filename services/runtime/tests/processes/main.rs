@@ -66,6 +66,50 @@ fn a_sketch_is_read_where_it_was_written() {
     assert_eq!(reader.tell("hold-sketch"), place);
 }
 
+/// Eight observers once took all places of a channel: a killed recorder could not come back, and the mission was over.
+#[test]
+fn observers_leave_the_pipeline_its_places() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("crowd");
+    let join = || stage.join("crowd", Process::Observer, &[]);
+    let mut observers: Vec<_> = (0..7).map(|_| join()).collect();
+    let answers: Vec<_> = observers.iter_mut().map(|observer| observer.tell("open scan-reader")).collect();
+    let refused = "error channel \"scan\" of system \"crowd\": 5 observers read it, and no more may; end one of them \
+                   (echo, hz, top) and try again";
+    assert_eq!(answers, ["done", "done", "done", "done", "done", refused, refused]);
+    for process in [Process::Localizer, Process::Planner, Process::Recorder] {
+        let mut reader = stage.join("crowd", process, &[]);
+        reader.does("open scan-reader");
+        reader.kill();
+    }
+    // The place of one that was killed is free again.
+    observers[0].kill();
+    observers[6].does("open scan-reader");
+}
+
+/// As root, with `fs.protected_symlinks` off, a link among the files of a system had somebody's own file overwritten.
+#[test]
+fn a_link_among_the_files_of_a_system_is_named_and_not_followed() {
+    let stage = Stage::new();
+    let mut supervisor = stage.system("intruder");
+    let victim = stage.folder().join("victim");
+    std::fs::write(&victim, "precious").unwrap();
+    let owner = stage.shared_memory("intruder", "_owner").remove(0);
+    let place = |name: &str| PathBuf::from(owner.to_str().unwrap().replace("_owner", &format!("_{name}")));
+    let link = place("checkpoint_localizer_0");
+    std::os::unix::fs::symlink(&victim, &link).unwrap();
+    let expected = format!("{}: expected a file of user", link.display());
+    let complaint = supervisor.tell("complaint");
+    assert!(complaint.starts_with(&expected) && complaint.contains("found a link"), "{complaint}");
+    let mut localizer = stage.player();
+    let refused = localizer.tell("join intruder localizer");
+    assert!(refused.starts_with(&format!("error {expected}")), "{refused}");
+    assert_eq!(std::fs::read_to_string(&victim).unwrap(), "precious");
+    supervisor.does("remove");
+    std::fs::remove_file(&victim).unwrap();
+    assert_eq!(stage.leftovers("intruder"), Vec::<String>::new());
+}
+
 #[test]
 fn sending_and_receiving_allocate_nothing() {
     let stage = Stage::new();

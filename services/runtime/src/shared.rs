@@ -160,7 +160,7 @@ impl SharedFiles {
         for path in self.all()? {
             let rest = &name_of(&path)[self.prefix.len()..];
             if !keep.iter().any(|kept| rest.starts_with(kept)) {
-                unless_gone(&path, fs::remove_file(&path))?;
+                remove(&path)?;
             }
         }
         Ok(())
@@ -190,6 +190,14 @@ impl SharedFiles {
             self.owner_folder().is_some_and(|folder| self::token(&folder).ok().flatten().as_deref() == token);
         let is_held = lock::is_held(&self.path(OWNER)).unwrap_or(true);
         !known && !is_held && fs::symlink_metadata(self.path(OWNER)).map_or(true, |found| is_own(&found))
+    }
+}
+
+/// Removes a file. One of another user, in a folder with the sticky bit, may be impossible to remove: it stays.
+fn remove(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(_) if check(path).is_err() => Ok(()),
+        removed => unless_gone(path, removed),
     }
 }
 

@@ -288,7 +288,8 @@ impl Attacker {
             }
         }
         drop(open);
-        let page = ask(port, "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+        let page =
+            ask(port, &format!("GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n"));
         assert!(page.starts_with("HTTP/1.1 200"), "{page:.300}");
         running.must_live();
         running.signal(Signal::SIGINT);

@@ -152,6 +152,11 @@ impl Child {
         self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
     }
 
+    /// Whether it has looked up from its work lately, as far as the last look at it tells.
+    pub(crate) fn is_responsive(&self) -> bool {
+        self.watchdog.is_quiet()
+    }
+
     /// What there is to say about its end.
     pub(crate) fn death(&self, status: ExitStatus) -> Death {
         Death { process: self.process, pid: self.child.id(), status, last_lines: last_lines(&self.log) }

@@ -41,6 +41,19 @@ pub enum Error {
     /// A process died as often as it was started again, and got nowhere in between.
     #[error("{0}\nit was started again {1} times and died each time before it got any further: given up")]
     GivenUp(Death, u64),
+    /// Nothing more happens in a lockstep.
+    #[error(
+        "the mission stands still: for {seconds} s every process has waited for another one; the last tick that was \
+         answered is {tick}{rejected}"
+    )]
+    Standstill {
+        /// For how long.
+        seconds: u64,
+        /// The tick of the last status.
+        tick: u64,
+        /// Who has rejected messages, in words.
+        rejected: String,
+    },
     /// Processes had to be killed because they did not end when asked to.
     #[error("did not end within their time and were killed: {}", .0.iter().map(|p| p.word()).collect::<Vec<_>>().join(", "))]
     Killed(Vec<Process>),

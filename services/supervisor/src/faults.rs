@@ -17,6 +17,7 @@ pub(crate) struct Faults {
     notices: Notices,
     /// Of the mission's last status.
     now: Header,
+    recording_stands: bool,
 }
 
 impl Faults {
@@ -24,12 +25,17 @@ impl Faults {
         let mut writer = (!is_ceded).then(|| node.writer(FAULTS)).transpose()?;
         writer.iter_mut().for_each(Writer::resume_behind_history);
         let now = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
-        Ok(Self { writer, notices: Notices::open(node.system())?, now })
+        Ok(Self { writer, notices: Notices::open(node.system())?, now, recording_stands: false })
     }
 
     /// What is told from here on happened after the status with this header.
     pub(crate) fn is_now(&mut self, header: Header) {
         self.now = header;
+    }
+
+    /// Whether the recorder waits for room on its disk.
+    pub(crate) fn recording_stands(&self) -> bool {
+        self.recording_stands
     }
 
     /// Tells what others have noticed.
@@ -51,6 +57,11 @@ impl Faults {
         pid: u32,
         fill: impl FnOnce(&mut Fault),
     ) -> Result<()> {
+        match kind {
+            FaultKind::RecordingFailed => self.recording_stands = true,
+            FaultKind::RecordingResumed => self.recording_stands = false,
+            _ => {}
+        }
         let Some(writer) = &mut self.writer else { return Ok(()) };
         writer.send(|fault| {
             fault.header = Header { seq: 0, ..self.now };

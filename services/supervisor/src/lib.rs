@@ -23,6 +23,7 @@ mod error;
 mod faults;
 mod lives;
 mod restarts;
+mod stall;
 mod supervisor;
 mod watchdog;
 

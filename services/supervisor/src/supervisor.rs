@@ -10,12 +10,13 @@ use sketchnav_runtime::{Channels, Node, Reader, System, Wake, Writer};
 use sketchnav_schemas::channels::{HEALTH, MISSION, STATUS};
 use sketchnav_schemas::codes::{FaultKind, Order, Process, TaskState};
 use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, Text};
-use sketchnav_schemas::run::{Pad, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
 use crate::child::{Child, ProcessLine};
 use crate::error::is_bad_input;
 use crate::faults::Faults;
 use crate::lives::{CLEARING, look_after, start_if_due};
+use crate::stall::Stall;
 use crate::{Death, Error, Result};
 
 /// How often the supervisor looks at its channels and children. A lockstep world, which waits for the
@@ -35,6 +36,8 @@ pub struct Grace {
     pub recorder: Duration,
     /// One that is stopped (SIGSTOP) while the mission runs, before it is killed and started again.
     pub stopped: Duration,
+    /// A lockstep in which every process waits for another one, before the mission is ended.
+    pub standstill: Duration,
 }
 
 impl Default for Grace {
@@ -43,6 +46,7 @@ impl Default for Grace {
             services: Duration::from_secs(5),
             recorder: Duration::from_secs(30),
             stopped: Duration::from_secs(3),
+            standstill: Duration::from_secs(30),
         }
     }
 }
@@ -84,6 +88,8 @@ pub struct Supervisor {
     /// By process and process id.
     health: BTreeMap<(u32, u32), Health>,
     survived: Vec<Death>,
+    /// Where the processes pace each other alone.
+    stall: Option<Stall>,
 }
 
 struct Ports {
@@ -101,7 +107,7 @@ impl Supervisor {
     /// # Errors
     /// Where the system runs already, or a process cannot be started; nothing is left of it then.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
-        Self::begin(System::create(run)?, run.pad, lines, grace, Ceded::default())
+        Self::begin(System::create(run)?, lines, grace, Ceded::default())
     }
 
     /// As [`Supervisor::start`], for a player that speaks for the supervisor too.
@@ -114,7 +120,7 @@ impl Supervisor {
         grace: Grace,
         ceded: Ceded,
     ) -> Result<Self> {
-        Self::begin(System::create(run)?, run.pad, lines, grace, ceded)
+        Self::begin(System::create(run)?, lines, grace, ceded)
     }
 
     /// Goes on with a dead system that was taken over: its processes go on where they were.
@@ -122,8 +128,7 @@ impl Supervisor {
     /// # Errors
     /// As [`Supervisor::start`]; the system is then cleared.
     pub fn resume(system: System, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
-        let pad = system.run_config()?.pad;
-        let mut supervisor = Self::begin(system, pad, lines, grace, Ceded::default())?;
+        let mut supervisor = Self::begin(system, lines, grace, Ceded::default())?;
         if let Some(ports) = &mut supervisor.ports {
             let words = "its supervisor was killed; its processes go on where they were";
             ports.faults.tell(
@@ -138,8 +143,12 @@ impl Supervisor {
         Ok(supervisor)
     }
 
-    fn begin(system: System, pad: Pad, lines: Vec<ProcessLine>, grace: Grace, ceded: Ceded) -> Result<Self> {
+    fn begin(system: System, lines: Vec<ProcessLine>, grace: Grace, ceded: Ceded) -> Result<Self> {
+        let run = system.run_config()?;
+        let pad = run.pad;
         let mut supervisor = Self::prepare(system, pad, grace, ceded)?;
+        let paces_itself = run.pace == Pace::Lockstep && !pad.draws() && ceded == Ceded::default();
+        supervisor.stall = paces_itself.then(|| Stall::begin(grace.standstill, Instant::now()));
         for line in lines {
             supervisor.spawn(line)?;
         }
@@ -166,6 +175,7 @@ impl Supervisor {
                 return Ok(Progress::Ended);
             }
             self.check_children()?;
+            self.check_standstill()?;
             let left = end.saturating_duration_since(Instant::now());
             match self.node.as_ref().map(|node| node.nap(left.min(LOOK_EVERY))) {
                 Some(Wake::Terminate) => return Ok(Progress::Interrupted),
@@ -255,6 +265,7 @@ impl Supervisor {
             ended_tasks: BTreeMap::new(),
             health: BTreeMap::new(),
             survived: Vec::new(),
+            stall: None,
         };
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
         supervisor.channels = Some(Channels::create(node)?);
@@ -317,6 +328,29 @@ impl Supervisor {
             }
         }
         Ok(())
+    }
+
+    /// # Errors
+    /// [`Error::Standstill`] where every process has waited for another one for too long. A recorder whose disk is full
+    /// is waited for.
+    fn check_standstill(&mut self) -> Result<()> {
+        let (Some(stall), Some(node), Some(ports)) = (&mut self.stall, &self.node, &self.ports) else {
+            return Ok(());
+        };
+        let mut everybody_waits = !ports.faults.recording_stands();
+        let mut progress = 0;
+        for child in &mut self.children {
+            progress += u64::from(node.progress(child.process));
+            everybody_waits &= child.ended()?.is_none() && child.is_responsive();
+        }
+        let Some(stands) = stall.look(Instant::now(), progress, everybody_waits) else { return Ok(()) };
+        let rejected = self.health.values().filter(|health| health.refused_messages > 0);
+        let word = |health: &Health| {
+            let process = Process::from_code(health.process).map_or("a process", Process::word);
+            format!("; {process} rejected {} invalid messages", health.refused_messages)
+        };
+        let tick = self.status.map_or(0, |status| status.header.source_seq);
+        Err(Error::Standstill { seconds: stands.as_secs(), tick, rejected: rejected.map(word).collect() })
     }
 
     /// Ends the recorder. One that is dead, or is killed while it ends, has a successor that writes what

@@ -50,6 +50,11 @@ impl Watchdog {
         Self { signs, looked: now, unresponsive, is_told: false, stopped_limit, is_condemned: false }
     }
 
+    /// Whether nothing was wrong at the last look.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.unresponsive < DEADLINE
+    }
+
     /// Looks at it. `state` is asked for where it matters.
     pub(crate) fn look(&mut self, signs: u32, now: Instant, state: impl FnOnce() -> ProcessState) -> Alarm {
         if self.is_condemned {

@@ -23,7 +23,7 @@ const LONG: Duration = Duration::from_secs(600);
 const ROLE: &str = "TEST_ROLE";
 const SYSTEM: &str = "TEST_SYSTEM";
 /// `finish`, `endless`, or a process and what it does: `planner-exits`, `world-dies`, `world-stays` (for eight seconds' grace),
-/// `world-stays-long`.
+/// `world-stays-long`, `planner-waits`.
 const PLOT: &str = "TEST_PLOT";
 const NOTES: &str = "TEST_NOTES";
 
@@ -63,7 +63,8 @@ fn supervisor() {
     let order = [Process::Recorder, Process::Planner, Process::World, Process::Sketcher];
     let lines = order.map(|process| ProcessLine { process, command: act(process.word()), resumes: false });
     let services = if variable(PLOT) == "world-stays" { Duration::from_secs(8) } else { LONG };
-    let grace = Grace { services, recorder: LONG, stopped: LONG };
+    let standstill = if variable(PLOT) == "planner-waits" { Duration::from_secs(2) } else { LONG };
+    let grace = Grace { services, recorder: LONG, stopped: LONG, standstill };
     let mut supervisor = match Supervisor::start(&run, lines.into(), grace) {
         Ok(supervisor) => supervisor,
         Err(error) => return println!("\n> refused: {error}"),
@@ -130,6 +131,10 @@ fn world() {
 
 fn planner() {
     let node = node(Process::Planner);
+    if variable(PLOT) == "planner-waits" {
+        while node.wait(LONG) != Wake::Terminate {}
+        return;
+    }
     let mut scans = node.reader(SCAN).unwrap();
     let mut orders = node.reader(MISSION).unwrap();
     let mut routes = node.reader(ROUTE).unwrap();
@@ -329,6 +334,20 @@ fn a_process_that_is_killed_is_named() {
     assert!(said.starts_with("bad input false: world (process "), "{said}");
     assert!(said.contains("was killed by signal 9 (SIGKILL)"), "{said}");
     play.line();
+    stage.nothing_is_left();
+}
+
+/// The world waited for a command that never came, the planner for a scan that it could take: so they stood, without a word.
+#[test]
+fn a_lockstep_that_stands_still_is_told_and_ended() {
+    let stage = Stage::new("waits");
+    let mut play = stage.play("planner-waits");
+    assert_eq!(play.line(), "started");
+    let said = play.line();
+    let expected = "bad input false: the mission stands still: for 2 s every process has waited for another one; the \
+                    last tick that was answered is 0";
+    assert_eq!(said, expected);
+    assert!(play.line().starts_with("down Ok(())"));
     stage.nothing_is_left();
 }
 

@@ -164,6 +164,28 @@ fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
     place.assert_nothing_left("day");
 }
 
+/// Runs `sketchnav` where no file may be larger than so many blocks of 512 bytes.
+fn with_file_limit(place: &Place, blocks: u32, arguments: &str) -> Ended {
+    let script = format!("ulimit -f {blocks} && exec \"$0\" {arguments}");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_sketchnav")]);
+    place.settle(&mut command);
+    Running::of(command.spawn().unwrap()).end()
+}
+
+/// Beyond the limit on the size of files the kernel sends SIGXFSZ, which ended the supervisor without a word and left
+/// its files to the next one.
+#[test]
+fn a_limit_on_the_size_of_files_is_told() {
+    let place = Place::new();
+    for blocks in [0, 100, 1000] {
+        let ended = with_file_limit(&place, blocks, "demo --json --system day --out out");
+        assert_eq!(ended.code, Some(3), "{blocks}: {ended}");
+        assert!(ended.err.contains("File too large"), "{blocks}: {ended}");
+        place.assert_nothing_left("day");
+    }
+}
+
 /// Somebody tidies up: what runs has what it needs in its hands, and leaves nothing.
 #[test]
 fn a_folder_that_goes_away_stops_nobody() {

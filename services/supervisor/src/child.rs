@@ -66,7 +66,6 @@ pub(crate) struct Child {
     pub(crate) process: Process,
     line: ProcessLine,
     child: StdChild,
-    born: Instant,
     log: PathBuf,
     /// How it ended, where it has.
     ended: Option<(ExitStatus, Instant)>,
@@ -85,10 +84,10 @@ impl Child {
         let process = line.process;
         prepare(&mut line)?;
         let child = spawn(&mut line, &log)?;
-        let (born, restarts) = (Instant::now(), Restarts::default());
-        let watchdog = Watchdog::begin(0, born, stopped_limit);
+        let restarts = Restarts::default();
+        let watchdog = Watchdog::begin(0, Instant::now(), stopped_limit);
         let (ended, due, mourned) = (None, None, None);
-        Ok(Self { process, line, child, born, log, ended, restarts, due, mourned, watchdog, stopped_limit })
+        Ok(Self { process, line, child, log, ended, restarts, due, mourned, watchdog, stopped_limit })
     }
 
     pub(crate) fn pid(&self) -> u32 {
@@ -124,7 +123,7 @@ impl Child {
     pub(crate) fn schedule(&mut self, progress: u32) -> bool {
         let now = Instant::now();
         self.mourned.get_or_insert((now, progress));
-        let pause = self.restarts.pause_after_death(self.born.elapsed(), progress);
+        let pause = self.restarts.pause_after_death(self.hung(), progress);
         self.due = pause.map(|pause| now + pause);
         self.due.is_some()
     }
@@ -134,8 +133,8 @@ impl Child {
         let is_due = self.due.is_some_and(|due| due <= Instant::now());
         if is_due {
             self.child = spawn(&mut self.line, &self.log)?;
-            (self.born, self.ended, self.due) = (Instant::now(), None, None);
-            self.watchdog = Watchdog::begin(signs_of_life, self.born, self.stopped_limit);
+            (self.ended, self.due) = (None, None);
+            self.watchdog = Watchdog::begin(signs_of_life, Instant::now(), self.stopped_limit);
         }
         Ok(is_due)
     }
@@ -150,6 +149,11 @@ impl Child {
     pub(crate) fn watch(&mut self, signs_of_life: u32) -> Alarm {
         let pid = self.child.id();
         self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
+    }
+
+    /// Whether its life ends, or has ended, because it hangs.
+    pub(crate) fn hung(&self) -> bool {
+        self.watchdog.hangs()
     }
 
     /// What there is to say about its end.

@@ -320,6 +320,16 @@ fn what_is_no_drawing_is_refused() {
     assert!(matches!(refusal(nested.as_bytes()), SketchError::Broken { kind: "strokes", .. }));
 }
 
+/// Each pass of a progressive JPEG goes through all of its pixels, and takes a few bytes of the file.
+#[test]
+fn a_jpeg_of_passes_without_end_is_refused_before_it_is_decoded() {
+    let page = encoded(&Sheet::default().building(0.0), ImageFormat::Jpeg);
+    let (head, end) = page.split_at(page.len() - 2);
+    let bytes = [head, &[0xff, 0xda].repeat(10_000), end].concat();
+    let error = refusal(&bytes).to_string();
+    assert!(error.ends_with("2000 megapixels in all passes, found 10001 passes of 600 x 500"), "{error}");
+}
+
 /// A picture of 30000 x 30000 in a few bytes: its header alone must be enough to refuse it.
 #[test]
 fn a_picture_bomb_is_refused_before_it_is_decoded() {

@@ -33,6 +33,7 @@ pub(crate) fn check(document: &Document) -> Result<(), TooMuch> {
         }
     }
     let nodes = document.descendants().count();
+    let rules = rules.into_iter().filter(|rule| rule.body.contains("url(")).collect();
     let mut count = Count { ids, rules, counts: vec![None; nodes + 1] };
     count.of(document.root_element(), 0).map(drop)
 }

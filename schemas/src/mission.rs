@@ -317,7 +317,7 @@ impl Place {
             self.center.as_ref().map_or(&[][..], |at| &at[..]),
             coordinate,
         )?;
-        let radius = self.radius_m.as_ref().map_or(&[][..], std::slice::from_ref);
+        let radius = self.radius_m.as_slice();
         check_all(|| format!("{key}.radius_m"), radius, bounds::PLACE_RADIUS_M)
     }
 

@@ -164,6 +164,59 @@ fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
     place.assert_nothing_left("day");
 }
 
+/// Runs `sketchnav` where no file may be larger than so many blocks of 512 bytes.
+fn with_file_limit(place: &Place, blocks: u32, arguments: &str) -> Ended {
+    let script = format!("ulimit -f {blocks} && exec \"$0\" {arguments}");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_sketchnav")]);
+    place.settle(&mut command);
+    Running::of(command.spawn().unwrap()).end()
+}
+
+/// Beyond the limit on the size of files the kernel sends SIGXFSZ, which ended the supervisor without a word and left
+/// its files to the next one.
+#[test]
+fn a_limit_on_the_size_of_files_is_told() {
+    let place = Place::new();
+    let demo = "demo --json --system day --out out";
+    for (blocks, code, words) in [
+        (0, 2, "File too large"),
+        (1000, 3, "expected a limit on the size of files of 256 MiB or more for the channels, found 0 MiB"),
+        (100_000, 3, "found 48 MiB: ulimit -f unlimited"),
+    ] {
+        let ended = with_file_limit(&place, blocks, demo);
+        assert_eq!(ended.code, Some(code), "{blocks}: {ended}");
+        assert!(ended.err.contains(words), "{blocks}: {ended}");
+        place.assert_nothing_left("day");
+    }
+}
+
+/// A limit that comes while the robot drives is a full disk for the recorder, and nothing for the supervisor.
+#[test]
+fn a_limit_on_the_size_of_files_ends_nobody() {
+    let place = Place::new();
+    write_long_drive(&place);
+    let mut running = place.start("run long.toml --json --system day --out out --speed 5");
+    place.wait_until_driving(&mut running, "day");
+    let limit = |pid: u32, soft: &str| {
+        let arguments = [format!("--pid={pid}"), format!("--fsize={soft}:unlimited")];
+        Command::new("prlimit").args(arguments).status().is_ok_and(|status| status.success())
+    };
+    let recorders = place.serving("day", "recorder");
+    let pids: Vec<_> = recorders.iter().copied().chain([running.pid()]).collect();
+    if !pids.iter().all(|pid| limit(*pid, "4096")) {
+        return skipped("prlimit", "the limits of another process cannot be set");
+    }
+    wait_for_faults(&place, 1);
+    drive_on(&place);
+    assert_eq!(place.serving("day", "recorder"), recorders, "it lives");
+    assert!(pids.iter().all(|pid| limit(*pid, "unlimited")));
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.json()["success"], true, "{ended}");
+    place.assert_nothing_left("day");
+}
+
 /// Somebody tidies up: what runs has what it needs in its hands, and leaves nothing.
 #[test]
 fn a_folder_that_goes_away_stops_nobody() {

@@ -112,6 +112,22 @@ fn a_bad_mission_file_is_refused() {
             says: &["room.toml", "navigator.method", "beam, boniardi-2015, ", "ours"],
         },
         Case {
+            story: "a mission of 8 GB",
+            spoil: |folder| {
+                let file = fs::File::create(folder.join(room::MISSION)).unwrap();
+                file.set_len(8 << 30).unwrap();
+            },
+            says: &["room.toml", "expected a mission of at most 4194304 bytes, found 8589934592"],
+        },
+        Case {
+            story: "a drawing of 8 GB",
+            spoil: |folder| {
+                let file = fs::File::create(folder.join(room::DRAWING)).unwrap();
+                file.set_len(8 << 30).unwrap();
+            },
+            says: &["expected a drawing of at most 67108864 bytes, found 8589934592"],
+        },
+        Case {
             story: "no task",
             spoil: |folder| {
                 let text = fs::read_to_string(folder.join(room::MISSION)).unwrap();

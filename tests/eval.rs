@@ -32,6 +32,23 @@ fn a_check_of_no_trial_is_none() {
     assert_eq!(ended.json()["processes"]["checked"], 0, "{ended}");
 }
 
+/// Whoever took the folder of `--output` away while hours of trials were driven lost all their results. They are printed
+/// all the same. A folder that is missing from the beginning is told before anything is driven.
+#[test]
+fn results_are_printed_also_where_no_report_can_be_written() {
+    let place = Place::new();
+    let taken = place.files().join("taken");
+    std::fs::create_dir(&taken).unwrap();
+    let one = "laboratory --drawings a --trials 1 --sample 1 --json";
+    let ended = eval(&place, &format!("{one} --output {}", taken.display()));
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains("taken"), "{ended}");
+    assert!(!ended.json()["outcomes"].as_array().unwrap().is_empty(), "{ended}");
+    let ended = eval(&place, &format!("{one} --output {}/nowhere/page.html", place.files().display()));
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("--output: expected a file in an existing folder"), "{ended}");
+}
+
 /// The folders of missions and data were those of the machine that compiled the program, and a suite that found no data
 /// there drove nothing and succeeded.
 #[test]

@@ -1,10 +1,41 @@
-//! Any text as a mission file: read or refused, never a panic.
+//! Any text as a mission file: read or refused, and what is read is driven for one instant, on a floor and by a drawing
+//! that ship.
 #![no_main]
 
+use std::path::Path;
+
 use libfuzzer_sys::fuzz_target;
+use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_schemas::sketch_mission::SketchMission;
+use sketchnav_sim::robots;
+
+const DRAWING: &[u8] = br#"{ "canvas": [300, 200],
+    "strokes": [ { "points": [[20,20],[280,20],[280,180],[20,180],[20,20]] } ] }"#;
+
+struct Once;
+
+impl Tap for Once {
+    fn see(&mut self, _: &'static ChannelSpec, _: &[u8], _: &[u8]) {}
+
+    fn has_enough(&self) -> bool {
+        true
+    }
+}
 
 fuzz_target!(|text: &str| {
-    let _ = Mission::parse(text).map(|mission| SketchMission::of(&mission));
+    let Ok(mut mission) = Mission::parse(text) else { return };
+    if SketchMission::of(&mission).is_err() {
+        return;
+    }
+    let floor = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim/missions/laboratory/laboratory.floor.toml");
+    (mission.world.floor_plan, mission.world.map) = (floor.to_str().map(str::to_owned), None);
+    mission.start.world = [0.9, 6.15];
+    let robot = robots::find("robotino").expect("a robot that holds").expect("a robot that ships");
+    let (system, pace) = ("fuzz".to_owned(), Pace::Lockstep);
+    let run =
+        RunConfig { system, mission, robot, seed: 1, pace, recording: None, pad: Pad::Absent, without: Vec::new() };
+    let _ = Rehearsal::by_bytes(&run, DRAWING).and_then(|rehearsal| rehearsal.run(&mut Once));
 });

@@ -25,6 +25,9 @@ pub use crate::selection::{Selected, Selection};
 pub use crate::timeline::Timeline;
 use crate::writer::{RUN_ATTACHMENT, topic_name};
 
+/// Most bytes that are attached before the first message: all of them are held.
+const MAX_ATTACHED_BYTES: usize = 256 << 20;
+
 /// A recording on disk.
 ///
 /// ```no_run
@@ -51,13 +54,21 @@ impl Recording {
     /// Opens a recording and reads what describes it, up to the first message.
     ///
     /// # Errors
-    /// [`RecordingError::File`], or [`RecordingError::Damaged`] where it is no recording.
+    /// [`RecordingError::File`]; [`RecordingError::Damaged`] where it is no recording; [`RecordingError::Run`] where more
+    /// is attached than the files of a run.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        let (mut metadata, mut attachments) = (BTreeMap::new(), BTreeMap::new());
+        let (mut metadata, mut attachments, mut attached) = (BTreeMap::new(), BTreeMap::new(), 0);
         for part in Parts::of(path)? {
             match part? {
                 Part::Metadata(name, facts) => drop(metadata.insert(name, facts)),
-                Part::Attachment(file) => drop(attachments.insert(file.name.clone(), file)),
+                Part::Attachment(file) => {
+                    attached += file.data.len();
+                    if attached > MAX_ATTACHED_BYTES {
+                        let reason = format!("expected at most {MAX_ATTACHED_BYTES} bytes, found more");
+                        return Err(RecordingError::Run { what: "attachments", reason });
+                    }
+                    attachments.insert(file.name.clone(), file);
+                }
                 Part::Topic(_) => {}
                 Part::Message(_) | Part::End { .. } => break,
             }
@@ -100,7 +111,10 @@ impl Recording {
     pub fn run(&self) -> Result<RunConfig, RecordingError> {
         let wrong = |reason| RecordingError::Run { what: RUN_ATTACHMENT, reason };
         let file = self.attachments.get(RUN_ATTACHMENT).ok_or_else(|| wrong("is not in the file".into()))?;
-        serde_json::from_slice(&file.data).map_err(|error| wrong(error.to_string()))
+        let run: RunConfig = serde_json::from_slice(&file.data).map_err(|error| wrong(error.to_string()))?;
+        // A recording may come from anywhere: no robot file was parsed for it.
+        run.robot.check_numbers().map_err(|error| wrong(format!("robot: {error}")))?;
+        Ok(run)
     }
 
     /// Where its chunks lie and when; read once.

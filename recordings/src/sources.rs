@@ -6,6 +6,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use sketchnav_files::Limit;
 use sketchnav_schemas::mission::Mission;
 
 use crate::reader::{Attachment, Recording};
@@ -14,7 +15,7 @@ use crate::reader::{Attachment, Recording};
 const NAVIGATOR: &str = "navigator/";
 const WORLD: &str = "world/";
 /// Larger files are not taken along.
-const MAX_BYTES: u64 = 32 << 20;
+const SOURCE: Limit = Limit { what: "a file of a run", bytes: 32 << 20 };
 
 /// Whether an attachment of this name is one of the files that the run is made of.
 pub fn is_source(name: &str) -> bool {
@@ -41,8 +42,7 @@ pub fn read(mission: &Mission) -> Vec<Attachment> {
 }
 
 fn file(folder: &str, path: &Path) -> Option<Attachment> {
-    let is_small = std::fs::metadata(path).is_ok_and(|about| about.len() <= MAX_BYTES);
-    let data = is_small.then(|| std::fs::read(path).ok()).flatten()?;
+    let data = sketchnav_files::read(path, SOURCE).ok()?;
     let name = format!("{folder}{}", path.file_name()?.to_str()?);
     Some(Attachment { name, media_type: media_type(path).to_owned(), data })
 }

@@ -4,12 +4,13 @@
 //! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form; [`valid`]: what they may hold.
 //! - [`channels`]: the pipeline, with writer and readers of each channel; [`erased`]: messages by bytes.
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
-//! - [`mission`], [`floor_plan`], [`robot`]: the files that people write.
+//! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`bounds`]: the bounds of the numbers in them.
 //! - [`sketch_mission`]: what of a mission belongs to the navigator in drawings; [`method`]: its methods.
 //! - [`run`]: what a process is told at its start; [`seed`]: random streams.
 //!
 //! Nothing here opens a file, reads a clock or knows how a message travels.
 
+pub mod bounds;
 pub mod channels;
 pub mod codes;
 pub mod declare;

@@ -11,6 +11,7 @@ use std::sync::LazyLock;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Serialize};
 
+use crate::bounds::{self, Bound};
 use crate::channels::{NAVIGATORS, words};
 use crate::codes::Process;
 use crate::floor_plan::{Furniture, Person};
@@ -41,7 +42,7 @@ pub struct Mission {
 }
 
 /// The true world: `floor_plan` or `map`, and what else stands and walks there.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldSource {
     /// A floor plan of the project's own form (TOML).
@@ -267,6 +268,7 @@ impl Mission {
         check(sources == 1, || "world".into(), "one of floor_plan and map", || sources.to_string())?;
         let tasks = self.task.len();
         check((1..=MAX_TASKS).contains(&tasks), || "task".into(), "1 to 64 tasks", || tasks.to_string())?;
+        check_all(|| "start.world".into(), &self.start.world, bounds::COORDINATE_M)?;
         check_heading("start.world_heading_deg", self.start.world_heading_deg)?;
         check_name("name", &self.name)?;
         self.task.iter().enumerate().try_for_each(|(i, task)| task.check(i + 1))
@@ -286,8 +288,7 @@ impl Task {
     fn check(&self, number: usize) -> Result<(), MissionError> {
         let key = |part: &str| format!("{}.{part}", task_key(number, &self.name));
         check_name(&key("name"), &self.name)?;
-        let limit = self.time_limit_s;
-        check(limit > 0.0, || key("time_limit_s"), "a number above 0", || limit.to_string())?;
+        check_all(|| key("time_limit_s"), &[self.time_limit_s], bounds::TIME_LIMIT_S)?;
         self.there.check(&key("there"))
     }
 }
@@ -300,7 +301,24 @@ impl Place {
             _ => false,
         };
         let expected = "a polygon of 3 corners or more, or center and radius_m";
-        check(holds || self.is_unknown(), || key.to_owned(), expected, || self.words())
+        check(holds || self.is_unknown(), || key.to_owned(), expected, || self.words())?;
+        let corners = self.polygon.as_deref().unwrap_or_default();
+        let count = corners.len();
+        check(
+            count <= bounds::MOST_CORNERS,
+            || format!("{key}.polygon"),
+            "at most 1000 corners",
+            || count.to_string(),
+        )?;
+        let coordinate = bounds::COORDINATE_M;
+        check_all(|| format!("{key}.polygon"), corners.as_flattened(), coordinate)?;
+        check_all(
+            || format!("{key}.center"),
+            self.center.as_ref().map_or(&[][..], |at| &at[..]),
+            coordinate,
+        )?;
+        let radius = self.radius_m.as_slice();
+        check_all(|| format!("{key}.radius_m"), radius, bounds::PLACE_RADIUS_M)
     }
 
     /// What it has, in a few words.
@@ -348,7 +366,7 @@ fn inside(polygon: &[[f64; 2]], x: f64, y: f64) -> bool {
 pub(crate) fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
     match value {
         toml::Value::Float(number) => {
-            check(number.is_finite(), || key.to_owned(), "a finite number", || number.to_string())
+            check(number.is_finite(), || key.to_owned(), "a finite number", || bounds::shown(*number))
         }
         toml::Value::Array(items) => {
             items.iter().enumerate().try_for_each(|(i, item)| match item {
@@ -365,7 +383,17 @@ pub(crate) fn check_finite(key: &str, value: &toml::Value) -> Result<(), Mission
 }
 
 pub(crate) fn check_heading(key: &str, degrees: f64) -> Result<(), MissionError> {
-    check(degrees.abs() <= 360.0, || key.to_owned(), "degrees from -360 to 360", || degrees.to_string())
+    check_all(|| key.to_owned(), &[degrees], bounds::ANGLE_DEG)
+}
+
+/// Each of `numbers` lies within the bound.
+pub(crate) fn check_all(
+    key: impl FnOnce() -> String,
+    numbers: &[f64],
+    bound: Bound,
+) -> Result<(), MissionError> {
+    let wrong = numbers.iter().find(|number| !bound.holds(**number));
+    wrong.map_or(Ok(()), |number| check(false, key, bound.words, || bounds::shown(*number)))
 }
 
 /// Names are printed on terminals, which obey control characters.
@@ -516,6 +544,36 @@ mod tests {
     fn a_heading_beyond_a_turn_is_refused() {
         // 1e300 degrees once kept the world busy for ever.
         assert!(refusal("world_heading_deg = 90", "world_heading_deg = 1e300").contains("-360 to 360"));
+    }
+
+    /// Finite numbers were all taken: a time limit of 1e300 s is no number of nanoseconds, and a start at 1e39 m is
+    /// none in single precision.
+    #[test]
+    fn numbers_beyond_any_building_are_refused_with_their_keys() {
+        for (from, to, message) in [
+            (
+                "world = [1.0, 1.0]",
+                "world = [1e39, 1.0]",
+                "start.world: expected -10000 to 10000 m, found 1e39",
+            ),
+            (
+                "there =",
+                "time_limit_s = 1e300\nthere =",
+                "task 1 (kitchen).time_limit_s: expected 0.001 to 1000000 s, found 1e300",
+            ),
+            (
+                "radius_m = 1.0",
+                "radius_m = 1e-30",
+                "task 1 (kitchen).there.radius_m: expected 0.001 to 10000 m",
+            ),
+            ("center = [1.0, 2.0]", "center = [1.0, -2e4]", "task 1 (kitchen).there.center: expected -10000"),
+        ] {
+            let error = refusal(from, to);
+            assert!(error.contains(message), "{error}");
+        }
+        let corners = vec![[1.0, 1.0]; bounds::MOST_CORNERS + 1];
+        let error = refusal("center = [1.0, 2.0], radius_m = 1.0", &format!("polygon = {corners:?}"));
+        assert!(error.ends_with("there.polygon: expected at most 1000 corners, found 1001"), "{error}");
     }
 
     #[test]

@@ -2,13 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::bounds::{self, Bound, LEAST_RANGE_SPAN_M, MOST_RADII_PER_S};
 use crate::channels::{ODOMETRY, SCAN, SONAR};
 use crate::geometry::{Base, Pose};
 
 /// Ticks a second of a robot that says nothing of them and has no laser.
 const TICK_HZ: f64 = 10.0;
-/// Most ticks a second, and most readings a second of any sensor.
-const MOST_HZ: f64 = 1000.0;
 
 /// A robot: footprint, limits, sensors. Parsed from TOML by [`Robot::parse`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -151,7 +150,7 @@ pub enum RobotError {
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
     /// A value that cannot be.
-    #[error("{key}: expected {expected}, found {found}")]
+    #[error("{key}: expected {expected}, found {}", bounds::shown(*found))]
     Value {
         /// The key.
         key: &'static str,
@@ -170,8 +169,8 @@ pub enum RobotError {
     },
 }
 
-/// A number with its key.
-type Keyed = (&'static str, f64);
+/// A number with its key and its bound.
+type Bounded = (&'static str, f64, Bound);
 
 impl Robot {
     /// Reads a robot file.
@@ -180,7 +179,8 @@ impl Robot {
     /// [`RobotError`] with the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, RobotError> {
         let robot: Self = toml::from_str(text)?;
-        robot.check()?;
+        robot.check_numbers()?;
+        robot.check_rates()?;
         Ok(robot)
     }
 
@@ -217,21 +217,31 @@ impl Robot {
         RobotError::Lacks { robot: self.name.clone(), key }
     }
 
-    fn check(&self) -> Result<(), RobotError> {
+    /// Whether every number is within its bounds: [`Robot::parse`] has asked, who has a robot from elsewhere has not.
+    ///
+    /// # Errors
+    /// [`RobotError::Value`] with the key and what was expected.
+    pub fn check_numbers(&self) -> Result<(), RobotError> {
         let limits = &self.limits;
-        positive(&[
-            ("radius_m", self.radius_m),
-            ("mass_kg", self.mass_kg),
-            ("limits.speed_mps", limits.speed_mps),
-            ("limits.yaw_rate_radps", limits.yaw_rate_radps),
-            ("limits.acceleration_mps2", limits.acceleration_mps2),
-            ("limits.yaw_acceleration_radps2", limits.yaw_acceleration_radps2),
+        within(&[
+            ("radius_m", self.radius_m, bounds::ROBOT_RADIUS_M),
+            ("mass_kg", self.mass_kg, bounds::MASS_KG),
+            ("limits.speed_mps", limits.speed_mps, bounds::SPEED_MPS),
+            ("limits.yaw_rate_radps", limits.yaw_rate_radps, bounds::YAW_RATE_RADPS),
+            ("limits.acceleration_mps2", limits.acceleration_mps2, bounds::ACCELERATION_MPS2),
+            (
+                "limits.yaw_acceleration_radps2",
+                limits.yaw_acceleration_radps2,
+                bounds::YAW_ACCELERATION_RADPS2,
+            ),
         ])?;
-        self.tick_hz.map_or(Ok(()), |hz| rate("tick_hz", hz))?;
+        let is_slow = limits.speed_mps <= MOST_RADII_PER_S * self.radius_m;
+        expect("limits.speed_mps", "at most 250 times radius_m", limits.speed_mps, is_slow)?;
+        self.tick_hz.map_or(Ok(()), |hz| within(&[("tick_hz", hz, bounds::TICK_HZ)]))?;
         self.laser.as_ref().map_or(Ok(()), Laser::check)?;
         self.sonar.as_ref().map_or(Ok(()), Sonar::check)?;
         self.odometry.as_ref().map_or(Ok(()), OdometryNoise::check)?;
-        self.check_rates()
+        within(&[("tick_hz, by laser.rate_hz", self.tick_hz(), bounds::TICK_HZ)])
     }
 
     /// A channel holds so many readings for each tick.
@@ -252,68 +262,62 @@ impl Robot {
 
 impl Laser {
     fn check(&self) -> Result<(), RobotError> {
-        positive(&[
-            ("laser.range_max_m", self.range_max_m),
-            ("laser.field_of_view_deg", self.field_of_view_deg),
+        within(&[
+            ("laser.range_max_m", self.range_max_m, bounds::RANGE_MAX_M),
+            ("laser.range_min_m", self.range_min_m, bounds::RANGE_MIN_M),
+            ("laser.field_of_view_deg", self.field_of_view_deg, bounds::FIELD_OF_VIEW_DEG),
+            ("laser.noise_m", self.noise_m, bounds::RANGE_NOISE_M),
+            ("laser.noise_per_m", self.noise_per_m, bounds::SHARE),
+            ("laser.rate_hz", self.rate_hz, bounds::RATE_HZ),
+            ("laser.dropout", self.dropout, bounds::DROPOUT),
+            ("laser.mount_x_m", self.mount_x_m, bounds::MOUNT_M),
+            ("laser.mount_y_m", self.mount_y_m, bounds::MOUNT_M),
+            ("laser.mount_yaw_deg", self.mount_yaw_deg, bounds::ANGLE_DEG),
         ])?;
-        not_negative(&[
-            ("laser.range_min_m", self.range_min_m),
-            ("laser.noise_m", self.noise_m),
-            ("laser.noise_per_m", self.noise_per_m),
-        ])?;
-        rate("laser.rate_hz", self.rate_hz)?;
-        let (beams, share, fov) = (self.beams, self.dropout, self.field_of_view_deg);
+        let beams = self.beams;
         expect("laser.beams", "2 to 1440", beams.into(), (2..=1440).contains(&beams))?;
-        expect("laser.dropout", "a share from 0 to below 1", share, (0.0..1.0).contains(&share))?;
-        expect("laser.field_of_view_deg", "at most 360", fov, fov <= 360.0)?;
-        let min = self.range_min_m;
-        expect("laser.range_min_m", "less than range_max_m", min, min < self.range_max_m)
+        span("laser.range_min_m", self.range_min_m, self.range_max_m)
     }
 }
 
 impl Sonar {
     fn check(&self) -> Result<(), RobotError> {
-        positive(&[("sonar.opening_deg", self.opening_deg), ("sonar.range_max_m", self.range_max_m)])?;
-        not_negative(&[
-            ("sonar.ring_radius_m", self.ring_radius_m),
-            ("sonar.range_min_m", self.range_min_m),
-            ("sonar.noise_per_m", self.noise_per_m),
+        within(&[
+            ("sonar.opening_deg", self.opening_deg, bounds::OPENING_DEG),
+            ("sonar.range_max_m", self.range_max_m, bounds::RANGE_MAX_M),
+            ("sonar.range_min_m", self.range_min_m, bounds::RANGE_MIN_M),
+            ("sonar.ring_radius_m", self.ring_radius_m, bounds::RING_RADIUS_M),
+            ("sonar.noise_per_m", self.noise_per_m, bounds::SHARE),
+            ("sonar.rate_hz", self.rate_hz, bounds::RATE_HZ),
         ])?;
-        rate("sonar.rate_hz", self.rate_hz)?;
-        let (sonars, opening, min) = (self.sonars, self.opening_deg, self.range_min_m);
+        let sonars = self.sonars;
         expect("sonar.sonars", "1 to 32", sonars.into(), (1..=32).contains(&sonars))?;
-        expect("sonar.opening_deg", "less than 180", opening, opening < 180.0)?;
-        expect("sonar.range_min_m", "less than range_max_m", min, min < self.range_max_m)
+        span("sonar.range_min_m", self.range_min_m, self.range_max_m)
     }
 }
 
 impl OdometryNoise {
     fn check(&self) -> Result<(), RobotError> {
-        self.rate_hz.map_or(Ok(()), |hz| rate("odometry.rate_hz", hz))?;
-        not_negative(&[
-            ("odometry.alpha_speed_speed", self.alpha_speed_speed),
-            ("odometry.alpha_speed_turn", self.alpha_speed_turn),
-            ("odometry.alpha_turn_speed", self.alpha_turn_speed),
-            ("odometry.alpha_turn_turn", self.alpha_turn_turn),
-            ("odometry.drift_distance", self.drift_distance),
-            ("odometry.drift_yaw_radpm", self.drift_yaw_radpm),
-            ("odometry.slips_per_m", self.slips_per_m),
+        self.rate_hz.map_or(Ok(()), |hz| within(&[("odometry.rate_hz", hz, bounds::RATE_HZ)]))?;
+        within(&[
+            ("odometry.alpha_speed_speed", self.alpha_speed_speed, bounds::MOTION_NOISE),
+            ("odometry.alpha_speed_turn", self.alpha_speed_turn, bounds::MOTION_NOISE),
+            ("odometry.alpha_turn_speed", self.alpha_turn_speed, bounds::MOTION_NOISE),
+            ("odometry.alpha_turn_turn", self.alpha_turn_turn, bounds::MOTION_NOISE),
+            ("odometry.drift_distance", self.drift_distance, bounds::SHARE),
+            ("odometry.drift_yaw_radpm", self.drift_yaw_radpm, bounds::DRIFT_RADPM),
+            ("odometry.slips_per_m", self.slips_per_m, bounds::SLIPS_PER_M),
         ])
     }
 }
 
-fn positive(numbers: &[Keyed]) -> Result<(), RobotError> {
+fn within(numbers: &[Bounded]) -> Result<(), RobotError> {
     let mut numbers = numbers.iter();
-    numbers.try_for_each(|&(key, n)| expect(key, "a number above 0", n, n.is_finite() && n > 0.0))
+    numbers.try_for_each(|(key, number, bound)| expect(key, bound.words, *number, bound.holds(*number)))
 }
 
-fn not_negative(numbers: &[Keyed]) -> Result<(), RobotError> {
-    let mut numbers = numbers.iter();
-    numbers.try_for_each(|&(key, n)| expect(key, "a number of 0 or more", n, n.is_finite() && n >= 0.0))
-}
-
-fn rate(key: &'static str, hz: f64) -> Result<(), RobotError> {
-    expect(key, "a number above 0, at most 1000", hz, hz > 0.0 && hz <= MOST_HZ)
+fn span(key: &'static str, min_m: f64, max_m: f64) -> Result<(), RobotError> {
+    expect(key, "at least 0.01 m less than range_max_m", min_m, min_m + LEAST_RANGE_SPAN_M <= max_m)
 }
 
 fn expect(key: &'static str, expected: &'static str, found: f64, holds: bool) -> Result<(), RobotError> {
@@ -336,12 +340,87 @@ mod tests {
         assert!(robot.odometry().unwrap_err().to_string().contains("[odometry]"));
     }
 
+    const SENSORS: &str = "[laser]\nmodel='l'\nfield_of_view_deg=180\nbeams=181\nrange_min_m=0.1\nrange_max_m=8\n\
+        rate_hz=10\nnoise_m=0.01\nnoise_per_m=0.01\ndropout=0.01\nmount_x_m=0\n\
+        [sonar]\nmodel='s'\nsonars=16\nopening_deg=25\nring_radius_m=0.2\nrange_min_m=0.1\nrange_max_m=6\nrate_hz=10\n\
+        noise_per_m=0.01\n[odometry]\nalpha_speed_speed=0.01\nalpha_speed_turn=0\nalpha_turn_speed=0\n\
+        alpha_turn_turn=0\ndrift_distance=0.01\ndrift_yaw_radpm=0\nslips_per_m=0\n";
+
+    /// Numbers that are numbers and above 0 were all taken. A range of 1e9 m made scans that no reader took, a
+    /// range_min_m that is range_max_m in single precision did too, a rate of 1e-12 Hz overflowed the schedule,
+    /// noise of 1e300 m made NaN, 1e6 m/s and a radius of 1e-6 m asked physics for millions of steps an instant, and a
+    /// mount that was no number moved every beam to nowhere.
+    #[test]
+    fn numbers_that_no_robot_has_are_refused_with_their_keys() {
+        let text = format!("{BARE}{SENSORS}");
+        assert!(Robot::parse(&text).is_ok(), "{:?}", Robot::parse(&text));
+        for (from, to, message) in [
+            ("range_max_m=8", "range_max_m=1e9", "laser.range_max_m: expected 0.1 to 1000 m, found 1e9"),
+            (
+                "range_min_m=0.1\nrange_max_m=8",
+                "range_min_m=7.99999999\nrange_max_m=8",
+                "laser.range_min_m: expected at least 0.01 m less than range_max_m, found 7.99999999",
+            ),
+            ("rate_hz=10\nnoise_m", "rate_hz=1e-12\nnoise_m", "laser.rate_hz: expected 0.01 to 1000 Hz"),
+            ("noise_m=0.01", "noise_m=1e300", "laser.noise_m: expected 0 to 10 m, found 1e300"),
+            ("speed_mps=1", "speed_mps=1e6", "limits.speed_mps: expected 0.001 to 30 m/s, found 1000000"),
+            ("radius_m=0.2\nmass", "radius_m=1e-6\nmass", "radius_m: expected 0.01 to 10 m, found 1e-6"),
+            ("radius_m=0.2\nmass", "radius_m=0.01\nmass", ""),
+            ("mount_x_m=0", "mount_x_m=nan", "laser.mount_x_m: expected -10 to 10 m, found NaN"),
+            ("slips_per_m=0", "slips_per_m=inf", "odometry.slips_per_m"),
+            ("opening_deg=25", "opening_deg=180", "sonar.opening_deg"),
+            (
+                "rate_hz=10\nnoise_m",
+                "rate_hz=0.05\nnoise_m",
+                "tick_hz, by laser.rate_hz: expected 0.1 to 1000 Hz",
+            ),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let parsed = Robot::parse(&text.replace(from, to));
+            match message {
+                "" => assert!(parsed.is_ok(), "{parsed:?}"),
+                _ => assert!(parsed.unwrap_err().to_string().contains(message), "{to}"),
+            }
+        }
+        let fast = text
+            .replace("radius_m=0.2\nmass", "radius_m=0.01\nmass")
+            .replace("speed_mps=1\n", "speed_mps=3\n");
+        let error = Robot::parse(&fast).unwrap_err().to_string();
+        assert_eq!(error, "limits.speed_mps: expected at most 250 times radius_m, found 3");
+    }
+
     #[test]
     fn rates_must_be_possible() {
         for (line, key) in [("tick_hz=0", "tick_hz"), ("tick_hz=nan", "tick_hz"), ("tick_hz=1e6", "tick_hz")]
         {
             let error = Robot::parse(&format!("{line}\n{BARE}")).unwrap_err().to_string();
             assert!(error.starts_with(key), "{error}");
+        }
+    }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::prelude::ProptestConfig { failure_persistence: None, ..Default::default() })]
+
+        #[test]
+        fn no_text_makes_it_panic(text in ".*") {
+            let _ = Robot::parse(&text);
+        }
+
+        /// Whatever number stands behind whatever key: what is taken is within its bounds.
+        #[test]
+        fn what_is_parsed_is_within_its_bounds(line in 0..40_usize, number in proptest::num::f64::ANY) {
+            let text = format!("{BARE}{SENSORS}");
+            let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();
+            let at = line % lines.len();
+            if let Some((key, _)) = lines[at].clone().split_once('=') {
+                lines[at] = format!("{key}={number:?}").replace("NaN", "nan");
+            }
+            if let Ok(robot) = Robot::parse(&lines.join("\n")) {
+                proptest::prop_assert!((robot.radius_m as f32).is_normal() && robot.limits.speed_mps <= 30.0);
+                let laser = robot.laser.unwrap();
+                proptest::prop_assert!((laser.range_min_m as f32) < laser.range_max_m as f32);
+                proptest::prop_assert!(laser.mount().x.is_finite() && laser.noise_m <= 10.0);
+            }
         }
     }
 }

@@ -5,10 +5,12 @@
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::bounds;
 use crate::message::MAX_ROUTE_POINTS;
 use crate::method::Method;
 use crate::mission::{
-    Mission, MissionError, NavigatorChoice, Place, Task, check, check_finite, check_heading, task_key,
+    Mission, MissionError, NavigatorChoice, Place, Task, check, check_all, check_finite, check_heading,
+    task_key,
 };
 
 /// The word of the kind.
@@ -151,7 +153,22 @@ impl SketchMission {
         let points: usize = read.tasks.iter().map(|task| task.aim.points().len()).sum();
         let expected = "at most 8192 points of all goals and routes";
         check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
+        read.check_places()?;
         Ok(read)
+    }
+
+    fn check_places(&self) -> Result<(), MissionError> {
+        let start = self.start.as_ref().map_or(&[][..], |at| &at[..]);
+        check_all(|| "navigator.start".into(), start, bounds::COORDINATE_PX)?;
+        for (i, task) in self.tasks.iter().enumerate() {
+            let key = match &task.aim {
+                Aim::Goal(_) => "goal",
+                Aim::Route(_) => "route",
+            };
+            let key = || format!("{}.{key}", task_key(i + 1, &task.name));
+            check_all(key, task.aim.points().as_flattened(), bounds::COORDINATE_PX)?;
+        }
+        Ok(())
     }
 
     /// The table `navigator` of a mission file.
@@ -305,6 +322,9 @@ mod tests {
                 "navigator.start_heading_deg",
                 "-360 to 360",
             ),
+            ("start = [1, 1]", "start = [1, 1e39]", "navigator.start", "-100000 to 100000 px, found 1e39"),
+            ("goal = [3, 4]", "goal = [1e300, 4]", "task 1 (hall).goal", "-100000 to 100000 px"),
+            ("[5, 6.5]", "[5, -1e6]", "task 2 (kitchen).route", "-100000 to 100000 px"),
             ("goal = [3, 4]", "gaol = [3, 4]", "task 1 (hall).gaol", "goal"),
             ("goal = [3, 4]", "", "task 1 (hall)", "one of goal and route"),
             ("route =", "goal = [1, 1]\nroute =", "task 2 (kitchen)", "one of goal and route"),

@@ -1,10 +1,11 @@
 //! What stands and walks in a world, ready for physics, laser and pictures. Metres, frame `World`.
 
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::bounds;
 use sketchnav_schemas::floor_plan::{Furniture, Person};
 
 use crate::convex::{Convex, Segment};
-use crate::error::{SimError, check, check_finite};
+use crate::error::{SimError, check, check_within};
 
 /// A floor: made by [`crate::floor_plan::describe`] or [`crate::ros_map::OccupancyMap::describe`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -27,6 +28,8 @@ impl WorldDescription {
     /// # Errors
     /// [`SimError::Value`] with the piece's number and name where it has no shape, two, or none that can be.
     pub fn add_furniture(&mut self, furniture: &[Furniture]) -> Result<(), SimError> {
+        let count = self.furniture.len() + furniture.len();
+        check(count <= bounds::MOST_FURNITURE, "furniture", "at most 2000 pieces", count)?;
         for (i, piece) in furniture.iter().enumerate() {
             let key = format!("furniture {} {:?}", i + 1, piece.name);
             self.furniture.push(solid(piece, &key)?);
@@ -39,6 +42,8 @@ impl WorldDescription {
     /// # Errors
     /// [`SimError::Value`] with the person's number and what was expected.
     pub fn add_people(&mut self, people: &[Person]) -> Result<(), SimError> {
+        let count = self.people.len() + people.len();
+        check(count <= bounds::MOST_PEOPLE, "person", "at most 100 people", count)?;
         for (i, person) in people.iter().enumerate() {
             check_person(person, &format!("person {}", i + 1))?;
             self.people.push(person.clone());
@@ -48,46 +53,62 @@ impl WorldDescription {
 }
 
 fn solid(piece: &Furniture, key: &str) -> Result<Convex, SimError> {
+    let part = |part: &str| format!("{key}.{part}");
+    check_within(part("center"), bounds::COORDINATE_M, piece.center.as_ref().map_or(&[][..], |at| &at[..]))?;
+    check_within(part("yaw_deg"), bounds::ANGLE_DEG, &[piece.yaw_deg])?;
     match (&piece.polygon, piece.center, piece.size, piece.radius_m) {
-        (Some(corners), None, None, None) => polygon(corners, key),
+        (Some(corners), None, None, None) => polygon(corners, part("polygon")),
         (None, Some(center), Some(size), None) => {
-            check_finite(format!("{key}.center"), &[center[0], center[1], piece.yaw_deg])?;
-            let holds = size.iter().all(|s| s.is_finite() && *s > 0.0);
-            check(holds, format!("{key}.size"), "two numbers above 0", size)?;
+            check_within(part("size"), bounds::FURNITURE_SIZE_M, &size)?;
             Ok(Convex::rectangle(center, size, piece.yaw_deg.to_radians()))
         }
         (None, Some(center), None, Some(radius_m)) => {
-            check_finite(format!("{key}.center"), &center)?;
-            let holds = radius_m.is_finite() && radius_m > 0.0;
-            check(holds, format!("{key}.radius_m"), "a number above 0", radius_m)?;
+            check_within(part("radius_m"), bounds::FURNITURE_SIZE_M, &[radius_m])?;
             Ok(Convex::disc(center, radius_m))
         }
         _ => Err(SimError::Value {
             key: key.to_owned(),
             expected: "either polygon, or center and size, or center and radius_m",
-            found: format!("{piece:?}"),
+            found: shape(piece),
         }),
     }
 }
 
-fn polygon(corners: &[[f64; 2]], key: &str) -> Result<Convex, SimError> {
-    let key = format!("{key}.polygon");
-    check_finite(key.as_str(), corners.as_flattened())?;
-    Convex::polygon(corners).ok_or_else(|| SimError::Value {
+/// Which keys say its shape.
+fn shape(piece: &Furniture) -> String {
+    let keys = [
+        ("polygon", piece.polygon.is_some()),
+        ("center", piece.center.is_some()),
+        ("size", piece.size.is_some()),
+        ("radius_m", piece.radius_m.is_some()),
+    ];
+    let found: Vec<_> = keys.into_iter().filter(|(_, is_there)| *is_there).map(|(key, _)| key).collect();
+    if found.is_empty() { "none".to_owned() } else { found.join(", ") }
+}
+
+fn polygon(corners: &[[f64; 2]], key: String) -> Result<Convex, SimError> {
+    check(corners.len() <= bounds::MOST_CORNERS, key.as_str(), "at most 1000 corners", corners.len())?;
+    check_within(key.as_str(), bounds::COORDINATE_M, corners.as_flattened())?;
+    Convex::polygon(corners).filter(is_broad).ok_or_else(|| SimError::Value {
         key,
-        expected: "the corners of a convex polygon, one after the other",
-        found: format!("{corners:?}"),
+        expected: "the corners of a convex polygon of 1 mm or more, one after the other",
+        found: format!("{} corners, the first at {:?}", corners.len(), corners.first()),
     })
 }
 
+/// Whether it is at least as long as furniture is.
+fn is_broad(polygon: &Convex) -> bool {
+    let least_m = bounds::FURNITURE_SIZE_M.least;
+    polygon.edges().any(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]) >= least_m)
+}
+
 fn check_person(person: &Person, key: &str) -> Result<(), SimError> {
+    let part = |part: &str| format!("{key}.{part}");
     let count = person.waypoints.len();
-    check(count > 0, format!("{key}.waypoints"), "1 waypoint or more", count)?;
-    check_finite(format!("{key}.waypoints"), person.waypoints.as_flattened())?;
-    let above_0 = |v: f64| v.is_finite() && v > 0.0;
-    check(above_0(person.radius_m), format!("{key}.radius_m"), "a number above 0", person.radius_m)?;
-    let speed = person.speed_mps;
-    check(above_0(speed), format!("{key}.speed_mps"), "a number above 0", speed)?;
-    let pause = person.pause_s;
-    check(pause.is_finite() && pause >= 0.0, format!("{key}.pause_s"), "a number of 0 or more", pause)
+    check(count > 0, part("waypoints"), "1 waypoint or more", count)?;
+    check(count <= bounds::MOST_CORNERS, part("waypoints"), "at most 1000 waypoints", count)?;
+    check_within(part("waypoints"), bounds::COORDINATE_M, person.waypoints.as_flattened())?;
+    check_within(part("radius_m"), bounds::PERSON_RADIUS_M, &[person.radius_m])?;
+    check_within(part("speed_mps"), bounds::SPEED_MPS, &[person.speed_mps])?;
+    check_within(part("pause_s"), bounds::PAUSE_S, &[person.pause_s])
 }

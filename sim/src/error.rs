@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use sketchnav_schemas::bounds::{Bound, shown};
 use sketchnav_schemas::codes::BodyKind;
 use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
@@ -85,7 +86,10 @@ pub(crate) fn check(
     }
 }
 
-/// `Ok` where all of `values` are finite numbers.
-pub(crate) fn check_finite(key: impl Into<String>, values: &[f64]) -> Result<(), SimError> {
-    check(values.iter().all(|v| v.is_finite()), key, "finite numbers", values)
+/// `Ok` where all of `values` lie within `bound`; the error shows the first that does not.
+pub(crate) fn check_within(key: impl Into<String>, bound: Bound, values: &[f64]) -> Result<(), SimError> {
+    let wrong = values.iter().find(|value| !bound.holds(**value));
+    wrong.map_or(Ok(()), |value| {
+        Err(SimError::Value { key: key.into(), expected: bound.words, found: shown(*value) })
+    })
 }

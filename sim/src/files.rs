@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use sketchnav_files::{FLOOR_PLAN, MAP, MAP_PICTURE, ROBOT};
 use sketchnav_schemas::mission::WorldSource;
 use sketchnav_schemas::robot::Robot;
 
@@ -39,7 +40,8 @@ pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
 /// [`SimError::InFile`].
 pub fn floor_plan_file(path: &Path) -> Result<WorldDescription, SimError> {
     let parse = |text: String| floor_plan::parse(&text);
-    std::fs::read_to_string(path).map_err(SimError::from).and_then(parse).map_err(|error| error.in_file(path))
+    let text = sketchnav_files::read_to_string(path, FLOOR_PLAN).map_err(SimError::from);
+    text.and_then(parse).map_err(|error| error.in_file(path))
 }
 
 /// A map of map_server as walls.
@@ -48,7 +50,7 @@ pub fn floor_plan_file(path: &Path) -> Result<WorldDescription, SimError> {
 /// As [`occupancy_map`].
 pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    Ok(occupancy_map(path)?.describe(&name))
+    occupancy_map(path)?.describe(&name).map_err(|error| error.in_file(path))
 }
 
 /// A map of map_server: the YAML, and the picture that it names.
@@ -57,7 +59,7 @@ pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
 /// [`SimError::InFile`] with the YAML or the picture.
 pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
     let parse = |text: String| MapInfo::parse(&text);
-    let yaml = std::fs::read_to_string(path).map_err(SimError::from);
+    let yaml = sketchnav_files::read_to_string(path, MAP).map_err(SimError::from);
     let info = yaml.and_then(parse).map_err(|error| error.in_file(path))?;
     let picture_path = path.with_file_name(&info.image);
     let decode = |bytes: Vec<u8>| OccupancyMap::decode(&info, &bytes);
@@ -66,7 +68,7 @@ pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
         let missing = SimError::Value { key: "image".into(), expected: "an existing file", found };
         return Err(missing.in_file(path));
     }
-    let picture = std::fs::read(&picture_path).map_err(SimError::from);
+    let picture = sketchnav_files::read(&picture_path, MAP_PICTURE).map_err(SimError::from);
     picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
@@ -87,6 +89,6 @@ pub fn robot(name_or_path: &str) -> Result<Robot, SimError> {
         });
     }
     let parse = |text: String| Ok(Robot::parse(&text)?);
-    let text = std::fs::read_to_string(name_or_path).map_err(SimError::from);
+    let text = sketchnav_files::read_to_string(name_or_path, ROBOT).map_err(SimError::from);
     text.and_then(parse).map_err(|error| error.in_file(name_or_path))
 }

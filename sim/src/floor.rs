@@ -5,6 +5,7 @@
 
 use nalgebra::Rotation2;
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::bounds;
 use sketchnav_schemas::channels::{CONTACT, ODOMETRY, SCAN, SONAR, TRUTH};
 use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::message::{Contact, GroundTruth, MAX_CONTACTS, PoseM, Twist, VelocityCommand};
@@ -14,7 +15,7 @@ use sketchnav_schemas::seed;
 use crate::convex::{Convex, Segment};
 use crate::description::WorldDescription;
 use crate::drive;
-use crate::error::{SimError, check_finite};
+use crate::error::{SimError, check_within};
 use crate::people::Walker;
 use crate::physics::{Physics, Touching, TruePose};
 use crate::raycast::Faces;
@@ -145,14 +146,16 @@ impl Floor {
     /// A floor on which the robot stands at `start`, at time 0; its sensors have read once.
     ///
     /// # Errors
-    /// [`SimError::Start`] where the robot does not fit there.
+    /// [`SimError::Start`] where the robot does not fit there; [`SimError::Robot`] for a robot that no file was read for.
     pub fn new(
         description: WorldDescription,
         robot: &Robot,
         start: Pose<World>,
         seed: u64,
     ) -> Result<Self, SimError> {
-        check_finite("start", &[start.x, start.y, start.yaw_rad])?;
+        robot.check_numbers()?;
+        check_within("start", bounds::COORDINATE_M, &[start.x, start.y])?;
+        check_within("start heading", bounds::ANGLE_DEG, &[start.yaw_rad.to_degrees()])?;
         check_within_walls(&start, &description.outline)?;
         let (tick_hz, period_s) = (robot.tick_hz(), 1.0 / robot.tick_hz());
         let substeps = substeps(robot, period_s);

@@ -4,14 +4,17 @@
 //! corner. It ends flush at a door.
 
 use nalgebra::Vector2;
+use sketchnav_schemas::bounds;
 use sketchnav_schemas::floor_plan::{Door, FloorPlan, Wall};
 
 use crate::convex::{Convex, Segment};
 use crate::description::WorldDescription;
-use crate::error::{SimError, check, check_finite};
+use crate::error::{SimError, check, check_within};
 
 /// How far beside a wall's line a door's middle may be marked, metres (beside half a thickness).
 const DOOR_SLACK_M: f64 = 0.01;
+/// Points of a wall that are nearer than this are one point, metres.
+const SAME_POINT_M: f64 = 1e-6;
 
 /// Reads a floor plan (TOML) and builds it.
 ///
@@ -58,13 +61,15 @@ pub fn middle_lines(plan: &FloorPlan) -> Result<Vec<Segment>, SimError> {
 }
 
 fn check_plan(plan: &FloorPlan) -> Result<(), SimError> {
-    let thickness = plan.wall_thickness_m;
-    check(thickness.is_finite() && thickness > 0.0, "wall_thickness_m", "a number above 0", thickness)?;
+    check_within("wall_thickness_m", bounds::WALL_THICKNESS_M, &[plan.wall_thickness_m])?;
     check(!plan.wall.is_empty(), "wall", "1 wall or more", plan.wall.len())?;
+    let corners: usize = plan.wall.iter().map(|wall| wall.points.len()).sum();
+    check(corners <= bounds::MOST_WALL_CORNERS, "wall", "at most 20000 points of all walls", corners)?;
+    check(plan.door.len() <= bounds::MOST_DOORS, "door", "at most 1000 doors", plan.door.len())?;
     for (i, wall) in plan.wall.iter().enumerate() {
         let key = format!("wall {}.points", i + 1);
         check(wall.points.len() >= 2, key.as_str(), "2 points or more", wall.points.len())?;
-        check_finite(key, wall.points.as_flattened())?;
+        check_within(key, bounds::COORDINATE_M, wall.points.as_flattened())?;
     }
     Ok(())
 }
@@ -72,9 +77,8 @@ fn check_plan(plan: &FloorPlan) -> Result<(), SimError> {
 fn check_doors(plan: &FloorPlan, lines: &[Segment]) -> Result<(), SimError> {
     for (i, door) in plan.door.iter().enumerate() {
         let key = |part: &str| format!("door {}.{part}", i + 1);
-        check_finite(key("at"), &door.at)?;
-        let width = door.width_m;
-        check(width.is_finite() && width > 0.0, key("width_m"), "a number above 0", width)?;
+        check_within(key("at"), bounds::COORDINATE_M, &door.at)?;
+        check_within(key("width_m"), bounds::DOOR_WIDTH_M, &[door.width_m])?;
         let on_a_wall = lines.iter().any(|line| gap(line, door, plan.wall_thickness_m).is_some());
         check(on_a_wall, key("at"), "a point on a wall's line", door.at)?;
     }
@@ -84,7 +88,8 @@ fn check_doors(plan: &FloorPlan, lines: &[Segment]) -> Result<(), SimError> {
 fn center_lines(wall: &Wall) -> impl Iterator<Item = Segment> + '_ {
     let closing = wall.closed.then(|| [wall.points[wall.points.len() - 1], wall.points[0]]);
     let lines = wall.points.windows(2).map(|pair| [pair[0], pair[1]]);
-    lines.chain(closing).filter(|[a, b]| a != b)
+    // A shorter line has no direction.
+    lines.chain(closing).filter(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]) > SAME_POINT_M)
 }
 
 /// The stretch of `line` that `door` opens, metres from the line's start; `None` where it lies elsewhere.
@@ -169,7 +174,7 @@ mod tests {
     fn errors_name_the_key() {
         let cases = [
             ("[[door]]\nat=[2,1]\nwidth_m=0.9\n", "door 1.at: expected a point on a wall's line"),
-            ("[[door]]\nat=[2,0]\nwidth_m=-1\n", "door 1.width_m: expected a number above 0, found -1.0"),
+            ("[[door]]\nat=[2,0]\nwidth_m=-1\n", "door 1.width_m: expected 0.01 to 1000 m, found -1"),
             ("[[wall]]\npoints=[[1,1]]\n", "wall 2.points: expected 2 points or more, found 1"),
             ("[[furniture]]\nname='desk'\n", "furniture 1 \"desk\": expected either polygon"),
             ("[[person]]\nwaypoints=[]\nspeed_mps=1\n", "person 1.waypoints: expected 1 waypoint"),
@@ -178,6 +183,116 @@ mod tests {
         for (extra, message) in cases {
             let error = parse(&plan(extra)).unwrap_err().to_string();
             assert!(error.contains(message), "{error}");
+        }
+    }
+
+    /// Walls at 1e308 m and furniture at 1e39 m are infinitely far away in single precision, and a table of 1e-30 m is
+    /// a point there: the physics panicked.
+    #[test]
+    fn what_is_beyond_any_building_is_refused_by_its_number() {
+        let cases = [
+            (
+                "[[wall]]\npoints=[[0,0],[1e308,0]]\n",
+                "wall 2.points: expected -10000 to 10000 m, found 1e308",
+            ),
+            ("[[wall]]\npoints=[[0,0],[nan,0]]\n", "wall 2.points: expected -10000 to 10000 m, found NaN"),
+            (
+                "[[furniture]]\nname='desk'\ncenter=[1e39,0]\nradius_m=1\n",
+                "furniture 1 \"desk\".center: expected -10000 to 10000 m, found 1e39",
+            ),
+            (
+                "[[furniture]]\ncenter=[1,1]\nsize=[1e-30,1]\n",
+                "furniture 1 \"\".size: expected 0.001 to 1000 m, found 1e-30",
+            ),
+            (
+                "[[furniture]]\ncenter=[1,1]\nsize=[1,1]\nyaw_deg=1e300\n",
+                "furniture 1 \"\".yaw_deg: expected -360 to 360 degrees, found 1e300",
+            ),
+            (
+                "[[furniture]]\npolygon=[[0,0],[1e-9,0],[0,1e-9]]\n",
+                "furniture 1 \"\".polygon: expected the corners of a convex polygon",
+            ),
+            (
+                "[[person]]\nwaypoints=[[1,1]]\nspeed_mps=1e6\n",
+                "person 1.speed_mps: expected 0.001 to 30 m/s, found 1000000",
+            ),
+            (
+                "[[person]]\nwaypoints=[[1,1]]\nspeed_mps=1\npause_s=inf\n",
+                "person 1.pause_s: expected 0 to 1000000 s, found inf",
+            ),
+        ];
+        for (extra, message) in cases {
+            let error = parse(&plan(extra)).unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
+        // Corners that are the same but for rounding were a wall without a direction.
+        let near = parse(&plan("[[wall]]\npoints=[[1,1],[1,1.0000000000000002],[1e-200,1e-200],[0,0]]\n"));
+        assert!(near.unwrap().outline.as_flattened().as_flattened().iter().all(|v| v.is_finite()));
+    }
+
+    /// 200,000 walls and 20,000 pieces of furniture on top of each other kept the physics busy for minutes.
+    #[test]
+    fn more_of_anything_than_a_building_has_is_refused_by_its_count() {
+        let cases = [
+            (
+                "[[wall]]\npoints=[[0,0],[1,0]]\n",
+                10_000,
+                "wall: expected at most 20000 points of all walls, found 20004",
+            ),
+            ("[[door]]\nat=[2,0]\nwidth_m=0.9\n", 1001, "door: expected at most 1000 doors, found 1001"),
+            (
+                "[[furniture]]\ncenter=[1,1]\nsize=[1,1]\n",
+                2001,
+                "furniture: expected at most 2000 pieces, found 2001",
+            ),
+            (
+                "[[person]]\nwaypoints=[[1,1]]\nspeed_mps=1\n",
+                101,
+                "person: expected at most 100 people, found 101",
+            ),
+        ];
+        for (one, count, message) in cases {
+            let error = parse(&plan(&one.repeat(count))).unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
+    }
+
+    mod any {
+        use proptest::prelude::*;
+        use proptest::test_runner::RngSeed;
+
+        use super::*;
+
+        /// Numbers as people write them, and numbers as they come by mistake.
+        fn number() -> impl Strategy<Value = f64> {
+            prop_oneof![4 => -10.0..10.0_f64, 1 => any::<f64>(), 1 => Just(1e39), 1 => Just(1e-30), 1 => Just(0.0)]
+        }
+
+        fn point() -> impl Strategy<Value = [f64; 2]> {
+            [number(), number()]
+        }
+
+        proptest! {
+            #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
+
+            #[test]
+            fn no_text_makes_it_panic(text in ".*") {
+                let _ = parse(&text);
+            }
+
+            #[test]
+            fn what_is_built_is_finite_in_single_precision(
+                points in prop::collection::vec(point(), 2..5), center in point(), size in point(), thickness in number(),
+            ) {
+                let text = format!(
+                    "name='n'\nwall_thickness_m={thickness:?}\n[[wall]]\npoints={points:?}\n[[furniture]]\n\
+                     center={center:?}\nsize={size:?}\n"
+                );
+                if let Ok(world) = parse(&text.replace("NaN", "nan")) {
+                    let solids = world.walls.iter().chain(&world.furniture);
+                    prop_assert!(solids.flat_map(Convex::corners).flatten().all(|v| (*v as f32).abs() < 1e5));
+                }
+            }
         }
     }
 }

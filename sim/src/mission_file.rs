@@ -24,7 +24,7 @@ fn read(path: &Path) -> Result<(Mission, Robot), SimError> {
             found: "something that is none".into(),
         });
     }
-    let mut mission = Mission::parse(&std::fs::read_to_string(path)?)?;
+    let mut mission = Mission::parse(&sketchnav_files::read_to_string(path, sketchnav_files::MISSION)?)?;
     let folder = std::path::absolute(path)?.parent().map(Path::to_path_buf).unwrap_or_default();
     let robot_is_file = mission.robot.ends_with(".toml");
     let world = &mut mission.world;
@@ -64,6 +64,53 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         let error = load(&path).unwrap_err().to_string();
         assert!(error.contains("m.toml") && error.contains("world.floor_plan"), "{error}");
+    }
+
+    /// Files of 8 GB that hold nothing, and text in which a list is as long as the memory, were read whole and then
+    /// parsed. Whatever a mission names is refused by its size, with the limit.
+    #[test]
+    fn every_file_of_a_mission_has_a_limit() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name);
+        let sparse = |name: &str| std::fs::File::create(file(name)).unwrap().set_len(8 << 30).unwrap();
+        let world = |map: &str| match map {
+            "" => sketchnav_schemas::mission::WorldSource {
+                floor_plan: Some(file("floor.toml").display().to_string()),
+                ..Default::default()
+            },
+            map => sketchnav_schemas::mission::WorldSource {
+                map: Some(file(map).display().to_string()),
+                ..Default::default()
+            },
+        };
+        for name in ["mission.toml", "robot.toml", "floor.toml", "map.yaml", "m.pgm"] {
+            sparse(name);
+        }
+        let yaml = "image: m.pgm\nresolution: 1\norigin: [0, 0, 0]\noccupied_thresh: 0.6\nfree_thresh: 0.2\n";
+        std::fs::write(file("small.yaml"), yaml).unwrap();
+        let robot = files::robot(&file("robot.toml").display().to_string()).map(drop);
+        let errors = [
+            (load(&file("mission.toml")).map(drop), "mission.toml: ", "a mission of at most 4194304 bytes"),
+            (robot, "robot.toml: ", "a robot of at most 1048576 bytes"),
+            (files::world(&world("")).map(drop), "floor.toml: ", "a floor plan of at most 4194304 bytes"),
+            (
+                files::world(&world("map.yaml")).map(drop),
+                "map.yaml: ",
+                "a map's YAML of at most 1048576 bytes",
+            ),
+            (
+                files::world(&world("small.yaml")).map(drop),
+                "m.pgm: ",
+                "a map's picture of at most 67108864 bytes",
+            ),
+        ];
+        for (read, name, words) in errors {
+            let error = read.unwrap_err().to_string();
+            assert!(
+                error.contains(name) && error.contains(words) && error.ends_with("found 8589934592"),
+                "{error}"
+            );
+        }
     }
 
     #[test]

@@ -17,6 +17,8 @@ use crate::error::SimError;
 
 /// Friction of bodies that rub along each other.
 const FRICTION: f32 = 0.2;
+/// Half the thickness of what is too thin to have an inside in f32.
+const SLIVER_RADIUS_M: f32 = 5e-4;
 
 /// The bodies of a world.
 #[derive(Serialize, Deserialize)]
@@ -184,16 +186,31 @@ fn check_start(
 
 fn fixed(solid: &Convex, body: usize) -> ColliderBuilder {
     let corners: Vec<_> = solid.corners().iter().map(|c| vector((*c).into())).collect();
-    // A sliver too thin for f32 has no hull: its bounding ball stands in for it.
-    let shape = SharedShape::convex_polyline(corners.clone()).or_else(|| SharedShape::convex_hull(&corners));
-    let builder = shape.map_or_else(|| sliver(&corners), ColliderBuilder::new);
-    builder.friction(FRICTION).user_data(body as u128)
+    // Corners that are one in f32 make no edge; what is left may be a sliver that has no inside there.
+    let shape = SharedShape::convex_polyline(corners.clone())
+        .or_else(|| SharedShape::convex_polyline(distinct(&corners)))
+        .unwrap_or_else(|| sliver(&corners));
+    ColliderBuilder::new(shape).friction(FRICTION).user_data(body as u128)
 }
 
-fn sliver(corners: &[Vector]) -> ColliderBuilder {
-    let middle = corners.iter().sum::<Vector>() / corners.len() as f32;
-    let radius = corners.iter().map(|c| (*c - middle).length()).fold(0.0, f32::max);
-    ColliderBuilder::ball(radius).translation(middle)
+/// The corners without those that repeat the one before.
+fn distinct(corners: &[Vector]) -> Vec<Vector> {
+    let mut distinct = corners.to_vec();
+    distinct.dedup();
+    while distinct.len() > 1 && distinct.first() == distinct.last() {
+        distinct.pop();
+    }
+    distinct
+}
+
+/// The longest line through it.
+fn sliver(corners: &[Vector]) -> SharedShape {
+    let farthest = |from: Vector| {
+        let far = corners.iter().max_by(|a, b| (**a - from).length().total_cmp(&(**b - from).length()));
+        far.copied().unwrap_or(from)
+    };
+    let end = farthest(corners[0]);
+    SharedShape::capsule(end, farthest(end), SLIVER_RADIUS_M)
 }
 
 fn disc(radius_m: f64, body: usize) -> ColliderBuilder {
@@ -206,4 +223,30 @@ fn vector(v: Vector2<f64>) -> Vector {
 
 fn vector2(v: Vector) -> Vector2<f64> {
     Vector2::new(f64::from(v.x), f64::from(v.y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten kilometres from the origin two corners a tenth of a millimetre apart are one in f32, and a wall of a
+    /// millimetre has no inside. `parry` panics where it is to find the hull of points that are all one.
+    #[test]
+    fn what_has_no_inside_in_single_precision_is_a_line() {
+        let far = 9_999.0;
+        let solids = [
+            Convex::rectangle([far, far], [1e-4, 1e-4], 0.3),
+            Convex::rectangle([far, 0.0], [1e-4, 8.0], 0.0),
+            Convex::rectangle([0.0, far], [8.0, 1e-4], 0.0),
+            Convex::disc([far, far], 0.001),
+            Convex::disc([far, far], 0.01),
+        ];
+        for solid in solids {
+            let built = fixed(&solid, 0).build();
+            let size = built.compute_aabb().extents();
+            let [low, high] = [f32::min, f32::max]
+                .map(|pick| solid.corners().iter().map(|c| c[1] as f32).reduce(pick).unwrap());
+            assert!(size.x.is_finite() && size.y <= high - low + 0.004, "{size:?}");
+        }
+    }
 }

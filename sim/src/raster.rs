@@ -58,8 +58,8 @@ impl Raster {
 
     /// Rectangles, which may overlap, that hold solid cells alone and every solid cell within two
     /// cells of a free one, also in the ring of cells around the grid. Each is as large as it can get:
-    /// wide first where the run of cells is wider than high, else high first.
-    pub fn boxes(&self) -> Vec<CellBox> {
+    /// wide first where the run of cells is wider than high, else high first. `None` where they are more than `most`.
+    pub fn boxes(&self, most: usize) -> Option<Vec<CellBox>> {
         let mut covered = vec![false; (self.width + 2) * (self.height + 2)];
         let index = |x: i64, y: i64| (y + 1) as usize * (self.width + 2) + (x + 1) as usize;
         let mut boxes = Vec::new();
@@ -68,6 +68,9 @@ impl Raster {
                 if covered[index(x, y)] || !self.is_solid(x, y) || !self.near_free(x, y) {
                     continue;
                 }
+                if boxes.len() == most {
+                    return None;
+                }
                 let cells = self.grow(x, y);
                 for row in cells.y0..cells.y1 {
                     covered[index(cells.x0, row)..=index(cells.x1 - 1, row)].fill(true);
@@ -75,7 +78,7 @@ impl Raster {
                 boxes.push(cells);
             }
         }
-        boxes
+        Some(boxes)
     }
 
     fn near_free(&self, x: i64, y: i64) -> bool {
@@ -160,7 +163,7 @@ mod tests {
 
         #[test]
         fn boxes_hold_solid_cells_alone_and_all_at_the_surface(raster in raster()) {
-            let boxes = raster.boxes();
+            let boxes = raster.boxes(usize::MAX).unwrap();
             for (x, y) in cells(&raster) {
                 let boxed = boxes.iter().any(|b| (b.x0..b.x1).contains(&x) && (b.y0..b.y1).contains(&y));
                 prop_assert!(!boxed || raster.is_solid(x, y));

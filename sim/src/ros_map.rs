@@ -8,15 +8,16 @@
 //! free, though a grey outline keeps the robot and the laser out of it; lowering `free_thresh` in the
 //! YAML makes it solid.
 
+use std::io::Cursor;
+
+use image::{DynamicImage, ImageDecoder, ImageReader};
 use serde::Deserialize;
+use sketchnav_schemas::bounds;
 
 use crate::convex::Convex;
 use crate::description::WorldDescription;
-use crate::error::{SimError, check};
+use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
-
-/// Farther from the origin a millimetre is lost in the physics' single precision.
-const FARTHEST_ORIGIN_M: f64 = 1e4;
 
 /// The YAML of a map. Keys that are not known are left to whoever wrote them.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -83,8 +84,7 @@ impl MapInfo {
         check(!self.image.is_empty(), "image", "the path of a picture", &self.image)?;
         check(resolution > 0.0, "resolution", "a number above 0", resolution)?;
         check((1e-3..=10.0).contains(&resolution), "resolution", "0.001 to 10 metres a pixel", resolution)?;
-        let near = self.origin.iter().all(|v| v.abs() <= FARTHEST_ORIGIN_M);
-        check(near, "origin", "numbers within ten kilometres", self.origin)?;
+        check_within("origin", bounds::COORDINATE_M, &self.origin[..2])?;
         check(self.origin[2] == 0.0, "origin", "a yaw of 0 (a turned map is not supported)", self.origin[2])?;
         let known = matches!(self.negate, Negate::Bool(_) | Negate::Number(0 | 1));
         check(known, "negate", "0 or 1", self.negate)?;
@@ -107,21 +107,22 @@ impl OccupancyMap {
     /// Decodes the picture (PGM or PNG; the mean of red, green and blue counts, opacity does not).
     ///
     /// # Errors
-    /// [`SimError::Picture`], or [`SimError::Value`] where the picture has no free cell.
+    /// [`SimError::Picture`], or [`SimError::Value`] where the picture has no free cell, or is too large.
     pub fn decode(info: &MapInfo, picture: &[u8]) -> Result<Self, SimError> {
-        let image = image::load_from_memory(picture)?.to_rgb8();
+        let reader = ImageReader::new(Cursor::new(picture)).with_guessed_format()?;
+        let decoder = reader.into_decoder()?;
+        let (width, height) = decoder.dimensions();
+        let cells = u64::from(width) * u64::from(height);
+        let size = format!("{width} x {height} pixels");
+        check(cells <= bounds::MOST_MAP_CELLS, "image", "at most 16000000 pixels", &size)?;
+        let image = DynamicImage::from_decoder(decoder)?.to_rgb8();
         let (width, height) = (image.width() as usize, image.height() as usize);
         // Rows of a picture go down, rows of a map up.
         let pixels = image.rows().rev().flatten();
         let solid =
             |pixel: &image::Rgb<u8>| !info.is_free(pixel.0.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0);
         let cells: Vec<bool> = pixels.map(solid).collect();
-        check(
-            cells.contains(&false),
-            "image",
-            "a picture with free cells",
-            format!("{width} x {height} pixels"),
-        )?;
+        check(cells.contains(&false), "image", "a picture with free cells", &size)?;
         let raster = Raster::new(width, height, cells).unwrap_or_else(|| unreachable!("a cell a pixel"));
         let [x, y, _] = info.origin;
         Ok(Self { raster, resolution_m: info.resolution, origin_m: [x, y] })
@@ -143,15 +144,24 @@ impl OccupancyMap {
     }
 
     /// The map as walls.
-    pub fn describe(&self, name: &str) -> WorldDescription {
+    ///
+    /// # Errors
+    /// [`SimError::Value`] where they are too many: a picture of noise.
+    pub fn describe(&self, name: &str) -> Result<WorldDescription, SimError> {
         let outline = self.raster.outline().into_iter().map(|segment| segment.map(|p| self.corner(p)));
-        let walls = self.raster.boxes().into_iter().map(|cells| self.wall(cells));
-        WorldDescription {
+        let most = bounds::MOST_MAP_SOLIDS;
+        let boxes = self.raster.boxes(most).ok_or_else(|| SimError::Value {
+            key: "image".into(),
+            expected: "a picture of at most 100000 rectangles of occupied cells",
+            found: "more".into(),
+        })?;
+        let walls = boxes.into_iter().map(|cells| self.wall(cells));
+        Ok(WorldDescription {
             name: name.to_owned(),
             outline: outline.collect(),
             walls: walls.collect(),
             ..Default::default()
-        }
+        })
     }
 
     fn corner(&self, cell: [i64; 2]) -> [f64; 2] {
@@ -209,5 +219,18 @@ mod tests {
         let error = map(YAML, "0 0 0\n0 0 0").unwrap_err().to_string();
         assert!(error.contains("expected a picture with free cells"), "{error}");
         assert!(map(YAML, "0 0").is_err());
+    }
+
+    /// A picture of noise is a rectangle every few pixels, each of which the physics holds; one of a billion pixels
+    /// filled the memory before anybody saw how large it was.
+    #[test]
+    fn a_picture_that_is_no_floor_is_refused() {
+        let info = MapInfo::parse(YAML).unwrap();
+        let large = OccupancyMap::decode(&info, b"P5\n40000 30000\n255\n").unwrap_err().to_string();
+        assert_eq!(large, "image: expected at most 16000000 pixels, found \"40000 x 30000 pixels\"");
+        let mut noise = b"P5\n1000 1000\n255\n".to_vec();
+        noise.extend((0..1_000_000_u32).map(|i| if (i % 1000 + i / 1000) % 2 == 0 { 0 } else { 254 }));
+        let error = OccupancyMap::decode(&info, &noise).unwrap().describe("noise").unwrap_err().to_string();
+        assert!(error.contains("image: expected a picture of at most 100000 rectangles"), "{error}");
     }
 }

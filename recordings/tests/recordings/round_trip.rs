@@ -48,6 +48,18 @@ fn every_message_of_every_channel_comes_back() {
     channels::visit(&mut ReadSamples { recording: &recording, count: 5, random }).unwrap();
 }
 
+/// A recording may come from anywhere: nobody has parsed its robot's file. A stranger's robot reached the cores.
+#[test]
+fn a_robot_that_cannot_be_is_refused_from_a_recording_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("strange.mcap");
+    let mut run = common::run_config();
+    run.robot.radius_m = 1e-6;
+    common::create_run(&path, &run).finish().unwrap();
+    let error = Recording::open(&path).unwrap().run().unwrap_err().to_string();
+    assert!(error.contains("robot: radius_m: expected 0.01 to 10 m, found 1e-6"), "{error}");
+}
+
 #[test]
 fn the_run_is_in_the_file() {
     let folder = tempfile::tempdir().unwrap();

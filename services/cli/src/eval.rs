@@ -29,15 +29,14 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
         let words = [&["no trial is left to drive".to_owned()], &suite.notices[..]].concat().join("; ");
         return Err(Failure::Input(anyhow!("suite {name}: {words}")));
     }
+    refuse_missing_folder(options.output.as_deref())?;
     let began = Instant::now();
     let outcomes = drive(&jobs, options)?;
     let wall = began.elapsed();
     // What was driven is told in any case; it may have taken hours.
     let check = options.check_processes.map(|count| processes::check(&jobs, count));
     let checked = check.as_ref().and_then(|check| check.as_ref().ok());
-    if let Some(path) = &options.output {
-        report(&suite, &jobs, &outcomes, options, path)?;
-    }
+    let written = write_files(&suite, &jobs, &outcomes, options);
     if options.json {
         out!("{}", json(&suite, options, &outcomes, checked, wall)?)?;
     } else {
@@ -48,6 +47,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
             )?;
         }
     }
+    written.map_err(Failure::Reported)?;
     let is_same = check.transpose()?.is_none_or(|check| check.identical == check.checked);
     Ok(if is_same { Outcome::Success } else { Outcome::Short })
 }
@@ -132,10 +132,33 @@ fn drive(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Ended>, Failure>
     };
     let outcomes = run_all(jobs, options.jobs(), &progress).map_err(classify)?;
     bar.finish_and_clear();
-    if let Some(folder) = &options.pictures {
-        draw(jobs, folder)?;
-    }
     Ok(outcomes)
+}
+
+/// Told before anything is driven; whoever takes the folder away later has the results on standard output.
+fn refuse_missing_folder(output: Option<&Path>) -> Result<(), Failure> {
+    let folder = output.and_then(Path::parent).filter(|folder| !folder.as_os_str().is_empty());
+    match folder.filter(|folder| !folder.is_dir()) {
+        Some(missing) => {
+            let words =
+                format!("--output: expected a file in an existing folder, found none: {}", missing.display());
+            Err(Failure::Input(anyhow!(words)))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The pictures and the report that the user wants.
+fn write_files(
+    suite: &Suite,
+    jobs: &[Job<'_>],
+    outcomes: &[Ended],
+    options: &EvalOptions,
+) -> anyhow::Result<()> {
+    let drawn = options.pictures.as_ref().map_or(Ok(()), |folder| draw(jobs, folder));
+    let reported =
+        options.output.as_ref().map_or(Ok(()), |path| report(suite, jobs, outcomes, options, path));
+    drawn.and(reported)
 }
 
 fn progress_bar(length: usize, quiet: bool) -> ProgressBar {
@@ -147,13 +170,13 @@ fn progress_bar(length: usize, quiet: bool) -> ProgressBar {
 }
 
 /// Drives each once more, to draw it: the same bits, and no log is kept of thousands of trials.
-fn draw(jobs: &[Job<'_>], folder: &Path) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
+fn draw(jobs: &[Job<'_>], folder: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     for job in jobs {
-        let runs = run::drive(job.trial, job.method, job.seed).map_err(classify)?;
+        let runs = run::drive(job.trial, job.method, job.seed)?;
         for driven in &runs {
             let name = format!("{}-{}-{}", job.trial.name, job.repetition, job.method).replace('/', "-");
-            for (what, svg) in trial_picture::draw(job.trial, driven).map_err(classify)? {
+            for (what, svg) in trial_picture::draw(job.trial, driven)? {
                 let path = folder.join(format!("{name}-{}-{what}.svg", driven.first_task + 1));
                 std::fs::write(&path, svg).with_context(|| path.display().to_string())?;
                 say!("picture    {}", path.display());
@@ -169,12 +192,12 @@ fn report(
     outcomes: &[Ended],
     options: &EvalOptions,
     path: &Path,
-) -> Result<(), Failure> {
-    let examples = examples(suite, jobs, outcomes).map_err(classify)?;
+) -> anyhow::Result<()> {
+    let examples = examples(suite, jobs, outcomes)?;
     let command = command_line();
     let report =
         Report { suite, methods: &options.methods, outcomes, examples: &examples, command: &command };
-    std::fs::write(path, report.page()).with_context(|| path.display().to_string()).or_input()?;
+    std::fs::write(path, report.page()).with_context(|| path.display().to_string())?;
     say!("report     {}", path.display());
     Ok(())
 }

@@ -25,6 +25,7 @@ mod top;
 use std::process::ExitCode;
 
 use clap::Parser;
+use nix::sys::signal::{SigHandler, Signal, signal};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_stage::Navigator;
 
@@ -33,9 +34,17 @@ use failure::{Failure, Outcome, exit_code};
 
 /// What this project's own program does: reads the command line and obeys it.
 pub fn main() -> ExitCode {
+    ignore_file_size_signal();
     let cli = Cli::parse();
     let json = cli.wants_json();
     exit_code(dispatch(cli), json)
+}
+
+/// Beyond the limit on the size of files (`ulimit -f`) a write fails then, as on a full disk, and its error is told.
+/// The signal would end the process without a word; what this program starts ignores it, too.
+fn ignore_file_size_signal() {
+    // SAFETY: no handler runs. The call fails for invalid signals only.
+    let _ = unsafe { signal(Signal::SIGXFSZ, SigHandler::SigIgn) };
 }
 
 /// The same with navigators of one's own, and the channels that they have beside those of all.

@@ -109,5 +109,6 @@ pub enum EvalError {
 
 /// Reads a file; the error names it.
 pub(crate) fn read(path: &std::path::Path) -> Result<Vec<u8>, EvalError> {
-    std::fs::read(path).map_err(|cause| EvalError::Io { path: path.to_path_buf(), cause })
+    sketchnav_files::read(path, sketchnav_files::DRAWING)
+        .map_err(|cause| EvalError::Io { path: path.to_path_buf(), cause })
 }

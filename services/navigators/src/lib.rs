@@ -73,7 +73,7 @@ pub fn of(mission: &Mission) -> Result<&'static Navigator, UnknownNavigator> {
 /// Reads a file as a mission names it: what stages are given at their start.
 ///
 /// # Errors
-/// As [`std::fs::read`].
+/// As [`sketchnav_files::read`]: a file that is too large is refused before it is read.
 pub fn read_file(path: &str) -> std::io::Result<Vec<u8>> {
-    std::fs::read(path)
+    sketchnav_files::read(path, sketchnav_files::DRAWING)
 }

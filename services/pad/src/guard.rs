@@ -1,8 +1,8 @@
 //! Who may ask, and how often: the page's own origin, the token, buckets for each session.
 //!
-//! Pure: time is the caller's. A pad on a loopback address is guarded by the name under which it is called
-//! (another page cannot make a browser send its own origin, nor a name of its own for this address); any other
-//! address wants a token.
+//! Pure: time is the caller's. A pad is guarded by the name under which it is called: another page cannot make a
+//! browser send its own origin, nor a name of its own for the pad's address. So the name is a number, of an address on
+//! which the pad listens, or `localhost`. An address that is not loopback wants a token, too.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -41,8 +41,8 @@ impl Guard {
     pub fn check_origin(&self, host: Option<&str>, origin: Option<&str>) -> Result<(), Refusal> {
         let host =
             host.ok_or_else(|| Refusal::Forbidden("host: expected the pad's address, found none".into()))?;
-        if self.address.ip().is_loopback() && !self.is_own_name(host) {
-            let words = format!("host: expected {} or localhost, found {host:?}", self.address);
+        if !self.is_own_name(host) {
+            let words = format!("host: expected {}, found {host:?}", self.names());
             return Err(Refusal::Forbidden(words));
         }
         match origin {
@@ -53,10 +53,26 @@ impl Guard {
         }
     }
 
+    /// A name of somebody else's that leads here (DNS rebinding) is no number.
     fn is_own_name(&self, host: &str) -> bool {
-        let Some(name) = host.strip_suffix(&format!(":{}", self.address.port())) else { return false };
-        let bare = name.trim_start_matches('[').trim_end_matches(']');
-        name == "localhost" || bare.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
+        let Some(name) = without_port(host, self.address.port()) else { return false };
+        let own = self.address.ip().to_canonical();
+        let is_any = own.is_unspecified();
+        if name.eq_ignore_ascii_case("localhost") {
+            return is_any || own.is_loopback();
+        }
+        let bare = name.strip_prefix('[').and_then(|name| name.strip_suffix(']')).unwrap_or(name);
+        let is_own = |ip: IpAddr| is_any || ip == own || (ip.is_loopback() && own.is_loopback());
+        bare.parse::<IpAddr>().is_ok_and(|ip| is_own(ip.to_canonical()))
+    }
+
+    fn names(&self) -> String {
+        let port = self.address.port();
+        match self.address.ip() {
+            ip if ip.is_unspecified() => format!("an address of this machine in numbers, and port {port}"),
+            ip if ip.is_loopback() => format!("{} or localhost:{port}", self.address),
+            _ => self.address.to_string(),
+        }
     }
 
     /// Checks the token, in a time that does not tell how much of it is right.
@@ -71,6 +87,12 @@ impl Guard {
             (Some(_), Some(_)) => Err(Refusal::Token("another one")),
         }
     }
+}
+
+/// What stands before the port; a browser leaves out that of HTTP.
+fn without_port(host: &str, port: u16) -> Option<&str> {
+    let name = host.strip_suffix(&port.to_string()).and_then(|name| name.strip_suffix(':'));
+    name.or((port == 80).then_some(host))
 }
 
 fn is_same(a: &[u8], b: &[u8]) -> bool {
@@ -200,6 +222,48 @@ mod tests {
             "a name for our address"
         );
         assert!(!check(Some("127.0.0.1:8000"), None) && !check(None, None));
+    }
+
+    /// With `--bind 0.0.0.0` any name was taken: a page of `evil.example`, whose name leads to the pad's address, was
+    /// of the pad's own origin for the browser.
+    #[test]
+    fn on_every_address_the_pad_is_called_by_a_number() {
+        for (address, own, others) in [
+            (
+                "0.0.0.0:7004",
+                &["192.0.2.1:7004", "127.0.0.1:7004", "localhost:7004", "[2001:db8::1]:7004"][..],
+                &[][..],
+            ),
+            ("[::]:7004", &["192.0.2.1:7004", "[2001:db8::1]:7004", "LOCALHOST:7004"], &[]),
+            ("192.0.2.1:7004", &["192.0.2.1:7004"], &["192.0.2.2:7004", "localhost:7004", "127.0.0.1:7004"]),
+            ("192.0.2.1:80", &["192.0.2.1:80", "192.0.2.1"], &["192.0.2.2"]),
+            ("127.0.0.1:7004", &["127.0.0.1:7004", "127.0.0.2:7004"], &["192.0.2.1:7004", "0.0.0.0:7004"]),
+        ] {
+            let guard = guard(address, Some("t"));
+            let check = |host: &&str| {
+                let origin = format!("http://{host}");
+                guard.check_origin(Some(host), Some(&origin)).is_ok()
+                    && guard.check_origin(Some(host), None).is_ok()
+            };
+            assert!(own.iter().all(check), "{address}");
+            assert!(!others.iter().any(check), "{address}");
+            let foreign = [
+                "evil.example:7004",
+                "evil.example",
+                "192.0.2.1:7005",
+                "7004",
+                ":7004",
+                "",
+                "[192.0.2.1:7004",
+            ];
+            assert!(!foreign.iter().any(check), "{address}");
+        }
+        let error =
+            guard("0.0.0.0:7004", Some("t")).check_origin(Some("evil.example:7004"), None).unwrap_err();
+        assert!(
+            error.to_string().contains("expected an address of this machine in numbers, and port 7004"),
+            "{error}"
+        );
     }
 
     #[test]

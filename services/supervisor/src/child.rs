@@ -19,7 +19,7 @@ use nix::unistd::{Pid, getpid, getppid, pipe2};
 use sketchnav_runtime::ProcessState;
 use sketchnav_schemas::codes::Process;
 
-use crate::restarts::Restarts;
+use crate::restarts::{End, Restarts};
 use crate::watchdog::{Alarm, Watchdog};
 use crate::{Death, Error, Result};
 
@@ -66,7 +66,6 @@ pub(crate) struct Child {
     pub(crate) process: Process,
     line: ProcessLine,
     child: StdChild,
-    born: Instant,
     log: PathBuf,
     /// How it ended, where it has.
     ended: Option<(ExitStatus, Instant)>,
@@ -85,10 +84,10 @@ impl Child {
         let process = line.process;
         prepare(&mut line)?;
         let child = spawn(&mut line, &log)?;
-        let (born, restarts) = (Instant::now(), Restarts::default());
-        let watchdog = Watchdog::begin(0, born, stopped_limit);
+        let restarts = Restarts::default();
+        let watchdog = Watchdog::begin(0, Instant::now(), stopped_limit);
         let (ended, due, mourned) = (None, None, None);
-        Ok(Self { process, line, child, born, log, ended, restarts, due, mourned, watchdog, stopped_limit })
+        Ok(Self { process, line, child, log, ended, restarts, due, mourned, watchdog, stopped_limit })
     }
 
     pub(crate) fn pid(&self) -> u32 {
@@ -121,12 +120,25 @@ impl Child {
 
     /// Has it started again after its death, sooner or later; false where that is given up. `progress`:
     /// how far it has come over all its lives.
-    pub(crate) fn schedule(&mut self, progress: u32) -> bool {
+    pub(crate) fn schedule(&mut self, status: ExitStatus, progress: u32) -> bool {
         let now = Instant::now();
         self.mourned.get_or_insert((now, progress));
-        let pause = self.restarts.pause_after_death(self.born.elapsed(), progress);
+        let pause = self.restarts.pause_after_death(self.end(status), progress);
         self.due = pause.map(|pause| now + pause);
         self.due.is_some()
+    }
+
+    fn end(&self, status: ExitStatus) -> End {
+        let signal = status.signal().and_then(|signal| Signal::try_from(signal).ok());
+        let is_by_others = matches!(
+            signal,
+            Some(Signal::SIGKILL | Signal::SIGTERM | Signal::SIGINT | Signal::SIGHUP | Signal::SIGQUIT)
+        );
+        match (self.hung(), is_by_others) {
+            (true, _) => End::Hung,
+            (false, true) => End::Killed { after: self.born.elapsed() },
+            (false, false) => End::Failed,
+        }
     }
 
     /// Starts it again where its time has come; whether it has.
@@ -134,8 +146,8 @@ impl Child {
         let is_due = self.due.is_some_and(|due| due <= Instant::now());
         if is_due {
             self.child = spawn(&mut self.line, &self.log)?;
-            (self.born, self.ended, self.due) = (Instant::now(), None, None);
-            self.watchdog = Watchdog::begin(signs_of_life, self.born, self.stopped_limit);
+            (self.ended, self.due) = (None, None);
+            self.watchdog = Watchdog::begin(signs_of_life, Instant::now(), self.stopped_limit);
         }
         Ok(is_due)
     }
@@ -155,6 +167,11 @@ impl Child {
     /// Whether it has looked up from its work lately, as far as the last look at it tells.
     pub(crate) fn is_responsive(&self) -> bool {
         self.watchdog.is_quiet()
+    }
+
+    /// Whether its life ends, or has ended, because it hangs.
+    pub(crate) fn hung(&self) -> bool {
+        self.watchdog.hangs()
     }
 
     /// What there is to say about its end.

@@ -17,6 +17,17 @@ pub enum Error {
     /// The system could not be made or joined.
     #[error(transparent)]
     Runtime(#[from] sketchnav_runtime::Error),
+    /// No process could make the files of its channels.
+    #[error(
+        "expected a limit on the size of files of {needed_mib} MiB or more for the channels, found {found_mib} MiB: \
+         ulimit -f unlimited"
+    )]
+    FileLimit {
+        /// What the largest channels take.
+        needed_mib: u64,
+        /// The limit of this process.
+        found_mib: u64,
+    },
     /// A process could not be started.
     #[error("{process}: starting {program:?}: {source}")]
     Spawn {

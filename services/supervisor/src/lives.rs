@@ -57,11 +57,13 @@ fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<
     faults.died(&death)?;
     // Its places as writer and reader are free for its successor only now.
     node.clear_dead(CLEARING);
-    if !child.schedule(node.progress(child.process)) {
+    if !child.schedule(status, node.progress(child.process)) {
+        let words =
+            if child.hung() { "hung again and again" } else { "died each time before it got any further" };
         let error = Error::GivenUp(death, child.restarts().total());
         faults.tell(FaultKind::GivenUp, child.process, child.pid(), |fault| {
             fault.restarts = child.restarts().total() as u32;
-            fault.words = Text::new("died each time before it got any further");
+            fault.words = Text::new(words);
         })?;
         return Err(error);
     }

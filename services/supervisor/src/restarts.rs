@@ -1,16 +1,31 @@
 //! When to start a process again that has died: at once, then after growing pauses, in the end no more.
 //!
-//! What counts is whether it gets anywhere. A process that is killed again and again but does something
-//! new in between is started again as often as that; one that dies of the same message each time is not.
+//! What counts is whether it gets anywhere. A process that is killed again and again but sends something new in between is
+//! started again as often as that. One that dies of the same message each time is not, and neither is one that hangs.
 
 use std::time::Duration;
 
 /// The pause before the second attempt of a row; each further one is twice as long.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
-/// Who has lived so long was well, whether there was anything to do or not.
-const GOOD_LIFE: Duration = Duration::from_secs(10);
-/// Attempts in a row: the last comes some six seconds after the first.
+/// Attempts in a row: their pauses are some six seconds together.
 const ATTEMPTS: u32 = 8;
+
+/// Who was killed by somebody else after so long, and did not hang, had nothing to send and nothing wrong with it.
+const PEACEFUL: Duration = Duration::from_secs(10);
+
+/// How a life ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum End {
+    /// It hung, and was killed for it.
+    Hung,
+    /// It ended by itself: by an error, a panic, a crash.
+    Failed,
+    /// Somebody else ended it.
+    Killed {
+        /// The length of its life.
+        after: Duration,
+    },
+}
 
 /// The attempts of one process.
 #[derive(Debug, Clone, Default)]
@@ -22,10 +37,16 @@ pub(crate) struct Restarts {
 }
 
 impl Restarts {
-    /// The process has died after `life`, having come so far (over all its lives). How long to wait before it is
-    /// started again; `None` where that is given up.
-    pub(crate) fn pause_after_death(&mut self, life: Duration, progress: u32) -> Option<Duration> {
-        if self.progress.replace(progress) != Some(progress) || life >= GOOD_LIFE {
+    /// The process has died, having come so far (over all its lives). How long to wait before it is started again;
+    /// `None` where that is given up.
+    pub(crate) fn pause_after_death(&mut self, end: End, progress: u32) -> Option<Duration> {
+        let got_on = self.progress.replace(progress) != Some(progress);
+        let was_good = match end {
+            End::Hung => false,
+            End::Failed => got_on,
+            End::Killed { after } => got_on || after >= PEACEFUL,
+        };
+        if was_good {
             self.in_a_row = 0;
         }
         let attempt = self.in_a_row;
@@ -59,23 +80,64 @@ impl Restarts {
 mod tests {
     use super::*;
 
-    const SHORT: Duration = Duration::from_millis(20);
+    const KILLED: End = End::Killed { after: Duration::from_secs(1) };
+
+    fn millis(pause: Option<Duration>) -> Option<u128> {
+        pause.map(|pause| pause.as_millis())
+    }
+
+    const PAUSES: [Option<u128>; 9] =
+        [Some(0), Some(50), Some(100), Some(200), Some(400), Some(800), Some(1600), Some(3200), None];
 
     #[test]
     fn pauses_grow_and_end() {
         let mut restarts = Restarts::default();
-        let mut pause = || restarts.pause_after_death(SHORT, 3).map(|pause| pause.as_millis());
-        let pauses: Vec<_> = (0..9).map(|_| pause()).collect();
-        let expected = [0, 50, 100, 200, 400, 800, 1600, 3200].map(Some);
-        assert_eq!((&pauses[..8], pauses[8]), (&expected[..], None));
+        assert_eq!(PAUSES.map(|_| millis(restarts.pause_after_death(KILLED, 3))), PAUSES);
         assert_eq!(restarts.total(), 8);
     }
 
     #[test]
     fn who_gets_on_is_started_again_for_ever() {
         let mut restarts = Restarts::default();
-        assert!((0..1000).all(|i| restarts.pause_after_death(SHORT, i) == Some(Duration::ZERO)));
-        assert_eq!(restarts.pause_after_death(SHORT, 999), Some(FIRST_PAUSE));
-        assert_eq!(restarts.pause_after_death(GOOD_LIFE, 999), Some(Duration::ZERO));
+        assert!((0..1000).all(|i| restarts.pause_after_death(KILLED, i) == Some(Duration::ZERO)));
+        assert_eq!(restarts.pause_after_death(KILLED, 999), Some(FIRST_PAUSE));
+        assert_eq!(restarts.pause_after_death(KILLED, 1000), Some(Duration::ZERO));
+    }
+
+    /// A life of ten seconds counted as good, and a process that hangs is killed after thirty: one that hung in the
+    /// same drawing each time was started again for ever.
+    #[test]
+    fn who_hangs_each_time_is_given_up_whatever_it_has_sent_before() {
+        let mut restarts = Restarts::default();
+        assert_eq!(PAUSES.map(|_| millis(restarts.pause_after_death(End::Hung, 3))), PAUSES);
+        let (mut restarts, mut progress) = (Restarts::default(), 0);
+        let hangs = PAUSES.map(|_| {
+            progress += 1;
+            millis(restarts.pause_after_death(End::Hung, progress))
+        });
+        assert_eq!(hangs, PAUSES);
+    }
+
+    #[test]
+    fn after_a_good_life_a_hang_is_the_first() {
+        let mut restarts = Restarts::default();
+        (0..5).for_each(|_| assert!(restarts.pause_after_death(End::Hung, 3).is_some()));
+        assert_eq!(
+            restarts.pause_after_death(KILLED, 4),
+            Some(Duration::ZERO),
+            "it was killed, and had got on"
+        );
+        assert_eq!(restarts.pause_after_death(End::Hung, 5), Some(FIRST_PAUSE));
+    }
+
+    /// A sketcher sends its sketch once and then waits; somebody who kills it every minute must not end the mission. One
+    /// that crashes every minute before it has sent anything must.
+    #[test]
+    fn who_waits_in_peace_and_is_killed_is_started_again_for_ever() {
+        let end = End::Killed { after: Duration::from_secs(60) };
+        let mut restarts = Restarts::default();
+        assert!((0..100).all(|_| restarts.pause_after_death(end, 3) == Some(Duration::ZERO)));
+        let mut restarts = Restarts::default();
+        assert_eq!(PAUSES.map(|_| millis(restarts.pause_after_death(End::Failed, 3))), PAUSES);
     }
 }

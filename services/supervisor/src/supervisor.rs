@@ -5,6 +5,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::signal::Signal;
 use sketchnav_runtime::{Channels, Node, Reader, System, Wake, Writer};
 use sketchnav_schemas::channels::{HEALTH, MISSION, STATUS};
@@ -24,6 +25,8 @@ use crate::{Death, Error, Result};
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// A process that has ended well may have done so because of a last command whose status is on its way.
 const EARLY_END: Duration = Duration::from_secs(2);
+/// Room for the largest file that a channel makes, whoever reads it; 103 MiB were measured for a sketch.
+const LARGEST_FILE_MIB: u64 = 256;
 /// A signal that comes so long after the shutdown began is somebody who does not want to wait.
 const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -107,6 +110,7 @@ impl Supervisor {
     /// # Errors
     /// Where the system runs already, or a process cannot be started; nothing is left of it then.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
+        check_file_limit()?;
         Self::begin(System::create(run)?, lines, grace, Ceded::default())
     }
 
@@ -120,6 +124,7 @@ impl Supervisor {
         grace: Grace,
         ceded: Ceded,
     ) -> Result<Self> {
+        check_file_limit()?;
         Self::begin(System::create(run)?, lines, grace, ceded)
     }
 
@@ -420,6 +425,14 @@ impl Supervisor {
         }
         if killed.is_empty() { result } else { result.and(Err(Error::Killed(killed))) }
     }
+}
+
+/// Whether files may be as large as the largest in shared memory; there the error would name a channel alone.
+fn check_file_limit() -> Result<()> {
+    // Where it cannot be asked for there is none to be told.
+    let found_mib = getrlimit(Resource::RLIMIT_FSIZE).map_or(u64::MAX, |(soft, _)| soft) >> 20;
+    let needed_mib = LARGEST_FILE_MIB;
+    if found_mib < needed_mib { Err(Error::FileLimit { needed_mib, found_mib }) } else { Ok(()) }
 }
 
 /// What two lives of a process have done, the later one as the present.

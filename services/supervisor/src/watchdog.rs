@@ -28,6 +28,8 @@ pub(crate) struct Watchdog {
     stopped_limit: Duration,
     /// It was to be killed: until it is gone there is nothing more to say.
     is_condemned: bool,
+    /// It was to be killed because it hangs, and not because somebody had stopped it.
+    hangs: bool,
 }
 
 /// What is to be done about it.
@@ -47,7 +49,13 @@ impl Watchdog {
     /// Begins with a process that was just started.
     pub(crate) fn begin(signs: u32, now: Instant, stopped_limit: Duration) -> Self {
         let unresponsive = Duration::ZERO;
-        Self { signs, looked: now, unresponsive, is_told: false, stopped_limit, is_condemned: false }
+        let (is_told, is_condemned, hangs) = (false, false, false);
+        Self { signs, looked: now, unresponsive, is_told, stopped_limit, is_condemned, hangs }
+    }
+
+    /// Whether it was to be killed because it hangs. One that somebody has stopped does not.
+    pub(crate) fn hangs(&self) -> bool {
+        self.hangs
     }
 
     /// Whether nothing was wrong at the last look.
@@ -74,7 +82,8 @@ impl Watchdog {
         if self.unresponsive < DEADLINE {
             return Alarm::Nothing;
         }
-        let (deadline, limit) = match state() {
+        let state = state();
+        let (deadline, limit) = match state {
             ProcessState::Stopped => (DEADLINE, self.stopped_limit),
             // Somebody looks at it.
             ProcessState::Traced => (DEADLINE, Duration::MAX),
@@ -84,6 +93,7 @@ impl Watchdog {
             return Alarm::Missed(self.unresponsive);
         }
         self.is_condemned = self.unresponsive >= limit;
+        self.hangs = self.is_condemned && state != ProcessState::Stopped;
         if self.is_condemned { Alarm::Kill(self.unresponsive) } else { Alarm::Nothing }
     }
 }
@@ -126,6 +136,18 @@ mod tests {
         assert!(matches!(next(&mut watchdog, &mut now, ProcessState::Stopped), Alarm::Kill(_)));
         let looks = (0..1000).map(|look| watchdog.look(7, now + look * LOOK, || ProcessState::Stopped));
         assert!(looks.into_iter().all(|verdict| verdict == Alarm::Nothing));
+    }
+
+    #[test]
+    fn who_is_killed_while_it_computes_hangs_and_who_was_stopped_does_not() {
+        for (state, hangs) in [(ProcessState::Running, true), (ProcessState::Stopped, false)] {
+            let mut now = Instant::now();
+            let mut watchdog = Watchdog::begin(7, now, LIMIT);
+            assert!(matches!(next(&mut watchdog, &mut now, state), Alarm::Missed(_)));
+            assert!(!watchdog.hangs(), "it may only be slow");
+            assert!(matches!(next(&mut watchdog, &mut now, state), Alarm::Kill(_)));
+            assert_eq!(watchdog.hangs(), hangs, "{state:?}");
+        }
     }
 
     #[test]

@@ -16,6 +16,14 @@ pub enum DeformError {
         /// The file.
         path: PathBuf,
     },
+    /// A floor without end.
+    #[error("{name}: expected a floor of at most 40000 m², found {:.0} m x {:.0} m", found_m[0], found_m[1])]
+    TooLarge {
+        /// The floor's name.
+        name: String,
+        /// Its length and width.
+        found_m: [f64; 2],
+    },
     /// No room in it.
     #[error("{name}: expected a room with walls around it, found none of {least_m2} m² or more")]
     NoRegions {

@@ -14,7 +14,8 @@ use crate::floor::Floor;
 pub fn floor(path: &Path) -> Result<Floor, DeformError> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("toml") => {
-            let text = std::fs::read_to_string(path).map_err(|error| SimError::from(error).in_file(path))?;
+            let text = sketchnav_files::read_to_string(path, sketchnav_files::FLOOR_PLAN)
+                .map_err(|error| SimError::from(error).in_file(path))?;
             let plan = toml::from_str(&text).map_err(|error| SimError::from(error).in_file(path))?;
             Floor::of_plan(&plan).map_err(|error| in_file(error, path))
         }

@@ -33,7 +33,7 @@ impl Floor {
     /// [`DeformError::World`] where the plan does not hold, [`DeformError::NoRegions`].
     pub fn of_plan(plan: &FloorPlan) -> Result<Self, DeformError> {
         let world = sketchnav_sim::floor_plan::describe(plan)?;
-        let regions = Regions::of(&Solid::of_walls(&world));
+        let regions = Regions::of(&Solid::of_walls(&world)?);
         let lines = sketchnav_sim::floor_plan::middle_lines(plan)?;
         let walls = lines.into_iter().map(|line| line.map(Vector2::from).to_vec()).collect();
         Self::checked(plan.name.clone(), walls, regions)

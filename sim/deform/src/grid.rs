@@ -3,9 +3,12 @@
 use image::{GrayImage, Luma};
 use imageproc::distance_transform::euclidean_squared_distance_transform;
 use nalgebra::Vector2;
+use sketchnav_schemas::bounds::MOST_MAP_CELLS;
 use sketchnav_sim::convex::Convex;
 use sketchnav_sim::description::WorldDescription;
 use sketchnav_sim::ros_map::OccupancyMap;
+
+use crate::error::DeformError;
 
 /// Side of a cell of a floor plan.
 const PLAN_CELL_M: f64 = 0.05;
@@ -74,19 +77,31 @@ pub(crate) struct Solid {
     pub cells: Vec<bool>,
 }
 
+/// The lower left and the upper right corner of the box around some corners.
+fn extent<'a>(corners: impl Iterator<Item = &'a [f64; 2]> + Clone) -> [Vector2<f64>; 2] {
+    let corners = corners.map(|corner| Vector2::from(*corner));
+    let low = corners.clone().fold(Vector2::repeat(f64::INFINITY), |low, c| low.inf(&c));
+    [low, corners.fold(Vector2::repeat(f64::NEG_INFINITY), |high, c| high.sup(&c))]
+}
+
 impl Solid {
     /// The walls of a world, without its furniture.
-    pub fn of_walls(world: &WorldDescription) -> Self {
-        let corners = || world.walls.iter().flat_map(|wall| wall.corners()).map(|c| Vector2::from(*c));
-        let low =
-            corners().fold(Vector2::repeat(f64::INFINITY), |low, c| low.inf(&c)).add_scalar(-PLAN_RIM_M);
-        let high = corners().fold(Vector2::repeat(f64::NEG_INFINITY), |high, c| high.sup(&c));
+    ///
+    /// # Errors
+    /// [`DeformError::TooLarge`] where they reach too far for a grid.
+    pub fn of_walls(world: &WorldDescription) -> Result<Self, DeformError> {
+        let [low, high] = extent(world.walls.iter().flat_map(|wall| wall.corners()));
+        let low = low.add_scalar(-PLAN_RIM_M);
         let size = (high - low).add_scalar(PLAN_RIM_M) / PLAN_CELL_M;
         let (width, height) = (size.x.ceil() as usize, size.y.ceil() as usize);
+        if width as u64 * height as u64 > MOST_MAP_CELLS {
+            let found_m = [high.x - low.x, high.y - low.y].map(|side| side - PLAN_RIM_M);
+            return Err(DeformError::TooLarge { name: world.name.clone(), found_m });
+        }
         let grid = Grid { width, height, cell_m: PLAN_CELL_M, origin: low };
         let mut solid = Self { cells: vec![false; grid.len()], grid };
         world.walls.iter().for_each(|wall| solid.fill(wall));
-        solid
+        Ok(solid)
     }
 
     /// The solid cells of a map, and a ring of solid cells around them.
@@ -100,11 +115,40 @@ impl Solid {
     }
 
     fn fill(&mut self, wall: &Convex) {
-        for i in 0..self.cells.len() {
+        let [low, high] = extent(wall.corners().iter());
+        let cell = |place: Vector2<f64>| (place - self.grid.origin) / self.grid.cell_m;
+        let (from, to) = (cell(low), cell(high));
+        let columns = from.x.max(0.0) as usize..(to.x.ceil() as usize).min(self.grid.width);
+        let rows = from.y.max(0.0) as usize..(to.y.ceil() as usize).min(self.grid.height);
+        let width = self.grid.width;
+        for i in rows.flat_map(|y| columns.clone().map(move |x| y * width + x)) {
             let p = self.grid.middle(i);
             let left =
                 |[a, b]: [[f64; 2]; 2]| (b[0] - a[0]) * (p.y - a[1]) - (b[1] - a[1]) * (p.x - a[0]) >= 0.0;
             self.cells[i] = self.cells[i] || wall.edges().all(left);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A floor of 20 km by 20 km has 160 thousand million cells.
+    #[test]
+    fn a_floor_that_reaches_too_far_for_a_grid_is_refused() {
+        let wall = |side: f64| Convex::rectangle([0.0, 0.0], [side, side], 0.0);
+        let world = |side: f64| WorldDescription {
+            name: "plain".into(),
+            walls: vec![wall(side)],
+            ..Default::default()
+        };
+        let error = Solid::of_walls(&world(20_000.0)).unwrap_err().to_string();
+        assert!(
+            error.starts_with("plain: expected a floor of at most 40000 m², found 20000 m x 20000 m"),
+            "{error}"
+        );
+        let solid = Solid::of_walls(&world(2.0)).unwrap();
+        assert_eq!(solid.cells.iter().filter(|&&cell| cell).count(), 40 * 40);
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use bytemuck::Zeroable;
 use flate2::bufread::MultiGzDecoder;
+use sketchnav_files::{MAP, MAP_PICTURE};
 use sketchnav_recordings::carmen::{CarmenLog, CarmenScan};
 use sketchnav_recordings::import::{self, LOG_SYSTEM, LaserFacts};
 use sketchnav_recordings::{Writer, sources};
@@ -227,10 +228,12 @@ fn of_map(map: &Path, first: &CarmenScan, run: &mut RunConfig) -> Result<Drawn, 
 /// The map's occupied cells alone as walls.
 fn occupied(path: &Path) -> anyhow::Result<OccupancyMap> {
     let named = || path.display().to_string();
-    let mut info = MapInfo::parse(&std::fs::read_to_string(path).with_context(named)?).with_context(named)?;
+    let mut info = MapInfo::parse(&sketchnav_files::read_to_string(path, MAP).with_context(named)?)
+        .with_context(named)?;
     info.free_thresh = info.occupied_thresh;
     let picture = path.with_file_name(&info.image);
-    let bytes = std::fs::read(&picture).with_context(|| picture.display().to_string())?;
+    let bytes =
+        sketchnav_files::read(&picture, MAP_PICTURE).with_context(|| picture.display().to_string())?;
     OccupancyMap::decode(&info, &bytes).with_context(|| picture.display().to_string())
 }
 

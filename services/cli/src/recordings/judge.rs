@@ -13,6 +13,7 @@ use sketchnav_evaluation::judge::log::Log;
 use sketchnav_evaluation::judge::rooms::Rooms;
 use sketchnav_evaluation::judge::tables;
 use sketchnav_evaluation::judge::trajectory::Statistics;
+use sketchnav_files::TABLE;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::import::LOG_SYSTEM;
@@ -61,8 +62,9 @@ pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failu
     let judged: Result<Vec<_>, _> = files.iter().map(|file| of_file(file, rooms.as_ref())).collect();
     let mut judged = judged?;
     if let Some(anchors) = &options.anchors {
-        let text =
-            std::fs::read_to_string(anchors).with_context(|| anchors.display().to_string()).or_input()?;
+        let text = sketchnav_files::read_to_string(anchors, TABLE)
+            .with_context(|| anchors.display().to_string())
+            .or_input()?;
         let anchors = Anchors::parse(&text).with_context(|| anchors.display().to_string()).or_input()?;
         for one in &mut judged {
             one.homotopic = Some(homotopic(one, &anchors).or_input()?);
@@ -83,7 +85,9 @@ pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failu
 
 /// Reads the file of rooms.
 pub fn rooms(path: &Path) -> Result<Rooms, Failure> {
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string()).or_input()?;
+    let text = sketchnav_files::read_to_string(path, TABLE)
+        .with_context(|| path.display().to_string())
+        .or_input()?;
     Rooms::parse(&text).with_context(|| path.display().to_string()).or_input()
 }
 

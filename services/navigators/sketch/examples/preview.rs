@@ -3,10 +3,10 @@
 #![expect(clippy::disallowed_methods, reason = "an example has a clock")]
 
 use std::fs;
-use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use sketchnav_files::{DRAWING, MISSION};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_sketch::reading::{Intent, Options, preview, read};
@@ -18,11 +18,11 @@ fn main() -> Result<()> {
         [file, out, mission] => (file, out, Some(mission)),
         _ => bail!("usage: preview DRAWING OUT.png [MISSION.toml]"),
     };
-    let mission =
-        mission.map(fs::read_to_string).transpose()?.map(|text| Mission::parse(&text)).transpose()?;
+    let text = mission.map(|file| sketchnav_files::read_to_string(file, MISSION)).transpose()?;
+    let mission = text.map(|text| Mission::parse(&text)).transpose()?;
     let options = mission.as_ref().map(|mission| Options::of_mission(mission, 1)).transpose()?;
     let options = options.unwrap_or_default();
-    let bytes = fs::read(Path::new(file)).with_context(|| format!("drawing {file}"))?;
+    let bytes = sketchnav_files::read(file, DRAWING).with_context(|| format!("drawing {file}"))?;
 
     let begin = Instant::now();
     let drawing = read(&bytes, file, &options)?;

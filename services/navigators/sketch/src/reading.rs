@@ -17,6 +17,7 @@
 //! the bit. Sources: Boniardi et al. 2015, III-B (directions); Boniardi et al. 2016, IV (canvas, obstacles, drawn routes).
 
 mod bits;
+mod budget;
 #[cfg(test)]
 mod canvas;
 pub mod desk;

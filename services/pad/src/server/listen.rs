@@ -14,8 +14,7 @@ use hyper::server::conn::http1;
 use hyper_util::rt::TokioIo;
 use hyper_util::service::TowerToHyperService;
 use serde_json::json;
-use tokio::io::{AsyncReadExt, AsyncWriteExt, join};
-use tokio::net::tcp::OwnedReadHalf;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt, join};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::oneshot;
 use tokio::time::{sleep, timeout};
@@ -161,7 +160,7 @@ impl Dismissal {
 }
 
 /// What has come up to the end of the head, and what has come with it.
-async fn head(reader: &mut OwnedReadHalf) -> Result<Vec<u8>, Dismissal> {
+async fn head(reader: &mut (impl AsyncRead + Unpin)) -> Result<Vec<u8>, Dismissal> {
     let mut come = Vec::with_capacity(1024);
     loop {
         let before = come.len();
@@ -169,17 +168,20 @@ async fn head(reader: &mut OwnedReadHalf) -> Result<Vec<u8>, Dismissal> {
             Ok(0) | Err(_) => return Err(Dismissal::Gone),
             Ok(_) => {}
         }
-        if ends(&come[before.saturating_sub(3)..]) {
-            return Ok(come);
-        }
-        if come.len() > MAX_HEAD {
+        let end = head_end(&come, before);
+        if end.unwrap_or(come.len()) > MAX_HEAD {
             return Err(Dismissal::Long);
+        }
+        if end.is_some() {
+            return Ok(come);
         }
     }
 }
 
-fn ends(come: &[u8]) -> bool {
-    come.windows(4).any(|four| four == b"\r\n\r\n")
+/// Where the head ends, where it has come; before `searched` there is no end.
+fn head_end(come: &[u8], searched: usize) -> Option<usize> {
+    let from = searched.saturating_sub(3);
+    come[from..].windows(4).position(|four| four == b"\r\n\r\n").map(|at| from + at + 4)
 }
 
 #[cfg(test)]
@@ -202,7 +204,32 @@ mod tests {
 
     #[test]
     fn a_head_ends_with_an_empty_line() {
-        assert!(ends(b"GET / HTTP/1.1\r\nhost: x\r\n\r\n{}"));
-        assert!(!ends(b"GET / HTTP/1.1\r\nhost: x\r\n\r") && !ends(b""));
+        assert_eq!(head_end(b"GET / HTTP/1.1\r\nhost: x\r\n\r\n{}", 0), Some(27));
+        assert_eq!(head_end(b"GET / HTTP/1.1\r\nhost: x\r\n\r\n{}", 26), Some(27));
+        assert!(head_end(b"GET / HTTP/1.1\r\nhost: x\r\n\r", 0).is_none() && head_end(b"", 0).is_none());
+    }
+
+    /// The length was looked at where the end had not come yet: a head of 20 kB whose end came with the last read was
+    /// taken.
+    #[test]
+    fn a_head_is_too_long_also_when_all_of_it_has_come() {
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        let read = |length: usize, body: usize| {
+            let mut text = b"GET / HTTP/1.1\r\nx: ".to_vec();
+            text.resize(length - 4, b'a');
+            text.extend(b"\r\n\r\n");
+            text.resize(length + body, b'b');
+            runtime.block_on(head(&mut text.as_slice())).map(|come| come.len() >= length)
+        };
+        for (length, body, expected) in [
+            (MAX_HEAD, 0, Ok(true)),
+            (MAX_HEAD, 100_000, Ok(true)),
+            (MAX_HEAD + 1, 0, Err(Dismissal::Long)),
+            (20_000, 0, Err(Dismissal::Long)),
+            (20_000, 100_000, Err(Dismissal::Long)),
+            (1_000_000, 0, Err(Dismissal::Long)),
+        ] {
+            assert_eq!(read(length, body), expected, "{length} {body}");
+        }
     }
 }

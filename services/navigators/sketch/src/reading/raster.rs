@@ -17,6 +17,8 @@ const MAX_PIXELS: u64 = 50_000_000;
 const MAX_SIDE: u32 = 30_000;
 /// Most memory that a decoder may take at once.
 const MAX_DECODER_BYTES: u64 = 512 << 20;
+/// Most pixels of all passes of a JPEG: each pass of a progressive one goes through the whole picture.
+const MAX_PASSED_PIXELS: u64 = 2_000_000_000;
 /// Longest side of a sketch: bounds the Hough transform's table for a drawing like a ribbon.
 const MAX_CANVAS_SIDE: u32 = 10_000;
 
@@ -68,6 +70,11 @@ fn decode(
         let limit = format!("{} megapixels", MAX_PIXELS / 1_000_000);
         return Err(broken.too_large(limit, format!("{width} x {height}")));
     }
+    let passes = if format == ImageFormat::Jpeg { jpeg_passes(bytes) } else { 1 };
+    if passes * u64::from(width) * u64::from(height) > MAX_PASSED_PIXELS {
+        let limit = format!("{} megapixels in all passes", MAX_PASSED_PIXELS / 1_000_000);
+        return Err(broken.too_large(limit, format!("{passes} passes of {width} x {height}")));
+    }
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let image = DynamicImage::from_decoder(decoder).map_err(|error| broken.decode(kind, error))?;
     Ok((image, orientation))
@@ -77,6 +84,11 @@ fn decode(
 fn jpeg_ends(bytes: &[u8]) -> bool {
     let scan = bytes.windows(2).rposition(|pair| pair == [0xff, 0xda]);
     scan.is_some_and(|start| bytes[start..].windows(2).any(|pair| pair == [0xff, 0xd9]))
+}
+
+/// Scans of a JPEG, and a preview's.
+fn jpeg_passes(bytes: &[u8]) -> u64 {
+    bytes.windows(2).filter(|pair| *pair == [0xff, 0xda]).count() as u64
 }
 
 fn limits() -> Limits {

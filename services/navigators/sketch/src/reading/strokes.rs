@@ -16,7 +16,9 @@ use resvg::tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke as Pen, Transform,
 };
 use serde::Deserialize;
+use sketchnav_schemas::message::MAX_DRAWN_POINTS;
 
+use super::budget::{MOST_OBSTACLE_CORNERS, MOST_STROKES, Outline, PIECE_CORNERS, Steps, steps_words};
 use super::error::{Broken, SketchError};
 use super::ink;
 use super::marks::{GoalMark, Marks, StartMark};
@@ -80,6 +82,7 @@ pub(crate) fn walls(bytes: &[u8], broken: &Broken) -> Result<Walls, SketchError>
     page.check(broken)?;
     let [width, height] = page.canvas.map(f64::from);
     let (w, h, scale) = fit(width, height, 1.0);
+    page.check_work(scale, [w, h], broken)?;
     let paper = Pixmap::new(w, h).ok_or_else(|| broken.decode("strokes", "the canvas has no size"))?;
     let mask = ink::below(&gray(&page.draw(paper, scale as f32)), 128);
     let pen_width_px = page.pen_width_px().map(|width| (width * scale).max(1.0));
@@ -95,6 +98,7 @@ impl Page {
         if !self.canvas.iter().all(|side| (1..=MAX_CANVAS_PX).contains(side)) {
             return wrong("canvas".into(), "sides of 1 to 30000 px", format!("{:?}", self.canvas));
         }
+        self.check_counts(broken)?;
         for (i, stroke) in self.strokes.iter().enumerate() {
             if !(stroke.width_px > 0.0 && stroke.width_px <= 1000.0) {
                 let key = format!("strokes[{i}].width_px");
@@ -110,6 +114,54 @@ impl Page {
         let far = |p: &[f64; 2]| !p.iter().all(|v| v.abs() <= MAX_COORDINATE_PX);
         let Some((list, i, point)) = self.points().find(|(_, _, p)| far(p)) else { return Ok(()) };
         wrong(format!("{list}[{i}]"), "coordinates within 100000 px", format!("{point:?}"))
+    }
+
+    fn check_counts(&self, broken: &Broken) -> Result<(), SketchError> {
+        let strokes = self.strokes.len() + self.obstacles.len();
+        if strokes > MOST_STROKES {
+            return Err(
+                broken.too_large(format!("{MOST_STROKES} strokes and obstacles"), strokes.to_string())
+            );
+        }
+        let corners = self.points().count();
+        if corners > MAX_DRAWN_POINTS {
+            return Err(
+                broken.too_large(format!("{MAX_DRAWN_POINTS} corners of all strokes"), corners.to_string())
+            );
+        }
+        let long = self.obstacles.iter().position(|obstacle| obstacle.polygon.len() > MOST_OBSTACLE_CORNERS);
+        long.map_or(Ok(()), |i| {
+            let found = format!("{} of obstacles[{i}]", self.obstacles[i].polygon.len());
+            Err(broken.too_large(format!("{MOST_OBSTACLE_CORNERS} corners of an obstacle"), found))
+        })
+    }
+
+    /// Counts what the drawing takes to paint.
+    fn check_work(&self, scale: f64, page: [u32; 2], broken: &Broken) -> Result<(), SketchError> {
+        let page = page.map(f64::from);
+        let (mut steps, area) = (Steps::default(), page[0] * page[1]);
+        let outline = |points: &[[f64; 2]]| Outline {
+            corners: points.len() as f64,
+            length_px: length_px(points) * scale,
+            page_height_px: page[1],
+        };
+        let too_much =
+            |list: &str, i: usize| broken.too_large(steps_words(), format!("more from {list}[{i}] on"));
+        for (i, stroke) in self.strokes.iter().enumerate() {
+            let width_px = (stroke.width_px * scale).max(1.0);
+            for piece in stroke.pieces() {
+                let outline = outline(piece);
+                let inked = (outline.length_px + outline.corners * width_px) * width_px;
+                if !steps.take(outline.stroke_steps(width_px) + inked.min(area)) {
+                    return Err(too_much("strokes", i));
+                }
+            }
+        }
+        let heavy = self
+            .obstacles
+            .iter()
+            .position(|obstacle| !steps.take(outline(&obstacle.polygon).fill_steps() + area));
+        heavy.map_or(Ok(()), |i| Err(too_much("obstacles", i)))
     }
 
     /// Every point of the walls with its list and its place there.
@@ -129,7 +181,7 @@ impl Page {
             // A pen that is thinner than a cell would leave dots.
             let width = (stroke.width_px as f32).max(1.0 / scale);
             let pen = Pen { width, line_cap: LineCap::Round, line_join: LineJoin::Round, ..Pen::default() };
-            if let Some(path) = path(&stroke.points, false) {
+            for path in stroke.pieces().filter_map(|piece| path(piece, false)) {
                 paper.stroke_path(&path, &ink, &pen, canvas, None);
             }
         }
@@ -154,8 +206,19 @@ impl Page {
 
 impl Stroke {
     fn length_px(&self) -> f64 {
-        self.points.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).sum()
+        length_px(&self.points)
     }
+
+    /// The stroke in pieces, each of which begins where the one before it ends: with round caps they come to the same.
+    fn pieces(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+        let count = self.points.len();
+        let starts = (0..count.saturating_sub(1).max(1)).step_by(PIECE_CORNERS - 1);
+        starts.map(move |from| &self.points[from.min(count)..(from + PIECE_CORNERS).min(count)])
+    }
+}
+
+fn length_px(points: &[[f64; 2]]) -> f64 {
+    points.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).sum()
 }
 
 fn path(points: &[[f64; 2]], closed: bool) -> Option<Path> {

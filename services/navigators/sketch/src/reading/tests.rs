@@ -320,6 +320,16 @@ fn what_is_no_drawing_is_refused() {
     assert!(matches!(refusal(nested.as_bytes()), SketchError::Broken { kind: "strokes", .. }));
 }
 
+/// Each pass of a progressive JPEG goes through all of its pixels, and takes a few bytes of the file.
+#[test]
+fn a_jpeg_of_passes_without_end_is_refused_before_it_is_decoded() {
+    let page = encoded(&Sheet::default().building(0.0), ImageFormat::Jpeg);
+    let (head, end) = page.split_at(page.len() - 2);
+    let bytes = [head, &[0xff, 0xda].repeat(10_000), end].concat();
+    let error = refusal(&bytes).to_string();
+    assert!(error.ends_with("2000 megapixels in all passes, found 10001 passes of 600 x 500"), "{error}");
+}
+
 /// A picture of 30000 x 30000 in a few bytes: its header alone must be enough to refuse it.
 #[test]
 fn a_picture_bomb_is_refused_before_it_is_decoded() {
@@ -430,4 +440,139 @@ fn the_pen_drawings_of_real_floors_are_dark_lines() {
         assert!(wrong_share(&drawing, &page) < 0.02, "{name}");
         assert!((2.0..9.0).contains(&drawing.pen_width_px), "{name}: {}", drawing.pen_width_px);
     }
+}
+
+fn svg(inside: &str) -> Vec<u8> {
+    format!("<svg xmlns='http://www.w3.org/2000/svg' width='2000' height='1200'>{inside}</svg>").into_bytes()
+}
+
+fn too_large(bytes: &[u8]) -> String {
+    match read(bytes, "d", &Options::default()) {
+        Err(error @ SketchError::TooLarge { .. }) => error.to_string(),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A filter of one line kept the sketcher busy for hours: each octave of noise, and each neighbour of a pixel, is
+/// computed for every pixel.
+#[test]
+fn a_filter_that_takes_hours_is_refused_by_its_name() {
+    let filtered = |part: &str| {
+        svg(&format!("<filter id='f'>{part}</filter><rect width='2000' height='1200' filter='url(#f)'/>"))
+    };
+    for (part, name) in [
+        ("<feTurbulence baseFrequency='.1' numOctaves='10000'/>", "feTurbulence"),
+        ("<feTurbulence baseFrequency='.1' numOctaves='1000000000'/>", "feTurbulence"),
+        ("<feMorphology operator='dilate' radius='300'/>", "feMorphology"),
+    ] {
+        let error = too_large(&filtered(part));
+        let words = format!(
+            "expected at most 3000 million steps of painting, found more from filter \"f\", {name} on"
+        );
+        assert!(error.ends_with(&words), "{error}");
+    }
+    let many = too_large(&filtered(&"<feOffset/>".repeat(100)));
+    assert!(many.ends_with("found more from filter \"f\", a simple part on"), "{many}");
+    let blurred = "<filter id='b'><feGaussianBlur stdDeviation='3'/></filter>\
+        <path d='M100 100 H1900 V1100 H100 Z' fill='none' stroke='black' stroke-width='8' filter='url(#b)'/>";
+    assert!(read(&svg(blurred), "d", &Options::default()).is_ok(), "a shadow is no crime");
+}
+
+/// Masks in masks took 1.8 to 3 GB, for each holds a page of its own; patterns in patterns are painted anew each time.
+#[test]
+fn masks_and_patterns_inside_each_other_are_few() {
+    let masks: String = (0..24)
+        .map(|i| {
+            let inner = if i == 0 { String::new() } else { format!("mask='url(#m{})'", i - 1) };
+            format!(
+                "<mask id='m{i}' maskUnits='userSpaceOnUse' width='2000' height='1200'>\
+                <rect width='2000' height='1200' fill='white' {inner}/></mask>"
+            )
+        })
+        .collect();
+    let error = too_large(&svg(&format!("{masks}<rect width='2000' height='1200' mask='url(#m23)'/>")));
+    assert!(error.contains("8 masks, patterns and clip paths of SVG inside each other"), "{error}");
+    assert!(error.contains("mask \"m15\""), "{error}");
+    let pattern = |i: usize, inside: &str| {
+        format!(
+            "<pattern id='p{i}' patternUnits='userSpaceOnUse' width='2000' height='1200'>{inside}</pattern>"
+        )
+    };
+    let patterns: String = (0..6)
+        .map(|i| {
+            let fill = if i == 0 { "black".to_owned() } else { format!("url(#p{})", i - 1) };
+            pattern(i, &format!("<rect width='2000' height='1200' fill='{fill}'/>").repeat(4))
+        })
+        .collect();
+    let error = too_large(&svg(&format!("{patterns}<rect width='2000' height='1200' fill='url(#p5)'/>")));
+    assert!(error.contains("steps of painting") || error.contains("held at the same time"), "{error}");
+    let huge = "<pattern id='h' patternUnits='userSpaceOnUse' width='1e6' height='1e6'><path d='M0 0h9v9z'/></pattern>\
+        <rect width='9' height='9' fill='url(#h)'/>";
+    let error = too_large(&svg(huge));
+    assert!(error.contains("held at the same time") && error.contains("pattern \"h\""), "{error}");
+}
+
+/// Half a million corners of one path cross each row of pixels, and are sorted there; a dash is two corners.
+#[test]
+fn a_path_that_crosses_itself_without_end_is_refused() {
+    let zigzag = |count: usize| -> String {
+        (0..count).map(|i| format!("L{} {}", i % 1999, (i % 2) * 1200)).collect()
+    };
+    let fill = format!("<path id='z' d='M0 0{}'/>", zigzag(500_000));
+    let error = too_large(&svg(&fill));
+    assert!(error.ends_with("found more from path \"z\" on"), "{error}");
+    let dashed =
+        format!("<path id='s' d='M0 0{}' fill='none' stroke='black' stroke-dasharray='0.001'/>", zigzag(100));
+    assert!(too_large(&svg(&dashed.repeat(10))).contains("path \"s\""));
+    let hatched = format!("<path d='M0 0{}' fill='none' stroke='black'/>", zigzag(1000));
+    assert!(read(&svg(&hatched), "d", &Options::default()).is_ok(), "an architect's hatching");
+}
+
+fn strokes_of(count: usize, points: &str, width: f64) -> Vec<u8> {
+    let stroke = format!("{{\"points\":[{points}],\"width_px\":{width}}}");
+    format!("{{\"canvas\":[2540,1252],\"strokes\":[{}]}}", vec![stroke; count].join(",")).into_bytes()
+}
+
+/// 600,000 strokes, strokes of 500,000 corners, and strokes that the pad took and that took 91 s to paint.
+#[test]
+fn more_strokes_than_people_draw_are_refused() {
+    let error = too_large(&strokes_of(600_000, "[1,1],[9,9]", 5.0));
+    assert!(error.ends_with("expected at most 20000 strokes and obstacles, found 600000"), "{error}");
+    let zigzag = |count: usize| {
+        let points = (0..count).map(|i| format!("[{},{}]", i % 2539, (i % 2) * 1251));
+        points.collect::<Vec<_>>().join(",")
+    };
+    let error = too_large(&strokes_of(1, &zigzag(500_000), 5.0));
+    assert!(error.ends_with("expected at most 262144 corners of all strokes, found 500000"), "{error}");
+    let error = too_large(&strokes_of(1, &zigzag(262_144), 1000.0));
+    assert!(error.contains("steps of painting, found more from strokes[0] on"), "{error}");
+    let error = too_large(&strokes_of(4000, &zigzag(64), 1000.0));
+    assert!(error.contains("steps of painting, found more from strokes["), "{error}");
+    let polygon =
+        format!("{{\"canvas\":[9,9],\"strokes\":[],\"obstacles\":[{{\"polygon\":[{}]}}]}}", zigzag(5000));
+    assert!(
+        too_large(polygon.as_bytes()).contains("4096 corners of an obstacle, found 5000 of obstacles[0]")
+    );
+    // As much as the pad takes, drawn by a pen that moves five pixels between two points.
+    let pen = |i: usize| format!("[{},{}]", 20 + (i * 5) % 2500, 20 + (i / 500) % 1200);
+    let long = (0..262_144).map(pen).collect::<Vec<_>>().join(",");
+    assert!(read(&strokes_of(1, &long, 3.0), "d", &Options::default()).is_ok());
+}
+
+/// A long stroke is painted in pieces, and looks as one.
+#[test]
+fn pieces_of_a_stroke_are_the_stroke() {
+    let around = |i: usize| {
+        let angle = i as f64 / 100.0;
+        format!("[{:.2},{:.2}]", 1200.0 + (100.0 + i as f64 / 8.0) * angle.cos(), 600.0 + 500.0 * angle.sin())
+    };
+    let points: Vec<_> = (0..4000).map(around).collect();
+    let whole = read(&strokes_of(1, &points.join(","), 5.0), "d", &Options::default()).unwrap();
+    let pieces =
+        points.windows(2).map(|two| format!("{{\"points\":[{}]}}", two.join(","))).collect::<Vec<_>>();
+    let text = format!("{{\"canvas\":[2540,1252],\"strokes\":[{}]}}", pieces.join(","));
+    let pieces = read(text.as_bytes(), "d", &Options::default()).unwrap();
+    let wrong = whole.cells.iter().zip(&pieces.cells).filter(|(a, b)| a != b).count();
+    let ink = whole.cells.iter().filter(|&&cell| cell == WALL).count();
+    assert!(wrong * 200 < ink, "{wrong} of {ink} cells");
 }

@@ -1,0 +1,136 @@
+//! Reads the files that people give: missions, robots, floors, drawings, tables. None is read beyond its [`Limit`].
+//!
+//! A file tells its size before it is read. What tells none, a pipe say, or grows meanwhile, is read as far as the limit
+//! and one byte more. So a file of 8 GB that was named by mistake takes no memory, and its error says what is allowed.
+
+use std::fs::File;
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+
+/// How large a file may be, and what it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limit {
+    /// What it is, for errors: `a mission`.
+    pub what: &'static str,
+    /// Most bytes of it.
+    pub bytes: u64,
+}
+
+const MIB: u64 = 1 << 20;
+
+/// A mission: 64 tasks with 8192 points take some 200 kB.
+pub const MISSION: Limit = Limit { what: "a mission", bytes: 4 * MIB };
+/// A robot: a page of text.
+pub const ROBOT: Limit = Limit { what: "a robot", bytes: MIB };
+/// A floor plan: 20,000 corners of walls take some 500 kB.
+pub const FLOOR_PLAN: Limit = Limit { what: "a floor plan", bytes: 4 * MIB };
+/// The YAML of a map: a few lines.
+pub const MAP: Limit = Limit { what: "a map's YAML", bytes: MIB };
+/// The picture of a map: PGM in text takes four bytes a pixel.
+pub const MAP_PICTURE: Limit = Limit { what: "a map's picture", bytes: 64 * MIB };
+/// A drawing, or what else a navigator is given: a photograph of 50 megapixels.
+pub const DRAWING: Limit = Limit { what: "a drawing", bytes: 64 * MIB };
+/// A table of places or rooms, for judging.
+pub const TABLE: Limit = Limit { what: "a table", bytes: 4 * MIB };
+
+impl Limit {
+    fn error(&self, found: impl std::fmt::Display) -> io::Error {
+        let words = format!("expected {} of at most {} bytes, found {found}", self.what, self.bytes);
+        io::Error::new(ErrorKind::FileTooLarge, words)
+    }
+}
+
+/// Reads the whole file.
+///
+/// # Errors
+/// As the system says; [`ErrorKind::FileTooLarge`] with the limit.
+pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let length = file.metadata()?.len();
+    if length > limit.bytes {
+        return Err(limit.error(length));
+    }
+    read_from(file, limit)
+}
+
+/// Reads the whole file as text.
+///
+/// # Errors
+/// As [`read`], and where it is not UTF-8.
+pub fn read_to_string(path: impl AsRef<Path>, limit: Limit) -> io::Result<String> {
+    let text = String::from_utf8(read(path, limit)?);
+    text.map_err(|_| io::Error::new(ErrorKind::InvalidData, "expected UTF-8, found other bytes"))
+}
+
+/// Reads all that a reader gives.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_from(reader: impl Read, limit: Limit) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    reader.take(limit.bytes + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit.bytes { Err(limit.error("more")) } else { Ok(bytes) }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::OpenOptionsExt;
+
+    use nix::sys::stat::Mode;
+    use nix::unistd::mkfifo;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const FEW: Limit = Limit { what: "a note", bytes: 10 };
+
+    /// A sparse file of 8 GB was read into memory before anybody asked how large it is.
+    #[test]
+    fn a_file_that_is_too_large_is_refused_before_it_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sparse");
+        File::create(&path).unwrap().set_len(8 << 30).unwrap();
+        let error = read(&path, DRAWING).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::FileTooLarge);
+        assert_eq!(error.to_string(), "expected a drawing of at most 67108864 bytes, found 8589934592");
+        let error = read_to_string(&path, MISSION).unwrap_err().to_string();
+        assert!(error.starts_with("expected a mission of at most 4194304 bytes"), "{error}");
+    }
+
+    /// A pipe tells no size; neither does a device.
+    #[test]
+    fn what_tells_no_size_is_read_as_far_as_the_limit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe");
+        mkfifo(&path, Mode::S_IRWXU).unwrap();
+        // Open at both ends: neither waits for the other.
+        let mut options = File::options();
+        let mut end = options.read(true).write(true).custom_flags(nix::libc::O_NONBLOCK).open(&path).unwrap();
+        std::io::Write::write_all(&mut end, b"more than ten bytes").unwrap();
+        assert_eq!(
+            read(&path, FEW).unwrap_err().to_string(),
+            "expected a note of at most 10 bytes, found more"
+        );
+        assert_eq!(read("/dev/zero", FEW).unwrap_err().kind(), ErrorKind::FileTooLarge);
+    }
+
+    #[test]
+    fn other_errors_are_the_systems() {
+        assert_eq!(read("/nowhere", FEW).unwrap_err().kind(), ErrorKind::NotFound);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bytes");
+        std::fs::write(&path, [0xff]).unwrap();
+        assert_eq!(read_to_string(&path, FEW).unwrap_err().to_string(), "expected UTF-8, found other bytes");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn as_much_as_the_limit_is_read_and_no_more(length in 0..30_usize) {
+            let bytes = vec![b'a'; length];
+            let read = read_from(bytes.as_slice(), FEW);
+            prop_assert_eq!(read.ok(), (length <= 10).then_some(bytes));
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! The bounds of the numbers that people write into robots, missions and floors.
+//!
+//! A number within its bound stays finite, and away from 0 where it must not be 0, also as `f32`: messages and physics
+//! hold many of them so. Numbers far from anything that drives indoors once made invalid messages, physics that
+//! panicked, and simulations that never came to the next instant.
+
+/// The least and the most that a number may be, both included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// The least.
+    pub least: f64,
+    /// The most.
+    pub most: f64,
+    /// The same with the unit, for errors: `0.01 to 10 m`.
+    pub words: &'static str,
+}
+
+impl Bound {
+    /// Whether `value` lies within; false for NaN.
+    pub fn holds(&self, value: f64) -> bool {
+        (self.least..=self.most).contains(&value)
+    }
+}
+
+/// A number for an error: short, however large or small it is.
+pub fn shown(value: f64) -> String {
+    let is_plain = value == 0.0 || !value.is_finite() || (1e-4..1e9).contains(&value.abs());
+    if is_plain { value.to_string() } else { format!("{value:e}") }
+}
+
+macro_rules! bounds {
+    ($($(#[doc = $doc:literal])+ $name:ident: $least:literal to $most:literal $unit:literal;)+) => {
+        $($(#[doc = $doc])+
+        pub const $name: Bound = Bound {
+            least: $least as f64,
+            most: $most as f64,
+            words: concat!($least, " to ", $most, $unit),
+        };)+
+
+        #[cfg(test)]
+        const ALL: &[Bound] = &[$($name),+];
+    };
+}
+
+bounds! {
+    /// A place of the true world, along each axis: farther out a millimetre is lost in single precision.
+    COORDINATE_M: -10000 to 10000 " m";
+    /// Radius of a robot.
+    ROBOT_RADIUS_M: 0.01 to 10 " m";
+    /// Mass of a robot.
+    MASS_KG: 0.01 to 10000 " kg";
+    /// Speed of a robot or a person.
+    SPEED_MPS: 0.001 to 30 " m/s";
+    /// Turn rate of a robot.
+    YAW_RATE_RADPS: 0.001 to 100 " rad/s";
+    /// Acceleration of a robot.
+    ACCELERATION_MPS2: 0.001 to 1000 " m/s²";
+    /// Angular acceleration of a robot.
+    YAW_ACCELERATION_RADPS2: 0.001 to 1000 " rad/s²";
+    /// Instants a second: physics has to reach the next one.
+    TICK_HZ: 0.1 to 1000 " Hz";
+    /// Readings of a sensor a second: the moment of each must be a number of physics steps.
+    RATE_HZ: 0.01 to 1000 " Hz";
+    /// Longest range of a sensor.
+    RANGE_MAX_M: 0.1 to 1000 " m";
+    /// Shortest range of a sensor.
+    RANGE_MIN_M: 0 to 1000 " m";
+    /// Standard deviation of a range: the constant part.
+    RANGE_NOISE_M: 0 to 10 " m";
+    /// A share, or a standard deviation as a share.
+    SHARE: 0 to 1 "";
+    /// Share of the beams that get lost: some are left.
+    DROPOUT: 0 to 0.99 "";
+    /// Field of view of a laser.
+    FIELD_OF_VIEW_DEG: 1 to 360 " degrees";
+    /// Opening angle of a sonar.
+    OPENING_DEG: 0.1 to 179 " degrees";
+    /// Where a sensor sits on a robot, along each axis.
+    MOUNT_M: -10 to 10 " m";
+    /// Radius of a ring of sonars.
+    RING_RADIUS_M: 0 to 10 " m";
+    /// A direction: what is beyond a turn is an error, and what is far beyond takes for ever to wind up.
+    ANGLE_DEG: -360 to 360 " degrees";
+    /// A coefficient of the velocity motion model.
+    MOTION_NOISE: 0 to 100 "";
+    /// Error of a robot's heading by odometry.
+    DRIFT_RADPM: 0 to 10 " rad/m";
+    /// Slips of a robot's wheels.
+    SLIPS_PER_M: 0 to 100 " a metre";
+    /// Time for a task.
+    TIME_LIMIT_S: 0.001 to 1000000 " s";
+    /// How long a person stays.
+    PAUSE_S: 0 to 1000000 " s";
+    /// Radius of the place that counts as there.
+    PLACE_RADIUS_M: 0.001 to 10000 " m";
+    /// Thickness of the walls: thinner ones have no inside in single precision.
+    WALL_THICKNESS_M: 0.001 to 10 " m";
+    /// Width of a door.
+    DOOR_WIDTH_M: 0.01 to 1000 " m";
+    /// Length, width or radius of a piece of furniture.
+    FURNITURE_SIZE_M: 0.001 to 1000 " m";
+    /// Radius of a person.
+    PERSON_RADIUS_M: 0.01 to 5 " m";
+    /// A place in a drawing, along each axis: a pen may slip off the sheet, but not out of the room.
+    COORDINATE_PX: -100000 to 100000 " px";
+}
+
+/// How much a sensor's longest range is above its shortest, at least, metres: they must differ in single precision.
+pub const LEAST_RANGE_SPAN_M: f64 = 0.01;
+/// How far a robot may drive within a second, radii: physics takes four steps for each, so that it meets every wall.
+pub const MOST_RADII_PER_S: f64 = 250.0;
+/// Corners of all walls of a floor: each pair is a solid.
+pub const MOST_WALL_CORNERS: usize = 20_000;
+/// Doors of a floor: each is compared with every wall.
+pub const MOST_DOORS: usize = 1000;
+/// Pieces of furniture in a world: where they overlap, physics looks at every pair.
+pub const MOST_FURNITURE: usize = 2000;
+/// People in a world.
+pub const MOST_PEOPLE: usize = 100;
+/// Corners of a polygon, or waypoints of a person.
+pub const MOST_CORNERS: usize = 1000;
+/// Pixels of a map's picture: 200 m by 200 m at 5 cm.
+pub const MOST_MAP_CELLS: u64 = 16_000_000;
+/// Solids that a map's picture is cut into: noise has one for every few pixels.
+pub const MOST_MAP_SOLIDS: usize = 100_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn no_bound_allows_what_is_no_number_and_the_words_name_both_ends() {
+        for bound in ALL {
+            for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
+                assert!(!bound.holds(value), "{bound:?} {value}");
+            }
+            assert!(bound.holds(bound.least) && bound.holds(bound.most) && bound.least < bound.most);
+            assert!(bound.words.starts_with(&format!("{} to {}", bound.least, bound.most)), "{bound:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_shown_in_few_characters() {
+        let shown = [1e300, 1e-30, 0.5, -3.0, f64::NAN, 0.0].map(shown);
+        assert_eq!(shown, ["1e300", "1e-30", "0.5", "-3", "NaN", "0"]);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// `range_min_m` once rounded to `range_max_m`, and a radius to 0.
+        #[test]
+        fn what_is_within_stays_within_in_single_precision(which in 0..ALL.len(), share in 0.0..=1.0_f64) {
+            let bound = ALL[which];
+            let value = (bound.least + share * (bound.most - bound.least)).clamp(bound.least, bound.most);
+            let single = value as f32;
+            prop_assert!(single >= bound.least as f32 && single <= bound.most as f32);
+            prop_assert!(single != 0.0 || bound.holds(0.0));
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! How many elements an SVG comes to where each reference counts as what it refers to, found before anything follows
+//! the references: ten lines of `<use>` can stand for a billion elements.
+//!
+//! Which rule of a style sheet is whose is found roughly, and rather too often than not at all.
+
+use std::collections::BTreeMap;
+
+use resvg::usvg::roxmltree::{Document, Node};
+
+use super::super::budget::{MOST_COMPARISONS, MOST_DEPTH, MOST_ELEMENTS};
+
+/// What there is too much of, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TooMuch {
+    /// What is allowed.
+    pub limit: String,
+    /// What was found.
+    pub found: String,
+}
+
+/// Checks the whole document.
+pub(crate) fn check(document: &Document) -> Result<(), TooMuch> {
+    let rules = Rule::all(document);
+    let count = document.descendants().filter(Node::is_element).count();
+    if rules.len() as f64 * count as f64 > MOST_COMPARISONS {
+        let limit = format!("{} million elements times rules of style sheets", MOST_COMPARISONS / 1e6);
+        return Err(TooMuch { limit, found: format!("{count} elements and {} rules", rules.len()) });
+    }
+    let mut ids = BTreeMap::new();
+    for node in document.descendants() {
+        if let Some(id) = node.attribute("id") {
+            ids.entry(id).or_insert(node);
+        }
+    }
+    let nodes = document.descendants().count();
+    let rules = rules.into_iter().filter(|rule| rule.body.contains("url(")).collect();
+    let mut count = Count { ids, rules, counts: vec![None; nodes + 1] };
+    count.of(document.root_element(), 0).map(drop)
+}
+
+/// The name of an element for errors.
+fn name(node: Node) -> String {
+    let tag = node.tag_name().name();
+    node.attribute("id").map_or_else(|| format!("<{tag}>"), |id| format!("<{tag} id={id:?}>"))
+}
+
+struct Count<'a, 'input> {
+    ids: BTreeMap<&'a str, Node<'a, 'input>>,
+    rules: Vec<Rule<'a>>,
+    /// By node: what it comes to; 0 while that is being found, for a reference to an element around itself is ignored.
+    counts: Vec<Option<f64>>,
+}
+
+impl<'a, 'input> Count<'a, 'input> {
+    fn of(&mut self, node: Node<'a, 'input>, depth: usize) -> Result<f64, TooMuch> {
+        let at = node.id().get_usize();
+        if let Some(known) = self.counts.get(at).copied().flatten() {
+            return Ok(known);
+        }
+        if depth > MOST_DEPTH {
+            let limit = format!("{MOST_DEPTH} elements of SVG inside each other, references included");
+            return Err(TooMuch { limit, found: format!("more around {}", name(node)) });
+        }
+        self.counts[at] = Some(0.0);
+        let mut sum = 1.0;
+        for child in node.children().filter(Node::is_element) {
+            sum += self.of(child, depth + 1)?;
+        }
+        for (target, times) in self.references(node) {
+            sum += times * self.of(target, depth + 1)?;
+        }
+        if sum > MOST_ELEMENTS {
+            let limit =
+                format!("{MOST_ELEMENTS} elements of SVG, each reference counted as what it refers to");
+            return Err(TooMuch { limit, found: format!("more in {}", name(node)) });
+        }
+        self.counts[at] = Some(sum);
+        Ok(sum)
+    }
+
+    /// Which elements this one refers to, and how often each is drawn for it.
+    fn references(&self, node: Node<'a, 'input>) -> Vec<(Node<'a, 'input>, f64)> {
+        let attributes = node.attributes().flat_map(|attribute| {
+            let link =
+                (attribute.name() == "href").then(|| attribute.value().trim().strip_prefix('#')).flatten();
+            urls(attribute.value()).chain(link)
+        });
+        let of_rules = self.rules.iter().filter(|rule| rule.holds(node)).flat_map(|rule| urls(rule.body));
+        let targets = attributes.chain(of_rules).filter_map(|id| self.ids.get(id).copied());
+        let targets = targets.map(|target| {
+            let is_marker = target.tag_name().name() == "marker";
+            (target, if is_marker { places(node) } else { 1.0 })
+        });
+        targets.collect()
+    }
+}
+
+/// At how many places of a shape a marker may stand, at most.
+fn places(node: Node) -> f64 {
+    let shape =
+        ["d", "points"].into_iter().filter_map(|key| node.attribute(key)).map(str::len).sum::<usize>();
+    // Markers are inherited: a group's are drawn for the shapes inside.
+    let inside =
+        || node.descendants().skip(1).filter_map(|inner| inner.attribute("d").or(inner.attribute("points")));
+    let all = if node.has_children() { inside().map(str::len).sum::<usize>() } else { shape };
+    3.0 + all as f64 / 2.0
+}
+
+/// The ids in `url(#id)`.
+fn urls(text: &str) -> impl Iterator<Item = &str> {
+    text.split("url(").skip(1).filter_map(|after| {
+        let inside = after.split(')').next()?.trim().trim_matches(['"', '\'']);
+        inside.strip_prefix('#')
+    })
+}
+
+/// A rule of a style sheet.
+struct Rule<'a> {
+    /// The last part of each of its selectors.
+    selectors: Vec<&'a str>,
+    body: &'a str,
+}
+
+impl<'a> Rule<'a> {
+    fn all(document: &'a Document) -> Vec<Self> {
+        let sheets = document.descendants().filter(|node| node.tag_name().name() == "style");
+        let texts = sheets.flat_map(|sheet| sheet.children().filter_map(|child| child.text()));
+        texts.flat_map(|text| text.split('}').filter_map(Self::of)).collect()
+    }
+
+    fn of(text: &'a str) -> Option<Self> {
+        let (selectors, body) = text.rsplit_once('{')?;
+        let last =
+            |selector: &'a str| selector.split([' ', '\t', '\n', '\r', '>', '+', '~', '/']).next_back();
+        Some(Self { selectors: selectors.split(',').map(str::trim_end).filter_map(last).collect(), body })
+    }
+
+    fn holds(&self, node: Node) -> bool {
+        self.selectors.iter().any(|selector| holds(selector, node))
+    }
+}
+
+/// Whether the tag, the classes and the id of a selector are the element's.
+fn holds(selector: &str, node: Node) -> bool {
+    let end = selector.find(['[', ':']).unwrap_or(selector.len());
+    let plain = &selector[..end];
+    let starts: Vec<_> = plain.match_indices(['.', '#']).map(|(at, _)| at).chain([plain.len()]).collect();
+    let tag = &plain[..starts[0]];
+    let is_tag = tag.is_empty() || tag == "*" || tag == node.tag_name().name();
+    is_tag
+        && starts.windows(2).all(|ends| {
+            let (kind, word) = plain[ends[0]..ends[1]].split_at(1);
+            match kind {
+                "#" => node.attribute("id") == Some(word),
+                _ => node.attribute("class").is_some_and(|all| all.split_whitespace().any(|one| one == word)),
+            }
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn checked(inside: &str) -> Result<(), TooMuch> {
+        let text = format!("<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'>{inside}</svg>");
+        check(&Document::parse(&text).unwrap())
+    }
+
+    fn found(inside: &str) -> String {
+        checked(inside).unwrap_err().found
+    }
+
+    /// Each of the levels stands for ten of the one before it.
+    fn tenfold(
+        levels: usize,
+        element: impl Fn(usize, &str) -> String,
+        one: impl Fn(usize) -> String,
+    ) -> String {
+        let level = |level: usize| element(level, &one(level.wrapping_sub(1)).repeat(10));
+        (1..=levels).map(level).collect()
+    }
+
+    #[test]
+    fn references_count_as_what_they_refer_to_however_they_are_written() {
+        let uses =
+            tenfold(9, |i, inside| format!("<g id='g{i}'>{inside}</g>"), |i| format!("<use href='#g{i}'/>"));
+        assert_eq!(found(&uses), "more in <g id=\"g6\">");
+        let masks = |attribute: &dyn Fn(usize) -> String| {
+            tenfold(
+                9,
+                |i, inside| format!("<mask id='m{i}'>{inside}</mask>"),
+                |i| format!("<rect {}/>", attribute(i)),
+            )
+        };
+        assert_eq!(found(&masks(&|i| format!("mask='url(#m{i})'"))), "more in <mask id=\"m6\">");
+        assert_eq!(found(&masks(&|i| format!("style='mask: url(\"#m{i}\")'"))), "more in <mask id=\"m6\">");
+        let sheet: String =
+            (0..9).map(|i| format!("a, svg > rect.c{i}:first-child {{ mask: url(#m{i}) }}\n")).collect();
+        let by_class = masks(&|i| format!("class='x c{i}'"));
+        assert!(checked(&by_class).is_ok());
+        assert_eq!(found(&format!("<style>{sheet}</style>{by_class}")), "more in <mask id=\"m6\">");
+    }
+
+    #[test]
+    fn markers_count_for_every_corner() {
+        let marker = format!("<marker id='m'>{}</marker>", "<rect/>".repeat(1000));
+        let path =
+            |corners| format!("{marker}<path marker-mid='url(#m)' d='M0 0{}'/>", " 1 1".repeat(corners));
+        assert!(checked(&path(50)).is_ok());
+        assert_eq!(found(&path(1000)), "more in <path>");
+    }
+
+    #[test]
+    fn a_reference_to_what_is_around_it_ends() {
+        assert!(
+            checked("<g id='a'><use href='#a'/><use href='#b'/></g><g id='b'><use href='#a'/></g>").is_ok()
+        );
+    }
+
+    #[test]
+    fn elements_are_few_deep_and_compared_with_few_rules() {
+        let deep = format!("{}{}", "<g>".repeat(101), "</g>".repeat(101));
+        assert_eq!(found(&deep), "more around <g>");
+        assert!(checked(&"<path d='M0 0'/>".repeat(50_000)).is_ok());
+        assert_eq!(found(&"<path/>".repeat(200_001)), "more in <svg>");
+        let rules = format!("<style>{}</style>{}", ".a{fill:red}".repeat(5000), "<path/>".repeat(5000));
+        assert_eq!(found(&rules), "5002 elements and 5000 rules");
+    }
+}

@@ -1,0 +1,272 @@
+//! How much work it is to render an SVG, counted on its tree in the order in which resvg goes through it. What a
+//! mask, a pattern or a filter costs depends on the pixels that it covers where it is used.
+
+use resvg::tiny_skia::{PathSegment, Point, Rect, Transform};
+use resvg::usvg::{ClipPath, Group, Mask, Node, Paint, Path, Pattern, filter};
+
+use super::super::budget::{MOST_ELEMENTS, MOST_HELD_PX, MOST_NESTED, Outline, Steps, steps_words};
+use super::references::TooMuch;
+
+/// Steps for a pixel that is painted in one colour, in a gradient, by a pattern.
+const PLAIN: f64 = 1.0;
+const GRADIENT: f64 = 8.0;
+const PATTERN: f64 = 30.0;
+/// Steps for a pixel of a page of its own: it is made, painted, and laid over the other one.
+const LAYER: f64 = 35.0;
+/// Steps for a pixel that a simple part of a filter computes; one that looks at many neighbours takes more.
+const FILTER: f64 = 30.0;
+/// resvg's largest page of its own: five canvases long and wide.
+const WIDEST: f64 = 5.0;
+/// A curve is painted as so many lines, at most.
+const LINES_OF_CURVE: f64 = 8.0;
+
+/// Counts what rendering `root` on a page of `width` x `height` takes.
+pub(crate) fn check(root: &Group, transform: Transform, width: u32, height: u32) -> Result<(), TooMuch> {
+    let page = [f64::from(width), f64::from(height)];
+    let mut work = Work { steps: Steps::default(), elements: 0.0, canvas: page };
+    work.nodes(root, Place { transform, page, held_px: page[0] * page[1], nested: 0 })
+}
+
+struct Work {
+    steps: Steps,
+    elements: f64,
+    canvas: [f64; 2],
+}
+
+/// Where something is painted.
+#[derive(Clone, Copy)]
+struct Place {
+    transform: Transform,
+    /// Width and height of the page.
+    page: [f64; 2],
+    /// Pixels of all pages that are held.
+    held_px: f64,
+    /// Masks, patterns and clip paths around it.
+    nested: usize,
+}
+
+impl Place {
+    /// Sketch pixels for a unit, the longer of the axes.
+    fn scale(&self) -> f64 {
+        let Transform { sx, kx, ky, sy, .. } = self.transform;
+        f64::from(sx.hypot(ky)).max(f64::from(kx.hypot(sy)))
+    }
+
+    fn under(&self, transform: Transform) -> Self {
+        Self { transform: self.transform.pre_concat(transform), ..*self }
+    }
+
+    /// Inside another mask, pattern or clip path, which is called `name`.
+    fn inside(&self, name: &str) -> Result<Self, TooMuch> {
+        if self.nested == MOST_NESTED {
+            let limit = format!("{MOST_NESTED} masks, patterns and clip paths of SVG inside each other");
+            return Err(TooMuch { limit, found: format!("another one, {name}") });
+        }
+        Ok(Self { nested: self.nested + 1, ..*self })
+    }
+
+    /// With one more page.
+    fn with_page(&self, page: [f64; 2], pages: f64, name: &str) -> Result<Self, TooMuch> {
+        let held_px = self.held_px + pages * page[0] * page[1];
+        if held_px <= MOST_HELD_PX {
+            return Ok(Self { page, held_px, ..*self });
+        }
+        let limit = format!("{} million pixels of SVG held at the same time", MOST_HELD_PX / 1e6);
+        Err(TooMuch { limit, found: format!("{:.0} million at {name}", held_px / 1e6) })
+    }
+
+    /// The size of a box on the page; of one that is none, the page's.
+    fn size(&self, area: Rect, most: [f64; 2]) -> [f64; 2] {
+        let area = area.transform(self.transform);
+        area.map_or(most, |area| {
+            [f64::from(area.width()).min(most[0]), f64::from(area.height()).min(most[1])]
+        })
+    }
+}
+
+impl Work {
+    fn take(&mut self, steps: f64, name: impl FnOnce() -> String) -> Result<(), TooMuch> {
+        if self.steps.take(steps) {
+            return Ok(());
+        }
+        Err(TooMuch { limit: steps_words(), found: format!("more from {} on", name()) })
+    }
+
+    fn nodes(&mut self, group: &Group, place: Place) -> Result<(), TooMuch> {
+        group.children().iter().try_for_each(|node| self.node(node, place))
+    }
+
+    fn node(&mut self, node: &Node, place: Place) -> Result<(), TooMuch> {
+        self.elements += 1.0;
+        if self.elements > MOST_ELEMENTS {
+            let limit = format!("{MOST_ELEMENTS} elements of SVG to be painted");
+            return Err(TooMuch { limit, found: format!("more from {} on", named("element", node.id())) });
+        }
+        match node {
+            Node::Group(group) => self.group(group, place),
+            Node::Path(path) => self.path(path, place),
+            Node::Text(text) => self.group(text.flattened(), place),
+            // None is opened.
+            Node::Image(_) => Ok(()),
+        }
+    }
+
+    fn group(&mut self, group: &Group, place: Place) -> Result<(), TooMuch> {
+        let place = place.under(group.transform());
+        if !group.should_isolate() {
+            return self.nodes(group, place);
+        }
+        let name = || named("group", group.id());
+        let most = self.canvas.map(|side| WIDEST * side);
+        let size = place.size(group.layer_bounding_box().to_rect(), most);
+        let page = size.map(|side| side.ceil() + 4.0);
+        let place = place.with_page(page, 1.0, &name())?;
+        self.take(LAYER * page[0] * page[1], name)?;
+        self.nodes(group, place)?;
+        group.filters().iter().try_for_each(|filter| self.filter(filter, place))?;
+        group.clip_path().map_or(Ok(()), |clip| self.clip(clip, place))?;
+        group.mask().map_or(Ok(()), |mask| self.mask(mask, place))
+    }
+
+    fn mask(&mut self, mask: &Mask, place: Place) -> Result<(), TooMuch> {
+        let name = named("mask", mask.id());
+        // The mask itself, its region, and what becomes of both.
+        let place = place.inside(&name)?.with_page(place.page, 1.5, &name)?;
+        self.take(LAYER * place.page[0] * place.page[1], || name)?;
+        self.nodes(mask.root(), place)?;
+        mask.mask().map_or(Ok(()), |mask| self.mask(mask, place))
+    }
+
+    fn clip(&mut self, clip: &ClipPath, place: Place) -> Result<(), TooMuch> {
+        let name = named("clip path", clip.id());
+        let place = place.inside(&name)?.with_page(place.page, 1.25, &name)?;
+        self.take(LAYER * place.page[0] * place.page[1], || name)?;
+        self.clipped(clip.root(), place.under(clip.transform()))?;
+        clip.clip_path().map_or(Ok(()), |clip| self.clip(clip, place))
+    }
+
+    /// What a clip path shows: its groups have no pages but for clip paths of their own.
+    fn clipped(&mut self, group: &Group, place: Place) -> Result<(), TooMuch> {
+        for node in group.children() {
+            match node {
+                Node::Group(inner) => {
+                    let place = place.under(inner.transform());
+                    self.clipped(inner, place)?;
+                    inner.clip_path().map_or(Ok(()), |clip| self.clip(clip, place))?;
+                }
+                other => self.node(other, place)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn path(&mut self, path: &Path, place: Place) -> Result<(), TooMuch> {
+        let name = || named("path", path.id());
+        let outline = outline(path, &place);
+        if let Some(fill) = path.fill() {
+            let [width, height] = place.size(path.bounding_box(), place.page);
+            let pixels = self.paint(fill.paint(), place)? * width * height;
+            self.take(outline.fill_steps() + pixels, name)?;
+        }
+        let Some(stroke) = path.stroke() else { return Ok(()) };
+        let width_px = f64::from(stroke.width().get()) * place.scale();
+        let outline = stroke.dasharray().map_or(outline, |dashes| dashed(outline, dashes, place.scale()));
+        let [width, height] = place.size(path.stroke_bounding_box(), place.page);
+        let inked = (outline.length_px + (outline.corners + 1.0) * width_px) * width_px;
+        let pixels = self.paint(stroke.paint(), place)? * inked.min(width * height);
+        self.take(outline.stroke_steps(width_px) + pixels, name)
+    }
+
+    /// Steps for a pixel that is painted so.
+    fn paint(&mut self, paint: &Paint, place: Place) -> Result<f64, TooMuch> {
+        match paint {
+            Paint::Color(_) => Ok(PLAIN),
+            Paint::LinearGradient(_) | Paint::RadialGradient(_) => Ok(GRADIENT),
+            Paint::Pattern(pattern) => self.pattern(pattern, place).map(|()| PATTERN),
+        }
+    }
+
+    fn pattern(&mut self, pattern: &Pattern, place: Place) -> Result<(), TooMuch> {
+        let name = named("pattern", pattern.id());
+        let (sx, sy) = place.transform.pre_concat(pattern.transform()).get_scale();
+        let rect = pattern.rect();
+        let page = [f64::from(rect.width() * sx), f64::from(rect.height() * sy)];
+        let inside = place.inside(&name)?.with_page(page, 1.0, &name)?;
+        self.take(LAYER * page[0] * page[1], || name)?;
+        self.nodes(pattern.root(), Place { transform: Transform::from_scale(sx, sy), ..inside })
+    }
+
+    fn filter(&mut self, filter: &filter::Filter, place: Place) -> Result<(), TooMuch> {
+        let (pixels, scale) = (place.page[0] * place.page[1], place.scale());
+        let mut place = place;
+        for primitive in filter.primitives() {
+            let (kind, weight) = weight(primitive.kind(), scale, place.page);
+            let name = format!("{}, {kind}", named("filter", filter.id()));
+            // What it computes is held until the filter is done.
+            place = place.with_page(place.page, 1.0, &name)?;
+            self.take(FILTER * weight * pixels, || name.clone())?;
+            if let filter::Kind::Image(image) = primitive.kind() {
+                self.nodes(image.root(), place.inside(&name)?)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The name of a filter's part, and how many times as much as a simple one it takes for a pixel.
+fn weight(kind: &filter::Kind, scale: f64, page: [f64; 2]) -> (&'static str, f64) {
+    match kind {
+        filter::Kind::Turbulence(turbulence) => ("feTurbulence", 4.0 * f64::from(turbulence.num_octaves())),
+        filter::Kind::Morphology(morphology) => {
+            let radii = [morphology.radius_x(), morphology.radius_y()].map(|radius| f64::from(radius.get()));
+            let reach = |axis: usize| (2.0 * radii[axis] * scale + 1.0).min(page[axis]);
+            ("feMorphology", 1.0 + reach(0) * reach(1) / 8.0)
+        }
+        filter::Kind::ConvolveMatrix(convolve) => {
+            let cells = f64::from(convolve.matrix().columns()) * f64::from(convolve.matrix().rows());
+            ("feConvolveMatrix", 1.0 + cells / 4.0)
+        }
+        filter::Kind::DiffuseLighting(_) => ("feDiffuseLighting", 9.0),
+        filter::Kind::SpecularLighting(_) => ("feSpecularLighting", 9.0),
+        filter::Kind::GaussianBlur(_) => ("feGaussianBlur", 4.0),
+        filter::Kind::DropShadow(_) => ("feDropShadow", 5.0),
+        filter::Kind::Image(_) => ("feImage", 2.0),
+        _ => ("a simple part", 1.0),
+    }
+}
+
+fn named(what: &str, id: &str) -> String {
+    if id.is_empty() { format!("a {what} without id") } else { format!("{what} {id:?}") }
+}
+
+/// A path as it is painted: no line of it is longer than the page.
+fn outline(path: &Path, place: &Place) -> Outline {
+    let (scale, most) = (place.scale(), place.page[0] + place.page[1]);
+    let mut outline = Outline { page_height_px: place.page[1], ..Outline::default() };
+    let (mut last, mut begin) = (Point::zero(), Point::zero());
+    let mut add = |points: &[Point], corners: f64, last: &mut Point| {
+        for point in points {
+            let length = f64::from(last.distance(*point)) * scale;
+            outline.length_px += if length.is_finite() { length.min(most) } else { most };
+            *last = *point;
+        }
+        outline.corners += corners;
+    };
+    for segment in path.data().segments() {
+        match segment {
+            PathSegment::MoveTo(to) => (last, begin) = (to, to),
+            PathSegment::LineTo(to) => add(&[to], 1.0, &mut last),
+            PathSegment::QuadTo(a, to) => add(&[a, to], LINES_OF_CURVE, &mut last),
+            PathSegment::CubicTo(a, b, to) => add(&[a, b, to], LINES_OF_CURVE, &mut last),
+            PathSegment::Close => add(&[begin], 1.0, &mut last),
+        }
+    }
+    outline
+}
+
+/// The same in dashes; the renderer leaves a line whole that has more than a million.
+fn dashed(outline: Outline, dashes: &[f32], scale: f64) -> Outline {
+    let round_px = dashes.iter().map(|dash| f64::from(*dash)).sum::<f64>() * scale;
+    let count = outline.length_px / round_px.max(1e-9) * dashes.len() as f64;
+    Outline { corners: outline.corners + 2.0 * count.min(1e6), ..outline }
+}

@@ -22,7 +22,11 @@ fn main() -> Result<(), Error> {
             let distance = distances.relate(None, &scene).and_then(|rank| distances.label(rank));
             let (from_s, to_s) = (timed.from_s, timed.to_s);
             let distance = distance.unwrap_or_default();
-            println!("{from_s:.1}..{to_s:.1} s {:<8} {:?}, {distance}", timed.relation.to_string(), timed.change);
+            println!(
+                "{from_s:.1}..{to_s:.1} s {:<8} {:?}, {distance}",
+                timed.relation.to_string(),
+                timed.change
+            );
         }
     }
     let samples = (0..70).map(|i| Ok((f64::from(i) * 0.1, Some(scene(f64::from(i) * 0.1)?))));

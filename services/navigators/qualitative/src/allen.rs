@@ -140,7 +140,8 @@ const fn compare(a: usize, b: usize) -> Ordering {
 }
 
 const fn between(a: [usize; 2], b: [usize; 2]) -> usize {
-    Allen::from_ends([compare(a[0], b[0]), compare(a[1], b[1]), compare(a[1], b[0]), compare(a[0], b[1])]) as usize
+    Allen::from_ends([compare(a[0], b[0]), compare(a[1], b[1]), compare(a[1], b[0]), compare(a[0], b[1])])
+        as usize
 }
 
 const fn composition() -> [[u16; COUNT]; COUNT] {

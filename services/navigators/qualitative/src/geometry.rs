@@ -197,7 +197,8 @@ impl Rect {
     /// # Errors
     /// [`Error::Coordinate`], and [`Error::Extent`] where `high` is not above `low` in both coordinates.
     pub fn new(low: [f64; 2], high: [f64; 2]) -> Result<Self, Error> {
-        let [x, y] = [Interval::named("width", low[0], high[0])?, Interval::named("height", low[1], high[1])?];
+        let [x, y] =
+            [Interval::named("width", low[0], high[0])?, Interval::named("height", low[1], high[1])?];
         Ok(Self { x, y })
     }
 
@@ -229,5 +230,9 @@ impl Rect {
 /// `Ok` with a tolerance or threshold: finite and not below 0.
 pub(crate) fn not_negative(what: &'static str, found: f64) -> Result<f64, Error> {
     let is_valid = (0.0..=MAX_COORDINATE).contains(&found);
-    if is_valid { Ok(found) } else { Err(Error::Parameter { what, expected: "a finite number from 0", found }) }
+    if is_valid {
+        Ok(found)
+    } else {
+        Err(Error::Parameter { what, expected: "a finite number from 0", found })
+    }
 }

@@ -68,7 +68,10 @@ impl Projections {
     /// # Errors
     /// [`Error::Parameter`] where either is not a finite number from 0.
     pub fn new(angle_rad: f64, distance: f64) -> Result<Self, Error> {
-        Ok(Self { angle_rad: not_negative("angle_rad", angle_rad)?, distance: not_negative("distance", distance)? })
+        Ok(Self {
+            angle_rad: not_negative("angle_rad", angle_rad)?,
+            distance: not_negative("distance", distance)?,
+        })
     }
 }
 
@@ -116,13 +119,14 @@ impl Qrpc {
         let j_left = beside(-i_to.cross(away));
         let side = Sign::of(-i_left, 0.0);
         if turn.abs() <= angle_rad.sin() {
+            let side = if j_left == 0.0 { Zero } else { side };
             return Self::uncrossed(i_to.dot(j_to) > 0.0, side, Sign::of(away.dot(j_to), distance));
         }
         let turn_sign = Sign::of(turn, 0.0);
         let i_ahead = product(Sign::of(i_left, 0.0), turn_sign);
         let j_ahead = product(Sign::of(-j_left, 0.0), turn_sign);
         let ahead = sum(i_ahead, j_ahead);
-        let ahead = ahead.unwrap_or_else(|| product(Sign::of(i_left - j_left, distance), turn_sign));
+        let ahead = ahead.unwrap_or_else(|| Sign::of((i_left - j_left) / turn, distance));
         Self { disposition: Disposition::Crossed, side, i_ahead, j_ahead, ahead }
     }
 
@@ -245,7 +249,8 @@ impl Relation for Qrpc {
         self != instant
             && match (self.disposition, instant.disposition) {
                 (Crossed, Crossed) => {
-                    let crossing = reaches(self.i_ahead, instant.i_ahead) && reaches(self.j_ahead, instant.j_ahead);
+                    let crossing =
+                        reaches(self.i_ahead, instant.i_ahead) && reaches(self.j_ahead, instant.j_ahead);
                     is_beside && crossing && keeps_order
                 }
                 // C goes to infinity: in front of both or behind both, or in front of one and behind the other.
@@ -254,7 +259,9 @@ impl Relation for Qrpc {
                 (Crossed, LineSame) => self.comes_in_line(instant.ahead),
                 (Crossed, LineOpposite) => keeps_order,
                 (ParallelSame | LineSame, ParallelSame | LineSame)
-                | (ParallelOpposite | LineOpposite, ParallelOpposite | LineOpposite) => is_beside && keeps_order,
+                | (ParallelOpposite | LineOpposite, ParallelOpposite | LineOpposite) => {
+                    is_beside && keeps_order
+                }
                 _ => false,
             }
     }

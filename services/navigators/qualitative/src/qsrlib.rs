@@ -177,7 +177,11 @@ pub fn request(which: Which, world: &World, parameters: &Parameters) -> Result<V
         let names: Vec<_> = objects.iter().map(|at| world.names[*at].as_str()).collect();
         let between = names.join(",");
         let relations = relations(which, world, &objects, parameters)?;
-        answers.extend(relations.into_iter().map(|(at, relation)| Answer { at, between: between.clone(), relation }));
+        answers.extend(relations.into_iter().map(|(at, relation)| Answer {
+            at,
+            between: between.clone(),
+            relation,
+        }));
     }
     Ok(answers)
 }
@@ -216,15 +220,18 @@ fn relations(
     parameters: &Parameters,
 ) -> Result<Vec<(At, String)>, Error> {
     let q = parameters.quantisation_factor;
-    let scene = |states: &[ObjectState]| -> Vec<ObjectState> { objects.iter().map(|at| states[*at]).collect() };
+    let scene =
+        |states: &[ObjectState]| -> Vec<ObjectState> { objects.iter().map(|at| states[*at]).collect() };
     let of_time = |relate: &dyn Fn(&[ObjectState]) -> String| {
         let states = world.states.iter();
         states.map(|(time, states)| (At::Time(*time), relate(&scene(states)))).collect::<Vec<_>>()
     };
-    let of_boxes =
-        |relate: &dyn Fn(Box2, Box2) -> String| of_time(&|scene| relate(scene[0].bounds(), scene[1].bounds()));
-    let of_points =
-        |relate: &dyn Fn(Point, Point) -> String| of_time(&|scene| relate(scene[0].position, scene[1].position));
+    let of_boxes = |relate: &dyn Fn(Box2, Box2) -> String| {
+        of_time(&|scene| relate(scene[0].bounds(), scene[1].bounds()))
+    };
+    let of_points = |relate: &dyn Fn(Point, Point) -> String| {
+        of_time(&|scene| relate(scene[0].position, scene[1].position))
+    };
     Ok(match which {
         Which::Argd => {
             let scale = parameters.scale.as_ref();
@@ -240,7 +247,9 @@ fn relations(
         Which::Rcc4 => of_boxes(&|a, b| crate::rcc::Rcc4::from(rcc8(a, b, q)).to_string()),
         Which::Rcc5 => of_boxes(&|a, b| crate::rcc::Rcc5::from(rcc8(a, b, q)).to_string()),
         Which::Rcc8 => of_boxes(&|a, b| rcc8(a, b, q).to_string()),
-        Which::Tpcc => of_time(&|scene| tpcc(scene[0].position, scene[1].position, scene[2].position).to_string()),
+        Which::Tpcc => {
+            of_time(&|scene| tpcc(scene[0].position, scene[1].position, scene[2].position).to_string())
+        }
         Which::Mos => {
             let moved = |before: &[ObjectState], now: &[ObjectState]| {
                 Motion::of(before[objects[0]].position, now[objects[0]].position, q).to_string()
@@ -263,7 +272,8 @@ fn relations(
 /// [`QtcBc::Near`].
 pub fn qtc(which: Which, points: &[[Point; 2]], parameters: &Parameters) -> Vec<QtcBc> {
     let steps = points.windows(2).map(|step| {
-        let relation = qtc_c([step[0][0], step[1][0]], [step[0][1], step[1][1]], parameters.quantisation_factor);
+        let relation =
+            qtc_c([step[0][0], step[1][0]], [step[0][1], step[1][1]], parameters.quantisation_factor);
         let is_near = match which {
             Which::Qtccs => true,
             Which::Qtcbs => false,
@@ -363,7 +373,9 @@ fn allen(a: [f64; 2], b: [f64; 2]) -> Allen {
             None
         }
     };
-    first([a0, a1], [b0, b1]).or_else(|| first([b0, b1], [a0, a1]).map(Allen::converse)).unwrap_or(Allen::Equal)
+    first([a0, a1], [b0, b1])
+        .or_else(|| first([b0, b1], [a0, a1]).map(Allen::converse))
+        .unwrap_or(Allen::Equal)
 }
 
 /// QSRlib's direction between the centres of bounding boxes.

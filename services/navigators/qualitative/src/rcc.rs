@@ -103,7 +103,9 @@ impl Rcc8 {
 
 impl From<Rectangular> for Rcc8 {
     fn from(relation: Rectangular) -> Self {
-        use Allen::{After, Before, Contains, During, Equal, FinishedBy, Finishes, MetBy, Meets, StartedBy, Starts};
+        use Allen::{
+            After, Before, Contains, During, Equal, FinishedBy, Finishes, Meets, MetBy, StartedBy, Starts,
+        };
         match (relation.x, relation.y) {
             (Before | After, _) | (_, Before | After) => Self::Dc,
             (Meets | MetBy, _) | (_, Meets | MetBy) => Self::Ec,
@@ -111,7 +113,9 @@ impl From<Rectangular> for Rcc8 {
             (During, During) => Self::Ntpp,
             (Contains, Contains) => Self::Ntppi,
             (Equal | Starts | During | Finishes, Equal | Starts | During | Finishes) => Self::Tpp,
-            (Equal | StartedBy | Contains | FinishedBy, Equal | StartedBy | Contains | FinishedBy) => Self::Tppi,
+            (Equal | StartedBy | Contains | FinishedBy, Equal | StartedBy | Contains | FinishedBy) => {
+                Self::Tppi
+            }
             _ => Self::Po,
         }
     }

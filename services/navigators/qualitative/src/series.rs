@@ -169,7 +169,8 @@ impl<C: Calculus> Stream<C> {
     fn follow(&mut self, relation: C::Relation, from_s: f64, to_s: f64) -> Step<C::Relation> {
         let last = self.state.last;
         let is_same = last.is_some_and(|(last, _)| last == relation);
-        self.state.last = Some((relation, if is_same { last.map_or(from_s, |(_, since_s)| since_s) } else { from_s }));
+        self.state.last =
+            Some((relation, if is_same { last.map_or(from_s, |(_, since_s)| since_s) } else { from_s }));
         if is_same && self.options.collapse {
             return Step::NOTHING;
         }

@@ -46,7 +46,8 @@ fn a_stream_allocates_nothing() {
     allocates_nothing(Directions, points);
     allocates_nothing(Scale::new([("near", 2.0), ("far", 5.0)], Bound::Upper).unwrap(), points);
     allocates_nothing(Configurations::default(), |i| [point(i, 1), point(i, 2), point(i, 3)]);
-    let rects = |i| [Rect::around(point(i, 1), 3.0, 2.0).unwrap(), Rect::around(point(i, 2), 2.0, 2.0).unwrap()];
+    let rects =
+        |i| [Rect::around(point(i, 1), 3.0, 2.0).unwrap(), Rect::around(point(i, 2), 2.0, 2.0).unwrap()];
     allocates_nothing(Regions::<Rcc8>::default(), rects);
     allocates_nothing(Rectangles::default(), rects);
     let oriented = |i: u32, salt| Oriented::new(point(i, salt), f64::from(i % 16)).unwrap();

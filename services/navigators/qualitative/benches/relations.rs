@@ -1,10 +1,12 @@
 //! How many relations a second. The yardstick, in the same run: the distances of the same stream, which any of this
 //! takes at least.
 
+use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use sketchnav_qualitative::cardinal::Directions;
+use sketchnav_qualitative::hof::{Pair, Polygon};
 use sketchnav_qualitative::qtc::{Basic, DoubleCross, Switching};
 use sketchnav_qualitative::rcc::{Rcc8, Regions};
 use sketchnav_qualitative::tpcc::Configurations;
@@ -57,5 +59,29 @@ fn relations(criterion: &mut Criterion) {
     run(criterion, "RCC8", Regions::<Rcc8>::default(), rects);
 }
 
-criterion_group!(benches, relations);
+/// The histogram of 180 directions of two polygons with 12 and 8 corners. The yardstick: the distances of all pairs of
+/// points of two rasters of 32 × 32, what a sum over points takes at least.
+fn forces(criterion: &mut Criterion) {
+    let ring = |x: f64, corners: u32| {
+        let corners = (0..corners).map(|i| f64::from(i) / f64::from(corners) * TAU);
+        let corners = corners.map(|angle| Point::new(x + angle.cos(), angle.sin()).expect("finite"));
+        Polygon::new(corners).expect("an area")
+    };
+    let (a, b) = (ring(4.0, 12), ring(0.0, 8));
+    let pair = Pair::new(&a, &b);
+    let mut group = criterion.benchmark_group("forces");
+    group.throughput(Throughput::Elements(180));
+    for r in [0.0, 2.0] {
+        group.bench_function(format!("F_{r}"), |bencher| bencher.iter(|| pair.histogram(black_box(r), 180)));
+    }
+    let raster = |x: f64| (0..1024).map(move |i| [x + f64::from(i % 32) / 16.0, f64::from(i / 32) / 16.0]);
+    let raster = |x: f64| raster(x).map(|at| Point::try_from(at).expect("finite")).collect::<Vec<_>>();
+    let (p, q) = (raster(4.0), raster(0.0));
+    group.bench_function("yardstick: distances of two rasters", |bencher| {
+        bencher.iter(|| p.iter().flat_map(|p| q.iter().map(|q| black_box(p.distance(*q)))).sum::<f64>());
+    });
+    group.finish();
+}
+
+criterion_group!(benches, relations, forces);
 criterion_main!(benches);

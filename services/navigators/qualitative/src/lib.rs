@@ -7,6 +7,7 @@ pub mod calculus;
 pub mod cardinal;
 pub mod error;
 pub mod geometry;
+pub mod hof;
 pub mod mos;
 pub mod order;
 pub mod qrpc;

@@ -16,7 +16,7 @@ use sketchnav_qualitative::qtc::{Basic, DoubleCross, QtcB, QtcBc, QtcC, Switchin
 use sketchnav_qualitative::rcc::{Rcc2, Rcc3, Rcc4, Rcc5, Rcc8, Regions};
 use sketchnav_qualitative::rectangle::{Rectangles, Rectangular};
 use sketchnav_qualitative::series::{Change, Options, Stream, joined, series};
-use sketchnav_qualitative::tpcc::{Configurations, Tpcc};
+use sketchnav_qualitative::tpcc::{Configurations, Permutation, Tpcc};
 use sketchnav_qualitative::{Calculus, Error, Interval, Oriented, Point, Quantisation, Rect};
 
 fn point([x, y]: [f64; 2]) -> Point {
@@ -834,6 +834,57 @@ fn projections_lie_as_patil_2019_says() {
     assert_eq!(qrpc(at(4.0, 0.0, 180.0), east), "[↓ 0 (+,+) +]");
     assert_eq!(qrpc(east, east), "[↑ 0 (+,+) 0]");
     assert_eq!(qrpc(at(3.0, 0.0, 90.0), east), "[X 0 (0,+) +]");
+}
+
+const PERMUTATIONS: [Permutation; 5] = [
+    Permutation::Inverse,
+    Permutation::ShortCut,
+    Permutation::InverseShortCut,
+    Permutation::Homing,
+    Permutation::InverseHoming,
+];
+
+#[test]
+fn a_permutation_of_three_points_is_undone_by_its_inverse() {
+    let sets =
+        PERMUTATIONS.map(|permutation| Tpcc::all().map(|of| of.permuted(permutation)).collect::<Vec<_>>());
+    // The short cut's inverse is here the other cyclic order, which homing undoes.
+    let undone_by = [0, 1, 3, 2, 4];
+    for (sets_there, back) in sets.iter().zip(undone_by) {
+        for a in Tpcc::all() {
+            assert!(!sets_there[a.index()].is_empty(), "{a}");
+            for b in Tpcc::all() {
+                let (there, again) = (sets_there[a.index()].contains(b), sets[back][b.index()].contains(a));
+                assert_eq!(there, again, "{a}, {b}");
+            }
+        }
+    }
+    // Between the two, or at the origin.
+    assert_eq!(Tpcc::Csf.permuted(Permutation::Inverse).to_string(), "{csf sam}");
+    assert_eq!(Tpcc::Sam.permuted(Permutation::ShortCut).to_string(), "{sam}");
+    assert_eq!(Tpcc::Dsb.permuted(Permutation::Inverse).to_string(), "{dsf}");
+}
+
+#[test]
+fn three_points_have_one_of_the_permuted_relations() {
+    let sets =
+        PERMUTATIONS.map(|permutation| Tpcc::all().map(|of| of.permuted(permutation)).collect::<Vec<_>>());
+    let relate = |[a, b, c]: [Point; 3]| Tpcc::of(a, b, c, Configurations::TOLERANCE_RAD);
+    let mut state = 1_u64;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64
+    };
+    for i in 0..100_000 {
+        // Half of them on a grid: on lines, at right angles, at the same distance.
+        let mut at = || if i % 2 == 0 { next() % 7.0 } else { next() / 1e4 };
+        let points = [0; 3].map(|_| point([at(), at()]));
+        let own = relate(points);
+        for (permutation, sets) in PERMUTATIONS.iter().zip(&sets) {
+            let other = relate(permutation.apply(points));
+            assert!(sets[own.index()].contains(other), "{permutation:?} of {own}: {other}, {points:?}");
+        }
+    }
 }
 
 #[test]

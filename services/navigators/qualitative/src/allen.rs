@@ -1,0 +1,178 @@
+//! Allen's interval algebra (Allen 1983): thirteen relations of two intervals.
+//!
+//! Everything follows from four comparisons of ends. Composition is enumerated: three intervals have at most six
+//! different ends, so six values show every case.
+
+use std::cmp::Ordering;
+
+use crate::algebra::{Compose, Converse, Relation, RelationSet, words};
+use crate::geometry::Interval;
+
+words! {
+    /// How an interval lies to another.
+    Allen, "allen", limits = Allen::reaches, {
+        /// Before: a ends before b begins.
+        Before = "<",
+        /// After: the converse of before.
+        After = ">",
+        /// Meets: a ends where b begins.
+        Meets = "m",
+        /// Met by.
+        MetBy = "mi",
+        /// Overlaps: a begins first, and ends inside b.
+        Overlaps = "o",
+        /// Overlapped by.
+        OverlappedBy = "oi",
+        /// Starts: both begin together, and a ends first.
+        Starts = "s",
+        /// Started by.
+        StartedBy = "si",
+        /// During: a is inside b, with both ends.
+        During = "d",
+        /// Contains.
+        Contains = "di",
+        /// Finishes: both end together, and b begins first.
+        Finishes = "f",
+        /// Finished by.
+        FinishedBy = "fi",
+        /// Equal.
+        Equal = "=",
+    }
+}
+
+const COUNT: usize = 13;
+
+/// How ends compare: begin and begin, end and end, the end of a and the begin of b, the begin of a and the end of b.
+type Ends = [Ordering; 4];
+
+impl Allen {
+    /// The relation of two intervals, ends that differ by no more than `tolerance` being equal.
+    ///
+    /// A tolerance above the length of an interval leaves no difference between its ends; intervals that touch so are
+    /// said to be equal, or else to meet.
+    pub fn of(a: Interval, b: Interval, tolerance: f64) -> Self {
+        let compare = |a: f64, b: f64| {
+            let difference = a - b;
+            if difference > tolerance {
+                Ordering::Greater
+            } else if difference < -tolerance {
+                Ordering::Less
+            } else {
+                Ordering::Equal
+            }
+        };
+        Self::from_ends([
+            compare(a.low(), b.low()),
+            compare(a.high(), b.high()),
+            compare(a.high(), b.low()),
+            compare(a.low(), b.high()),
+        ])
+    }
+
+    const fn from_ends(ends: Ends) -> Self {
+        use Ordering::{Equal, Greater, Less};
+        match ends {
+            [Equal, Equal, ..] => Self::Equal,
+            [.., Less, _] => Self::Before,
+            [.., Greater] => Self::After,
+            [.., Equal, _] => Self::Meets,
+            [.., Equal] => Self::MetBy,
+            [Less, Less, ..] => Self::Overlaps,
+            [Greater, Greater, ..] => Self::OverlappedBy,
+            [Equal, Less, ..] => Self::Starts,
+            [Equal, Greater, ..] => Self::StartedBy,
+            [Greater, Less, ..] => Self::During,
+            [Less, Greater, ..] => Self::Contains,
+            [Greater, Equal, ..] => Self::Finishes,
+            [Less, Equal, ..] => Self::FinishedBy,
+        }
+    }
+
+    const fn ends(self) -> Ends {
+        use Ordering::{Equal, Greater, Less};
+        match self {
+            Self::Before => [Less, Less, Less, Less],
+            Self::After => [Greater, Greater, Greater, Greater],
+            Self::Meets => [Less, Less, Equal, Less],
+            Self::MetBy => [Greater, Greater, Greater, Equal],
+            Self::Overlaps => [Less, Less, Greater, Less],
+            Self::OverlappedBy => [Greater, Greater, Greater, Less],
+            Self::Starts => [Equal, Less, Greater, Less],
+            Self::StartedBy => [Equal, Greater, Greater, Less],
+            Self::During => [Greater, Less, Greater, Less],
+            Self::Contains => [Less, Greater, Greater, Less],
+            Self::Finishes => [Greater, Equal, Greater, Less],
+            Self::FinishedBy => [Less, Equal, Greater, Less],
+            Self::Equal => [Equal, Equal, Greater, Less],
+        }
+    }
+
+    fn reaches(self, instant: Self) -> bool {
+        self.ends().iter().zip(instant.ends()).all(|(end, at)| at == *end || at == Ordering::Equal)
+    }
+
+    /// The relation of the mirrored intervals, of [−high, −low].
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        let [low, high, end_begin, begin_end] = self.ends();
+        Self::from_ends([high.reverse(), low.reverse(), begin_end.reverse(), end_begin.reverse()])
+    }
+}
+
+impl Converse for Allen {
+    fn converse(self) -> Self {
+        let [low, high, end_begin, begin_end] = self.ends();
+        Self::from_ends([low.reverse(), high.reverse(), begin_end.reverse(), end_begin.reverse()])
+    }
+}
+
+/// For each two relations a bit for each relation of their composition.
+static COMPOSITION: [[u16; COUNT]; COUNT] = composition();
+
+const fn compare(a: usize, b: usize) -> Ordering {
+    if a < b {
+        Ordering::Less
+    } else if a > b {
+        Ordering::Greater
+    } else {
+        Ordering::Equal
+    }
+}
+
+const fn between(a: [usize; 2], b: [usize; 2]) -> usize {
+    Allen::from_ends([compare(a[0], b[0]), compare(a[1], b[1]), compare(a[1], b[0]), compare(a[0], b[1])])
+        as usize
+}
+
+const fn composition() -> [[u16; COUNT]; COUNT] {
+    const ENDS: usize = 6;
+    const INTERVALS: usize = ENDS * (ENDS - 1) / 2;
+    let mut intervals = [[0; 2]; INTERVALS];
+    let (mut i, mut low) = (0, 0);
+    while low < ENDS {
+        let mut high = low + 1;
+        while high < ENDS {
+            intervals[i] = [low, high];
+            i += 1;
+            high += 1;
+        }
+        low += 1;
+    }
+    let mut table = [[0; COUNT]; COUNT];
+    let mut case = 0;
+    while case < INTERVALS * INTERVALS * INTERVALS {
+        let a = intervals[case % INTERVALS];
+        let b = intervals[case / INTERVALS % INTERVALS];
+        let c = intervals[case / INTERVALS / INTERVALS];
+        table[between(a, b)][between(b, c)] |= 1 << between(a, c);
+        case += 1;
+    }
+    table
+}
+
+impl Compose for Allen {
+    fn compose(self, next: Self) -> RelationSet<Self> {
+        let bits = COMPOSITION[self.index()][next.index()];
+        Self::all().filter(|relation| bits >> relation.index() & 1 == 1).collect()
+    }
+}

@@ -1,0 +1,198 @@
+//! Qualitative distances by thresholds that the user names (ARGD; Clementini, Di Felice and Hernández 1997 for the
+//! idea, QSRlib's `argd` for the form).
+//!
+//! A scale of n thresholds has n labels. Two readings are in use, and they give different labels:
+//!
+//! - [`Bound::Upper`], QSRlib: a threshold is the greatest distance of its label, and included in it. What is beyond
+//!   the last threshold has the last label too.
+//! - [`Bound::Lower`], Patil 2019, 3.1.2: a threshold is the least distance of its label. What is below the first
+//!   threshold has the first label too. With Near 3.0 m, Medium 3.5 m, Far 4.0 m a distance of 3.7 m is Medium; by the
+//!   other reading it is Far.
+
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::{Relation, unknown};
+use crate::calculus::{Before, Calculus};
+use crate::error::Error;
+use crate::geometry::{MAX_COORDINATE, Point};
+
+/// How many thresholds a scale may have at most.
+pub const MAX_THRESHOLDS: usize = 64;
+
+/// Which end of a label's distances its threshold is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Bound {
+    /// The greatest distance: QSRlib.
+    Upper,
+    /// The least distance: Patil 2019.
+    Lower,
+}
+
+/// A scale of distances.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scale {
+    thresholds: Vec<f64>,
+    labels: Vec<String>,
+    bound: Bound,
+}
+
+/// A qualitative distance: the place of its label on the scale, from 0, the nearest first. It is symmetric.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Rank(u8);
+
+impl Rank {
+    /// Its place on the scale, from 0.
+    pub const fn place(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl Scale {
+    /// A scale of labels with their thresholds, in any order.
+    ///
+    /// # Errors
+    /// [`Error::Thresholds`] where there is none or more than [`MAX_THRESHOLDS`]; [`Error::Threshold`] where one is not
+    /// finite, not above 0 or there twice.
+    pub fn new<L: Into<String>>(
+        labels: impl IntoIterator<Item = (L, f64)>,
+        bound: Bound,
+    ) -> Result<Self, Error> {
+        let mut labels: Vec<_> = labels.into_iter().map(|(label, at)| (label.into(), at)).collect();
+        if labels.is_empty() || labels.len() > MAX_THRESHOLDS {
+            return Err(Error::Thresholds { limit: MAX_THRESHOLDS, found: labels.len() });
+        }
+        labels.sort_by(|(_, a), (_, b)| a.total_cmp(b));
+        let mut above = 0.0;
+        for (at, (_, found)) in labels.iter().enumerate() {
+            if !(*found > above && *found <= MAX_COORDINATE) {
+                return Err(Error::Threshold { at, above, found: *found });
+            }
+            above = *found;
+        }
+        let (labels, thresholds) = labels.into_iter().unzip();
+        Ok(Self { thresholds, labels, bound })
+    }
+
+    /// How many labels there are.
+    pub fn len(&self) -> usize {
+        self.labels.len()
+    }
+
+    /// Never: a scale has a label.
+    pub fn is_empty(&self) -> bool {
+        self.labels.is_empty()
+    }
+
+    /// The rank of a distance.
+    pub fn rank(&self, distance: f64) -> Rank {
+        let passed = |is_passed: fn(&f64, &f64) -> bool| {
+            self.thresholds.iter().take_while(|threshold| is_passed(threshold, &distance)).count()
+        };
+        let rank = match self.bound {
+            Bound::Upper => passed(|threshold, distance| threshold < distance).min(self.len() - 1),
+            Bound::Lower => passed(|threshold, distance| threshold <= distance).saturating_sub(1),
+        };
+        Rank(rank as u8)
+    }
+
+    /// The rank's label; `None` where the scale ends before it.
+    pub fn label(&self, rank: Rank) -> Option<&str> {
+        self.labels.get(rank.place()).map(String::as_str)
+    }
+
+    /// The rank of a label.
+    ///
+    /// # Errors
+    /// [`Error::UnknownRelation`] where the scale has no such label.
+    pub fn parse(&self, label: &str) -> Result<Rank, Error> {
+        let place = self.labels.iter().position(|own| own == label);
+        place.map(|place| Rank(place as u8)).ok_or_else(|| Error::UnknownRelation {
+            calculus: Rank::CALCULUS,
+            expected: self.labels.join(" "),
+            found: label.to_owned(),
+        })
+    }
+
+    /// The distances of a rank: the infimum and the supremum.
+    pub fn distances(&self, rank: Rank) -> [f64; 2] {
+        let place = rank.place().min(self.len() - 1);
+        let (below, above) = match self.bound {
+            Bound::Upper => (place.checked_sub(1), (place + 1 < self.len()).then_some(place)),
+            Bound::Lower => ((place > 0).then_some(place), (place + 1 < self.len()).then_some(place + 1)),
+        };
+        [below.map_or(0.0, |i| self.thresholds[i]), above.map_or(f64::INFINITY, |i| self.thresholds[i])]
+    }
+
+    /// Every distance that a and c may have, where a and b have `first` and b and c have `next`: by the inequality of
+    /// the triangle, from |d₁ − d₂| to d₁ + d₂. It depends on the thresholds.
+    pub fn compose(&self, first: Rank, next: Rank) -> RangeInclusive<Rank> {
+        let ([a_low, a_high], [b_low, b_high]) = (self.distances(first), self.distances(next));
+        let low = (a_low - b_high).max(b_low - a_high).max(0.0);
+        // The supremum of a sum is not reached where a label excludes its greatest distance.
+        let high = a_high + b_high;
+        let highest = match self.bound {
+            Bound::Upper => self.rank(high),
+            Bound::Lower => self.rank(high.next_down()),
+        };
+        // The infimum of a difference is not reached where a label excludes its least distance (upper bounds), or its
+        // greatest (lower bounds), unless it is 0.
+        let lowest = match self.bound {
+            Bound::Upper if low > 0.0 => self.rank(low.next_up()),
+            _ => self.rank(low),
+        };
+        lowest..=highest
+    }
+}
+
+impl Relation for Rank {
+    const CALCULUS: &'static str = "argd";
+    const COUNT: usize = MAX_THRESHOLDS;
+
+    fn index(self) -> usize {
+        self.place()
+    }
+
+    fn from_index(index: usize) -> Option<Self> {
+        (index < MAX_THRESHOLDS).then_some(Self(index as u8))
+    }
+
+    /// By the reading of upper bounds: the distance at the threshold belongs to the nearer label. Neighbours are the
+    /// same by both readings.
+    fn limits_to(self, instant: Self) -> bool {
+        self.0 == instant.0 + 1
+    }
+}
+
+impl fmt::Display for Rank {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0)
+    }
+}
+
+impl FromStr for Rank {
+    type Err = Error;
+
+    fn from_str(word: &str) -> Result<Self, Error> {
+        word.trim().parse().ok().and_then(Self::from_index).ok_or_else(|| unknown::<Self>(word))
+    }
+}
+
+impl crate::algebra::Converse for Rank {
+    fn converse(self) -> Self {
+        self
+    }
+}
+
+impl Calculus for Scale {
+    type Scene = [Point; 2];
+    type Relation = Rank;
+    const OF_MOTION: bool = false;
+
+    fn relate(&self, _: Before<'_, Self::Scene>, [a, b]: &Self::Scene) -> Option<Rank> {
+        Some(self.rank(a.distance(*b)))
+    }
+}

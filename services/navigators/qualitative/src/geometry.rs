@@ -1,0 +1,238 @@
+//! Points, oriented points and rectangles, checked once: what a calculus is given is finite and has an extent.
+//!
+//! Lengths are in one unit of the caller's, the same in all arguments; x and y are right-handed.
+
+use std::ops::Sub;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+
+/// The largest coordinate: products of differences of such numbers are finite.
+pub const MAX_COORDINATE: f64 = 1e150;
+
+/// `Ok` with a coordinate that can be computed with.
+fn coordinate(what: &'static str, found: f64) -> Result<f64, Error> {
+    let is_valid = found.abs() <= MAX_COORDINATE;
+    if is_valid { Ok(found) } else { Err(Error::Coordinate { what, limit: MAX_COORDINATE, found }) }
+}
+
+/// A point of the plane.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "[f64; 2]", into = "[f64; 2]")]
+pub struct Point {
+    x: f64,
+    y: f64,
+}
+
+impl Point {
+    /// A point.
+    ///
+    /// # Errors
+    /// [`Error::Coordinate`] where a coordinate is not finite or beyond [`MAX_COORDINATE`].
+    pub fn new(x: f64, y: f64) -> Result<Self, Error> {
+        Ok(Self { x: coordinate("x", x)?, y: coordinate("y", y)? })
+    }
+
+    /// The first coordinate.
+    pub const fn x(self) -> f64 {
+        self.x
+    }
+
+    /// The second coordinate.
+    pub const fn y(self) -> f64 {
+        self.y
+    }
+
+    /// The distance to another point.
+    pub fn distance(self, other: Self) -> f64 {
+        (other - self).length()
+    }
+}
+
+impl TryFrom<[f64; 2]> for Point {
+    type Error = Error;
+
+    fn try_from([x, y]: [f64; 2]) -> Result<Self, Error> {
+        Self::new(x, y)
+    }
+}
+
+impl From<Point> for [f64; 2] {
+    fn from(point: Point) -> Self {
+        [point.x, point.y]
+    }
+}
+
+impl Sub for Point {
+    type Output = Vector;
+
+    fn sub(self, from: Self) -> Vector {
+        Vector { x: self.x - from.x, y: self.y - from.y }
+    }
+}
+
+/// The difference of two points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vector {
+    /// Along the first axis.
+    pub x: f64,
+    /// Along the second axis.
+    pub y: f64,
+}
+
+impl Vector {
+    /// The scalar product.
+    pub fn dot(self, other: Self) -> f64 {
+        self.x * other.x + self.y * other.y
+    }
+
+    /// The third component of the vector product: above 0 where `other` points to the left of `self`.
+    pub fn cross(self, other: Self) -> f64 {
+        self.x * other.y - self.y * other.x
+    }
+
+    /// The length.
+    pub fn length(self) -> f64 {
+        self.dot(self).sqrt()
+    }
+}
+
+/// A point with a heading.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Oriented {
+    position: Point,
+    heading_rad: f64,
+}
+
+impl Oriented {
+    /// An oriented point; headings are counter-clockwise from the first axis.
+    ///
+    /// # Errors
+    /// [`Error::Coordinate`] where the heading is not finite.
+    pub fn new(position: Point, heading_rad: f64) -> Result<Self, Error> {
+        Ok(Self { position, heading_rad: coordinate("heading_rad", heading_rad)? })
+    }
+
+    /// The later of two positions, with the heading of the motion; `None` where nothing moved.
+    pub fn from_motion(before: Point, now: Point) -> Option<Self> {
+        let moved = now - before;
+        (moved.length() > 0.0).then(|| Self { position: now, heading_rad: moved.y.atan2(moved.x) })
+    }
+
+    /// Where it is.
+    pub const fn position(self) -> Point {
+        self.position
+    }
+
+    /// Where it points to, in radians.
+    pub const fn heading_rad(self) -> f64 {
+        self.heading_rad
+    }
+
+    /// The unit vector of the heading.
+    pub fn direction(self) -> Vector {
+        let (y, x) = self.heading_rad.sin_cos();
+        Vector { x, y }
+    }
+}
+
+/// An interval with a length above 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "[f64; 2]", into = "[f64; 2]")]
+pub struct Interval {
+    low: f64,
+    high: f64,
+}
+
+impl Interval {
+    /// An interval.
+    ///
+    /// # Errors
+    /// [`Error::Coordinate`] and [`Error::Extent`].
+    pub fn new(low: f64, high: f64) -> Result<Self, Error> {
+        Self::named("interval", low, high)
+    }
+
+    fn named(what: &'static str, low: f64, high: f64) -> Result<Self, Error> {
+        let (low, high) = (coordinate(what, low)?, coordinate(what, high)?);
+        if high > low { Ok(Self { low, high }) } else { Err(Error::Extent { what, found: high - low }) }
+    }
+
+    /// Its lower end.
+    pub const fn low(self) -> f64 {
+        self.low
+    }
+
+    /// Its upper end.
+    pub const fn high(self) -> f64 {
+        self.high
+    }
+}
+
+impl TryFrom<[f64; 2]> for Interval {
+    type Error = Error;
+
+    fn try_from([low, high]: [f64; 2]) -> Result<Self, Error> {
+        Self::new(low, high)
+    }
+}
+
+impl From<Interval> for [f64; 2] {
+    fn from(interval: Interval) -> Self {
+        [interval.low, interval.high]
+    }
+}
+
+/// A rectangle with sides along the axes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Rect {
+    x: Interval,
+    y: Interval,
+}
+
+impl Rect {
+    /// The rectangle between two opposite corners.
+    ///
+    /// # Errors
+    /// [`Error::Coordinate`], and [`Error::Extent`] where `high` is not above `low` in both coordinates.
+    pub fn new(low: [f64; 2], high: [f64; 2]) -> Result<Self, Error> {
+        let [x, y] =
+            [Interval::named("width", low[0], high[0])?, Interval::named("height", low[1], high[1])?];
+        Ok(Self { x, y })
+    }
+
+    /// The rectangle around a centre.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn around(centre: Point, width: f64, height: f64) -> Result<Self, Error> {
+        let [x, y] = [width / 2.0, height / 2.0];
+        Self::new([centre.x - x, centre.y - y], [centre.x + x, centre.y + y])
+    }
+
+    /// Its projection on the first axis.
+    pub const fn x(self) -> Interval {
+        self.x
+    }
+
+    /// Its projection on the second axis.
+    pub const fn y(self) -> Interval {
+        self.y
+    }
+
+    /// Its centre.
+    pub fn centre(self) -> Point {
+        Point { x: (self.x.low + self.x.high) / 2.0, y: (self.y.low + self.y.high) / 2.0 }
+    }
+}
+
+/// `Ok` with a tolerance or threshold: finite and not below 0.
+pub(crate) fn not_negative(what: &'static str, found: f64) -> Result<f64, Error> {
+    let is_valid = (0.0..=MAX_COORDINATE).contains(&found);
+    if is_valid {
+        Ok(found)
+    } else {
+        Err(Error::Parameter { what, expected: "a finite number from 0", found })
+    }
+}

@@ -1,0 +1,39 @@
+//! Moving or stationary (MOS): one object between two times. QSRlib's `mos`.
+
+use crate::algebra::words;
+use crate::calculus::{Before, Calculus, Quantisation};
+use crate::geometry::Point;
+
+words! {
+    /// Whether an object moved.
+    Motion, "mos", limits = |_, instant| instant == Motion::Stationary, {
+        /// It moved farther than the quantisation.
+        Moving = "m",
+        /// It did not.
+        Stationary = "s",
+    }
+}
+
+impl Motion {
+    /// Whether an object moved farther than `threshold`.
+    pub fn of(before: Point, now: Point, threshold: f64) -> Self {
+        if before.distance(now) > threshold { Self::Moving } else { Self::Stationary }
+    }
+}
+
+/// [`Motion`] of one point.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Motions {
+    /// From where on a motion counts.
+    pub quantisation: Quantisation,
+}
+
+impl Calculus for Motions {
+    type Scene = Point;
+    type Relation = Motion;
+    const OF_MOTION: bool = true;
+
+    fn relate(&self, before: Before<'_, Point>, now: &Point) -> Option<Motion> {
+        before.map(|(before, elapsed_s)| Motion::of(*before, *now, self.quantisation.over(elapsed_s)))
+    }
+}

@@ -1,0 +1,300 @@
+//! The qualitative rectilinear projection calculus (QRPC; Glez-Cabrera, Álvarez-Bravo and Díaz 2013, as Patil 2019,
+//! 2.2.2, gives it): how the straight projections of two oriented points i and j lie to each other.
+//!
+//! - [`Disposition`]: the projections are parallel or one line, in the same direction or opposite, or they cross at C.
+//! - `side`: i is left of the projection of j, **−**; on it, **0**; right of it, **+**.
+//! - `i_ahead`, `j_ahead`: C is in front of i (of j), **+**; where it is, **0**; behind it, **−**.
+//! - `ahead`: i is in front of j, **+**, abreast, **0**, or behind, **−**, when both lie on one line. Where the
+//!   projections cross, that of i is first turned about C, such that the two face each other; so the sign is that of the
+//!   sum of the distances of i and j to C.
+//!
+//! Patil 2019 says that without a crossing C counts as (+,+) or (−,−), and does not say when. Here it is (−,−) where the
+//! two point away from each other, and else (+,+).
+//!
+//! Of the combinations of these signs, 41 exist. The side of j to i is not always known from the relation of i to j; so
+//! the converse is a set: [`Qrpc::converses`].
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::{Relation, RelationSet, unknown, words};
+use crate::calculus::{Before, Calculus};
+use crate::error::Error;
+use crate::geometry::{Oriented, not_negative};
+use crate::qtc::Sign;
+
+words! {
+    /// How the projections lie to each other.
+    Disposition, "qrpc disposition", limits = |from, to| {
+        use Disposition::{Crossed, LineOpposite, LineSame, ParallelOpposite, ParallelSame};
+        from == Crossed || matches!((from, to), (ParallelSame, LineSame) | (ParallelOpposite, LineOpposite))
+    }, {
+        /// Parallel, in the same direction.
+        ParallelSame = "↑↑",
+        /// Parallel, in opposite directions.
+        ParallelOpposite = "↑↓",
+        /// On one line, in the same direction.
+        LineSame = "↑",
+        /// On one line, in opposite directions.
+        LineOpposite = "↓",
+        /// Crossed.
+        Crossed = "X",
+    }
+}
+
+/// A relation of QRPC.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Qrpc {
+    disposition: Disposition,
+    side: Sign,
+    i_ahead: Sign,
+    j_ahead: Sign,
+    ahead: Sign,
+}
+
+/// Tolerances of a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projections {
+    angle_rad: f64,
+    distance: f64,
+}
+
+impl Projections {
+    /// With projections parallel that differ in direction by no more than `angle_rad`, and points on a line or at one
+    /// place that are no farther from it than `distance`.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where either is not a finite number from 0.
+    pub fn new(angle_rad: f64, distance: f64) -> Result<Self, Error> {
+        Ok(Self {
+            angle_rad: not_negative("angle_rad", angle_rad)?,
+            distance: not_negative("distance", distance)?,
+        })
+    }
+}
+
+impl Default for Projections {
+    /// 1e-9 rad and 1e-9 units of length: rounding.
+    fn default() -> Self {
+        Self { angle_rad: 1e-9, distance: 1e-9 }
+    }
+}
+
+use Sign::{Minus, Plus, Zero};
+
+/// The sign of a sum, where it follows from the signs.
+const fn sum(a: Sign, b: Sign) -> Option<Sign> {
+    match (a, b) {
+        (Zero, other) | (other, Zero) => Some(other),
+        (Plus, Plus) => Some(Plus),
+        (Minus, Minus) => Some(Minus),
+        _ => None,
+    }
+}
+
+fn product(a: Sign, b: Sign) -> Sign {
+    match a {
+        Plus => b,
+        Zero => Zero,
+        Minus => b.inverted(),
+    }
+}
+
+fn reaches(from: Sign, instant: Sign) -> bool {
+    instant == from || instant == Zero
+}
+
+impl Qrpc {
+    /// The relation of two oriented points.
+    pub fn of(i: Oriented, j: Oriented, tolerances: &Projections) -> Self {
+        let Projections { angle_rad, distance } = *tolerances;
+        let (i_to, j_to) = (i.direction(), j.direction());
+        let away = i.position() - j.position();
+        let turn = i_to.cross(j_to);
+        // Positive on the left of either.
+        let beside = |offset: f64| if offset.abs() <= distance { 0.0 } else { offset };
+        let i_left = beside(j_to.cross(away));
+        let j_left = beside(-i_to.cross(away));
+        let side = Sign::of(-i_left, 0.0);
+        if turn.abs() <= angle_rad.sin() {
+            let side = if j_left == 0.0 { Zero } else { side };
+            return Self::uncrossed(i_to.dot(j_to) > 0.0, side, Sign::of(away.dot(j_to), distance));
+        }
+        let turn_sign = Sign::of(turn, 0.0);
+        let i_ahead = product(Sign::of(i_left, 0.0), turn_sign);
+        let j_ahead = product(Sign::of(-j_left, 0.0), turn_sign);
+        let ahead = sum(i_ahead, j_ahead);
+        let ahead = ahead.unwrap_or_else(|| Sign::of((i_left - j_left) / turn, distance));
+        Self { disposition: Disposition::Crossed, side, i_ahead, j_ahead, ahead }
+    }
+
+    fn uncrossed(is_same: bool, side: Sign, ahead: Sign) -> Self {
+        let disposition = match (is_same, side) {
+            (true, Zero) => Disposition::LineSame,
+            (true, _) => Disposition::ParallelSame,
+            (false, Zero) => Disposition::LineOpposite,
+            (false, _) => Disposition::ParallelOpposite,
+        };
+        let crossing = if !is_same && ahead == Minus { Minus } else { Plus };
+        Self { disposition, side, i_ahead: crossing, j_ahead: crossing, ahead }
+    }
+
+    /// A relation by its parts; `None` where no two oriented points have it.
+    pub fn new(
+        disposition: Disposition,
+        side: Sign,
+        [i_ahead, j_ahead]: [Sign; 2],
+        ahead: Sign,
+    ) -> Option<Self> {
+        let own = Self { disposition, side, i_ahead, j_ahead, ahead };
+        let exists = match disposition {
+            Disposition::Crossed => {
+                (side == Zero) == (i_ahead == Zero) && sum(i_ahead, j_ahead).is_none_or(|sum| sum == ahead)
+            }
+            Disposition::ParallelSame | Disposition::LineSame => own == Self::uncrossed(true, side, ahead),
+            Disposition::ParallelOpposite | Disposition::LineOpposite => {
+                own == Self::uncrossed(false, side, ahead)
+            }
+        };
+        exists.then_some(own)
+    }
+
+    /// How the projections lie to each other.
+    pub const fn disposition(self) -> Disposition {
+        self.disposition
+    }
+
+    /// On which side of the projection of j i is.
+    pub const fn side(self) -> Sign {
+        self.side
+    }
+
+    /// Whether C is in front of i, and of j.
+    pub const fn crossing(self) -> [Sign; 2] {
+        [self.i_ahead, self.j_ahead]
+    }
+
+    /// Whether i is in front of j on one line.
+    pub const fn ahead(self) -> Sign {
+        self.ahead
+    }
+
+    /// What the relation of j to i may be.
+    pub fn converses(self) -> RelationSet<Self> {
+        let crossing = [self.j_ahead, self.i_ahead];
+        let with = |side, ahead| Self::new(self.disposition, side, crossing, ahead);
+        let found: [Option<Self>; 2] = match self.disposition {
+            Disposition::ParallelSame | Disposition::LineSame => {
+                [with(self.side.inverted(), self.ahead.inverted()), None]
+            }
+            Disposition::ParallelOpposite | Disposition::LineOpposite => [with(self.side, self.ahead), None],
+            Disposition::Crossed if self.i_ahead == Zero => {
+                [with(self.j_ahead, self.ahead), with(self.j_ahead.inverted(), self.ahead)]
+            }
+            // i is left of j where j comes from the right and C is ahead of i.
+            Disposition::Crossed => {
+                let turn = product(self.side, self.i_ahead).inverted();
+                [with(product(self.j_ahead, turn), self.ahead), None]
+            }
+        };
+        found.into_iter().flatten().collect()
+    }
+
+    /// The relation in the mirror image: left and right swap.
+    #[must_use]
+    pub const fn mirrored(self) -> Self {
+        Self { side: self.side.inverted(), ..self }
+    }
+
+    /// Whether i may be in front of j, by `ahead`, where both come to lie in one line, in the same direction.
+    fn comes_in_line(self, ahead: Sign) -> bool {
+        let apart = sum(self.j_ahead, self.i_ahead.inverted());
+        apart.is_none_or(|apart| reaches(apart, ahead))
+    }
+}
+
+/// All combinations of five parts, those that exist and those that do not.
+fn candidates() -> impl Iterator<Item = Qrpc> {
+    const SIGNS: [Sign; 3] = [Minus, Zero, Plus];
+    (0..Disposition::COUNT * 81).filter_map(|code| {
+        let sign = |place: usize| SIGNS[code / 3_usize.pow(place as u32) % 3];
+        Qrpc::new(Disposition::from_index(code / 81)?, sign(3), [sign(2), sign(1)], sign(0))
+    })
+}
+
+impl Relation for Qrpc {
+    const CALCULUS: &'static str = "qrpc";
+    const COUNT: usize = 41;
+
+    fn index(self) -> usize {
+        candidates().take_while(|other| *other != self).count()
+    }
+
+    fn from_index(index: usize) -> Option<Self> {
+        candidates().nth(index)
+    }
+
+    fn all() -> impl Iterator<Item = Self> {
+        candidates()
+    }
+
+    fn limits_to(self, instant: Self) -> bool {
+        use Disposition::{Crossed, LineOpposite, LineSame, ParallelOpposite, ParallelSame};
+        let is_beside = reaches(self.side, instant.side);
+        let keeps_order = reaches(self.ahead, instant.ahead);
+        let is_alike = self.i_ahead == self.j_ahead && self.i_ahead != Zero;
+        let is_opposed = self.i_ahead == self.j_ahead.inverted() && self.i_ahead != Zero;
+        self != instant
+            && match (self.disposition, instant.disposition) {
+                (Crossed, Crossed) => {
+                    let crossing =
+                        reaches(self.i_ahead, instant.i_ahead) && reaches(self.j_ahead, instant.j_ahead);
+                    is_beside && crossing && keeps_order
+                }
+                // C goes to infinity: in front of both or behind both, or in front of one and behind the other.
+                (Crossed, ParallelSame) => is_alike && self.side == instant.side,
+                (Crossed, ParallelOpposite) => is_opposed && self.side == instant.side && keeps_order,
+                (Crossed, LineSame) => self.comes_in_line(instant.ahead),
+                (Crossed, LineOpposite) => keeps_order,
+                (ParallelSame | LineSame, ParallelSame | LineSame)
+                | (ParallelOpposite | LineOpposite, ParallelOpposite | LineOpposite) => {
+                    is_beside && keeps_order
+                }
+                _ => false,
+            }
+    }
+}
+
+impl fmt::Display for Qrpc {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [side, i, j, ahead] = [self.side, self.i_ahead, self.j_ahead, self.ahead].map(Sign::symbol);
+        write!(f, "[{} {side} ({i},{j}) {ahead}]", self.disposition)
+    }
+}
+
+impl FromStr for Qrpc {
+    type Err = Error;
+
+    fn from_str(word: &str) -> Result<Self, Error> {
+        let read = || {
+            let word = word.trim().strip_prefix('[')?.strip_suffix(']')?;
+            let (disposition, signs) = word.trim().split_once(' ')?;
+            let mut signs = signs.chars().filter_map(Sign::from_symbol);
+            let [side, i, j, ahead] = [signs.next()?, signs.next()?, signs.next()?, signs.next()?];
+            Self::new(disposition.parse().ok()?, side, [i, j], ahead).filter(|_| signs.next().is_none())
+        };
+        read().ok_or_else(|| unknown::<Self>(word))
+    }
+}
+
+impl Calculus for Projections {
+    type Scene = [Oriented; 2];
+    type Relation = Qrpc;
+    const OF_MOTION: bool = false;
+
+    fn relate(&self, _: Before<'_, Self::Scene>, [i, j]: &Self::Scene) -> Option<Qrpc> {
+        Some(Qrpc::of(*i, *j, self))
+    }
+}

@@ -1,0 +1,346 @@
+//! The ternary point configuration calculus (TPCC; Moratz, Nebel and Freksa 2003): where a referent is, seen by
+//! somebody at the origin who looks at the relatum. QSRlib's `tpcc`.
+//!
+//! Straight on is "back": behind the relatum. The word of a relation has c (close: no farther from the relatum than the
+//! origin is) or d (distant); then the sector, of 45°, or s for a straight or right-angled position. So `clb` is close,
+//! left of straight back, and `cbl` is farther to the left. The same place as the relatum is `sam`; where origin and
+//! relatum coincide, there is no direction: `dou`, and `tri` where all three do.
+//!
+//! A border of 45° belongs to the sector at the line of sight, so that the mirror image holds. In place of a converse a
+//! ternary relation has permutations of its arguments ([`Permutation`]), whose results are sets.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::algebra::{Relation, RelationSet, words};
+use crate::calculus::{Before, Calculus};
+use crate::error::Error;
+use crate::geometry::Point;
+
+words! {
+    /// Where the referent is.
+    Tpcc, "tpcc", limits = Tpcc::reaches, {
+        /// Close, straight back: straight on behind the relatum.
+        Csb = "csb",
+        /// Close, left of straight back.
+        Clb = "clb",
+        /// Close, back and left.
+        Cbl = "cbl",
+        /// Close, straight left.
+        Csl = "csl",
+        /// Close, front and left.
+        Cfl = "cfl",
+        /// Close, left of straight front.
+        Clf = "clf",
+        /// Close, straight front: between relatum and origin.
+        Csf = "csf",
+        /// Close, right of straight front.
+        Crf = "crf",
+        /// Close, front and right.
+        Cfr = "cfr",
+        /// Close, straight right.
+        Csr = "csr",
+        /// Close, back and right.
+        Cbr = "cbr",
+        /// Close, right of straight back.
+        Crb = "crb",
+        /// Distant, straight back.
+        Dsb = "dsb",
+        /// Distant, left of straight back.
+        Dlb = "dlb",
+        /// Distant, back and left.
+        Dbl = "dbl",
+        /// Distant, straight left.
+        Dsl = "dsl",
+        /// Distant, front and left.
+        Dfl = "dfl",
+        /// Distant, left of straight front.
+        Dlf = "dlf",
+        /// Distant, straight front: behind the origin.
+        Dsf = "dsf",
+        /// Distant, right of straight front.
+        Drf = "drf",
+        /// Distant, front and right.
+        Dfr = "dfr",
+        /// Distant, straight right.
+        Dsr = "dsr",
+        /// Distant, back and right.
+        Dbr = "dbr",
+        /// Distant, right of straight back.
+        Drb = "drb",
+        /// The referent is at the relatum.
+        Sam = "sam",
+        /// Origin and relatum are at one place, and the referent is not.
+        Dou = "dou",
+        /// All three are at one place.
+        Tri = "tri",
+    }
+}
+
+/// Sectors and the four lines between them, counter-clockwise from straight back.
+const AROUND: usize = 12;
+
+impl Tpcc {
+    /// The relation of a referent to an origin and a relatum. Within `tolerance_rad` of the four directions a position
+    /// counts as straight.
+    pub fn of(origin: Point, relatum: Point, referent: Point, tolerance_rad: f64) -> Self {
+        Self::located([origin, relatum, referent], tolerance_rad, 0.0)
+    }
+
+    /// The same, with borders as wide as `border`.
+    fn located([origin, relatum, referent]: [Point; 3], tolerance_rad: f64, border: f64) -> Self {
+        let (sight, away) = (relatum - origin, referent - relatum);
+        let (base, distance) = (sight.length(), away.length());
+        match (base > border, distance > border) {
+            (false, false) => return Self::Tri,
+            (false, true) => return Self::Dou,
+            (true, false) => return Self::Sam,
+            (true, true) => {}
+        }
+        let (ahead, left) = (sight.dot(away), sight.cross(away));
+        let around = Self::around(ahead, left, tolerance_rad.sin() * base * distance, border);
+        Self::ALL[around + if distance > base * (1.0 + border) { AROUND } else { 0 }]
+    }
+
+    /// The place among the sectors and lines, of a direction with these parts; a part up to `straight` counts as none.
+    fn around(ahead: f64, left: f64, straight: f64, border: f64) -> usize {
+        let is_back = ahead > 0.0;
+        let on_left = if left.abs() <= straight && left.abs() <= ahead.abs() {
+            return if is_back { 0 } else { 6 };
+        } else if ahead.abs() <= straight {
+            3
+        } else {
+            match (is_back, left.abs() <= ahead.abs() * (1.0 + border)) {
+                (true, true) => 1,
+                (true, false) => 2,
+                (false, false) => 4,
+                (false, true) => 5,
+            }
+        };
+        if left > 0.0 { on_left } else { AROUND - on_left }
+    }
+
+    /// Every relation that the same three points may have in another order.
+    ///
+    /// It is found by looking: the borders of all relations, in the plane of the referent, are lines and circles, and
+    /// on each piece of the plane between them the relations are the same. This takes some microseconds and allocates.
+    pub fn permuted(self, permutation: Permutation) -> RelationSet<Self> {
+        let [origin, relatum] = ORIGIN_AND_RELATUM.map(known);
+        match self {
+            Self::Tri => Self::Tri.into(),
+            Self::Dou => {
+                let points = [relatum, relatum, known([1.0, 0.0])];
+                Self::located(permutation.apply(points), Configurations::TOLERANCE_RAD, BORDER).into()
+            }
+            _ => {
+                let relate = |points| Self::located(points, Configurations::TOLERANCE_RAD, BORDER);
+                let points = pieces().into_iter().map(|referent| [origin, relatum, referent]);
+                let own = points.filter(|points| relate(*points) == self);
+                own.map(|points| relate(permutation.apply(points))).collect()
+            }
+        }
+    }
+
+    /// The place around the relatum and whether it is distant; `None` for coincident points.
+    fn polar(self) -> Option<(usize, bool)> {
+        let index = self.index();
+        (index < 2 * AROUND).then_some((index % AROUND, index >= AROUND))
+    }
+
+    fn reaches(self, instant: Self) -> bool {
+        let Some((at, is_distant)) = self.polar() else {
+            return instant == Self::Tri;
+        };
+        let Some((to, to_distant)) = instant.polar() else {
+            return match instant {
+                Self::Sam => !is_distant,
+                Self::Dou => is_distant,
+                _ => true,
+            };
+        };
+        // What is at no greater distance is closed, and so are lines, and sectors at their border of 45°.
+        let is_line = |at: usize| at.is_multiple_of(3);
+        let is_beside = matches!((to + AROUND - at) % AROUND, 1 | 11);
+        let has_border = matches!((at, to), (2, 1) | (4, 5) | (8, 7) | (10, 11));
+        let turns = at == to || (is_beside && ((is_line(to) && !is_line(at)) || has_border));
+        turns && (is_distant == to_distant || is_distant)
+    }
+
+    /// The relation in the mirror image: left and right swap.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        let Some((at, is_distant)) = self.polar() else { return self };
+        Self::ALL[(AROUND - at) % AROUND + if is_distant { AROUND } else { 0 }]
+    }
+}
+
+/// Another order of origin, relatum and referent (a, b, c), by the names of the literature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Permutation {
+    /// (b, a, c): inversion.
+    Inverse,
+    /// (a, c, b): the short cut.
+    ShortCut,
+    /// (c, a, b): the inverse of the short cut.
+    InverseShortCut,
+    /// (b, c, a): homing.
+    Homing,
+    /// (c, b, a): the inverse of homing.
+    InverseHoming,
+}
+
+impl Permutation {
+    /// The three in the other order.
+    pub fn apply<T>(self, [a, b, c]: [T; 3]) -> [T; 3] {
+        match self {
+            Self::Inverse => [b, a, c],
+            Self::ShortCut => [a, c, b],
+            Self::InverseShortCut => [c, a, b],
+            Self::Homing => [b, c, a],
+            Self::InverseHoming => [c, b, a],
+        }
+    }
+}
+
+/// Where origin and relatum are, without loss of generality.
+const ORIGIN_AND_RELATUM: [[f64; 2]; 2] = [[-1.0, 0.0], [0.0, 0.0]];
+/// How wide a border is for points that are computed to lie on it.
+const BORDER: f64 = 1e-9;
+
+fn known([x, y]: [f64; 2]) -> Point {
+    Point::new(x, y).expect("a small number")
+}
+
+/// A border of relations in the plane of the referent.
+#[derive(Debug, Clone, Copy)]
+enum Curve {
+    /// A point and a direction.
+    Line([f64; 2], [f64; 2]),
+    /// The centre and the radius.
+    Circle([f64; 2], f64),
+}
+
+impl Curve {
+    /// The point at a parameter: a length or an angle.
+    fn at(self, t: f64) -> [f64; 2] {
+        match self {
+            Self::Line([x, y], [dx, dy]) => [x + t * dx, y + t * dy],
+            Self::Circle([x, y], r) => [x + r * t.cos(), y + r * t.sin()],
+        }
+    }
+
+    /// The parameters of the points that it shares with another curve.
+    fn crossings(self, other: Self) -> Vec<f64> {
+        match (self, other) {
+            (Self::Line(p, d), Self::Line(q, e)) => {
+                let turn = d[0] * e[1] - d[1] * e[0];
+                let t = ((q[0] - p[0]) * e[1] - (q[1] - p[1]) * e[0]) / turn;
+                if turn.abs() > BORDER { vec![t] } else { Vec::new() }
+            }
+            (Self::Line(p, d), Self::Circle(centre, r)) => {
+                let away = [p[0] - centre[0], p[1] - centre[1]];
+                let along = -(away[0] * d[0] + away[1] * d[1]);
+                let beside = away[0] * d[1] - away[1] * d[0];
+                let half = (r * r - beside * beside).max(0.0).sqrt();
+                if beside.abs() <= r + BORDER { vec![along - half, along + half] } else { Vec::new() }
+            }
+            (Self::Circle(centre, _), Self::Line(..)) => {
+                let shared = other.crossings(self).into_iter().map(|t| other.at(t));
+                shared.map(|[x, y]| (y - centre[1]).atan2(x - centre[0])).collect()
+            }
+            (Self::Circle([x, y], r), Self::Circle([u, v], s)) => {
+                let (dx, dy) = (u - x, v - y);
+                let apart = dx.hypot(dy);
+                let cosine = (apart * apart + r * r - s * s) / (2.0 * apart * r);
+                if apart > BORDER && cosine.abs() <= 1.0 + BORDER {
+                    let (middle, half) = (dy.atan2(dx), cosine.clamp(-1.0, 1.0).acos());
+                    vec![middle - half, middle + half]
+                } else {
+                    Vec::new()
+                }
+            }
+        }
+    }
+}
+
+/// The borders: where the referent is straight or at 45° to either of the others, or they are to each other seen from
+/// it; and where two of the distances are equal.
+fn borders() -> Vec<Curve> {
+    let [a, b] = ORIGIN_AND_RELATUM;
+    let turns = (0..4).map(|i| f64::from(i) * FRAC_PI_2 / 2.0).map(|angle| [angle.cos(), angle.sin()]);
+    let mut curves: Vec<_> = turns.clone().map(|to| Curve::Line(b, to)).collect();
+    curves.extend(turns.skip(1).map(|to| Curve::Line(a, to)));
+    curves.push(Curve::Line([-0.5, 0.0], [0.0, 1.0]));
+    curves.extend([Curve::Circle(a, 1.0), Curve::Circle(b, 1.0), Curve::Circle([-0.5, 0.0], 0.5)]);
+    curves.extend([-0.5, 0.5].map(|y| Curve::Circle([-0.5, y], 0.5_f64.sqrt())));
+    curves
+}
+
+/// A point of each piece of the plane: of each crossing, of each stretch of a border, and of what is on its sides.
+fn pieces() -> Vec<Point> {
+    const ASIDE: f64 = 1e-4;
+    let curves = borders();
+    let mut found = Vec::new();
+    for (i, curve) in curves.iter().enumerate() {
+        let others = curves.iter().enumerate().filter(|(j, _)| *j != i);
+        let mut shared: Vec<_> = others.flat_map(|(_, other)| curve.crossings(*other)).collect();
+        if let Curve::Circle(..) = curve {
+            shared.iter_mut().for_each(|angle| *angle = angle.rem_euclid(TAU));
+        }
+        shared.sort_by(f64::total_cmp);
+        found.extend(shared.iter().map(|t| curve.at(*t)));
+        let (first, last) = (shared[0], shared[shared.len() - 1]);
+        let ends = match curve {
+            Curve::Line(..) => vec![first - 1.0, last + 1.0],
+            Curve::Circle(..) => vec![(first + TAU + last) / 2.0],
+        };
+        let stretches = shared.windows(2).filter(|pair| pair[1] - pair[0] > BORDER);
+        for t in stretches.map(|pair| (pair[0] + pair[1]) / 2.0).chain(ends) {
+            let [x, y] = curve.at(t);
+            let normal = match curve {
+                Curve::Line(_, [dx, dy]) => [-dy, *dx],
+                Curve::Circle(..) => [t.cos(), t.sin()],
+            };
+            found.extend([0.0, ASIDE, -ASIDE].map(|by| [x + by * normal[0], y + by * normal[1]]));
+        }
+    }
+    found.into_iter().map(known).collect()
+}
+
+/// [`Tpcc`] of three points: origin, relatum, referent.
+#[derive(Debug, Clone, Copy)]
+pub struct Configurations {
+    tolerance_rad: f64,
+}
+
+impl Configurations {
+    /// The tolerance of the default: points that are in line but for rounding are.
+    pub const TOLERANCE_RAD: f64 = 1e-9;
+
+    /// With positions straight that are within `tolerance_rad` of it.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where it is not from 0 to below π/4.
+    pub fn new(tolerance_rad: f64) -> Result<Self, Error> {
+        if (0.0..FRAC_PI_2 / 2.0).contains(&tolerance_rad) {
+            Ok(Self { tolerance_rad })
+        } else {
+            Err(Error::Parameter { what: "tolerance_rad", expected: "0 to below π/4", found: tolerance_rad })
+        }
+    }
+}
+
+impl Default for Configurations {
+    fn default() -> Self {
+        Self { tolerance_rad: Self::TOLERANCE_RAD }
+    }
+}
+
+impl Calculus for Configurations {
+    type Scene = [Point; 3];
+    type Relation = Tpcc;
+    const OF_MOTION: bool = false;
+
+    fn relate(&self, _: Before<'_, Self::Scene>, [origin, relatum, referent]: &Self::Scene) -> Option<Tpcc> {
+        Some(Tpcc::of(*origin, *relatum, *referent, self.tolerance_rad))
+    }
+}

@@ -1,0 +1,228 @@
+//! Histograms of forces: published values, invariants, objects that touch.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use proptest::prelude::*;
+use sketchnav_qualitative::Point;
+use sketchnav_qualitative::hof::{Force, Pair, Polygon, Workspace, degree_of_truth};
+
+fn polygon(corners: &[[f64; 2]]) -> Polygon {
+    Polygon::new(corners.iter().map(|[x, y]| Point::new(*x, *y).unwrap())).unwrap()
+}
+
+/// A square with its lower left corner there.
+fn square([x, y]: [f64; 2], side: f64) -> Polygon {
+    polygon(&[[x, y], [x + side, y], [x + side, y + side], [x, y + side]])
+}
+
+fn force(a: &Polygon, b: &Polygon, r: f64, angle_rad: f64) -> Force {
+    Pair::new(a, b).force(r, angle_rad, &mut Workspace::default()).unwrap()
+}
+
+/// The sum over all directions, by so many.
+fn total(a: &Polygon, b: &Polygon, r: f64, directions: usize) -> f64 {
+    let forces = Pair::new(a, b).histogram(r, directions).unwrap();
+    forces.iter().map(|force| force.finite().unwrap()).sum::<f64>() / directions as f64 * TAU
+}
+
+/// Two unit squares, one unit apart: F_0, F_1, F_2 by degrees. Computed in two other ways before this was written.
+const PUBLISHED: [(f64, [f64; 3]); 4] = [
+    (0.0, [1.0, 0.523_248_144, 0.287_682_072]),
+    (10.0, [0.657_332_395, 0.346_921_163, 0.192_450_449]),
+    (20.0, [0.290_559_218, 0.159_617_954, 0.091_482_594]),
+    (30.0, [0.043_589_427, 0.028_044_125, 0.018_315_340]),
+];
+
+#[test]
+fn two_unit_squares_have_the_known_forces() {
+    let (a, b) = (square([2.0, 0.0], 1.0), square([0.0, 0.0], 1.0));
+    for (degrees, expected) in PUBLISHED {
+        for (r, expected) in expected.into_iter().enumerate() {
+            let found = force(&a, &b, r as f64, f64::to_radians(degrees)).finite().unwrap();
+            assert!((found - expected).abs() < 1e-9, "F_{r} at {degrees}°: {found}");
+        }
+    }
+    for degrees in [0.0, 3.0, 7.5, 15.0] {
+        let (sin, cos) = f64::to_radians(degrees).sin_cos();
+        let found = force(&a, &b, 0.0, f64::to_radians(degrees)).finite().unwrap();
+        assert!((found - (cos - 2.0 * sin) / (cos * cos)).abs() < 1e-12);
+    }
+    assert_eq!(force(&a, &b, 2.0, PI), Force::Finite(0.0));
+    assert_eq!(force(&a, &b, 0.0, FRAC_PI_2), Force::Finite(0.0));
+}
+
+/// Gauss's quadrature with five places on [0, 1].
+const GAUSS: [(f64, f64); 5] = [
+    (0.046_910_077_030_668, 0.118_463_442_528_094_5),
+    (0.230_765_344_947_158_4, 0.239_314_335_249_683_2),
+    (0.5, 0.284_444_444_444_444_4),
+    (0.769_234_655_052_841_6, 0.239_314_335_249_683_2),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_5),
+];
+
+/// ∬ |p − q|^−(r + 1) over two unit squares.
+fn over_squares(a: [f64; 2], b: [f64; 2], r: f64) -> f64 {
+    let places = || GAUSS.into_iter().flat_map(|x| GAUSS.map(|y| ([x.0, y.0], x.1 * y.1)));
+    let pairs = places().flat_map(|p| places().map(move |q| (p, q)));
+    let terms = pairs.map(|((p, p_weight), (q, q_weight))| {
+        let [x, y] = [0, 1].map(|i| a[i] + p[i] - b[i] - q[i]);
+        x.hypot(y).powf(-(r + 1.0)) * p_weight * q_weight
+    });
+    terms.sum()
+}
+
+#[test]
+fn the_integral_over_all_directions_is_that_over_all_pairs_of_points() {
+    for r in [0.0, 0.5, 1.0, 1.7, 2.0, 2.5, 3.0, 3.5] {
+        for at in [[2.5, 0.3], [-1.0, -3.0]] {
+            let found = total(&square(at, 1.0), &square([0.0, 0.0], 1.0), r, 7200);
+            let expected = over_squares(at, [0.0, 0.0], r);
+            assert!((found / expected - 1.0).abs() < 1e-5, "r = {r}: {found}, {expected}");
+        }
+    }
+}
+
+#[test]
+fn an_object_has_the_forces_of_its_own_area_on_itself() {
+    // The mean of 1 / distance of two points in a unit square.
+    let unit = square([0.0, 0.0], 1.0);
+    let expected = 4.0 * ((1.0 - 2_f64.sqrt()) / 3.0 + (1.0 + 2_f64.sqrt()).ln());
+    let found = total(&unit, &unit, 0.0, 7200);
+    assert!((found - expected).abs() < 1e-5, "{found}, {expected}");
+}
+
+#[test]
+fn objects_that_touch_have_infinite_gravitation_and_no_other() {
+    // The raster programs return inf or NaN here.
+    let b = square([0.0, 0.0], 1.0);
+    let (beside, at_corner, over) =
+        (square([1.0, 0.3], 1.0), square([1.0, 1.0], 1.0), square([0.5, 0.5], 1.0));
+    for degrees in [0, 5, 30, 45, 60] {
+        let angle = f64::from(degrees).to_radians();
+        assert_eq!(force(&beside, &b, 2.0, angle), Force::Infinite, "{degrees}");
+        assert_eq!(force(&over, &b, 1.0, angle), Force::Infinite, "{degrees}");
+        for (a, r) in [(&beside, 0.0), (&beside, 1.0), (&beside, 1.9), (&over, 0.0), (&over, 0.9)] {
+            assert!(force(a, &b, r, angle).finite().unwrap() > 0.0, "{degrees}, {r}");
+        }
+    }
+    let angle = 45_f64.to_radians();
+    // √2 ln 2 − ∫ ln t dt from 0 to 2√2.
+    let diagonal = 8_f64.sqrt();
+    let expected = 2_f64.sqrt() * 2_f64.ln() - diagonal * diagonal.ln() + diagonal;
+    assert!((force(&at_corner, &b, 2.0, angle).finite().unwrap() - expected).abs() < 1e-12);
+    assert_eq!(force(&at_corner, &b, 3.0, angle), Force::Infinite);
+}
+
+#[test]
+fn objects_far_from_each_other_lose_no_digits() {
+    let b = square([0.0, 0.0], 1.0);
+    for gap in [3.0, 5.0, 1e2, 1e4, 1e6] {
+        let found = force(&square([1.0 + gap, 0.0], 1.0), &b, 2.0, 0.0).finite().unwrap();
+        let expected = (1.0 / (gap * (gap + 2.0))).ln_1p();
+        assert!((found / expected - 1.0).abs() < 1e-9, "{gap}: {found}, {expected}");
+    }
+}
+
+#[test]
+fn shapes_without_an_area_are_rejected() {
+    let at = |x: f64, y: f64| Point::new(x, y).unwrap();
+    assert!(Polygon::new([]).is_err());
+    assert!(Polygon::new([at(0.0, 0.0), at(1.0, 1.0)]).is_err());
+    assert!(Polygon::new([at(0.0, 0.0), at(1.0, 1.0), at(2.0, 2.0)]).is_err());
+    let unit = square([0.0, 0.0], 1.0);
+    let pair = Pair::new(&unit, &unit);
+    for (r, angle) in [(-1.0, 0.0), (f64::NAN, 0.0), (17.0, 0.0), (0.0, f64::INFINITY)] {
+        assert!(pair.force(r, angle, &mut Workspace::default()).is_err());
+    }
+}
+
+#[test]
+fn it_is_true_of_one_direction_and_of_no_opposite() {
+    let (a, b) = (square([3.0, 0.0], 1.0), square([0.0, 0.0], 1.0));
+    let forces = Pair::new(&a, &b).histogram(0.0, 180).unwrap();
+    let degree = |degrees: f64| degree_of_truth(&forces, degrees.to_radians()).unwrap();
+    assert!((degree(0.0) - 1.0).abs() < 1e-12 && degree(180.0) == 0.0);
+    assert!((degree(45.0) - 0.5).abs() < 0.01 && (degree(-45.0) - degree(45.0)).abs() < 1e-12);
+    for degrees in 0..9 {
+        let degrees = f64::from(degrees) * 10.0;
+        assert!(degree(degrees) > degree(degrees + 10.0), "{degrees}");
+    }
+    // All around: it is in every direction, and hardly.
+    let ring = polygon(&[
+        [-3.0, -3.0],
+        [4.0, -3.0],
+        [4.0, 4.0],
+        [-3.0, 4.0],
+        [-3.0, -3.0],
+        [-2.0, -2.0],
+        [-2.0, 3.0],
+        [3.0, 3.0],
+        [3.0, -2.0],
+        [-2.0, -2.0],
+    ]);
+    let around = Pair::new(&ring, &b).histogram(0.0, 180).unwrap();
+    assert!(around.iter().all(|force| force.finite().unwrap() > 0.0));
+    assert!(degree_of_truth(&around, 0.0).unwrap() < 0.05);
+    assert_eq!(degree_of_truth(&[Force::Infinite, Force::Finite(1.0)], 0.0), None);
+    assert_eq!(degree_of_truth(&[Force::Finite(0.0); 4], 0.0), None);
+}
+
+fn shape() -> impl Strategy<Value = Polygon> {
+    let on_grid =
+        prop::collection::vec([(-3_i8..=3).prop_map(f64::from), (-3_i8..=3).prop_map(f64::from)], 3..7);
+    let anywhere = prop::collection::vec([-3.0..3.0, -3.0..3.0], 3..7);
+    let corners = prop_oneof![on_grid, anywhere];
+    corners.prop_filter_map("an area", |corners| {
+        Polygon::new(corners.iter().map(|[x, y]| Point::new(*x, *y).unwrap())).ok()
+    })
+}
+
+fn moved(shape: &Polygon, angle: f64, scale: f64, shift: [f64; 2]) -> Polygon {
+    let (sin, cos) = angle.sin_cos();
+    let corners = shape.corners().iter().map(|at| {
+        let [x, y] = [scale * at.x(), scale * at.y()];
+        Point::new(x * cos - y * sin + shift[0], x * sin + y * cos + shift[1]).unwrap()
+    });
+    Polygon::new(corners).unwrap()
+}
+
+fn is_near(a: Force, b: Force) -> bool {
+    match (a, b) {
+        (Force::Finite(a), Force::Finite(b)) => (a - b).abs() <= 1e-6 * (1.0 + a.abs()),
+        _ => a == b,
+    }
+}
+
+proptest! {
+    #[test]
+    fn every_force_is_a_number_or_infinite(a in shape(), b in shape(), r in prop_oneof![Just(0.0), Just(1.0), Just(2.0), Just(3.0), 0.0..4.0]) {
+        for force in Pair::new(&a, &b).histogram(r, 24).unwrap() {
+            if let Force::Finite(force) = force {
+                prop_assert!(force >= 0.0 && force.is_finite(), "{force}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_force_of_b_on_a_is_opposite(a in shape(), b in shape(), angle in 0.0..TAU, r in 0.0..0.9) {
+        let (one, other) = (force(&a, &b, r, angle), force(&b, &a, r, angle + PI));
+        prop_assert!(is_near(one, other), "{one:?}, {other:?}");
+    }
+
+    #[test]
+    fn turns_shifts_and_scales_change_forces_as_they_must(
+        a in shape(),
+        b in shape(),
+        [angle, turn] in [0.0..TAU, 0.0..TAU],
+        shift in [-5.0..5.0, -5.0..5.0],
+        scale in 0.5..2.0,
+        r in 0.0..2.5,
+    ) {
+        // Apart from each other, so that no force is infinite.
+        let a = moved(&a, 0.0, 1.0, [20.0, 0.0]);
+        let before = force(&a, &b, r, angle).finite().unwrap();
+        let after = force(&moved(&a, turn, scale, shift), &moved(&b, turn, scale, shift), r, angle + turn);
+        let expected = before * scale.powf(3.0 - r);
+        prop_assert!(is_near(after, Force::Finite(expected)), "{after:?}, {expected}");
+    }
+}

@@ -1,0 +1,55 @@
+//! A steady stream allocates nothing.
+
+use sketchnav_qualitative::argd::{Bound, Scale};
+use sketchnav_qualitative::cardinal::Directions;
+use sketchnav_qualitative::qrpc::Projections;
+use sketchnav_qualitative::rcc::{Rcc8, Regions};
+use sketchnav_qualitative::rectangle::Rectangles;
+use sketchnav_qualitative::tpcc::Configurations;
+use sketchnav_qualitative::{Calculus, Options, Oriented, Point, Rect, Stream, qtc};
+use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// A walk that turns, jumps and rests, in whole numbers.
+fn walk(i: u32, salt: u32) -> [f64; 2] {
+    let hash = |of: u32| f64::from(of.wrapping_mul(2_654_435_761).rotate_left(salt) % 7);
+    [hash(i / 3), hash(i / 2 + 17 * salt)]
+}
+
+fn point(i: u32, salt: u32) -> Point {
+    Point::try_from(walk(i, salt)).unwrap()
+}
+
+/// Every option that makes work: insertions, jumps, gaps.
+fn allocates_nothing<C: Calculus>(calculus: C, scene: impl Fn(u32) -> C::Scene) {
+    let mut stream = Stream::new(calculus, Options { max_gap_s: Some(3.0), ..Options::default() });
+    let mut found = 0;
+    let before = allocations_of_this_thread();
+    for i in 0..2000 {
+        let is_seen = i % 50 != 49;
+        let time_s = f64::from(i + i / 100 * 10);
+        let step = stream.push(time_s, is_seen.then(|| scene(i))).unwrap();
+        found += step.into_iter().count();
+    }
+    assert_eq!(allocations_of_this_thread() - before, 0);
+    assert!(found > 100, "{found}");
+}
+
+#[test]
+fn a_stream_allocates_nothing() {
+    let points = |i| [point(i, 1), point(i, 2)];
+    allocates_nothing(qtc::Basic::default(), points);
+    allocates_nothing(qtc::DoubleCross::default(), points);
+    allocates_nothing(qtc::Switching::default(), points);
+    allocates_nothing(Directions, points);
+    allocates_nothing(Scale::new([("near", 2.0), ("far", 5.0)], Bound::Upper).unwrap(), points);
+    allocates_nothing(Configurations::default(), |i| [point(i, 1), point(i, 2), point(i, 3)]);
+    let rects =
+        |i| [Rect::around(point(i, 1), 3.0, 2.0).unwrap(), Rect::around(point(i, 2), 2.0, 2.0).unwrap()];
+    allocates_nothing(Regions::<Rcc8>::default(), rects);
+    allocates_nothing(Rectangles::default(), rects);
+    let oriented = |i: u32, salt| Oriented::new(point(i, salt), f64::from(i % 16)).unwrap();
+    allocates_nothing(Projections::default(), |i| [oriented(i, 1), oriented(i / 2, 2)]);
+}

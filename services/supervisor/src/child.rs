@@ -66,6 +66,7 @@ pub(crate) struct Child {
     pub(crate) process: Process,
     line: ProcessLine,
     child: StdChild,
+    born: Instant,
     log: PathBuf,
     /// How it ended, where it has.
     ended: Option<(ExitStatus, Instant)>,
@@ -84,10 +85,10 @@ impl Child {
         let process = line.process;
         prepare(&mut line)?;
         let child = spawn(&mut line, &log)?;
-        let restarts = Restarts::default();
-        let watchdog = Watchdog::begin(0, Instant::now(), stopped_limit);
+        let (born, restarts) = (Instant::now(), Restarts::default());
+        let watchdog = Watchdog::begin(0, born, stopped_limit);
         let (ended, due, mourned) = (None, None, None);
-        Ok(Self { process, line, child, log, ended, restarts, due, mourned, watchdog, stopped_limit })
+        Ok(Self { process, line, child, born, log, ended, restarts, due, mourned, watchdog, stopped_limit })
     }
 
     pub(crate) fn pid(&self) -> u32 {
@@ -146,8 +147,8 @@ impl Child {
         let is_due = self.due.is_some_and(|due| due <= Instant::now());
         if is_due {
             self.child = spawn(&mut self.line, &self.log)?;
-            (self.ended, self.due) = (None, None);
-            self.watchdog = Watchdog::begin(signs_of_life, Instant::now(), self.stopped_limit);
+            (self.born, self.ended, self.due) = (Instant::now(), None, None);
+            self.watchdog = Watchdog::begin(signs_of_life, self.born, self.stopped_limit);
         }
         Ok(is_due)
     }

@@ -21,8 +21,8 @@
 //! # Neighbourhood
 //! − and + are not neighbours: motion passes 0. The sign 0 may hold for an instant, the others not. So no sign leaves 0
 //! at the instant at which another reaches it. QTC_B has 9 relations and 16 pairs of neighbours, QTC_C 81 and 544.
-//! For QTC_BC the same is said of the distance: it is near at the instant at which it reaches the threshold. Dondrup et
-//! al. 2015 join each relation of QTC_B with the 9 of QTC_C that extend it; those are 81 of the 225 pairs here.
+//! For QTC_BC the same is said of the distance: it is near at the instant at which it reaches the threshold.
+//! That gives 225 pairs that join QTC_B and QTC_C.
 
 use std::fmt;
 use std::str::FromStr;

@@ -108,21 +108,37 @@ fn pure_crates_have_clippy_guard_them() {
     }
 }
 
-/// The README shows the table to people; it is the same one.
+/// Who sets the clock of the machine changes no mission. Half-made files of shared memory once were told by their times.
 #[test]
-fn the_readme_shows_the_pipeline_as_it_is() {
-    let readme = read(&repository().join("README.md"));
-    let shown: Vec<_> = readme.lines().skip_while(|line| !line.starts_with("| channel |")).skip(2).collect();
-    for (spec, line) in channels::all().zip(shown) {
-        let message = spec.message.name.split('/').nth(1).unwrap_or_default();
-        let readers = match spec.readers {
-            [] => "–".to_owned(),
-            readers => channels::words(readers.iter().copied()),
-        };
-        let writer = spec.writer.map_or("every process", Process::word);
-        let ros2 = spec.message.ros2.replace("/msg/", "/");
-        assert_eq!(line, format!("| `{}` | `{message}` | `{ros2}` | {writer} | {readers} |", spec.name));
+fn no_process_reads_the_wall_clock() {
+    let words = ["SystemTime", "UNIX_EPOCH", ".modified()", "CLOCK_REALTIME"];
+    let mut found = Vec::new();
+    for path in sources(repository(), ".rs") {
+        let place = path.strip_prefix(repository()).unwrap().display().to_string();
+        let is_ours =
+            ["services/", "schemas/", "recordings/", "sim/"].iter().any(|own| place.starts_with(own));
+        let text = read(&path);
+        found.extend(
+            words
+                .iter()
+                .filter(|word| is_ours && text.contains(**word))
+                .map(|word| format!("{place}: {word}")),
+        );
     }
+    assert!(found.is_empty(), "{found:?}");
+}
+
+/// People and programs see the table itself.
+#[test]
+fn the_command_line_shows_the_pipeline_as_it_is() {
+    let place = support::Place::new();
+    let shown = place.run("channels --json").json();
+    let shown: Vec<_> =
+        shown.as_array().unwrap().iter().map(|row| row["channel"].as_str().unwrap().to_owned()).collect();
+    assert_eq!(shown, channels::all().map(|spec| spec.name).collect::<Vec<_>>());
+    let wrong = place.run("channels --kind nonsense");
+    assert_eq!(wrong.code, Some(2), "{wrong}");
+    assert!(wrong.err.contains("--kind: expected one of sketch, found \"nonsense\""), "{wrong}");
 }
 
 /// Lists of channels that are not the pipeline: what the judge reads of a recording.

@@ -41,6 +41,7 @@ impl Cli {
             Some(
                 Command::Ps { json }
                 | Command::Clean { json }
+                | Command::Channels { json, .. }
                 | Command::Diff { json, .. }
                 | Command::Info { json, .. },
             ) => *json,
@@ -128,6 +129,16 @@ pub enum Command {
     /// List the running systems and their processes.
     Ps {
         /// One JSON object instead of a table.
+        #[arg(long)]
+        json: bool,
+    },
+    /// List the channels with their messages, writers and readers, in the order of an instant.
+    #[command(after_help = "Example: sketchnav channels --kind sketch")]
+    Channels {
+        /// Only those that this kind of navigator has.
+        #[arg(long)]
+        kind: Option<String>,
+        /// One JSON list instead of a table.
         #[arg(long)]
         json: bool,
     },

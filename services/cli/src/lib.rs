@@ -4,6 +4,7 @@
 //! navigators, too. `tests/stranger/wall_follower.rs` is such a program.
 
 mod args;
+mod channels;
 mod chaos;
 mod deform;
 mod eval;
@@ -70,6 +71,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),
         Some(Command::Serve { process, system, site }) => serve::serve(process, &system, site),
         Some(Command::Ps { json }) => systems::ps(json),
+        Some(Command::Channels { kind, json }) => channels::show(kind.as_deref(), json),
         Some(Command::Clean { json }) => systems::clean(json),
         Some(Command::Top { options }) => top::top(&options),
         Some(Command::Echo { tap }) => tap::echo(&tap),

@@ -1,0 +1,80 @@
+//! Shows the pipeline: every channel with its message, its writer and its readers, in the order of an instant.
+
+use anyhow::Context;
+use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
+use serde::Serialize;
+use sketchnav_schemas::channels::{self, ChannelSpec};
+use sketchnav_schemas::codes::Process;
+
+use crate::failure::{Failure, Outcome};
+use crate::output::out;
+
+#[derive(Serialize)]
+struct Row {
+    channel: &'static str,
+    /// In the MCAP file.
+    message: &'static str,
+    ros2: &'static str,
+    /// `None`: every process.
+    writer: Option<&'static str>,
+    readers: Vec<&'static str>,
+    /// The kind of navigator that has it; `None`: all.
+    kind: Option<&'static str>,
+    /// Messages that a reader gets that comes late.
+    history: usize,
+    latched: bool,
+    recorded: bool,
+}
+
+impl Row {
+    fn of(spec: &'static ChannelSpec) -> Self {
+        Self {
+            channel: spec.name,
+            message: spec.message.name,
+            ros2: spec.message.ros2,
+            writer: spec.writer.map(Process::word),
+            readers: spec.readers.iter().map(|process| process.word()).collect(),
+            kind: spec.kind,
+            history: spec.history(),
+            latched: spec.is_latched(),
+            recorded: spec.is_recorded(),
+        }
+    }
+}
+
+/// Prints the channels that a kind of navigator has; without a kind, all.
+pub fn show(kind: Option<&str>, json: bool) -> Result<Outcome, Failure> {
+    let known = || channels::all().filter_map(|spec| spec.kind);
+    if let Some(kind) = kind.filter(|kind| known().all(|known| known != *kind)) {
+        let mut known: Vec<_> = known().collect();
+        known.dedup();
+        let known = known.join(", ");
+        return Err(Failure::Input(anyhow::anyhow!("--kind: expected one of {known}, found {kind:?}")));
+    }
+    let of_kind = |spec: &&'static ChannelSpec| kind.is_none_or(|kind| spec.belongs_to(kind));
+    let rows: Vec<_> = channels::all().filter(of_kind).map(Row::of).collect();
+    if json {
+        out!("{}", serde_json::to_string(&rows).context("the table as JSON")?)?;
+    } else {
+        out!("{}", table(&rows))?;
+    }
+    Ok(Outcome::Success)
+}
+
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_FULL_CONDENSED);
+    table.set_header(["channel", "ROS 2 message", "writer", "readers", "kind", "history"]);
+    for row in rows {
+        let history = if row.latched { "latched".to_owned() } else { row.history.to_string() };
+        table.add_row([
+            row.channel.to_owned(),
+            row.ros2.replace("/msg/", "/"),
+            row.writer.unwrap_or("every process").to_owned(),
+            row.readers.join(", "),
+            row.kind.unwrap_or("all").to_owned(),
+            history,
+        ]);
+    }
+    table
+}

@@ -8,7 +8,7 @@
 //! Knows no clock, file, thread or channel; draws no random numbers; allocates only when a sketch,
 //! a route or a configuration arrives.
 //!
-//! [`driving`](super::driving) goes from the estimate to the velocity. Task order, orders and time limits are
+//! `driving` goes from the estimate to the velocity. Task order, orders and time limits are
 //! [`sketchnav_motion::mission`]'s.
 
 use crate::planning::chart::Chart;

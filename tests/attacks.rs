@@ -12,6 +12,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
@@ -84,6 +85,7 @@ impl Attacker {
         Self { rng: Pcg64Mcg::seed_from_u64(seed), undisturbed, place }
     }
 
+    /// The moment of an attack is drawn at random. Nothing is expected of it: whatever the moment, the same must hold.
     fn pause(&mut self, longest: Duration) {
         std::thread::sleep(longest.mul_f64(self.rng.random::<f64>()));
     }
@@ -182,16 +184,15 @@ impl Attacker {
                 fs::write(self.place.files().join(name), text).unwrap();
             }
             let running = self.place.start("run room.toml --json --out nonsense --system nonsense");
-            let (pid, began) = (running.pid(), Instant::now());
-            // What is accepted may drive for as long as its task may take: that long nobody waits.
-            let waiter = std::thread::spawn(move || running.end());
-            while !waiter.is_finished() && began.elapsed() < Duration::from_secs(15) {
-                std::thread::sleep(Duration::from_millis(20));
-            }
-            if !waiter.is_finished() {
+            let pid = running.pid();
+            let (tell, told) = mpsc::channel();
+            std::thread::spawn(move || tell.send(running.end()));
+            // What is accepted may drive for as long as its task may take: nobody waits that long.
+            let ended = told.recv_timeout(Duration::from_secs(15)).or_else(|_| {
                 send(pid, Signal::SIGINT);
-            }
-            let ended = waiter.join().unwrap();
+                told.recv()
+            });
+            let ended = ended.unwrap();
             let what: Vec<_> = files.iter().map(|(name, text)| format!("--- {name}\n{text}")).collect();
             must_be_civil(&ended, &what.join("\n"));
             self.place.assert_nothing_left("nonsense");

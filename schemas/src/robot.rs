@@ -346,10 +346,9 @@ mod tests {
         noise_per_m=0.01\n[odometry]\nalpha_speed_speed=0.01\nalpha_speed_turn=0\nalpha_turn_speed=0\n\
         alpha_turn_turn=0\ndrift_distance=0.01\ndrift_yaw_radpm=0\nslips_per_m=0\n";
 
-    /// Numbers that are numbers and above 0 were all taken. A range of 1e9 m made scans that no reader took, a
-    /// range_min_m that is range_max_m in single precision did too, a rate of 1e-12 Hz overflowed the schedule,
-    /// noise of 1e300 m made NaN, 1e6 m/s and a radius of 1e-6 m asked physics for millions of steps an instant, and a
-    /// mount that was no number moved every beam to nowhere.
+    /// Every finite number above 0 was accepted. A range of 1e9 m made scans that readers rejected. So did a range_min_m
+    /// that equals range_max_m in single precision. A rate of 1e-12 Hz overflowed the schedule. Noise of 1e300 m made
+    /// NaN. 1e6 m/s and a radius of 1e-6 m took millions of physics steps an instant. A mount of NaN moved every beam.
     #[test]
     fn numbers_that_no_robot_has_are_refused_with_their_keys() {
         let text = format!("{BARE}{SENSORS}");

@@ -41,8 +41,8 @@ pub fn main() -> ExitCode {
     exit_code(dispatch(cli), json)
 }
 
-/// Beyond the limit on the size of files (`ulimit -f`) a write fails then, as on a full disk, and its error is told.
-/// The signal would end the process without a word; what this program starts ignores it, too.
+/// Ignores SIGXFSZ, which would end the process without a message. A write beyond `ulimit -f` then fails with an error, as
+/// on a full disk. Processes that this program starts ignore the signal too.
 fn ignore_file_size_signal() {
     // SAFETY: no handler runs. The call fails for invalid signals only.
     let _ = unsafe { signal(Signal::SIGXFSZ, SigHandler::SigIgn) };

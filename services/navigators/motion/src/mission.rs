@@ -170,8 +170,8 @@ impl Mission {
         }
     }
 
-    /// Begins, without a checkpoint, with the task that a predecessor's last status was about. A robot that a
-    /// person had stopped stands until it is told to go on.
+    /// Begins, without a checkpoint, with the task that a predecessor's last status was about. A person's
+    /// pause or abort stays in force until the order to resume.
     pub fn resume_behind(&mut self, last: &MissionStatus) {
         let state = TaskState::from_code(last.state);
         self.held = match state {

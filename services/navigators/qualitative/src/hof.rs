@@ -10,8 +10,8 @@
 //! ∬ |p − q|^−(r + 1) dp dq over both areas. θ is counter-clockwise from the first axis.
 //!
 //! The integrals are in closed form. The parallels through all vertices and crossings of edges cut the plane into
-//! strips. Within a strip each end of a section is linear in u, so that the double integral of a power of a distance
-//! is a difference of four powers, and its integral over the strip a difference quotient. Where the objects are far
+//! strips. Within a strip each end of a section is linear in u. So the double integral of a power of a distance is a
+//! difference of four powers. Its integral over the strip is a difference quotient. Where the objects are far
 //! from each other for their size these differences would cancel; Gauss's quadrature takes their place there.
 //!
 //! A force is infinite, and is said to be ([`Force::Infinite`]), where for r ≥ 1 the objects overlap in the direction;

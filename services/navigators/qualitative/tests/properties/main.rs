@@ -1,0 +1,12 @@
+//! What holds for all relations, and for all scenes.
+
+mod motion;
+mod scenes;
+mod stories;
+mod tables;
+
+use sketchnav_qualitative::Point;
+
+fn point([x, y]: [f64; 2]) -> Point {
+    Point::new(x, y).unwrap()
+}

@@ -1,0 +1,111 @@
+//! Continuous motion passes neighbours only.
+
+use std::f64::consts::TAU;
+use std::fmt::Debug;
+
+use proptest::prelude::*;
+use sketchnav_qualitative::algebra::Relation;
+use sketchnav_qualitative::allen::Allen;
+use sketchnav_qualitative::argd::{Bound, Scale};
+use sketchnav_qualitative::cardinal::Direction;
+use sketchnav_qualitative::mos::Motion;
+use sketchnav_qualitative::qrpc::{Projections, Qrpc};
+use sketchnav_qualitative::qtc::{QtcB, QtcBc, QtcC};
+use sketchnav_qualitative::rcc::{Rcc5, Rcc8};
+use sketchnav_qualitative::rectangle::Rectangular;
+use sketchnav_qualitative::tpcc::Tpcc;
+use sketchnav_qualitative::{Oriented, Point, Rect};
+
+use crate::point;
+use crate::scenes::anywhere;
+
+/// A smooth curve: two circles.
+#[derive(Debug, Clone, Copy)]
+struct Curve([f64; 8]);
+
+impl Curve {
+    fn at(self, t: f64) -> [f64; 2] {
+        let [x, y, r1, w1, p1, r2, w2, p2] = self.0;
+        let part = |f: fn(f64) -> f64| r1 * f(w1 * t + p1) + r2 * f(w2 * t + p2);
+        [x + part(f64::cos), y + part(f64::sin)]
+    }
+
+    fn point(self, t: f64) -> Point {
+        point(self.at(t))
+    }
+
+    fn heading(self, t: f64) -> f64 {
+        self.0[4] + self.0[3] * t
+    }
+}
+
+fn curve() -> impl Strategy<Value = Curve> {
+    (anywhere(), [0.5..4.0, -2.0..2.0, 0.0..TAU], [0.1..2.0, -3.0..3.0, 0.0..TAU])
+        .prop_map(|([x, y], [r1, w1, p1], [r2, w2, p2])| Curve([x / 4.0, y / 4.0, r1, w1, p1, r2, w2, p2]))
+}
+
+/// Follows a motion from 0 to 3: what differs from one time to the next is looked at more closely until each change is
+/// one between neighbours.
+fn passes_neighbours_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<usize, TestCaseError> {
+    fn refined<R: Relation>(
+        f: &impl Fn(f64) -> R,
+        from: (f64, R),
+        to: (f64, R),
+        depth: u32,
+    ) -> Result<(), TestCaseError> {
+        if from.1 == to.1 || from.1.is_neighbour(to.1) {
+            return Ok(());
+        }
+        prop_assert!(depth < 45, "{} to {} at {}", from.1, to.1, from.0);
+        let middle = (from.0 + to.0) / 2.0;
+        let middle = (middle, f(middle));
+        refined(f, from, middle, depth + 1)?;
+        refined(f, middle, to, depth + 1)
+    }
+    let mut changes = 0;
+    let mut last = (0.0, relation(0.0));
+    for i in 1..=60 {
+        let t = f64::from(i) * 0.05;
+        let now = (t, relation(t));
+        refined(&relation, last, now, 0)?;
+        changes += usize::from(last.1 != now.1);
+        last = now;
+    }
+    Ok(changes)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// What holds for an instant only, such as a sign of 0, lasts a while here: within a tolerance.
+    #[test]
+    fn continuous_motion_passes_neighbours_only(k in curve(), l in curve(), m in curve(), sizes in [0.5..4.0, 0.5..4.0, 0.5..4.0, 0.5..4.0]) {
+        let step = 1e-3;
+        let motion = |curve: Curve, t: f64| [curve.point(t), curve.point(t + step)];
+        let q = 0.05 * step;
+        passes_neighbours_only(|t| QtcB::of(motion(k, t), motion(l, t), q))?;
+        passes_neighbours_only(|t| QtcC::of(motion(k, t), motion(l, t), q))?;
+        passes_neighbours_only(|t| {
+            let relation = QtcC::of(motion(k, t), motion(l, t), q);
+            let is_near = k.point(t).distance(l.point(t)) <= 2.0;
+            if is_near { QtcBc::Near(relation) } else { QtcBc::Far(relation.basic()) }
+        })?;
+        passes_neighbours_only(|t| Motion::of(k.point(t), k.point(t + step), step))?;
+        passes_neighbours_only(|t| Tpcc::of(k.point(t), l.point(t), m.point(t), 0.02))?;
+        passes_neighbours_only(|t| Direction::of(k.point(t), l.point(t)))?;
+        let [a, b, c, d] = sizes;
+        let rects = |t: f64| {
+            let breath = 1.0 + 0.2 * t.sin();
+            [Rect::around(k.point(t), a, b * breath).unwrap(), Rect::around(l.point(t), c * breath, d).unwrap()]
+        };
+        passes_neighbours_only(|t| { let [a, b] = rects(t); Allen::of(a.x(), b.x(), 0.01) })?;
+        passes_neighbours_only(|t| { let [a, b] = rects(t); Rectangular::of(a, b, 0.01) })?;
+        passes_neighbours_only(|t| { let [a, b] = rects(t); Rcc8::of(a, b, 0.01) })?;
+        passes_neighbours_only(|t| { let [a, b] = rects(t); Rcc5::from(Rcc8::of(a, b, 0.01)) })?;
+        let scale = Scale::new([("near", 1.0), ("far", 4.0)], Bound::Lower).unwrap();
+        passes_neighbours_only(|t| scale.rank(k.point(t).distance(l.point(t))))?;
+        let oriented = |curve: Curve, t: f64| Oriented::new(curve.point(t), curve.heading(t)).unwrap();
+        let tolerances = Projections::new(1e-7, 1e-7).unwrap();
+        passes_neighbours_only(|t| Qrpc::of(oriented(k, t), oriented(l, t), &tolerances))?;
+    }
+}

@@ -79,6 +79,14 @@ bounds! {
     MOUNT_M: -10 to 10 " m";
     /// Radius of a ring of sonars.
     RING_RADIUS_M: 0 to 10 " m";
+    /// Length or width of a robot's footprint.
+    FOOTPRINT_M: 0.01 to 20 " m";
+    /// Horizontal field of view of a camera.
+    CAMERA_VIEW_DEG: 1 to 179 " degrees";
+    /// How far a camera sees past a marker's own direction: at 90 degrees it sees an edge.
+    SLANT_DEG: 1 to 89 " degrees";
+    /// Standard deviation of an angle.
+    ANGLE_NOISE_DEG: 0 to 90 " degrees";
     /// A direction: what is beyond a turn is an error, and what is far beyond takes for ever to wind up.
     ANGLE_DEG: -360 to 360 " degrees";
     /// A coefficient of the velocity motion model.
@@ -117,6 +125,8 @@ pub const MOST_DOORS: usize = 1000;
 pub const MOST_FURNITURE: usize = 2000;
 /// People in a world.
 pub const MOST_PEOPLE: usize = 100;
+/// Markers in a world.
+pub const MOST_MARKERS: usize = 1000;
 /// Corners of a polygon, or waypoints of a person.
 pub const MOST_CORNERS: usize = 1000;
 /// Pixels of a map's picture: 200 m by 200 m at 5 cm.

@@ -260,6 +260,8 @@ channels! {
     SCAN: Sensor LaserScan = "scan", WORLD => [Localizer, Planner, Pad];
     /// Readings of the ring of sonars.
     SONAR: Sensor SonarScan = "sonar", WORLD => [Localizer, Planner, Pad];
+    /// The markers that the camera sees.
+    MARKERS: Sensor MarkerView = "markers", WORLD => [Localizer, Planner, Pad], up to 8 a tick;
     /// The heartbeat, last of what the world sends in an instant.
     TICK: Tick Tick = "tick", WORLD => [Localizer, Planner, Pad];
     /// A sample of the particle set.

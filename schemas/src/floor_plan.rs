@@ -22,6 +22,21 @@ pub struct FloorPlan {
     /// Who walks around.
     #[serde(default)]
     pub person: Vec<Person>,
+    /// Markers on walls and furniture, for robots with a camera.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marker: Vec<Marker>,
+}
+
+/// A fiducial marker on a wall or a piece of furniture, such as ArUco's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marker {
+    /// Its number, which no other marker has.
+    pub id: u32,
+    /// Its middle, on the face of a wall or a piece of furniture, metres.
+    pub at: [f64; 2],
+    /// Where it looks, away from the wall: degrees counter-clockwise from the x axis.
+    pub facing_deg: f64,
 }
 
 /// A wall along the middle of which runs a line through `points`.

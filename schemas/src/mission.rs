@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::bounds::{self, Bound};
 use crate::channels::{NAVIGATORS, words};
 use crate::codes::Process;
-use crate::floor_plan::{Furniture, Person};
+use crate::floor_plan::{Furniture, Marker, Person};
 use crate::message::MAX_TASKS;
 
 /// A mission file. Parsed from TOML by [`Mission::parse`]; paths are relative to the file's folder.
@@ -57,6 +57,9 @@ pub struct WorldSource {
     /// People beside those of the floor plan.
     #[serde(default)]
     pub person: Vec<Person>,
+    /// Markers beside those of the floor plan.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marker: Vec<Marker>,
 }
 
 /// Which navigator drives.

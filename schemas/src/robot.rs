@@ -3,11 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::bounds::{self, Bound, LEAST_RANGE_SPAN_M, MOST_RADII_PER_S};
-use crate::channels::{ODOMETRY, SCAN, SONAR};
+use crate::channels::{MARKERS, ODOMETRY, SCAN, SONAR};
 use crate::geometry::{Base, Pose};
 
 /// Ticks a second of a robot that says nothing of them and has no laser.
 const TICK_HZ: f64 = 10.0;
+/// How much wider than a rectangular footprint the circle around it may be, metres.
+const RADIUS_SLACK_M: f64 = 0.05;
 
 /// A robot: footprint, limits, sensors. Parsed from TOML by [`Robot::parse`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,8 +17,10 @@ const TICK_HZ: f64 = 10.0;
 pub struct Robot {
     /// Name, for people.
     pub name: String,
-    /// Radius of the round footprint, metres.
+    /// Radius of the round footprint, or of the circle around a rectangular one, metres.
     pub radius_m: f64,
+    /// The rectangular footprint, where it is not round.
+    pub footprint: Option<Footprint>,
     /// Mass, kilograms.
     pub mass_kg: f64,
     /// How it moves.
@@ -29,8 +33,20 @@ pub struct Robot {
     pub laser: Option<Laser>,
     /// Its ring of sonars, where it has one.
     pub sonar: Option<Sonar>,
+    /// Its camera that finds markers, where it has one.
+    pub camera: Option<MarkerCamera>,
     /// How its odometry errs, where it has one.
     pub odometry: Option<OdometryNoise>,
+}
+
+/// A rectangle around the robot's centre.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Footprint {
+    /// From the front to the back, metres.
+    pub length_m: f64,
+    /// From the left to the right, metres.
+    pub width_m: f64,
 }
 
 /// How a robot moves.
@@ -120,6 +136,69 @@ pub struct Sonar {
     pub noise_per_m: f64,
 }
 
+/// A camera that finds fiducial markers and measures where they are, such as ArUco's with OpenCV.
+///
+/// The pose of a marker comes from its four corners in the picture. Its errors grow with the distance, and with the
+/// slant at which the camera sees the marker.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MarkerCamera {
+    /// Model name.
+    pub model: String,
+    /// Horizontal field of view, degrees, centred on the optical axis.
+    pub field_of_view_deg: f64,
+    /// Shortest distance at which it finds a marker, metres.
+    pub range_min_m: f64,
+    /// Longest distance at which it finds a marker, metres.
+    pub range_max_m: f64,
+    /// Largest angle between where a marker looks and the line to the camera, degrees.
+    pub slant_max_deg: f64,
+    /// Pictures a second.
+    pub rate_hz: f64,
+    /// Standard deviation of the distance of a marker that looks at the camera, metres a metre.
+    pub noise_per_m: f64,
+    /// Standard deviation of the direction in which it sees a marker, degrees.
+    pub bearing_noise_deg: f64,
+    /// Standard deviation of where a marker looks, degrees a metre of distance.
+    pub facing_noise_deg_per_m: f64,
+    /// Share of the markers in view that it misses in a picture at its shortest range; twice as many at its longest.
+    pub miss: f64,
+    /// Mounting: forward of the robot's centre, metres.
+    #[serde(default)]
+    pub mount_x_m: f64,
+    /// Mounting: left of the robot's centre, metres.
+    #[serde(default)]
+    pub mount_y_m: f64,
+    /// Mounting: direction of the optical axis, degrees counter-clockwise.
+    #[serde(default)]
+    pub mount_yaw_deg: f64,
+}
+
+impl MarkerCamera {
+    /// Where the camera sits on the robot.
+    pub fn mount(&self) -> Pose<Base> {
+        Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
+    }
+
+    fn check(&self) -> Result<(), RobotError> {
+        within(&[
+            ("camera.field_of_view_deg", self.field_of_view_deg, bounds::CAMERA_VIEW_DEG),
+            ("camera.range_max_m", self.range_max_m, bounds::RANGE_MAX_M),
+            ("camera.range_min_m", self.range_min_m, bounds::RANGE_MIN_M),
+            ("camera.slant_max_deg", self.slant_max_deg, bounds::SLANT_DEG),
+            ("camera.rate_hz", self.rate_hz, bounds::RATE_HZ),
+            ("camera.noise_per_m", self.noise_per_m, bounds::SHARE),
+            ("camera.bearing_noise_deg", self.bearing_noise_deg, bounds::ANGLE_NOISE_DEG),
+            ("camera.facing_noise_deg_per_m", self.facing_noise_deg_per_m, bounds::ANGLE_NOISE_DEG),
+            ("camera.miss", self.miss, bounds::DROPOUT),
+            ("camera.mount_x_m", self.mount_x_m, bounds::MOUNT_M),
+            ("camera.mount_y_m", self.mount_y_m, bounds::MOUNT_M),
+            ("camera.mount_yaw_deg", self.mount_yaw_deg, bounds::ANGLE_DEG),
+        ])?;
+        span("camera.range_min_m", self.range_min_m, self.range_max_m)
+    }
+}
+
 /// Noise of dead reckoning: the velocity motion model (Thrun, Burgard and Fox,
 /// *Probabilistic Robotics*, table 5.3) with a drift and slips on top.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -205,6 +284,20 @@ impl Robot {
         self.sonar.as_ref().ok_or_else(|| self.lacks("sonar"))
     }
 
+    /// The marker camera, for those who cannot do without.
+    ///
+    /// # Errors
+    /// [`RobotError::Lacks`].
+    pub fn camera(&self) -> Result<&MarkerCamera, RobotError> {
+        self.camera.as_ref().ok_or_else(|| self.lacks("camera"))
+    }
+
+    /// Half the length and half the width of the footprint's bounding box, metres.
+    pub fn half_extents_m(&self) -> [f64; 2] {
+        let round = [self.radius_m; 2];
+        self.footprint.map_or(round, |Footprint { length_m, width_m }| [length_m / 2.0, width_m / 2.0])
+    }
+
     /// The odometry, for those who cannot do without.
     ///
     /// # Errors
@@ -240,6 +333,8 @@ impl Robot {
         self.tick_hz.map_or(Ok(()), |hz| within(&[("tick_hz", hz, bounds::TICK_HZ)]))?;
         self.laser.as_ref().map_or(Ok(()), Laser::check)?;
         self.sonar.as_ref().map_or(Ok(()), Sonar::check)?;
+        self.camera.as_ref().map_or(Ok(()), MarkerCamera::check)?;
+        self.footprint.map_or(Ok(()), |footprint| footprint.check(self.radius_m))?;
         self.odometry.as_ref().map_or(Ok(()), OdometryNoise::check)?;
         within(&[("tick_hz, by laser.rate_hz", self.tick_hz(), bounds::TICK_HZ)])
     }
@@ -249,6 +344,7 @@ impl Robot {
         let rates = [
             ("laser.rate_hz", self.laser.as_ref().map(|laser| laser.rate_hz), SCAN.spec),
             ("sonar.rate_hz", self.sonar.as_ref().map(|sonar| sonar.rate_hz), SONAR.spec),
+            ("camera.rate_hz", self.camera.as_ref().map(|camera| camera.rate_hz), MARKERS.spec),
             ("odometry.rate_hz", self.odometry.and_then(|odometry| odometry.rate_hz), ODOMETRY.spec),
         ];
         for (key, hz, spec) in rates {
@@ -257,6 +353,18 @@ impl Robot {
             expect(key, "at most as many as its channel holds for the ticks of tick_hz", hz, hz <= most)?;
         }
         Ok(())
+    }
+}
+
+impl Footprint {
+    fn check(&self, radius_m: f64) -> Result<(), RobotError> {
+        within(&[
+            ("footprint.length_m", self.length_m, bounds::FOOTPRINT_M),
+            ("footprint.width_m", self.width_m, bounds::FOOTPRINT_M),
+        ])?;
+        let half_diagonal_m = self.length_m.hypot(self.width_m) / 2.0;
+        let is_around = (half_diagonal_m..=half_diagonal_m + RADIUS_SLACK_M).contains(&radius_m);
+        expect("radius_m", "half the diagonal of the footprint, at most 0.05 m more", radius_m, is_around)
     }
 }
 

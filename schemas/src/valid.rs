@@ -6,7 +6,8 @@
 //! valid message can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
 
 use crate::message::{
-    Header, LaserScan, Odometry, PoseEstimate, PoseM, PosePx, SonarScan, Tick, Twist, VelocityCommand,
+    Header, LaserScan, MAX_MARKERS, MarkerView, Odometry, PoseEstimate, PoseM, PosePx, SonarScan, Tick,
+    Twist, VelocityCommand,
 };
 
 /// Farther than any robot drives, metres or pixels.
@@ -50,6 +51,20 @@ pub(crate) fn sonar(scan: &SonarScan) -> bool {
         && scan.range_min_m >= 0.0
         && scan.range_max_m > scan.range_min_m
         && ranges(counted, behind)
+}
+
+/// Markers as many as are counted, in the order of their numbers, of a camera that can exist.
+pub(crate) fn markers(view: &MarkerView) -> bool {
+    let count = view.marker_count as usize;
+    let camera = [view.camera_x_m, view.camera_y_m, view.camera_yaw_rad, view.frame_time_s, view.range_max_m];
+    let places = view.markers().iter().flat_map(|marker| [marker.x_m, marker.y_m, marker.facing_rad]);
+    count <= MAX_MARKERS
+        && timely(&view.header)
+        && camera.into_iter().chain(places).all(|v| v.abs() < FAR as f32)
+        && (0.0..=std::f32::consts::PI).contains(&view.half_view_rad)
+        && view.range_min_m >= 0.0
+        && view.range_max_m > view.range_min_m
+        && view.markers().is_sorted_by(|a, b| a.id < b.id)
 }
 
 /// Numbers that a driver can have reached by this tick: whoever reads a tick waits for them.
@@ -132,6 +147,27 @@ mod tests {
             spoil(&mut spoilt);
             assert!(!spoilt.is_valid(), "{} {i}", T::NAME);
         }
+    }
+
+    #[test]
+    fn a_view_has_each_marker_once_and_a_camera_that_can_be() {
+        let mut valid = MarkerView::zeroed();
+        (valid.half_view_rad, valid.range_min_m, valid.range_max_m) = (0.5, 0.8, 3.5);
+        assert!(valid.is_valid(), "no marker is in view");
+        valid.marker_count = 2;
+        (valid.markers[0].id, valid.markers[1].id, valid.markers[1].x_m) = (3, 7, 2.0);
+        rejected(
+            valid,
+            &[
+                |view| view.marker_count = 33,
+                |view| view.markers[1].id = 3,
+                |view| view.markers[0].y_m = f32::NAN,
+                |view| view.markers[1].facing_rad = f32::INFINITY,
+                |view| view.half_view_rad = -0.1,
+                |view| view.range_max_m = 0.8,
+                |view| view.camera_x_m = f32::NAN,
+            ],
+        );
     }
 
     #[test]

@@ -54,6 +54,12 @@ impl Convex {
         self.corners.iter().zip(next).map(|(a, b)| [*a, *b])
     }
 
+    /// Whether a place lies inside; on an edge it does not.
+    pub fn contains(&self, place: [f64; 2]) -> bool {
+        let to = |a: [f64; 2]| Vector2::from(place) - Vector2::from(a);
+        self.edges().all(|[a, b]| (Vector2::from(b) - Vector2::from(a)).perp(&to(a)) > 0.0)
+    }
+
     /// Every corner turns left, and all of them together turn once: a star turns more often.
     fn is_convex(&self) -> bool {
         let after = self.edges().cycle().skip(1);

@@ -1,8 +1,9 @@
 //! What stands and walks in a world, ready for physics, laser and pictures. Metres, frame `World`.
 
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::bounds;
-use sketchnav_schemas::floor_plan::{Furniture, Person};
+use sketchnav_schemas::floor_plan::{Furniture, Marker, Person};
 
 use crate::convex::{Convex, Segment};
 use crate::error::{SimError, check, check_within};
@@ -20,7 +21,13 @@ pub struct WorldDescription {
     pub furniture: Vec<Convex>,
     /// Who walks around.
     pub people: Vec<Person>,
+    /// The markers, each with a number of its own.
+    #[serde(default)]
+    pub markers: Vec<Marker>,
 }
+
+/// How far from a face a marker may be given, metres.
+const MARKER_SLACK_M: f64 = 0.02;
 
 impl WorldDescription {
     /// Puts `furniture` into the world.
@@ -37,6 +44,45 @@ impl WorldDescription {
         Ok(())
     }
 
+    /// Puts `markers` on what stands there: walls and furniture come first.
+    ///
+    /// # Errors
+    /// [`SimError::Value`] with the marker's number: one that lies inside a wall or hangs in the air, a number given twice.
+    pub fn add_markers(&mut self, markers: &[Marker]) -> Result<(), SimError> {
+        let count = self.markers.len() + markers.len();
+        check(count <= bounds::MOST_MARKERS, "marker", "at most 1000 markers", count)?;
+        for (i, marker) in markers.iter().enumerate() {
+            let key = |part: &str| format!("marker {} (id {}).{part}", i + 1, marker.id);
+            check_within(key("at"), bounds::COORDINATE_M, &marker.at)?;
+            check_within(key("facing_deg"), bounds::ANGLE_DEG, &[marker.facing_deg])?;
+            check(
+                self.is_on_a_face(marker.at),
+                key("at"),
+                "a place on the face of a wall or of furniture",
+                marker.at,
+            )?;
+            let facing = marker.facing_deg.to_radians();
+            let before =
+                Vector2::from(marker.at) + 2.0 * MARKER_SLACK_M * Vector2::new(facing.cos(), facing.sin());
+            let looks_away = !self.solids().any(|solid| solid.contains(before.into()));
+            let away = "a direction away from the wall or furniture that it is on";
+            check(looks_away, key("facing_deg"), away, marker.facing_deg)?;
+            let is_new = self.markers.iter().all(|other| other.id != marker.id);
+            check(is_new, key("id"), "a number that no other marker has", marker.id)?;
+            self.markers.push(*marker);
+        }
+        Ok(())
+    }
+
+    fn solids(&self) -> impl Iterator<Item = &Convex> {
+        self.walls.iter().chain(&self.furniture)
+    }
+
+    fn is_on_a_face(&self, at: [f64; 2]) -> bool {
+        let faces = self.outline.iter().copied().chain(self.furniture.iter().flat_map(Convex::edges));
+        faces.into_iter().any(|face| distance_m(&face, at) <= MARKER_SLACK_M)
+    }
+
     /// Puts `people` into the world.
     ///
     /// # Errors
@@ -50,6 +96,14 @@ impl WorldDescription {
         }
         Ok(())
     }
+}
+
+/// From a place to the nearest point of a face.
+fn distance_m([a, b]: &Segment, at: [f64; 2]) -> f64 {
+    let (a, b, at) = (Vector2::from(*a), Vector2::from(*b), Vector2::from(at));
+    let along = b - a;
+    let share = ((at - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (at - a - along * share).norm()
 }
 
 fn solid(piece: &Furniture, key: &str) -> Result<Convex, SimError> {

@@ -31,6 +31,7 @@ pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
     };
     world.add_furniture(&source.furniture)?;
     world.add_people(&source.person)?;
+    world.add_markers(&source.marker)?;
     Ok(world)
 }
 

@@ -6,7 +6,7 @@
 use nalgebra::Rotation2;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::bounds;
-use sketchnav_schemas::channels::{CONTACT, ODOMETRY, SCAN, SONAR, TRUTH};
+use sketchnav_schemas::channels::{CONTACT, MARKERS, ODOMETRY, SCAN, SONAR, TRUTH};
 use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::message::{Contact, GroundTruth, MAX_CONTACTS, PoseM, Twist, VelocityCommand};
 use sketchnav_schemas::robot::{Drive, Limits, Robot};
@@ -19,6 +19,7 @@ use crate::error::{SimError, check_within};
 use crate::people::Walker;
 use crate::physics::{Physics, Touching, TruePose};
 use crate::raycast::Faces;
+use crate::sensors::camera::Camera;
 use crate::sensors::laser::Scanner;
 use crate::sensors::odometry::{DeadReckoning, Odometer};
 use crate::sensors::sonar::SonarRing;
@@ -40,6 +41,7 @@ pub struct Floor {
     body: Body,
     laser: Option<Sensor<Scanner>>,
     sonar: Option<Sensor<SonarRing>>,
+    camera: Option<Sensor<Camera>>,
     odometry: Option<(Schedule, Odometer)>,
     /// The moments of the last step at which a ranging sensor read, and room for more.
     moments: Vec<Moment>,
@@ -172,6 +174,10 @@ impl Floor {
             let ring = SonarRing::new(sonar, stream("world/sonar"));
             Sensor::new(ring, schedule(sonar.rate_hz), capacity)
         });
+        let camera = robot.camera.as_ref().map(|camera| {
+            let finder = Camera::new(camera, &description.markers, stream("world/camera"));
+            Sensor::new(finder, schedule(camera.rate_hz), capacity)
+        });
         let odometry = robot.odometry.as_ref().map(|noise| {
             let count = DeadReckoning::new(noise, robot.drive, stream("world/odometry"));
             let mut schedule = schedule(noise.rate_hz.unwrap_or(tick_hz));
@@ -189,6 +195,7 @@ impl Floor {
             body: Body { radius_m: robot.radius_m, drive: robot.drive, limits: robot.limits },
             laser,
             sonar,
+            camera,
             odometry,
             moments: vec![moment; capacity],
             moment_count: 0,
@@ -210,7 +217,8 @@ impl Floor {
         let (robot, moment) = (self.robot_pose(), self.moment_count);
         let by_laser = self.laser.as_mut().is_some_and(|laser| laser.takes(physics_steps, moment));
         let by_sonar = self.sonar.as_mut().is_some_and(|sonar| sonar.takes(physics_steps, moment));
-        if by_laser || by_sonar {
+        let by_camera = self.camera.as_mut().is_some_and(|camera| camera.takes(physics_steps, moment));
+        if by_laser || by_sonar || by_camera {
             let place = &mut self.moments[moment];
             (place.stamp_ns, place.robot) = (stamp_ns, robot);
             place.people.clear();
@@ -228,6 +236,7 @@ impl Floor {
         self.moment_count = 0;
         self.laser.iter_mut().for_each(|laser| laser.readings.clear());
         self.sonar.iter_mut().for_each(|sonar| sonar.readings.clear());
+        self.camera.iter_mut().for_each(|camera| camera.readings.clear());
         self.odometry.iter_mut().for_each(|(_, odometer)| odometer.clear());
     }
 
@@ -351,6 +360,10 @@ impl Simulation for Floor {
             let (stamp_ns, scene) = self.scene(reading);
             senses.reading(SONAR, stamp_ns, |scan| sonar.fill(&scene, reading.number, scan))?;
         }
+        for (camera, reading) in readings(&self.camera) {
+            let (stamp_ns, scene) = self.scene(reading);
+            senses.reading(MARKERS, stamp_ns, |view| camera.fill(&scene, reading.number, view))?;
+        }
         Ok(())
     }
 
@@ -398,6 +411,7 @@ fn substeps(robot: &Robot, period_s: f64) -> u32 {
     let rates = [
         robot.laser.as_ref().map(|laser| laser.rate_hz),
         robot.sonar.as_ref().map(|sonar| sonar.rate_hz),
+        robot.camera.as_ref().map(|camera| camera.rate_hz),
         robot.odometry.as_ref().and_then(|odometry| odometry.rate_hz),
     ];
     let by_sensors = rates.into_iter().flatten().fold(0.0, f64::max) * period_s;

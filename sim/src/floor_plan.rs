@@ -40,6 +40,7 @@ pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
     world.outline = world.walls.iter().flat_map(Convex::edges).collect();
     world.add_furniture(&plan.furniture)?;
     world.add_people(&plan.person)?;
+    world.add_markers(&plan.marker)?;
     Ok(world)
 }
 
@@ -178,6 +179,22 @@ mod tests {
             ("[[wall]]\npoints=[[1,1]]\n", "wall 2.points: expected 2 points or more, found 1"),
             ("[[furniture]]\nname='desk'\n", "furniture 1 \"desk\": expected either polygon"),
             ("[[person]]\nwaypoints=[]\nspeed_mps=1\n", "person 1.waypoints: expected 1 waypoint"),
+            (
+                "[[marker]]\nid=7\nat=[2,1]\nfacing_deg=0\n",
+                "marker 1 (id 7).at: expected a place on the face of a wall",
+            ),
+            (
+                "[[marker]]\nid=7\nat=[2,0.1]\nfacing_deg=-90\n",
+                "marker 1 (id 7).facing_deg: expected a direction away from the wall or furniture that it is on",
+            ),
+            (
+                "[[marker]]\nid=7\nat=[2,0.1]\nfacing_deg=90\n[[marker]]\nid=7\nat=[3,0.1]\nfacing_deg=90\n",
+                "marker 2 (id 7).id: expected a number that no other marker has, found 7",
+            ),
+            (
+                "[[marker]]\nid=7\nat=[nan,0]\nfacing_deg=90\n",
+                "marker 1 (id 7).at: expected -10000 to 10000 m",
+            ),
             ("[[window]]\n", "unknown field `window`"),
         ];
         for (extra, message) in cases {

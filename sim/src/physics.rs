@@ -1,10 +1,11 @@
-//! The rigid bodies: rapier2d with the robot as a dynamic disc, people as kinematic discs, walls and
+//! The rigid bodies: rapier2d with the robot as a dynamic disc or rectangle, people as kinematic discs, walls and
 //! furniture fixed. Seen from above, so there is no gravity.
 //!
 //! Contacts are counted by body: the building with all of its walls is one, each piece of furniture
 //! and each person another. A contact is what the solver answers with an impulse.
 
 use nalgebra::Vector2;
+use rapier2d::parry::query;
 use rapier2d::prelude::*;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::BodyKind;
@@ -86,8 +87,7 @@ impl Physics {
             .translation(vector(start.at))
             .rotation(start.yaw_rad as f32)
             .can_sleep(false);
-        let (robot, robot_collider) =
-            rapier.insert(body, disc(robot.radius_m, usize::MAX).mass(robot.mass_kg as f32));
+        let (robot, robot_collider) = rapier.insert(body, of_robot(robot).mass(robot.mass_kg as f32));
         rapier.detect_collisions(&(), &());
         Ok(Self { rapier, robot, robot_collider, people, furniture_count })
     }
@@ -170,18 +170,33 @@ fn check_start(
     let distance = |collider: &Collider| {
         f64::from(collider.shape().distance_to_point(collider.position(), vector(start.at), true))
     };
-    let nearest =
-        rapier.colliders.iter().map(|(_, collider)| (distance(collider), collider.user_data as usize));
-    match nearest.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((distance_m, body)) if distance_m < robot.radius_m => Err(SimError::Start {
+    let collides = |collider: &Collider| match robot.footprint {
+        None => distance(collider) < robot.radius_m,
+        Some(_) => overlaps(robot, start, collider),
+    };
+    let colliders = rapier.colliders.iter().map(|(_, collider)| collider);
+    let nearest = colliders
+        .filter(|collider| collides(collider))
+        .map(|collider| (distance(collider), collider.user_data as usize))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map_or(Ok(()), |(distance_m, body)| {
+        Err(SimError::Start {
             x_m: start.at.x,
             y_m: start.at.y,
             needed_m: robot.radius_m,
             kind: kind(body, furniture_count),
             distance_m,
-        }),
-        _ => Ok(()),
-    }
+        })
+    })
+}
+
+/// Whether the robot's footprint at `start` and something that stands overlap.
+fn overlaps(robot: &Robot, start: TruePose, collider: &Collider) -> bool {
+    let pose = Pose::new(vector(start.at), start.yaw_rad as f32);
+    let footprint = of_robot(robot).build();
+    // Two shapes that parry cannot compare do not exist here: all are convex.
+    query::intersection_test(&pose, footprint.shape(), collider.position(), collider.shape())
+        .map_or(true, |found| found.intersecting)
 }
 
 fn fixed(solid: &Convex, body: usize) -> ColliderBuilder {
@@ -211,6 +226,17 @@ fn sliver(corners: &[Vector]) -> SharedShape {
     };
     let end = farthest(corners[0]);
     SharedShape::capsule(end, farthest(end), SLIVER_RADIUS_M)
+}
+
+/// The robot's footprint.
+fn of_robot(robot: &Robot) -> ColliderBuilder {
+    let shape = match robot.footprint {
+        None => SharedShape::ball(robot.radius_m as f32),
+        Some(footprint) => {
+            SharedShape::cuboid(footprint.length_m as f32 / 2.0, footprint.width_m as f32 / 2.0)
+        }
+    };
+    ColliderBuilder::new(shape).friction(FRICTION).user_data(usize::MAX as u128)
 }
 
 fn disc(radius_m: f64, body: usize) -> ColliderBuilder {

@@ -3,10 +3,11 @@
 use sketchnav_schemas::robot::{Robot, RobotError};
 
 /// Name and file of every robot.
-const ROBOTS: [(&str, &str); 3] = [
+const ROBOTS: [(&str, &str); 4] = [
     ("nomad200", include_str!("../robots/nomad200.toml")),
     ("robotino", include_str!("../robots/robotino.toml")),
     ("turtlebot3", include_str!("../robots/turtlebot3.toml")),
+    ("youbot", include_str!("../robots/youbot.toml")),
 ];
 
 /// The robot of that name; `None` where none is called so.

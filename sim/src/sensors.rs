@@ -1,6 +1,7 @@
 //! What the robot measures. A sensor is a module: its parameters come from the robot file, its noise from a
 //! random stream of its own, and it fills its message. [`Schedule`] says when it reads.
 
+pub mod camera;
 pub mod laser;
 pub mod odometry;
 pub mod sonar;

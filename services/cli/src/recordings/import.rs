@@ -171,8 +171,10 @@ fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
             acceleration_mps2: 0.5,
             yaw_acceleration_radps2: 2.0,
         },
+        footprint: None,
         tick_hz: None,
         sonar: None,
+        camera: None,
         laser: Some(Laser {
             model: "of a log".to_owned(),
             field_of_view_deg: (laser.angle_increment_rad * (beams - 1) as f64).to_degrees(),

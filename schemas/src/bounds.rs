@@ -124,7 +124,7 @@ pub const MOST_DOORS: usize = 1000;
 /// Pieces of furniture in a world: where they overlap, physics looks at every pair.
 pub const MOST_FURNITURE: usize = 2000;
 /// People in a world.
-pub const MOST_PEOPLE: usize = 100;
+pub const MOST_PEOPLE: usize = crate::message::MAX_PEOPLE;
 /// Markers in a world.
 pub const MOST_MARKERS: usize = 1000;
 /// Corners of a polygon, or waypoints of a person.

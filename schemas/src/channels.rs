@@ -254,6 +254,8 @@ channels! {
     CONTACT: Detail Contact = "contact", WORLD => [], up to 4 a tick;
     /// The true pose; no navigator may open it.
     TRUTH: Truth GroundTruth = "truth", WORLD => [];
+    /// Where people truly are; no navigator may open it.
+    PEOPLE: Truth People = "people", WORLD => [];
     /// Dead reckoning.
     ODOMETRY: Sensor Odometry = "odometry", WORLD => [Localizer, Planner], up to 8 a tick;
     /// Laser scans.
@@ -479,7 +481,7 @@ mod tests {
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
         let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
-        let expected = "drawing sketch route understood orders mission contact truth odometry scan sonar tick particles \
+        let expected = "drawing sketch route understood orders mission contact truth people odometry scan sonar markers tick particles \
                         estimate plan command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));

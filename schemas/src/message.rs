@@ -248,6 +248,8 @@ pub const MAX_SENSORS: usize = 16;
 pub const MAX_CONTACTS: usize = 8;
 /// Most sonars that a ring can hold.
 pub const MAX_SONARS: usize = 32;
+/// Most people in a world.
+pub const MAX_PEOPLE: usize = 100;
 /// Most markers that a camera sees at a time.
 pub const MAX_MARKERS: usize = 32;
 
@@ -297,6 +299,17 @@ messages! {
         pub pose: PoseM,
         /// The true velocity.
         pub twist: Twist,
+    }
+
+    /// Where the people of the world truly are, in frame [`World`]; not sent where nobody walks.
+    /// For the recorder and the judge alone.
+    pub struct People version 1 in "world" {
+        /// How many entries of `people` count.
+        pub count: u32 as Count,
+        /// Zero.
+        pub reserved: u32 as Zero,
+        /// The people, in the order of the world's file.
+        pub people: [WalkingPerson; 100] where count counts,
     }
 
     /// The robot began or ended to touch something.
@@ -575,6 +588,18 @@ messages! {
 }
 
 parts! {
+    /// One of the [`People`].
+    pub struct WalkingPerson {
+        /// First coordinate, metres.
+        pub x_m: f64,
+        /// Second coordinate, metres.
+        pub y_m: f64,
+        /// Radius of the body.
+        pub radius_m: f64,
+    }
+}
+
+parts! {
     /// A marker of a [`MarkerView`], in the robot's own axes.
     pub struct SeenMarker {
         /// The marker's number.
@@ -655,6 +680,13 @@ impl Odometry {
     /// The dead-reckoned pose.
     pub fn pose(&self) -> Pose<Odom> {
         self.pose.pose()
+    }
+}
+
+impl People {
+    /// The people that count.
+    pub fn people(&self) -> &[WalkingPerson] {
+        &self.people[..(self.count as usize).min(MAX_PEOPLE)]
     }
 }
 

@@ -6,9 +6,11 @@
 use nalgebra::Rotation2;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::bounds;
-use sketchnav_schemas::channels::{CONTACT, MARKERS, ODOMETRY, SCAN, SONAR, TRUTH};
+use sketchnav_schemas::channels::{CONTACT, MARKERS, ODOMETRY, PEOPLE, SCAN, SONAR, TRUTH};
 use sketchnav_schemas::geometry::{Pose, World};
-use sketchnav_schemas::message::{Contact, GroundTruth, MAX_CONTACTS, PoseM, Twist, VelocityCommand};
+use sketchnav_schemas::message::{
+    Contact, GroundTruth, MAX_CONTACTS, People, PoseM, Twist, VelocityCommand, WalkingPerson,
+};
 use sketchnav_schemas::robot::{Drive, Limits, Robot};
 use sketchnav_schemas::seed;
 
@@ -296,6 +298,14 @@ impl Floor {
         contact.begins = u32::from(event.begins);
     }
 
+    fn fill_people(&self, people: &mut People) {
+        people.count = self.people.len() as u32;
+        for (place, person) in people.people.iter_mut().zip(&self.people) {
+            let ([x_m, y_m], radius_m) = person.disc();
+            *place = WalkingPerson { x_m, y_m, radius_m };
+        }
+    }
+
     /// Where the robot truly is.
     pub fn robot_pose(&self) -> Pose<World> {
         pose(&self.physics)
@@ -349,6 +359,9 @@ impl Simulation for Floor {
             senses.reading(CONTACT, self.stamp_ns(), |contact| self.fill_contact(event, contact))?;
         }
         senses.reading(TRUTH, self.stamp_ns(), |truth| self.fill_truth(truth))?;
+        if !self.people.is_empty() {
+            senses.reading(PEOPLE, self.stamp_ns(), |people| self.fill_people(people))?;
+        }
         for reading in self.odometry.iter().flat_map(|(_, odometer)| odometer.readings()) {
             senses.reading(ODOMETRY, reading.stamp_ns, |odometry| reading.fill(odometry))?;
         }

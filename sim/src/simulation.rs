@@ -18,7 +18,7 @@ pub trait Simulation: Serialize + DeserializeOwned {
     fn step(&mut self, command: Option<&VelocityCommand>);
 
     /// Hands out what belongs to the present instant, as often as it is asked. First come the contacts that began or
-    /// ended, then the truth, the odometry, and what each other sensor read since the instant before, oldest first.
+    /// ended, then the truth, where people are, the odometry, and what each other sensor read since the instant before, oldest first.
     ///
     /// # Errors
     /// The first that `senses` meets; nothing is handed out after it.

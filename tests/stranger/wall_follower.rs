@@ -52,6 +52,7 @@ const WALLS: Channel<Walls> = Channel::of(&ChannelSpec {
 const NAVIGATOR: Navigator = Navigator {
     kind: KIND,
     about: "follows the wall on the right by sonar, for as long as each task says",
+    methods: &[],
     check: |mission, robot| {
         robot.sonar()?;
         tasks(mission).map(drop)

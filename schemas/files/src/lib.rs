@@ -32,6 +32,8 @@ pub const MAP_PICTURE: Limit = Limit { what: "a map's picture", bytes: 64 * MIB 
 pub const DRAWING: Limit = Limit { what: "a drawing", bytes: 64 * MIB };
 /// A table of places or rooms, for judging.
 pub const TABLE: Limit = Limit { what: "a table", bytes: 4 * MIB };
+/// A table of positions over time: some million lines.
+pub const POSITIONS: Limit = Limit { what: "a table of positions", bytes: 256 * MIB };
 
 impl Limit {
     fn error(&self, found: impl std::fmt::Display) -> io::Error {

@@ -8,12 +8,12 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
 use self::values::{parse_served, parse_service, parse_speed};
+pub use crate::relations::RelationsOptions;
 
 /// Drives a robot through a building by a hand-drawn map.
 #[derive(Debug, Parser)]
@@ -45,6 +45,7 @@ impl Cli {
                 | Command::Diff { json, .. }
                 | Command::Info { json, .. },
             ) => *json,
+            Some(Command::Relations { options, .. }) => options.json,
             Some(Command::Recordings(tool)) => tool.wants_json(),
             _ => false,
         }
@@ -191,6 +192,16 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Tell the qualitative relations of objects over time: who comes nearer, who is beside whom, what touches what.
+    #[command(
+        after_help = "A table has the columns time_s, object, x_m, y_m and may have heading_deg, length_m, width_m.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav relations results/building-a.mcap --calculus qtc-b --between robot,person-1 --quantisation-m 0.01"
+    )]
+    Relations {
+        /// A table of positions (.csv), or a recording (.mcap).
+        file: PathBuf,
+        #[command(flatten)]
+        options: RelationsOptions,
+    },
     /// The tools for recordings.
     #[command(flatten)]
     Recordings(crate::recordings::args::Tool),
@@ -216,10 +227,10 @@ pub struct DeformOptions {
 /// How to run a suite.
 #[derive(Debug, Clone, Args)]
 pub struct EvalOptions {
-    /// beam, boniardi-2015, boniardi-2015-fixed-scale or behzadian-2015; several, separated by commas, are driven
-    /// side by side.
-    #[arg(long = "method", default_value = "beam", value_delimiter = ',')]
-    pub methods: Vec<Method>,
+    /// A method of the suite's kind of navigator (an unknown one is answered with all); several, separated by commas, are driven
+    /// side by side. Left out: the kind's own.
+    #[arg(long = "method", value_delimiter = ',')]
+    pub methods: Vec<String>,
     /// Repetitions of each trial, each with a seed of its own; left out, as many as the suite has.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub trials: Option<u32>,

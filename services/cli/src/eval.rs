@@ -24,7 +24,8 @@ use processes::Check;
 pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     let mut suite = suites::load(name, &folders(options).or_input()?).map_err(classify)?;
     choose(&mut suite, options)?;
-    let jobs = jobs(&suite, options)?;
+    let methods = methods(&suite, options).or_input()?;
+    let jobs = jobs(&suite, &methods, options)?;
     if jobs.is_empty() {
         let words = [&["no trial is left to drive".to_owned()], &suite.notices[..]].concat().join("; ");
         return Err(Failure::Input(anyhow!("suite {name}: {words}")));
@@ -36,11 +37,12 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     // What was driven is told in any case; it may have taken hours.
     let check = options.check_processes.map(|count| processes::check(&jobs, count));
     let checked = check.as_ref().and_then(|check| check.as_ref().ok());
-    let written = write_files(&suite, &jobs, &outcomes, options);
+    let driven = Driven { suite: &suite, methods: &methods, jobs: &jobs, outcomes: &outcomes };
+    let written = write_files(&driven, options);
     if options.json {
-        out!("{}", json(&suite, options, &outcomes, checked, wall)?)?;
+        out!("{}", json(&driven, options, checked, wall)?)?;
     } else {
-        print(&suite, options, &outcomes, wall)?;
+        print(&driven, options, wall)?;
         if let Some(Check { checked, identical, .. }) = checked {
             out!(
                 "by the processes, too: {identical} of {checked} runs with the same messages, byte for byte"
@@ -104,9 +106,21 @@ fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     Ok(())
 }
 
-fn jobs<'a>(suite: &'a Suite, options: &EvalOptions) -> Result<Vec<Job<'a>>, Failure> {
+/// The methods that the user wants, the first of the suite's kind of navigator where nobody says.
+fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> {
+    let Some(first) = suite.trials.first() else { return Ok(options.methods.clone()) };
+    let known = sketchnav_navigators::of(&first.mission)?.methods;
+    if let Some(unknown) = options.methods.iter().find(|wanted| !known.contains(&wanted.as_str())) {
+        let words = known.join(", ");
+        return Err(anyhow!("--method: suite {} expected one of {words}, found {unknown:?}", suite.name));
+    }
+    let usual = known.iter().take(1).map(|&word| word.to_owned()).collect();
+    Ok(if options.methods.is_empty() { usual } else { options.methods.clone() })
+}
+
+fn jobs<'a>(suite: &'a Suite, methods: &'a [String], options: &EvalOptions) -> Result<Vec<Job<'a>>, Failure> {
     let repetitions = 1..=options.trials.unwrap_or(suite.repetitions);
-    let all = options.methods.iter().flat_map(|&method| {
+    let all = methods.iter().flat_map(|method| {
         let repetitions = repetitions.clone();
         let trials = repetitions.flat_map(|n| suite.trials.iter().map(move |trial| (trial, n)));
         trials.map(move |(trial, n)| Job::new(trial, method, n, options.seed))
@@ -117,7 +131,7 @@ fn jobs<'a>(suite: &'a Suite, options: &EvalOptions) -> Result<Vec<Job<'a>>, Fai
     let trial = suite.trials.iter().find(|trial| trial.name == name);
     let trial =
         trial.ok_or_else(|| anyhow!("--only {only}: no trial of that name in this suite")).or_input()?;
-    Ok(options.methods.iter().map(|&method| Job::new(trial, method, repetition, options.seed)).collect())
+    Ok(methods.iter().map(|method| Job::new(trial, method, repetition, options.seed)).collect())
 }
 
 fn drive(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Ended>, Failure> {
@@ -148,16 +162,18 @@ fn refuse_missing_folder(output: Option<&Path>) -> Result<(), Failure> {
     }
 }
 
+/// A suite that was driven.
+struct Driven<'a> {
+    suite: &'a Suite,
+    methods: &'a [String],
+    jobs: &'a [Job<'a>],
+    outcomes: &'a [Ended],
+}
+
 /// The pictures and the report that the user wants.
-fn write_files(
-    suite: &Suite,
-    jobs: &[Job<'_>],
-    outcomes: &[Ended],
-    options: &EvalOptions,
-) -> anyhow::Result<()> {
-    let drawn = options.pictures.as_ref().map_or(Ok(()), |folder| draw(jobs, folder));
-    let reported =
-        options.output.as_ref().map_or(Ok(()), |path| report(suite, jobs, outcomes, options, path));
+fn write_files(driven: &Driven<'_>, options: &EvalOptions) -> anyhow::Result<()> {
+    let drawn = options.pictures.as_ref().map_or(Ok(()), |folder| draw(driven.jobs, folder));
+    let reported = options.output.as_ref().map_or(Ok(()), |path| report(driven, path));
     drawn.and(reported)
 }
 
@@ -186,17 +202,11 @@ fn draw(jobs: &[Job<'_>], folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn report(
-    suite: &Suite,
-    jobs: &[Job<'_>],
-    outcomes: &[Ended],
-    options: &EvalOptions,
-    path: &Path,
-) -> anyhow::Result<()> {
+fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
+    let &Driven { suite, methods, jobs, outcomes } = driven;
     let examples = examples(suite, jobs, outcomes)?;
     let command = command_line();
-    let report =
-        Report { suite, methods: &options.methods, outcomes, examples: &examples, command: &command };
+    let report = Report { suite, methods, outcomes, examples: &examples, command: &command };
     std::fs::write(path, report.page()).with_context(|| path.display().to_string())?;
     say!("report     {}", path.display());
     Ok(())
@@ -211,13 +221,14 @@ fn command_line() -> String {
     std::iter::once("sketchnav".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-fn print(suite: &Suite, options: &EvalOptions, outcomes: &[Ended], wall: Duration) -> anyhow::Result<()> {
+fn print(driven: &Driven<'_>, options: &EvalOptions, wall: Duration) -> anyhow::Result<()> {
+    let &Driven { suite, methods, outcomes, .. } = driven;
     out!("{}: {}", suite.name, suite.title)?;
     for notice in &suite.notices {
         out!("note: {notice}")?;
     }
-    for &method in &options.methods {
-        let of_method: Vec<_> = outcomes.iter().filter(|ended| ended.method == method).collect();
+    for method in methods {
+        let of_method: Vec<_> = outcomes.iter().filter(|ended| ended.method == *method).collect();
         out!("\nmethod {method}, seed {}", options.seed)?;
         out!("{}", table::of_suite(suite, &of_method))?;
     }
@@ -252,15 +263,15 @@ fn print_failures(outcomes: &[Ended]) -> anyhow::Result<()> {
 }
 
 fn json(
-    suite: &Suite,
+    driven: &Driven<'_>,
     options: &EvalOptions,
-    outcomes: &[Ended],
     check: Option<&Check>,
     wall: Duration,
 ) -> anyhow::Result<String> {
-    let methods = options.methods.iter().map(|&method| {
+    let &Driven { suite, methods, outcomes, .. } = driven;
+    let methods = methods.iter().map(|method| {
         let counted = |ended: &&Ended| suite.counts(ended);
-        let of_method = || outcomes.iter().filter(move |ended| ended.method == method).filter(counted);
+        let of_method = || outcomes.iter().filter(move |ended| ended.method == *method).filter(counted);
         let drawings = suite.drawings().into_iter().map(|drawing| {
             let tally = Tally::of(of_method().filter(|ended| ended.drawing == drawing));
             (drawing, figures(tally))

@@ -16,6 +16,7 @@ mod mission;
 mod output;
 mod pad;
 mod recordings;
+mod relations;
 mod report;
 mod serve;
 mod systems;
@@ -78,6 +79,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Hz { tap }) => tap::hz(&tap),
         Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
         Some(Command::Info { file, json }) => tools::info(&file, json),
+        Some(Command::Relations { file, options }) => relations::relations(&file, &options),
         Some(Command::Recordings(tool)) => recordings::dispatch(tool),
     }
 }

@@ -5,6 +5,7 @@
 use std::sync::OnceLock;
 
 use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
+use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_sketch::localizer::{self, Localizer};
 use sketchnav_sketch::planner::{self, Planner};
@@ -12,10 +13,18 @@ use sketchnav_sketch::reading::Options;
 use sketchnav_sketch::sketcher::sketcher;
 use sketchnav_stage::Navigator;
 
+const METHODS: [&str; 4] = [
+    Method::Beam.word(),
+    Method::Boniardi2015.word(),
+    Method::Boniardi2015FixedScale.word(),
+    Method::Behzadian2015.word(),
+];
+
 /// Navigation in drawings (Boniardi et al. 2015, 2016).
 pub const SKETCH: Navigator = Navigator {
     kind: "sketch",
     about: "drives to goals and along routes that a person marks in a drawing of the place",
+    methods: &METHODS,
     check: |mission, robot| {
         Options::of_mission(mission, 0)?;
         localizer::core::demanded(mission, robot)?;

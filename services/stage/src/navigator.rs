@@ -20,6 +20,8 @@ pub struct Navigator {
     pub kind: &'static str,
     /// What a person gives it, and what it drives by, in a sentence.
     pub about: &'static str,
+    /// What its `[navigator] method` can be, the default first; none where there is nothing to choose.
+    pub methods: &'static [&'static str],
     /// What it demands of mission and robot, before anything starts. The files that a mission names are the loader's:
     /// see [`Mission::navigator_files_mut`].
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,

@@ -93,8 +93,13 @@ fn compare(job: &Job<'_>, place: &Path) -> anyhow::Result<Option<Difference>> {
     Ok(diff(&by_processes, &rehearsed)?)
 }
 
+/// The drawing's file where it lies in no folder.
+fn bytes<'a>(job: &Job<'a>) -> Option<&'a [u8]> {
+    job.trial.sheet.as_ref().and_then(|sheet| sheet.bytes.as_deref())
+}
+
 fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
-    let rehearsal = match &job.trial.bytes {
+    let rehearsal = match bytes(job) {
         Some(bytes) => Rehearsal::by_bytes(run, bytes)?,
         None => Rehearsal::new(run)?,
     };
@@ -110,7 +115,7 @@ fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
 fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result<PathBuf> {
     let mut mission = Mission { robot: "robot.toml".into(), ..run.mission.clone() };
     std::fs::write(place.join("robot.toml"), toml::to_string(&run.robot)?)?;
-    if let Some(bytes) = &job.trial.bytes {
+    if let Some(bytes) = bytes(job) {
         let mut sketch = SketchMission::of(&mission)?;
         sketch.drawing = "drawing".into();
         sketch.write_to(&mut mission);

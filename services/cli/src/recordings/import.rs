@@ -135,7 +135,7 @@ fn run(
         description: String::new(),
         robot: LOG_SYSTEM.to_owned(),
         navigator: sketch.navigator(),
-        world: WorldSource { floor_plan: None, map: Some(world), furniture: Vec::new(), person: Vec::new() },
+        world: WorldSource { map: Some(world), ..WorldSource::default() },
         start: Start { world: [x, y], world_heading_deg: yaw_rad.to_degrees() },
         task: vec![task.with_place(there)],
         parameters: Parameters::default(),

@@ -24,7 +24,7 @@ use crate::error::EvalError;
 use crate::experiments::ground::{Ground, departure_deg, length_m, to_edge_m};
 use crate::experiments::people::regions::Regions;
 use crate::experiments::suite::{Datum, Folders, Suite};
-use crate::experiments::trial::{StartError, Trial, time_limit_s};
+use crate::experiments::trial::{Sheet, Trial, time_limit_s};
 
 const TITLE: &str = "Drawings of four floors, deformed as people deform (degree 1; 0: the walls traced), seven of each floor at each degree; from a place of one region to a place of another.";
 /// Floors that are not part of the project: their names, bare and furnished.
@@ -159,13 +159,9 @@ impl Site {
             drawing: degree.to_string(),
             mission,
             robot: self.robot.clone(),
-            restarts: Vec::new(),
-            start_error: Some(StartError::OF_PEOPLE),
-            paper: paper.clone(),
-            bytes: Some(bytes.clone()),
+            sheet: Some(Sheet { bytes: Some(bytes.clone()), ..Sheet::new(paper.clone()) }),
             thinking_scans: 0,
             variant_of: None,
-            correspondence: None,
         };
         Ok(tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS).map(trial).collect())
     }
@@ -218,12 +214,7 @@ impl Site {
 
 fn source(floor_plan: Option<&Path>, map: Option<&Path>) -> WorldSource {
     let text = |path: &Path| path.to_string_lossy().into_owned();
-    WorldSource {
-        floor_plan: floor_plan.map(text),
-        map: map.map(text),
-        furniture: Vec::new(),
-        person: Vec::new(),
-    }
+    WorldSource { floor_plan: floor_plan.map(text), map: map.map(text), ..WorldSource::default() }
 }
 
 /// The floor's regions in which the robot fits.

@@ -2,7 +2,6 @@
 
 use crate::judge::TaskVerdict;
 use serde::Serialize;
-use sketchnav_schemas::method::Method;
 
 /// How a task ended. Only the first is a success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
@@ -69,8 +68,8 @@ pub struct TaskOutcome {
     pub id: String,
     /// The drawing it counts for.
     pub drawing: String,
-    /// The method.
-    pub method: Method,
+    /// The method, by its word.
+    pub method: String,
     /// The seed of the run in which the task was driven.
     pub seed: u64,
     /// The task's name.

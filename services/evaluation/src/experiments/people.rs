@@ -25,7 +25,7 @@ use sketchnav_sketch::reading::{DrawnMap, Options};
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, departure_deg, length_m};
 use crate::experiments::suite::{Datum, Folders, Suite};
-use crate::experiments::trial::{StartError, Trial, time_limit_s, wrap_deg};
+use crate::experiments::trial::{Sheet, Trial, time_limit_s, wrap_deg};
 use matches::{Match, Reading};
 use regions::Regions;
 
@@ -168,13 +168,9 @@ impl Place {
             name,
             drawing: paper.name.clone(),
             robot: self.robot.clone(),
-            restarts: Vec::new(),
-            start_error: Some(StartError::OF_PEOPLE),
-            paper: paper.drawing.clone(),
-            bytes: None,
+            sheet: Some(Sheet::new(paper.drawing.clone())),
             thinking_scans: 0,
             variant_of: None,
-            correspondence: None,
         })
     }
 
@@ -185,12 +181,7 @@ impl Place {
             description: TITLE.into(),
             robot: "robotino".into(),
             navigator,
-            world: WorldSource {
-                floor_plan: None,
-                map: Some(map),
-                furniture: Vec::new(),
-                person: Vec::new(),
-            },
+            world: WorldSource { map: Some(map), ..WorldSource::default() },
             start,
             task: vec![task],
             parameters: Default::default(),

@@ -15,7 +15,7 @@ use sketchnav_sketch::reading::Options;
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, departure_deg, length_m};
 use crate::experiments::suite::{Datum, Folders, Leg, Suite};
-use crate::experiments::trial::{Restart, StartError, Trial, time_limit_s};
+use crate::experiments::trial::{Restart, Sheet, Trial, time_limit_s};
 
 /// The floor of [`building_079`].
 const FURNISHED: Datum = Datum {
@@ -190,13 +190,12 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
         name: drawing.to_owned(),
         drawing: drawing.to_owned(),
         robot,
-        restarts: restarts.ok_or_else(|| no_way(&mission.name))?,
-        start_error: Some(StartError::OF_PEOPLE),
-        paper: Arc::new(paper),
-        bytes: None,
+        sheet: Some(Sheet {
+            restarts: restarts.ok_or_else(|| no_way(&mission.name))?,
+            ..Sheet::new(Arc::new(paper))
+        }),
         thinking_scans: 0,
         variant_of: None,
-        correspondence: None,
         mission,
     })
 }
@@ -211,7 +210,6 @@ fn standing_start(ground: &Ground, from: [f64; 2], to: [f64; 2]) -> Option<Start
 
 #[cfg(test)]
 mod tests {
-    use sketchnav_schemas::method::Method;
 
     use super::*;
     use crate::experiments::run;
@@ -221,8 +219,9 @@ mod tests {
         let mut suite = laboratory(&Folders::of_checkout()).unwrap();
         let mut trial = suite.trials.swap_remove(0);
         trial.mission.task.truncate(2);
-        trial.restarts.truncate(1);
-        trial.start_error = None;
+        let sheet = trial.sheet.as_mut().unwrap();
+        sheet.restarts.truncate(1);
+        sheet.start_error = None;
         trial
     }
 
@@ -231,14 +230,14 @@ mod tests {
     fn after_a_task_that_failed_the_robot_is_put_at_its_goal() {
         let mut trial = two_tasks();
         trial.mission.task[0].time_limit_s = 0.5;
-        let goal = trial.restarts[0].marked;
+        let goal = trial.sheet.as_ref().unwrap().restarts[0].marked;
         let there = trial.mission.task[0].there.clone();
-        let runs = run::drive(&trial, Method::Beam, 3).unwrap();
+        let runs = run::drive(&trial, "beam", 3).unwrap();
         let [first, second] = &runs[..] else { panic!("{} runs", runs.len()) };
         assert_eq!((first.first_task, first.verdicts.len(), first.verdicts[0].reached), (0, 1, false));
         assert_eq!((second.first_task, second.verdicts.len()), (1, 1));
         assert_eq!(second.verdicts[0].name, trial.mission.task[1].name);
-        assert_eq!(second.sketch.start, goal);
+        assert_eq!(second.sketch.as_ref().unwrap().start, goal);
         let at = second.log.truth[0].pose();
         assert!(there.contains(at.x, at.y), "{at:?}");
         assert_ne!(first.run.seed, second.run.seed);
@@ -246,7 +245,7 @@ mod tests {
 
     #[test]
     fn after_a_task_that_was_reached_the_robot_drives_on() {
-        let runs = run::drive(&two_tasks(), Method::Beam, 3).unwrap();
+        let runs = run::drive(&two_tasks(), "beam", 3).unwrap();
         assert_eq!((runs.len(), runs[0].verdicts.len()), (1, 2));
         assert!(runs[0].verdicts[0].reached, "{:?}", runs[0].verdicts);
     }

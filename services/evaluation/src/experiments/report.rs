@@ -8,7 +8,6 @@ mod examples;
 
 use crate::page;
 use maud::{Markup, PreEscaped, html};
-use sketchnav_schemas::method::Method;
 
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::statistics::Tally;
@@ -23,7 +22,7 @@ pub struct Report<'a> {
     /// The suite, as it was driven.
     pub suite: &'a Suite,
     /// The methods, in the order of the tables.
-    pub methods: &'a [Method],
+    pub methods: &'a [String],
     /// All outcomes.
     pub outcomes: &'a [TaskOutcome],
     /// Some of them as pictures.
@@ -49,7 +48,7 @@ impl Report<'_> {
             } @else {
                 (self.rates())
                 (self.curves())
-                @for (i, &method) in self.methods.iter().enumerate() { (self.figures(i, method)) }
+                @for (i, method) in self.methods.iter().enumerate() { (self.figures(i, method)) }
                 (self.failures())
                 (self.pictures())
             }
@@ -57,25 +56,21 @@ impl Report<'_> {
     }
 
     /// Outcomes of a method that count.
-    fn counted(&self, method: Method) -> impl Iterator<Item = &TaskOutcome> {
+    fn counted(&self, method: &str) -> impl Iterator<Item = &TaskOutcome> {
         self.outcomes.iter().filter(move |ended| ended.method == method && self.suite.counts(ended))
     }
 
-    fn tally(&self, method: Method, line: &str) -> Tally {
+    fn tally(&self, method: &str, line: &str) -> Tally {
         Tally::of(self.counted(method).filter(|ended| ended.drawing == line))
     }
 
     fn rates(&self) -> Markup {
         let mut groups: Vec<(String, Vec<Dot>)> = Vec::new();
         for line in self.suite.drawings() {
-            let dot = |(style, &method): (usize, &Method)| {
-                Dot::of(&method.to_string(), style, self.tally(method, &line))
-            };
+            let dot = |(style, method): (usize, &String)| Dot::of(method, style, self.tally(method, &line));
             groups.push((line.clone(), self.methods.iter().enumerate().map(dot).collect()));
         }
-        let all = |(style, &method): (usize, &Method)| {
-            Dot::of(&method.to_string(), style, Tally::of(self.counted(method)))
-        };
+        let all = |(style, method): (usize, &String)| Dot::of(method, style, Tally::of(self.counted(method)));
         groups.push(("all".into(), self.methods.iter().enumerate().map(all).collect()));
         groups.extend(self.suite.papers().into_iter().map(|paper| {
             let tally = Tally {
@@ -95,13 +90,13 @@ impl Report<'_> {
     }
 
     fn names(&self) -> Vec<String> {
-        self.methods.iter().map(Method::to_string).collect()
+        self.methods.to_vec()
     }
 
     fn curves(&self) -> Markup {
         let curve = |curve: &Curve| {
-            let points = |method: &Method| {
-                let point = |(x, line): &(f64, String)| (*x, self.tally(*method, line));
+            let points = |method: &String| {
+                let point = |(x, line): &(f64, String)| (*x, self.tally(method, line));
                 curve.points.iter().map(point).collect::<Vec<_>>()
             };
             chart::curve(curve, &self.methods.iter().map(points).collect::<Vec<_>>())
@@ -115,7 +110,7 @@ impl Report<'_> {
         }
     }
 
-    fn figures(&self, style: usize, method: Method) -> Markup {
+    fn figures(&self, style: usize, method: &str) -> Markup {
         let outcomes: Vec<_> = self.outcomes.iter().filter(|ended| ended.method == method).collect();
         html! {
             h2 { span class={ "key m" (style) } {} "Method " (method) }
@@ -125,7 +120,7 @@ impl Report<'_> {
     }
 
     fn failures(&self) -> Markup {
-        let bars = self.methods.iter().flat_map(|&method| {
+        let bars = self.methods.iter().flat_map(|method| {
             let name = move |line: &str| match self.methods.len() {
                 1 => line.to_owned(),
                 _ => format!("{line}, {method}"),
@@ -170,7 +165,7 @@ mod tests {
         TaskOutcome {
             id: format!("{drawing}#1"),
             drawing: drawing.into(),
-            method: Method::default(),
+            method: "beam".into(),
             seed: 1,
             task: "0 → 1".into(),
             task_index: 0,
@@ -187,7 +182,7 @@ mod tests {
     fn page(suite: &Suite, outcomes: &[TaskOutcome]) -> String {
         let example =
             Example { title: "<i>".into(), text: "a & b".into(), pictures: vec!["<svg></svg>".into()] };
-        let methods = [Method::default()];
+        let methods = ["beam".to_owned()];
         let command = "sketchnav eval some --only 'a<b'";
         Report { suite, methods: &methods, outcomes, examples: &[example], command }.page()
     }

@@ -17,7 +17,7 @@ use sketchnav_sketch::reading::{DrawnMap, Options};
 
 use crate::error::{EvalError, read};
 use crate::experiments::suite::{Folders, Published, Suite};
-use crate::experiments::trial::Trial;
+use crate::experiments::trial::{Sheet, Trial};
 use crate::judge::anchors::{Anchors, AnchorsError};
 use crate::judge::homotopy::Correspondence;
 
@@ -54,13 +54,13 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
         drawing: name.to_owned(),
         mission,
         robot,
-        restarts: Vec::new(),
-        start_error: None,
-        paper: Arc::new(paper),
-        bytes: None,
+        sheet: Some(Sheet {
+            start_error: None,
+            correspondence: Some(Arc::new(correspondence)),
+            ..Sheet::new(Arc::new(paper))
+        }),
         thinking_scans: 0,
         variant_of: None,
-        correspondence: Some(Arc::new(correspondence)),
     })
 }
 
@@ -98,7 +98,8 @@ mod tests {
     #[test]
     fn every_route_leads_from_the_robot_to_the_goal_that_was_meant() {
         assert_eq!((SHIPPED.trials.len(), SHIPPED.drawings().len()), (25, 25));
-        for Trial { name, mission, paper, correspondence, .. } in &SHIPPED.trials {
+        for Trial { name, mission, sheet, .. } in &SHIPPED.trials {
+            let Sheet { paper, correspondence, .. } = sheet.as_ref().unwrap();
             let correspondence = correspondence.as_ref().unwrap();
             let sketch = SketchMission::of(mission).unwrap();
             let route = sketch.tasks[0].aim.route().unwrap();
@@ -115,7 +116,8 @@ mod tests {
     /// A route is homotopic to itself, carried to the floor; driven back to where it began it is none.
     #[test]
     fn the_routes_themselves_would_succeed() {
-        for Trial { name, mission, paper, correspondence, .. } in &SHIPPED.trials {
+        for Trial { name, mission, sheet, .. } in &SHIPPED.trials {
+            let Sheet { paper, correspondence, .. } = sheet.as_ref().unwrap();
             let correspondence = correspondence.as_ref().unwrap();
             let sketch = SketchMission::of(mission).unwrap();
             let route: Vec<_> = sketch.tasks[0].aim.points().iter().map(|&at| paper.from_image(at)).collect();
@@ -126,8 +128,8 @@ mod tests {
 
     #[test]
     fn about_half_of_the_canvases_are_upright() {
-        let upright =
-            SHIPPED.trials.iter().filter(|trial| trial.paper.height_px > trial.paper.width_px).count();
+        let papers = SHIPPED.trials.iter().map(|trial| &trial.sheet.as_ref().unwrap().paper);
+        let upright = papers.filter(|paper| paper.height_px > paper.width_px).count();
         assert_eq!(upright, 12);
     }
 }

@@ -4,7 +4,6 @@ use sketchnav_rehearsal::{Rehearsal, RehearsalError, Tap};
 use sketchnav_schemas::channels::{CONTACT, ChannelSpec, ESTIMATE, STATUS, TRUTH};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
-use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::{MissionError, Task};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::sketch_mission::SketchMission;
@@ -41,8 +40,8 @@ impl Tap for Log {
 pub struct Driven {
     /// As it was driven.
     pub run: RunConfig,
-    /// Its mission in the drawing.
-    pub sketch: SketchMission,
+    /// Its mission in the drawing, where it has one.
+    pub sketch: Option<SketchMission>,
     /// Number, within the trial, of the run's first task.
     pub first_task: usize,
     /// What it said.
@@ -94,7 +93,7 @@ impl Watcher<'_> {
 ///
 /// # Errors
 /// [`EvalError::Trial`] where the mission cannot begin.
-pub fn drive(trial: &Trial, method: Method, seed: u64) -> Result<Vec<Driven>, EvalError> {
+pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, EvalError> {
     let mut runs = Vec::new();
     let mut first_task = 0;
     while first_task < trial.mission.task.len() {
@@ -106,14 +105,15 @@ pub fn drive(trial: &Trial, method: Method, seed: u64) -> Result<Vec<Driven>, Ev
     Ok(runs)
 }
 
-fn drive_from(trial: &Trial, method: Method, seed: u64, first_task: usize) -> Result<Driven, RehearsalError> {
+fn drive_from(trial: &Trial, method: &str, seed: u64, first_task: usize) -> Result<Driven, RehearsalError> {
     let wrong = |error: MissionError| RehearsalError::Stage(error.into());
     let run = trial.run(method, seed, first_task).map_err(wrong)?;
-    let sketch = SketchMission::of(&run.mission).map_err(wrong)?;
-    let stops_at_failure = !trial.restarts.is_empty();
+    let sheet = trial.sheet.as_ref();
+    let sketch = sheet.map(|_| SketchMission::of(&run.mission)).transpose().map_err(wrong)?;
+    let stops_at_failure = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
     let mut watcher =
         Watcher { log: Log::default(), tasks: &run.mission.task, stops_at_failure, failed: false };
-    let rehearsal = match &trial.bytes {
+    let rehearsal = match sheet.and_then(|sheet| sheet.bytes.as_ref()) {
         Some(bytes) => Rehearsal::by_bytes(&run, bytes),
         None => Rehearsal::new(&run),
     };
@@ -131,7 +131,7 @@ fn drive_from(trial: &Trial, method: Method, seed: u64, first_task: usize) -> Re
 ///
 /// # Errors
 /// As [`drive`].
-pub fn run(trial: &Trial, method: Method, repetition: u32, seed: u64) -> Result<Vec<TaskOutcome>, EvalError> {
+pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Vec<TaskOutcome>, EvalError> {
     let runs = drive(trial, method, seed)?;
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
 }
@@ -139,20 +139,20 @@ pub fn run(trial: &Trial, method: Method, repetition: u32, seed: u64) -> Result<
 /// How the run's task `index` ended, its way included.
 pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
     let kind = Kind::of(&driven.verdicts[index]);
-    let route = driven.sketch.tasks[index].aim.route();
-    let (Kind::Reached, Some(route), Some(join), Some(span)) = (kind, route, &trial.correspondence, span)
-    else {
+    let route = driven.sketch.as_ref().and_then(|sketch| sketch.tasks[index].aim.route());
+    let (Kind::Reached, Some(route), Some(sheet), Some(span)) = (kind, route, &trial.sheet, span) else {
         return kind;
     };
+    let Some(join) = &sheet.correspondence else { return kind };
     let way: Vec<_> = span.of(&driven.log.truth).iter().map(|truth| truth.pose().position()).collect();
-    let route: Vec<_> = route.iter().map(|&at| trial.paper.from_image(at)).collect();
+    let route: Vec<_> = route.iter().map(|&at| sheet.paper.from_image(at)).collect();
     if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
 }
 
 /// The outcomes of a run's tasks.
 pub fn outcomes<'a>(
     trial: &'a Trial,
-    method: Method,
+    method: &'a str,
     repetition: u32,
     driven: &'a Driven,
 ) -> impl Iterator<Item = TaskOutcome> + 'a {
@@ -162,7 +162,7 @@ pub fn outcomes<'a>(
         TaskOutcome {
             id: format!("{}#{repetition}", trial.name),
             drawing: trial.drawing.clone(),
-            method,
+            method: method.to_owned(),
             seed: driven.run.seed,
             task: verdict.name.clone(),
             task_index: driven.first_task + i,

@@ -172,7 +172,7 @@ pub(crate) fn variant(trial: &Trial, line: &str) -> Trial {
 }
 
 fn start_error(trial: &mut Trial, _: &Site, times: f64) {
-    if let Some(error) = &mut trial.start_error {
+    if let Some(error) = trial.sheet.as_mut().and_then(|sheet| sheet.start_error.as_mut()) {
         error.spread_share *= times;
         error.heading_deg *= times;
     }
@@ -220,10 +220,11 @@ mod tests {
             let changed = suite.trials.iter().filter(|trial| trial.drawing == *line);
             for (one, other) in usual.iter().zip(changed) {
                 assert_eq!(one.variant_of, other.variant_of);
+                let start_error = |trial: &Trial| trial.sheet.as_ref().unwrap().start_error;
                 let differs = [
                     one.robot.laser != other.robot.laser,
                     one.robot.odometry != other.robot.odometry,
-                    one.start_error != other.start_error,
+                    start_error(one) != start_error(other),
                     one.mission.world.furniture != other.mission.world.furniture,
                     one.mission.world.person != other.mission.world.person,
                     one.thinking_scans != other.thinking_scans,

@@ -7,7 +7,6 @@ use rand::RngExt;
 use rand_distr::{Distribution, Normal};
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Sketch};
-use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::{Mission, MissionError, Start};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
@@ -46,17 +45,28 @@ pub struct Restart {
     pub marked_heading_deg: f64,
 }
 
-/// One experiment: tasks in a row, by one drawing.
+/// One experiment: tasks in a row.
 #[derive(Debug, Clone)]
 pub struct Trial {
     /// Its name within the suite, without blanks: `00/a/2-5`.
     pub name: String,
-    /// The drawing: the table's column or line that it counts for.
+    /// The drawing, or whatever else the table's lines are about: the line that it counts for.
     pub drawing: String,
     /// World, drawing, tasks; paths absolute.
     pub mission: Mission,
     /// The robot that the mission names.
     pub robot: Robot,
+    /// What belongs to a drive by a drawing; `None` for the other kinds of navigators.
+    pub sheet: Option<Sheet>,
+    /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.
+    pub thinking_scans: u32,
+    /// The trial of which this one is a variant: both get the same seeds.
+    pub variant_of: Option<String>,
+}
+
+/// The drawing of a trial, and how people handle it.
+#[derive(Debug, Clone)]
+pub struct Sheet {
     /// Where the pose is given anew to go on with task k + 1, should task k fail (`restarts[k]`).
     /// Empty where nobody does that: then the tasks after a failed one are driven all the same.
     pub restarts: Vec<Restart>,
@@ -66,10 +76,6 @@ pub struct Trial {
     pub paper: Arc<DrawnMap>,
     /// The drawing's file where it lies in no folder; `None`: the mission names it.
     pub bytes: Option<Arc<[u8]>>,
-    /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.
-    pub thinking_scans: u32,
-    /// The trial of which this one is a variant: both get the same seeds.
-    pub variant_of: Option<String>,
     /// Which places of the drawing are which places of the floor: then the way, too, must be that of the
     /// drawn routes. `None` where any way will do.
     pub correspondence: Option<Arc<Correspondence>>,
@@ -81,21 +87,15 @@ impl Trial {
     /// `seed` is the repetition's seed; each run of a trial with restarts gets one of its own.
     ///
     /// # Errors
-    /// A mission that is not of the kind `sketch`.
-    pub fn run(&self, method: Method, seed: u64, first_task: usize) -> Result<RunConfig, MissionError> {
+    /// A method that the mission's kind of navigator does not have.
+    pub fn run(&self, method: &str, seed: u64, first_task: usize) -> Result<RunConfig, MissionError> {
         let mut mission = self.mission.clone();
         mission.task.drain(..first_task);
-        let mut sketch = SketchMission { method, ..SketchMission::of(&mission)? };
-        if first_task > 0 {
-            let restart = &self.restarts[first_task - 1];
-            mission.start = restart.start.clone();
-            (sketch.start, sketch.start_heading_deg) = (restart.marked, Some(restart.marked_heading_deg));
-        }
+        mission.navigator.given.insert("method".to_owned(), method.into());
         let seed = if first_task == 0 { seed } else { derived(seed, &format!("eval/restart {first_task}")) };
-        if let Some(error) = self.start_error {
-            self.disturb(&mut sketch, error, seed);
+        if let Some(sheet) = &self.sheet {
+            sheet.mark(&mut mission, seed, first_task)?;
         }
-        sketch.write_to(&mut mission);
         Ok(RunConfig {
             system: "eval".into(),
             mission,
@@ -106,6 +106,29 @@ impl Trial {
             pad: Pad::Absent,
             without: Vec::new(),
         })
+    }
+}
+
+impl Sheet {
+    /// A drawing in a file that the mission names; poses are given once, with people's errors.
+    pub fn new(paper: Arc<DrawnMap>) -> Self {
+        let start_error = Some(StartError::OF_PEOPLE);
+        Self { restarts: Vec::new(), start_error, paper, bytes: None, correspondence: None }
+    }
+
+    /// Marks the start of a run that begins with `first_task`, as a person does.
+    fn mark(&self, mission: &mut Mission, seed: u64, first_task: usize) -> Result<(), MissionError> {
+        let mut sketch = SketchMission::of(mission)?;
+        if first_task > 0 {
+            let restart = &self.restarts[first_task - 1];
+            mission.start = restart.start.clone();
+            (sketch.start, sketch.start_heading_deg) = (restart.marked, Some(restart.marked_heading_deg));
+        }
+        if let Some(error) = self.start_error {
+            self.disturb(&mut sketch, error, seed);
+        }
+        sketch.write_to(mission);
+        Ok(())
     }
 
     /// Moves and turns the start mark; what would fall into a wall is drawn again, as a person would not

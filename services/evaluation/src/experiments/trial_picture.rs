@@ -4,37 +4,48 @@ use crate::judge::{self, TaskSpan};
 use crate::picture::{self, FloorPicture, PictureError, SketchPicture, TaskMark, TaskPicture};
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::message::Message;
+use sketchnav_schemas::sketch_mission::SketchMission;
 
 use crate::error::EvalError;
 use crate::experiments::outcome::Kind;
 use crate::experiments::run::{Driven, kind_of};
-use crate::experiments::trial::Trial;
+use crate::experiments::trial::{Sheet, Trial};
 
-/// The pictures of a run as SVG, each with what it shows: `sketch`, `floor`.
+/// The pictures of a run as SVG, each with what it shows: `sketch` where there is one, `floor`.
 ///
 /// # Errors
 /// [`EvalError`] where the world or the drawing cannot be drawn.
-pub fn draw(trial: &Trial, driven: &Driven) -> Result<[(&'static str, String); 2], EvalError> {
+pub fn draw(trial: &Trial, driven: &Driven) -> Result<Vec<(&'static str, String)>, EvalError> {
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
     let spans = &spans[..driven.verdicts.len()];
-    Ok([("sketch", sketch(trial, driven, spans)?), ("floor", floor(trial, driven, spans)?)])
+    let drawn = trial.sheet.as_ref().zip(driven.sketch.as_ref());
+    let mut pictures = Vec::new();
+    if let Some((sheet, mission)) = drawn {
+        pictures.push(("sketch", sketch(trial, driven, (sheet, mission), spans)?));
+    }
+    pictures.push(("floor", floor(trial, driven, spans)?));
+    Ok(pictures)
 }
 
-fn sketch(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<String, PictureError> {
-    let paper = &trial.paper;
+fn sketch(
+    trial: &Trial,
+    driven: &Driven,
+    (sheet, mission): (&Sheet, &SketchMission),
+    spans: &[Option<TaskSpan>],
+) -> Result<String, PictureError> {
+    let paper = &sheet.paper;
     let tasks: Vec<_> = (0..spans.len())
         .map(|i| TaskPicture {
             name: name(trial, driven, spans, i),
-            marks: driven.sketch.tasks[i].aim.points().iter().map(|&at| paper.from_image(at)).collect(),
+            marks: mission.tasks[i].aim.points().iter().map(|&at| paper.from_image(at)).collect(),
             place: Vec::new(),
             trail: of(&spans[i], &driven.log.estimates).iter().map(|e| e.pose.pose().position()).collect(),
             particles: Vec::new(),
             outcome: outcome(trial, driven, spans, i),
         })
         .collect();
-    let heading_deg = driven.sketch.start_heading_deg.unwrap_or_default();
-    let marked = driven
-        .sketch
+    let heading_deg = mission.start_heading_deg.unwrap_or_default();
+    let marked = mission
         .start
         .map(|at| paper.from_image(at))
         .map(|at| Pose::new(at.x, at.y, heading_deg.to_radians()));

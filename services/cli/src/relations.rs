@@ -1,0 +1,199 @@
+//! Relations between objects over time: of a table of positions, or of the bodies of a recording.
+
+mod bodies;
+mod calculi;
+mod table;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use anyhow::{Context, bail, ensure};
+use clap::{Args, ValueEnum};
+use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
+use serde::Serialize;
+use sketchnav_qualitative::Change;
+
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::out;
+use calculi::Word;
+
+/// What to compute of which objects.
+#[derive(Debug, Clone, Args)]
+pub struct RelationsOptions {
+    /// The calculus.
+    #[arg(long, value_enum)]
+    pub calculus: Word,
+    /// The objects, in the order of the relation's arguments, separated by commas. Left out: every two of them.
+    #[arg(long, value_delimiter = ',', value_name = "A,B")]
+    pub between: Vec<String>,
+    /// Motion up to this distance between two samples is none, metres (qtc-b, qtc-c, qtc-bc, mos).
+    #[arg(long, value_name = "METRES", conflicts_with = "quantisation_mps")]
+    pub quantisation_m: Option<f64>,
+    /// Motion up to this speed is none, metres a second.
+    #[arg(long, value_name = "M/S")]
+    pub quantisation_mps: Option<f64>,
+    /// Distance up to which qtc-bc has the sides, metres.
+    #[arg(long, value_name = "METRES", default_value_t = sketchnav_qualitative::qtc::PERSONAL_SPACE_M)]
+    pub near_m: f64,
+    /// Labels and upper bounds for argd, separated by commas.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_name = "LABEL=METRES",
+        default_value = "near=3.0,medium=3.5,far=4.0"
+    )]
+    pub thresholds: Vec<String>,
+    /// Sides that differ by up to this are equal, metres (rcc, rectangle).
+    #[arg(long, value_name = "METRES", default_value_t = 0.0)]
+    pub tolerance_m: f64,
+    /// Objects that are not seen for longer than this are not followed across the pause, seconds.
+    #[arg(long, value_name = "SECONDS")]
+    pub max_gap_s: Option<f64>,
+    /// A line for each sample, also where the relation goes on.
+    #[arg(long)]
+    pub every_sample: bool,
+    /// Leave out what motion must have passed between two samples.
+    #[arg(long)]
+    pub observed_only: bool,
+    /// One JSON object instead of a table.
+    #[arg(long, conflicts_with = "csv")]
+    pub json: bool,
+    /// Comma-separated values instead of a table.
+    #[arg(long)]
+    pub csv: bool,
+}
+
+/// An object at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Body {
+    /// Metres.
+    at: [f64; 2],
+    /// Radians; `None`: the direction of its motion.
+    heading_rad: Option<f64>,
+    /// Length along x and width along y of the box around it, metres.
+    size_m: Option<[f64; 2]>,
+}
+
+/// An object over time.
+#[derive(Debug, Clone, PartialEq)]
+struct Track {
+    name: String,
+    /// Seconds, rising.
+    samples: Vec<(f64, Body)>,
+}
+
+/// The relations of some objects over time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Series {
+    between: Vec<String>,
+    relations: Vec<Held>,
+}
+
+/// What held from when to when.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Held {
+    from_s: f64,
+    to_s: f64,
+    relation: String,
+    change: Change,
+}
+
+/// Prints the relations of `file`.
+pub fn relations(file: &Path, options: &RelationsOptions) -> Result<Outcome, Failure> {
+    let series = compute(file, options).or_input()?;
+    if options.json {
+        let object = serde_json::json!({ "calculus": word(options.calculus), "series": series });
+        out!("{object}")?;
+    } else if options.csv {
+        out!("{}", comma_separated(&series)?)?;
+    } else {
+        out!("{}", drawn(&series))?;
+    }
+    Ok(Outcome::Success)
+}
+
+fn compute(file: &Path, options: &RelationsOptions) -> anyhow::Result<Vec<Series>> {
+    let is_recording = file.extension().is_some_and(|extension| extension == "mcap");
+    let tracks = if is_recording { bodies::read(file)? } else { table::read(file)? };
+    let chosen = choose(&tracks, options)?;
+    let of = |tracks: Vec<&Track>| {
+        let between: Vec<_> = tracks.iter().map(|track| track.name.clone()).collect();
+        let relations = calculi::series(&tracks, options);
+        let relations = relations.with_context(|| format!("{}: {}", file.display(), between.join(", ")))?;
+        Ok(Series { between, relations })
+    };
+    chosen.into_iter().map(of).collect()
+}
+
+/// The objects that the user names; else every two of them (each one, each three) as the calculus takes them.
+fn choose<'a>(tracks: &'a [Track], options: &RelationsOptions) -> anyhow::Result<Vec<Vec<&'a Track>>> {
+    let count = options.calculus.arguments();
+    if options.between.is_empty() {
+        ensure!(tracks.len() >= count, "expected {count} objects or more, found {}", names(tracks));
+        return Ok(combinations(tracks, count));
+    }
+    let found = options.between.len();
+    ensure!(found == count, "--between: {} expected {count} objects, found {found}", word(options.calculus));
+    let named = options.between.iter().map(|name| {
+        let track = tracks.iter().find(|track| track.name == *name);
+        track.with_context(|| format!("--between: expected some of {}, found {name:?}", names(tracks)))
+    });
+    let named: Vec<_> = named.collect::<anyhow::Result<_>>()?;
+    let distinct: BTreeSet<_> = named.iter().map(|track| &track.name).collect();
+    if distinct.len() < count {
+        bail!("--between: expected different objects, found {}", options.between.join(", "));
+    }
+    Ok(vec![named])
+}
+
+/// Every `count` of them, in their order.
+fn combinations(tracks: &[Track], count: usize) -> Vec<Vec<&Track>> {
+    if count == 0 {
+        return vec![Vec::new()];
+    }
+    let with = |(i, track)| {
+        let rest = combinations(&tracks[i + 1..], count - 1).into_iter();
+        rest.map(move |rest| [vec![track], rest].concat())
+    };
+    tracks.iter().enumerate().flat_map(with).collect()
+}
+
+fn names(tracks: &[Track]) -> String {
+    let names: Vec<_> = tracks.iter().map(|track| track.name.as_str()).collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+fn word(calculus: Word) -> String {
+    calculus.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+const COLUMNS: [&str; 5] = ["between", "from_s", "to_s", "relation", "change"];
+
+fn rows(series: &[Series]) -> impl Iterator<Item = [String; 5]> {
+    series.iter().flat_map(|one| {
+        one.relations.iter().map(|held| {
+            let change = serde_json::to_value(held.change).ok();
+            let change =
+                change.as_ref().and_then(|change| change.as_str()).unwrap_or_default().to_lowercase();
+            let times = [held.from_s, held.to_s].map(|time_s| format!("{time_s:.3}"));
+            let [from_s, to_s] = times;
+            [one.between.join(" "), from_s, to_s, held.relation.clone(), change]
+        })
+    })
+}
+
+fn drawn(series: &[Series]) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_FULL_CONDENSED);
+    table.set_header(COLUMNS);
+    table.add_rows(rows(series));
+    table
+}
+
+fn comma_separated(series: &[Series]) -> anyhow::Result<String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(COLUMNS)?;
+    rows(series).try_for_each(|row| writer.write_record(row))?;
+    let bytes = writer.into_inner().map_err(|error| error.into_error())?;
+    Ok(String::from_utf8(bytes)?.trim_end().to_owned())
+}

@@ -1,0 +1,48 @@
+//! The bodies of a recording: the robot and the people, where they truly were.
+
+use std::path::Path;
+
+use anyhow::{Context, ensure};
+use sketchnav_recordings::reader::Recording;
+use sketchnav_schemas::channels::{PEOPLE, TRUTH};
+use sketchnav_schemas::message::{Header, People};
+use sketchnav_schemas::time::seconds;
+
+use super::{Body, Track};
+
+/// Reads them: `robot`, `person-1`, `person-2` …
+///
+/// # Errors
+/// The recording, or that it holds no true poses.
+pub fn read(file: &Path) -> anyhow::Result<Vec<Track>> {
+    let place = || file.display().to_string();
+    let recording = Recording::open(file).with_context(place)?;
+    let robot = recording.run().with_context(place)?.robot;
+    let truth = recording.all(TRUTH).with_context(place)?;
+    ensure!(!truth.is_empty(), "{}: expected true poses of the robot, found none", file.display());
+    let size_m = Some([2.0 * robot.radius_m; 2]);
+    let body = |pose: sketchnav_schemas::geometry::Pose<_>| Body {
+        at: [pose.x, pose.y],
+        heading_rad: Some(pose.yaw_rad),
+        size_m,
+    };
+    let samples = truth.iter().map(|truth| (time_s(&truth.header), body(truth.pose()))).collect();
+    let robot = Track { name: "robot".to_owned(), samples };
+    let people = recording.all(PEOPLE).with_context(place)?;
+    let count = people.iter().map(|people| people.people().len()).max().unwrap_or_default();
+    Ok(std::iter::once(robot).chain((0..count).map(|person| track(&people, person))).collect())
+}
+
+fn track(people: &[People], person: usize) -> Track {
+    let sample = |all: &People| {
+        let walking = all.people().get(person)?;
+        let size_m = Some([2.0 * walking.radius_m; 2]);
+        let body = Body { at: [walking.x_m, walking.y_m], heading_rad: None, size_m };
+        Some((time_s(&all.header), body))
+    };
+    Track { name: format!("person-{}", person + 1), samples: people.iter().filter_map(sample).collect() }
+}
+
+fn time_s(header: &Header) -> f64 {
+    seconds(header.stamp_ns)
+}

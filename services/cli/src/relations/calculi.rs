@@ -1,0 +1,228 @@
+//! The calculi by their words, and the series of each.
+
+use std::fmt::Display;
+
+use anyhow::{Context, bail, ensure};
+use clap::ValueEnum;
+use sketchnav_qualitative::rcc::{Rcc2, Rcc3, Rcc4, Rcc5, Rcc8, Regions};
+use sketchnav_qualitative::{
+    Calculus, Options, Oriented, Point, Quantisation, Rect, argd, cardinal, mos, order, qrpc, qtc, rectangle,
+    series as series_of, tpcc,
+};
+
+use super::{Body, Held, RelationsOptions, Track};
+
+/// The calculi.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Word {
+    /// Towards or away: two points in motion.
+    QtcB,
+    /// The same, and to which side.
+    QtcC,
+    /// The same, with the sides where the two are near each other.
+    QtcBc,
+    /// Moving or stationary: one point.
+    Mos,
+    /// Rectilinear projections: two points with headings.
+    Qrpc,
+    /// Distances by named thresholds.
+    Argd,
+    /// Cardinal directions.
+    Cardinal,
+    /// Order along x.
+    Order,
+    /// Rectangle algebra: two boxes.
+    Rectangle,
+    /// Region connection, 2 relations: two boxes.
+    Rcc2,
+    /// Region connection, 3 relations.
+    Rcc3,
+    /// Region connection, 4 relations.
+    Rcc4,
+    /// Region connection, 5 relations.
+    Rcc5,
+    /// Region connection, 8 relations.
+    Rcc8,
+    /// Ternary point configurations: three points.
+    Tpcc,
+}
+
+impl Word {
+    /// Of how many objects its relations are.
+    pub fn arguments(self) -> usize {
+        match self {
+            Self::Mos => 1,
+            Self::Tpcc => 3,
+            _ => 2,
+        }
+    }
+}
+
+/// The relations of `tracks`, as many as the calculus takes.
+///
+/// # Errors
+/// A parameter, or a table that lacks what the calculus needs.
+pub fn series(tracks: &[&Track], options: &RelationsOptions) -> anyhow::Result<Vec<Held>> {
+    let of_points = Scenes { tracks, options };
+    match options.calculus {
+        Word::QtcB => of_points.two(qtc::Basic { quantisation: quantisation(options)? }, point),
+        Word::QtcC => of_points.two(qtc::DoubleCross { quantisation: quantisation(options)? }, point),
+        Word::QtcBc => of_points.two(qtc::Switching::new(quantisation(options)?, options.near_m)?, point),
+        Word::Mos => of_points.one(mos::Motions { quantisation: quantisation(options)? }, point),
+        Word::Qrpc => of_points.two(qrpc::Projections::default(), oriented),
+        Word::Argd => of_points.argd(scale(&options.thresholds)?),
+        Word::Cardinal => of_points.two(cardinal::Directions, point),
+        Word::Order => of_points.two(order::Orders, point),
+        Word::Rectangle => of_points.two(rectangle::Rectangles::new(options.tolerance_m)?, rect),
+        Word::Rcc2 => of_points.two(Regions::<Rcc2>::new(options.tolerance_m)?, rect),
+        Word::Rcc3 => of_points.two(Regions::<Rcc3>::new(options.tolerance_m)?, rect),
+        Word::Rcc4 => of_points.two(Regions::<Rcc4>::new(options.tolerance_m)?, rect),
+        Word::Rcc5 => of_points.two(Regions::<Rcc5>::new(options.tolerance_m)?, rect),
+        Word::Rcc8 => of_points.two(Regions::<Rcc8>::new(options.tolerance_m)?, rect),
+        Word::Tpcc => of_points.three(tpcc::Configurations::default(), point),
+    }
+}
+
+fn quantisation(options: &RelationsOptions) -> anyhow::Result<Quantisation> {
+    Ok(match (options.quantisation_m, options.quantisation_mps) {
+        (Some(distance_m), _) => Quantisation::distance(distance_m)?,
+        (None, Some(speed_mps)) => Quantisation::speed(speed_mps)?,
+        (None, None) => Quantisation::NONE,
+    })
+}
+
+fn scale(thresholds: &[String]) -> anyhow::Result<argd::Scale> {
+    let parsed = thresholds.iter().map(|threshold| {
+        let parts = threshold.split_once('=');
+        let number = parts.and_then(|(label, bound)| Some((label.to_owned(), bound.parse::<f64>().ok()?)));
+        number.with_context(|| format!("--thresholds: expected LABEL=METRES, found {threshold:?}"))
+    });
+    let parsed = parsed.collect::<anyhow::Result<Vec<_>>>()?;
+    Ok(argd::Scale::new(parsed, argd::Bound::Upper)?)
+}
+
+/// The objects of one sample as a calculus wants them; `before` is the sample before of the same object.
+type Make<T> = fn(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<T>>;
+
+fn point(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Point>> {
+    Ok(Some(Point::try_from(now.at)?))
+}
+
+/// Without a heading it is the direction of motion; who does not move has none.
+fn oriented(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<Oriented>> {
+    let at = Point::try_from(now.at)?;
+    match (now.heading_rad, before) {
+        (Some(heading_rad), _) => Ok(Some(Oriented::new(at, heading_rad)?)),
+        (None, Some(before)) => Ok(Oriented::from_motion(Point::try_from(before.at)?, at)),
+        (None, None) => Ok(None),
+    }
+}
+
+fn rect(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Rect>> {
+    let Some([length_m, width_m]) = now.size_m else {
+        bail!("expected the columns length_m and width_m for a calculus of boxes, found none");
+    };
+    Ok(Some(Rect::around(Point::try_from(now.at)?, length_m, width_m)?))
+}
+
+/// The objects, and what is done with their series.
+struct Scenes<'a> {
+    tracks: &'a [&'a Track],
+    options: &'a RelationsOptions,
+}
+
+impl Scenes<'_> {
+    fn one<T: Copy, C>(&self, calculus: C, make: Make<T>) -> anyhow::Result<Vec<Held>>
+    where
+        C: Calculus<Scene = T>,
+        C::Relation: Display,
+    {
+        self.held(
+            calculus,
+            self.scenes::<T, 1>(make)?.into_iter().map(|(at, scene)| (at, scene.map(|[a]| a))),
+        )
+    }
+
+    fn two<T: Copy, C>(&self, calculus: C, make: Make<T>) -> anyhow::Result<Vec<Held>>
+    where
+        C: Calculus<Scene = [T; 2]>,
+        C::Relation: Display,
+    {
+        self.held(calculus, self.scenes::<T, 2>(make)?)
+    }
+
+    fn three<T: Copy, C>(&self, calculus: C, make: Make<T>) -> anyhow::Result<Vec<Held>>
+    where
+        C: Calculus<Scene = [T; 3]>,
+        C::Relation: Display,
+    {
+        self.held(calculus, self.scenes::<T, 3>(make)?)
+    }
+
+    /// Its relations are ranks; people read labels.
+    fn argd(&self, scale: argd::Scale) -> anyhow::Result<Vec<Held>> {
+        let label = |rank| scale.label(rank).unwrap_or_default().to_owned();
+        self.said(scale.clone(), self.scenes::<Point, 2>(point)?, label)
+    }
+
+    fn held<C: Calculus>(
+        &self,
+        calculus: C,
+        scenes: impl IntoIterator<Item = (f64, Option<C::Scene>)>,
+    ) -> anyhow::Result<Vec<Held>>
+    where
+        C::Relation: Display,
+    {
+        self.said(calculus, scenes, |relation| relation.to_string())
+    }
+
+    fn said<C: Calculus>(
+        &self,
+        calculus: C,
+        scenes: impl IntoIterator<Item = (f64, Option<C::Scene>)>,
+        say: impl Fn(C::Relation) -> String,
+    ) -> anyhow::Result<Vec<Held>> {
+        let options = Options {
+            collapse: !self.options.every_sample,
+            validate: !self.options.observed_only,
+            max_gap_s: self.options.max_gap_s,
+        };
+        let found = series_of(calculus, options, scenes)?;
+        let held = found.into_iter().map(|timed| Held {
+            from_s: timed.from_s,
+            to_s: timed.to_s,
+            relation: say(timed.relation),
+            change: timed.change,
+        });
+        Ok(held.collect())
+    }
+
+    /// At each time that one of the objects has: all of them, or nothing where one was not seen.
+    fn scenes<T: Copy, const N: usize>(&self, make: Make<T>) -> anyhow::Result<Vec<(f64, Option<[T; N]>)>> {
+        ensure!(self.tracks.len() == N, "expected {N} objects, found {}", self.tracks.len());
+        let mut times: Vec<f64> =
+            self.tracks.iter().flat_map(|track| track.samples.iter().map(|(at_s, _)| *at_s)).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let mut next = [0; N];
+        times.into_iter().map(|at_s| Ok((at_s, self.scene(at_s, &mut next, make)?))).collect()
+    }
+
+    fn scene<T: Copy, const N: usize>(
+        &self,
+        at_s: f64,
+        next: &mut [usize; N],
+        make: Make<T>,
+    ) -> anyhow::Result<Option<[T; N]>> {
+        let mut scene = [None; N];
+        for ((slot, track), next) in scene.iter_mut().zip(self.tracks).zip(next) {
+            let Some((_, now)) = track.samples.get(*next).filter(|(own_s, _)| *own_s == at_s) else {
+                continue;
+            };
+            let before = next.checked_sub(1).map(|before| &track.samples[before].1);
+            *slot = make(before, now)?;
+            *next += 1;
+        }
+        Ok(scene.iter().all(Option::is_some).then(|| scene.map(|object| object.expect("all are there"))))
+    }
+}

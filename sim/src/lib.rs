@@ -7,10 +7,11 @@
 //! - [`description`]: what stands where; made by [`floor_plan`] or [`ros_map`].
 //! - [`floor`], [`physics`], [`drive`], [`people`]: how it moves.
 //! - [`sensors`], [`raycast`]: what the robot measures, and when.
-//! - [`robots`]: the robots that ship. [`mission_file`] and [`files`] alone
+//! - [`robots`], [`corridors`]: the robots and the corridors that ship. [`mission_file`] and [`files`] alone
 //!   open files.
 
 pub mod convex;
+pub mod corridors;
 pub mod description;
 pub mod drive;
 mod error;

@@ -9,6 +9,7 @@
 //! seed is derived from the suite's seed and the trial's name alone.
 
 pub mod ablation;
+pub mod corridor;
 pub mod deformed;
 pub mod ground;
 pub mod jobs;

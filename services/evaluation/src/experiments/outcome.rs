@@ -13,6 +13,8 @@ pub enum Kind {
     WrongArrival,
     /// It came there by a way that is not the drawn route's: past something on the wrong side.
     WrongSide,
+    /// It touched something where a touch ends the drive.
+    Collided,
     /// It said that it does not know where it is.
     Lost,
     /// It said that there is no way.
@@ -25,10 +27,11 @@ pub enum Kind {
 
 impl Kind {
     /// All, successes first.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Reached,
         Self::WrongArrival,
         Self::WrongSide,
+        Self::Collided,
         Self::Lost,
         Self::Blocked,
         Self::TimedOut,
@@ -41,6 +44,7 @@ impl Kind {
             Self::Reached => "reached",
             Self::WrongArrival => "wrong arrival",
             Self::WrongSide => "wrong side",
+            Self::Collided => "collided",
             Self::Lost => "lost",
             Self::Blocked => "blocked",
             Self::TimedOut => "timed out",
@@ -48,7 +52,7 @@ impl Kind {
         }
     }
 
-    /// Of a judged task, as far as its verdict tells: not by which way the robot came.
+    /// Of a judged task, as far as its verdict tells: not by which way the robot came, nor whether a touch is a failure.
     pub fn of(verdict: &TaskVerdict) -> Self {
         match (verdict.reached, verdict.state.as_str()) {
             (true, _) => Self::Reached,

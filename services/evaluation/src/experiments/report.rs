@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn what_others_published_stands_below_the_drawings() {
-        let paper = Some(Published { name: "paper".into(), reached: 17, attempts: 25 });
+        let paper = vec![Published { name: "paper".into(), reached: 17, attempts: 25 }];
         let suite = Suite { paper, ..Suite::default() };
         let found = page(&suite, &[outcome("a", Kind::Reached)]);
         assert!(found.contains("17/25") && found.contains("48–83"), "as the paper's interval is");

@@ -38,7 +38,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let anchors = Anchors::parse(&text).map_err(|cause| in_file(&path, cause))?;
     let trials = anchors.drawings().map(|name| trial(&folder, &anchors, name)).collect::<Result<_, _>>()?;
     let (name, title, notices) = ("routes".into(), TITLE.into(), vec![NOTICE.into()]);
-    let paper = Some(Published { name: "paper".into(), reached: 17, attempts: 25 });
+    let paper = vec![Published { name: "paper".into(), reached: 17, attempts: 25 }];
     Ok(Suite { paper, name, title, notices, trials, repetitions: REPETITIONS, ..Suite::default() })
 }
 
@@ -59,6 +59,7 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
             correspondence: Some(Arc::new(correspondence)),
             ..Sheet::new(Arc::new(paper))
         }),
+        ends_with_contact: false,
         thinking_scans: 0,
         variant_of: None,
     })

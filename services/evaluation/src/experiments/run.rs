@@ -54,6 +54,7 @@ pub struct Driven {
 struct Watcher<'a> {
     log: Log,
     tasks: &'a [Task],
+    ends_with_contact: bool,
     stops_at_failure: bool,
     failed: bool,
 }
@@ -67,7 +68,7 @@ impl Tap for Watcher<'_> {
     }
 
     fn has_enough(&self) -> bool {
-        self.stops_at_failure && self.failed
+        self.stops_at_failure && self.failed || self.ends_with_contact && !self.log.contacts.is_empty()
     }
 }
 
@@ -111,8 +112,13 @@ fn drive_from(trial: &Trial, method: &str, seed: u64, first_task: usize) -> Resu
     let sheet = trial.sheet.as_ref();
     let sketch = sheet.map(|_| SketchMission::of(&run.mission)).transpose().map_err(wrong)?;
     let stops_at_failure = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
-    let mut watcher =
-        Watcher { log: Log::default(), tasks: &run.mission.task, stops_at_failure, failed: false };
+    let mut watcher = Watcher {
+        log: Log::default(),
+        tasks: &run.mission.task,
+        ends_with_contact: trial.ends_with_contact,
+        stops_at_failure,
+        failed: false,
+    };
     let rehearsal = match sheet.and_then(|sheet| sheet.bytes.as_ref()) {
         Some(bytes) => Rehearsal::by_bytes(&run, bytes),
         None => Rehearsal::new(&run),
@@ -138,7 +144,11 @@ pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Ve
 
 /// How the run's task `index` ended, its way included.
 pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
-    let kind = Kind::of(&driven.verdicts[index]);
+    let verdict = &driven.verdicts[index];
+    if trial.ends_with_contact && verdict.collisions > 0 {
+        return Kind::Collided;
+    }
+    let kind = Kind::of(verdict);
     let route = driven.sketch.as_ref().and_then(|sketch| sketch.tasks[index].aim.route());
     let (Kind::Reached, Some(route), Some(sheet), Some(span)) = (kind, route, &trial.sheet, span) else {
         return kind;

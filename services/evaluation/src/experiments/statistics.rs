@@ -31,6 +31,8 @@ pub struct Tally {
     pub wrong_arrival: usize,
     /// Was there, and had come by another way than the drawn route.
     pub wrong_side: usize,
+    /// Touched something, which ended the drive.
+    pub collided: usize,
     /// Said to be lost.
     pub lost: usize,
     /// Said that there is no way.
@@ -62,6 +64,7 @@ impl Tally {
             Kind::Reached => &mut self.reached,
             Kind::WrongArrival => &mut self.wrong_arrival,
             Kind::WrongSide => &mut self.wrong_side,
+            Kind::Collided => &mut self.collided,
             Kind::Lost => &mut self.lost,
             Kind::Blocked => &mut self.blocked,
             Kind::TimedOut => &mut self.timed_out,

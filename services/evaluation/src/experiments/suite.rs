@@ -61,7 +61,9 @@ pub struct Suite {
     /// Repetitions where nobody says how many.
     pub repetitions: u32,
     /// What others reached with a suite of the same protocol, where no table lists its tasks.
-    pub paper: Option<Published>,
+    pub paper: Vec<Published>,
+    /// What others say of single lines, in words.
+    pub told: Vec<Told>,
     /// Lines of the table that together are a curve.
     pub curves: Vec<Curve>,
     /// The tasks that count, where a published table lists them: its lines. Empty: all tasks count, and the
@@ -85,6 +87,17 @@ impl Published {
     pub fn rate(&self) -> Option<f64> {
         (self.attempts > 0).then(|| f64::from(self.reached) / f64::from(self.attempts))
     }
+}
+
+/// What others say of one line of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Told {
+    /// Of which method.
+    pub method: &'static str,
+    /// Of which line.
+    pub line: &'static str,
+    /// In few words.
+    pub words: &'static str,
 }
 
 /// Success against one condition.

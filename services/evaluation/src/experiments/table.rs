@@ -69,6 +69,12 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     };
     let mut rows: Vec<_> = suite.drawings().into_iter().map(of_drawing).collect();
     rows.push(line("all", Tally::of(outcomes.iter().copied())));
+    if !suite.told.is_empty() {
+        header.extend(["most failures".into(), "published".into()]);
+        for row in &mut rows {
+            row.extend([reason(outcomes, &row[0]), told(suite, outcomes, &row[0])]);
+        }
+    }
     rows.extend(suite.papers().into_iter().map(|paper| {
         let [reached, attempts] = [paper.reached, paper.attempts].map(|count| count as usize);
         let mut cells = head(&paper.name, reached, attempts);
@@ -76,6 +82,31 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
         cells
     }));
     Table { header, rows }
+}
+
+/// What the robot said in most failures of a line.
+fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
+    let failed = outcomes.iter().filter(|ended| ended.drawing == line && !ended.is_success());
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for ended in failed {
+        let reason = ended.reason.split(';').next().unwrap_or_default();
+        match counts.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((reason, 1)),
+        }
+    }
+    counts
+        .into_iter()
+        .rev()
+        .max_by_key(|(_, count)| *count)
+        .map_or(String::new(), |(reason, _)| reason.to_owned())
+}
+
+/// What others say of a line of the method that was driven.
+fn told(suite: &Suite, outcomes: &[&TaskOutcome], line: &str) -> String {
+    let method = outcomes.first().map_or("", |ended| ended.method.as_str());
+    let told = suite.told.iter().find(|told| told.method == method && told.line == line);
+    told.map_or(String::new(), |told| told.words.to_owned())
 }
 
 fn line(name: &str, tally: Tally) -> Vec<String> {

@@ -58,6 +58,8 @@ pub struct Trial {
     pub robot: Robot,
     /// What belongs to a drive by a drawing; `None` for the other kinds of navigators.
     pub sheet: Option<Sheet>,
+    /// Whether the first touch ends the drive as a failure.
+    pub ends_with_contact: bool,
     /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.
     pub thinking_scans: u32,
     /// The trial of which this one is a variant: both get the same seeds.

@@ -8,12 +8,12 @@ use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 use sketchnav_evaluation::judge::log::Log;
 use sketchnav_evaluation::judge::{self, TaskSpan, TaskVerdict, Verdict};
-use sketchnav_evaluation::picture::{self, FloorPicture, SketchPicture, TaskMark, TaskPicture};
+use sketchnav_evaluation::picture::{self, FloorPicture, FloorShapes, SketchPicture, TaskMark, TaskPicture};
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
-use sketchnav_schemas::message::Particles;
+use sketchnav_schemas::geometry::{Base, Point, Pose, Sketch, World};
+use sketchnav_schemas::message::{GroundTruth, MarkerView, Particles, People};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 use sketchnav_supervisor::Supervisor;
@@ -215,6 +215,45 @@ fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> TaskMark {
     }
 }
 
+/// The ways of the people.
+fn ways(people: &[People]) -> Vec<Vec<Point<World>>> {
+    let count = people.iter().map(|all| all.people().len()).max().unwrap_or_default();
+    let way = |person: usize| {
+        let places = people.iter().filter_map(|all| all.people().get(person));
+        places.map(|walking| Point::new(walking.x_m, walking.y_m)).collect()
+    };
+    (0..count).map(way).collect()
+}
+
+/// Moments at which the camera's view is shown.
+const VIEWS: usize = 5;
+
+/// What the camera had in view at some moments spread over the run, as polygons.
+fn views(log: &Log) -> Vec<Vec<Point<World>>> {
+    let step = (log.markers.len() / VIEWS).max(1);
+    let shown = log.markers.iter().step_by(step).take(VIEWS);
+    shown.filter_map(|view| Some(sector(view, &truth_of(log, view.header.stamp_ns)?.pose()))).collect()
+}
+
+fn truth_of(log: &Log, stamp_ns: u64) -> Option<&GroundTruth> {
+    let after = log.truth.partition_point(|truth| truth.header.stamp_ns <= stamp_ns);
+    log.truth[..after].last()
+}
+
+/// The field of view between the camera's shortest and longest range.
+fn sector(view: &MarkerView, robot: &Pose<World>) -> Vec<Point<World>> {
+    const STEPS: i32 = 12;
+    let [x, y, yaw_rad] = [view.camera_x_m, view.camera_y_m, view.camera_yaw_rad].map(f64::from);
+    let camera = robot.compose(&Pose::<Base>::new(x, y, yaw_rad));
+    let half_rad = f64::from(view.half_view_rad);
+    let at = |range_m: f32, k: i32| {
+        let (sin, cos) = (camera.yaw_rad + half_rad * f64::from(k) / f64::from(STEPS)).sin_cos();
+        Point::new(camera.x + f64::from(range_m) * cos, camera.y + f64::from(range_m) * sin)
+    };
+    let far = (-STEPS..=STEPS).map(|k| at(view.range_max_m, k));
+    far.chain((-STEPS..=STEPS).rev().map(|k| at(view.range_min_m, k))).collect()
+}
+
 fn floor(
     run: &RunConfig,
     log: &Log,
@@ -223,9 +262,6 @@ fn floor(
 ) -> anyhow::Result<String> {
     let description = sketchnav_sim::files::world(&run.mission.world)?;
     let point = |p: &[f64; 2]| Point::<World>::new(p[0], p[1]);
-    let walls: Vec<_> = description.outline.iter().map(|s| [point(&s[0]), point(&s[1])]).collect();
-    let corners = |piece: &sketchnav_sim::convex::Convex| piece.corners().iter().map(point).collect();
-    let furniture: Vec<Vec<_>> = description.furniture.iter().map(corners).collect();
     let tasks = run.mission.task.iter().enumerate().map(|(i, task)| TaskPicture {
         name: task.name.clone(),
         marks: (!task.there.is_unknown()).then(|| point(&task.there.middle())).into_iter().collect(),
@@ -243,8 +279,9 @@ fn floor(
             "{}, seed {}: the true floor, and where the robot truly was",
             run.mission.name, run.seed
         ),
-        walls: &walls,
-        furniture: &furniture,
+        shapes: &FloorShapes::of(&description),
+        people: &ways(&log.people),
+        views: &views(log),
         start: Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians()),
         tasks: &tasks.collect::<Vec<_>>(),
         contacts: &contacts,

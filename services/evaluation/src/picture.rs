@@ -6,6 +6,7 @@
 //! Both pictures are 1200 units wide and drawn in units, so that lines and letters look alike whatever
 //! the size of a canvas or a building.
 
+mod floor;
 mod marks;
 mod svg;
 mod task;
@@ -15,6 +16,7 @@ use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::mission::Place;
 
+pub use floor::FloorShapes;
 use marks::Symbol;
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};
@@ -59,10 +61,12 @@ pub struct SketchPicture<'a> {
 pub struct FloorPicture<'a> {
     /// Heading of the picture.
     pub title: &'a str,
-    /// Walls, as segments.
-    pub walls: &'a [[Point<World>; 2]],
-    /// Furniture, as closed polygons.
-    pub furniture: &'a [Vec<Point<World>>],
+    /// What stands there.
+    pub shapes: &'a FloorShapes,
+    /// The ways of people who walk there.
+    pub people: &'a [Vec<Point<World>>],
+    /// What a camera saw at some moments, each as a polygon.
+    pub views: &'a [Vec<Point<World>>],
     /// Where the robot started.
     pub start: Pose<World>,
     /// The tasks, in order.
@@ -150,17 +154,33 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     let view = View::new(low, high, 0.04);
     let mut sheet = Sheet::new(view, picture.title);
     marks::places(&mut sheet, picture.tasks);
-    for polygon in picture.furniture {
+    for view in picture.views {
+        sheet.polygon(
+            view,
+            "fill=\"#7a52cc\" fill-opacity=\"0.08\" stroke=\"#7a52cc\" stroke-opacity=\"0.35\"",
+        );
+    }
+    for polygon in &picture.shapes.furniture {
         sheet.polygon(polygon, "fill=\"#e9dcc6\" stroke=\"#cbb894\" stroke-width=\"0.8\"");
     }
-    sheet.segments(picture.walls, "stroke=\"#2b303b\" stroke-width=\"2.4\" stroke-linecap=\"square\"");
+    for way in picture.people {
+        sheet.line(way, "stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\"");
+    }
+    sheet
+        .segments(&picture.shapes.walls, "stroke=\"#2b303b\" stroke-width=\"2.4\" stroke-linecap=\"square\"");
+    for marker in &picture.shapes.markers {
+        sheet.polygon(marker, "fill=\"#c23b8f\"");
+    }
     marks::tasks(&mut sheet, picture.tasks);
     marks::start(&mut sheet, &picture.start);
     marks::contacts(&mut sheet, picture.contacts);
     sheet.scale_bar();
     let mut symbols = vec![Symbol::Start, Symbol::Goal, Symbol::Trail("true way")];
     symbols.extend([Symbol::Reached, Symbol::Failed]);
-    symbols.extend((!picture.furniture.is_empty()).then_some(Symbol::Furniture));
+    symbols.extend((!picture.shapes.furniture.is_empty()).then_some(Symbol::Furniture));
+    symbols.extend((!picture.shapes.markers.is_empty()).then_some(Symbol::Marker));
+    symbols.extend((!picture.views.is_empty()).then_some(Symbol::View));
+    symbols.extend((!picture.people.is_empty()).then_some(Symbol::Person));
     symbols.extend((!picture.contacts.is_empty()).then_some(Symbol::Contact));
     marks::legend(&mut sheet, picture.tasks, &symbols);
     sheet.finish()
@@ -171,7 +191,9 @@ fn extent(picture: &FloorPicture<'_>) -> ([f64; 2], [f64; 2]) {
     let start = picture.start.position();
     let (mut low, mut high) = ([start.x - 1.0, start.y - 1.0], [start.x + 1.0, start.y + 1.0]);
     let trails = picture.tasks.iter().flat_map(|task| &task.trail);
-    for point in picture.walls.iter().flatten().chain(trails).filter(|p| p.x.is_finite() && p.y.is_finite()) {
+    for point in
+        picture.shapes.walls.iter().flatten().chain(trails).filter(|p| p.x.is_finite() && p.y.is_finite())
+    {
         low = [low[0].min(point.x), low[1].min(point.y)];
         high = [high[0].max(point.x), high[1].max(point.y)];
     }

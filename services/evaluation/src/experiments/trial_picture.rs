@@ -1,7 +1,7 @@
 //! A driven run as two pictures: the drawing with the estimated way, the true floor with the true way.
 
 use crate::judge::{self, TaskSpan};
-use crate::picture::{self, FloorPicture, PictureError, SketchPicture, TaskMark, TaskPicture};
+use crate::picture::{self, FloorPicture, FloorShapes, PictureError, SketchPicture, TaskMark, TaskPicture};
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::message::Message;
 use sketchnav_schemas::sketch_mission::SketchMission;
@@ -65,9 +65,6 @@ fn floor(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<S
     let mission = &driven.run.mission;
     let world = sketchnav_sim::files::world(&mission.world)?;
     let point = |p: &[f64; 2]| Point::<World>::new(p[0], p[1]);
-    let walls: Vec<_> = world.outline.iter().map(|s| [point(&s[0]), point(&s[1])]).collect();
-    let furniture: Vec<Vec<_>> =
-        world.furniture.iter().map(|piece| piece.corners().iter().map(point).collect()).collect();
     let tasks: Vec<_> = (0..spans.len())
         .map(|i| TaskPicture {
             name: name(trial, driven, spans, i),
@@ -84,8 +81,9 @@ fn floor(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<S
     let start = &mission.start;
     Ok(picture::floor(&FloorPicture {
         title: &title(driven, "the true floor, and where the robot truly was"),
-        walls: &walls,
-        furniture: &furniture,
+        shapes: &FloorShapes::of(&world),
+        people: &[],
+        views: &[],
         start: Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians()),
         tasks: &tasks,
         contacts: &contacts,

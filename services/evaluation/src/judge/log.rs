@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, LATENCY, ORDERS, PARTICLES, ROUTE,
-    SCAN, SKETCH, STATUS, TRUTH,
+    COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, LATENCY, MARKERS, ORDERS, PARTICLES,
+    PEOPLE, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
 };
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
 use sketchnav_schemas::message::{
-    Contact, Fault, GroundTruth, Health, Latency, Message, MissionStatus, Particles, PoseEstimate, Route,
-    RouteTask, SketchMap, VelocityCommand,
+    Contact, Fault, GroundTruth, Health, Latency, MarkerView, Message, MissionStatus, Particles, People,
+    PoseEstimate, Route, RouteTask, SketchMap, VelocityCommand,
 };
 use sketchnav_schemas::mission::{Place, Task};
 use sketchnav_schemas::ros2::Ros2;
@@ -48,6 +48,10 @@ pub struct Log {
     pub truth: Vec<GroundTruth>,
     /// The channel `status`; where people draw, of the last drive alone.
     pub status: Vec<MissionStatus>,
+    /// The channel `people`.
+    pub people: Vec<People>,
+    /// The channel `markers`.
+    pub markers: Vec<MarkerView>,
     /// The channel `contact`.
     pub contacts: Vec<Contact>,
     /// The channel `estimate`, in the last drawing.
@@ -77,7 +81,9 @@ pub struct Log {
 }
 
 /// What a verdict and the figures need.
-const NEEDED: [&ChannelSpec; 12] = [
+const NEEDED: [&ChannelSpec; 14] = [
+    PEOPLE.spec,
+    MARKERS.spec,
     TRUTH.spec,
     STATUS.spec,
     CONTACT.spec,
@@ -190,6 +196,8 @@ impl Log {
         } else {
             from.put(TRUTH, &mut self.truth)?;
             from.put(STATUS, &mut self.status)?;
+            from.put(PEOPLE, &mut self.people)?;
+            from.put(MARKERS, &mut self.markers)?;
             from.put(CONTACT, &mut self.contacts)?;
             from.put(ESTIMATE, &mut self.estimates)?;
             from.put(PARTICLES, &mut self.particles)?;

@@ -35,6 +35,12 @@ pub enum Symbol {
     Furniture,
     /// A contact.
     Contact,
+    /// A marker.
+    Marker,
+    /// What a camera sees.
+    View,
+    /// A person's way.
+    Person,
 }
 
 fn colour(task: usize) -> &'static str {
@@ -151,6 +157,14 @@ fn draw_symbol(sheet: &mut Sheet, symbol: Symbol, [x, y]: [f64; 2]) -> &'static 
             y - 5.5
         )),
         Symbol::Contact => star(sheet, [x, y]),
+        Symbol::Marker => {
+            sheet.raw(format_args!("<path d=\"M{:.1} {y:.1}m0 -6l7 6l-7 6z\" fill=\"#c23b8f\"/>", x - 3.0))
+        }
+        Symbol::View => sheet.raw(format_args!(
+            "<path d=\"M{:.1} {y:.1}l18 -8v16z\" fill=\"#7a52cc\" fill-opacity=\"0.15\" stroke=\"#7a52cc\"/>",
+            x - 9.0
+        )),
+        Symbol::Person => sheet.raw(line("stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\"")),
     }
     match symbol {
         Symbol::Start => "start",
@@ -162,6 +176,9 @@ fn draw_symbol(sheet: &mut Sheet, symbol: Symbol, [x, y]: [f64; 2]) -> &'static 
         Symbol::Particles => "particles at the end",
         Symbol::Furniture => "furniture",
         Symbol::Contact => "contact",
+        Symbol::Marker => "marker",
+        Symbol::View => "the camera's view",
+        Symbol::Person => "a person's way",
     }
 }
 

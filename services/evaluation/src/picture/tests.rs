@@ -11,12 +11,14 @@ fn task(name: &str, outcome: TaskMark) -> TaskPicture<World> {
 }
 
 fn floor_of(tasks: &[TaskPicture<World>]) -> String {
-    let walls = [[Point::new(-1.0, -1.0), Point::new(5.0, -1.0)]];
-    let (furniture, contacts) = ([line(&[[1.0, 1.0], [2.0, 1.0], [1.0, 2.0]])], [Point::new(0.0, 0.0)]);
+    let walls = vec![[Point::new(-1.0, -1.0), Point::new(5.0, -1.0)]];
+    let furniture = vec![line(&[[1.0, 1.0], [2.0, 1.0], [1.0, 2.0]])];
+    let (shapes, contacts) = (FloorShapes { walls, furniture, markers: Vec::new() }, [Point::new(0.0, 0.0)]);
     floor(&FloorPicture {
         title: "floor",
-        walls: &walls,
-        furniture: &furniture,
+        shapes: &shapes,
+        people: &[],
+        views: &[],
         start: Pose::new(0.0, 0.0, 1.0),
         tasks,
         contacts: &contacts,
@@ -69,8 +71,9 @@ fn the_floor_shows_every_task_its_end_and_the_scale() {
 fn a_floor_without_anything_is_still_a_picture() {
     let nothing = FloorPicture {
         title: "",
-        walls: &[],
-        furniture: &[],
+        shapes: &FloorShapes::default(),
+        people: &[],
+        views: &[],
         start: Pose::new(3.0, 4.0, 0.0),
         tasks: &[],
         contacts: &[],

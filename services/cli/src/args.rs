@@ -248,6 +248,9 @@ pub struct EvalOptions {
     /// repeated.
     #[arg(long = "set", value_name = "SERVICE.KEY=VALUE")]
     pub parameters: Vec<Parameters>,
+    /// A table of what the drives cost, too: commands, messages, processor time, energy.
+    #[arg(long)]
+    pub cost: bool,
     /// At most so many trials of each drawing, the same ones every time.
     #[arg(long)]
     pub sample: Option<usize>,

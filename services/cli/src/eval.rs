@@ -23,6 +23,7 @@ use processes::Check;
 /// Runs the suite `name`.
 pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     let mut suite = suites::load(name, &folders(options).or_input()?).map_err(classify)?;
+    suite.shows_costs |= options.cost;
     choose(&mut suite, options)?;
     let methods = methods(&suite, options).or_input()?;
     let jobs = jobs(&suite, &methods, options)?;

@@ -8,6 +8,8 @@
 mod parts;
 pub mod rerun;
 
+use std::time::Duration;
+
 use sketchnav_navigators::{UnknownNavigator, read_file};
 use sketchnav_schemas::channels::{self, COMMAND};
 use sketchnav_schemas::codes::{Order, Process};
@@ -32,6 +34,19 @@ pub enum RehearsalError {
     /// A stage: its parameters, its drawing, a message.
     #[error("{0}")]
     Stage(#[source] StageError),
+}
+
+/// How long the parts of a mission took by the clock.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Spent {
+    /// The simulation.
+    pub world: Duration,
+    /// Reading what a person gives.
+    pub sketcher: Duration,
+    /// All steps of the localizer.
+    pub localizer: Duration,
+    /// All steps of the planner.
+    pub planner: Duration,
 }
 
 /// A mission under way.
@@ -87,12 +102,15 @@ impl Rehearsal {
         Self { thinking_scans, ..self }
     }
 
-    /// Drives the mission to its end, or until the tap has seen enough.
+    /// Drives the mission to its end, or until the tap has seen enough; tells how long that took.
     ///
     /// # Errors
     /// [`RehearsalError::Stage`] where the drawing or the tasks do not suit the stages.
-    pub fn run(mut self, tap: &mut impl Tap) -> Result<(), RehearsalError> {
-        self.drive(tap).map_err(RehearsalError::Stage)
+    pub fn run(mut self, tap: &mut impl Tap) -> Result<Spent, RehearsalError> {
+        self.drive(tap).map_err(RehearsalError::Stage)?;
+        let Self { world, sketcher, localizer, planner, .. } = &self;
+        let [sketcher, localizer, planner] = [sketcher, localizer, planner].map(|part| part.spent);
+        Ok(Spent { world: world.spent, sketcher, localizer, planner })
     }
 
     fn drive(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {

@@ -85,7 +85,11 @@ mod tests {
     fn outcomes_do_not_depend_on_the_number_of_threads() {
         let trials = trials();
         let jobs: Vec<_> = trials.iter().map(|trial| Job::new(trial, "beam", 1, 7)).collect();
-        let [one, three] = [1, 3].map(|threads| run_all(&jobs, threads, &|_| {}).unwrap());
+        let [one, three] = [1, 3].map(|threads| {
+            let mut outcomes = run_all(&jobs, threads, &|_| {}).unwrap();
+            outcomes.iter_mut().for_each(|ended| ended.cost.busy_s = 0.0);
+            outcomes
+        });
         assert_eq!(one, three);
         let order: Vec<_> = trials.iter().map(|trial| format!("{}#1", trial.name)).collect();
         assert_eq!(one.iter().map(|outcome| outcome.id.clone()).collect::<Vec<_>>(), order);

@@ -1,5 +1,6 @@
 //! What became of a task, in one word and a few figures.
 
+use crate::experiments::cost::Cost;
 use crate::judge::TaskVerdict;
 use serde::Serialize;
 
@@ -94,6 +95,8 @@ pub struct TaskOutcome {
     pub final_error_m: Option<f64>,
     /// How often the robot began to touch something.
     pub collisions: u32,
+    /// What it cost.
+    pub cost: Cost,
 }
 
 impl TaskOutcome {

@@ -176,6 +176,7 @@ mod tests {
             end: None,
             final_error_m: None,
             collisions: 0,
+            cost: Default::default(),
         }
     }
 

@@ -1,14 +1,16 @@
 //! Drives a trial by the services' own cores and judges it.
 
 use sketchnav_rehearsal::{Rehearsal, RehearsalError, Tap};
-use sketchnav_schemas::channels::{CONTACT, ChannelSpec, ESTIMATE, STATUS, TRUTH};
+use sketchnav_schemas::channels::{COMMAND, CONTACT, ChannelSpec, ESTIMATE, STATUS, TRUTH};
 use sketchnav_schemas::codes::TaskState;
-use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate};
+use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate, VelocityCommand};
 use sketchnav_schemas::mission::{MissionError, Task};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::sketch_mission::SketchMission;
+use sketchnav_schemas::time::seconds;
 
 use crate::error::EvalError;
+use crate::experiments::cost::Cost;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::trial::Trial;
 use crate::judge::{self, TaskSpan, TaskVerdict};
@@ -24,6 +26,10 @@ pub struct Log {
     pub contacts: Vec<Contact>,
     /// Where the robot believed to be, one a step.
     pub estimates: Vec<PoseEstimate>,
+    /// What it was told to do, one a step.
+    pub commands: Vec<VelocityCommand>,
+    /// The stamp of every message on any channel.
+    pub stamps_ns: Vec<u64>,
 }
 
 impl Tap for Log {
@@ -32,6 +38,8 @@ impl Tap for Log {
         self.status.extend(STATUS.message(spec, message));
         self.contacts.extend(CONTACT.message(spec, message));
         self.estimates.extend(ESTIMATE.message(spec, message));
+        self.commands.extend(COMMAND.message(spec, message));
+        self.stamps_ns.push(sketchnav_schemas::erased::header(message).stamp_ns);
     }
 }
 
@@ -46,6 +54,8 @@ pub struct Driven {
     pub first_task: usize,
     /// What it said.
     pub log: Log,
+    /// Processor time of localizer and planner by the clock, seconds.
+    pub busy_s: f64,
     /// Its tasks, judged; those that were begun or, where no pose is given after a failure, all.
     pub verdicts: Vec<TaskVerdict>,
 }
@@ -123,14 +133,15 @@ fn drive_from(trial: &Trial, method: &str, seed: u64, first_task: usize) -> Resu
         Some(bytes) => Rehearsal::by_bytes(&run, bytes),
         None => Rehearsal::new(&run),
     };
-    rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
+    let spent = rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
+    let busy_s = (spent.localizer + spent.planner).as_secs_f64();
     let Watcher { log, .. } = watcher;
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
     if stops_at_failure {
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
-    Ok(Driven { run, sketch, first_task, log, verdicts })
+    Ok(Driven { run, sketch, first_task, log, busy_s, verdicts })
 }
 
 /// Drives one repetition of a trial and tells how its tasks ended.
@@ -159,6 +170,19 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
 }
 
+/// What a task of a run cost; of the processor's time, which is known of the run as a whole, its share by time.
+fn cost(driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
+    let log = &driven.log;
+    let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
+    let is_within = |stamp_ns: &&u64| (span.begin_ns..=span.end_ns).contains(*stamp_ns);
+    let cost = Cost::new(span.of(&log.commands), span.of(&log.truth), time_s, driven.run.robot.mass_kg);
+    Cost {
+        messages: log.stamps_ns.iter().filter(is_within).count() as u64,
+        busy_s: driven.busy_s * time_s / whole_s.max(time_s).max(f64::MIN_POSITIVE),
+        ..cost
+    }
+}
+
 /// The outcomes of a run's tasks.
 pub fn outcomes<'a>(
     trial: &'a Trial,
@@ -183,6 +207,7 @@ pub fn outcomes<'a>(
             end: end.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y, pose.yaw_rad.to_degrees()]),
             final_error_m: verdict.final_error_m,
             collisions: verdict.collisions,
+            cost: span.map_or_else(Cost::default, |span| cost(driven, &span, verdict.time_s)),
         }
     })
 }

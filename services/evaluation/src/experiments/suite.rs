@@ -64,6 +64,8 @@ pub struct Suite {
     pub paper: Vec<Published>,
     /// What others say of single lines, in words.
     pub told: Vec<Told>,
+    /// Whether its table of costs is shown, too.
+    pub shows_costs: bool,
     /// Lines of the table that together are a curve.
     pub curves: Vec<Curve>,
     /// The tasks that count, where a published table lists them: its lines. Empty: all tasks count, and the

@@ -1,5 +1,6 @@
 //! The figures of a suite as tables of words, for the terminal and for the report alike.
 
+use crate::experiments::cost;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::statistics::{Tally, wilson};
 use crate::experiments::suite::{Leg, Suite};
@@ -18,7 +19,9 @@ pub struct Table {
 pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     let counted: Vec<_> = outcomes.iter().copied().filter(|ended| suite.counts(ended)).collect();
     let kinds = by_drawing(suite, &counted);
-    if suite.legs.is_empty() { vec![kinds] } else { vec![by_leg(suite, &counted), kinds] }
+    let legs = (!suite.legs.is_empty()).then(|| by_leg(suite, &counted));
+    let costs = suite.shows_costs.then(|| cost::table(&suite.drawings(), &counted));
+    legs.into_iter().chain([kinds]).chain(costs).collect()
 }
 
 /// What became of tasks that do not count, where there are any.

@@ -1,0 +1,140 @@
+//! What a drive costs: time, commands, messages, computing, energy (Patil 2019, 5.5, tables 5.1 and 5.2).
+//!
+//! The thesis wanted to compare energy and could not: its battery showed whole volts. Here it follows from a model. A
+//! robot that is switched on takes [`IDLE_W`]. Rolling costs [`ROLLING`] of its weight a metre, speeding up costs its
+//! kinetic energy, and braking gives nothing back.
+
+use serde::Serialize;
+use sketchnav_schemas::message::{GroundTruth, Twist, VelocityCommand};
+
+use crate::experiments::outcome::TaskOutcome;
+use crate::experiments::table::Table;
+
+/// Power of computer and electronics, watts. Assumed: a youBot's 24 V and 5 Ah last about 90 minutes (Patil 2019, 4.1).
+pub const IDLE_W: f64 = 60.0;
+/// Rolling resistance, a share of the weight. Assumed, for mecanum wheels on a hard floor.
+pub const ROLLING: f64 = 0.05;
+const GRAVITY_MPS2: f64 = 9.81;
+
+/// What a task cost.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Cost {
+    /// Velocity commands.
+    pub commands: u64,
+    /// Those that were not the same as the command before.
+    pub changed_commands: u64,
+    /// Messages on all channels.
+    pub messages: u64,
+    /// Processor time of localizer and planner by the clock, seconds: no two runs agree on it.
+    pub busy_s: f64,
+    /// Energy by the model, joules.
+    pub energy_j: f64,
+}
+
+impl Cost {
+    /// Of the commands and the true motion of a task that took `time_s`, of a robot of `mass_kg`.
+    pub fn new(commands: &[VelocityCommand], truth: &[GroundTruth], time_s: f64, mass_kg: f64) -> Self {
+        let bits = |twist: &Twist| [twist.vx_mps, twist.vy_mps, twist.yaw_rate_radps].map(f64::to_bits);
+        let changes = commands.windows(2).filter(|pair| bits(&pair[0].twist) != bits(&pair[1].twist)).count();
+        Self {
+            commands: commands.len() as u64,
+            changed_commands: changes as u64 + u64::from(!commands.is_empty()),
+            energy_j: IDLE_W * time_s + motion_j(truth, mass_kg),
+            ..Self::default()
+        }
+    }
+}
+
+/// Energy of the motion itself, joules.
+fn motion_j(truth: &[GroundTruth], mass_kg: f64) -> f64 {
+    let speed = |truth: &GroundTruth| truth.twist.vx_mps.hypot(truth.twist.vy_mps);
+    let step = |pair: &[GroundTruth]| {
+        let way_m = pair[0].pose().position().distance(&pair[1].pose().position());
+        let faster = (speed(&pair[1]).powi(2) - speed(&pair[0]).powi(2)).max(0.0);
+        ROLLING * mass_kg * GRAVITY_MPS2 * way_m + 0.5 * mass_kg * faster
+    };
+    truth.windows(2).map(step).sum()
+}
+
+/// A line for each of `lines`, of the tasks that were reached: means, and the duration's least and greatest value.
+pub fn table(lines: &[String], outcomes: &[&TaskOutcome]) -> Table {
+    let header = [
+        "drives",
+        "reached",
+        "duration",
+        "from – to",
+        "commands",
+        "a second",
+        "without repetitions, a second",
+        "messages a metre",
+        "processor, ms a metre",
+        "energy, J a metre",
+    ];
+    let header = std::iter::once("way").chain(header).map(str::to_owned).collect();
+    Table { header, rows: lines.iter().map(|line| row(line, outcomes)).collect() }
+}
+
+fn row(line: &str, outcomes: &[&TaskOutcome]) -> Vec<String> {
+    let all: Vec<_> = outcomes.iter().filter(|ended| ended.drawing == line).collect();
+    let reached: Vec<_> = all.iter().filter(|ended| ended.is_success()).collect();
+    let mean = |of: &dyn Fn(&TaskOutcome) -> f64| {
+        let sum: f64 = reached.iter().map(|ended| of(ended)).sum();
+        if reached.is_empty() { f64::NAN } else { sum / reached.len() as f64 }
+    };
+    let times = || reached.iter().map(|ended| ended.time_s);
+    let (least, most) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
+    let figure = |value: f64, digits: usize| match value.is_finite() {
+        true => format!("{value:.digits$}"),
+        false => "–".to_owned(),
+    };
+    let per_metre = |of: fn(&Cost) -> f64| mean(&|ended| of(&ended.cost) / ended.path_m.max(1e-9));
+    vec![
+        line.to_owned(),
+        all.len().to_string(),
+        reached.len().to_string(),
+        format!("{} s", figure(mean(&|ended| ended.time_s), 1)),
+        if reached.is_empty() { "–".to_owned() } else { format!("{least:.1} – {most:.1}") },
+        figure(mean(&|ended| ended.cost.commands as f64), 0),
+        figure(mean(&|ended| ended.cost.commands as f64 / ended.time_s.max(1e-9)), 1),
+        figure(mean(&|ended| ended.cost.changed_commands as f64 / ended.time_s.max(1e-9)), 2),
+        figure(per_metre(|cost| cost.messages as f64), 0),
+        figure(per_metre(|cost| 1e3 * cost.busy_s), 2),
+        figure(per_metre(|cost| cost.energy_j), 0),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use sketchnav_schemas::geometry::{Pose, World};
+    use sketchnav_schemas::message::PoseM;
+
+    use super::*;
+
+    fn command(vx_mps: f64) -> VelocityCommand {
+        let twist = Twist { vx_mps, vy_mps: 0.0, yaw_rate_radps: 0.0 };
+        VelocityCommand { twist, ..Zeroable::zeroed() }
+    }
+
+    #[test]
+    fn repeated_commands_count_once() {
+        let commands = [0.1, 0.1, 0.1, 0.2, 0.2, 0.1].map(command);
+        let cost = Cost::new(&commands, &[], 0.0, 20.0);
+        assert_eq!((cost.commands, cost.changed_commands), (6, 3));
+        assert_eq!(Cost::new(&[], &[], 0.0, 20.0), Cost::default());
+    }
+
+    #[test]
+    fn standing_costs_idle_power_and_a_metre_its_rolling() {
+        let at = |x: f64, vx_mps: f64| GroundTruth {
+            pose: PoseM::new(&Pose::<World>::new(x, 0.0, 0.0)),
+            twist: Twist { vx_mps, vy_mps: 0.0, yaw_rate_radps: 0.0 },
+            ..Zeroable::zeroed()
+        };
+        assert_eq!(Cost::new(&[], &[at(0.0, 0.0); 3], 10.0, 20.0).energy_j, 600.0);
+        let driven = [at(0.0, 0.0), at(0.5, 1.0), at(1.0, 0.0)];
+        let (rolling_j, kinetic_j) = (0.05 * 20.0 * 9.81, 0.5 * 20.0);
+        let cost = Cost::new(&[], &driven, 0.0, 20.0);
+        assert!((cost.energy_j - rolling_j - kinetic_j).abs() < 1e-9, "{cost:?}");
+    }
+}

@@ -5,8 +5,10 @@ mod support;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use sketchnav_schemas::geometry::{Pose, World};
+use sketchnav_schemas::message::{MarkerView, SeenMarker};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_sim::convex::Convex;
+use sketchnav_sim::corridors::{Corridor, Shape};
 use sketchnav_sim::raycast::{Faces, cast_disc};
 use sketchnav_sim::{Floor, Simulation, WorldDescription, floor_plan, robots};
 use support::{Readings, command};
@@ -51,9 +53,12 @@ fn odometry_of_50_hz_and_scans_of_10_hz_at_ticks_of_10_hz() {
     assert_eq!(readings.stamps("odometry"), stamps(20, 101));
     assert_eq!(readings.stamps("scan"), stamps(100, 21));
     assert_eq!(readings.stamps("truth"), stamps(100, 21));
-    // One instant: the truth, five times the odometry, the scan.
-    let channels: Vec<_> = readings.log[3..10].iter().map(|(channel, _)| *channel).collect();
-    assert_eq!(channels, ["truth", "odometry", "odometry", "odometry", "odometry", "odometry", "scan"]);
+    // One instant: the truth, the people, five times the odometry, the scan.
+    let channels: Vec<_> = readings.log[4..12].iter().map(|(channel, _)| *channel).collect();
+    assert_eq!(
+        channels,
+        ["truth", "people", "odometry", "odometry", "odometry", "odometry", "odometry", "scan"]
+    );
 }
 
 #[test]
@@ -93,7 +98,11 @@ fn a_robot_says_only_what_its_sensors_say() {
     assert_eq!((readings.stamps("scan").len(), readings.stamps("sonar").len()), (0, 6));
     (blind.sonar, blind.odometry) = (None, None);
     let readings = driven(&blind, 5);
-    assert!(readings.log.iter().all(|(channel, _)| *channel == "truth"), "{:?}", readings.log);
+    assert!(
+        readings.log.iter().all(|(channel, _)| ["truth", "people"].contains(channel)),
+        "{:?}",
+        readings.log
+    );
     assert_eq!(floor(&blind).period_ns(), 100_000_000);
 }
 
@@ -209,4 +218,27 @@ fn a_sonar_follows_rep_117_and_sees_through_no_wall_that_it_is_pushed_into() {
     }
     let sonar = Readings::of(&floor).sonar;
     assert_eq!(sonar.ranges()[0], f32::NEG_INFINITY, "{:?}", floor.robot_pose());
+}
+
+/// The camera of a youBot takes three pictures an instant; markers come nearer as it drives.
+#[test]
+fn a_marker_camera_of_30_hz_follows_the_markers_of_a_corridor() {
+    let corridor = Corridor::new(Shape::Straight, 2.0);
+    let world = floor_plan::describe(&corridor.plan()).unwrap();
+    let (robot, start) = (robot("youbot"), corridor.drives()[0].start);
+    let mut floor = Floor::new(world, &robot, start, 1).unwrap();
+    let mut readings = Readings::new();
+    readings.take(&floor);
+    let first = readings.markers;
+    for _ in 0..10 {
+        floor.step(Some(&command(&floor, 0.5, 0.0, 0.0)));
+        readings.take(&floor);
+    }
+    assert_eq!(readings.stamps("markers").len(), 31);
+    let both = |view: &MarkerView| [1.0, -1.0].map(|side| view.markers().iter().any(|m| m.y_m * side > 0.5));
+    assert_eq!((both(&first), both(&readings.markers)), ([true; 2], [true; 2]));
+    let (before, after) = (first.markers(), readings.markers.markers());
+    let nearer = |m: &SeenMarker| after.iter().find(|now| now.id == m.id).map(|now| m.x_m - now.x_m);
+    let driven: Vec<f32> = before.iter().filter_map(nearer).collect();
+    assert!(!driven.is_empty() && driven.iter().all(|d| (0.2..0.7).contains(d)), "{driven:?}");
 }

@@ -7,7 +7,7 @@ use std::convert::Infallible;
 
 use sketchnav_schemas::channels::Channel;
 use sketchnav_schemas::message::{
-    Contact, GroundTruth, Header, LaserScan, Odometry, SonarScan, Twist, VelocityCommand,
+    Contact, GroundTruth, Header, LaserScan, MarkerView, Odometry, People, SonarScan, Twist, VelocityCommand,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_sim::{Senses, Simulation};
@@ -19,6 +19,8 @@ pub struct Readings {
     pub odometry: Odometry,
     pub truth: GroundTruth,
     pub contact: Contact,
+    pub people: People,
+    pub markers: MarkerView,
     /// Name of the channel and stamp of each reading, in order.
     pub log: Vec<(&'static str, u64)>,
     /// The bytes of all of them but the headers' numbers, where they are kept.
@@ -42,6 +44,8 @@ impl Readings {
             odometry: bytemuck::Zeroable::zeroed(),
             truth: bytemuck::Zeroable::zeroed(),
             contact: bytemuck::Zeroable::zeroed(),
+            people: bytemuck::Zeroable::zeroed(),
+            markers: bytemuck::Zeroable::zeroed(),
             log: Vec::with_capacity(100_000),
             bytes: None,
             contacts: Vec::with_capacity(1000),
@@ -74,8 +78,8 @@ impl Senses for Readings {
         fill: impl FnOnce(&mut T),
     ) -> Result<(), Infallible> {
         self.log.push((channel.spec.name, stamp_ns));
-        let places: [&mut dyn Any; 5] =
-            [&mut *self.scan, &mut self.sonar, &mut self.odometry, &mut self.truth, &mut self.contact];
+        let Self { scan, sonar, odometry, truth, contact, people, markers, .. } = self;
+        let places: [&mut dyn Any; 7] = [&mut **scan, sonar, odometry, truth, contact, people, markers];
         let place = places.into_iter().find_map(|place| place.downcast_mut::<T>());
         let place = place.expect("a place for every message");
         fill(place);

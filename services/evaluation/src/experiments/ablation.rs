@@ -126,7 +126,7 @@ mod tests {
         assert_eq!(suite.drawings().len(), PARTS.len());
         for name in suite.drawings() {
             let trial = suite.trials.iter().find(|trial| trial.drawing == name).unwrap();
-            let run = trial.run(Default::default(), 1, 0).unwrap();
+            let run = trial.run("beam", 1, 0).unwrap();
             Localizer::new(&run).unwrap_or_else(|error| panic!("{name}: {error}"));
             Planner::new(&run).unwrap_or_else(|error| panic!("{name}: {error}"));
         }

@@ -328,7 +328,7 @@ fn bad_usage_is_refused() {
         ("run room.toml --speed 0", &["--speed", "expected `max`, or a number above 0 and up to 100"]),
         ("run room.toml --without robot", &["--without", "world, sketcher, localizer, planner, recorder"]),
         ("fly", &["fly"]),
-        ("echo nonsense", &["nonsense", "contact, truth, odometry, scan"]),
+        ("echo nonsense", &["nonsense", "contact, truth, people, odometry, scan"]),
         ("echo scan", &["no system runs", "sketchnav demo"]),
         ("serve localizer --system ghost", &["\"ghost\" is not running", "running: none"]),
         ("info garbage.mcap", &["garbage.mcap", "expected an MCAP recording"]),

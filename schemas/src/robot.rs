@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::bounds::{self, Bound, LEAST_RANGE_SPAN_M, MOST_RADII_PER_S};
-use crate::channels::{MARKERS, ODOMETRY, SCAN, SONAR};
+use crate::channels::{Channel, MARKERS, ODOMETRY, SCAN, SONAR};
 use crate::geometry::{Base, Pose};
 
 /// Ticks a second of a robot that says nothing of them and has no laser.
@@ -341,18 +341,27 @@ impl Robot {
 
     /// A channel holds so many readings for each tick.
     fn check_rates(&self) -> Result<(), RobotError> {
-        let rates = [
-            ("laser.rate_hz", self.laser.as_ref().map(|laser| laser.rate_hz), SCAN.spec),
-            ("sonar.rate_hz", self.sonar.as_ref().map(|sonar| sonar.rate_hz), SONAR.spec),
-            ("camera.rate_hz", self.camera.as_ref().map(|camera| camera.rate_hz), MARKERS.spec),
-            ("odometry.rate_hz", self.odometry.and_then(|odometry| odometry.rate_hz), ODOMETRY.spec),
+        let [laser, sonar, camera] = [
+            self.laser.as_ref().map(|laser| laser.rate_hz),
+            self.sonar.as_ref().map(|sonar| sonar.rate_hz),
+            self.camera.as_ref().map(|camera| camera.rate_hz),
         ];
-        for (key, hz, spec) in rates {
-            let hz = hz.unwrap_or_default();
-            let most = spec.per_tick as f64 * self.tick_hz();
-            expect(key, "at most as many as its channel holds for the ticks of tick_hz", hz, hz <= most)?;
-        }
-        Ok(())
+        let odometry = self.odometry.and_then(|odometry| odometry.rate_hz);
+        self.check_rate("laser.rate_hz", laser, SCAN)?;
+        self.check_rate("sonar.rate_hz", sonar, SONAR)?;
+        self.check_rate("camera.rate_hz", camera, MARKERS)?;
+        self.check_rate("odometry.rate_hz", odometry, ODOMETRY)
+    }
+
+    fn check_rate<T>(
+        &self,
+        key: &'static str,
+        hz: Option<f64>,
+        channel: Channel<T>,
+    ) -> Result<(), RobotError> {
+        let most = channel.spec.per_tick as f64 * self.tick_hz();
+        let found = hz.unwrap_or_default();
+        expect(key, "at most as many as its channel holds for the ticks of tick_hz", found, found <= most)
     }
 }
 

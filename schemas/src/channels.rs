@@ -244,6 +244,8 @@ channels! {
         behind it up to MAX_SKETCH_CELLS;
     /// The tasks.
     ROUTE: Instruction Route = "route", SKETCHER => [Planner], of "sketch";
+    /// The rules for a corridor.
+    RULES: Instruction Rules = "rules", SKETCHER => [Planner], of "corridor", behind it up to MAX_RULE_BYTES;
     /// What became of what a person draws.
     UNDERSTOOD: Reply Understood = "understood", SKETCHER => [Pad];
     /// What the person at the pad wants.
@@ -270,6 +272,8 @@ channels! {
     PARTICLES: Detail Particles = "particles", LOCALIZER => [Pad], of "sketch";
     /// Where the robot is in the drawing.
     ESTIMATE: Situation PoseEstimate = "estimate", LOCALIZER => [Planner, Pad], of "sketch";
+    /// What markers tell of a corridor.
+    RELATIONS: Situation Relations = "relations", LOCALIZER => [Planner, Pad], of "corridor";
     /// What the planner is about to do.
     PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
     /// How the robot is to move.
@@ -481,8 +485,8 @@ mod tests {
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
         let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
-        let expected = "drawing sketch route understood orders mission contact truth people odometry scan sonar markers tick particles \
-                        estimate plan command status latency faults recorded";
+        let expected = "drawing sketch route rules understood orders mission contact truth people odometry scan sonar markers tick \
+                        particles estimate relations plan command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));
     }

@@ -125,6 +125,18 @@ codes! {
         Lost = 3 "lost",
     }
 
+    /// A component of a QTC relation (Van de Weghe 2004): how a marker moves as the robot sees it.
+    pub enum Trend {
+        /// Nothing is known yet.
+        Unknown = 0 "unknown",
+        /// It comes nearer.
+        Towards = 1 "-",
+        /// It goes away.
+        Away = 2 "+",
+        /// It does neither.
+        Stable = 3 "0",
+    }
+
     /// What a person can order.
     pub enum Order {
         /// Begin with the first task.

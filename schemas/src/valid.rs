@@ -6,8 +6,8 @@
 //! valid message can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
 
 use crate::message::{
-    Header, LaserScan, MAX_MARKERS, MarkerView, Odometry, PoseEstimate, PoseM, PosePx, SonarScan, Tick,
-    Twist, VelocityCommand,
+    Header, LaserScan, MAX_KNOWN_MARKERS, MAX_MARKERS, MarkerView, Odometry, PoseEstimate, PoseM, PosePx,
+    Relations, SonarScan, Tick, Twist, VelocityCommand,
 };
 
 /// Farther than any robot drives, metres or pixels.
@@ -86,6 +86,18 @@ pub(crate) fn estimate(estimate: &PoseEstimate) -> bool {
         && scales.iter().all(|scale| (0.0..FAR).contains(scale))
 }
 
+/// A pose, a pair and markers, as many as are counted.
+pub(crate) fn relations(relations: &Relations) -> bool {
+    let places = relations.markers().iter().flat_map(|marker| [marker.x_m, marker.y_m, marker.facing_rad]);
+    let pair = [&relations.left, &relations.right];
+    relations.marker_count as usize <= MAX_KNOWN_MARKERS
+        && metres(&relations.odometry)
+        && (0.0..FAR).contains(&relations.pair_age_s)
+        && pair.iter().all(|marker| near([marker.x_m, marker.y_m]))
+        && places.into_iter().all(|v| v.abs() < FAR as f32)
+        && relations.markers().is_sorted_by(|a, b| a.id < b.id)
+}
+
 /// A velocity.
 pub(crate) fn command(command: &VelocityCommand) -> bool {
     twist(&command.twist)
@@ -147,6 +159,25 @@ mod tests {
             spoil(&mut spoilt);
             assert!(!spoilt.is_valid(), "{} {i}", T::NAME);
         }
+    }
+
+    #[test]
+    fn relations_hold_as_many_markers_as_they_count() {
+        let mut valid = Relations::zeroed();
+        valid.odometry.orientation_w = 1.0;
+        valid.marker_count = 2;
+        (valid.markers[0].id, valid.markers[1].id) = (1, 2);
+        rejected(
+            valid,
+            &[
+                |relations| relations.marker_count = 65,
+                |relations| relations.markers[1].id = 1,
+                |relations| relations.markers[0].x_m = f32::NAN,
+                |relations| relations.left.y_m = f64::INFINITY,
+                |relations| relations.pair_age_s = -1.0,
+                |relations| relations.odometry.orientation_w = 0.0,
+            ],
+        );
     }
 
     #[test]

@@ -4,6 +4,7 @@
 
 use std::sync::OnceLock;
 
+use sketchnav_corridor as corridor;
 use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Mission;
@@ -36,8 +37,19 @@ pub const SKETCH: Navigator = Navigator {
     planner: |run, _| Ok(Box::new(Planner::new(run)?)),
 };
 
+/// Navigation along corridors (Patil 2019), and past its limits.
+pub const CORRIDOR: Navigator = Navigator {
+    kind: corridor::mission::KIND,
+    about: "drives along corridors by markers on their walls, by rules or through free space",
+    methods: &corridor::mission::METHODS,
+    check: |mission, robot| Ok(corridor::planner::check(mission, robot)?),
+    sketcher: |run, files| Ok(Box::new(corridor::sketcher::Sketcher::new(run, files)?)),
+    localizer: |run, _| Ok(Box::new(corridor::localizer::Localizer::new(run)?)),
+    planner: |run, _| Ok(Box::new(corridor::planner::Planner::new(run)?)),
+};
+
 /// The navigators of this project.
-const NAVIGATORS: [Navigator; 1] = [SKETCH];
+const NAVIGATORS: [Navigator; 2] = [SKETCH, CORRIDOR];
 
 static REGISTERED: OnceLock<&'static [Navigator]> = OnceLock::new();
 

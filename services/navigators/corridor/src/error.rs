@@ -1,0 +1,82 @@
+//! What can be wrong with a mission of this kind.
+
+use sketchnav_schemas::mission::MissionError;
+use sketchnav_schemas::robot::RobotError;
+
+/// Why a corridor cannot be driven.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RulesError {
+    /// No TOML, a key that is not known, a value of the wrong type.
+    #[error("{0}")]
+    Toml(#[from] toml::de::Error),
+    /// A row of a rule set, from 1.
+    #[error("set {set}, rule {rule}: {key}: expected {expected}, found {found:?}")]
+    Row {
+        /// Which set, from 1.
+        set: usize,
+        /// Which rule of it, from 1.
+        rule: usize,
+        /// The key.
+        key: &'static str,
+        /// What would be right.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A combination that no rule answers.
+    #[error("set {set} ({calculus}): expected a rule for {missing}, found none")]
+    Hole {
+        /// Which set, from 1.
+        set: usize,
+        /// Its calculus.
+        calculus: &'static str,
+        /// The combination.
+        missing: String,
+    },
+    /// A move that no robot makes.
+    #[error("moves.{name}: expected at most {most_mps} m/s in each direction, found {found_mps}")]
+    Speed {
+        /// The move.
+        name: String,
+        /// Limit.
+        most_mps: f64,
+        /// The speed.
+        found_mps: f64,
+    },
+    /// No set.
+    #[error("expected one [[set]] or more, found none")]
+    Empty,
+}
+
+/// Why a mission of this kind cannot be driven.
+#[derive(Debug, thiserror::Error)]
+pub enum CorridorError {
+    /// The mission's keys.
+    #[error(transparent)]
+    Mission(#[from] MissionError),
+    /// A sensor that the robot lacks.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// The rule file.
+    #[error("{file}: {cause}")]
+    Rules {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        cause: RulesError,
+    },
+    /// A rule file that cannot be read.
+    #[error("navigator.rules_file: {file}: {reason}")]
+    File {
+        /// The file.
+        file: String,
+        /// Why.
+        reason: String,
+    },
+    /// A robot with neither of the sensors that this method can drive by.
+    #[error("robot {robot:?}: expected one of the sensors [laser] and [camera] in its file, found neither")]
+    Blind {
+        /// The robot's name.
+        robot: String,
+    },
+}

@@ -1,0 +1,287 @@
+//! What markers tell: which are remembered, which two make a pair, how they move and how far they are.
+//!
+//! A pair is a marker on the left and one on the right, seen within 0.1 s of each other, the nearest ones of each side
+//! (Patil 2019, 3.2.2 and 3.2.3). Its relations are QTC_B of marker and robot, the robot at rest at the origin, and the
+//! class of the distance. Markers are remembered in the odometry frame while they are out of view.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_qualitative::qtc::{QtcB, Sign};
+use sketchnav_qualitative::{Point as Place, argd};
+use sketchnav_schemas::codes::Trend;
+use sketchnav_schemas::geometry::{Base, Odom, Pose, wrap_angle};
+use sketchnav_schemas::message::{
+    KnownMarker, MAX_KNOWN_MARKERS, MarkerView, PairedMarker, PoseM, Relations, SeenMarker,
+};
+
+/// Markers of a pair are seen within this time, nanoseconds (Patil 2019, 3.2.3).
+const PAIRED_NS: u64 = 100_000_000;
+/// Share of a new sight in what is remembered of a marker's place: sights err.
+const NEWEST: f64 = 0.3;
+
+/// What may be set of it: a mission's table `parameters.localizer`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameters {
+    /// Motion up to this distance between two sights is none, metres (Patil 2019, 3.2.3).
+    pub quantisation_m: f64,
+    /// Thresholds of the distance classes, metres (Patil 2019, 3.2.3).
+    pub thresholds_m: [f64; 3],
+    /// Whether a threshold is the upper bound of its class, as in QSRlib; else the lower one, as the thesis says.
+    pub thresholds_are_upper: bool,
+    /// How long a marker is remembered that is out of view, seconds.
+    pub memory_s: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            quantisation_m: 0.01,
+            thresholds_m: [3.0, 3.5, 4.0],
+            thresholds_are_upper: true,
+            memory_s: 120.0,
+        }
+    }
+}
+
+impl Parameters {
+    /// The scale of distances.
+    ///
+    /// # Errors
+    /// Thresholds that do not rise from above 0; a quantisation or a memory that is no number from 0.
+    pub fn scale(&self) -> Result<argd::Scale, sketchnav_qualitative::Error> {
+        sketchnav_qualitative::Quantisation::distance(self.quantisation_m)?;
+        sketchnav_qualitative::Quantisation::distance(self.memory_s)?;
+        let bound = if self.thresholds_are_upper { argd::Bound::Upper } else { argd::Bound::Lower };
+        argd::Scale::new(crate::rules::CLASSES.into_iter().zip(self.thresholds_m), bound)
+    }
+}
+
+/// A marker in memory.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Known {
+    id: u32,
+    /// Where it hangs and which way it looks, in the odometry frame.
+    at: Pose<Odom>,
+    seen_ns: u64,
+    /// Where it was seen last, metres in the robot's own axes then.
+    now_m: [f64; 2],
+    /// The same of the sight before.
+    before_m: Option<[f64; 2]>,
+}
+
+/// The markers that a robot has seen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Perception {
+    /// By their numbers.
+    known: Vec<Known>,
+    pairs: u64,
+    pair_ns: Option<u64>,
+    left: Pair,
+    right: Pair,
+}
+
+/// A marker of the last pair.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct Pair {
+    id: u32,
+    marker: u32,
+    robot: u32,
+    class: u32,
+    place_m: [f64; 2],
+}
+
+impl Default for Perception {
+    fn default() -> Self {
+        let known = Vec::with_capacity(MAX_KNOWN_MARKERS);
+        Self { known, pairs: 0, pair_ns: None, left: Pair::default(), right: Pair::default() }
+    }
+}
+
+impl Perception {
+    /// Takes in a picture, taken at `stamp_ns` by a robot at `robot`.
+    pub fn see(
+        &mut self,
+        view: &MarkerView,
+        robot: &Pose<Odom>,
+        stamp_ns: u64,
+        parameters: &Parameters,
+        scale: &argd::Scale,
+    ) {
+        for marker in view.markers() {
+            self.remember(marker, robot, stamp_ns);
+        }
+        let nearest = |side: f64| {
+            let is_on = |known: &&Known| {
+                known.now_m[1] * side > 0.0 && stamp_ns.saturating_sub(known.seen_ns) <= PAIRED_NS
+            };
+            let distance = |known: &&Known| known.now_m[0].hypot(known.now_m[1]);
+            self.known.iter().filter(is_on).min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
+        };
+        let is_news = !view.markers().is_empty();
+        if let (true, Some(left), Some(right)) = (is_news, nearest(1.0), nearest(-1.0)) {
+            (self.left, self.right) = (pair(&left, parameters, scale), pair(&right, parameters, scale));
+            (self.pairs, self.pair_ns) = (self.pairs + 1, Some(stamp_ns));
+        }
+    }
+
+    fn remember(&mut self, seen: &SeenMarker, robot: &Pose<Odom>, stamp_ns: u64) {
+        let [x, y, yaw_rad] = [seen.x_m, seen.y_m, seen.facing_rad].map(f64::from);
+        let at = robot.compose(&Pose::<Base>::new(x, y, yaw_rad));
+        match self.known.binary_search_by_key(&seen.id, |known| known.id) {
+            Ok(i) => {
+                let known = &mut self.known[i];
+                known.before_m = Some(known.now_m);
+                (known.now_m, known.seen_ns) = ([x, y], stamp_ns);
+                let turn_rad = wrap_angle(at.yaw_rad - known.at.yaw_rad);
+                known.at = Pose::new(
+                    known.at.x + NEWEST * (at.x - known.at.x),
+                    known.at.y + NEWEST * (at.y - known.at.y),
+                    wrap_angle(known.at.yaw_rad + NEWEST * turn_rad),
+                );
+            }
+            Err(_) => {
+                self.make_room();
+                let place = self.known.partition_point(|known| known.id < seen.id);
+                let known = Known { id: seen.id, at, seen_ns: stamp_ns, now_m: [x, y], before_m: None };
+                self.known.insert(place, known);
+            }
+        }
+    }
+
+    /// Forgets the marker that was not seen for the longest time, where the memory is full.
+    fn make_room(&mut self) {
+        if self.known.len() < MAX_KNOWN_MARKERS {
+            return;
+        }
+        let oldest = self.known.iter().enumerate().min_by_key(|(_, known)| known.seen_ns).map(|(i, _)| i);
+        if let Some(oldest) = oldest {
+            self.known.remove(oldest);
+        }
+    }
+
+    /// Forgets what was out of view for too long.
+    pub fn forget(&mut self, stamp_ns: u64, memory_s: f64) {
+        self.known.retain(|known| stamp_ns.saturating_sub(known.seen_ns) as f64 * 1e-9 <= memory_s);
+    }
+
+    /// Writes what there is to say at `stamp_ns` to a robot at `robot`; all but the header.
+    pub fn write(&self, robot: &Pose<Odom>, stamp_ns: u64, relations: &mut Relations) {
+        relations.odometry = PoseM::new(robot);
+        relations.pairs = self.pairs;
+        relations.pair_age_s = stamp_ns.saturating_sub(self.pair_ns.unwrap_or(0)) as f64 * 1e-9;
+        (relations.left, relations.right) = (self.left.message(), self.right.message());
+        relations.marker_count = self.known.len() as u32;
+        for (marker, known) in relations.markers.iter_mut().zip(&self.known) {
+            let at = robot.motion_to(&known.at);
+            let age_s = stamp_ns.saturating_sub(known.seen_ns) as f64 * 1e-9;
+            *marker = KnownMarker {
+                id: known.id,
+                age_s: age_s as f32,
+                x_m: at.x as f32,
+                y_m: at.y as f32,
+                facing_rad: at.yaw_rad as f32,
+                reserved: 0,
+            };
+        }
+    }
+}
+
+impl Pair {
+    fn message(&self) -> PairedMarker {
+        let Self { id, marker, robot, class, place_m: [x_m, y_m] } = *self;
+        PairedMarker { id, marker_trend: marker, robot_trend: robot, distance_class: class, x_m, y_m }
+    }
+}
+
+/// The relations of a marker with the robot. A marker that was seen once has no trend yet.
+fn pair(known: &Known, parameters: &Parameters, scale: &argd::Scale) -> Pair {
+    let [x, y] = known.now_m;
+    let trends = known.before_m.and_then(|before| {
+        let origin = Place::try_from([0.0, 0.0]).ok()?;
+        let (before, now) = (Place::try_from(before).ok()?, Place::try_from(known.now_m).ok()?);
+        let [marker, robot] = QtcB::of([before, now], [origin, origin], parameters.quantisation_m).signs();
+        Some([trend(marker), trend(robot)])
+    });
+    let [marker, robot] = trends.unwrap_or([Trend::Unknown; 2]).map(Trend::code);
+    Pair { id: known.id, marker, robot, class: scale.rank(x.hypot(y)).place() as u32, place_m: known.now_m }
+}
+
+fn trend(sign: Sign) -> Trend {
+    match sign.symbol() {
+        '-' => Trend::Towards,
+        '+' => Trend::Away,
+        _ => Trend::Stable,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    fn view(markers: &[(u32, f32, f32)]) -> MarkerView {
+        let mut view = MarkerView::zeroed();
+        view.marker_count = markers.len() as u32;
+        for (place, &(id, x_m, y_m)) in view.markers.iter_mut().zip(markers) {
+            *place = SeenMarker { id, x_m, y_m, facing_rad: 0.0 };
+        }
+        view
+    }
+
+    fn said(perception: &Perception, robot: &Pose<Odom>, stamp_ns: u64) -> Relations {
+        let mut relations = Relations::zeroed();
+        perception.write(robot, stamp_ns, &mut relations);
+        relations
+    }
+
+    #[test]
+    fn the_nearest_marker_of_each_side_makes_a_pair_and_its_trend_takes_two_sights() {
+        let (parameters, mut perception) = (Parameters::default(), Perception::default());
+        let scale = parameters.scale().unwrap();
+        let robot = Pose::new(0.0, 0.0, 0.0);
+        let first = view(&[(1, 3.0, 1.0), (2, 2.0, 1.0), (3, 3.3, -1.0)]);
+        perception.see(&first, &robot, 0, &parameters, &scale);
+        let relations = said(&perception, &robot, 0);
+        assert_eq!((relations.pairs, relations.left.id, relations.right.id), (1, 2, 3));
+        assert_eq!((relations.left.marker_trend(), relations.left.distance_class), (Trend::Unknown, 0));
+        assert_eq!(relations.right.distance_class, 1, "3.45 m");
+        let next = view(&[(2, 1.9, 1.0), (3, 3.3, -1.005)]);
+        perception.see(&next, &robot, 100_000_000, &parameters, &scale);
+        let relations = said(&perception, &robot, 100_000_000);
+        assert_eq!(
+            (relations.left.marker_trend(), relations.left.robot_trend()),
+            (Trend::Towards, Trend::Stable)
+        );
+        assert_eq!(relations.right.marker_trend(), Trend::Stable, "less than the quantisation");
+        assert_eq!(relations.marker_count, 3);
+    }
+
+    #[test]
+    fn one_side_alone_is_no_pair_and_markers_out_of_view_are_remembered_where_they_hang() {
+        let (parameters, mut perception) = (Parameters::default(), Perception::default());
+        let scale = parameters.scale().unwrap();
+        perception.see(&view(&[(5, 2.0, 1.0)]), &Pose::new(0.0, 0.0, 0.0), 0, &parameters, &scale);
+        let moved = Pose::new(1.0, 0.0, 0.0);
+        perception.see(&view(&[]), &moved, 3_000_000_000, &parameters, &scale);
+        let relations = said(&perception, &moved, 3_000_000_000);
+        assert_eq!((relations.pairs, relations.pair_age_s), (0, 3.0));
+        let marker = relations.markers()[0];
+        assert!((marker.x_m - 1.0).abs() < 1e-6 && marker.age_s == 3.0, "{marker:?}");
+        perception.forget(200_000_000_000, parameters.memory_s);
+        assert_eq!(said(&perception, &moved, 0).marker_count, 0);
+    }
+
+    #[test]
+    fn a_full_memory_forgets_the_oldest() {
+        let (parameters, mut perception) = (Parameters::default(), Perception::default());
+        let (scale, robot) = (parameters.scale().unwrap(), Pose::new(0.0, 0.0, 0.0));
+        for i in 0..100_u32 {
+            perception.see(&view(&[(i * 7 % 100, 2.0, 1.0)]), &robot, u64::from(i), &parameters, &scale);
+        }
+        let relations = said(&perception, &robot, 100);
+        assert_eq!(relations.marker_count as usize, MAX_KNOWN_MARKERS);
+        assert!(relations.markers().iter().all(|marker| marker.id != 0), "the first one is forgotten");
+        assert!(relations.markers().is_sorted_by(|a, b| a.id < b.id));
+    }
+}

@@ -1,0 +1,351 @@
+//! The planner for corridors as a stage: drives by rules, or by the way on through free space.
+//!
+//! It answers every message of relations with one command and one status. Rules speak when a pair of markers is seen;
+//! between two pairs the last command stays (Patil 2019, 3.2).
+
+use serde::{Deserialize, Serialize};
+use sketchnav_motion::mission::{Mission as Errands, Phase, TaskInfo};
+use sketchnav_schemas::channels::{COMMAND, MISSION, ODOMETRY, ORDERS, RELATIONS, RULES, SCAN, STATUS};
+use sketchnav_schemas::codes::{Process, TaskState};
+use sketchnav_schemas::geometry::{Base, Odom, Pose};
+use sketchnav_schemas::message::{Relations, Text, Twist};
+use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
+
+use crate::course::{self, Course, Next, Reason};
+use crate::error::{CorridorError, RulesError};
+use crate::mission::{CorridorMission, CorridorTask, Goal, Method, Turn};
+use crate::rules::Rules;
+
+/// A marker is passed that lies behind the robot and nearer than this, metres.
+const PASSED_M: f64 = 4.0;
+
+/// What may be set of it: a mission's table `parameters.planner`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameters {
+    /// Without a pair of markers for this long, a robot that drives by rules is lost, seconds.
+    pub lost_s: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self { lost_s: 20.0 }
+    }
+}
+
+/// An attempt at a task by rules.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Attempt {
+    start: Pose<Odom>,
+    /// The pair that was answered last.
+    pairs: u64,
+    command: Velocity,
+}
+
+/// A velocity in a checkpoint: vx, vy in m/s, turn rate in rad/s.
+type Velocity = [f64; 3];
+
+/// The planner of a run.
+pub struct Planner {
+    method: Method,
+    tasks: Vec<CorridorTask>,
+    parameters: Parameters,
+    base_from_laser: Option<Pose<Base>>,
+    nominal_dt_s: f64,
+    waits_for_order: bool,
+    rules: Option<Rules>,
+    mission: Errands,
+    attempt: Attempt,
+    course: Course,
+    remaining_m: f64,
+}
+
+/// The planner's state, as it is read back from a checkpoint.
+#[derive(Debug, Deserialize)]
+pub struct State {
+    mission: Errands,
+    attempt: Attempt,
+    course: course::Memory,
+    remaining_m: f64,
+}
+
+/// The same where it lies: field by field a [`State`].
+#[derive(Debug, Serialize)]
+struct StateView<'a> {
+    mission: &'a Errands,
+    attempt: &'a Attempt,
+    course: course::MemoryView<'a>,
+    remaining_m: f64,
+}
+
+/// What this kind demands of a mission and a robot.
+///
+/// # Errors
+/// [`CorridorError`] with the key or the sensor.
+pub fn check(mission: &Mission, robot: &Robot) -> Result<(), CorridorError> {
+    let read = CorridorMission::of(mission)?;
+    parameters(mission)?;
+    crate::localizer::parameters(mission)?;
+    robot.odometry()?;
+    if read.method != Method::Corridor || read.tasks.iter().any(|task| matches!(task.goal, Goal::Marker(_))) {
+        robot.camera()?;
+    }
+    if robot.laser.is_none() && robot.camera.is_none() {
+        return Err(CorridorError::Blind { robot: robot.name.clone() });
+    }
+    Ok(())
+}
+
+fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
+    let wrong = |reason: String| MissionError::Key { key: "parameters.planner".into(), reason };
+    let parameters: Parameters = overlaid(&Parameters::default(), mission.parameters.of(Process::Planner))
+        .map_err(|error| wrong(error.message().to_owned()))?;
+    let holds = parameters.lost_s > 0.0 && parameters.lost_s.is_finite();
+    holds.then_some(parameters).ok_or_else(|| wrong("lost_s: expected a number above 0".into()))
+}
+
+impl Planner {
+    /// For a run: its robot, its tasks, and the parameters of its mission.
+    ///
+    /// # Errors
+    /// [`CorridorError`] with the key.
+    pub fn new(run: &RunConfig) -> Result<Self, CorridorError> {
+        check(&run.mission, &run.robot)?;
+        let CorridorMission { method, tasks, .. } = CorridorMission::of(&run.mission)?;
+        let start = Pose::new(0.0, 0.0, 0.0);
+        Ok(Self {
+            method,
+            tasks,
+            parameters: parameters(&run.mission)?,
+            base_from_laser: run.robot.laser.as_ref().map(|laser| laser.mount()),
+            nominal_dt_s: 1.0 / run.robot.tick_hz(),
+            waits_for_order: run.pace == Pace::Lockstep,
+            rules: None,
+            mission: Errands::new(run.pad),
+            attempt: Attempt { start, pairs: 0, command: [0.0; 3] },
+            course: Course::new(&run.robot),
+            remaining_m: 0.0,
+        })
+    }
+
+    fn has_rules(&self) -> bool {
+        self.method == Method::Corridor || self.rules.is_some()
+    }
+
+    fn observe(&mut self, instant: &Instant<'_>, relations: &Relations, robot: &Pose<Odom>) {
+        if self.method != Method::Corridor {
+            return;
+        }
+        match (self.base_from_laser, instant.fresh(SCAN)) {
+            (Some(mount), Some(scan)) => self.course.observe(robot, &robot.compose(&mount), scan),
+            (Some(_), None) => {}
+            (None, _) => self.course.observe_markers(robot, relations.markers()),
+        }
+    }
+
+    fn go_on(&mut self, relations: &Relations, robot: &Pose<Odom>, dt_s: f64) {
+        let is_ready = self.mission.is_ordered() && self.has_rules();
+        if let Some(next) = self.mission.due(is_ready, self.tasks.len()) {
+            self.mission.begin(next);
+            self.attempt = Attempt { start: *robot, pairs: relations.pairs, command: [0.0; 3] };
+            self.course.begin(robot);
+        }
+        match self.mission.phase() {
+            Phase::Driving => self.drive(relations, robot, dt_s),
+            Phase::Waiting => {
+                let reason =
+                    if self.has_rules() { "waiting for the order to start" } else { "waiting for the rules" };
+                self.mission.report(TaskState::Waiting, reason);
+                self.stop(dt_s);
+            }
+            Phase::Ended | Phase::Over => self.stop(dt_s),
+        }
+    }
+
+    fn drive(&mut self, relations: &Relations, robot: &Pose<Odom>, dt_s: f64) {
+        let index = self.mission.task();
+        let Some(task) = self.tasks.get(index) else { return };
+        let (info, goal) = (info(task), task.goal);
+        let along_m = self.along_m(robot);
+        self.remaining_m = if let Goal::Metres(metres) = goal { (metres - along_m).max(0.0) } else { 0.0 };
+        let has_arrived = match goal {
+            Goal::Metres(metres) => along_m >= metres,
+            Goal::Marker(id) => self.has_passed(id, relations, robot),
+            Goal::End => false,
+        };
+        if has_arrived {
+            self.mission.end(TaskState::Reached, format_args!("{along_m:.1} m along the corridor"));
+            self.stop(dt_s);
+        } else if self.method == Method::Corridor {
+            self.drive_freely(index, &info, robot, dt_s);
+        } else {
+            self.drive_by_rules(&info, relations, dt_s);
+        }
+    }
+
+    /// Way along the corridor since the task began, metres.
+    fn along_m(&self, robot: &Pose<Odom>) -> f64 {
+        match self.method {
+            Method::Corridor => self.course.progress_m(),
+            _ => self.attempt.start.motion_to(robot).x,
+        }
+    }
+
+    fn has_passed(&self, id: u32, relations: &Relations, robot: &Pose<Odom>) -> bool {
+        let way_rad = match self.method {
+            Method::Corridor => self.course.way_rad(),
+            _ => self.attempt.start.yaw_rad,
+        };
+        let (sin, cos) = (way_rad - robot.yaw_rad).sin_cos();
+        relations.markers().iter().filter(|marker| marker.id == id).any(|marker| {
+            let [x, y] = [marker.x_m, marker.y_m].map(f64::from);
+            x * cos + y * sin < 0.0 && x.hypot(y) < PASSED_M
+        })
+    }
+
+    fn drive_freely(&mut self, index: usize, info: &TaskInfo, robot: &Pose<Odom>, dt_s: f64) {
+        let task = &self.tasks[index];
+        match self.course.drive(robot, &task.turns, task.goal == Goal::End, dt_s) {
+            Next::Driving(reason) => {
+                if !self.mission.go_on(info, Words(reason)) {
+                    self.stop(dt_s);
+                }
+            }
+            Next::End => self.mission.end(TaskState::Reached, "the corridor ends here"),
+            Next::Blocked => self.mission.end(TaskState::Blocked, "no way leads on"),
+        }
+    }
+
+    fn drive_by_rules(&mut self, info: &TaskInfo, relations: &Relations, dt_s: f64) {
+        let unseen_s = relations.pair_age_s.min(self.mission.elapsed_s());
+        if unseen_s > self.parameters.lost_s {
+            self.mission.end(TaskState::Lost, format_args!("no pair of markers for {unseen_s:.0} s"));
+            self.stop(dt_s);
+            return;
+        }
+        if relations.pairs != self.attempt.pairs {
+            self.attempt.pairs = relations.pairs;
+            if let Some(answer) = self.rules.as_ref().and_then(|rules| rules.answer(relations)) {
+                let Twist { vx_mps, vy_mps, yaw_rate_radps } = answer.twist();
+                self.attempt.command = [vx_mps, vy_mps, yaw_rate_radps];
+            }
+        }
+        let goes_on = match unseen_s > 1.0 {
+            true => self.mission.go_on(info, format_args!("no pair of markers in view")),
+            false => self.mission.go_on(info, Pair(relations)),
+        };
+        if !goes_on {
+            self.stop(dt_s);
+        }
+    }
+
+    fn stop(&mut self, dt_s: f64) {
+        self.attempt.command = [0.0; 3];
+        self.course.stop(dt_s);
+    }
+
+    fn command(&self) -> Twist {
+        let [vx_mps, vy_mps, yaw_rate_radps] = self.attempt.command;
+        match self.method {
+            Method::Corridor => self.course.command(),
+            _ => Twist { vx_mps, vy_mps, yaw_rate_radps },
+        }
+    }
+}
+
+fn info(task: &CorridorTask) -> TaskInfo {
+    TaskInfo { name: Text::new(&task.name), time_limit_s: task.time_limit_s }
+}
+
+/// What the robot is about, for people.
+struct Words(Reason);
+
+impl std::fmt::Display for Words {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self.0 {
+            Reason::Along => "along the corridor",
+            Reason::Waiting => "something closes the corridor",
+            Reason::Turning(Turn::Left) => "turning left",
+            Reason::Turning(Turn::Right) => "turning right",
+            Reason::Turning(Turn::Straight) | Reason::Back => "back, out of a dead end",
+        })
+    }
+}
+
+/// A pair of markers, for people.
+struct Pair<'a>(&'a Relations);
+
+impl std::fmt::Display for Pair<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Relations { left, right, .. } = self.0;
+        if left.distance_class == right.distance_class {
+            f.write_str("both markers in one distance class")
+        } else {
+            f.write_str("markers of two distance classes")
+        }
+    }
+}
+
+impl Stage for Planner {
+    const FORM: &'static str = "corridor planner 1";
+    type State = State;
+
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+        if message.on(RULES).is_some() && !message.cells().is_empty() {
+            let text = std::str::from_utf8(message.cells())?;
+            self.rules = Some(Rules::parse(text).map_err(|cause: RulesError| cause)?);
+        } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
+            self.mission.on_order(order);
+        }
+        Ok(())
+    }
+
+    fn is_ready(&self) -> bool {
+        self.mission.is_ordered() && self.has_rules() || !self.waits_for_order
+    }
+
+    fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        let (Some(relations), Some(odometry)) = (instant.newest(RELATIONS), instant.newest(ODOMETRY)) else {
+            return Ok(());
+        };
+        let robot = relations.odometry();
+        let dt_s = self.mission.begin_step(&relations.header, odometry, self.nominal_dt_s);
+        self.observe(instant, relations, &robot);
+        if self.mission.is_held() {
+            self.stop(dt_s);
+        } else {
+            self.go_on(relations, &robot, dt_s);
+        }
+        out.send(COMMAND, |command| {
+            (command.twist, command.last) = (self.command(), self.mission.is_last().into());
+        })?;
+        let info = self.tasks.get(self.mission.task()).map(info);
+        out.send(STATUS, |status| {
+            let header = status.header;
+            self.mission.write_status(info.as_ref(), self.tasks.len(), self.remaining_m, status);
+            status.header = header;
+        })?;
+        Ok(())
+    }
+
+    fn state(&self) -> impl Serialize {
+        let Self { mission, attempt, course, remaining_m, .. } = self;
+        StateView { mission, attempt, course: course.memory(), remaining_m: *remaining_m }
+    }
+
+    fn restore(&mut self, state: State) -> Result<(), StageError> {
+        let State { mission, attempt, course, remaining_m } = state;
+        (self.mission, self.attempt, self.remaining_m) = (mission, attempt, remaining_m);
+        self.course.restore(course);
+        Ok(())
+    }
+
+    fn recover(&mut self, remains: &dyn Remains) {
+        if let Some(last) = remains.of(STATUS) {
+            self.mission.resume_behind(&last);
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! Whole drives along corridors, in one process.
+
+use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_schemas::channels::{COMMAND, CONTACT, ChannelSpec, STATUS, TRUTH};
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, VelocityCommand};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_sim::corridors::{Corridor, Drive, Numbers, Placement, Shape};
+use sketchnav_sim::robots;
+
+/// What became of a drive.
+#[derive(Default)]
+struct Ended {
+    status: Option<MissionStatus>,
+    truth: Option<GroundTruth>,
+    contacts: Vec<Contact>,
+    commands: Vec<VelocityCommand>,
+}
+
+impl Tap for Ended {
+    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], _cells: &[u8]) {
+        let is_end = |status: &&MissionStatus| status.state != TaskState::Finished.code();
+        if let Some(status) = STATUS.message(spec, message).filter(is_end) {
+            self.status = Some(*status);
+        }
+        self.truth = TRUTH.message(spec, message).copied().or(self.truth);
+        self.contacts.extend(CONTACT.message(spec, message));
+        self.commands.extend(COMMAND.message(spec, message));
+    }
+
+    fn has_enough(&self) -> bool {
+        !self.contacts.is_empty()
+    }
+}
+
+impl Ended {
+    fn state(&self) -> TaskState {
+        self.status.and_then(|status| TaskState::from_code(status.state)).unwrap()
+    }
+
+    fn off_m(&self, goal: [f64; 2]) -> f64 {
+        let pose = self.truth.unwrap().pose();
+        (pose.x - goal[0]).hypot(pose.y - goal[1])
+    }
+
+    fn words(&self) -> String {
+        let status = self.status.unwrap();
+        let contact = self.contacts.first().map(|contact| contact.position_m);
+        let pose = self.truth.unwrap().pose();
+        format!(
+            "{} ({}), contact {contact:?}, at ({:.2}, {:.2}) after {:.0} s",
+            self.state(),
+            status.reason.as_str(),
+            pose.x,
+            pose.y,
+            status.task_time_s
+        )
+    }
+}
+
+fn youbot() -> Robot {
+    robots::find("youbot").unwrap().unwrap()
+}
+
+fn drive(corridor: &Corridor, way: &Drive, method: &str, robot: Robot, extra: &str) -> Ended {
+    let folder = tempfile::tempdir().unwrap();
+    let floor = folder.path().join("floor.toml");
+    std::fs::write(&floor, toml::to_string(&corridor.plan()).unwrap()).unwrap();
+    let (start, turns) = (way.start, way.turns);
+    let mission = format!(
+        "name='m'\nrobot='youbot'\nworld={{floor_plan={:?}}}\nstart={{world=[{:?},{:?}],world_heading_deg={:?}}}\n\
+         [navigator]\nkind='corridor'\nmethod='{method}'\n[[task]]\nname='on'\nmetres={:?}\nturns={turns:?}\n\
+         time_limit_s=400\n{extra}",
+        floor.display().to_string(),
+        start.x,
+        start.y,
+        start.yaw_rad.to_degrees(),
+        way.way_m,
+    );
+    let run = RunConfig {
+        system: "test".into(),
+        mission: Mission::parse(&mission).unwrap(),
+        robot,
+        seed: 1,
+        pace: Pace::Lockstep,
+        recording: None,
+        pad: Pad::Absent,
+        without: Vec::new(),
+    };
+    let mut ended = Ended::default();
+    Rehearsal::new(&run).unwrap().run(&mut ended).unwrap();
+    ended
+}
+
+/// Patil 2019, figures 5.2 and 5.5: from the middle, past opposite markers, both calculi get through.
+#[test]
+fn by_the_published_rules_the_robot_passes_from_the_middle() {
+    let corridor = Corridor::new(Shape::Straight, 2.0);
+    for method in ["qtc-b", "argd", "combined"] {
+        let way = &corridor.drives()[0];
+        let ended = drive(&corridor, way, method, youbot(), "");
+        println!("{method}: {}", ended.words());
+        assert_eq!(
+            (ended.state(), ended.contacts.len()),
+            (TaskState::Reached, 0),
+            "{method}: {}",
+            ended.words()
+        );
+        assert!(ended.off_m(way.goal) < 1.0, "{method}: {}", ended.words());
+    }
+}
+
+#[test]
+fn our_method_drives_straight_corridors_of_every_width_whatever_hangs_there() {
+    for width_m in [1.6, 2.0, 3.0] {
+        let (placement, numbers) = (Placement::Staggered, Numbers::Uneven);
+        let corridor = Corridor { placement, numbers, ..Corridor::new(Shape::Straight, width_m) };
+        for way in corridor.drives() {
+            let ended = drive(&corridor, &way, "corridor", youbot(), "");
+            println!("{} {}: {}", corridor.name(), way.name, ended.words());
+            assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
+            assert!(ended.off_m(way.goal) < 0.5, "{}", ended.words());
+        }
+    }
+}
+
+#[test]
+fn our_method_turns_corners_takes_junctions_and_leaves_dead_ends() {
+    for shape in [Shape::L, Shape::U, Shape::T] {
+        for width_m in [1.6, 2.4] {
+            let corridor = Corridor::new(shape, width_m);
+            for way in corridor.drives() {
+                let ended = drive(&corridor, &way, "corridor", youbot(), "");
+                println!("{} {}: {}", corridor.name(), way.name, ended.words());
+                assert_eq!(
+                    (ended.state(), ended.contacts.len()),
+                    (TaskState::Reached, 0),
+                    "{} {}: {}",
+                    corridor.name(),
+                    way.name,
+                    ended.words()
+                );
+                assert!(ended.off_m(way.goal) < 1.2, "{} {}: {}", corridor.name(), way.name, ended.words());
+            }
+        }
+    }
+}
+
+/// Without a laser remembered markers stand for the walls; without a camera the laser sees them.
+#[test]
+fn our_method_needs_either_sensor_alone() {
+    let corridor = Corridor::new(Shape::Straight, 2.0);
+    let way = &corridor.drives()[0];
+    for robot in [Robot { laser: None, tick_hz: Some(10.0), ..youbot() }, Robot { camera: None, ..youbot() }]
+    {
+        let ended = drive(&corridor, way, "corridor", robot, "");
+        assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
+    }
+}
+
+#[test]
+fn a_walking_person_is_passed() {
+    let corridor = Corridor::new(Shape::Straight, 2.4);
+    let way = &corridor.drives()[0];
+    let walker = "[[world.person]]\nwaypoints=[[11.5,0.5],[1.5,0.5]]\nspeed_mps=0.5\npause_s=2\n";
+    let ended = drive(&corridor, way, "corridor", youbot(), walker);
+    assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
+}
+
+#[test]
+fn two_runs_give_the_same_commands() {
+    let corridor = Corridor::new(Shape::L, 1.6);
+    let way = &corridor.drives()[0];
+    let runs = [0, 1].map(|_| drive(&corridor, way, "corridor", youbot(), "").commands);
+    assert!(runs[0] == runs[1] && runs[0].len() > 100);
+}

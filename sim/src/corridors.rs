@@ -149,6 +149,14 @@ impl Corridor {
         [shape, placement, numbers]
     }
 
+    /// The number of the marker that is nearest to a place.
+    pub fn marker_beside(&self, place: [f64; 2]) -> u32 {
+        let distance = |marker: &Marker| (marker.at[0] - place[0]).hypot(marker.at[1] - place[1]);
+        let markers = self.plan().marker;
+        let nearest = markers.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map_or(0, |marker| marker.id)
+    }
+
     /// The ways that robots drive in it: there and back.
     pub fn drives(&self) -> Vec<Drive> {
         let [east, north, west, south] = [0.0_f64, 90.0, 180.0, -90.0].map(f64::to_radians);

@@ -163,7 +163,7 @@ fn trial(
         navigator: NavigatorChoice { kind: KIND.into(), given: toml::Table::new() },
         world: WorldSource { floor_plan: Some(absolute(&path)), ..WorldSource::default() },
         start: Start { world: [start.x, start.y], world_heading_deg: start.yaw_rad.to_degrees() },
-        task: vec![task(drive, corridor.width_m)],
+        task: vec![task(corridor, drive)],
         parameters: Parameters::default(),
     };
     Ok(Trial {
@@ -182,15 +182,19 @@ fn absolute(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }
 
-fn task(drive: &Drive, width_m: f64) -> Task {
+fn task(corridor: &Corridor, drive: &Drive) -> Task {
     let [x, y] = drive.goal;
-    let half_m = width_m / 2.0;
+    let half_m = corridor.width_m / 2.0;
     // Across the corridor to both walls, along it a little: ways end along x or along y.
     let along_x = drive.turns.is_empty() && drive.start.y == y;
     let [dx, dy] = if along_x { [THERE_M, half_m] } else { [half_m.max(THERE_M); 2] };
     let corners = vec![[x - dx, y - dy], [x + dx, y - dy], [x + dx, y + dy], [x - dx, y + dy]];
     let mut given = toml::Table::new();
-    given.insert("metres".into(), drive.way_m.into());
+    // Who cuts corners drives less than the way along the middle.
+    match corridor.shape {
+        Shape::Straight => given.insert("metres".into(), drive.way_m.into()),
+        _ => given.insert("marker".into(), i64::from(corridor.marker_beside(drive.goal)).into()),
+    };
     if !drive.turns.is_empty() {
         let turns: Vec<_> = drive.turns.iter().map(|turn| toml::Value::from(*turn)).collect();
         given.insert("turns".into(), turns.into());

@@ -28,6 +28,8 @@ const WAY_SHARE: f64 = 0.35;
 const CROSS_SHARE: f64 = 0.3;
 /// A corridor is closed whose farthest place ahead is nearer than this, metres.
 const CLOSED_M: f64 = 1.3;
+/// Before what closes the corridor the robot stops at this distance, metres: there it has room to turn.
+const STOP_M: f64 = 0.6;
 /// A side is open where it reaches so much farther than the corridor's half width, metres.
 const OPENING_M: f64 = 1.2;
 /// Half the width of the free way before it is known, metres.
@@ -260,8 +262,8 @@ impl Course {
         let here = robot.position();
         self.local.prepare(&self.obstacles, here, self.room);
         self.local.search(here, None);
-        let (left_m, right_m) = (self.reach_m(here, FRAC_PI_2), self.reach_m(here, -FRAC_PI_2));
-        let reason = self.choose(here, [left_m, right_m], turns, dt_s);
+        let [ahead_m, left_m, right_m] = [0.0, FRAC_PI_2, -FRAC_PI_2].map(|turn| self.reach_m(here, turn));
+        let reason = self.choose(ahead_m, [left_m, right_m], turns, dt_s);
         let is_end = reason == Reason::Waiting && self.guide.closed_s > END_S;
         if is_end && stops_at_end {
             self.stop(dt_s);
@@ -270,7 +272,11 @@ impl Course {
         if is_end && self.reach_m(here, PI) > CLOSED_M {
             self.guide.turn(Turn::Straight);
         }
-        self.follow(robot, dt_s);
+        if reason == Reason::Waiting && ahead_m < STOP_M {
+            self.stop(dt_s);
+        } else {
+            self.follow(robot, dt_s);
+        }
         Next::Driving(reason)
     }
 
@@ -289,9 +295,8 @@ impl Course {
         }
     }
 
-    /// Which way to go on. `sides_m`: how far the left and the right reach.
-    fn choose(&mut self, here: Point<Odom>, sides_m: [f64; 2], turns: &[Turn], dt_s: f64) -> Reason {
-        let ahead_m = self.reach_m(here, 0.0);
+    /// Which way to go on, by how far the robot can come ahead, to the left and to the right.
+    fn choose(&mut self, ahead_m: f64, sides_m: [f64; 2], turns: &[Turn], dt_s: f64) -> Reason {
         let guide = &mut self.guide;
         let is_open = sides_m.map(|reach_m| reach_m > guide.half_width_m + OPENING_M);
         let wanted = turns.get(guide.turns).copied();

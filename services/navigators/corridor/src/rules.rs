@@ -286,9 +286,8 @@ impl Row<'_> {
 
 fn qtc_relation(text: &str) -> Option<usize> {
     let sign = |text: &str| {
-        let mut symbols = text.trim().chars();
-        let sign = SIGNS.iter().position(|sign| Some(*sign) == symbols.next().as_ref().copied());
-        sign.filter(|_| text.trim().chars().count() == 1)
+        let text = text.trim();
+        SIGNS.iter().position(|sign| text.len() == 1 && text.starts_with(*sign))
     };
     let (marker, robot) = text.split_once(',')?;
     Some(qtc_index(sign(marker)?, sign(robot)?))

@@ -64,20 +64,23 @@ fn youbot() -> Robot {
     robots::find("youbot").unwrap().unwrap()
 }
 
-fn drive(corridor: &Corridor, way: &Drive, method: &str, robot: Robot, extra: &str) -> Ended {
+fn drive(corridor: &Corridor, way: &Drive, method: &str, robot: Robot, people: &str) -> Ended {
     let folder = tempfile::tempdir().unwrap();
     let floor = folder.path().join("floor.toml");
     std::fs::write(&floor, toml::to_string(&corridor.plan()).unwrap()).unwrap();
     let (start, turns) = (way.start, way.turns);
+    let goal = match corridor.shape {
+        Shape::Straight => format!("metres={:?}", way.way_m),
+        _ => format!("marker={}", corridor.marker_beside(way.goal)),
+    };
     let mission = format!(
-        "name='m'\nrobot='youbot'\nworld={{floor_plan={:?}}}\nstart={{world=[{:?},{:?}],world_heading_deg={:?}}}\n\
-         [navigator]\nkind='corridor'\nmethod='{method}'\n[[task]]\nname='on'\nmetres={:?}\nturns={turns:?}\n\
-         time_limit_s=400\n{extra}",
+        "name='m'\nrobot='youbot'\nworld={{floor_plan={:?},person=[{people}]}}\nstart={{world=[{:?},{:?}],world_heading_deg={:?}}}\n\
+         [navigator]\nkind='corridor'\nmethod='{method}'\n[[task]]\nname='on'\nturns={turns:?}\n{goal}\n\
+         time_limit_s=400\n",
         floor.display().to_string(),
         start.x,
         start.y,
         start.yaw_rad.to_degrees(),
-        way.way_m,
     );
     let run = RunConfig {
         system: "test".into(),
@@ -164,7 +167,7 @@ fn our_method_needs_either_sensor_alone() {
 fn a_walking_person_is_passed() {
     let corridor = Corridor::new(Shape::Straight, 2.4);
     let way = &corridor.drives()[0];
-    let walker = "[[world.person]]\nwaypoints=[[11.5,0.5],[1.5,0.5]]\nspeed_mps=0.5\npause_s=2\n";
+    let walker = "{waypoints=[[11.5,0.5],[1.5,0.5]],speed_mps=0.5,pause_s=2}";
     let ended = drive(&corridor, way, "corridor", youbot(), walker);
     assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
 }

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use bytemuck::Zeroable;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::local::{self, LocalPlanner, Room};
-use sketchnav_motion::obstacles::Obstacles;
+use sketchnav_motion::obstacles::{Cell, Obstacles};
 use sketchnav_motion::pursuit::{Body, Pursuit};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
 use sketchnav_schemas::message::{KnownMarker, LaserScan, Twist};
@@ -42,6 +42,8 @@ const FAR_M: f64 = 2.0;
 const ALIGN: f64 = 0.06;
 /// ... of an error of this at most, radians.
 const ALIGN_MOST_RAD: f64 = 0.35;
+/// At a closed junction the robot waits so long for the side that it is to take, seconds.
+const PATIENCE_S: f64 = 3.0;
 /// A closed corridor is an end after this time, seconds: who stands in the way may go.
 const END_S: f64 = 6.0;
 /// Without progress for this long the way is blocked, seconds.
@@ -328,8 +330,9 @@ impl Course {
         }
         let farther =
             if sides_m[0] >= sides_m[1] { (Turn::Left, is_open[0]) } else { (Turn::Right, is_open[1]) };
+        let is_wanted = wanted.is_none_or(|wanted| wanted == farther.0) || guide.closed_s > PATIENCE_S;
         match farther {
-            (side, true) => {
+            (side, true) if is_wanted => {
                 guide.turn(side);
                 Reason::Turning(side)
             }
@@ -345,7 +348,8 @@ impl Course {
         self.farthest(here, self.guide.way_rad + from_way_rad).map_or(0.0, |(_, along_m)| along_m)
     }
 
-    /// The place that lies farthest in a direction, by what the way there costs; and how far.
+    /// The place that lies farthest in a direction, by what the way there costs; and how far. A place that nobody has
+    /// seen is none: behind every wall there would be a way.
     fn farthest(&self, here: Point<Odom>, direction_rad: f64) -> Option<(Point<Odom>, f64)> {
         let (sin, cos) = direction_rad.sin_cos();
         let split = |place: Point<Odom>| {
@@ -354,7 +358,8 @@ impl Course {
         };
         let place = self.local.best(WAY_SHARE, |place| {
             let [along_m, cross_m] = split(place);
-            CROSS_SHARE * cross_m - along_m
+            let is_known = along_m > 0.0 && self.obstacles.is_known(Cell::of(place));
+            if is_known { CROSS_SHARE * cross_m - along_m } else { f64::INFINITY }
         })?;
         Some((place, split(place)[0]))
     }

@@ -104,7 +104,6 @@ fn by_the_published_rules_the_robot_passes_from_the_middle() {
     for method in ["qtc-b", "argd", "combined"] {
         let way = &corridor.drives()[0];
         let ended = drive(&corridor, way, method, youbot(), "");
-        println!("{method}: {}", ended.words());
         assert_eq!(
             (ended.state(), ended.contacts.len()),
             (TaskState::Reached, 0),
@@ -122,7 +121,6 @@ fn our_method_drives_straight_corridors_of_every_width_whatever_hangs_there() {
         let corridor = Corridor { placement, numbers, ..Corridor::new(Shape::Straight, width_m) };
         for way in corridor.drives() {
             let ended = drive(&corridor, &way, "corridor", youbot(), "");
-            println!("{} {}: {}", corridor.name(), way.name, ended.words());
             assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
             assert!(ended.off_m(way.goal) < 0.5, "{}", ended.words());
         }
@@ -136,7 +134,6 @@ fn our_method_turns_corners_takes_junctions_and_leaves_dead_ends() {
             let corridor = Corridor::new(shape, width_m);
             for way in corridor.drives() {
                 let ended = drive(&corridor, &way, "corridor", youbot(), "");
-                println!("{} {}: {}", corridor.name(), way.name, ended.words());
                 assert_eq!(
                     (ended.state(), ended.contacts.len()),
                     (TaskState::Reached, 0),

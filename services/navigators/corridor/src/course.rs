@@ -92,10 +92,12 @@ struct Guide {
     way_rad: f64,
     /// Where the robot was a step before.
     last: Point<Odom>,
-    /// Way along the corridor, metres.
+    /// Way along the corridor, metres; the way back from a closed end is taken off.
     progress_m: f64,
-    /// The farthest yet, metres, and for how long it has been that, seconds.
-    best_m: f64,
+    /// Whether the robot goes back.
+    is_back: bool,
+    /// Way since the robot last got on, metres, and how long that is ago, seconds.
+    fresh_m: f64,
     stale_s: f64,
     /// For how long the corridor has been closed ahead, seconds.
     closed_s: f64,
@@ -146,7 +148,8 @@ impl Guide {
             way_rad: robot.yaw_rad,
             last: robot.position(),
             progress_m: 0.0,
-            best_m: 0.0,
+            is_back: false,
+            fresh_m: 0.0,
             stale_s: 0.0,
             closed_s: 0.0,
             turns: 0,
@@ -164,6 +167,7 @@ impl Guide {
         };
         self.way_rad = wrap_angle(self.way_rad + by_rad);
         (self.closed_s, self.is_junction) = (0.0, true);
+        self.is_back ^= turn == Turn::Straight;
         self.changed = match turn {
             Turn::Left => 1,
             Turn::Right => 2,
@@ -287,13 +291,13 @@ impl Course {
         let guide = &mut self.guide;
         let step = here.coords() - guide.last.coords();
         let (sin, cos) = guide.way_rad.sin_cos();
-        guide.progress_m += step.x * cos + step.y * sin;
+        let along_m = step.x * cos + step.y * sin;
+        guide.progress_m += if guide.is_back { -along_m } else { along_m };
         guide.last = here;
         guide.stale_s += dt_s;
-        if guide.progress_m > guide.best_m + PROGRESS_M
-            || guide.closed_s == 0.0 && guide.progress_m > guide.best_m
-        {
-            (guide.best_m, guide.stale_s) = (guide.progress_m, 0.0);
+        guide.fresh_m += along_m.max(0.0);
+        if guide.fresh_m > PROGRESS_M {
+            (guide.fresh_m, guide.stale_s) = (0.0, 0.0);
         }
     }
 

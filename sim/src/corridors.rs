@@ -254,7 +254,8 @@ impl Corridor {
             // Inside is on the left of every edge.
             let facing_deg = along[0].atan2(-along[1]).to_degrees();
             for at_m in self.places(i, length) {
-                let at = [a[0] + at_m * along[0], a[1] + at_m * along[1]];
+                // To the millimetre, as people would write it.
+                let at = [0, 1].map(|axis| ((a[axis] + at_m * along[axis]) * 1e3).round() / 1e3);
                 markers.push(Marker { id: markers.len() as u32 + 1, at, facing_deg });
             }
         }

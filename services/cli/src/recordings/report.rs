@@ -17,9 +17,9 @@ use sketchnav_recordings::writer::topic_name;
 use sketchnav_recordings::{Recording, import::LOG_SYSTEM};
 use sketchnav_rehearsal::rerun;
 use sketchnav_schemas::channels::PLAN;
-use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::codes::{Process, Trend};
 use sketchnav_schemas::geometry::{Point, Sketch};
-use sketchnav_schemas::message::Plan;
+use sketchnav_schemas::message::{PairedMarker, Plan, Relations};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 
@@ -178,7 +178,7 @@ impl Page<'_> {
     }
 
     fn span_s(&self) -> [f64; 2] {
-        let stamps = || self.log.instants.iter().map(|i| seconds(i.stamp_ns));
+        let stamps = || self.log.truth.iter().map(|truth| seconds(truth.header.stamp_ns));
         [stamps().next().unwrap_or(0.0), stamps().next_back().unwrap_or(1.0)]
     }
 
@@ -213,48 +213,97 @@ impl Page<'_> {
     }
 
     fn over_time(&self) -> Markup {
-        let log = self.log;
-        if log.instants.is_empty() {
-            return html! {};
-        }
         let (marks, faults, span_s) = (self.marks_s(), self.faults_s(), self.span_s());
-        let errors = log.map().map(|sketch| local_errors_m(&log.instants, sketch)).unwrap_or_default();
-        let of = |name: &str, value: &dyn Fn(usize) -> f64| Series {
-            name: name.to_owned(),
-            points: (0..log.instants.len()).map(|i| [seconds(log.instants[i].stamp_ns), value(i)]).collect(),
-        };
-        let error = [of("error", &|i| errors.get(i).copied().unwrap_or(f64::NAN))];
-        let scales = [
-            of("a, along the walls", &|i| log.instants[i].scales_pxpm[0]),
-            of("b, across", &|i| log.instants[i].scales_pxpm[1]),
-        ];
-        let size = [of("effective", &|i| log.instants[i].effective_sample_size)];
-        let misfit = [of("misfit", &|i| -log.instants[i].fit)];
-        let speed = [Series {
-            name: "speed".to_owned(),
-            points: log
-                .truth
-                .iter()
-                .map(|m| [seconds(m.header.stamp_ns), m.twist.vx_mps.hypot(m.twist.vy_mps)])
-                .collect(),
-        }];
-        let has_speed = self.run.system != LOG_SYSTEM;
         let chart = |title, unit, series: &[Series]| {
             Chart { title, unit, series, span_s, marks_s: &marks, faults_s: &faults }.figure()
         };
+        let speed = [Series {
+            name: "speed".to_owned(),
+            points: (self.log.truth.iter())
+                .map(|m| [seconds(m.header.stamp_ns), m.twist.vx_mps.hypot(m.twist.vy_mps)])
+                .collect(),
+        }];
+        let has_speed = self.run.system != LOG_SYSTEM && !self.log.truth.is_empty();
+        let estimates = self.of_estimates();
+        let relations = self.of_relations();
+        if estimates.is_empty() && relations.is_empty() && !has_speed {
+            return html! {};
+        }
         html! {
             h2 { "Over time" }
             @if !marks.is_empty() || !faults.is_empty() { p.small {
                 @if !marks.is_empty() { "Dashed: a task begins." } @if !faults.is_empty() { " Red: a process died or fell silent." }
             } }
             div.cards {
-                (chart("Error in local metres", "m", &error))
-                (chart("Local scales", "px/m", &scales))
-                (chart("Effective sample size", "particles", &size))
-                (chart("Misfit of the scan", "−ln p, mean beam", &misfit))
+                @for (title, unit, series) in estimates.iter().chain(&relations) { (chart(title, unit, series)) }
                 @if has_speed { (chart("True speed", "m/s", &speed)) }
             }
         }
+    }
+
+    /// What the localizer in drawings said.
+    fn of_estimates(&self) -> Vec<(&'static str, &'static str, Vec<Series>)> {
+        let log = self.log;
+        if log.instants.is_empty() {
+            return Vec::new();
+        }
+        let errors = log.map().map(|sketch| local_errors_m(&log.instants, sketch)).unwrap_or_default();
+        let of = |name: &str, value: &dyn Fn(usize) -> f64| Series {
+            name: name.to_owned(),
+            points: (0..log.instants.len()).map(|i| [seconds(log.instants[i].stamp_ns), value(i)]).collect(),
+        };
+        let error = of("error", &|i| errors.get(i).copied().unwrap_or(f64::NAN));
+        let scales = [
+            of("a, along the walls", &|i| log.instants[i].scales_pxpm[0]),
+            of("b, across", &|i| log.instants[i].scales_pxpm[1]),
+        ];
+        let size = of("effective", &|i| log.instants[i].effective_sample_size);
+        let misfit = of("misfit", &|i| -log.instants[i].fit);
+        vec![
+            ("Error in local metres", "m", vec![error]),
+            ("Local scales", "px/m", scales.into()),
+            ("Effective sample size", "particles", vec![size]),
+            ("Misfit of the scan", "−ln p, mean beam", vec![misfit]),
+        ]
+    }
+
+    /// What the localizer of corridors said, where it saw a pair of markers.
+    fn of_relations(&self) -> Vec<(&'static str, &'static str, Vec<Series>)> {
+        if self.log.relations.is_empty() {
+            return Vec::new();
+        }
+        let of = |name: &str, value: &dyn Fn(&Relations) -> f64| Series {
+            name: name.to_owned(),
+            points: (self.log.relations.iter())
+                .map(|said| {
+                    [
+                        seconds(said.header.stamp_ns),
+                        if said.pair_age_s == 0.0 { value(said) } else { f64::NAN },
+                    ]
+                })
+                .collect(),
+        };
+        let sign = |marker: &PairedMarker| match marker.marker_trend() {
+            Trend::Towards => -1.0,
+            Trend::Stable => 0.0,
+            Trend::Away => 1.0,
+            Trend::Unknown => f64::NAN,
+        };
+        let distance = |marker: &PairedMarker| marker.x_m.hypot(marker.y_m);
+        let distances =
+            [of("left", &|said| distance(&said.left)), of("right", &|said| distance(&said.right))];
+        let trends = [of("left", &|said| sign(&said.left)), of("right", &|said| sign(&said.right))];
+        let known = Series {
+            name: "remembered".to_owned(),
+            points: (self.log.relations.iter())
+                .map(|said| [seconds(said.header.stamp_ns), f64::from(said.marker_count)])
+                .collect(),
+        };
+        vec![
+            ("Distance of the pair", "m, robot to marker", distances.into()),
+            ("QTC of the pair", "−1 towards, 0 stable, 1 away", trends.into()),
+            ("Markers in memory", "markers", vec![known]),
+        ]
     }
 
     fn health(&self) -> Markup {

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use sketchnav_schemas::channels::{
     COMMAND, CONTACT, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, LATENCY, MARKERS, ORDERS, PARTICLES,
-    PEOPLE, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
+    PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
 };
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
 use sketchnav_schemas::message::{
     Contact, Fault, GroundTruth, Health, Latency, MarkerView, Message, MissionStatus, Particles, People,
-    PoseEstimate, Route, RouteTask, SketchMap, VelocityCommand,
+    PoseEstimate, Relations, Route, RouteTask, SketchMap, VelocityCommand,
 };
 use sketchnav_schemas::mission::{Place, Task};
 use sketchnav_schemas::ros2::Ros2;
@@ -52,6 +52,8 @@ pub struct Log {
     pub people: Vec<People>,
     /// The channel `markers`.
     pub markers: Vec<MarkerView>,
+    /// The channel `relations`.
+    pub relations: Vec<Relations>,
     /// The channel `contact`.
     pub contacts: Vec<Contact>,
     /// The channel `estimate`, in the last drawing.
@@ -81,7 +83,8 @@ pub struct Log {
 }
 
 /// What a verdict and the figures need.
-const NEEDED: [&ChannelSpec; 14] = [
+const NEEDED: [&ChannelSpec; 15] = [
+    RELATIONS.spec,
     PEOPLE.spec,
     MARKERS.spec,
     TRUTH.spec,
@@ -198,6 +201,7 @@ impl Log {
             from.put(STATUS, &mut self.status)?;
             from.put(PEOPLE, &mut self.people)?;
             from.put(MARKERS, &mut self.markers)?;
+            from.put(RELATIONS, &mut self.relations)?;
             from.put(CONTACT, &mut self.contacts)?;
             from.put(ESTIMATE, &mut self.estimates)?;
             from.put(PARTICLES, &mut self.particles)?;

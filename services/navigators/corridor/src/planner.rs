@@ -177,7 +177,8 @@ impl Planner {
             Goal::End => false,
         };
         if has_arrived {
-            self.mission.end(TaskState::Reached, format_args!("{along_m:.1} m along the corridor"));
+            let side = if along_m < 0.0 { "back along" } else { "along" };
+            self.mission.end(TaskState::Reached, format_args!("{:.1} m {side} the corridor", along_m.abs()));
             self.stop(dt_s);
         } else if self.method == Method::Corridor {
             self.drive_freely(index, &info, robot, dt_s);

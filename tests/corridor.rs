@@ -1,0 +1,111 @@
+//! The navigator `corridor` as processes: what the house gives to every navigator holds for it.
+
+mod support;
+
+use serde_json::Value;
+use support::{Ended, Place, repository};
+
+/// A place with the corridor missions that ship, shortened to their first task.
+fn place(mission: &str) -> Place {
+    let place = Place::new();
+    let folder = repository().join("sim/missions/corridor");
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        std::fs::copy(&path, place.files().join(path.file_name().unwrap())).unwrap();
+    }
+    let text = std::fs::read_to_string(folder.join(mission)).unwrap();
+    let second = text.match_indices("[[task]]").nth(1).map_or(text.len(), |(at, _)| at);
+    std::fs::write(place.files().join("mission.toml"), &text[..second]).unwrap();
+    place
+}
+
+fn fine(place: &Place, arguments: &str) -> Ended {
+    let ended = place.run(arguments);
+    assert_eq!(ended.code, Some(0), "{arguments}: {ended}");
+    ended
+}
+
+#[test]
+fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
+    let place = place("corridor-a.toml");
+    let report = fine(&place, "run mission.toml --out out --json").json();
+    assert_eq!((&report["success"], &report["lost_messages"]), (&Value::Bool(true), &0.into()), "{report}");
+    let recording = report["recording"].as_str().unwrap();
+    let info = fine(&place, &format!("info {recording} --json")).json();
+    let topics = info["topics"].as_array().unwrap();
+    let messages = |name: &str| topics.iter().find(|t| t["topic"] == name).map(|t| t["messages"].clone());
+    assert_eq!(messages("/relations"), messages("/tick"), "{info}");
+    assert!(messages("/markers").is_some() && messages("/people").is_some() && messages("/rules").is_some());
+    for process in ["world", "sketcher", "localizer", "planner"] {
+        let told = fine(&place, &format!("rerun {recording} --process {process} --json")).json();
+        assert_eq!(
+            (&told["identical"], &told["difference"]),
+            (&Value::Bool(true), &Value::Null),
+            "{process}"
+        );
+    }
+    fine(
+        &place,
+        &format!("replay {recording} --live localizer,planner,recorder --rate max --record again.mcap"),
+    );
+    fine(&place, &format!("diff {recording} again.mcap"));
+    let judged = fine(&place, &format!("judge {recording} --json")).json();
+    assert!(judged.to_string().contains("\"reached\":true"), "{judged}");
+    fine(&place, &format!("report {recording} -o page.html"));
+    let page = std::fs::read_to_string(place.files().join("page.html")).unwrap();
+    for words in
+        ["marker", "the camera&#39;s view", "a person&#39;s way", "Distance of the pair", "True speed"]
+    {
+        assert!(page.contains(words) || page.contains(&words.replace("&#39;", "'")), "{words}");
+    }
+}
+
+#[test]
+fn kills_leave_the_same_bytes_by_either_method() {
+    for (mission, kills) in [("corridor-a.toml", 12), ("corridor-qtc.toml", 6)] {
+        let place = place(mission);
+        let targets = "world,localizer,planner,recorder";
+        let told =
+            fine(&place, &format!("chaos mission.toml --kills {kills} --targets {targets} --json")).json();
+        assert_eq!(told["identical"], true, "{mission}: {told}");
+    }
+}
+
+#[test]
+fn what_a_mission_or_a_rule_file_lacks_is_said_before_anything_starts() {
+    let place = place("corridor-qtc.toml");
+    let path = place.files().join("mission.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let rules = include_str!("../services/navigators/corridor/rules/qtc-b.toml");
+    let with_file =
+        text.replace("method = \"qtc-b\"", "method = \"qtc-b\"\nrules_file = \"mine.rules.toml\"");
+    let hole = rules.replacen("    { relation = \"+,-\", left = \"right\", right = \"left\" },\n", "", 1);
+    for (mission, rules, words) in [
+        (text.replace("youbot", "robotino"), rules, "[camera]"),
+        (
+            text.replace("metres = 7.0", "metres = 7.0\nturns = [\"left\"]"),
+            rules,
+            "methods with rules know neither",
+        ),
+        (
+            with_file.clone(),
+            hole.as_str(),
+            "mine.rules.toml: set 1 (qtc-b): expected a rule for relation \"+,-\", found none",
+        ),
+        (
+            with_file.replace("mine.rules", "no.rules"),
+            rules,
+            "navigator.rules_file: expected an existing file",
+        ),
+    ] {
+        std::fs::write(&path, mission).unwrap();
+        std::fs::write(place.files().join("mine.rules.toml"), rules).unwrap();
+        let ended = place.run("run mission.toml");
+        assert_eq!(ended.code, Some(2), "{words}: {ended}");
+        assert!(ended.err.contains(words), "{words}: {ended}");
+    }
+    // With a whole rule file of one's own it drives.
+    std::fs::write(&path, with_file).unwrap();
+    std::fs::write(place.files().join("mine.rules.toml"), rules).unwrap();
+    fine(&place, "run mission.toml --json");
+}

@@ -56,4 +56,67 @@ pub enum Error {
         /// How many dots there are.
         dots: usize,
     },
+    /// A map without entries, or with too many.
+    #[error("expected a map of 1 to {limit} entries, found {found}")]
+    MapLength {
+        /// The greatest number of entries.
+        limit: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// An entry within a map that does not say where its landmark goes.
+    #[error("entry {entry}: expected a corner, since other entries follow")]
+    NoCorner {
+        /// Its number, from 1.
+        entry: usize,
+    },
+    /// A map that breaks the grammar.
+    #[error("line {line}, column {column}: expected {expected}, found {found}")]
+    Map {
+        /// The line, from 1.
+        line: usize,
+        /// The column in characters, from 1.
+        column: usize,
+        /// What should stand there.
+        expected: &'static str,
+        /// The word that stands there.
+        found: String,
+    },
+    /// A map with a word that the navigator does not understand.
+    #[error("entry {entry}: expected a word that the navigator understands, found {word:?}")]
+    Vocabulary {
+        /// The entry's number, from 1.
+        entry: usize,
+        /// The word.
+        word: &'static str,
+    },
+    /// A start where the window shows no dot.
+    #[error("start ({x}, {y}): expected a landmark in view, found none")]
+    NothingInView {
+        /// The window's centre.
+        x: f64,
+        /// The window's centre.
+        y: f64,
+    },
+    /// A goal to which no path leads.
+    #[error(
+        "no path from dot {start} to dot {goal}: {reached} dots are reached from the start, {reaching} reach the goal; \
+         a path would have to lead from dot {from} to dot {to}, {gap:.1} apart"
+    )]
+    Unreachable {
+        /// The landmark at the start.
+        start: u32,
+        /// The goal.
+        goal: u32,
+        /// How many dots are reached from the start, itself included.
+        reached: usize,
+        /// How many dots reach the goal, itself included.
+        reaching: usize,
+        /// The dot reached that is the closest to one that reaches the goal.
+        from: u32,
+        /// That one.
+        to: u32,
+        /// Their distance.
+        gap: f64,
+    },
 }

@@ -10,7 +10,9 @@ use crate::plane::{LIMIT, Plane};
 
 /// The stream of random numbers of a seed and a name.
 pub fn stream(seed: u64, name: u64) -> Pcg64Mcg {
-    Pcg64Mcg::seed_from_u64(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ name.wrapping_mul(0xd1b5_4a32_d192_ed03))
+    Pcg64Mcg::seed_from_u64(
+        seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ name.wrapping_mul(0xd1b5_4a32_d192_ed03),
+    )
 }
 
 /// A point of normal errors, each of this standard deviation.
@@ -33,7 +35,11 @@ pub fn clustered(dots: usize, side: f64, clusters: usize, spread: f64, seed: u64
         return Err(Error::Parameter { what: "clusters", expected: "at least 1", found: 0.0 });
     }
     if !(spread > 0.0 && spread <= side) {
-        return Err(Error::Parameter { what: "spread", expected: "a length from 0 to the side", found: spread });
+        return Err(Error::Parameter {
+            what: "spread",
+            expected: "a length from 0 to the side",
+            found: spread,
+        });
     }
     let centres: Vec<_> = (0..clusters).map(|_| place(&mut rng, side)).collect();
     let is_inside = |dot: Point| (0.0..=side).contains(&dot.x) && (0.0..=side).contains(&dot.y);

@@ -145,7 +145,11 @@ impl Window {
             return Err(Error::Parameter { what: "window side", expected: "a length above 0", found: side });
         }
         if !is_length(margin) || margin < 0.0 {
-            return Err(Error::Parameter { what: "window margin", expected: "a length from 0", found: margin });
+            return Err(Error::Parameter {
+                what: "window margin",
+                expected: "a length from 0",
+                found: margin,
+            });
         }
         Ok(Self { side, margin })
     }

@@ -18,6 +18,7 @@
 //!
 //! Nothing here knows a clock, a file, a channel, a thread or randomness of its own.
 
+pub mod custom_map;
 pub mod description;
 pub mod error;
 pub mod generate;
@@ -32,6 +33,7 @@ pub mod transitions;
 #[cfg(test)]
 mod testing;
 
+pub use custom_map::{CustomMap, Entry};
 pub use description::Descriptor;
 pub use error::Error;
 pub use geometry::{Corner, Point, Window};

@@ -149,8 +149,10 @@ impl Grid {
     fn within(&self, low: Point, high: Point) -> impl Iterator<Item = (DotId, Point)> + '_ {
         let first = self.step(self.south_west.x, low.x, self.columns);
         let last = self.step(self.south_west.x, high.x, self.columns);
-        let rows = self.step(self.south_west.y, low.y, self.rows)..=self.step(self.south_west.y, high.y, self.rows);
-        let is_inside = move |dot: Point| low.x <= dot.x && dot.x <= high.x && low.y <= dot.y && dot.y <= high.y;
+        let rows =
+            self.step(self.south_west.y, low.y, self.rows)..=self.step(self.south_west.y, high.y, self.rows);
+        let is_inside =
+            move |dot: Point| low.x <= dot.x && dot.x <= high.x && low.y <= dot.y && dot.y <= high.y;
         rows.flat_map(move |row| {
             let begin = self.begins[row * self.columns + first] as usize;
             let end = self.begins[row * self.columns + last + 1] as usize;

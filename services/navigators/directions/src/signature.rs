@@ -31,7 +31,8 @@ impl Signature {
         let mut signature = Self::default();
         for (other, at) in plane.around(place, window.side) {
             if other != dot {
-                let quadrants = Corner::ALL.into_iter().filter(|quadrant| quadrant.covers(at - place, window.side));
+                let quadrants =
+                    Corner::ALL.into_iter().filter(|quadrant| quadrant.covers(at - place, window.side));
                 quadrants.for_each(|quadrant| signature.occupy(quadrant));
             }
         }
@@ -60,8 +61,10 @@ mod tests {
     #[test]
     fn a_dot_on_an_axis_occupies_two_quadrants_and_a_dot_apart_none() {
         let two = plane(&[(0.0, 0.0), (0.0, 10.0), (50.0, 50.0)]);
-        let counts: Vec<_> =
-            Signature::of_all(&two, Window::new(10.0, 0.0).unwrap()).into_iter().map(Signature::count).collect();
+        let counts: Vec<_> = Signature::of_all(&two, Window::new(10.0, 0.0).unwrap())
+            .into_iter()
+            .map(Signature::count)
+            .collect();
         assert_eq!(counts, [2, 2, 0]);
     }
 }

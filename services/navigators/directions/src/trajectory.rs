@@ -79,8 +79,12 @@ impl Slide {
         let span = |low: f64, high: f64, from: f64, along: f64| {
             passes((low + high) / 2.0 - from, along, (high - low) / 2.0).1
         };
-        let reach =
-            span(low.x, high.x, self.from.x, self.along.x).min(span(low.y, high.y, self.from.y, self.along.y));
+        let reach = span(low.x, high.x, self.from.x, self.along.x).min(span(
+            low.y,
+            high.y,
+            self.from.y,
+            self.along.y,
+        ));
         (reach > 0.0).then_some(reach)
     }
 }
@@ -113,17 +117,20 @@ mod tests {
     #[test]
     fn a_pair_has_a_goal_in_each_direction() {
         let world = plane(&[(50.0, 50.0), (54.0, 50.0), (80.0, 53.0), (10.0, 46.0), (80.0, 56.0)]);
-        let ahead = Slide::of_pair(world.dot(0), world.dot(1), false).unwrap().lands(&world, window()).unwrap();
+        let ahead =
+            Slide::of_pair(world.dot(0), world.dot(1), false).unwrap().lands(&world, window()).unwrap();
         // The window's edge is at 52 + 5; the goal at 80.
         assert_eq!(ahead, Landing { dot: 2, distance: 23.0 });
-        let behind = Slide::of_pair(world.dot(0), world.dot(1), true).unwrap().lands(&world, window()).unwrap();
+        let behind =
+            Slide::of_pair(world.dot(0), world.dot(1), true).unwrap().lands(&world, window()).unwrap();
         assert_eq!(behind, Landing { dot: 3, distance: 37.0 });
     }
 
     #[test]
     fn what_the_window_shows_at_first_is_not_new() {
         let world = plane(&[(50.0, 50.0), (54.0, 50.0), (56.0, 52.0), (70.0, 50.0)]);
-        let landing = Slide::of_pair(world.dot(0), world.dot(1), false).unwrap().lands(&world, window()).unwrap();
+        let landing =
+            Slide::of_pair(world.dot(0), world.dot(1), false).unwrap().lands(&world, window()).unwrap();
         assert_eq!(landing.dot, 3);
     }
 

@@ -155,8 +155,8 @@ enum Phase {
     Describe { word: Descriptor, corner: Option<Corner>, is_recovery: bool },
     /// Brings the reference and the second landmark to the middle.
     Centre { second: Mark },
-    /// Slides.
-    Slide { along: Point },
+    /// Slides. The pair's line lies so far to the left of the window's centre, and the window has slid so far along it.
+    Slide { along: Point, aside: f64, slid: f64 },
     /// Looks around the reference: at the corner with this number.
     Around { corner: u8 },
     /// Brings the reference to a corner; then seeks by a recovery's word, or goes on to the next entry.
@@ -272,3 +272,6 @@ impl State {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -21,9 +21,9 @@ pub fn neighbours(plane: &Plane, window: Window, dot: DotId) -> impl Iterator<It
 pub fn general(plane: &Plane, window: Window) -> Components {
     let mut sets = UnionFind::<u32>::new(plane.len());
     for dot in 0..plane.len() as DotId {
-        neighbours(plane, window, dot)
-            .filter(|&other| other > dot)
-            .for_each(|other| drop(sets.union(dot, other)));
+        for other in neighbours(plane, window, dot).filter(|&other| other > dot) {
+            sets.union(dot, other);
+        }
     }
     let mut names = vec![u32::MAX; plane.len()];
     let mut components = Components { of: Vec::with_capacity(plane.len()), sizes: Vec::new() };

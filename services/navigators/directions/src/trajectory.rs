@@ -33,14 +33,24 @@ impl Slide {
         Some(Self { from: (first + second) * 0.5, along: if backwards { -along } else { along } })
     }
 
-    /// After how long a slide the window takes in a point; none where it never does, or shows it from the beginning.
-    pub fn meets(self, window: Window, point: Point) -> Option<f64> {
+    /// The same slide, so far to the left.
+    pub fn moved_aside(self, by: f64) -> Self {
+        Self { from: self.from + Point::new(-self.along.y, self.along.x) * by, ..self }
+    }
+
+    /// After how long a slide the window takes in a point, and after how long it leaves it; none where it never does.
+    pub fn span(self, window: Window, point: Point) -> Option<(f64, f64)> {
         let relative = point - self.from;
         let half = window.side / 2.0;
         let (in_x, out_x) = passes(relative.x, self.along.x, half);
         let (in_y, out_y) = passes(relative.y, self.along.y, half);
         let (enters, leaves) = (in_x.max(in_y), out_x.min(out_y));
-        (enters > 0.0 && enters <= leaves).then_some(enters)
+        (enters <= leaves).then_some((enters, leaves))
+    }
+
+    /// After how long a slide the window takes in a point; none where it never does, or shows it from the beginning.
+    pub fn meets(self, window: Window, point: Point) -> Option<f64> {
+        self.span(window, point).map(|(enters, _)| enters).filter(|&enters| enters > 0.0)
     }
 
     /// The dot that a slide attains; none where it leaves the plane before. Of two at once: the one nearer to the line.

@@ -3,6 +3,8 @@
 //! The matrix is sparse: each landmark has a list of its transitions. A landmark has four corners, each corner at most one
 //! target for each word, and each pair of reference and target up to two trajectories.
 
+use std::ops::Range;
+
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 
@@ -147,6 +149,21 @@ impl Transitions {
         &self.entries[self.begins[landmark] as usize..self.begins[landmark + 1] as usize]
     }
 
+    /// The numbers of the transitions that begin at a landmark.
+    pub fn numbers(&self, landmark: DotId) -> Range<u32> {
+        self.begins[landmark as usize]..self.begins[landmark as usize + 1]
+    }
+
+    /// The transition with a number, from 0.
+    pub fn number(&self, number: u32) -> &Transition {
+        &self.entries[number as usize]
+    }
+
+    /// The landmark where the transition with a number begins.
+    pub fn origin(&self, number: u32) -> DotId {
+        self.begins.partition_point(|&begin| begin <= number) as DotId - 1
+    }
+
     /// All transitions with the landmark where each begins.
     pub fn all(&self) -> impl Iterator<Item = (DotId, &Transition)> {
         (0..self.landmarks() as DotId).flat_map(|from| self.from(from).iter().map(move |entry| (from, entry)))
@@ -177,7 +194,9 @@ impl Transitions {
     /// The strongly connected components: the number of parkways that remain apart.
     pub fn components(&self) -> Components {
         let mut graph = DiGraph::<(), (), u32>::with_capacity(self.landmarks(), self.count());
-        (0..self.landmarks()).for_each(|_| drop(graph.add_node(())));
+        for _ in 0..self.landmarks() {
+            graph.add_node(());
+        }
         for (from, entry) in self.all() {
             graph.add_edge(from.into(), entry.to.into(), ());
         }

@@ -7,6 +7,7 @@ use super::{Mark, Navigator, Outcome, Phase, Settings, State};
 use crate::custom_map::{Direction, Recovery, Response};
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
+use crate::trajectory::Slide;
 
 /// The order in which it looks around: each corner is a neighbour of the one before.
 const ROUND: [Corner; 4] = [Corner::Se, Corner::Sw, Corner::Nw, Corner::Ne];
@@ -33,7 +34,11 @@ pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], ela
             describe(navigator, state, view, word, corner, is_recovery);
         }
         Phase::Centre { second } => centre(navigator, state, view, second, moved),
-        Phase::Slide { along } => slide(navigator, state, view, along),
+        Phase::Slide { along, aside, slid } => {
+            let (aside, slid) = (aside - moved.dot(left_of(along)), slid + moved.dot(along));
+            state.phase = Phase::Slide { along, aside, slid };
+            slide(navigator, state, view, along, aside, slid);
+        }
         Phase::Around { corner } => around(navigator, state, view, corner),
         Phase::Adjust { corner, recovery } => adjust(navigator, state, corner, recovery),
         Phase::Finished { .. } => {}
@@ -86,7 +91,11 @@ impl State {
     }
 
     /// Where the dots of this stand are that are not a landmark, and where that landmark is by the views of this stand.
-    fn others(&self, settings: &Settings, landmark: Option<Mark>) -> (Point, ArrayVec<Point, MOST_CANDIDATES>) {
+    fn others(
+        &self,
+        settings: &Settings,
+        landmark: Option<Mark>,
+    ) -> (Point, ArrayVec<Point, MOST_CANDIDATES>) {
         let mut others: ArrayVec<Point, MOST_CANDIDATES> = self.tracks.confirmed(settings.looks).collect();
         let Some(mark) = landmark else { return (Point::default(), others) };
         match nearest(&others, mark.place, settings.gate) {
@@ -124,7 +133,8 @@ fn describe(
     };
     state.waited = 0;
     std::mem::swap(&mut state.before, &mut state.tracks);
-    let is_trajectory = navigator.map.entries()[usize::from(state.entry)].trajectory.is_some() && !is_recovery;
+    let is_trajectory =
+        navigator.map.entries()[usize::from(state.entry)].trajectory.is_some() && !is_recovery;
     if is_trajectory && state.reference.is_some() {
         state.phase = Phase::Centre { second: Mark::new(place) };
     } else if is_trajectory {
@@ -199,21 +209,32 @@ fn centre(navigator: &Navigator, state: &mut State, view: &[Point], mut second: 
     let is_backward =
         navigator.map.entries()[usize::from(state.entry)].trajectory == Some(Direction::Backward);
     let Some(along) = (to - from).direction() else { return state.finish(Outcome::CannotLocate) };
-    state.tracks.mark_inside(settings.window);
-    state.phase = Phase::Slide { along: if is_backward { -along } else { along } };
+    let along = if is_backward { -along } else { along };
+    let middle = (from + to) * 0.5;
+    state.tracks.mark_inside(settings.window, middle);
+    state.phase = Phase::Slide { along, aside: middle.dot(left_of(along)), slid: -middle.dot(along) };
 }
 
-fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point) {
+/// The direction to the left of a direction.
+fn left_of(along: Point) -> Point {
+    Point::new(-along.y, along.x)
+}
+
+fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point, aside: f64, slid: f64) {
     let settings = &navigator.settings;
-    state.velocity = along * settings.speed;
+    state.velocity = along * settings.speed + left_of(along) * (aside * settings.gain);
     state.tracks.update(view, settings.gate, settings.weight);
     state.tracks.forget(settings.window);
-    let aside = |place: Point| (place.x * along.y - place.y * along.x).abs();
-    let is_new = |track: &&super::tracks::Track| {
-        !track.was_inside && track.seen >= CONFIRMED && settings.window.shows(track.place)
-    };
-    let entered = state.tracks.0.iter().filter(is_new).map(|track| track.place);
-    if let Some(place) = entered.min_by(|a, b| aside(*a).total_cmp(&aside(*b))) {
+    // The line is where the window should be. A dot at the corner may come in and go out between two views.
+    let line = Slide { from: left_of(along) * aside, along };
+    let entered =
+        state.tracks.0.iter().filter(|track| !track.was_inside && track.seen >= CONFIRMED).filter_map(
+            |track| {
+                let (enters, _) = line.span(settings.window, track.place)?;
+                (-slid < enters && enters <= 0.0).then_some((enters, track.place))
+            },
+        );
+    if let Some((_, place)) = entered.min_by(|a, b| a.0.total_cmp(&b.0)) {
         state.velocity = Point::default();
         state.before = state.tracks.clone();
         attain(navigator, state, place);

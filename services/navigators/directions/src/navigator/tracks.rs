@@ -72,9 +72,9 @@ impl Tracks {
         }
     }
 
-    /// Marks what the window proper shows now.
-    pub fn mark_inside(&mut self, window: Window) {
-        self.0.iter_mut().for_each(|track| track.was_inside = window.shows(track.place));
+    /// Marks what the window proper would show with its centre at a place.
+    pub fn mark_inside(&mut self, window: Window, centre: Point) {
+        self.0.iter_mut().for_each(|track| track.was_inside = window.shows(track.place - centre));
     }
 
     /// Forgets what the camera cannot see any more, and what it does not see although it should.
@@ -149,7 +149,7 @@ mod tests {
         let window = Window::new(10.0, 1.0).unwrap();
         let mut tracks = Tracks::default();
         tracks.average(&[Point::new(0.0, 0.0), Point::new(5.5, 0.0)], 1.0);
-        tracks.mark_inside(window);
+        tracks.mark_inside(window, Point::default());
         for _ in 0..4 {
             tracks.update(&[], 1.0, 1.0);
             tracks.forget(window);

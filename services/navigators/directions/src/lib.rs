@@ -18,9 +18,11 @@
 //!
 //! Nothing here knows a clock, a file, a channel, a thread or randomness of its own.
 
+pub mod arrival;
 pub mod custom_map;
 pub mod description;
 pub mod error;
+pub mod experiments;
 pub mod fit;
 pub mod generate;
 pub mod geometry;

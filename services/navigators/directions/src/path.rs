@@ -65,21 +65,25 @@ impl Atlas {
         self.plane.dot(landmark) + self.window.centre_from(corner)
     }
 
-    /// How far the window's centre moves from the corner where a transition begins until its target lies in a corner; with
-    /// none, until the target is known.
-    pub fn window_distance(&self, from: DotId, transition: &Transition, place: Option<Corner>) -> f64 {
+    /// How far the window's centre moves from the corner where a transition begins until its target is known, and where it
+    /// is then.
+    pub fn window_way(&self, from: DotId, transition: &Transition) -> (f64, Point) {
         let begin = self.centre(from, transition.corner);
-        let goes_to =
-            |at: Point| place.map_or(0.0, |corner| (self.centre(transition.to, corner) - at).norm());
         if transition.movement == Movement::Seek {
-            return goes_to(begin);
+            return (0.0, begin);
         }
         let (first, second) = (self.plane.dot(from), self.plane.dot(transition.seen));
         let middle = (first + second) * 0.5;
         let along = (second - first).direction().unwrap_or_default();
         let along = if transition.movement == Movement::Backward { -along } else { along };
         let slide = f64::from(transition.slide);
-        (middle - begin).norm() + slide + goes_to(middle + along * slide)
+        ((middle - begin).norm() + slide, middle + along * slide)
+    }
+
+    /// How far the window's centre moves until the target lies in a corner; with none, until it is known.
+    pub fn window_distance(&self, from: DotId, transition: &Transition, place: Option<Corner>) -> f64 {
+        let (way, at) = self.window_way(from, transition);
+        way + place.map_or(0.0, |corner| (self.centre(transition.to, corner) - at).norm())
     }
 
     /// How far it is from dot to dot.

@@ -118,22 +118,40 @@ impl Search<'_> {
         let from = node / self.lanes;
         for number in atlas.transitions.numbers(from) {
             let transition = atlas.transitions.number(number);
-            if self.lanes == 4 && transition.corner as u32 != node % 4 {
-                continue;
+            if self.lanes == 1 {
+                self.leave_landmark(from, transition, number, cost, entries);
+            } else if transition.corner as u32 == node % 4 {
+                self.leave_window(from, transition, number, cost, entries);
             }
-            let fixed = self.weights.unreliability * f64::from(atlas.unreliability[number as usize])
-                + self.weights.entries;
-            let reach = |search: &mut Self, to: u32, place| {
-                let way = search.weights.distance * search.distance(from, transition, place);
-                search.reach(to, cost + fixed + way, entries, number);
-            };
-            if transition.to == self.goal {
-                reach(self, self.end(), None);
-                continue;
-            }
-            for place in Corner::ALL.into_iter().take(self.lanes as usize) {
-                reach(self, self.node(transition.to, place), Some(place));
-            }
+        }
+    }
+
+    /// What a transition costs besides its distance.
+    fn fixed(&self, number: u32) -> f64 {
+        let unreliability = f64::from(self.atlas.unreliability[number as usize]);
+        self.weights.unreliability * unreliability + self.weights.entries
+    }
+
+    fn leave_landmark(&mut self, from: DotId, transition: &Transition, number: u32, cost: f64, entries: u32) {
+        let to = if transition.to == self.goal { self.end() } else { transition.to };
+        let way = self.weights.distance * self.atlas.landmark_distance(from, transition);
+        self.reach(to, cost + self.fixed(number) + way, entries, number);
+    }
+
+    fn leave_window(&mut self, from: DotId, transition: &Transition, number: u32, cost: f64, entries: u32) {
+        let (way, at) = self.atlas.window_way(from, transition);
+        let cost = cost + self.fixed(number) + self.weights.distance * way;
+        if transition.to == self.goal {
+            return self.reach(self.end(), cost, entries, number);
+        }
+        for place in Corner::ALL {
+            let further = (self.atlas.centre(transition.to, place) - at).norm();
+            self.reach(
+                self.node(transition.to, place),
+                cost + self.weights.distance * further,
+                entries,
+                number,
+            );
         }
     }
 

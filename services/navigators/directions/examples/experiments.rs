@@ -1,0 +1,31 @@
+//! Prints the tables of the experiments. Words choose among them: `worlds`, `journeys`, `calibration`; none means all.
+
+use sketchnav_directions::arrival::Effort;
+use sketchnav_directions::{Error, experiments, fit};
+
+fn worlds() -> Result<(), Error> {
+    println!("{}", experiments::windows(&[25, 50, 100, 200, 300, 400, 600, 800, 1200], 20, 1)?);
+    println!("{}", experiments::parkways(&[10, 25, 50, 75, 100, 150, 200, 300, 450], 20, 1)?);
+    println!("{}", experiments::components(&[25, 50, 100, 150, 200, 300, 450], 20, 1)?);
+    println!("{}", experiments::reliability(fit::Effort::FULL, 1995));
+    println!("{}", experiments::costs_of_one_world(2)?);
+    println!("{}", experiments::recoverable(&[50, 100, 150, 200, 300], 10, 1)?);
+    Ok(())
+}
+
+fn main() -> Result<(), Error> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let wants = |word: &str| words.is_empty() || words.iter().any(|chosen| chosen == word);
+    if wants("worlds") {
+        worlds()?;
+    }
+    if wants("journeys") {
+        println!("{}", experiments::costs(&[1.0, 3.0, 5.0], 1, 0..200, 5)?);
+        println!("{}", experiments::costs(&[5.0], 9, 0..200, 5)?);
+    }
+    if wants("calibration") {
+        let result = experiments::calibration(&[1.0, 2.0, 3.0, 5.0, 8.0], Effort::USUAL, 1000..1200, 4)?;
+        println!("{}", result.table());
+    }
+    Ok(())
+}

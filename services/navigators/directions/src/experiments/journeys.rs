@@ -1,0 +1,186 @@
+//! Experiments with journeys: figures 25, 26 and 28 over many worlds, the six kinds counted, and the calibration.
+
+use super::{DOTS, SIDE, Table, window};
+use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, most_probable};
+use crate::error::Error;
+use crate::generate::{stream, uniform};
+use crate::journey::{Journey, Noise};
+use crate::navigator::{Navigator, Settings};
+use crate::path::{Atlas, Measure, Objective, Start, best};
+use crate::plan::{Plan, Verify};
+use crate::plane::{DotId, Plane};
+use crate::reliability::Reliability;
+use crate::transitions::Kinds;
+
+/// How a plan is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Choice {
+    /// As the paper: isolated landmarks, equations 1 and 2.
+    Paper(Objective, Verify),
+    /// The greatest probability of arrival, by simulation.
+    Simulated(Effort),
+}
+
+/// A world as it is, and as the map-maker sees it.
+struct World {
+    truth: Plane,
+    atlas: Atlas,
+    start: Start,
+    goal: DotId,
+}
+
+impl World {
+    /// A world with a start and a goal between which there is a path; none where the seed gives no such world.
+    fn new(seed: u64, pilot: &Pilot, kinds: Kinds<'_>) -> Result<Option<Self>, Error> {
+        let truth = uniform(DOTS, SIDE, seed)?;
+        let seen = disturbed(truth.dots(), pilot.noise.map_sigma, &mut stream(seed, 3))?;
+        let atlas = Atlas::new(seen, window()?, kinds, Reliability::fitted(pilot.noise));
+        let (start, goal) = (Start::over(&atlas.plane, 0)?, 1);
+        // The paper's transitions decide, so that all choices have the same worlds.
+        let isolated = Atlas::new(atlas.plane.clone(), window()?, Kinds::PAPER, atlas.reliability);
+        let is_joined = best(&isolated, start, goal, Measure::Windows, Objective::SHORTEST).is_ok();
+        Ok(is_joined.then_some(Self { truth, atlas, start, goal }))
+    }
+
+    fn plan(&self, choice: Choice, pilot: &Pilot, seed: u64) -> Result<Plan, Error> {
+        match choice {
+            Choice::Paper(objective, verify) => {
+                let path = best(&self.atlas, self.start, self.goal, Measure::Windows, objective)?;
+                Plan::new(&self.atlas, path, verify)
+            }
+            Choice::Simulated(effort) => {
+                most_probable(&self.atlas, self.start, self.goal, pilot, effort, seed)
+            }
+        }
+    }
+
+    /// Journeys over the true world.
+    fn fly(&self, plan: &Plan, pilot: &Pilot, journeys: u64, seed: u64) -> Result<Tally, Error> {
+        let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
+        let landmarks = plan.landmarks();
+        let mut tally = Tally::default();
+        for trial in 0..journeys {
+            let journey = Journey::new(&self.truth, &navigator, &landmarks, pilot.noise);
+            let mut rng = stream(seed, 1_000_000 + trial);
+            tally.add(journey.run(self.start.centre, &mut rng, |_, _, _| {}).kind);
+        }
+        Ok(tally)
+    }
+}
+
+fn kinds(choice: Choice) -> Kinds<'static> {
+    match choice {
+        Choice::Paper(..) => Kinds::PAPER,
+        Choice::Simulated(_) => Kinds { words: &WORDS, trajectories: true },
+    }
+}
+
+/// The navigator of the paper: one look. With more looks it is ours.
+fn pilot(noise: Noise, looks: u8) -> Result<Pilot, Error> {
+    let settings = Settings { looks, ..Settings::new(window()?, noise.sigma) };
+    Ok(Pilot { settings, noise })
+}
+
+/// How journeys end over many worlds, for one choice and one navigator. Worlds without a path are left out.
+pub fn success(
+    choice: Choice,
+    noise: Noise,
+    looks: u8,
+    worlds: std::ops::Range<u64>,
+    journeys: u64,
+) -> Result<Tally, Error> {
+    let pilot = pilot(noise, looks)?;
+    let mut tally = Tally::default();
+    for seed in worlds {
+        if let Some(world) = World::new(seed, &pilot, kinds(choice))? {
+            let plan = world.plan(choice, &pilot, seed)?;
+            tally.merge(&world.fly(&plan, &pilot, journeys, seed)?);
+        }
+    }
+    Ok(tally)
+}
+
+/// Success by cost, verification and error: the six kinds in percent, with the interval of the success.
+pub fn costs(sigmas: &[f64], looks: u8, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
+    let title = format!("Success in percent over {} worlds, {looks} looks", worlds.end - worlds.start);
+    let head = [
+        "choice",
+        "success",
+        "low",
+        "high",
+        "direct",
+        "recovered",
+        "unaware",
+        "not located",
+        "lost",
+        "astray",
+    ];
+    let mut table = Table::new(&title, &head);
+    let quick = Effort { trials: 64, trial_journeys: 64, journeys: 128 };
+    for &sigma in sigmas {
+        for (name, choice) in [
+            ("shortest", Choice::Paper(Objective::SHORTEST, Verify::Nothing)),
+            ("fewest entries", Choice::Paper(Objective::FEWEST_ENTRIES, Verify::Nothing)),
+            ("most reliable", Choice::Paper(Objective::MOST_RELIABLE, Verify::Nothing)),
+            ("D/R", Choice::Paper(Objective::Ratio, Verify::Nothing)),
+            ("D/R, recovery", Choice::Paper(Objective::Ratio, Verify::Recoverable)),
+            ("D/R, detection", Choice::Paper(Objective::Ratio, Verify::Detectable)),
+            ("simulated", Choice::Simulated(quick)),
+        ] {
+            let tally = success(choice, Noise::of_sigma(sigma), looks, worlds.clone(), journeys)?;
+            let share = |count: u32| 100.0 * f64::from(count) / f64::from(tally.journeys().max(1));
+            let (low, high) = tally.interval();
+            let mut values = vec![share(tally.arrivals()), 100.0 * low, 100.0 * high];
+            values.extend(tally.counts.map(share));
+            table.row(format!("{sigma} mm, {name}"), &values);
+        }
+    }
+    Ok(table)
+}
+
+/// Stated against observed probabilities, by tenths of the stated one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// For each tenth: the sum of what was stated, what arrived, and how many journeys there were.
+    pub bins: [(f64, u32, u32); 10],
+}
+
+impl Calibration {
+    /// The table of the bins that have journeys.
+    pub fn table(&self) -> Table {
+        let head = ["stated", "mean stated", "observed", "journeys"];
+        let mut table = Table::new("Calibration of the probability of arrival", &head);
+        for (bin, &(sum, arrived, journeys)) in (0..).zip(&self.bins) {
+            if journeys > 0 {
+                let n = f64::from(journeys);
+                table.row(format!("{}-{} %", bin * 10, bin * 10 + 10), &[sum / n, f64::from(arrived) / n, n]);
+            }
+        }
+        table
+    }
+}
+
+/// Plans by simulation on many worlds, and journeys on the true ones with seeds that fitted nothing.
+pub fn calibration(
+    sigmas: &[f64],
+    effort: Effort,
+    worlds: std::ops::Range<u64>,
+    journeys: u64,
+) -> Result<Calibration, Error> {
+    let mut bins = [(0.0, 0, 0); 10];
+    for &sigma in sigmas {
+        let pilot = pilot(Noise::of_sigma(sigma), 1)?;
+        let choice = Choice::Simulated(effort);
+        for seed in worlds.clone() {
+            let Some(world) = World::new(seed, &pilot, kinds(choice))? else { continue };
+            let plan = world.plan(choice, &pilot, seed)?;
+            let tally = world.fly(&plan, &pilot, journeys, seed.wrapping_add(1 << 32))?;
+            let stated = plan.probability.unwrap_or(0.0);
+            let bin = &mut bins[((stated * 10.0) as usize).min(9)];
+            bin.0 += stated * f64::from(tally.journeys());
+            bin.1 += tally.arrivals();
+            bin.2 += tally.journeys();
+        }
+    }
+    Ok(Calibration { bins })
+}

@@ -1,4 +1,5 @@
-//! Prints the tables of the experiments. Words choose among them: `worlds`, `journeys`, `calibration`; none means all.
+//! Prints the tables of the experiments. Words choose among them: `worlds`, `journeys`, `calibration`; none means all. A
+//! number says over how many worlds the journeys go; by default 200.
 
 use sketchnav_directions::arrival::Effort;
 use sketchnav_directions::{Error, experiments, fit};
@@ -14,17 +15,24 @@ fn worlds() -> Result<(), Error> {
 }
 
 fn main() -> Result<(), Error> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
+    let (numbers, words): (Vec<String>, Vec<String>) =
+        std::env::args().skip(1).partition(|word| word.parse::<u64>().is_ok());
+    let worlds_number = numbers.first().and_then(|word| word.parse().ok()).unwrap_or(200);
     let wants = |word: &str| words.is_empty() || words.iter().any(|chosen| chosen == word);
     if wants("worlds") {
         worlds()?;
     }
     if wants("journeys") {
-        println!("{}", experiments::costs(&[1.0, 3.0, 5.0], 1, 0..200, 5)?);
-        println!("{}", experiments::costs(&[5.0], 9, 0..200, 5)?);
+        println!("{}", experiments::costs(&[1.0, 3.0, 5.0], 1, 0..worlds_number, 5)?);
+        println!("{}", experiments::costs(&[5.0], 9, 0..worlds_number, 5)?);
     }
     if wants("calibration") {
-        let result = experiments::calibration(&[1.0, 2.0, 3.0, 5.0, 8.0], Effort::USUAL, 1000..1200, 4)?;
+        let result = experiments::calibration(
+            &[1.0, 2.0, 3.0, 5.0, 8.0],
+            Effort::USUAL,
+            1000..1000 + worlds_number,
+            4,
+        )?;
         println!("{}", result.table());
     }
     Ok(())

@@ -86,6 +86,6 @@ fn a_calibration_has_each_journey_once() {
     let effort = Effort { trials: 16, trial_journeys: 8, journeys: 32 };
     let result = calibration(&[2.0], effort, 0..4, 3).unwrap();
     let journeys: u32 = result.bins.iter().map(|bin| bin.2).sum();
-    assert!(journeys > 0 && journeys % 3 == 0, "{result:?}");
+    assert!(journeys > 0 && journeys.is_multiple_of(3), "{result:?}");
     assert!(result.table().to_string().contains("mean stated"));
 }

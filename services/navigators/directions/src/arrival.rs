@@ -1,8 +1,9 @@
 //! The probability of arrival, by simulation of the navigator; and the path that maximises it. This part is ours.
 //!
 //! The map-maker knows its own errors and the navigator's. It simulates:
-//! 1. each transition by itself, as geometry: how often errors of position lead to another dot. This takes the place of
-//!    equations 1 and 2 in a search for the most reliable path;
+//! 1. each transition by itself, as geometry, without and with verification: how often errors of position lead to another
+//!    dot. This takes the place of equations 1 and 2 in a search for the most reliable path, and it says where
+//!    verification pays: a count may be misread, too;
 //! 2. whole journeys with the navigator, for a few candidate plans: verification, recovery, misses and all. The best one is
 //!    kept;
 //! 3. fresh journeys with that plan: their share of arrivals is the probability that the plan states. The choice among
@@ -10,6 +11,9 @@
 //!
 //! In each simulation the dots lie elsewhere, by the map-maker's own errors.
 
+mod trial;
+
+use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
 use crate::description::Descriptor;
@@ -21,8 +25,7 @@ use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Path, Start, Weights, best};
 use crate::plan::{Plan, Verify};
 use crate::plane::{DotId, Plane};
-use crate::trajectory::Slide;
-use crate::transitions::{Movement, Transition};
+pub use trial::{Estimate, estimates};
 
 /// Around a path, how many window sides of the plane are simulated.
 const REACH: f64 = 4.0;
@@ -99,76 +102,6 @@ impl Tally {
     }
 }
 
-/// The probability that each transition attains its target, one after the other, by geometry alone.
-pub fn transition_probabilities(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> Vec<f64> {
-    let mut trial = Trial::new(atlas, pilot, stream(seed, 10));
-    let estimate = |(from, transition): (DotId, &Transition)| {
-        let hits = (0..trials).filter(|_| trial.attains(from, transition)).count();
-        (hits as f64 + 1.0) / (f64::from(trials) + 2.0)
-    };
-    atlas.transitions.all().map(estimate).collect()
-}
-
-/// One transition, again and again.
-struct Trial<'a> {
-    atlas: &'a Atlas,
-    /// The error of a position in the view about the map-maker's.
-    sigma: f64,
-    noise: Noise,
-    rng: Pcg64Mcg,
-    places: Vec<Point>,
-    dots: Vec<DotId>,
-}
-
-impl<'a> Trial<'a> {
-    fn new(atlas: &'a Atlas, pilot: &Pilot, rng: Pcg64Mcg) -> Self {
-        let noise = pilot.noise;
-        let seen = noise.sigma / f64::from(pilot.settings.looks).sqrt();
-        let noise = Noise { sigma: seen, ..noise };
-        Self { atlas, sigma: noise.combined_sigma(), noise, rng, places: Vec::new(), dots: Vec::new() }
-    }
-
-    fn attains(&mut self, from: DotId, transition: &Transition) -> bool {
-        let seen = self.picks(from, transition);
-        if transition.movement == Movement::Seek || seen != Some(transition.seen) {
-            return seen == Some(transition.to);
-        }
-        self.lands(from, transition) == Some(transition.to)
-    }
-
-    /// The dot that the word means in a view with errors.
-    fn picks(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
-        let side = self.atlas.window.side;
-        let place = self.atlas.plane.dot(from) + error(&mut self.rng, self.sigma);
-        self.places.clear();
-        self.dots.clear();
-        for (dot, at) in self.atlas.plane.around(self.atlas.plane.dot(from), side + 5.0 * self.sigma) {
-            if dot != from {
-                let relative = at + error(&mut self.rng, self.sigma) - place;
-                if transition.corner.covers(relative, side) {
-                    self.places.push(relative);
-                    self.dots.push(dot);
-                }
-            }
-        }
-        transition.word.pick(&self.places).map(|index| self.dots[index])
-    }
-
-    /// The dot that a slide with errors attains.
-    fn lands(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
-        let atlas = self.atlas;
-        let first = atlas.plane.dot(from) + error(&mut self.rng, self.sigma);
-        let second = atlas.plane.dot(transition.seen) + error(&mut self.rng, self.sigma);
-        let slide = Slide::of_pair(first, second, transition.movement == Movement::Backward)?;
-        // What is left of equation 2 are the errors of the way, and the goal's own.
-        let way = Noise { sigma: 0.0, map_sigma: 0.0, ..self.noise };
-        let pair = (second - first).norm();
-        let aside = atlas.reliability.trajectories.aside(f64::from(transition.slide), pair, way);
-        let drawn = error(&mut self.rng, aside.hypot(self.noise.map_sigma)).x;
-        slide.moved_aside(drawn).lands(&atlas.plane, atlas.window).map(|landing| landing.dot)
-    }
-}
-
 /// Simulates journeys by a plan. The same seed gives the same errors to every plan.
 pub fn simulate(atlas: &Atlas, plan: &Plan, pilot: &Pilot, journeys: u32, seed: u64) -> Result<Tally, Error> {
     let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
@@ -214,44 +147,83 @@ pub fn most_probable(
     effort: Effort,
     seed: u64,
 ) -> Result<Plan, Error> {
-    let probabilities = transition_probabilities(atlas, pilot, effort.trials, seed);
-    let simulated = atlas.clone().with_probabilities(&probabilities)?;
-    let mut best_plan: Option<(u32, Plan)> = None;
-    for path in candidates(atlas, &simulated, start, goal)? {
-        for verify in [Verify::Nothing, Verify::Recoverable, Verify::Detectable] {
-            let plan = Plan::new(atlas, path.clone(), verify)?;
-            let arrivals = simulate(atlas, &plan, pilot, effort.trial_journeys, seed)?.arrivals();
-            if best_plan.as_ref().is_none_or(|(most, _)| arrivals > *most) {
-                best_plan = Some((arrivals, plan));
-            }
+    let estimates = estimates(atlas, pilot, effort.trials, seed)?;
+    let mut plans = Vec::new();
+    for path in candidates(atlas, &estimates, start, goal, seed)? {
+        plans.push(Plan::choosing(atlas, path.clone(), |leg, _| estimates[leg.number as usize].pays())?);
+        plans.push(Plan::new(atlas, path.clone(), Verify::Nothing)?);
+        plans.push(Plan::new(atlas, path, Verify::Recoverable)?);
+    }
+    let mut distinct: Vec<Plan> = Vec::new();
+    for plan in plans {
+        if distinct.iter().all(|other| other.map != plan.map) {
+            distinct.push(plan);
         }
     }
-    let (_, plan) = best_plan.ok_or(Error::NoDots)?;
-    let tally = simulate(atlas, &plan, pilot, effort.journeys, seed.wrapping_add(1))?;
+    // All have a short trial, the best a long one.
+    let plans = ranked(atlas, distinct, pilot, effort.trial_journeys, seed)?;
+    let finalists = plans.into_iter().take(FINALISTS).collect();
+    let plans = ranked(atlas, finalists, pilot, effort.trial_journeys * 4, seed.wrapping_add(1))?;
+    let plan = plans.into_iter().next().ok_or(Error::NoDots)?;
+    let tally = simulate(atlas, &plan, pilot, effort.journeys, seed.wrapping_add(2))?;
     Ok(Plan { probability: Some(tally.probability()), ..plan })
 }
 
-/// Paths that may be the most probable: by simulated transitions with and without a taste for short ways, and by the models.
-fn candidates(atlas: &Atlas, simulated: &Atlas, start: Start, goal: DotId) -> Result<Vec<Path>, Error> {
+/// How many plans have a long trial.
+const FINALISTS: usize = 4;
+/// How many paths are drawn by estimates that vary as much as their trials leave open.
+const DRAWN: u64 = 6;
+
+/// Plans with the most arrivals first; of equals, those that come first.
+fn ranked(
+    atlas: &Atlas,
+    plans: Vec<Plan>,
+    pilot: &Pilot,
+    journeys: u32,
+    seed: u64,
+) -> Result<Vec<Plan>, Error> {
+    let mut tried = Vec::with_capacity(plans.len());
+    for plan in plans {
+        tried.push((simulate(atlas, &plan, pilot, journeys, seed)?.arrivals(), plan));
+    }
+    tried.sort_by_key(|(arrivals, _)| std::cmp::Reverse(*arrivals));
+    Ok(tried.into_iter().map(|(_, plan)| plan).collect())
+}
+
+/// Paths that may be the most probable: by simulated transitions with and without a taste for short ways, by simulated
+/// transitions that vary, and by the models.
+fn candidates(
+    atlas: &Atlas,
+    estimates: &[Estimate],
+    start: Start,
+    goal: DotId,
+    seed: u64,
+) -> Result<Vec<Path>, Error> {
+    let with = |of: &dyn Fn(&Estimate) -> f64| {
+        atlas.clone().with_probabilities(&estimates.iter().map(of).collect::<Vec<_>>())
+    };
+    let simulated = with(&Estimate::best)?;
     let per_side = 1.0 / atlas.window.side;
     let taste = |distance, entries| {
         Objective::Sum(Weights { distance: distance * per_side, unreliability: 1.0, entries })
     };
-    let wanted = [
-        (simulated, Objective::MOST_RELIABLE),
-        (simulated, taste(0.003, 0.003)),
-        (simulated, taste(0.01, 0.01)),
-        (simulated, Objective::Ratio),
-        (atlas, Objective::MOST_RELIABLE),
-        (atlas, Objective::Ratio),
+    let find = |atlas: &Atlas, objective| best(atlas, start, goal, Measure::Windows, objective);
+    let mut paths = vec![
+        find(&simulated, Objective::MOST_RELIABLE)?,
+        find(&with(&|estimate| estimate.plain)?, Objective::MOST_RELIABLE)?,
+        find(&simulated, taste(0.003, 0.003))?,
+        find(&simulated, taste(0.01, 0.01))?,
+        find(&simulated, Objective::Ratio)?,
+        find(atlas, Objective::MOST_RELIABLE)?,
+        find(atlas, Objective::Ratio)?,
     ];
-    let mut paths: Vec<Path> = Vec::new();
-    for (atlas, objective) in wanted {
-        let path = best(atlas, start, goal, Measure::Windows, objective)?;
-        let steps = |path: &Path| path.legs.iter().map(|leg| leg.number).collect::<Vec<_>>();
-        if paths.iter().all(|other| steps(other) != steps(&path)) {
-            paths.push(path);
-        }
+    for draw in 0..DRAWN {
+        let rng = std::cell::RefCell::new(stream(seed, 20 + draw));
+        let varied = with(&|estimate: &Estimate| {
+            let normal: f64 = StandardNormal.sample(&mut *rng.borrow_mut());
+            estimate.best() + 0.05 * normal * (estimate.best() * (1.0 - estimate.best())).sqrt()
+        })?;
+        paths.push(find(&varied, Objective::MOST_RELIABLE)?);
     }
     Ok(paths)
 }

@@ -109,9 +109,15 @@ impl Corner {
 
     /// Whether a quadrant of this side holds a point, given relative to the landmark. Its edges belong to it.
     pub fn covers(self, relative: Point, side: f64) -> bool {
+        self.nearly_covers(relative, side, 0.0)
+    }
+
+    /// Whether it does when each of its edges is moved outwards by some slack.
+    pub fn nearly_covers(self, relative: Point, side: f64, slack: f64) -> bool {
         let inward = self.inward();
         let (along_x, along_y) = (relative.x * inward.x, relative.y * inward.y);
-        (0.0..=side).contains(&along_x) && (0.0..=side).contains(&along_y)
+        let range = -slack..=side + slack;
+        range.contains(&along_x) && range.contains(&along_y)
     }
 
     /// The word that custom maps have for it.

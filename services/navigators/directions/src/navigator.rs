@@ -70,6 +70,11 @@ impl Settings {
         }
     }
 
+    /// How far outside of a quadrant a dot is still taken for a candidate where there is no other.
+    pub fn slack(&self) -> f64 {
+        self.gate.min(self.window.margin)
+    }
+
     fn check(self) -> Result<Self, Error> {
         let wrong = |what, expected, found| Err(Error::Parameter { what, expected, found });
         Window::new(self.window.side, self.window.margin)?;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::custom_map::{CustomMap, Direction, Entry};
+use crate::custom_map::{CustomMap, Direction, Entry, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::path::{Atlas, Leg, Path};
@@ -37,6 +37,19 @@ pub struct Plan {
 impl Plan {
     /// The map of a path. Its first entry is `*`: the landmark over which the window stands.
     pub fn new(atlas: &Atlas, path: Path, verify: Verify) -> Result<Self, Error> {
+        Self::choosing(atlas, path, |_, check| match verify {
+            Verify::Nothing => false,
+            Verify::Recoverable => check.is_recoverable(),
+            Verify::Detectable => true,
+        })
+    }
+
+    /// The map of a path where a test says which legs are verified, among those that can be.
+    pub fn choosing(
+        atlas: &Atlas,
+        path: Path,
+        verifies: impl Fn(&Leg, Check) -> bool,
+    ) -> Result<Self, Error> {
         let recoveries =
             Recoveries::new(&atlas.plane, atlas.window, &atlas.signatures, Descriptor::Isolated)?;
         let check = |leg: &Leg| {
@@ -50,7 +63,11 @@ impl Plan {
             verification: None,
             place: path.legs.first().map(|leg| leg.transition.corner),
         };
-        let others = path.legs.iter().zip(&checks).map(|(leg, &check)| entry(leg, check, verify));
+        let entry = |(leg, &check): (&Leg, &Check)| {
+            let verification = check.verification().filter(|_| verifies(leg, check));
+            entry(leg, verification)
+        };
+        let others = path.legs.iter().zip(&checks).map(entry);
         let map = CustomMap::new(std::iter::once(first).chain(others).collect())?;
         Ok(Self { path, checks, map, probability: None })
     }
@@ -66,18 +83,12 @@ impl Plan {
     }
 }
 
-fn entry(leg: &Leg, check: Check, verify: Verify) -> Entry {
+fn entry(leg: &Leg, verification: Option<Verification>) -> Entry {
     let trajectory = match leg.transition.movement {
         Movement::Seek => None,
         Movement::Forward => Some(Direction::Forward),
         Movement::Backward => Some(Direction::Backward),
     };
-    let is_wanted = match verify {
-        Verify::Nothing => false,
-        Verify::Recoverable => check.is_recoverable(),
-        Verify::Detectable => true,
-    };
-    let verification = check.verification().filter(|_| is_wanted);
     Entry { word: leg.transition.word, trajectory, verification, place: leg.place }
 }
 

@@ -156,12 +156,19 @@ fn picked(
     if dots > MOST_CANDIDATES {
         return None;
     }
-    let (origin, mut candidates) = state.others(settings, state.reference);
-    candidates.iter_mut().for_each(|dot| *dot = *dot - origin);
-    candidates.retain(|dot| match corner {
-        Some(corner) => corner.covers(*dot, settings.window.side),
-        None => settings.window.shows(*dot + origin),
-    });
+    let (origin, others) = state.others(settings, state.reference);
+    let shown = |slack: f64| -> ArrayVec<Point, MOST_CANDIDATES> {
+        let is_shown = |dot: &Point| match corner {
+            Some(corner) => corner.nearly_covers(*dot, settings.window.side, slack),
+            None => settings.window.shows(*dot + origin),
+        };
+        others.iter().map(|&dot| dot - origin).filter(is_shown).collect()
+    };
+    let mut candidates = shown(0.0);
+    if candidates.is_empty() {
+        // An error of position may have put the only candidate outside.
+        candidates = shown(settings.slack());
+    }
     if word == Descriptor::New {
         let is_old = |dot: Point| state.before.0.iter().any(|old| (old.place - dot).norm() <= settings.gate);
         candidates.retain(|dot| !is_old(*dot + origin));

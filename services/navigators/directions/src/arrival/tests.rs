@@ -7,7 +7,7 @@ use crate::reliability::Reliability;
 use crate::testing::plane;
 use crate::transitions::{Kinds, Movement};
 
-const QUICK: Effort = Effort { trials: 48, trial_journeys: 32, journeys: 128 };
+const QUICK: Effort = Effort { trials: 32, trial_journeys: 12, journeys: 64 };
 
 fn pilot(sigma: f64) -> Pilot {
     let window = Window::new(100.0, 15.0).unwrap();
@@ -58,7 +58,7 @@ fn without_errors_arrival_is_certain() {
     let goal =
         (0..100).rev().find(|&goal| best(&atlas, start, goal, Measure::Windows, Objective::SHORTEST).is_ok());
     let plan = most_probable(&atlas, start, goal.unwrap(), &pilot, QUICK, 1).unwrap();
-    assert!(plan.probability.unwrap() > 0.99);
+    assert!(plan.probability.unwrap() > 0.98);
     assert!(plan.itinerary().to_string().contains("probability of arrival"));
 }
 
@@ -69,7 +69,7 @@ fn the_stated_probability_is_kept_and_is_better_than_the_ratio_of_the_paper() {
     let pilot = pilot(3.0);
     let (mut stated, mut journeys) = (0.0, 0.0);
     let (mut ours, mut theirs) = (Tally::default(), Tally::default());
-    for seed in 0..24 {
+    for seed in 0..48 {
         let truth = uniform(100, 1000.0, seed).unwrap();
         let seen = disturbed(truth.dots(), pilot.noise.map_sigma, &mut stream(seed, 3)).unwrap();
         let atlas = atlas(seen, &pilot);
@@ -79,7 +79,7 @@ fn the_stated_probability_is_kept_and_is_better_than_the_ratio_of_the_paper() {
         let ratio = Plan::new(&atlas, path, Verify::Recoverable).unwrap();
         let run = |plan: &Plan, tally: &mut Tally| {
             let navigator = Navigator::new(pilot.settings, plan.map.clone()).unwrap();
-            for trial in 0..8 {
+            for trial in 0..4 {
                 let landmarks = plan.landmarks();
                 let journey = Journey::new(&truth, &navigator, &landmarks, pilot.noise);
                 tally.add(journey.run(start.centre, &mut stream(seed, 1000 + trial), |_, _, _| {}).kind);
@@ -87,11 +87,11 @@ fn the_stated_probability_is_kept_and_is_better_than_the_ratio_of_the_paper() {
         };
         run(&plan, &mut ours);
         run(&ratio, &mut theirs);
-        stated += plan.probability.unwrap() * 8.0;
-        journeys += 8.0;
+        stated += plan.probability.unwrap() * 4.0;
+        journeys += 4.0;
     }
     assert!(journeys >= 100.0);
     let observed = f64::from(ours.arrivals()) / journeys;
-    assert!((stated / journeys - observed).abs() < 0.08, "{} {observed}", stated / journeys);
-    assert!(ours.arrivals() > theirs.arrivals(), "{ours:?} {theirs:?}");
+    assert!((stated / journeys - observed).abs() < 0.1, "{} {observed}", stated / journeys);
+    assert!(ours.probability() > theirs.probability() + 0.1, "{ours:?} {theirs:?}");
 }

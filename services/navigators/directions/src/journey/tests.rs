@@ -91,6 +91,23 @@ fn what_the_last_movement_brought_in_is_new() {
 }
 
 #[test]
+fn every_word_is_understood() {
+    // North-east of the first dot: a pair, and a dot apart that is the isolated one.
+    let world = plane(&[(0.0, 0.0), (7.0, 2.0), (8.0, 3.0), (2.0, 9.0), (3.0, 12.0), (9.5, 13.0)]);
+    let attained = |word: &str| run(&world, &format!("(*, SW)\n({word}, -)"), &[0, 0], (0.0, 0.0)).0.attained;
+    assert_eq!(attained("Isol"), [0, 3]);
+    assert_eq!(attained("IsolPair"), [0, 2]);
+    assert_eq!(attained("*"), [0, 1]);
+    assert_eq!(attained("Confusable"), [0, 1]);
+    // From the dot apart there are two: none is obvious, and the one further away is meant.
+    let from_isolated = |word: &str| {
+        run(&world, &format!("(*, SW)\n(Isol, SW)\n({word}, -)"), &[0, 3, 0], (0.0, 0.0)).0.attained
+    };
+    assert_eq!(from_isolated("PlusPair"), [0, 3, 5]);
+    assert_eq!(from_isolated("Obvious"), [0, 3]);
+}
+
+#[test]
 fn false_dots_and_misses_are_outvoted_by_several_looks() {
     let noise = Noise { misses: 0.1, false_dots: 0.3, sigma: 0.1, ..Noise::NONE };
     let successes = |looks| {

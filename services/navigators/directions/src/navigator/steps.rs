@@ -229,7 +229,8 @@ fn left_of(along: Point) -> Point {
 
 fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point, aside: f64, slid: f64) {
     let settings = &navigator.settings;
-    state.velocity = along * settings.speed + left_of(along) * (aside * settings.gain);
+    let velocity = along * settings.speed + left_of(along) * (aside * settings.gain);
+    state.velocity = velocity * (settings.speed / velocity.norm());
     state.tracks.update(view, settings.gate, settings.weight);
     state.tracks.forget(settings.window);
     // The line is where the window should be. A dot at the corner may come in and go out between two views.

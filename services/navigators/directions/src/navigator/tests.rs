@@ -1,9 +1,11 @@
 //! What a navigator keeps and what it rejects.
 
+use proptest::prelude::*;
+
 use super::*;
 use crate::generate::stream;
 use crate::journey::{Helicopter, Noise, STEP_S};
-use crate::testing::plane;
+use crate::testing::{config, plane};
 
 const MAP: &str = "(*, SW)\n(Isol, (2, -), SW)\n(Isol, Trajp, (0, -), -)";
 
@@ -62,4 +64,40 @@ fn a_state_survives_a_checkpoint_at_every_step() {
         helicopter.fly(output.velocity, STEP_S, Noise::NONE, &mut rng);
     }
     panic!("no end");
+}
+
+/// A number from a camera: mostly a place in the window, sometimes nonsense.
+fn coordinate() -> impl Strategy<Value = f64> {
+    prop_oneof![20 => -7.0..7.0, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY), 1 => -1e300..1e300]
+}
+
+proptest! {
+    #![proptest_config(config(64))]
+
+    /// Whatever the camera shows, a journey ends, and no velocity exceeds the greatest speed.
+    #[test]
+    fn any_views_give_good_velocities_and_an_end(
+        views in prop::collection::vec(
+            prop::collection::vec((coordinate(), coordinate()), 0..80),
+            1..12,
+        ),
+        elapsed_s in prop_oneof![Just(0.1), Just(0.0), 0.0..5.0_f64],
+    ) {
+        let navigator = navigator();
+        let mut state = navigator.start();
+        for step in 0..20_000 {
+            let view: Vec<_> = views[step % views.len()].iter().map(|&(x, y)| Point::new(x, y)).collect();
+            let output = navigator.step(&mut state, &view, elapsed_s);
+            prop_assert!(output.velocity.norm() <= 10.0 * (1.0 + 1e-9), "{:?}", output);
+            if output.outcome.is_some() {
+                prop_assert_eq!(output.velocity, Point::default());
+                return Ok(());
+            }
+            // Without time no journey ends.
+            if elapsed_s < 0.01 && step > 100 {
+                return Ok(());
+            }
+        }
+        prop_assert!(false, "no end");
+    }
 }

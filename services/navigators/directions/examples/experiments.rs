@@ -23,6 +23,7 @@ fn main() -> Result<(), Error> {
         worlds()?;
     }
     if wants("journeys") {
+        println!("{}", experiments::clutter(3.0, 0..worlds_number, 5)?);
         println!("{}", experiments::costs(&[1.0, 3.0, 5.0], 1, 0..worlds_number, 5)?);
         println!("{}", experiments::costs(&[5.0], 9, 0..worlds_number, 5)?);
     }

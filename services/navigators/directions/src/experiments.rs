@@ -9,7 +9,7 @@ mod worlds;
 
 use std::fmt;
 
-pub use journeys::{Calibration, Choice, calibration, costs, success};
+pub use journeys::{Calibration, Choice, calibration, clutter, costs, success};
 pub use worlds::{components, costs_of_one_world, parkways, recoverable, reliability, windows};
 
 use crate::error::Error;

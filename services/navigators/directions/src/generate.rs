@@ -54,6 +54,20 @@ pub fn clustered(dots: usize, side: f64, clusters: usize, spread: f64, seed: u64
     })
 }
 
+/// Dots with equal probability everywhere on a square of this side, and more of them in a wall: an upright strip in the middle,
+/// a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
+pub fn walled(dots: usize, in_wall: usize, side: f64, seed: u64) -> Result<Plane, Error> {
+    let mut rng = generator(side, seed)?;
+    let mut drawn = 0;
+    distinct(dots + in_wall, || {
+        drawn += 1;
+        if drawn <= dots {
+            return place(&mut rng, side);
+        }
+        Point::new(rng.random_range(0.45 * side..0.55 * side), rng.random_range(0.0..0.9 * side))
+    })
+}
+
 fn generator(side: f64, seed: u64) -> Result<Pcg64Mcg, Error> {
     if side > 0.0 && side <= LIMIT {
         Ok(Pcg64Mcg::seed_from_u64(seed))
@@ -96,6 +110,14 @@ mod tests {
         let crowded = clustered(300, 1000.0, 10, 30.0, 5).unwrap();
         assert_eq!(crowded.len(), 300);
         assert!(near(&crowded) > 5 * near(&flat), "{} {}", near(&crowded), near(&flat));
+    }
+
+    #[test]
+    fn a_wall_is_crowded() {
+        let world = walled(100, 60, 1000.0, 3).unwrap();
+        assert_eq!(world.len(), 160);
+        let in_wall = world.within(Point::new(450.0, 0.0), Point::new(550.0, 900.0)).count();
+        assert!((60..80).contains(&in_wall), "{in_wall}");
     }
 
     #[test]

@@ -42,6 +42,11 @@ pub mod transitions;
 #[cfg(test)]
 mod testing;
 
+/// The README's example runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub use custom_map::{CustomMap, Entry};
 pub use description::Descriptor;
 pub use error::Error;

@@ -3,7 +3,7 @@
 use super::{DOTS, SIDE, Table, window};
 use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, most_probable};
 use crate::error::Error;
-use crate::generate::{stream, uniform};
+use crate::generate::{stream, uniform, walled};
 use crate::journey::{Journey, Noise};
 use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Start, best};
@@ -39,6 +39,20 @@ impl World {
         // The paper's transitions decide, so that all choices have the same worlds.
         let isolated = Atlas::new(atlas.plane.clone(), window()?, Kinds::PAPER, atlas.reliability);
         let is_joined = best(&isolated, start, goal, Measure::Windows, Objective::SHORTEST).is_ok();
+        Ok(is_joined.then_some(Self { truth, atlas, start, goal }))
+    }
+
+    /// A world with a wall of clutter, from the dot furthest in the west to the one furthest in the east.
+    fn walled(seed: u64, pilot: &Pilot) -> Result<Option<Self>, Error> {
+        let truth = walled(DOTS, DOTS / 2, SIDE, seed)?;
+        let seen = disturbed(truth.dots(), pilot.noise.map_sigma, &mut stream(seed, 3))?;
+        let atlas = Atlas::new(seen, window()?, Kinds::PAPER, Reliability::fitted(pilot.noise));
+        let east = |dot: &DotId| atlas.plane.dot(*dot).x;
+        let order = |a: &DotId, b: &DotId| east(a).total_cmp(&east(b));
+        let dots = || 0..atlas.plane.len() as DotId;
+        let (Some(west), Some(goal)) = (dots().min_by(order), dots().max_by(order)) else { return Ok(None) };
+        let start = Start::over(&atlas.plane, west)?;
+        let is_joined = best(&atlas, start, goal, Measure::Windows, Objective::SHORTEST).is_ok();
         Ok(is_joined.then_some(Self { truth, atlas, start, goal }))
     }
 
@@ -98,6 +112,36 @@ pub fn success(
         }
     }
     Ok(tally)
+}
+
+/// Figure 25: through a wall of clutter, the shortest path and the most reliable one. The share of a path's landmarks that
+/// have more than three candidates, its distance, and the success of its journeys.
+pub fn clutter(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
+    let title = format!("Figure 25: from one side of a cluttered wall to the other, at {sigma} mm");
+    let mut table = Table::new(&title, &["path", "D, windows", "-log R", "cluttered", "success", "worlds"]);
+    let pilot = pilot(Noise::of_sigma(sigma), 1)?;
+    for (name, objective) in [
+        ("shortest", Objective::SHORTEST),
+        ("D/R", Objective::Ratio),
+        ("most reliable", Objective::MOST_RELIABLE),
+    ] {
+        let (mut sums, mut count) = ([0.0; 4], 0.0);
+        for seed in worlds.clone() {
+            let Some(world) = World::walled(seed, &pilot)? else { continue };
+            let plan = world.plan(Choice::Paper(objective, Verify::Nothing), &pilot, seed)?;
+            let tally = world.fly(&plan, &pilot, journeys, seed)?;
+            let cluttered = plan.path.legs.iter().filter(|leg| leg.transition.candidates > 3).count();
+            let legs = plan.path.legs.len().max(1) as f64;
+            let arrived = f64::from(tally.arrivals()) / f64::from(tally.journeys().max(1));
+            let values = [plan.path.distance, plan.path.unreliability, cluttered as f64 / legs, arrived];
+            sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+            count += 1.0;
+        }
+        let mut values = sums.map(|sum| sum / f64::max(count, 1.0)).to_vec();
+        values.push(count);
+        table.row(name, &values);
+    }
+    Ok(table)
 }
 
 /// Success by cost, verification and error: the six kinds in percent, with the interval of the success.

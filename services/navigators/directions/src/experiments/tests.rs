@@ -81,6 +81,14 @@ fn the_most_reliable_path_arrives_more_often() {
     assert!(sure > shortest + 0.05, "{sure} {shortest}");
 }
 
+/// Figure 25: the most reliable path avoids the clutter that the shortest one goes through.
+#[test]
+fn the_most_reliable_path_avoids_clutter() {
+    let table = clutter(3.0, 0..12, 4).unwrap();
+    let [shortest, _, sure] = &table.rows[..] else { panic!("{table}") };
+    assert!(shortest.1[0] < sure.1[0] && shortest.1[2] > 1.5 * sure.1[2], "{table}");
+}
+
 #[test]
 fn a_calibration_has_each_journey_once() {
     let effort = Effort { trials: 16, trial_journeys: 8, journeys: 32 };

@@ -9,7 +9,8 @@
 //! - [`isolation`], [`description`]: which dot of a view a word means; [`signature`]: what surrounds a dot;
 //! - [`parkway`], [`trajectory`], [`transitions`]: which landmark is attained from which, and their sparse matrix;
 //! - [`reliability`], [`fit`]: equations 1 and 2; [`recovery`]: errors that are detected and corrected;
-//! - [`path`], [`plan`]: costs and the best path; [`arrival`]: the most probable one, by simulation.
+//! - [`atlas`]: all of that together; [`path`], [`plan`]: costs and the best path;
+//! - [`arrival`]: the most probable path, by simulation; [`experiments`]: the paper's, and ours.
 //!
 //! Both: [`custom_map`], the file that people read and write. The navigator: [`navigator`]. For trials: [`journey`].
 //!
@@ -19,6 +20,7 @@
 //! Nothing here knows a clock, a file, a channel, a thread or randomness of its own.
 
 pub mod arrival;
+pub mod atlas;
 pub mod custom_map;
 pub mod description;
 pub mod error;

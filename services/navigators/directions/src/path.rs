@@ -11,86 +11,11 @@
 
 mod search;
 
+pub use crate::atlas::Atlas;
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
 use crate::plane::{DotId, Plane};
-use crate::reliability::Reliability;
-use crate::signature::Signature;
-use crate::transitions::{Kinds, Movement, Transition, Transitions};
-
-/// All that the map-maker knows of a plane.
-#[derive(Debug, Clone)]
-pub struct Atlas {
-    /// The dots, as the map-maker sees them.
-    pub plane: Plane,
-    /// The navigator's window.
-    pub window: Window,
-    /// What is attained from where.
-    pub transitions: Transitions,
-    /// What surrounds each dot.
-    pub signatures: Vec<Signature>,
-    /// −ln R of each transition.
-    pub unreliability: Vec<f32>,
-    /// The errors and models that it stands on.
-    pub reliability: Reliability,
-}
-
-impl Atlas {
-    /// Surveys a plane for a navigator with this window and these errors.
-    pub fn new(plane: Plane, window: Window, kinds: Kinds<'_>, reliability: Reliability) -> Self {
-        let transitions = Transitions::new(&plane, window, kinds);
-        let unreliability = transitions
-            .all()
-            .map(|(from, transition)| -reliability.of(&plane, window, from, transition).ln() as f32)
-            .map(|cost| cost.max(0.0))
-            .collect();
-        let signatures = Signature::of_all(&plane, window);
-        Self { plane, window, transitions, signatures, unreliability, reliability }
-    }
-
-    /// The same plane with other probabilities, one for each transition, from simulation.
-    pub fn with_probabilities(mut self, probabilities: &[f64]) -> Result<Self, Error> {
-        if probabilities.len() != self.unreliability.len() {
-            let found = probabilities.len() as f64;
-            let what = "probabilities";
-            return Err(Error::Parameter { what, expected: "one for each transition", found });
-        }
-        let least = crate::reliability::LEAST;
-        self.unreliability = probabilities.iter().map(|p| -p.clamp(least, 1.0).ln() as f32).collect();
-        Ok(self)
-    }
-
-    /// Where the window's centre is when a landmark lies in a corner.
-    pub fn centre(&self, landmark: DotId, corner: Corner) -> Point {
-        self.plane.dot(landmark) + self.window.centre_from(corner)
-    }
-
-    /// How far the window's centre moves from the corner where a transition begins until its target is known, and where it
-    /// is then.
-    pub fn window_way(&self, from: DotId, transition: &Transition) -> (f64, Point) {
-        let begin = self.centre(from, transition.corner);
-        if transition.movement == Movement::Seek {
-            return (0.0, begin);
-        }
-        let (first, second) = (self.plane.dot(from), self.plane.dot(transition.seen));
-        let middle = (first + second) * 0.5;
-        let along = (second - first).direction().unwrap_or_default();
-        let along = if transition.movement == Movement::Backward { -along } else { along };
-        let slide = f64::from(transition.slide);
-        ((middle - begin).norm() + slide, middle + along * slide)
-    }
-
-    /// How far the window's centre moves until the target lies in a corner; with none, until it is known.
-    pub fn window_distance(&self, from: DotId, transition: &Transition, place: Option<Corner>) -> f64 {
-        let (way, at) = self.window_way(from, transition);
-        way + place.map_or(0.0, |corner| (self.centre(transition.to, corner) - at).norm())
-    }
-
-    /// How far it is from dot to dot.
-    pub fn landmark_distance(&self, from: DotId, transition: &Transition) -> f64 {
-        (self.plane.dot(transition.to) - self.plane.dot(from)).norm()
-    }
-}
+use crate::transitions::Transition;
 
 /// What the distance of a path is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -211,6 +211,17 @@ impl Transitions {
     }
 }
 
+/// A small transition matrix as table 2 has it: a row for each landmark of origin, the least cost of each entry.
+pub fn matrix(transitions: &Transitions, cost: impl Fn(DotId, &Transition) -> f64) -> Vec<Vec<Option<f64>>> {
+    let mut matrix = vec![vec![None; transitions.landmarks()]; transitions.landmarks()];
+    for (from, transition) in transitions.all() {
+        let entry: &mut Option<f64> = &mut matrix[from as usize][transition.to as usize];
+        let cost = cost(from, transition);
+        *entry = Some(entry.map_or(cost, |other| other.min(cost)));
+    }
+    matrix
+}
+
 /// The trajectories of a reference and the landmark that is seen, forwards and backwards.
 fn trajectories(
     plane: &Plane,
@@ -289,6 +300,21 @@ mod tests {
         assert_eq!((of_d[0].to, of_d[0].movement, of_d[0].candidates), (4, Movement::Seek, 1));
         assert_eq!((of_d[1].to, of_d[1].seen, of_d[1].movement), (2, 4, Movement::Backward));
         assert!((of_d[1].slide - 30.5).abs() < 0.2, "{}", of_d[1].slide);
+    }
+
+    #[test]
+    fn a_matrix_has_an_entry_for_each_transition() {
+        let world = figure_13();
+        let all = Transitions::new(&world, window(), Kinds::PAPER);
+        let distance = |from, entry: &Transition| (world.dot(entry.to) - world.dot(from)).norm();
+        let matrix = matrix(&all, distance);
+        assert_eq!(matrix[3][4], Some(7.0_f64.hypot(0.5)));
+        assert_eq!((matrix[3][2], matrix[2][3], matrix[0][0]), (Some(32.0), None, None));
+        let filled = |column: usize| matrix.iter().filter(|row| row[column].is_some()).count();
+        assert_eq!(
+            (0..5).map(filled).collect::<Vec<_>>(),
+            all.attained_from().iter().map(|&n| n as usize).collect::<Vec<_>>()
+        );
     }
 
     #[test]

@@ -12,6 +12,13 @@ use crate::transitions::Transition;
 /// No transition leads here.
 const NONE: u32 = u32::MAX;
 
+/// The cheapest way to a node so far: its cost, and the transition by which it comes. Both are read and written together.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    cost: f64,
+    by: u32,
+}
+
 /// A graph of landmarks, or of landmarks in corners, with the goal as one more node.
 struct Search<'a> {
     atlas: &'a Atlas,
@@ -20,8 +27,7 @@ struct Search<'a> {
     weights: Weights,
     /// Nodes of a landmark: 1, or 4 for its corners.
     lanes: u32,
-    cost: Vec<f64>,
-    by: Vec<u32>,
+    nodes: Vec<Node>,
     open: BinaryHeap<(Reverse<u64>, Reverse<u32>, Reverse<u32>)>,
 }
 
@@ -43,8 +49,7 @@ pub(super) fn search(
         measure,
         weights,
         lanes: lanes as u32,
-        cost: vec![f64::INFINITY; nodes],
-        by: vec![NONE; nodes],
+        nodes: vec![Node { cost: f64::INFINITY, by: NONE }; nodes],
         open: BinaryHeap::new(),
     };
     search.begin(start);
@@ -89,9 +94,9 @@ impl Search<'_> {
     }
 
     fn reach(&mut self, node: u32, cost: f64, entries: u32, by: u32) {
-        if cost < self.cost[node as usize] {
-            self.cost[node as usize] = cost;
-            self.by[node as usize] = by;
+        let known = &mut self.nodes[node as usize];
+        if cost < known.cost {
+            *known = Node { cost, by };
             // Costs are not below 0, so their bits are in their order.
             let rank = (cost + self.left(node)).to_bits();
             self.open.push((Reverse(rank), Reverse(entries), Reverse(node)));
@@ -103,7 +108,7 @@ impl Search<'_> {
             if node == self.end() {
                 return true;
             }
-            let cost = self.cost[node as usize];
+            let cost = self.nodes[node as usize].cost;
             // A dearer way to a node that has a cheaper one by now.
             if f64::from_bits(rank) > cost + self.left(node) {
                 continue;
@@ -144,7 +149,8 @@ impl Search<'_> {
         if transition.to == self.goal {
             return self.reach(self.end(), cost, entries, number);
         }
-        for place in Corner::ALL {
+        let atlas = self.atlas;
+        for place in Corner::ALL.into_iter().filter(|&place| atlas.leads_on(transition.to, place)) {
             let further = (self.atlas.centre(transition.to, place) - at).norm();
             self.reach(
                 self.node(transition.to, place),
@@ -166,7 +172,7 @@ impl Search<'_> {
     fn path(&self, start: Start) -> Path {
         let (mut legs, mut node, mut place) = (Vec::new(), self.end(), None);
         loop {
-            let number = self.by[node as usize];
+            let number = self.nodes[node as usize].by;
             if number == NONE {
                 break;
             }

@@ -3,7 +3,9 @@
 use super::*;
 use crate::generate::uniform;
 use crate::journey::Noise;
+use crate::reliability::Reliability;
 use crate::testing::plane;
+use crate::transitions::Kinds;
 
 fn window() -> Window {
     Window::new(10.0, 1.5).unwrap()

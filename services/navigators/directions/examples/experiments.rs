@@ -2,7 +2,8 @@
 //! number says over how many worlds the journeys go; by default 200.
 
 use sketchnav_directions::arrival::Effort;
-use sketchnav_directions::{Error, experiments, fit};
+use sketchnav_directions::experiments::{self, Setting};
+use sketchnav_directions::{Error, fit};
 
 fn worlds() -> Result<(), Error> {
     println!("{}", experiments::windows(&[25, 50, 100, 200, 300, 400, 600, 800, 1200], 20, 1)?);
@@ -23,18 +24,21 @@ fn main() -> Result<(), Error> {
         worlds()?;
     }
     if wants("journeys") {
+        println!("{}", experiments::words_and_windows(1.0, 0..worlds_number, 5)?);
         println!("{}", experiments::clutter(3.0, 0..worlds_number, 5)?);
         println!("{}", experiments::costs(&[1.0, 3.0, 5.0], 1, 0..worlds_number, 5)?);
         println!("{}", experiments::costs(&[5.0], 9, 0..worlds_number, 5)?);
     }
     if wants("calibration") {
-        let result = experiments::calibration(
-            &[1.0, 2.0, 3.0, 5.0, 8.0],
-            Effort::USUAL,
-            1000..1000 + worlds_number,
-            4,
-        )?;
-        println!("{}", result.table());
+        let worlds = 1000..1000 + worlds_number;
+        let sigmas = [1.0, 2.0, 3.0, 5.0, 8.0].map(Setting::of_sigma);
+        let settings = sigmas.into_iter().collect::<Result<Vec<_>, _>>()?;
+        println!("{}", experiments::calibration(&settings, Effort::USUAL, worlds.clone(), 4)?.table());
+        println!("All errors at once:");
+        println!(
+            "{}",
+            experiments::calibration(&[Setting::of_all_errors()?], Effort::USUAL, worlds, 4)?.table()
+        );
     }
     Ok(())
 }

@@ -9,7 +9,9 @@ mod worlds;
 
 use std::fmt;
 
-pub use journeys::{Calibration, Choice, calibration, clutter, costs, success};
+pub use journeys::{
+    Calibration, Choice, Setting, Success, calibration, clutter, costs, success, words_and_windows,
+};
 pub use worlds::{components, costs_of_one_world, parkways, recoverable, reliability, windows};
 
 use crate::error::Error;

@@ -2,8 +2,10 @@
 
 use super::{DOTS, SIDE, Table, window};
 use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, most_probable};
+use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::{stream, uniform, walled};
+use crate::geometry::Window;
 use crate::journey::{Journey, Noise};
 use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Start, best};
@@ -21,6 +23,62 @@ pub enum Choice {
     Simulated(Effort),
 }
 
+/// What is the same for all journeys of an experiment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setting {
+    /// The navigator's window.
+    pub window: Window,
+    /// The words with which the paper's map-maker plans.
+    pub words: &'static [Descriptor],
+    /// How many looks the navigator takes where it stands.
+    pub looks: u8,
+    /// The errors.
+    pub noise: Noise,
+}
+
+impl Setting {
+    /// The paper's: isolated landmarks, one look, errors of position alone.
+    pub fn of_sigma(sigma: f64) -> Result<Self, Error> {
+        let words = Kinds::PAPER.words;
+        Ok(Self { window: window()?, words, looks: 1, noise: Noise::of_sigma(sigma) })
+    }
+
+    /// All errors at once: position, misses, false dots, and a helicopter that drifts by 2 mm and 1° in 100 mm.
+    pub fn of_all_errors() -> Result<Self, Error> {
+        let noise = Noise {
+            misses: 0.02,
+            false_dots: 0.02,
+            translation: 0.2,
+            rotation_rad: 0.001_75,
+            ..Noise::of_sigma(1.0)
+        };
+        Ok(Self { noise, looks: 3, ..Self::of_sigma(1.0)? })
+    }
+
+    fn pilot(&self) -> Pilot {
+        let settings = Settings { looks: self.looks, ..Settings::new(self.window, self.noise.sigma) };
+        Pilot { settings, noise: self.noise }
+    }
+
+    fn kinds(&self, choice: Choice) -> Kinds<'static> {
+        match choice {
+            Choice::Paper(..) => Kinds { words: self.words, trajectories: true },
+            Choice::Simulated(_) => Kinds { words: &WORDS, trajectories: true },
+        }
+    }
+}
+
+/// How journeys ended over many worlds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Success {
+    /// The journeys.
+    pub tally: Tally,
+    /// Worlds in which isolated landmarks join the start and the goal.
+    pub worlds: u32,
+    /// Those of them for which there was a plan.
+    pub planned: u32,
+}
+
 /// A world as it is, and as the map-maker sees it.
 struct World {
     truth: Plane,
@@ -31,13 +89,14 @@ struct World {
 
 impl World {
     /// A world with a start and a goal between which there is a path; none where the seed gives no such world.
-    fn new(seed: u64, pilot: &Pilot, kinds: Kinds<'_>) -> Result<Option<Self>, Error> {
+    fn new(seed: u64, setting: &Setting, kinds: Kinds<'_>) -> Result<Option<Self>, Error> {
         let truth = uniform(DOTS, SIDE, seed)?;
-        let seen = disturbed(truth.dots(), pilot.noise.map_sigma, &mut stream(seed, 3))?;
-        let atlas = Atlas::new(seen, window()?, kinds, Reliability::fitted(pilot.noise));
+        let seen = disturbed(truth.dots(), setting.noise.map_sigma, &mut stream(seed, 3))?;
+        let model = Reliability::fitted(setting.noise);
+        let atlas = Atlas::new(seen, setting.window, kinds, model);
         let (start, goal) = (Start::over(&atlas.plane, 0)?, 1);
         // The paper's transitions decide, so that all choices have the same worlds.
-        let isolated = Atlas::new(atlas.plane.clone(), window()?, Kinds::PAPER, atlas.reliability);
+        let isolated = Atlas::new(atlas.plane.clone(), setting.window, Kinds::PAPER, model);
         let is_joined = best(&isolated, start, goal, Measure::Windows, Objective::SHORTEST).is_ok();
         Ok(is_joined.then_some(Self { truth, atlas, start, goal }))
     }
@@ -82,36 +141,80 @@ impl World {
     }
 }
 
-fn kinds(choice: Choice) -> Kinds<'static> {
-    match choice {
-        Choice::Paper(..) => Kinds::PAPER,
-        Choice::Simulated(_) => Kinds { words: &WORDS, trajectories: true },
-    }
-}
-
-/// The navigator of the paper: one look. With more looks it is ours.
-fn pilot(noise: Noise, looks: u8) -> Result<Pilot, Error> {
-    let settings = Settings { looks, ..Settings::new(window()?, noise.sigma) };
-    Ok(Pilot { settings, noise })
-}
-
-/// How journeys end over many worlds, for one choice and one navigator. Worlds without a path are left out.
+/// How journeys end over many worlds, for one choice and one setting. Worlds without a path of isolated landmarks are left
+/// out.
 pub fn success(
     choice: Choice,
-    noise: Noise,
-    looks: u8,
+    setting: &Setting,
     worlds: std::ops::Range<u64>,
     journeys: u64,
-) -> Result<Tally, Error> {
-    let pilot = pilot(noise, looks)?;
-    let mut tally = Tally::default();
+) -> Result<Success, Error> {
+    let pilot = setting.pilot();
+    let mut result = Success::default();
     for seed in worlds {
-        if let Some(world) = World::new(seed, &pilot, kinds(choice))? {
-            let plan = world.plan(choice, &pilot, seed)?;
-            tally.merge(&world.fly(&plan, &pilot, journeys, seed)?);
+        let Some(world) = World::new(seed, setting, setting.kinds(choice))? else { continue };
+        result.worlds += 1;
+        match world.plan(choice, &pilot, seed) {
+            Ok(plan) => {
+                result.planned += 1;
+                result.tally.merge(&world.fly(&plan, &pilot, journeys, seed)?);
+            }
+            Err(Error::Unreachable { .. }) => {}
+            Err(error) => return Err(error),
         }
     }
-    Ok(tally)
+    Ok(result)
+}
+
+const HEAD: [&str; 11] = [
+    "choice",
+    "planned",
+    "success",
+    "low",
+    "high",
+    "direct",
+    "recovered",
+    "unaware",
+    "not located",
+    "lost",
+    "astray",
+];
+
+/// A row in percent: of the worlds that have a plan, of the journeys that arrive with their interval, of the six kinds.
+fn success_row(table: &mut Table, name: String, result: &Success) {
+    let share = |count: u32, of: u32| 100.0 * f64::from(count) / f64::from(of.max(1));
+    let (tally, journeys) = (&result.tally, result.tally.journeys());
+    let (low, high) = tally.interval();
+    let mut values = vec![
+        share(result.planned, result.worlds),
+        share(tally.arrivals(), journeys),
+        100.0 * low,
+        100.0 * high,
+    ];
+    values.extend(tally.counts.map(|count| share(count, journeys)));
+    table.row(name, &values);
+}
+
+/// Success by descriptor and by window, with the paper's D/R path and no verification.
+pub fn words_and_windows(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
+    use Descriptor::{Isolated, IsolatedPair, Obvious, PlusPair};
+    let title = format!("Success in percent by words and by window, D/R path, {sigma} mm");
+    let mut table = Table::new(&title, &HEAD);
+    let setting = Setting::of_sigma(sigma)?;
+    let choice = Choice::Paper(Objective::Ratio, Verify::Nothing);
+    let all: &'static [Descriptor] = &[Isolated, IsolatedPair, PlusPair];
+    for (name, words) in
+        [("Obvious", &[Obvious][..]), ("Isol", &[Isolated]), ("IsolPair", &[IsolatedPair]), ("all", all)]
+    {
+        let result = success(choice, &Setting { words, ..setting }, worlds.clone(), journeys)?;
+        success_row(&mut table, name.to_owned(), &result);
+    }
+    for side in [70.0, 85.0, 100.0, 125.0, 150.0] {
+        let window = Window::new(side, 0.15 * side)?;
+        let result = success(choice, &Setting { window, ..setting }, worlds.clone(), journeys)?;
+        success_row(&mut table, format!("Isol, window {side} mm"), &result);
+    }
+    Ok(table)
 }
 
 /// Figure 25: through a wall of clutter, the shortest path and the most reliable one. The share of a path's landmarks that
@@ -119,7 +222,7 @@ pub fn success(
 pub fn clutter(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
     let title = format!("Figure 25: from one side of a cluttered wall to the other, at {sigma} mm");
     let mut table = Table::new(&title, &["path", "D, windows", "-log R", "cluttered", "success", "worlds"]);
-    let pilot = pilot(Noise::of_sigma(sigma), 1)?;
+    let pilot = Setting::of_sigma(sigma)?.pilot();
     for (name, objective) in [
         ("shortest", Objective::SHORTEST),
         ("D/R", Objective::Ratio),
@@ -147,19 +250,7 @@ pub fn clutter(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64) -> Resul
 /// Success by cost, verification and error: the six kinds in percent, with the interval of the success.
 pub fn costs(sigmas: &[f64], looks: u8, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
     let title = format!("Success in percent over {} worlds, {looks} looks", worlds.end - worlds.start);
-    let head = [
-        "choice",
-        "success",
-        "low",
-        "high",
-        "direct",
-        "recovered",
-        "unaware",
-        "not located",
-        "lost",
-        "astray",
-    ];
-    let mut table = Table::new(&title, &head);
+    let mut table = Table::new(&title, &HEAD);
     let quick = Effort { trials: 64, trial_journeys: 64, journeys: 128 };
     for &sigma in sigmas {
         for (name, choice) in [
@@ -171,12 +262,9 @@ pub fn costs(sigmas: &[f64], looks: u8, worlds: std::ops::Range<u64>, journeys: 
             ("D/R, detection", Choice::Paper(Objective::Ratio, Verify::Detectable)),
             ("simulated", Choice::Simulated(quick)),
         ] {
-            let tally = success(choice, Noise::of_sigma(sigma), looks, worlds.clone(), journeys)?;
-            let share = |count: u32| 100.0 * f64::from(count) / f64::from(tally.journeys().max(1));
-            let (low, high) = tally.interval();
-            let mut values = vec![share(tally.arrivals()), 100.0 * low, 100.0 * high];
-            values.extend(tally.counts.map(share));
-            table.row(format!("{sigma} mm, {name}"), &values);
+            let setting = Setting { looks, ..Setting::of_sigma(sigma)? };
+            let result = success(choice, &setting, worlds.clone(), journeys)?;
+            success_row(&mut table, format!("{sigma} mm, {name}"), &result);
         }
     }
     Ok(table)
@@ -206,17 +294,17 @@ impl Calibration {
 
 /// Plans by simulation on many worlds, and journeys on the true ones with seeds that fitted nothing.
 pub fn calibration(
-    sigmas: &[f64],
+    settings: &[Setting],
     effort: Effort,
     worlds: std::ops::Range<u64>,
     journeys: u64,
 ) -> Result<Calibration, Error> {
     let mut bins = [(0.0, 0, 0); 10];
-    for &sigma in sigmas {
-        let pilot = pilot(Noise::of_sigma(sigma), 1)?;
+    for setting in settings {
+        let pilot = setting.pilot();
         let choice = Choice::Simulated(effort);
         for seed in worlds.clone() {
-            let Some(world) = World::new(seed, &pilot, kinds(choice))? else { continue };
+            let Some(world) = World::new(seed, setting, setting.kinds(choice))? else { continue };
             let plan = world.plan(choice, &pilot, seed)?;
             let tally = world.fly(&plan, &pilot, journeys, seed.wrapping_add(1 << 32))?;
             let stated = plan.probability.unwrap_or(0.0);

@@ -3,7 +3,6 @@
 use super::*;
 use crate::arrival::Effort;
 use crate::fit;
-use crate::journey::Noise;
 use crate::path::Objective;
 use crate::plan::Verify;
 
@@ -74,7 +73,7 @@ fn some_transitions_are_recoverable_in_every_density() {
 fn the_most_reliable_path_arrives_more_often() {
     let rate = |objective| {
         let choice = Choice::Paper(objective, Verify::Nothing);
-        let tally = success(choice, Noise::of_sigma(3.0), 1, 0..25, 6).unwrap();
+        let tally = success(choice, &Setting::of_sigma(3.0).unwrap(), 0..25, 6).unwrap().tally;
         f64::from(tally.arrivals()) / f64::from(tally.journeys())
     };
     let (shortest, sure) = (rate(Objective::SHORTEST), rate(Objective::MOST_RELIABLE));
@@ -89,10 +88,28 @@ fn the_most_reliable_path_avoids_clutter() {
     assert!(shortest.1[0] < sure.1[0] && shortest.1[2] > 1.5 * sure.1[2], "{table}");
 }
 
+/// With misses, false dots, drift and rotation too, what is stated is what is observed.
+#[test]
+fn all_errors_at_once_are_reckoned_with() {
+    let effort = Effort { trials: 24, trial_journeys: 8, journeys: 48 };
+    let result = calibration(&[Setting::of_all_errors().unwrap()], effort, 0..30, 4).unwrap();
+    let sum = |of: fn(&(f64, u32, u32)) -> f64| result.bins.iter().map(of).sum::<f64>();
+    let journeys = sum(|bin| f64::from(bin.2));
+    let (stated, observed) = (sum(|bin| bin.0) / journeys, sum(|bin| f64::from(bin.1)) / journeys);
+    assert!((stated - observed).abs() < 0.1 && observed > 0.3, "{stated} {observed}");
+}
+
+#[test]
+fn obvious_landmarks_alone_plan_fewer_worlds() {
+    let table = words_and_windows(1.0, 0..10, 1).unwrap();
+    let planned = table.column(0);
+    assert!(planned[0] < 100.0 && planned[1] == 100.0, "{table}");
+}
+
 #[test]
 fn a_calibration_has_each_journey_once() {
     let effort = Effort { trials: 16, trial_journeys: 8, journeys: 32 };
-    let result = calibration(&[2.0], effort, 0..4, 3).unwrap();
+    let result = calibration(&[Setting::of_sigma(2.0).unwrap()], effort, 0..4, 3).unwrap();
     let journeys: u32 = result.bins.iter().map(|bin| bin.2).sum();
     assert!(journeys > 0 && journeys.is_multiple_of(3), "{result:?}");
     assert!(result.table().to_string().contains("mean stated"));

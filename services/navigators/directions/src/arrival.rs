@@ -110,7 +110,7 @@ pub fn simulate(atlas: &Atlas, plan: &Plan, pilot: &Pilot, journeys: u32, seed: 
     for journey in 0..journeys {
         let mut rng = stream(seed, 100 + u64::from(journey));
         let plane = disturbed(&near, pilot.noise.map_sigma, &mut rng)?;
-        let journey = Journey::new(&plane, &navigator, &intended, pilot.noise);
+        let journey = Journey::new(&plane, &navigator, &intended, pilot.noise)?;
         tally.add(journey.run(plan.path.start.centre, &mut rng, |_, _, _| {}).kind);
     }
     Ok(tally)

@@ -63,6 +63,7 @@ pub fn identified(effort: Effort, seed: u64) -> Vec<Identified> {
     let mut rng = stream(seed, 1);
     let grid = (2..=MOST).flat_map(|candidates| SIGMAS.map(|sigma| (candidates, sigma)));
     grid.map(|(candidates, sigma)| {
+        let effort = Effort { trials: effort.trials.max(1) };
         let right = (0..effort.trials).filter(|_| is_identified(&mut rng, candidates, sigma)).count();
         Identified { candidates, sigma, fraction: right as f64 / f64::from(effort.trials) }
     })
@@ -91,7 +92,7 @@ pub fn trajectories(effort: Effort, seed: u64) -> Result<Fit<TrajectoryModel>, E
     for slide in [0.5, 1.0, 2.0, 4.0] {
         for pair in [0.4, 0.7, 1.0] {
             for noise in errors() {
-                let variance = variance_aside(&mut rng, slide, pair, noise, effort.trials);
+                let variance = variance_aside(&mut rng, slide, pair, noise, effort.trials.max(1));
                 rows.push((TrajectoryModel::terms(slide, pair, noise).map(|term| term / variance), 1.0));
             }
         }

@@ -191,9 +191,25 @@ pub struct Journey<'a> {
 }
 
 impl<'a> Journey<'a> {
-    /// A journey over the true plane.
-    pub fn new(plane: &'a Plane, navigator: &'a Navigator, intended: &'a [DotId], noise: Noise) -> Self {
-        Self { plane, navigator, noise, intended }
+    /// A journey over the true plane. Rejects impossible errors, and intended landmarks that are not one dot of the plane for
+    /// each entry of the map.
+    pub fn new(
+        plane: &'a Plane,
+        navigator: &'a Navigator,
+        intended: &'a [DotId],
+        noise: Noise,
+    ) -> Result<Self, Error> {
+        let noise = noise.check()?;
+        intended.iter().try_for_each(|&dot| plane.known(dot).map(drop))?;
+        if intended.len() != navigator.map().entries().len() {
+            let found = intended.len() as f64;
+            return Err(Error::Parameter {
+                what: "intended landmarks",
+                expected: "one for each entry",
+                found,
+            });
+        }
+        Ok(Self { plane, navigator, noise, intended })
     }
 
     /// Runs it from a centre of the window to its end. Calls `watch` after each step.

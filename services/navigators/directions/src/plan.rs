@@ -188,7 +188,7 @@ mod tests {
                     let settings = Settings::new(atlas.window, 0.0);
                     let navigator = Navigator::new(settings, plan.map.clone()).unwrap();
                     let landmarks = plan.landmarks();
-                    let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE);
+                    let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
                     let report = journey.run(plan.path.start.centre, &mut stream(seed, 0), |_, _, _| {});
                     assert_eq!(
                         report.kind,
@@ -213,7 +213,7 @@ mod tests {
             .unwrap();
         let navigator = Navigator::new(Settings::new(atlas.window, 0.0), plan.map.clone()).unwrap();
         let landmarks = plan.landmarks();
-        let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE);
+        let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
         let report = journey.run(plan.path.start.centre, &mut stream(1, 0), |_, _, _| {});
         let (flown, planned) = (report.distance, plan.path.distance);
         assert!((flown / planned - 1.0).abs() < 0.1, "{flown} {planned}");

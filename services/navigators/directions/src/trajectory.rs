@@ -56,13 +56,20 @@ impl Slide {
     /// The dot that a slide attains; none where it leaves the plane before. Of two at once: the one nearer to the line.
     pub fn lands(self, plane: &Plane, window: Window) -> Option<Landing> {
         let reach = self.leaves(plane, window)?;
-        let strips = (reach / window.side).ceil() as usize;
-        (0..strips).find_map(|strip| self.lands_within(plane, window, strip as f64 * window.side))
+        let mut begin = 0.0;
+        while begin < reach {
+            // Each strip is as long as all before it: an empty plane is crossed in few.
+            let end = f64::max(2.0 * begin, begin + window.side);
+            if let Some(landing) = self.lands_within(plane, window, begin, end) {
+                return Some(landing);
+            }
+            begin = end;
+        }
+        None
     }
 
-    /// The first dot that is met in the next window's length of a slide.
-    fn lands_within(self, plane: &Plane, window: Window, begin: f64) -> Option<Landing> {
-        let end = begin + window.side;
+    /// The first dot that is met in a strip of a slide.
+    fn lands_within(self, plane: &Plane, window: Window, begin: f64, end: f64) -> Option<Landing> {
         let (a, b) = (self.from + self.along * begin, self.from + self.along * end);
         let half = Point::new(window.side / 2.0, window.side / 2.0);
         let low = Point::new(a.x.min(b.x), a.y.min(b.y)) - half;
@@ -149,6 +156,14 @@ mod tests {
         let world = plane(&[(50.0, 50.0), (54.0, 52.0), (10.0, 46.0)]);
         assert_eq!(Slide::of_pair(world.dot(0), world.dot(1), false).unwrap().lands(&world, window()), None);
         assert_eq!(Slide::of_pair(world.dot(0), world.dot(0), false), None);
+    }
+
+    #[test]
+    fn a_void_of_a_million_windows_is_crossed_at_once() {
+        let world = plane(&[(0.0, 0.0), (4.0, 3.0), (4e8, 3e8), (-1e9, -1e9)]);
+        let landing =
+            Slide::of_pair(world.dot(0), world.dot(1), false).unwrap().lands(&world, window()).unwrap();
+        assert_eq!(landing.dot, 2);
     }
 
     proptest! {

@@ -133,7 +133,7 @@ impl World {
         let landmarks = plan.landmarks();
         let mut tally = Tally::default();
         for trial in 0..journeys {
-            let journey = Journey::new(&self.truth, &navigator, &landmarks, pilot.noise);
+            let journey = Journey::new(&self.truth, &navigator, &landmarks, pilot.noise)?;
             let mut rng = stream(seed, 1_000_000 + trial);
             tally.add(journey.run(self.start.centre, &mut rng, |_, _, _| {}).kind);
         }

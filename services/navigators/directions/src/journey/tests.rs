@@ -16,7 +16,7 @@ fn navigator(map: &str) -> Navigator {
 
 fn run(world: &Plane, map: &str, intended: &[DotId], from: (f64, f64)) -> (Report, Vec<Activity>) {
     let navigator = navigator(map);
-    let journey = Journey::new(world, &navigator, intended, Noise::NONE);
+    let journey = Journey::new(world, &navigator, intended, Noise::NONE).unwrap();
     let from = Point::new(from.0, from.1);
     (journey.run(from, &mut stream(1, 0), |_, _, _| {}), activities(&journey, from, &mut stream(1, 0)))
 }
@@ -115,7 +115,7 @@ fn false_dots_and_misses_are_outvoted_by_several_looks() {
         let settings = Settings { looks, ..Settings::new(window(), noise.sigma) };
         let navigator = Navigator::new(settings, map).unwrap();
         let world = stairs();
-        let journey = Journey::new(&world, &navigator, &[0, 1, 2, 3], noise);
+        let journey = Journey::new(&world, &navigator, &[0, 1, 2, 3], noise).unwrap();
         let run =
             |seed| journey.run(Point::new(0.5, 0.5), &mut stream(seed, 1), |_, _, _| {}).kind.is_success();
         (0..200).filter(|&seed| run(seed)).count()
@@ -131,7 +131,7 @@ fn a_seed_gives_the_same_journey() {
     let world = stairs();
     let noise = Noise { translation: 0.05, rotation_rad: 0.01, ..Noise::of_sigma(0.2) };
     let run = |seed| {
-        Journey::new(&world, &navigator, &[0, 1, 2], noise).run(
+        Journey::new(&world, &navigator, &[0, 1, 2], noise).unwrap().run(
             Point::default(),
             &mut stream(seed, 0),
             |_, _, _| {},
@@ -146,4 +146,9 @@ fn impossible_noise_is_rejected() {
     assert!(Noise { misses: 1.5, ..Noise::NONE }.check().is_err());
     assert!(Noise { sigma: f64::NAN, ..Noise::NONE }.check().is_err());
     assert!(Noise::of_sigma(1.0).check().is_ok());
+    let (world, navigator) = (stairs(), navigator("(*, SW)\n(Isol, -)"));
+    let journey = |intended: &[DotId], noise| Journey::new(&world, &navigator, intended, noise).is_ok();
+    assert!(journey(&[0, 1], Noise::NONE));
+    assert!(!journey(&[0, 1], Noise { misses: -0.1, ..Noise::NONE }));
+    assert!(!journey(&[0], Noise::NONE) && !journey(&[0, 9], Noise::NONE));
 }

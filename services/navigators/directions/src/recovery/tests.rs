@@ -92,7 +92,7 @@ fn recovers(world: &Plane, verification: Verification, from: DotId, target: DotI
     let map = CustomMap::new(vec![entry]).unwrap();
     let settings = Settings { most_recoveries: 40, ..Settings::new(window(), 0.0) };
     let navigator = Navigator::new(settings, map).unwrap();
-    let journey = Journey::new(world, &navigator, std::slice::from_ref(&target), Noise::NONE);
+    let journey = Journey::new(world, &navigator, std::slice::from_ref(&target), Noise::NONE).unwrap();
     journey.run(world.dot(from), &mut stream(1, 1), |_, _, _| {}).kind
 }
 

@@ -109,22 +109,11 @@ impl Transitions {
         for from in 0..plane.len() as DotId {
             for corner in Corner::ALL {
                 candidates.find(plane, window, from, corner);
-                for &word in kinds.words {
-                    if let Some(seen) = candidates.pick(word) {
-                        let count = candidates.dots.len() as u16;
-                        let seek = Transition {
-                            to: seen,
-                            seen,
-                            slide: 0.0,
-                            candidates: count,
-                            corner,
-                            word,
-                            movement: Movement::Seek,
-                        };
-                        entries.push(seek);
-                        if kinds.trajectories {
-                            entries.extend(trajectories(plane, window, from, seek));
-                        }
+                let seeks = kinds.words.iter().filter_map(|&word| seek(&candidates, corner, word));
+                for seek in seeks {
+                    entries.push(seek);
+                    if kinds.trajectories {
+                        entries.extend(trajectories(plane, window, from, seek));
                     }
                 }
             }
@@ -220,6 +209,14 @@ pub fn matrix(transitions: &Transitions, cost: impl Fn(DotId, &Transition) -> f6
         *entry = Some(entry.map_or(cost, |other| other.min(cost)));
     }
     matrix
+}
+
+/// The transition to the landmark that a word means.
+fn seek(candidates: &Candidates, corner: Corner, word: Descriptor) -> Option<Transition> {
+    let seen = candidates.pick(word)?;
+    // A word means nothing among more than [`crate::description::MOST_CANDIDATES`].
+    let count = candidates.dots.len() as u16;
+    Some(Transition { to: seen, seen, slide: 0.0, candidates: count, corner, word, movement: Movement::Seek })
 }
 
 /// The trajectories of a reference and the landmark that is seen, forwards and backwards.

@@ -12,10 +12,11 @@ use sketchnav_schemas::codes::Process;
 use support::repository;
 
 /// Crates that know no process, no network, no recording and no physics.
-const PURE: [&str; 6] = [
+const PURE: [&str; 7] = [
     "sketchnav-schemas",
     "sketchnav-stage",
     "sketchnav-corridor",
+    "sketchnav-directions",
     "sketchnav-motion",
     "sketchnav-qualitative",
     "sketchnav-sketch",

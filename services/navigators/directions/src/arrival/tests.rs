@@ -1,0 +1,97 @@
+//! What is simulated is what happens.
+
+use super::*;
+use crate::generate::uniform;
+use crate::geometry::Window;
+use crate::reliability::Reliability;
+use crate::testing::plane;
+use crate::transitions::{Kinds, Movement};
+
+const QUICK: Effort = Effort { trials: 32, trial_journeys: 12, journeys: 64 };
+
+fn pilot(sigma: f64) -> Pilot {
+    let window = Window::new(100.0, 15.0).unwrap();
+    Pilot { settings: Settings::new(window, sigma), noise: Noise::of_sigma(sigma) }
+}
+
+fn atlas(plane: Plane, pilot: &Pilot) -> Atlas {
+    let kinds = Kinds { words: &WORDS, trajectories: true };
+    Atlas::new(plane, pilot.settings.window, kinds, Reliability::fitted(pilot.noise))
+}
+
+#[test]
+fn a_tally_has_an_interval_around_its_share() {
+    let mut tally = Tally::default();
+    (0..90).for_each(|_| tally.add(Kind::Direct));
+    (0..10).for_each(|_| tally.add(Kind::Astray));
+    assert_eq!((tally.journeys(), tally.arrivals()), (100, 90));
+    let (low, high) = tally.interval();
+    assert!((low - 0.826).abs() < 0.002 && (high - 0.945).abs() < 0.002, "{low} {high}");
+    assert_eq!(Tally::default().interval(), (0.0, 1.0));
+}
+
+#[test]
+fn a_sure_transition_is_sure_and_a_doubtful_one_is_not() {
+    let pilot = pilot(5.0);
+    // From the first dot: one candidate in the middle of the south-west quadrant; two equally isolated ones of nearly the
+    // same distance in the north-west one.
+    let world = plane(&[(0.0, 0.0), (50.0, 50.0), (50.0, -60.0), (61.0, -50.0), (900.0, 900.0)]);
+    let atlas = atlas(world, &pilot);
+    let estimates = estimates(&atlas, &pilot, 400, 1).unwrap();
+    let of = |to: DotId| {
+        let numbers = atlas.transitions.numbers(0);
+        let mut seeks = numbers.filter(|&n| {
+            let transition = atlas.transitions.number(n);
+            transition.to == to && transition.movement == Movement::Seek
+        });
+        estimates[seeks.next().unwrap() as usize].plain
+    };
+    assert!(of(1) > 0.99, "{}", of(1));
+    assert!((0.4..0.75).contains(&of(3)), "{}", of(3));
+}
+
+#[test]
+fn without_errors_arrival_is_certain() {
+    let pilot = pilot(0.0);
+    let atlas = atlas(uniform(100, 1000.0, 4).unwrap(), &pilot);
+    let start = Start::over(&atlas.plane, 1).unwrap();
+    let goal =
+        (0..100).rev().find(|&goal| best(&atlas, start, goal, Measure::Windows, Objective::SHORTEST).is_ok());
+    let plan = most_probable(&atlas, start, goal.unwrap(), &pilot, QUICK, 1).unwrap();
+    assert!(plan.probability.unwrap() > 0.98);
+    assert!(plan.itinerary().to_string().contains("probability of arrival"));
+}
+
+/// On worlds that the map-maker sees with errors: the plan that was simulated arrives more often than the paper's D/R plan,
+/// and about as often as it says.
+#[test]
+fn the_stated_probability_is_kept_and_is_better_than_the_ratio_of_the_paper() {
+    let pilot = pilot(3.0);
+    let (mut stated, mut journeys) = (0.0, 0.0);
+    let (mut ours, mut theirs) = (Tally::default(), Tally::default());
+    for seed in 0..48 {
+        let truth = uniform(100, 1000.0, seed).unwrap();
+        let seen = disturbed(truth.dots(), pilot.noise.map_sigma, &mut stream(seed, 3)).unwrap();
+        let atlas = atlas(seen, &pilot);
+        let start = Start::over(&atlas.plane, 0).unwrap();
+        let Ok(plan) = most_probable(&atlas, start, 50, &pilot, QUICK, seed) else { continue };
+        let path = best(&atlas, start, 50, Measure::Windows, Objective::Ratio).unwrap();
+        let ratio = Plan::new(&atlas, path, Verify::Recoverable).unwrap();
+        let run = |plan: &Plan, tally: &mut Tally| {
+            let navigator = Navigator::new(pilot.settings, plan.map.clone()).unwrap();
+            for trial in 0..4 {
+                let landmarks = plan.landmarks();
+                let journey = Journey::new(&truth, &navigator, &landmarks, pilot.noise).unwrap();
+                tally.add(journey.run(start.centre, &mut stream(seed, 1000 + trial), |_, _, _| {}).kind);
+            }
+        };
+        run(&plan, &mut ours);
+        run(&ratio, &mut theirs);
+        stated += plan.probability.unwrap() * 4.0;
+        journeys += 4.0;
+    }
+    assert!(journeys >= 100.0);
+    let observed = f64::from(ours.arrivals()) / journeys;
+    assert!((stated / journeys - observed).abs() < 0.1, "{} {observed}", stated / journeys);
+    assert!(ours.probability() > theirs.probability() + 0.1, "{ours:?} {theirs:?}");
+}

@@ -1,0 +1,176 @@
+//! Simulates transitions one by one, as geometry: what the navigator picks, where a slide lands, what it counts.
+//!
+//! In each trial a dot lies in one place, off the map-maker's by an error, and each look at it has another error. Misses,
+//! false dots and the helicopter's movements within a parkway are left to whole journeys.
+
+use rand_pcg::Pcg64Mcg;
+
+use super::Pilot;
+use crate::custom_map::{Response, Verification};
+use crate::description::Descriptor;
+use crate::error::Error;
+use crate::generate::{error, stream};
+use crate::geometry::{Corner, Point};
+use crate::journey::Noise;
+use crate::path::Atlas;
+use crate::plane::DotId;
+use crate::recovery::Recoveries;
+use crate::trajectory::Slide;
+use crate::transitions::{Movement, Transition};
+
+/// How probable it is that a transition attains its target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Without verification.
+    pub plain: f64,
+    /// With verification and recovery; 0 where there is none.
+    pub verified: f64,
+}
+
+impl Estimate {
+    /// Whether verification makes it more probable.
+    pub fn pays(&self) -> bool {
+        self.verified > self.plain
+    }
+
+    /// With verification where it pays.
+    pub fn best(&self) -> f64 {
+        self.plain.max(self.verified)
+    }
+}
+
+/// Estimates all transitions, one after the other.
+pub fn estimates(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> Result<Vec<Estimate>, Error> {
+    let recoveries = Recoveries::new(&atlas.plane, atlas.window, &atlas.signatures, Descriptor::Isolated)?;
+    let mut trial = Trial::new(atlas, pilot, stream(seed, 10));
+    let share = |hits: u32| (f64::from(hits) + 1.0) / (f64::from(trials) + 2.0);
+    let mut estimate = |(from, transition): (DotId, &Transition)| {
+        let aside = atlas.reliability.aside(&atlas.plane, from, transition);
+        let verification = recoveries.check(from, transition, aside).verification();
+        let (mut plain, mut verified) = (0, 0);
+        for _ in 0..trials {
+            trial.begin();
+            let attained = trial.attains(from, transition);
+            plain += u32::from(attained == Some(transition.to));
+            if let Some(verification) = verification {
+                let attained = attained.and_then(|dot| trial.verifies(dot, verification));
+                verified += u32::from(attained == Some(transition.to));
+            }
+        }
+        let verified = if verification.is_some() { share(verified) } else { 0.0 };
+        Estimate { plain: share(plain), verified }
+    };
+    Ok(atlas.transitions.all().map(&mut estimate).collect())
+}
+
+struct Trial<'a> {
+    atlas: &'a Atlas,
+    pilot: &'a Pilot,
+    /// The error of a look.
+    look: f64,
+    rng: Pcg64Mcg,
+    /// How far each dot is off, and the trial that says so.
+    off: Vec<(u32, Point)>,
+    trial: u32,
+    places: Vec<Point>,
+    dots: Vec<DotId>,
+}
+
+impl<'a> Trial<'a> {
+    fn new(atlas: &'a Atlas, pilot: &'a Pilot, rng: Pcg64Mcg) -> Self {
+        let look = pilot.noise.sigma / f64::from(pilot.settings.looks).sqrt();
+        let off = vec![(0, Point::default()); atlas.plane.len()];
+        Self { atlas, pilot, look, rng, off, trial: 0, places: Vec::new(), dots: Vec::new() }
+    }
+
+    /// The dots lie elsewhere from now on.
+    fn begin(&mut self) {
+        self.trial += 1;
+    }
+
+    /// Where the navigator sees a dot in one look.
+    fn seen(&mut self, dot: DotId) -> Point {
+        let off = &mut self.off[dot as usize];
+        if off.0 != self.trial {
+            *off = (self.trial, error(&mut self.rng, self.pilot.noise.map_sigma));
+        }
+        let place = self.atlas.plane.dot(dot) + off.1;
+        place + error(&mut self.rng, self.look)
+    }
+
+    /// One look at what is around a landmark, relative to it.
+    fn look_around(&mut self, landmark: DotId) {
+        let reach = self.atlas.window.side + 5.0 * self.pilot.noise.combined_sigma();
+        let origin = self.seen(landmark);
+        self.dots.clear();
+        self.places.clear();
+        let around = self.atlas.plane.around(self.atlas.plane.dot(landmark), reach);
+        self.dots.extend(around.map(|(dot, _)| dot).filter(|&dot| dot != landmark));
+        for index in 0..self.dots.len() {
+            let place = self.seen(self.dots[index]) - origin;
+            self.places.push(place);
+        }
+    }
+
+    /// The dot that a word means when the navigator looks.
+    fn picks(&mut self, landmark: DotId, corner: Corner, word: Descriptor) -> Option<DotId> {
+        self.look_around(landmark);
+        let side = self.atlas.window.side;
+        for slack in [0.0, self.pilot.settings.slack()] {
+            let shown: Vec<usize> = (0..self.dots.len())
+                .filter(|&index| corner.nearly_covers(self.places[index], side, slack))
+                .collect();
+            if !shown.is_empty() {
+                let places: Vec<Point> = shown.iter().map(|&index| self.places[index]).collect();
+                return word.pick(&places).map(|index| self.dots[shown[index]]);
+            }
+        }
+        None
+    }
+
+    /// The dot that a transition attains.
+    fn attains(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
+        let seen = self.picks(from, transition.corner, transition.word)?;
+        if transition.movement == Movement::Seek {
+            return Some(seen);
+        }
+        self.lands(from, seen, transition)
+    }
+
+    /// The dot that a slide with errors attains.
+    fn lands(&mut self, from: DotId, seen: DotId, transition: &Transition) -> Option<DotId> {
+        let (first, second) = (self.seen(from), self.seen(seen));
+        let slide = Slide::of_pair(first, second, transition.movement == Movement::Backward)?;
+        // What is left of equation 2 are the errors of the way. The goal has its own error.
+        let noise = self.pilot.noise;
+        let way = Noise { sigma: 0.0, map_sigma: 0.0, ..noise };
+        let pair = (second - first).norm();
+        let aside = self.atlas.reliability.trajectories.aside(f64::from(transition.slide), pair, way);
+        let drawn = error(&mut self.rng, aside.hypot(noise.map_sigma)).x;
+        slide.moved_aside(drawn).lands(&self.atlas.plane, self.atlas.window).map(|landing| landing.dot)
+    }
+
+    /// The dot that the navigator takes as right in the end; none where it knows that it is lost.
+    fn verifies(&mut self, attained: DotId, verification: Verification) -> Option<DotId> {
+        let mut dot = attained;
+        for _ in 0..=self.pilot.settings.most_recoveries {
+            match verification.response(self.count(dot)) {
+                Response::Correct => return Some(dot),
+                Response::Recover(recovery) => dot = self.picks(dot, recovery.corner, recovery.word)?,
+                Response::Lost => return None,
+            }
+        }
+        None
+    }
+
+    /// The quadrant occupancy count, each quadrant by a look of its own.
+    fn count(&mut self, dot: DotId) -> u8 {
+        let side = self.atlas.window.side;
+        let mut count = 0;
+        for quadrant in Corner::ALL {
+            self.look_around(dot);
+            count += u8::from(self.places.iter().any(|&place| quadrant.covers(place, side)));
+        }
+        count
+    }
+}

@@ -1,0 +1,161 @@
+//! All that the map-maker knows of a plane: the transitions, their reliability, and what surrounds each dot.
+
+use crate::description::Descriptor;
+use crate::error::Error;
+use crate::geometry::{Corner, Point, Window};
+use crate::plane::{DotId, Plane};
+use crate::recovery::{Check, Recoveries};
+use crate::reliability::Reliability;
+use crate::signature::Signature;
+use crate::transitions::{Kinds, Movement, Transition, Transitions};
+
+/// All that the map-maker knows of a plane.
+#[derive(Debug, Clone)]
+pub struct Atlas {
+    /// The dots, as the map-maker sees them.
+    pub plane: Plane,
+    /// The navigator's window.
+    pub window: Window,
+    /// What is attained from where.
+    pub transitions: Transitions,
+    /// What surrounds each dot.
+    pub signatures: Vec<Signature>,
+    /// −ln R of each transition.
+    pub unreliability: Vec<f32>,
+    /// The errors and models that it stands on.
+    pub reliability: Reliability,
+    /// From which corners of each landmark transitions lead on, a bit each.
+    exits: Vec<u8>,
+}
+
+impl Atlas {
+    /// Surveys a plane for a navigator with this window and these errors.
+    pub fn new(plane: Plane, window: Window, kinds: Kinds<'_>, reliability: Reliability) -> Self {
+        let transitions = Transitions::new(&plane, window, kinds);
+        let unreliability = transitions
+            .all()
+            .map(|(from, transition)| -reliability.of(&plane, window, from, transition).ln() as f32)
+            .map(|cost| cost.max(0.0))
+            .collect();
+        let signatures = Signature::of_all(&plane, window);
+        let exits = (0..plane.len() as DotId)
+            .map(|dot| transitions.from(dot).iter().fold(0, |bits, entry| bits | 1 << entry.corner as u8))
+            .collect();
+        Self { plane, window, transitions, signatures, unreliability, reliability, exits }
+    }
+
+    /// Whether a transition leads on from a landmark in a corner.
+    pub fn leads_on(&self, landmark: DotId, corner: Corner) -> bool {
+        self.exits[landmark as usize] >> corner as u8 & 1 == 1
+    }
+
+    /// The reliable parkways and trajectories: those with at least this R (4.2.3).
+    pub fn reliable(&self, least: f64) -> Transitions {
+        let most = -least.max(f64::MIN_POSITIVE).ln();
+        let mut number = 0;
+        self.transitions.filtered(|_, _| {
+            number += 1;
+            f64::from(self.unreliability[number - 1]) <= most
+        })
+    }
+
+    /// The parkways and trajectories of which a check says something: [`Check::is_detectable`] or [`Check::is_recoverable`]
+    /// (4.2.4).
+    pub fn checked(&self, keeps: impl Fn(Check) -> bool) -> Result<Transitions, Error> {
+        let recoveries = Recoveries::new(&self.plane, self.window, &self.signatures, Descriptor::Isolated)?;
+        Ok(self.transitions.filtered(|from, transition| {
+            let aside = self.reliability.aside(&self.plane, from, transition);
+            keeps(recoveries.check(from, transition, aside))
+        }))
+    }
+
+    /// The same plane with other probabilities, one for each transition, from simulation.
+    pub fn with_probabilities(mut self, probabilities: &[f64]) -> Result<Self, Error> {
+        if probabilities.len() != self.unreliability.len() {
+            let found = probabilities.len() as f64;
+            let what = "probabilities";
+            return Err(Error::Parameter { what, expected: "one for each transition", found });
+        }
+        let least = crate::reliability::LEAST;
+        self.unreliability = probabilities.iter().map(|p| -p.clamp(least, 1.0).ln() as f32).collect();
+        Ok(self)
+    }
+
+    /// Where the window's centre is when a landmark lies in a corner.
+    pub fn centre(&self, landmark: DotId, corner: Corner) -> Point {
+        self.plane.dot(landmark) + self.window.centre_from(corner)
+    }
+
+    /// How far the window's centre moves from the corner where a transition begins until its target is known, and where it
+    /// is then.
+    pub fn window_way(&self, from: DotId, transition: &Transition) -> (f64, Point) {
+        let begin = self.centre(from, transition.corner);
+        if transition.movement == Movement::Seek {
+            return (0.0, begin);
+        }
+        let (first, second) = (self.plane.dot(from), self.plane.dot(transition.seen));
+        let middle = (first + second) * 0.5;
+        let along = (second - first).direction().unwrap_or_default();
+        let along = if transition.movement == Movement::Backward { -along } else { along };
+        let slide = f64::from(transition.slide);
+        ((middle - begin).norm() + slide, middle + along * slide)
+    }
+
+    /// How far the window's centre moves until the target lies in a corner; with none, until it is known.
+    pub fn window_distance(&self, from: DotId, transition: &Transition, place: Option<Corner>) -> f64 {
+        let (way, at) = self.window_way(from, transition);
+        way + place.map_or(0.0, |corner| (self.centre(transition.to, corner) - at).norm())
+    }
+
+    /// How far it is from dot to dot.
+    pub fn landmark_distance(&self, from: DotId, transition: &Transition) -> f64 {
+        (self.plane.dot(transition.to) - self.plane.dot(from)).norm()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::uniform;
+    use crate::journey::Noise;
+
+    fn atlas() -> Atlas {
+        let window = Window::new(100.0, 15.0).unwrap();
+        let noise = Noise { map_sigma: 0.0, ..Noise::of_sigma(2.0) };
+        Atlas::new(uniform(150, 1000.0, 9).unwrap(), window, Kinds::PAPER, Reliability::fitted(noise))
+    }
+
+    #[test]
+    fn a_higher_threshold_leaves_fewer_reliable_parkways() {
+        let atlas = atlas();
+        let counts = [0.0, 0.8, 0.95, 1.0].map(|least| atlas.reliable(least).count());
+        assert_eq!(counts[0], atlas.transitions.count());
+        assert!(counts[0] > counts[1] && counts[1] > counts[2] && counts[2] >= counts[3] && counts[3] > 0);
+        // Neither is a subset of the other in general: obvious transitions are all there, crowded ones are not.
+        assert!(atlas.reliable(0.99).all().any(|(_, entry)| entry.candidates == 1));
+        assert!(atlas.reliable(0.99).all().all(|(_, entry)| entry.candidates < 5));
+    }
+
+    #[test]
+    fn what_is_recoverable_is_detectable() {
+        let atlas = atlas();
+        let detectable = atlas.checked(Check::is_detectable).unwrap();
+        let recoverable = atlas.checked(Check::is_recoverable).unwrap();
+        let all = |some: &Transitions| some.all().map(|(from, entry)| (from, *entry)).collect::<Vec<_>>();
+        let (all_detectable, all_recoverable) = (all(&detectable), all(&recoverable));
+        assert!(all_recoverable.iter().all(|entry| all_detectable.contains(entry)));
+        assert!(all_recoverable.len() < all_detectable.len());
+        assert!(all_detectable.len() < atlas.transitions.count());
+    }
+
+    #[test]
+    fn a_corner_leads_on_where_a_transition_begins() {
+        let atlas = atlas();
+        for dot in 0..150 {
+            for corner in Corner::ALL {
+                let begins = atlas.transitions.from(dot).iter().any(|entry| entry.corner == corner);
+                assert_eq!(atlas.leads_on(dot, corner), begins);
+            }
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Reads custom maps. An error names the line, the column and the word, and what was expected there.
+
+use std::str::FromStr;
+
+use super::{CustomMap, Direction, Entry, MOST_ENTRIES, Recovery, Verification};
+use crate::description::Descriptor;
+use crate::error::Error;
+use crate::geometry::Corner;
+
+/// A bracket, a comma or a word, and where it stands; both counts from 1.
+#[derive(Debug, Clone, Copy)]
+struct Token<'a> {
+    text: &'a str,
+    line: usize,
+    column: usize,
+}
+
+impl Token<'_> {
+    fn error(self, expected: &'static str) -> Error {
+        let found = match self.text {
+            "" => "the end".to_owned(),
+            text => format!("{:?}", text.chars().take(40).collect::<String>()),
+        };
+        Error::Map { line: self.line, column: self.column, expected, found }
+    }
+
+    fn is(self, word: &str) -> bool {
+        self.text.eq_ignore_ascii_case(word)
+    }
+}
+
+fn tokens(text: &str) -> Vec<Token<'_>> {
+    let mut found = Vec::new();
+    for (line, content) in (1..).zip(text.lines()) {
+        let content = content.split('#').next().unwrap_or_default();
+        let mut rest = content;
+        while let Some(start) = rest.find(|c: char| !c.is_whitespace()) {
+            rest = &rest[start..];
+            let ends = |c: char| c.is_whitespace() || matches!(c, '(' | ')' | ',');
+            let first = rest.chars().next().map_or(0, char::len_utf8);
+            let length =
+                if rest.starts_with(['(', ')', ',']) { first } else { rest.find(ends).unwrap_or(rest.len()) };
+            let column = content[..content.len() - rest.len()].chars().count() + 1;
+            found.push(Token { text: &rest[..length], line, column });
+            rest = &rest[length..];
+        }
+    }
+    found
+}
+
+/// The tokens that are left. Behind the last one stand empty tokens.
+struct Reader<'a> {
+    tokens: Vec<Token<'a>>,
+    next: usize,
+    end: Token<'a>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(text: &'a str) -> Self {
+        let line = text.lines().count().max(1);
+        let column = text.lines().last().unwrap_or_default().chars().count() + 1;
+        Self { tokens: tokens(text), next: 0, end: Token { text: "", line, column } }
+    }
+
+    fn peek(&self, ahead: usize) -> Token<'a> {
+        self.tokens.get(self.next + ahead).copied().unwrap_or(self.end)
+    }
+
+    fn take(&mut self) -> Token<'a> {
+        let token = self.peek(0);
+        self.next += 1;
+        token
+    }
+
+    fn skips(&mut self, word: &str) -> bool {
+        let is_there = self.peek(0).is(word);
+        self.next += usize::from(is_there);
+        is_there
+    }
+
+    fn expect(&mut self, word: &'static str, expected: &'static str) -> Result<(), Error> {
+        let token = self.take();
+        if token.is(word) { Ok(()) } else { Err(token.error(expected)) }
+    }
+
+    fn map(&mut self) -> Result<Vec<Entry>, Error> {
+        let is_bracketed = self.peek(0).is("(") && self.peek(1).is("(");
+        self.next += usize::from(is_bracketed);
+        let mut entries = Vec::new();
+        while self.peek(0).is("(") || entries.is_empty() {
+            let begin = self.peek(0);
+            entries.push((self.entry()?, begin));
+            if entries.len() > MOST_ENTRIES {
+                return Err(begin.error("at most 10000 entries"));
+            }
+            self.skips(",");
+        }
+        if is_bracketed {
+            self.expect(")", "\"(\" of an entry or \")\" of the map")?;
+        }
+        match self.peek(0) {
+            Token { text: "", .. } => {}
+            token => return Err(token.error("\"(\" of an entry")),
+        }
+        let last = entries.len() - 1;
+        match entries[..last].iter().find(|(entry, _)| entry.place.is_none()) {
+            Some((_, begin)) => Err(begin.error("a corner at the end of each entry but the last, not \"-\"")),
+            None => Ok(entries.into_iter().map(|(entry, _)| entry).collect()),
+        }
+    }
+
+    fn entry(&mut self) -> Result<Entry, Error> {
+        self.expect("(", "\"(\" of an entry")?;
+        let word = self.descriptor()?;
+        self.expect(",", "\",\"")?;
+        let trajectory = [Direction::Forward, Direction::Backward].into_iter().find(|d| self.skips(d.word()));
+        if trajectory.is_some() {
+            self.expect(",", "\",\"")?;
+        }
+        let verification = self.verification()?;
+        let token = self.take();
+        let expected = match (trajectory, verification) {
+            (None, None) => "\"Trajp\", \"Trajn\", \"(\", a corner (SE, SW, NE, NW) or \"-\"",
+            _ => "\"(\", a corner (SE, SW, NE, NW) or \"-\"",
+        };
+        let place =
+            if token.is("-") { None } else { Some(corner(token).ok_or_else(|| token.error(expected))?) };
+        self.expect(")", "\")\"")?;
+        Ok(Entry { word, trajectory, verification, place })
+    }
+
+    fn descriptor(&mut self) -> Result<Descriptor, Error> {
+        const EXPECTED: &str =
+            "a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\" or \"*\"";
+        let token = self.take();
+        Descriptor::ALL.into_iter().find(|word| token.is(word.word())).ok_or_else(|| token.error(EXPECTED))
+    }
+
+    /// All error clauses of an entry. One of them must say which count is right.
+    fn verification(&mut self) -> Result<Option<Verification>, Error> {
+        let begin = self.peek(0);
+        let mut clauses: Vec<(u8, Option<Recovery>)> = Vec::new();
+        while self.skips("(") {
+            let token = self.take();
+            let count = match token.text {
+                "0" | "1" | "2" | "3" | "4" => token.text.as_bytes()[0] - b'0',
+                _ => return Err(token.error("a quadrant occupancy count from 0 to 4")),
+            };
+            if clauses.iter().any(|&(other, _)| other == count) {
+                return Err(token.error("a count that the entry does not have yet"));
+            }
+            self.expect(",", "\",\"")?;
+            let second = self.take();
+            let recovery = if second.is("-") {
+                if clauses.iter().any(|(_, recovery)| recovery.is_none()) {
+                    return Err(second.error("a corner, since the entry has its right count"));
+                }
+                None
+            } else {
+                let corner =
+                    corner(second).ok_or_else(|| second.error("a corner (SE, SW, NE, NW) or \"-\""))?;
+                self.expect(",", "\",\"")?;
+                Some(Recovery { corner, word: self.descriptor()? })
+            };
+            self.expect(")", "\")\"")?;
+            self.expect(",", "\",\"")?;
+            clauses.push((count, recovery));
+        }
+        if clauses.is_empty() {
+            return Ok(None);
+        }
+        let Some(&(right, _)) = clauses.iter().find(|(_, recovery)| recovery.is_none()) else {
+            return Err(begin.error("a clause with the right count, as \"(3, -)\""));
+        };
+        let add = |all: Verification, &(count, recovery): &(u8, Option<Recovery>)| match recovery {
+            Some(recovery) => all.recovering(count, recovery),
+            None => all,
+        };
+        Ok(Some(clauses.iter().fold(Verification::new(right)?, add)))
+    }
+}
+
+fn corner(token: Token<'_>) -> Option<Corner> {
+    Corner::ALL.into_iter().find(|corner| token.is(corner.word()))
+}
+
+impl FromStr for CustomMap {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        Self::new(Reader::new(text).map()?)
+    }
+}

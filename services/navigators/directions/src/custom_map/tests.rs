@@ -1,0 +1,132 @@
+//! Custom maps are read and written.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::testing::config;
+
+fn parsed(text: &str) -> CustomMap {
+    text.parse().unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn error(text: &str) -> String {
+    text.parse::<CustomMap>().unwrap_err().to_string()
+}
+
+#[test]
+fn figure_17_is_read() {
+    let map = parsed("(Isol, SW)\n(Isol, Trajp, SE)\n(Isol, (4, SW, Isol), (2, SE, Isol), (3, -), SW)");
+    let [seek, slide, verify] = map.entries() else { panic!("{map}") };
+    assert_eq!((seek.word, seek.trajectory, seek.place), (Descriptor::Isolated, None, Some(Corner::Sw)));
+    assert_eq!((slide.trajectory, slide.place), (Some(Direction::Forward), Some(Corner::Se)));
+    let verification = verify.verification.unwrap();
+    let back = |corner| Response::Recover(Recovery { corner, word: Descriptor::Isolated });
+    let responses: Vec<_> = (0..5).map(|count| verification.response(count)).collect();
+    let lost = Response::Lost;
+    assert_eq!(responses, [lost, lost, back(Corner::Se), Response::Correct, back(Corner::Sw)]);
+}
+
+#[test]
+fn the_example_of_6_3_4_is_read_with_its_brackets() {
+    let map = parsed("((Isol,SE), (Isol,NE), (Isol,NE), (Isol,Trajp, (2,NW,Isol), (1,-),-))");
+    assert_eq!(map.entries().len(), 4);
+    assert_eq!(map.entries()[3].place, None);
+    assert_eq!(map.entries()[3].to_string(), "(Isol, Trajp, (2, NW, Isol), (1, -), -)");
+}
+
+#[test]
+fn case_comments_and_white_space_do_not_matter() {
+    let plain = parsed("(*, SW)\n(Isol, Trajn, -)");
+    assert_eq!(parsed("# two\n ( * ,sw ) # start\n\n\t(ISOL,\n trajN,-),"), plain);
+}
+
+#[test]
+fn errors_name_line_column_and_word() {
+    for (text, expected) in [
+        ("", "line 1, column 1: expected \"(\" of an entry, found the end"),
+        ("(Isol, SW)\n(Isolated, NE)", "line 2, column 2: expected a landmark: "),
+        (
+            "(Isol, UP)",
+            "line 1, column 8: expected \"Trajp\", \"Trajn\", \"(\", a corner (SE, SW, NE, NW) or \"-\", found \"UP\"",
+        ),
+        ("(Isol, SW", "line 1, column 10: expected \")\", found the end"),
+        (
+            "(Isol, (5, -), SW)",
+            "line 1, column 9: expected a quadrant occupancy count from 0 to 4, found \"5\"",
+        ),
+        (
+            "(Isol, (3, -), (3, SW, Isol), SW)",
+            "line 1, column 17: expected a count that the entry does not have yet",
+        ),
+        (
+            "(Isol, (3, -), (2, -), SW)",
+            "line 1, column 20: expected a corner, since the entry has its right count",
+        ),
+        ("(Isol, (3, SW, Isol), SW)", "line 1, column 8: expected a clause with the right count"),
+        ("(Isol, -)\n(Isol, -)", "line 1, column 1: expected a corner at the end of each entry but the last"),
+        ("(Isol, SW) )", "line 1, column 12: expected \"(\" of an entry, found \")\""),
+        ("((Isol, SW)", "line 1, column 12: expected \"(\" of an entry or \")\" of the map, found the end"),
+        ("(Isol, Trajp, Trajn, SW)", "line 1, column 15: expected \"(\", a corner"),
+    ] {
+        let found = error(text);
+        assert!(found.contains(expected), "{text:?}: {found}");
+    }
+}
+
+#[test]
+fn maps_that_cannot_be_followed_are_rejected() {
+    let entry = |place| Entry { word: Descriptor::Isolated, trajectory: None, verification: None, place };
+    assert!(matches!(CustomMap::new(Vec::new()), Err(Error::MapLength { found: 0, .. })));
+    let early = CustomMap::new(vec![entry(Some(Corner::Se)), entry(None), entry(None)]);
+    assert_eq!(early, Err(Error::NoCorner { entry: 2 }));
+    assert!(Verification::new(5).is_err());
+}
+
+fn recovery() -> impl Strategy<Value = Recovery> {
+    (0_usize..4, 0_usize..7)
+        .prop_map(|(corner, word)| Recovery { corner: Corner::ALL[corner], word: Descriptor::ALL[word] })
+}
+
+fn entry() -> impl Strategy<Value = Entry> {
+    let verification =
+        (0_u8..5, prop::array::uniform5(prop::option::of(recovery()))).prop_map(|(expected, ways)| {
+            let add = |all: Verification, (count, way): (u8, Option<Recovery>)| match way {
+                Some(way) => all.recovering(count, way),
+                None => all,
+            };
+            (0..).zip(ways).fold(Verification::new(expected).unwrap(), add)
+        });
+    let direction = prop::option::of(
+        prop::bool::ANY.prop_map(|p| if p { Direction::Forward } else { Direction::Backward }),
+    );
+    (0_usize..7, direction, prop::option::of(verification), 0_usize..4).prop_map(
+        |(word, trajectory, verification, place)| Entry {
+            word: Descriptor::ALL[word],
+            trajectory,
+            verification,
+            place: Some(Corner::ALL[place]),
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(config(128))]
+
+    #[test]
+    fn what_is_printed_is_read_again(mut entries in prop::collection::vec(entry(), 1..12), ends: bool) {
+        if ends {
+            entries.last_mut().unwrap().place = None;
+        }
+        let map = CustomMap::new(entries).unwrap();
+        prop_assert_eq!(parsed(&map.to_string()), map.clone());
+        let bytes = postcard::to_allocvec(&map).unwrap();
+        prop_assert_eq!(postcard::from_bytes::<CustomMap>(&bytes).unwrap(), map);
+    }
+
+    #[test]
+    fn any_text_is_read_or_rejected(text in "[(),#\\-\\* \n0-5ISOLTRAJPNEWisoltrajpnew€]{0,60}") {
+        if let Ok(map) = text.parse::<CustomMap>() {
+            prop_assert_eq!(parsed(&map.to_string()), map);
+        }
+    }
+}

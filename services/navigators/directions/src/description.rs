@@ -1,0 +1,205 @@
+//! The words for landmarks, and which dot of a view each of them means (Park and Kender 1995, 5.6).
+//!
+//! A word is applied to the *candidates*: all dots in the window but the reference landmark. Positions are relative to that
+//! landmark, or to the window's centre where there is none yet. The map-maker and the navigator use the same function, so
+//! they differ by their errors of position alone.
+//!
+//! The paper ranks "all the other objects" of a scene. Here the reference does not take part: it is known, and is no
+//! candidate. Ties go to the dot furthest from the reference (5.2), then to the east, then to the north.
+
+use std::cmp::Ordering;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Point;
+use crate::isolation::{c_value, c_value_of_pair, mutual_neighbourhood};
+
+/// The most candidates that a description copes with. A view with more has no landmark.
+pub const MOST_CANDIDATES: usize = 64;
+
+/// A word for a landmark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Descriptor {
+    /// The only candidate.
+    Obvious,
+    /// The candidate with the largest c-value.
+    Isolated,
+    /// Of the pair of mutual closest neighbours that is the furthest from any third by c-value: the one further away.
+    IsolatedPair,
+    /// The reference plus exactly two candidates: the one further away. (The paper names it and does not define it.)
+    PlusPair,
+    /// The only candidate that the last movement has brought into the window.
+    New,
+    /// Several candidates, and it does not matter which: the closest.
+    Confusable,
+    /// Any candidate: the closest.
+    Any,
+}
+
+impl Descriptor {
+    /// All words.
+    pub const ALL: [Self; 7] = [
+        Self::Obvious,
+        Self::Isolated,
+        Self::IsolatedPair,
+        Self::PlusPair,
+        Self::New,
+        Self::Confusable,
+        Self::Any,
+    ];
+
+    /// The word as custom maps have it.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Obvious => "Obvious",
+            Self::Isolated => "Isol",
+            Self::IsolatedPair => "IsolPair",
+            Self::PlusPair => "PlusPair",
+            Self::New => "New",
+            Self::Confusable => "Confusable",
+            Self::Any => "*",
+        }
+    }
+
+    /// Which candidate the word means; none where the view has no such landmark.
+    ///
+    /// For [`Descriptor::New`] the candidates are those that are new.
+    pub fn pick(self, candidates: &[Point]) -> Option<usize> {
+        if candidates.is_empty() || candidates.len() > MOST_CANDIDATES {
+            return None;
+        }
+        let furthest = |a: &usize, b: &usize| by_distance(candidates[*a], candidates[*b]);
+        let all = 0..candidates.len();
+        match self {
+            Self::Obvious | Self::New => (candidates.len() == 1).then_some(0),
+            Self::Isolated => most_isolated(candidates),
+            Self::IsolatedPair => isolated_pair(candidates),
+            Self::PlusPair if candidates.len() == 2 => all.max_by(furthest),
+            Self::PlusPair => None,
+            Self::Confusable if candidates.len() < 2 => None,
+            Self::Confusable | Self::Any => all.min_by(furthest),
+        }
+    }
+}
+
+impl fmt::Display for Descriptor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+/// A set of words: what a navigator understands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Vocabulary(u8);
+
+impl Vocabulary {
+    /// Every word.
+    pub const ALL: Self = Self(0x7f);
+
+    /// These words.
+    pub fn of(words: &[Descriptor]) -> Self {
+        Self(words.iter().fold(0, |set, &word| set | 1 << word as u8))
+    }
+
+    /// Whether it has a word.
+    pub fn has(self, word: Descriptor) -> bool {
+        self.0 >> word as u8 & 1 == 1
+    }
+}
+
+/// The order of the tie rule: by distance from the reference, then from west to east, then from south to north.
+fn by_distance(a: Point, b: Point) -> Ordering {
+    a.norm_squared().total_cmp(&b.norm_squared()).then(a.x.total_cmp(&b.x)).then(a.y.total_cmp(&b.y))
+}
+
+fn most_isolated(candidates: &[Point]) -> Option<usize> {
+    let score = |dot| c_value(candidates, dot);
+    let better = |a: &(usize, Option<u32>), b: &(usize, Option<u32>)| {
+        a.1.cmp(&b.1).then_with(|| by_distance(candidates[a.0], candidates[b.0]))
+    };
+    (0..candidates.len()).map(|dot| (dot, score(dot))).max_by(better).map(|(dot, _)| dot)
+}
+
+fn isolated_pair(candidates: &[Point]) -> Option<usize> {
+    let mut best: Option<(u32, usize)> = None;
+    for a in 0..candidates.len() {
+        for b in a + 1..candidates.len() {
+            if mutual_neighbourhood(candidates, a, b) > 2 {
+                continue;
+            }
+            let score = c_value_of_pair(candidates, [a, b]).unwrap_or(u32::MAX);
+            let further = if by_distance(candidates[a], candidates[b]).is_gt() { a } else { b };
+            let is_better = best.is_none_or(|(most, dot)| {
+                score.cmp(&most).then_with(|| by_distance(candidates[further], candidates[dot])).is_gt()
+            });
+            if is_better {
+                best = Some((score, further));
+            }
+        }
+    }
+    best.map(|(_, dot)| dot)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(pairs: &[(f64, f64)]) -> Vec<Point> {
+        pairs.iter().map(|&(x, y)| Point::new(x, y)).collect()
+    }
+
+    #[test]
+    fn one_candidate_is_obvious_and_isolated() {
+        let one = points(&[(3.0, 4.0)]);
+        assert_eq!(Descriptor::Obvious.pick(&one), Some(0));
+        assert_eq!(Descriptor::Isolated.pick(&one), Some(0));
+        assert_eq!(Descriptor::Any.pick(&one), Some(0));
+        for word in [Descriptor::IsolatedPair, Descriptor::PlusPair, Descriptor::Confusable] {
+            assert_eq!(word.pick(&one), None, "{word}");
+        }
+    }
+
+    #[test]
+    fn an_empty_view_and_an_overcrowded_one_have_no_landmark() {
+        let crowd: Vec<_> = (0..=MOST_CANDIDATES).map(|i| Point::new(i as f64, 1.0)).collect();
+        for word in Descriptor::ALL {
+            assert_eq!(word.pick(&[]), None, "{word}");
+            assert_eq!(word.pick(&crowd), None, "{word}");
+        }
+    }
+
+    #[test]
+    fn two_candidates_tie_and_the_further_one_is_isolated() {
+        let two = points(&[(1.0, 1.0), (5.0, 5.0)]);
+        assert_eq!(Descriptor::Isolated.pick(&two), Some(1));
+        assert_eq!(Descriptor::PlusPair.pick(&two), Some(1));
+        assert_eq!(Descriptor::IsolatedPair.pick(&two), Some(1));
+        assert_eq!(Descriptor::Obvious.pick(&two), None);
+        assert_eq!(Descriptor::Any.pick(&two), Some(0));
+    }
+
+    #[test]
+    fn equal_distances_go_to_the_east_and_then_to_the_north() {
+        assert_eq!(Descriptor::Isolated.pick(&points(&[(3.0, 4.0), (4.0, 3.0)])), Some(1));
+        assert_eq!(Descriptor::Isolated.pick(&points(&[(4.0, -3.0), (4.0, 3.0)])), Some(1));
+    }
+
+    #[test]
+    fn figure_20_has_a_isolated_and_b_with_c_as_the_pair() {
+        // The reference lies south-west of all. B and C are a pair; C is further away than B.
+        let figure = points(&[(1.0, 11.0), (7.0, 5.0), (9.0, 3.0), (12.0, 1.0)]);
+        assert_eq!(Descriptor::Isolated.pick(&figure), Some(0));
+        assert_eq!(Descriptor::IsolatedPair.pick(&figure), Some(2));
+        assert_eq!(Descriptor::PlusPair.pick(&figure), None);
+        assert_eq!(Descriptor::Confusable.pick(&figure), Some(1));
+    }
+
+    #[test]
+    fn a_vocabulary_has_its_words_alone() {
+        let two = Vocabulary::of(&[Descriptor::Isolated, Descriptor::Any]);
+        let had: Vec<_> = Descriptor::ALL.into_iter().filter(|&word| two.has(word)).collect();
+        assert_eq!(had, [Descriptor::Isolated, Descriptor::Any]);
+        assert!(Descriptor::ALL.into_iter().all(|word| Vocabulary::ALL.has(word)));
+    }
+}

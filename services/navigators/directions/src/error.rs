@@ -1,0 +1,122 @@
+//! What can be wrong with input.
+
+/// Why input was rejected. Each variant says what was expected and what was found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A plane without a dot.
+    #[error("expected at least one dot, found none")]
+    NoDots,
+    /// More dots than an index of 32 bits holds.
+    #[error("expected at most {limit} dots, found {found}")]
+    TooManyDots {
+        /// The greatest number of dots.
+        limit: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A coordinate that is not finite, or too large to be squared.
+    #[error("dot {dot}: expected coordinates within ±{limit:e}, found ({x}, {y})")]
+    Coordinate {
+        /// Its number, from 0.
+        dot: usize,
+        /// Its x.
+        x: f64,
+        /// Its y.
+        y: f64,
+        /// The largest magnitude that is accepted.
+        limit: f64,
+    },
+    /// Two dots in one place.
+    #[error("dots {first} and {second}: expected different places, found both at ({x}, {y})")]
+    SamePlace {
+        /// The number of the first, from 0.
+        first: usize,
+        /// The number of the second.
+        second: usize,
+        /// Their x.
+        x: f64,
+        /// Their y.
+        y: f64,
+    },
+    /// A parameter out of its range.
+    #[error("{what}: expected {expected}, found {found}")]
+    Parameter {
+        /// Which parameter.
+        what: &'static str,
+        /// Its range.
+        expected: &'static str,
+        /// The number.
+        found: f64,
+    },
+    /// A dot that the plane lacks.
+    #[error("dot {dot}: expected a number below {dots}")]
+    UnknownDot {
+        /// The number.
+        dot: u32,
+        /// How many dots there are.
+        dots: usize,
+    },
+    /// A map without entries, or with too many.
+    #[error("expected a map of 1 to {limit} entries, found {found}")]
+    MapLength {
+        /// The greatest number of entries.
+        limit: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// An entry within a map that does not say where its landmark goes.
+    #[error("entry {entry}: expected a corner, since other entries follow")]
+    NoCorner {
+        /// Its number, from 1.
+        entry: usize,
+    },
+    /// A map that breaks the grammar.
+    #[error("line {line}, column {column}: expected {expected}, found {found}")]
+    Map {
+        /// The line, from 1.
+        line: usize,
+        /// The column in characters, from 1.
+        column: usize,
+        /// What should stand there.
+        expected: &'static str,
+        /// The word that stands there.
+        found: String,
+    },
+    /// A map with a word that the navigator does not understand.
+    #[error("entry {entry}: expected a word that the navigator understands, found {word:?}")]
+    Vocabulary {
+        /// The entry's number, from 1.
+        entry: usize,
+        /// The word.
+        word: &'static str,
+    },
+    /// A start where the window shows no dot.
+    #[error("start ({x}, {y}): expected a landmark in view, found none")]
+    NothingInView {
+        /// The window's centre.
+        x: f64,
+        /// The window's centre.
+        y: f64,
+    },
+    /// A goal to which no path leads.
+    #[error(
+        "no path from dot {start} to dot {goal}: {reached} dots are reached from the start, {reaching} reach the goal; \
+         a path would have to lead from dot {from} to dot {to}, {gap:.1} apart"
+    )]
+    Unreachable {
+        /// The landmark at the start.
+        start: u32,
+        /// The goal.
+        goal: u32,
+        /// How many dots are reached from the start, itself included.
+        reached: usize,
+        /// How many dots reach the goal, itself included.
+        reaching: usize,
+        /// The dot reached that is the closest to one that reaches the goal.
+        from: u32,
+        /// That one.
+        to: u32,
+        /// Their distance.
+        gap: f64,
+    },
+}

@@ -1,0 +1,78 @@
+//! The experiments of Park and Kender 1995 as pure functions, by seed, and those that they leave out. Each gives a table.
+//!
+//! The paper's world: 100 dots on a square of ten windows. In its physical setting figure 30's distances say that a window
+//! is some 100 mm wide, so this module has a window of 100 mm on 1000 mm × 1000 mm. Its errors of 1 and 5 mm are then 0.01
+//! and 0.05 windows.
+
+mod journeys;
+mod worlds;
+
+use std::fmt;
+
+pub use journeys::{
+    Calibration, Choice, Setting, Success, calibration, clutter, costs, success, words_and_windows,
+};
+pub use worlds::{components, costs_of_one_world, parkways, recoverable, reliability, windows};
+
+use crate::error::Error;
+use crate::geometry::Window;
+
+/// The side of the paper's world, in millimetres.
+pub const SIDE: f64 = 1000.0;
+/// How many dots it has.
+pub const DOTS: usize = 100;
+
+/// The window of the experiments: 100 mm, with a margin of 15 mm.
+pub fn window() -> Result<Window, Error> {
+    Window::new(100.0, 15.0)
+}
+
+/// A table of numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// What it shows.
+    pub title: String,
+    /// The names of the columns; the first is that of the rows.
+    pub head: Vec<String>,
+    /// The name of each row and its numbers.
+    pub rows: Vec<(String, Vec<f64>)>,
+}
+
+impl Table {
+    fn new(title: &str, head: &[&str]) -> Self {
+        Self {
+            title: title.to_owned(),
+            head: head.iter().map(|&name| name.to_owned()).collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    fn row(&mut self, name: impl fmt::Display, values: &[f64]) {
+        self.rows.push((name.to_string(), values.to_vec()));
+    }
+
+    /// The numbers of a column, 0 for the first behind the names.
+    pub fn column(&self, column: usize) -> Vec<f64> {
+        self.rows.iter().map(|(_, values)| values[column]).collect()
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.title)?;
+        let width =
+            self.rows.iter().map(|(name, _)| name.len()).chain([self.head[0].len()]).max().unwrap_or(0);
+        write!(f, "{:<width$}", self.head[0])?;
+        self.head[1..].iter().try_for_each(|name| write!(f, " {name:>12}"))?;
+        writeln!(f)?;
+        for (name, values) in &self.rows {
+            write!(f, "{name:<width$}")?;
+            values.iter().try_for_each(|value| write!(f, " {value:>12.3}"))?;
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

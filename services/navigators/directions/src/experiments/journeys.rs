@@ -1,0 +1,318 @@
+//! Experiments with journeys: figures 25, 26 and 28 over many worlds, the six kinds counted, and the calibration.
+
+use super::{DOTS, SIDE, Table, window};
+use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, most_probable};
+use crate::description::Descriptor;
+use crate::error::Error;
+use crate::generate::{stream, uniform, walled};
+use crate::geometry::Window;
+use crate::journey::{Journey, Noise};
+use crate::navigator::{Navigator, Settings};
+use crate::path::{Atlas, Measure, Objective, Start, best};
+use crate::plan::{Plan, Verify};
+use crate::plane::{DotId, Plane};
+use crate::reliability::Reliability;
+use crate::transitions::Kinds;
+
+/// How a plan is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Choice {
+    /// As the paper: isolated landmarks, equations 1 and 2.
+    Paper(Objective, Verify),
+    /// The greatest probability of arrival, by simulation.
+    Simulated(Effort),
+}
+
+/// What is the same for all journeys of an experiment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setting {
+    /// The navigator's window.
+    pub window: Window,
+    /// The words with which the paper's map-maker plans.
+    pub words: &'static [Descriptor],
+    /// How many looks the navigator takes where it stands.
+    pub looks: u8,
+    /// The errors.
+    pub noise: Noise,
+}
+
+impl Setting {
+    /// The paper's: isolated landmarks, one look, errors of position alone.
+    pub fn of_sigma(sigma: f64) -> Result<Self, Error> {
+        let words = Kinds::PAPER.words;
+        Ok(Self { window: window()?, words, looks: 1, noise: Noise::of_sigma(sigma) })
+    }
+
+    /// All errors at once: position, misses, false dots, and a helicopter that drifts by 2 mm and 1° in 100 mm.
+    pub fn of_all_errors() -> Result<Self, Error> {
+        let noise = Noise {
+            misses: 0.02,
+            false_dots: 0.02,
+            translation: 0.2,
+            rotation_rad: 0.001_75,
+            ..Noise::of_sigma(1.0)
+        };
+        Ok(Self { noise, looks: 3, ..Self::of_sigma(1.0)? })
+    }
+
+    fn pilot(&self) -> Pilot {
+        let settings = Settings { looks: self.looks, ..Settings::new(self.window, self.noise.sigma) };
+        Pilot { settings, noise: self.noise }
+    }
+
+    fn kinds(&self, choice: Choice) -> Kinds<'static> {
+        match choice {
+            Choice::Paper(..) => Kinds { words: self.words, trajectories: true },
+            Choice::Simulated(_) => Kinds { words: &WORDS, trajectories: true },
+        }
+    }
+}
+
+/// How journeys ended over many worlds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Success {
+    /// The journeys.
+    pub tally: Tally,
+    /// Worlds in which isolated landmarks join the start and the goal.
+    pub worlds: u32,
+    /// Those of them for which there was a plan.
+    pub planned: u32,
+}
+
+/// A world as it is, and as the map-maker sees it.
+struct World {
+    truth: Plane,
+    atlas: Atlas,
+    start: Start,
+    goal: DotId,
+}
+
+impl World {
+    /// A world with a start and a goal between which there is a path; none where the seed gives no such world.
+    fn new(seed: u64, setting: &Setting, kinds: Kinds<'_>) -> Result<Option<Self>, Error> {
+        let truth = uniform(DOTS, SIDE, seed)?;
+        let seen = disturbed(truth.dots(), setting.noise.map_sigma, &mut stream(seed, 3))?;
+        let model = Reliability::fitted(setting.noise);
+        let atlas = Atlas::new(seen, setting.window, kinds, model);
+        let (start, goal) = (Start::over(&atlas.plane, 0)?, 1);
+        // The paper's transitions decide, so that all choices have the same worlds.
+        let isolated = Atlas::new(atlas.plane.clone(), setting.window, Kinds::PAPER, model);
+        let is_joined = best(&isolated, start, goal, Measure::Windows, Objective::SHORTEST).is_ok();
+        Ok(is_joined.then_some(Self { truth, atlas, start, goal }))
+    }
+
+    /// A world with a wall of clutter, from the dot furthest in the west to the one furthest in the east.
+    fn walled(seed: u64, pilot: &Pilot) -> Result<Option<Self>, Error> {
+        let truth = walled(DOTS, DOTS / 2, SIDE, seed)?;
+        let seen = disturbed(truth.dots(), pilot.noise.map_sigma, &mut stream(seed, 3))?;
+        let atlas = Atlas::new(seen, window()?, Kinds::PAPER, Reliability::fitted(pilot.noise));
+        let east = |dot: &DotId| atlas.plane.dot(*dot).x;
+        let order = |a: &DotId, b: &DotId| east(a).total_cmp(&east(b));
+        let dots = || 0..atlas.plane.len() as DotId;
+        let (Some(west), Some(goal)) = (dots().min_by(order), dots().max_by(order)) else { return Ok(None) };
+        let start = Start::over(&atlas.plane, west)?;
+        let is_joined = best(&atlas, start, goal, Measure::Windows, Objective::SHORTEST).is_ok();
+        Ok(is_joined.then_some(Self { truth, atlas, start, goal }))
+    }
+
+    fn plan(&self, choice: Choice, pilot: &Pilot, seed: u64) -> Result<Plan, Error> {
+        match choice {
+            Choice::Paper(objective, verify) => {
+                let path = best(&self.atlas, self.start, self.goal, Measure::Windows, objective)?;
+                Plan::new(&self.atlas, path, verify)
+            }
+            Choice::Simulated(effort) => {
+                most_probable(&self.atlas, self.start, self.goal, pilot, effort, seed)
+            }
+        }
+    }
+
+    /// Journeys over the true world.
+    fn fly(&self, plan: &Plan, pilot: &Pilot, journeys: u64, seed: u64) -> Result<Tally, Error> {
+        let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
+        let landmarks = plan.landmarks();
+        let mut tally = Tally::default();
+        for trial in 0..journeys {
+            let journey = Journey::new(&self.truth, &navigator, &landmarks, pilot.noise)?;
+            let mut rng = stream(seed, 1_000_000 + trial);
+            tally.add(journey.run(self.start.centre, &mut rng, |_, _, _| {}).kind);
+        }
+        Ok(tally)
+    }
+}
+
+/// How journeys end over many worlds, for one choice and one setting. Worlds without a path of isolated landmarks are left
+/// out.
+pub fn success(
+    choice: Choice,
+    setting: &Setting,
+    worlds: std::ops::Range<u64>,
+    journeys: u64,
+) -> Result<Success, Error> {
+    let pilot = setting.pilot();
+    let mut result = Success::default();
+    for seed in worlds {
+        let Some(world) = World::new(seed, setting, setting.kinds(choice))? else { continue };
+        result.worlds += 1;
+        match world.plan(choice, &pilot, seed) {
+            Ok(plan) => {
+                result.planned += 1;
+                result.tally.merge(&world.fly(&plan, &pilot, journeys, seed)?);
+            }
+            Err(Error::Unreachable { .. }) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(result)
+}
+
+const HEAD: [&str; 11] = [
+    "choice",
+    "planned",
+    "success",
+    "low",
+    "high",
+    "direct",
+    "recovered",
+    "unaware",
+    "not located",
+    "lost",
+    "astray",
+];
+
+/// A row in percent: of the worlds that have a plan, of the journeys that arrive with their interval, of the six kinds.
+fn success_row(table: &mut Table, name: String, result: &Success) {
+    let share = |count: u32, of: u32| 100.0 * f64::from(count) / f64::from(of.max(1));
+    let (tally, journeys) = (&result.tally, result.tally.journeys());
+    let (low, high) = tally.interval();
+    let mut values = vec![
+        share(result.planned, result.worlds),
+        share(tally.arrivals(), journeys),
+        100.0 * low,
+        100.0 * high,
+    ];
+    values.extend(tally.counts.map(|count| share(count, journeys)));
+    table.row(name, &values);
+}
+
+/// Success by descriptor and by window, with the paper's D/R path and no verification.
+pub fn words_and_windows(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
+    use Descriptor::{Isolated, IsolatedPair, Obvious, PlusPair};
+    let title = format!("Success in percent by words and by window, D/R path, {sigma} mm");
+    let mut table = Table::new(&title, &HEAD);
+    let setting = Setting::of_sigma(sigma)?;
+    let choice = Choice::Paper(Objective::Ratio, Verify::Nothing);
+    let all: &'static [Descriptor] = &[Isolated, IsolatedPair, PlusPair];
+    for (name, words) in
+        [("Obvious", &[Obvious][..]), ("Isol", &[Isolated]), ("IsolPair", &[IsolatedPair]), ("all", all)]
+    {
+        let result = success(choice, &Setting { words, ..setting }, worlds.clone(), journeys)?;
+        success_row(&mut table, name.to_owned(), &result);
+    }
+    for side in [70.0, 85.0, 100.0, 125.0, 150.0] {
+        let window = Window::new(side, 0.15 * side)?;
+        let result = success(choice, &Setting { window, ..setting }, worlds.clone(), journeys)?;
+        success_row(&mut table, format!("Isol, window {side} mm"), &result);
+    }
+    Ok(table)
+}
+
+/// Figure 25: through a wall of clutter, the shortest path and the most reliable one. The share of a path's landmarks that
+/// have more than three candidates, its distance, and the success of its journeys.
+pub fn clutter(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
+    let title = format!("Figure 25: from one side of a cluttered wall to the other, at {sigma} mm");
+    let mut table = Table::new(&title, &["path", "D, windows", "-log R", "cluttered", "success", "worlds"]);
+    let pilot = Setting::of_sigma(sigma)?.pilot();
+    for (name, objective) in [
+        ("shortest", Objective::SHORTEST),
+        ("D/R", Objective::Ratio),
+        ("most reliable", Objective::MOST_RELIABLE),
+    ] {
+        let (mut sums, mut count) = ([0.0; 4], 0.0);
+        for seed in worlds.clone() {
+            let Some(world) = World::walled(seed, &pilot)? else { continue };
+            let plan = world.plan(Choice::Paper(objective, Verify::Nothing), &pilot, seed)?;
+            let tally = world.fly(&plan, &pilot, journeys, seed)?;
+            let cluttered = plan.path.legs.iter().filter(|leg| leg.transition.candidates > 3).count();
+            let legs = plan.path.legs.len().max(1) as f64;
+            let arrived = f64::from(tally.arrivals()) / f64::from(tally.journeys().max(1));
+            let values = [plan.path.distance, plan.path.unreliability, cluttered as f64 / legs, arrived];
+            sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+            count += 1.0;
+        }
+        let mut values = sums.map(|sum| sum / f64::max(count, 1.0)).to_vec();
+        values.push(count);
+        table.row(name, &values);
+    }
+    Ok(table)
+}
+
+/// Success by cost, verification and error: the six kinds in percent, with the interval of the success.
+pub fn costs(sigmas: &[f64], looks: u8, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
+    let title = format!("Success in percent over {} worlds, {looks} looks", worlds.end - worlds.start);
+    let mut table = Table::new(&title, &HEAD);
+    let quick = Effort { trials: 64, trial_journeys: 64, journeys: 128 };
+    for &sigma in sigmas {
+        for (name, choice) in [
+            ("shortest", Choice::Paper(Objective::SHORTEST, Verify::Nothing)),
+            ("fewest entries", Choice::Paper(Objective::FEWEST_ENTRIES, Verify::Nothing)),
+            ("most reliable", Choice::Paper(Objective::MOST_RELIABLE, Verify::Nothing)),
+            ("D/R", Choice::Paper(Objective::Ratio, Verify::Nothing)),
+            ("D/R, recovery", Choice::Paper(Objective::Ratio, Verify::Recoverable)),
+            ("D/R, detection", Choice::Paper(Objective::Ratio, Verify::Detectable)),
+            ("simulated", Choice::Simulated(quick)),
+        ] {
+            let setting = Setting { looks, ..Setting::of_sigma(sigma)? };
+            let result = success(choice, &setting, worlds.clone(), journeys)?;
+            success_row(&mut table, format!("{sigma} mm, {name}"), &result);
+        }
+    }
+    Ok(table)
+}
+
+/// Stated against observed probabilities, by tenths of the stated one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// For each tenth: the sum of what was stated, what arrived, and how many journeys there were.
+    pub bins: [(f64, u32, u32); 10],
+}
+
+impl Calibration {
+    /// The table of the bins that have journeys.
+    pub fn table(&self) -> Table {
+        let head = ["stated", "mean stated", "observed", "journeys"];
+        let mut table = Table::new("Calibration of the probability of arrival", &head);
+        for (bin, &(sum, arrived, journeys)) in (0..).zip(&self.bins) {
+            if journeys > 0 {
+                let n = f64::from(journeys);
+                table.row(format!("{}-{} %", bin * 10, bin * 10 + 10), &[sum / n, f64::from(arrived) / n, n]);
+            }
+        }
+        table
+    }
+}
+
+/// Plans by simulation on many worlds, and journeys on the true ones with seeds that fitted nothing.
+pub fn calibration(
+    settings: &[Setting],
+    effort: Effort,
+    worlds: std::ops::Range<u64>,
+    journeys: u64,
+) -> Result<Calibration, Error> {
+    let mut bins = [(0.0, 0, 0); 10];
+    for setting in settings {
+        let pilot = setting.pilot();
+        let choice = Choice::Simulated(effort);
+        for seed in worlds.clone() {
+            let Some(world) = World::new(seed, setting, setting.kinds(choice))? else { continue };
+            let plan = world.plan(choice, &pilot, seed)?;
+            let tally = world.fly(&plan, &pilot, journeys, seed.wrapping_add(1 << 32))?;
+            let stated = plan.probability.unwrap_or(0.0);
+            let bin = &mut bins[((stated * 10.0) as usize).min(9)];
+            bin.0 += stated * f64::from(tally.journeys());
+            bin.1 += tally.arrivals();
+            bin.2 += tally.journeys();
+        }
+    }
+    Ok(Calibration { bins })
+}

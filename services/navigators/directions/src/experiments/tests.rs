@@ -1,0 +1,116 @@
+//! The shapes of the paper's figures, in small.
+
+use super::*;
+use crate::arrival::Effort;
+use crate::fit;
+use crate::path::Objective;
+use crate::plan::Verify;
+
+/// Figure 7: the number of parkways rises, falls again, and a wider window has its peak at fewer dots.
+#[test]
+fn parkways_rise_and_coalesce() {
+    let populations = [25, 50, 100, 200, 400, 800];
+    let table = windows(&populations, 6, 1).unwrap();
+    let peak = |column| {
+        let counts = table.column(column);
+        (0..counts.len()).max_by(|&a, &b| counts[a].total_cmp(&counts[b])).unwrap()
+    };
+    assert!(peak(4) < peak(2) && peak(2) <= peak(0), "{table}");
+    assert!(table.column(4)[5] < 3.0, "{table}");
+}
+
+/// Figure 7: the more restrictive the connection, the more parkways.
+#[test]
+fn obvious_parkways_are_the_most_and_general_ones_the_fewest() {
+    let table = parkways(&[50, 100, 200], 5, 1).unwrap();
+    for (_, values) in &table.rows {
+        assert!(values[0] < values[1] && values[1] < values[2], "{table}");
+    }
+}
+
+/// Figure 11: trajectories halve the number of components at least. Isolated parkways alone leave dots that none has as its
+/// isolated landmark, the more the more dots there are.
+#[test]
+fn trajectories_join_components() {
+    let table = components(&[100, 200, 300], 5, 1).unwrap();
+    assert!(table.column(2).iter().all(|&ratio| ratio < 0.5), "{table}");
+}
+
+/// Figure 21.
+#[test]
+fn reliability_falls_with_candidates_and_with_error() {
+    let points = fit::identified(fit::Effort { trials: 1500 }, 3);
+    let of = |candidates, sigma: f64| {
+        points.iter().find(|p| p.candidates == candidates && p.sigma == sigma).unwrap().fraction
+    };
+    assert!(of(2, 0.01) > of(5, 0.01) && of(5, 0.01) > of(10, 0.01));
+    assert!(of(5, 0.01) > of(5, 0.03) && of(5, 0.03) > of(5, 0.06));
+}
+
+/// Figures 14, 15 and 26: on one world, the costs are in order, and a larger error costs more.
+#[test]
+fn costs_of_one_world_are_in_order() {
+    let table = costs_of_one_world(2).unwrap();
+    for sigma in table.rows.chunks(5) {
+        let [_, shortest, sure, ratio, _] = sigma else { panic!("{table}") };
+        assert!(shortest.1[1] <= ratio.1[1] + 1e-6 && ratio.1[1] <= sure.1[1] + 1e-6, "{table}");
+        assert!(sure.1[2] <= ratio.1[2] + 1e-6 && ratio.1[2] <= shortest.1[2] + 1e-6, "{table}");
+    }
+    assert!(table.rows[2].1[2] < table.rows[12].1[2], "{table}");
+}
+
+#[test]
+fn some_transitions_are_recoverable_in_every_density() {
+    let table = recoverable(&[60, 120, 240], 2, 1).unwrap();
+    for (_, values) in &table.rows {
+        assert!((values.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        assert!(values[1] > 0.02, "{table}");
+    }
+}
+
+/// Table 2's order over many worlds: with an error of 3 mm the most reliable path arrives more often than the shortest.
+#[test]
+fn the_most_reliable_path_arrives_more_often() {
+    let rate = |objective| {
+        let choice = Choice::Paper(objective, Verify::Nothing);
+        let tally = success(choice, &Setting::of_sigma(3.0).unwrap(), 0..25, 6).unwrap().tally;
+        f64::from(tally.arrivals()) / f64::from(tally.journeys())
+    };
+    let (shortest, sure) = (rate(Objective::SHORTEST), rate(Objective::MOST_RELIABLE));
+    assert!(sure > shortest + 0.05, "{sure} {shortest}");
+}
+
+/// Figure 25: the most reliable path avoids the clutter that the shortest one goes through.
+#[test]
+fn the_most_reliable_path_avoids_clutter() {
+    let table = clutter(3.0, 0..12, 4).unwrap();
+    let [shortest, _, sure] = &table.rows[..] else { panic!("{table}") };
+    assert!(shortest.1[0] < sure.1[0] && shortest.1[2] > 1.5 * sure.1[2], "{table}");
+}
+
+/// With misses, false dots, drift and rotation too, what is stated is what is observed.
+#[test]
+fn all_errors_at_once_are_reckoned_with() {
+    let effort = Effort { trials: 24, trial_journeys: 8, journeys: 48 };
+    let result = calibration(&[Setting::of_all_errors().unwrap()], effort, 0..30, 4).unwrap();
+    let sum = |of: fn(&(f64, u32, u32)) -> f64| result.bins.iter().map(of).sum::<f64>();
+    let journeys = sum(|bin| f64::from(bin.2));
+    let (stated, observed) = (sum(|bin| bin.0) / journeys, sum(|bin| f64::from(bin.1)) / journeys);
+    assert!((stated - observed).abs() < 0.1 && observed > 0.3, "{stated} {observed}");
+}
+
+#[test]
+fn obvious_landmarks_alone_plan_fewer_worlds() {
+    let table = words_and_windows(1.0, 0..10, 1).unwrap();
+    let planned = table.column(0);
+    assert!(planned[0] < 100.0 && planned[1] == 100.0, "{table}");
+}
+
+#[test]
+fn a_calibration_has_each_journey_once() {
+    let effort = Effort { trials: 16, trial_journeys: 8, journeys: 32 };
+    let result = calibration(&[Setting::of_sigma(2.0).unwrap()], effort, 0..4, 3).unwrap();
+    let journeys: u32 = result.bins.iter().map(|bin| bin.2).sum();
+    assert!(journeys > 0 && journeys.is_multiple_of(3), "{result:?}");
+    assert!(result.table().to_string().contains("mean stated"));
+}

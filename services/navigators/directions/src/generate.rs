@@ -1,0 +1,130 @@
+//! Random planes, by seed.
+
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::plane::{LIMIT, Plane};
+
+/// The stream of random numbers of a seed and a name.
+pub fn stream(seed: u64, name: u64) -> Pcg64Mcg {
+    Pcg64Mcg::seed_from_u64(
+        seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ name.wrapping_mul(0xd1b5_4a32_d192_ed03),
+    )
+}
+
+/// A point of normal errors, each of this standard deviation.
+pub fn error(rng: &mut Pcg64Mcg, sigma: f64) -> Point {
+    let (x, y): (f64, f64) = (StandardNormal.sample(rng), StandardNormal.sample(rng));
+    Point::new(x, y) * sigma
+}
+
+/// Dots with equal probability everywhere on a square of this side.
+pub fn uniform(dots: usize, side: f64, seed: u64) -> Result<Plane, Error> {
+    let mut rng = generator(side, seed)?;
+    distinct(dots, || place(&mut rng, side))
+}
+
+/// Dots around so many centres on a square of this side, with normal distances of this spread. Dots beyond the square are
+/// drawn anew.
+pub fn clustered(dots: usize, side: f64, clusters: usize, spread: f64, seed: u64) -> Result<Plane, Error> {
+    let mut rng = generator(side, seed)?;
+    if clusters == 0 {
+        return Err(Error::Parameter { what: "clusters", expected: "at least 1", found: 0.0 });
+    }
+    if !(spread > 0.0 && spread <= side) {
+        return Err(Error::Parameter {
+            what: "spread",
+            expected: "a length from 0 to the side",
+            found: spread,
+        });
+    }
+    let centres: Vec<_> = (0..clusters).map(|_| place(&mut rng, side)).collect();
+    let is_inside = |dot: Point| (0.0..=side).contains(&dot.x) && (0.0..=side).contains(&dot.y);
+    distinct(dots, || {
+        let centre = centres[rng.random_range(0..clusters)];
+        loop {
+            let dot = centre + error(&mut rng, spread);
+            if is_inside(dot) {
+                return dot;
+            }
+        }
+    })
+}
+
+/// Dots with equal probability everywhere on a square of this side, and more of them in a wall: an upright strip in the middle,
+/// a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
+pub fn walled(dots: usize, in_wall: usize, side: f64, seed: u64) -> Result<Plane, Error> {
+    let mut rng = generator(side, seed)?;
+    let mut drawn = 0;
+    distinct(dots + in_wall, || {
+        drawn += 1;
+        if drawn <= dots {
+            return place(&mut rng, side);
+        }
+        Point::new(rng.random_range(0.45 * side..0.55 * side), rng.random_range(0.0..0.9 * side))
+    })
+}
+
+fn generator(side: f64, seed: u64) -> Result<Pcg64Mcg, Error> {
+    if side > 0.0 && side <= LIMIT {
+        Ok(Pcg64Mcg::seed_from_u64(seed))
+    } else {
+        Err(Error::Parameter { what: "side of the plane", expected: "a length above 0", found: side })
+    }
+}
+
+fn place(rng: &mut Pcg64Mcg, side: f64) -> Point {
+    Point::new(rng.random_range(0.0..side), rng.random_range(0.0..side))
+}
+
+/// Draws until no two dots lie in one place. With 53 bits a coordinate it seldom draws twice.
+fn distinct(dots: usize, mut draw: impl FnMut() -> Point) -> Result<Plane, Error> {
+    let mut places: Vec<_> = (0..dots).map(|_| draw()).collect();
+    loop {
+        match Plane::new(places.clone()) {
+            Err(Error::SamePlace { second, .. }) => places[second] = draw(),
+            result => return result,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seed_gives_the_same_plane() {
+        assert_eq!(uniform(100, 1000.0, 1), uniform(100, 1000.0, 1));
+        assert_ne!(uniform(100, 1000.0, 1), uniform(100, 1000.0, 2));
+    }
+
+    #[test]
+    fn clusters_crowd() {
+        let near = |plane: &Plane| -> usize {
+            plane.dots().iter().map(|&dot| plane.around(dot, 20.0).count() - 1).sum()
+        };
+        let flat = uniform(300, 1000.0, 5).unwrap();
+        let crowded = clustered(300, 1000.0, 10, 30.0, 5).unwrap();
+        assert_eq!(crowded.len(), 300);
+        assert!(near(&crowded) > 5 * near(&flat), "{} {}", near(&crowded), near(&flat));
+    }
+
+    #[test]
+    fn a_wall_is_crowded() {
+        let world = walled(100, 60, 1000.0, 3).unwrap();
+        assert_eq!(world.len(), 160);
+        let in_wall = world.within(Point::new(450.0, 0.0), Point::new(550.0, 900.0)).count();
+        assert!((60..80).contains(&in_wall), "{in_wall}");
+    }
+
+    #[test]
+    fn bad_parameters_are_rejected() {
+        assert_eq!(uniform(0, 10.0, 1).unwrap_err(), Error::NoDots);
+        assert!(uniform(5, 0.0, 1).is_err());
+        assert!(clustered(5, 10.0, 0, 1.0, 1).is_err());
+        assert!(clustered(5, 10.0, 2, f64::NAN, 1).is_err());
+    }
+}

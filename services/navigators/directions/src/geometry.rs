@@ -1,0 +1,206 @@
+//! Points, the view window and its four corners.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+
+/// A point or a displacement: x to the east, y to the north.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Point {
+    /// To the east.
+    pub x: f64,
+    /// To the north.
+    pub y: f64,
+}
+
+impl Point {
+    /// The point (x, y).
+    pub const fn new(x: f64, y: f64) -> Self {
+        Self { x, y }
+    }
+
+    /// The inner product.
+    pub fn dot(self, other: Self) -> f64 {
+        self.x * other.x + self.y * other.y
+    }
+
+    /// The square of its length.
+    pub fn norm_squared(self) -> f64 {
+        self.dot(self)
+    }
+
+    /// Its length.
+    pub fn norm(self) -> f64 {
+        self.norm_squared().sqrt()
+    }
+
+    /// Turned to the left by an angle in radians.
+    pub fn turned(self, angle_rad: f64) -> Self {
+        let (sin, cos) = angle_rad.sin_cos();
+        Self::new(self.x * cos - self.y * sin, self.x * sin + self.y * cos)
+    }
+
+    /// The direction of length 1; none where the length is 0.
+    pub fn direction(self) -> Option<Self> {
+        let norm = self.norm();
+        (norm > 0.0).then(|| self * (1.0 / norm))
+    }
+}
+
+impl Add for Point {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y)
+    }
+}
+
+impl Sub for Point {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y)
+    }
+}
+
+impl Neg for Point {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self::new(-self.x, -self.y)
+    }
+}
+
+impl Mul<f64> for Point {
+    type Output = Self;
+    fn mul(self, by: f64) -> Self {
+        Self::new(self.x * by, self.y * by)
+    }
+}
+
+/// A corner of the view window.
+///
+/// It also names a *quadrant* of a landmark: what the window covers while the landmark lies in that corner (Park and Kender
+/// 1995, 6.3.1). The quadrant `Se` is therefore the area north-west of the landmark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Corner {
+    /// South-east.
+    Se,
+    /// South-west.
+    Sw,
+    /// North-east.
+    Ne,
+    /// North-west.
+    Nw,
+}
+
+impl Corner {
+    /// All corners, in the order of the paper's signatures.
+    pub const ALL: [Self; 4] = [Self::Se, Self::Sw, Self::Ne, Self::Nw];
+
+    /// From the corner into the window, by signs of x and y.
+    pub const fn inward(self) -> Point {
+        match self {
+            Self::Se => Point::new(-1.0, 1.0),
+            Self::Sw => Point::new(1.0, 1.0),
+            Self::Ne => Point::new(-1.0, -1.0),
+            Self::Nw => Point::new(1.0, -1.0),
+        }
+    }
+
+    /// Whether a quadrant of this side holds a point, given relative to the landmark. Its edges belong to it.
+    pub fn covers(self, relative: Point, side: f64) -> bool {
+        self.nearly_covers(relative, side, 0.0)
+    }
+
+    /// Whether it does when each of its edges is moved outwards by some slack.
+    pub fn nearly_covers(self, relative: Point, side: f64, slack: f64) -> bool {
+        let inward = self.inward();
+        let (along_x, along_y) = (relative.x * inward.x, relative.y * inward.y);
+        let range = -slack..=side + slack;
+        range.contains(&along_x) && range.contains(&along_y)
+    }
+
+    /// The word that custom maps have for it.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Se => "SE",
+            Self::Sw => "SW",
+            Self::Ne => "NE",
+            Self::Nw => "NW",
+        }
+    }
+}
+
+/// The square view window.
+///
+/// Descriptions count what lies within `side` of a landmark in its corner. The camera sees `margin` more on each edge. So a
+/// landmark in a corner stays visible although the helicopter is never exactly where it wants to be.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    /// The side of the square, in the plane's unit.
+    pub side: f64,
+    /// How far the camera sees beyond each edge.
+    pub margin: f64,
+}
+
+impl Window {
+    /// A window, if its side is above 0 and its margin is not below.
+    pub fn new(side: f64, margin: f64) -> Result<Self, Error> {
+        let is_length = |value: f64| value.is_finite() && value <= crate::plane::LIMIT;
+        if !is_length(side) || side <= 0.0 {
+            return Err(Error::Parameter { what: "window side", expected: "a length above 0", found: side });
+        }
+        if !is_length(margin) || margin < 0.0 {
+            return Err(Error::Parameter {
+                what: "window margin",
+                expected: "a length from 0",
+                found: margin,
+            });
+        }
+        Ok(Self { side, margin })
+    }
+
+    /// From a landmark to the centre of the window that has it in a corner.
+    pub fn centre_from(self, corner: Corner) -> Point {
+        corner.inward() * (self.side / 2.0)
+    }
+
+    /// Whether the window proper shows a point, given relative to the centre.
+    pub fn shows(self, relative: Point) -> bool {
+        let half = self.side / 2.0;
+        relative.x.abs() <= half && relative.y.abs() <= half
+    }
+
+    /// Whether the camera sees a point, given relative to the centre.
+    pub fn camera_sees(self, relative: Point) -> bool {
+        let half = self.side / 2.0 + self.margin;
+        relative.x.abs() <= half && relative.y.abs() <= half
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quadrant_is_named_by_the_corner_where_the_landmark_lies() {
+        let north_west = Point::new(-3.0, 4.0);
+        let holds = Corner::ALL.map(|corner| corner.covers(north_west, 10.0));
+        assert_eq!(holds, [true, false, false, false]);
+        assert_eq!(Window::new(10.0, 0.0).unwrap().centre_from(Corner::Se), Point::new(-5.0, 5.0));
+    }
+
+    #[test]
+    fn a_point_on_an_axis_lies_in_two_quadrants() {
+        let east = Point::new(10.0, 0.0);
+        let holds = Corner::ALL.map(|corner| corner.covers(east, 10.0));
+        assert_eq!(holds, [false, true, false, true]);
+    }
+
+    #[test]
+    fn a_window_without_extent_is_rejected() {
+        assert!(Window::new(0.0, 1.0).is_err());
+        assert!(Window::new(f64::NAN, 1.0).is_err());
+        assert!(Window::new(10.0, -1.0).is_err());
+    }
+}

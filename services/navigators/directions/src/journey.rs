@@ -1,0 +1,284 @@
+//! A simulated helicopter that follows a custom map: for Monte Carlo estimates and for tests.
+//!
+//! The window hangs over the plane. It moves as it is told, with random errors of place and of heading that grow with the
+//! square root of the way. The camera sees each dot with an error of position, misses some, and sees some that are not
+//! there. The judge knows the plane, and tells the six kinds of success and failure (Park and Kender 1995, 7.2.6).
+
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::generate;
+use crate::geometry::{Point, Window};
+use crate::navigator::{Activity, Navigator, Outcome, Output};
+use crate::plane::{DotId, Plane};
+
+/// The time between two steps, in seconds.
+pub const STEP_S: f64 = 0.1;
+
+/// The errors of the helicopter, its camera, and the map-maker's. Lengths are in the plane's unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Noise {
+    /// Standard deviation of a dot's position in the navigator's view, on each axis.
+    pub sigma: f64,
+    /// Standard deviation of a dot's position as the map-maker knows it, on each axis.
+    pub map_sigma: f64,
+    /// The probability that a view lacks a dot.
+    pub misses: f64,
+    /// How many dots a view shows that are not there, on average.
+    pub false_dots: f64,
+    /// Standard deviation of the place after a movement of length 1, on each axis. It grows with the square root.
+    pub translation: f64,
+    /// Standard deviation of the heading after a movement of length 1, in radians. It grows with the square root.
+    pub rotation_rad: f64,
+}
+
+impl Noise {
+    /// No errors at all.
+    pub const NONE: Self = Self {
+        sigma: 0.0,
+        map_sigma: 0.0,
+        misses: 0.0,
+        false_dots: 0.0,
+        translation: 0.0,
+        rotation_rad: 0.0,
+    };
+
+    /// Errors of position alone, the navigator's and the map-maker's alike.
+    pub fn of_sigma(sigma: f64) -> Self {
+        Self { sigma, map_sigma: sigma, ..Self::NONE }
+    }
+
+    /// The standard deviation of a position in the view about the map-maker's.
+    pub fn combined_sigma(self) -> f64 {
+        self.sigma.hypot(self.map_sigma)
+    }
+
+    /// Rejects errors below 0, and probabilities above 1.
+    pub fn check(self) -> Result<Self, Error> {
+        for (what, value, most) in [
+            ("error of position", self.sigma, f64::MAX),
+            ("error of the map", self.map_sigma, f64::MAX),
+            ("probability of a miss", self.misses, 1.0),
+            ("false dots", self.false_dots, 1000.0),
+            ("error of translation", self.translation, f64::MAX),
+            ("error of rotation", self.rotation_rad, f64::MAX),
+        ] {
+            if !(0.0..=most).contains(&value) {
+                return Err(Error::Parameter { what, expected: "a number from 0, in range", found: value });
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// The window over the plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Helicopter {
+    /// The window's centre.
+    pub centre: Point,
+    /// How far the window has turned to the left, in radians.
+    pub heading_rad: f64,
+}
+
+impl Helicopter {
+    /// What the camera sees, relative to the window's centre and along its axes.
+    pub fn look(
+        &self,
+        plane: &Plane,
+        window: Window,
+        noise: Noise,
+        rng: &mut Pcg64Mcg,
+        view: &mut Vec<Point>,
+    ) {
+        view.clear();
+        let half = window.side / 2.0 + window.margin;
+        for (_, dot) in plane.around(self.centre, half * std::f64::consts::SQRT_2) {
+            let relative = (dot - self.centre).turned(-self.heading_rad);
+            if window.camera_sees(relative) && !(noise.misses > 0.0 && rng.random_bool(noise.misses)) {
+                view.push(relative + generate::error(rng, noise.sigma));
+            }
+        }
+        for _ in 0..arrivals(rng, noise.false_dots) {
+            view.push(Point::new(rng.random_range(-half..=half), rng.random_range(-half..=half)));
+        }
+    }
+
+    /// Moves for a while by a velocity in the window's axes.
+    pub fn fly(&mut self, velocity: Point, elapsed_s: f64, noise: Noise, rng: &mut Pcg64Mcg) {
+        let way = velocity * elapsed_s;
+        let spread = way.norm().sqrt();
+        if spread > 0.0 {
+            let turn: f64 = StandardNormal.sample(rng);
+            self.centre =
+                self.centre + way.turned(self.heading_rad) + generate::error(rng, noise.translation * spread);
+            self.heading_rad += turn * noise.rotation_rad * spread;
+        }
+    }
+
+    /// Where a place in the window is on the plane.
+    pub fn on_plane(&self, place: Point) -> Point {
+        self.centre + place.turned(self.heading_rad)
+    }
+}
+
+/// A Poisson number, by Knuth's product: the mean is small.
+fn arrivals(rng: &mut Pcg64Mcg, mean: f64) -> u32 {
+    if mean <= 0.0 {
+        return 0;
+    }
+    let (limit, mut product, mut count) = ((-mean).exp(), rng.random::<f64>(), 0);
+    while product > limit {
+        product *= rng.random::<f64>();
+        count += 1;
+    }
+    count
+}
+
+/// How a journey ended: the six kinds of 7.2.6.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Kind {
+    /// Success 1: on the right path to the goal, without a recovery.
+    Direct,
+    /// Success 2: at the goal, after recoveries.
+    Recovered,
+    /// Success 3: at the goal by a wrong path. The navigator is not aware of its mistakes.
+    Unaware,
+    /// Failure 1: it cannot locate a landmark, and knows it.
+    CannotLocate,
+    /// Failure 2: it has verified that it is lost.
+    Lost,
+    /// Failure 3: it reports success elsewhere.
+    Astray,
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 6] =
+        [Self::Direct, Self::Recovered, Self::Unaware, Self::CannotLocate, Self::Lost, Self::Astray];
+
+    /// Whether the navigator is at the goal and says so.
+    pub fn is_success(self) -> bool {
+        self < Self::CannotLocate
+    }
+}
+
+/// What became of a journey.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// How it ended.
+    pub kind: Kind,
+    /// The dots that the navigator took as right, one for each entry that it finished.
+    pub attained: Vec<DotId>,
+    /// How often it recovered.
+    pub recoveries: u16,
+    /// How many steps it took.
+    pub steps: u32,
+    /// How far the window was moved.
+    pub distance: f64,
+}
+
+/// A journey under way.
+#[derive(Debug)]
+pub struct Journey<'a> {
+    plane: &'a Plane,
+    navigator: &'a Navigator,
+    noise: Noise,
+    /// The landmarks that the map means, one for each entry.
+    intended: &'a [DotId],
+}
+
+impl<'a> Journey<'a> {
+    /// A journey over the true plane. Rejects impossible errors, and intended landmarks that are not one dot of the plane for
+    /// each entry of the map.
+    pub fn new(
+        plane: &'a Plane,
+        navigator: &'a Navigator,
+        intended: &'a [DotId],
+        noise: Noise,
+    ) -> Result<Self, Error> {
+        let noise = noise.check()?;
+        intended.iter().try_for_each(|&dot| plane.known(dot).map(drop))?;
+        if intended.len() != navigator.map().entries().len() {
+            let found = intended.len() as f64;
+            return Err(Error::Parameter {
+                what: "intended landmarks",
+                expected: "one for each entry",
+                found,
+            });
+        }
+        Ok(Self { plane, navigator, noise, intended })
+    }
+
+    /// Runs it from a centre of the window to its end. Calls `watch` after each step.
+    pub fn run(
+        &self,
+        from: Point,
+        rng: &mut Pcg64Mcg,
+        mut watch: impl FnMut(&Helicopter, &Output, &[Point]),
+    ) -> Report {
+        let mut helicopter = Helicopter { centre: from, heading_rad: 0.0 };
+        let mut state = self.navigator.start();
+        let mut view = Vec::new();
+        let mut report =
+            Report { kind: Kind::Lost, attained: Vec::new(), recoveries: 0, steps: 0, distance: 0.0 };
+        loop {
+            helicopter.look(self.plane, self.navigator.settings().window, self.noise, rng, &mut view);
+            let elapsed_s = if report.steps == 0 { 0.0 } else { STEP_S };
+            let output = self.navigator.step(&mut state, &view, elapsed_s);
+            report.steps += 1;
+            if usize::from(output.accepted) > report.attained.len() {
+                report.attained.push(self.attained(&helicopter, &output));
+            }
+            watch(&helicopter, &output, &view);
+            if let Some(outcome) = output.outcome {
+                report.recoveries = output.recoveries;
+                report.kind = self.judge(outcome, &report);
+                return report;
+            }
+            report.distance += output.velocity.norm() * STEP_S;
+            helicopter.fly(output.velocity, STEP_S, self.noise, rng);
+        }
+    }
+
+    /// The dot that is nearest to where the navigator believes its reference to be.
+    fn attained(&self, helicopter: &Helicopter, output: &Output) -> DotId {
+        let place = helicopter.on_plane(output.reference.unwrap_or_default());
+        let mut reach = self.navigator.settings().window.side / 8.0;
+        loop {
+            let distance = |dot: &(DotId, Point)| (dot.1 - place).norm_squared();
+            let near = self.plane.around(place, reach).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            if let Some((dot, _)) = near {
+                return dot;
+            }
+            reach *= 2.0;
+        }
+    }
+
+    fn judge(&self, outcome: Outcome, report: &Report) -> Kind {
+        match outcome {
+            Outcome::CannotLocate => Kind::CannotLocate,
+            Outcome::Lost => Kind::Lost,
+            Outcome::Arrived if report.attained.last() != self.intended.last() => Kind::Astray,
+            Outcome::Arrived if report.attained != self.intended => Kind::Unaware,
+            Outcome::Arrived if report.recoveries > 0 => Kind::Recovered,
+            Outcome::Arrived => Kind::Direct,
+        }
+    }
+}
+
+/// The activities of a journey, each once in a row.
+pub fn activities(journey: &Journey<'_>, from: Point, rng: &mut Pcg64Mcg) -> Vec<Activity> {
+    let mut seen = Vec::new();
+    journey.run(from, rng, |_, output, _| {
+        if seen.last() != Some(&output.activity) {
+            seen.push(output.activity);
+        }
+    });
+    seen
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,154 @@
+//! Small worlds, and how journeys through them end.
+
+use super::*;
+use crate::custom_map::CustomMap;
+use crate::generate::stream;
+use crate::navigator::Settings;
+use crate::testing::plane;
+
+fn window() -> Window {
+    Window::new(10.0, 1.5).unwrap()
+}
+
+fn navigator(map: &str) -> Navigator {
+    Navigator::new(Settings::new(window(), 0.0), map.parse::<CustomMap>().unwrap()).unwrap()
+}
+
+fn run(world: &Plane, map: &str, intended: &[DotId], from: (f64, f64)) -> (Report, Vec<Activity>) {
+    let navigator = navigator(map);
+    let journey = Journey::new(world, &navigator, intended, Noise::NONE).unwrap();
+    let from = Point::new(from.0, from.1);
+    (journey.run(from, &mut stream(1, 0), |_, _, _| {}), activities(&journey, from, &mut stream(1, 0)))
+}
+
+/// A line of dots to the north-east, each alone in reach of the one before.
+fn stairs() -> Plane {
+    plane(&[(0.0, 0.0), (7.0, 6.0), (13.0, 14.0), (20.0, 20.0)])
+}
+
+#[test]
+fn stairs_are_followed_directly() {
+    let map = "(*, SW)\n(Isol, SW)\n(Obvious, SW)\n(Isol, -)";
+    let (report, activities) = run(&stairs(), map, &[0, 1, 2, 3], (0.5, 0.5));
+    assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[0, 1, 2, 3][..]));
+    assert_eq!(activities.first(), Some(&Activity::Adjust));
+    assert_eq!(activities.last(), Some(&Activity::Rest));
+    // The window's centre goes from (0.5, 0.5) to 5 north-east of the third dot.
+    assert!((23.0..28.0).contains(&report.distance), "{}", report.distance);
+}
+
+#[test]
+fn a_landmark_that_is_not_there_cannot_be_located() {
+    // North-west of the first dot there is nothing.
+    let (report, _) = run(&stairs(), "(*, SE)\n(Isol, -)", &[0, 1], (0.0, 0.0));
+    assert_eq!((report.kind, report.attained.len()), (Kind::CannotLocate, 1));
+    // Two are not obvious.
+    let two = plane(&[(0.0, 0.0), (7.0, 6.0), (3.0, 8.0)]);
+    assert_eq!(run(&two, "(*, SW)\n(Obvious, -)", &[0, 1], (0.0, 0.0)).0.kind, Kind::CannotLocate);
+}
+
+#[test]
+fn a_count_that_differs_and_has_no_recovery_is_lost() {
+    // The second dot has two occupied quadrants.
+    let map = |count| format!("(*, SW)\n(Isol, ({count}, -), SW)\n(Isol, -)");
+    let intended = [0, 1, 2];
+    assert_eq!(run(&stairs(), &map(2), &intended, (0.0, 0.0)).0.kind, Kind::Direct);
+    assert_eq!(run(&stairs(), &map(3), &intended, (0.0, 0.0)).0.kind, Kind::Lost);
+}
+
+#[test]
+fn a_wrong_path_to_the_goal_is_success_unaware_and_elsewhere_it_is_astray() {
+    let map = "(*, SW)\n(Isol, SW)\n(Isol, -)";
+    assert_eq!(run(&stairs(), map, &[0, 3, 2], (0.0, 0.0)).0.kind, Kind::Unaware);
+    assert_eq!(run(&stairs(), map, &[0, 1, 3], (0.0, 0.0)).0.kind, Kind::Astray);
+}
+
+#[test]
+fn a_trajectory_crosses_the_void() {
+    let world = plane(&[(0.0, 0.0), (6.0, 0.5), (60.0, 3.0), (-40.0, -5.0)]);
+    let (ahead, activities) = run(&world, "(*, SW)\n(Isol, Trajp, -)", &[0, 2], (0.0, 0.0));
+    assert_eq!((ahead.kind, ahead.attained), (Kind::Direct, vec![0, 2]));
+    assert!(activities.contains(&Activity::Slide));
+    let (behind, _) = run(&world, "(*, SW)\n(Isol, Trajn, SE)", &[0, 3], (0.0, 0.0));
+    assert_eq!((behind.kind, behind.attained), (Kind::Direct, vec![0, 3]));
+}
+
+#[test]
+fn a_slide_into_nothing_ends() {
+    let world = plane(&[(0.0, 0.0), (6.0, 0.5)]);
+    assert_eq!(run(&world, "(*, SW)\n(Isol, Trajp, -)", &[0, 1], (0.0, 0.0)).0.kind, Kind::CannotLocate);
+}
+
+#[test]
+fn what_the_last_movement_brought_in_is_new() {
+    // From the first dot the second is seen alone. With the second in the south-west, the third and the fourth are seen; the
+    // third was there before, at the edge of the first window.
+    let world = plane(&[(0.0, 0.0), (4.0, 5.0), (9.0, 8.0), (12.0, 13.0)]);
+    let map = "(*, SW)\n(Any, SW)\n(New, -)";
+    assert!(map.parse::<CustomMap>().is_err(), "the word for any is a star");
+    let (report, _) = run(&world, "(*, SW)\n(*, SW)\n(New, -)", &[0, 1, 3], (0.0, 0.0));
+    assert_eq!((report.kind, report.attained), (Kind::Direct, vec![0, 1, 3]));
+}
+
+#[test]
+fn every_word_is_understood() {
+    // North-east of the first dot: a pair, and a dot apart that is the isolated one.
+    let world = plane(&[(0.0, 0.0), (7.0, 2.0), (8.0, 3.0), (2.0, 9.0), (3.0, 12.0), (9.5, 13.0)]);
+    let attained = |word: &str| run(&world, &format!("(*, SW)\n({word}, -)"), &[0, 0], (0.0, 0.0)).0.attained;
+    assert_eq!(attained("Isol"), [0, 3]);
+    assert_eq!(attained("IsolPair"), [0, 2]);
+    assert_eq!(attained("*"), [0, 1]);
+    assert_eq!(attained("Confusable"), [0, 1]);
+    // From the dot apart there are two: none is obvious, and the one further away is meant.
+    let from_isolated = |word: &str| {
+        run(&world, &format!("(*, SW)\n(Isol, SW)\n({word}, -)"), &[0, 3, 0], (0.0, 0.0)).0.attained
+    };
+    assert_eq!(from_isolated("PlusPair"), [0, 3, 5]);
+    assert_eq!(from_isolated("Obvious"), [0, 3]);
+}
+
+#[test]
+fn false_dots_and_misses_are_outvoted_by_several_looks() {
+    let noise = Noise { misses: 0.1, false_dots: 0.3, sigma: 0.1, ..Noise::NONE };
+    let successes = |looks| {
+        let map = "(*, SW)\n(Isol, SW)\n(Isol, SW)\n(Isol, -)".parse::<CustomMap>().unwrap();
+        let settings = Settings { looks, ..Settings::new(window(), noise.sigma) };
+        let navigator = Navigator::new(settings, map).unwrap();
+        let world = stairs();
+        let journey = Journey::new(&world, &navigator, &[0, 1, 2, 3], noise).unwrap();
+        let run =
+            |seed| journey.run(Point::new(0.5, 0.5), &mut stream(seed, 1), |_, _, _| {}).kind.is_success();
+        (0..200).filter(|&seed| run(seed)).count()
+    };
+    let (one, five) = (successes(1), successes(5));
+    assert!(five > 170 && one < five, "{one} {five}");
+}
+
+#[test]
+fn a_seed_gives_the_same_journey() {
+    let map = "(*, SW)\n(Isol, SW)\n(Isol, -)";
+    let navigator = navigator(map);
+    let world = stairs();
+    let noise = Noise { translation: 0.05, rotation_rad: 0.01, ..Noise::of_sigma(0.2) };
+    let run = |seed| {
+        Journey::new(&world, &navigator, &[0, 1, 2], noise).unwrap().run(
+            Point::default(),
+            &mut stream(seed, 0),
+            |_, _, _| {},
+        )
+    };
+    assert_eq!(run(7), run(7));
+    assert_ne!(run(7).distance, run(8).distance);
+}
+
+#[test]
+fn impossible_noise_is_rejected() {
+    assert!(Noise { misses: 1.5, ..Noise::NONE }.check().is_err());
+    assert!(Noise { sigma: f64::NAN, ..Noise::NONE }.check().is_err());
+    assert!(Noise::of_sigma(1.0).check().is_ok());
+    let (world, navigator) = (stairs(), navigator("(*, SW)\n(Isol, -)"));
+    let journey = |intended: &[DotId], noise| Journey::new(&world, &navigator, intended, noise).is_ok();
+    assert!(journey(&[0, 1], Noise::NONE));
+    assert!(!journey(&[0, 1], Noise { misses: -0.1, ..Noise::NONE }));
+    assert!(!journey(&[0], Noise::NONE) && !journey(&[0, 9], Noise::NONE));
+}

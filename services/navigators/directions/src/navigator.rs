@@ -1,0 +1,282 @@
+//! The navigator: seeks, verifies, adjusts and recovers by a custom map and the view of its window (Park and Kender 1995, 3,
+//! 5.5, 6.3).
+//!
+//! It knows its map, its own window, and nothing of the plane. A step takes the positions of the dots in view, relative to
+//! the window's centre, and gives the velocity of the window in its own axes. A step is a function of state, view and
+//! elapsed time; it allocates nothing. The state is small and serializable.
+//!
+//! For each entry of the map it:
+//! 1. *describes*: stands still, looks, and picks the landmark that the word means;
+//! 2. for a trajectory, *centres* the window around the pair and *slides* until a new dot comes in;
+//! 3. *verifies*, where the map says how: looks around the landmark and counts its occupied quadrants;
+//! 4. *adjusts*: moves the landmark to its corner; or *recovers*: to the corner of the recovery, and describes again.
+//!
+//! It knows of itself that it has arrived, that it cannot locate a landmark, and that it is lost ([`Outcome`]).
+
+mod steps;
+pub mod tracks;
+
+use serde::{Deserialize, Serialize};
+
+use crate::custom_map::CustomMap;
+use crate::description::{Descriptor, Vocabulary};
+use crate::error::Error;
+use crate::geometry::{Corner, Point, Window};
+use crate::signature::Signature;
+use tracks::Tracks;
+
+/// How a navigator sees and moves. Lengths are in the plane's unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Its window.
+    pub window: Window,
+    /// The words that it understands.
+    pub vocabulary: Vocabulary,
+    /// Its greatest speed, per second.
+    pub speed: f64,
+    /// How fast it removes an error of position, per second.
+    pub gain: f64,
+    /// The error of position at which a landmark lies in its corner.
+    pub tolerance: f64,
+    /// How far a dot may be from where it should be.
+    pub gate: f64,
+    /// The weight of a new position of a dot while the window moves, from 0 to 1.
+    pub weight: f64,
+    /// How many views it takes where it stands before it decides. The paper's navigator takes one.
+    pub looks: u8,
+    /// How often it looks again for a landmark that it cannot locate, and for how many views it follows one unseen.
+    pub patience: u8,
+    /// How often it recovers within one entry.
+    pub most_recoveries: u8,
+    /// How long it works on an entry before it gives up, in seconds.
+    pub longest_entry_s: f64,
+}
+
+impl Settings {
+    /// What suits a window and an error of position: a window's side a second, and a gate of three and a half deviations.
+    pub fn new(window: Window, sigma: f64) -> Self {
+        Self {
+            window,
+            vocabulary: Vocabulary::ALL,
+            speed: window.side,
+            gain: 4.0,
+            tolerance: 0.02 * window.side,
+            gate: 0.03 * window.side + 3.5 * sigma,
+            weight: 0.4,
+            looks: 1,
+            patience: 5,
+            most_recoveries: 8,
+            longest_entry_s: 120.0,
+        }
+    }
+
+    /// How far outside of a quadrant a dot is still taken for a candidate where there is no other.
+    pub fn slack(&self) -> f64 {
+        self.gate.min(self.window.margin)
+    }
+
+    fn check(self) -> Result<Self, Error> {
+        let wrong = |what, expected, found| Err(Error::Parameter { what, expected, found });
+        Window::new(self.window.side, self.window.margin)?;
+        for (what, value) in [
+            ("speed", self.speed),
+            ("gain", self.gain),
+            ("tolerance", self.tolerance),
+            ("gate", self.gate),
+            ("longest entry", self.longest_entry_s),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return wrong(what, "a number above 0", value);
+            }
+        }
+        if !(self.weight > 0.0 && self.weight <= 1.0) {
+            return wrong("weight", "a number above 0, at most 1", self.weight);
+        }
+        if self.looks == 0 {
+            return wrong("looks", "at least 1", 0.0);
+        }
+        Ok(self)
+    }
+}
+
+/// What a navigator is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Activity {
+    /// It looks for the landmark that a word means.
+    Seek,
+    /// It brings a pair of landmarks to the middle of its window, or slides along their line.
+    Slide,
+    /// It looks around the landmark that it has attained.
+    Verify,
+    /// It moves the landmark to the corner that the entry says.
+    Adjust,
+    /// It moves a wrong landmark to the corner of a recovery, or seeks from there.
+    Recover,
+    /// It has finished.
+    Rest,
+}
+
+/// How a journey has ended, as far as the navigator is aware (7.2.6).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Outcome {
+    /// It reports the goal.
+    Arrived,
+    /// It cannot locate a landmark: failure 1.
+    CannotLocate,
+    /// It has verified that it is lost, and the map has no way back: failure 2.
+    Lost,
+}
+
+/// What a step gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Output {
+    /// The velocity of the window in its own axes, per second.
+    pub velocity: Point,
+    /// What the navigator is doing.
+    pub activity: Activity,
+    /// The entry that it works on, from 0.
+    pub entry: u16,
+    /// Where it believes its reference landmark to be, relative to the window's centre.
+    pub reference: Option<Point>,
+    /// How many entries it has finished, each with a landmark that it took as right.
+    pub accepted: u16,
+    /// How often it has recovered, in all.
+    pub recoveries: u16,
+    /// How the journey has ended, if it has.
+    pub outcome: Option<Outcome>,
+}
+
+/// A landmark that is followed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Mark {
+    place: Point,
+    missed: u8,
+}
+
+/// What is done now.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+enum Phase {
+    /// Stands, looks, and picks the landmark of a word. With a corner, the reference lies there.
+    Describe { word: Descriptor, corner: Option<Corner>, is_recovery: bool },
+    /// Brings the reference and the second landmark to the middle.
+    Centre { second: Mark },
+    /// Slides. The pair's line lies so far to the left of the window's centre, and the window has slid so far along it.
+    Slide { along: Point, aside: f64, slid: f64 },
+    /// Looks around the reference: at the corner with this number.
+    Around { corner: u8 },
+    /// Brings the reference to a corner; then seeks by a recovery's word, or goes on to the next entry.
+    Adjust { corner: Corner, recovery: Option<Descriptor> },
+    /// Rests.
+    Finished { outcome: Outcome },
+}
+
+/// All that a navigator remembers. Equal states, views and times give equal steps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    phase: Phase,
+    entry: u16,
+    accepted: u16,
+    recoveries: u16,
+    /// Recoveries within this entry.
+    tries: u8,
+    /// Seconds since the entry began.
+    spent_s: f64,
+    velocity: Point,
+    reference: Option<Mark>,
+    /// How many views have been taken at this stand.
+    looks: u8,
+    /// How often the landmark was not found.
+    waited: u8,
+    signature: Signature,
+    /// What this stand or slide has seen.
+    tracks: Tracks,
+    /// What the last description saw: anything else is new.
+    before: Tracks,
+}
+
+/// A navigator with its map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Navigator {
+    settings: Settings,
+    map: CustomMap,
+}
+
+impl Navigator {
+    /// Rejects settings out of range, and a map with words that the navigator does not understand.
+    pub fn new(settings: Settings, map: CustomMap) -> Result<Self, Error> {
+        let settings = settings.check()?;
+        for (entry, line) in (1..).zip(map.entries()) {
+            if let Some(word) = line.words().find(|&word| !settings.vocabulary.has(word)) {
+                return Err(Error::Vocabulary { entry, word: word.word() });
+            }
+        }
+        Ok(Self { settings, map })
+    }
+
+    /// Its settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Its map.
+    pub fn map(&self) -> &CustomMap {
+        &self.map
+    }
+
+    /// The state at the beginning: no reference, the first entry.
+    pub fn start(&self) -> State {
+        State {
+            phase: Phase::Describe { word: self.map.entries()[0].word, corner: None, is_recovery: false },
+            entry: 0,
+            accepted: 0,
+            recoveries: 0,
+            tries: 0,
+            spent_s: 0.0,
+            velocity: Point::default(),
+            reference: None,
+            looks: 0,
+            waited: 0,
+            signature: Signature::default(),
+            tracks: Tracks::default(),
+            before: Tracks::default(),
+        }
+    }
+
+    /// One step: what the window shows now, and how long ago the last step was. The first step has no time before it.
+    pub fn step(&self, state: &mut State, view: &[Point], elapsed_s: f64) -> Output {
+        steps::step(self, state, view, elapsed_s);
+        Output {
+            velocity: state.velocity,
+            activity: state.activity(),
+            entry: state.entry,
+            reference: state.reference.map(|mark| mark.place),
+            accepted: state.accepted,
+            recoveries: state.recoveries,
+            outcome: state.outcome(),
+        }
+    }
+}
+
+impl State {
+    /// How the journey has ended, if it has.
+    pub fn outcome(&self) -> Option<Outcome> {
+        match self.phase {
+            Phase::Finished { outcome } => Some(outcome),
+            _ => None,
+        }
+    }
+
+    fn activity(&self) -> Activity {
+        match self.phase {
+            Phase::Describe { is_recovery: false, .. } => Activity::Seek,
+            Phase::Centre { .. } | Phase::Slide { .. } => Activity::Slide,
+            Phase::Around { .. } => Activity::Verify,
+            Phase::Adjust { recovery: None, .. } => Activity::Adjust,
+            Phase::Describe { .. } | Phase::Adjust { .. } => Activity::Recover,
+            Phase::Finished { .. } => Activity::Rest,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

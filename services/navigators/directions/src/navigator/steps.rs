@@ -1,0 +1,306 @@
+//! The steps of the navigator, phase by phase.
+
+use arrayvec::ArrayVec;
+
+use super::tracks::{Tracks, nearest};
+use super::{Mark, Navigator, Outcome, Phase, Settings, State};
+use crate::custom_map::{Direction, Recovery, Response};
+use crate::description::{Descriptor, MOST_CANDIDATES};
+use crate::geometry::{Corner, Point};
+use crate::trajectory::Slide;
+
+/// The order in which it looks around: each corner is a neighbour of the one before.
+const ROUND: [Corner; 4] = [Corner::Se, Corner::Sw, Corner::Nw, Corner::Ne];
+/// How many views must show a new dot on a slide.
+const CONFIRMED: u8 = 2;
+
+pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], elapsed_s: f64) {
+    if state.outcome().is_some() {
+        return;
+    }
+    let settings = &navigator.settings;
+    state.spent_s += elapsed_s;
+    let moved = state.velocity * elapsed_s;
+    state.before.shift(moved);
+    state.tracks.shift(moved);
+    let is_lost = state.reference.as_mut().is_some_and(|mark| !mark.follow(settings, view, moved));
+    // On a slide the reference leaves the view, as it should.
+    let is_sliding = matches!(state.phase, Phase::Slide { .. });
+    if (is_lost && !is_sliding) || state.spent_s > settings.longest_entry_s {
+        return state.finish(Outcome::CannotLocate);
+    }
+    match state.phase {
+        Phase::Describe { word, corner, is_recovery } => {
+            describe(navigator, state, view, word, corner, is_recovery);
+        }
+        Phase::Centre { second } => centre(navigator, state, view, second, moved),
+        Phase::Slide { along, aside, slid } => {
+            let (aside, slid) = (aside - moved.dot(left_of(along)), slid + moved.dot(along));
+            state.phase = Phase::Slide { along, aside, slid };
+            slide(navigator, state, view, along, aside, slid);
+        }
+        Phase::Around { corner } => around(navigator, state, view, corner),
+        Phase::Adjust { corner, recovery } => adjust(navigator, state, corner, recovery),
+        Phase::Finished { .. } => {}
+    }
+}
+
+impl Mark {
+    fn new(place: Point) -> Self {
+        Self { place, missed: 0 }
+    }
+
+    /// Follows the landmark into a new view; false where it has been out of sight for too long.
+    fn follow(&mut self, settings: &Settings, view: &[Point], moved: Point) -> bool {
+        self.place = self.place - moved;
+        match nearest(view, self.place, settings.gate) {
+            Some(index) => {
+                self.missed = 0;
+                self.place = self.place + (view[index] - self.place) * settings.weight;
+            }
+            None => self.missed = self.missed.saturating_add(1),
+        }
+        self.missed <= settings.patience
+    }
+}
+
+impl State {
+    fn finish(&mut self, outcome: Outcome) {
+        self.velocity = Point::default();
+        self.phase = Phase::Finished { outcome };
+    }
+
+    /// Takes another view at this stand. True when there are enough of them.
+    fn has_looked(&mut self, settings: &Settings, view: &[Point]) -> bool {
+        self.velocity = Point::default();
+        if self.looks == 0 {
+            self.tracks = Tracks::default();
+        }
+        self.tracks.average(view, settings.gate);
+        self.looks += 1;
+        self.looks >= settings.looks
+    }
+
+    /// Moves the window by a displacement. True, and at rest, when it is there.
+    fn approaches(&mut self, settings: &Settings, displacement: Point) -> bool {
+        let distance = displacement.norm();
+        let is_there = distance <= settings.tolerance;
+        let speed = (distance * settings.gain).min(settings.speed);
+        self.velocity = if is_there { Point::default() } else { displacement * (speed / distance) };
+        is_there
+    }
+
+    /// Where the dots of this stand are that are not a landmark, and where that landmark is by the views of this stand.
+    fn others(
+        &self,
+        settings: &Settings,
+        landmark: Option<Mark>,
+    ) -> (Point, ArrayVec<Point, MOST_CANDIDATES>) {
+        let mut others: ArrayVec<Point, MOST_CANDIDATES> = self.tracks.confirmed(settings.looks).collect();
+        let Some(mark) = landmark else { return (Point::default(), others) };
+        match nearest(&others, mark.place, settings.gate) {
+            Some(own) => (others.remove(own), others),
+            None => (mark.place, others),
+        }
+    }
+}
+
+/// The displacement that brings the reference to a corner.
+fn to_corner(state: &State, settings: &Settings, corner: Corner) -> Point {
+    state.reference.map_or(Point::default(), |mark| mark.place) + settings.window.centre_from(corner)
+}
+
+fn describe(
+    navigator: &Navigator,
+    state: &mut State,
+    view: &[Point],
+    word: Descriptor,
+    corner: Option<Corner>,
+    is_recovery: bool,
+) {
+    let settings = &navigator.settings;
+    if !state.has_looked(settings, view) {
+        return;
+    }
+    state.looks = 0;
+    let found = picked(state, settings, view.len(), word, corner);
+    let Some(place) = found else {
+        state.waited += 1;
+        if state.waited > settings.patience {
+            state.finish(Outcome::CannotLocate);
+        }
+        return;
+    };
+    state.waited = 0;
+    std::mem::swap(&mut state.before, &mut state.tracks);
+    let is_trajectory =
+        navigator.map.entries()[usize::from(state.entry)].trajectory.is_some() && !is_recovery;
+    if is_trajectory && state.reference.is_some() {
+        state.phase = Phase::Centre { second: Mark::new(place) };
+    } else if is_trajectory {
+        // Without a reference there is no line.
+        state.finish(Outcome::CannotLocate);
+    } else {
+        attain(navigator, state, place);
+    }
+}
+
+/// Where the landmark is that a word means, relative to the window's centre.
+fn picked(
+    state: &State,
+    settings: &Settings,
+    dots: usize,
+    word: Descriptor,
+    corner: Option<Corner>,
+) -> Option<Point> {
+    if dots > MOST_CANDIDATES {
+        return None;
+    }
+    let (origin, others) = state.others(settings, state.reference);
+    let shown = |slack: f64| -> ArrayVec<Point, MOST_CANDIDATES> {
+        let is_shown = |dot: &Point| match corner {
+            Some(corner) => corner.nearly_covers(*dot, settings.window.side, slack),
+            None => settings.window.shows(*dot + origin),
+        };
+        others.iter().map(|&dot| dot - origin).filter(is_shown).collect()
+    };
+    let mut candidates = shown(0.0);
+    if candidates.is_empty() {
+        // An error of position may have put the only candidate outside.
+        candidates = shown(settings.slack());
+    }
+    if word == Descriptor::New {
+        let is_old = |dot: Point| state.before.0.iter().any(|old| (old.place - dot).norm() <= settings.gate);
+        candidates.retain(|dot| !is_old(*dot + origin));
+    }
+    word.pick(&candidates).map(|index| candidates[index] + origin)
+}
+
+/// The landmark at a place is attained: it is the reference from now on, and is verified or adjusted.
+fn attain(navigator: &Navigator, state: &mut State, place: Point) {
+    state.reference = Some(Mark::new(place));
+    state.signature = Default::default();
+    state.looks = 0;
+    match navigator.map.entries()[usize::from(state.entry)].verification {
+        Some(_) => state.phase = Phase::Around { corner: 0 },
+        None => accept(navigator, state),
+    }
+}
+
+/// The landmark is taken as right.
+fn accept(navigator: &Navigator, state: &mut State) {
+    state.accepted += 1;
+    match navigator.map.entries()[usize::from(state.entry)].place {
+        Some(corner) => state.phase = Phase::Adjust { corner, recovery: None },
+        None => state.finish(Outcome::Arrived),
+    }
+}
+
+fn centre(navigator: &Navigator, state: &mut State, view: &[Point], mut second: Mark, moved: Point) {
+    let settings = &navigator.settings;
+    if !second.follow(settings, view, moved) {
+        return state.finish(Outcome::CannotLocate);
+    }
+    state.phase = Phase::Centre { second };
+    let Some(first) = state.reference else { return state.finish(Outcome::CannotLocate) };
+    // Once it looks, it stands still.
+    if state.looks == 0 && !state.approaches(settings, (first.place + second.place) * 0.5) {
+        return;
+    }
+    if !state.has_looked(settings, view) {
+        return;
+    }
+    state.looks = 0;
+    let (from, _) = state.others(settings, Some(first));
+    let (to, _) = state.others(settings, Some(second));
+    let is_backward =
+        navigator.map.entries()[usize::from(state.entry)].trajectory == Some(Direction::Backward);
+    let Some(along) = (to - from).direction() else { return state.finish(Outcome::CannotLocate) };
+    let along = if is_backward { -along } else { along };
+    let middle = (from + to) * 0.5;
+    state.tracks.mark_inside(settings.window, middle);
+    state.phase = Phase::Slide { along, aside: middle.dot(left_of(along)), slid: -middle.dot(along) };
+}
+
+/// The direction to the left of a direction.
+fn left_of(along: Point) -> Point {
+    Point::new(-along.y, along.x)
+}
+
+fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point, aside: f64, slid: f64) {
+    let settings = &navigator.settings;
+    let velocity = along * settings.speed + left_of(along) * (aside * settings.gain);
+    state.velocity = velocity * (settings.speed / velocity.norm());
+    state.tracks.update(view, settings.gate, settings.weight);
+    state.tracks.forget(settings.window);
+    // The line is where the window should be. A dot at the corner may come in and go out between two views.
+    let line = Slide { from: left_of(along) * aside, along };
+    let entered =
+        state.tracks.0.iter().filter(|track| !track.was_inside && track.seen >= CONFIRMED).filter_map(
+            |track| {
+                let (enters, _) = line.span(settings.window, track.place)?;
+                (-slid < enters && enters <= 0.0).then_some((enters, track.place))
+            },
+        );
+    if let Some((_, place)) = entered.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        state.velocity = Point::default();
+        state.before = state.tracks.clone();
+        attain(navigator, state, place);
+    }
+}
+
+fn around(navigator: &Navigator, state: &mut State, view: &[Point], corner: u8) {
+    let settings = &navigator.settings;
+    let quadrant = ROUND[usize::from(corner)];
+    if state.looks == 0 && !state.approaches(settings, to_corner(state, settings, quadrant)) {
+        return;
+    }
+    if !state.has_looked(settings, view) {
+        return;
+    }
+    state.looks = 0;
+    let (origin, others) = state.others(settings, state.reference);
+    if others.iter().any(|dot| quadrant.covers(*dot - origin, settings.window.side)) {
+        state.signature.occupy(quadrant);
+    }
+    if usize::from(corner) + 1 < ROUND.len() {
+        state.phase = Phase::Around { corner: corner + 1 };
+    } else {
+        respond(navigator, state);
+    }
+}
+
+fn respond(navigator: &Navigator, state: &mut State) {
+    let verification = navigator.map.entries()[usize::from(state.entry)].verification;
+    let response = verification.map_or(Response::Correct, |check| check.response(state.signature.count()));
+    match response {
+        Response::Correct => accept(navigator, state),
+        Response::Recover(Recovery { corner, word }) if state.tries < navigator.settings.most_recoveries => {
+            state.tries += 1;
+            state.recoveries += 1;
+            state.phase = Phase::Adjust { corner, recovery: Some(word) };
+        }
+        Response::Recover(_) | Response::Lost => state.finish(Outcome::Lost),
+    }
+}
+
+fn adjust(navigator: &Navigator, state: &mut State, corner: Corner, recovery: Option<Descriptor>) {
+    if !state.approaches(&navigator.settings, to_corner(state, &navigator.settings, corner)) {
+        return;
+    }
+    if let Some(word) = recovery {
+        state.phase = Phase::Describe { word, corner: Some(corner), is_recovery: true };
+        return;
+    }
+    state.entry += 1;
+    (state.tries, state.spent_s) = (0, 0.0);
+    match navigator.map.entries().get(usize::from(state.entry)) {
+        Some(entry) => {
+            state.phase = Phase::Describe { word: entry.word, corner: Some(corner), is_recovery: false };
+        }
+        None => {
+            state.entry -= 1;
+            state.finish(Outcome::Arrived);
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! What a navigator keeps and what it rejects.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::generate::stream;
+use crate::journey::{Helicopter, Noise, STEP_S};
+use crate::testing::{config, plane};
+
+const MAP: &str = "(*, SW)\n(Isol, (2, -), SW)\n(Isol, Trajp, (0, -), -)";
+
+fn navigator() -> Navigator {
+    let window = Window::new(10.0, 1.5).unwrap();
+    Navigator::new(Settings::new(window, 0.1), MAP.parse().unwrap()).unwrap()
+}
+
+#[test]
+fn a_word_that_the_navigator_lacks_is_named() {
+    let window = Window::new(10.0, 1.5).unwrap();
+    let vocabulary = Vocabulary::of(&[Descriptor::Any, Descriptor::Isolated]);
+    let settings = Settings { vocabulary, ..Settings::new(window, 0.1) };
+    let with = |map: &str| Navigator::new(settings, map.parse().unwrap());
+    assert!(with(MAP).is_ok());
+    let error = with("(*, SW)\n(Isol, (2, SE, IsolPair), (3, -), SW)\n(Isol, -)").unwrap_err();
+    assert_eq!(error, Error::Vocabulary { entry: 2, word: "IsolPair" });
+}
+
+#[test]
+fn settings_out_of_range_are_rejected() {
+    let window = Window::new(10.0, 1.5).unwrap();
+    let good = Settings::new(window, 0.1);
+    for bad in [
+        Settings { speed: 0.0, ..good },
+        Settings { gate: f64::NAN, ..good },
+        Settings { weight: 1.5, ..good },
+        Settings { looks: 0, ..good },
+    ] {
+        assert!(matches!(Navigator::new(bad, MAP.parse().unwrap()), Err(Error::Parameter { .. })), "{bad:?}");
+    }
+}
+
+/// A kill between any two steps changes nothing: the successor restores the state and gives the same steps.
+#[test]
+fn a_state_survives_a_checkpoint_at_every_step() {
+    let world = plane(&[(0.0, 0.0), (7.0, 6.0), (13.0, 14.0), (46.0, 58.0), (15.0, 8.0)]);
+    let navigator = navigator();
+    let mut helicopter = Helicopter { centre: Point::default(), heading_rad: 0.0 };
+    let (mut state, mut rng, mut view) = (navigator.start(), stream(3, 0), Vec::new());
+    let mut largest = 0;
+    for step in 0..2000 {
+        helicopter.look(&world, navigator.settings().window, Noise::of_sigma(0.1), &mut rng, &mut view);
+        let bytes = postcard::to_allocvec(&state).unwrap();
+        largest = largest.max(bytes.len());
+        let mut restored: State = postcard::from_bytes(&bytes).unwrap();
+        let output = navigator.step(&mut state, &view, if step == 0 { 0.0 } else { STEP_S });
+        assert_eq!(navigator.step(&mut restored, &view, if step == 0 { 0.0 } else { STEP_S }), output);
+        assert_eq!(restored, state);
+        if let Some(outcome) = output.outcome {
+            assert_eq!(outcome, Outcome::Arrived, "at step {step}");
+            assert!(largest < 1000, "{largest}");
+            assert!(size_of::<State>() < 6000, "{}", size_of::<State>());
+            return;
+        }
+        helicopter.fly(output.velocity, STEP_S, Noise::NONE, &mut rng);
+    }
+    panic!("no end");
+}
+
+/// A number from a camera: mostly a place in the window, sometimes nonsense.
+fn coordinate() -> impl Strategy<Value = f64> {
+    prop_oneof![20 => -7.0..7.0, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY), 1 => -1e300..1e300]
+}
+
+proptest! {
+    #![proptest_config(config(64))]
+
+    /// Whatever the camera shows, a journey ends, and no velocity exceeds the greatest speed.
+    #[test]
+    fn any_views_give_good_velocities_and_an_end(
+        views in prop::collection::vec(
+            prop::collection::vec((coordinate(), coordinate()), 0..80),
+            1..12,
+        ),
+        elapsed_s in prop_oneof![Just(0.1), Just(0.0), 0.0..5.0_f64],
+    ) {
+        let navigator = navigator();
+        let mut state = navigator.start();
+        for step in 0..20_000 {
+            let view: Vec<_> = views[step % views.len()].iter().map(|&(x, y)| Point::new(x, y)).collect();
+            let output = navigator.step(&mut state, &view, elapsed_s);
+            prop_assert!(output.velocity.norm() <= 10.0 * (1.0 + 1e-9), "{:?}", output);
+            if output.outcome.is_some() {
+                prop_assert_eq!(output.velocity, Point::default());
+                return Ok(());
+            }
+            // Without time no journey ends.
+            if elapsed_s < 0.01 && step > 100 {
+                return Ok(());
+            }
+        }
+        prop_assert!(false, "no end");
+    }
+}

@@ -1,0 +1,162 @@
+//! Dots followed from view to view by where they should be now.
+//!
+//! All dots stand still, so a movement of the window moves all of them alike. A dot seen where no followed dot should be is
+//! new. A dot that is missed is believed to be where it should be for a while.
+
+use arrayvec::ArrayVec;
+use serde::{Deserialize, Serialize};
+
+use crate::description::MOST_CANDIDATES;
+use crate::geometry::{Point, Window};
+
+/// After how many views without it a dot outside of the window proper is forgotten.
+const MOST_MISSED: u8 = 3;
+
+/// A dot that is followed: relative to the window's centre.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Track {
+    /// Where it is.
+    pub place: Point,
+    /// How many views have shown it.
+    pub seen: u8,
+    /// How many views in a row have not.
+    pub missed: u8,
+    /// Whether the window proper showed it from the beginning.
+    pub was_inside: bool,
+}
+
+/// All dots that are followed.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Tracks(pub ArrayVec<Track, MOST_CANDIDATES>);
+
+/// The place in a view that is nearest to where a dot should be, within a gate.
+pub fn nearest(view: &[Point], expected: Point, gate: f64) -> Option<usize> {
+    let distance = |index: &usize| (view[*index] - expected).norm_squared();
+    let near = (0..view.len()).filter(|index| distance(index) <= gate * gate);
+    near.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+impl Tracks {
+    /// Moves the window by `moved`: the dots move the other way.
+    pub fn shift(&mut self, moved: Point) {
+        self.0.iter_mut().for_each(|track| track.place = track.place - moved);
+    }
+
+    /// Takes a view that was made at the place where the last one was made: positions are averaged.
+    pub fn average(&mut self, view: &[Point], gate: f64) {
+        self.follow(view, gate, |track, seen| {
+            let weight = 1.0 / f64::from(track.seen);
+            track.place = track.place + (seen - track.place) * weight;
+        });
+    }
+
+    /// Takes a view that was made elsewhere: the new positions count, smoothed by a weight from 0 to 1.
+    pub fn update(&mut self, view: &[Point], gate: f64, weight: f64) {
+        self.follow(view, gate, |track, seen| track.place = track.place + (seen - track.place) * weight);
+    }
+
+    fn follow(&mut self, view: &[Point], gate: f64, mut adopt: impl FnMut(&mut Track, Point)) {
+        let mut free = Free::new(view);
+        for track in &mut self.0 {
+            match free.take_nearest(track.place, gate) {
+                Some(seen) => {
+                    (track.seen, track.missed) = (track.seen.saturating_add(1), 0);
+                    adopt(track, seen);
+                }
+                None => track.missed = track.missed.saturating_add(1),
+            }
+        }
+        for place in free.rest() {
+            // A view with more dots than fit has no description anyway.
+            let _ = self.0.try_push(Track { place, seen: 1, missed: 0, was_inside: false });
+        }
+    }
+
+    /// Marks what the window proper would show with its centre at a place.
+    pub fn mark_inside(&mut self, window: Window, centre: Point) {
+        self.0.iter_mut().for_each(|track| track.was_inside = window.shows(track.place - centre));
+    }
+
+    /// Forgets what the camera cannot see any more, and what it does not see although it should.
+    pub fn forget(&mut self, window: Window) {
+        self.0.retain(|track| {
+            window.camera_sees(track.place) && (track.was_inside || track.missed <= MOST_MISSED)
+        });
+    }
+
+    /// The dots that more than half of so many views have shown.
+    pub fn confirmed(&self, views: u8) -> impl Iterator<Item = Point> + '_ {
+        self.0.iter().filter(move |track| track.seen > views / 2).map(|track| track.place)
+    }
+}
+
+/// The places of a view that no dot has taken.
+struct Free<'a> {
+    view: &'a [Point],
+    taken: u128,
+}
+
+impl<'a> Free<'a> {
+    fn new(view: &'a [Point]) -> Self {
+        Self { view: &view[..view.len().min(128)], taken: 0 }
+    }
+
+    fn take_nearest(&mut self, expected: Point, gate: f64) -> Option<Point> {
+        let distance = |index: &usize| (self.view[*index] - expected).norm_squared();
+        let free = (0..self.view.len()).filter(|index| self.taken >> index & 1 == 0);
+        let near = free.filter(|index| distance(index) <= gate * gate);
+        let index = near.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        self.taken |= 1 << index;
+        Some(self.view[index])
+    }
+
+    fn rest(&self) -> impl Iterator<Item = Point> + '_ {
+        (0..self.view.len()).filter(|index| self.taken >> index & 1 == 0).map(|index| self.view[index])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(tracks: &Tracks) -> Vec<(f64, f64)> {
+        tracks.0.iter().map(|track| (track.place.x, track.place.y)).collect()
+    }
+
+    #[test]
+    fn a_moving_window_keeps_its_dots_apart() {
+        let mut tracks = Tracks::default();
+        tracks.average(&[Point::new(0.0, 0.0), Point::new(3.0, 0.0)], 1.0);
+        tracks.shift(Point::new(3.0, 0.0));
+        // The second dot is now where the first one was.
+        tracks.update(&[Point::new(0.1, 0.0), Point::new(-3.1, 0.0)], 1.0, 1.0);
+        assert_eq!(places(&tracks), [(-3.1, 0.0), (0.1, 0.0)]);
+    }
+
+    #[test]
+    fn views_from_one_place_are_averaged_and_a_false_dot_is_not_confirmed() {
+        let mut tracks = Tracks::default();
+        tracks.average(&[Point::new(0.0, 1.0)], 1.0);
+        tracks.average(&[Point::new(0.3, 1.0), Point::new(4.0, 4.0)], 1.0);
+        tracks.average(&[Point::new(0.3, 1.0)], 1.0);
+        let confirmed: Vec<_> = tracks.confirmed(3).collect();
+        assert_eq!(confirmed.len(), 1);
+        assert!((confirmed[0].x - 0.2).abs() < 1e-9, "{confirmed:?}");
+    }
+
+    #[test]
+    fn a_dot_that_was_inside_is_believed_until_it_leaves() {
+        let window = Window::new(10.0, 1.0).unwrap();
+        let mut tracks = Tracks::default();
+        tracks.average(&[Point::new(0.0, 0.0), Point::new(5.5, 0.0)], 1.0);
+        tracks.mark_inside(window, Point::default());
+        for _ in 0..4 {
+            tracks.update(&[], 1.0, 1.0);
+            tracks.forget(window);
+        }
+        assert_eq!(places(&tracks), [(0.0, 0.0)]);
+        tracks.shift(Point::new(7.0, 0.0));
+        tracks.forget(window);
+        assert_eq!(places(&tracks), []);
+    }
+}

@@ -1,0 +1,191 @@
+//! The best path from landmark to landmark (Park and Kender 1995, 5.1 to 5.4).
+//!
+//! The costs of a path are its distance D, its unreliability −ln R, and its number of entries. A path minimises a weighted
+//! sum of them, or the ratio D/R. The ratio of a whole path is no sum over its parts. Its minimum lies on the convex hull of
+//! all (D, −ln R), since ln D − ln R is concave there. So it is found exactly, by searches with several weights.
+//!
+//! **Measures.** Between *landmarks*, D is the way from dot to dot. Between *windows* (5.4), D is the way of the window's
+//! centre, and each landmark counts four times, once for each corner.
+//!
+//! Ties go to the path with fewer entries, then to the smaller numbers.
+
+mod search;
+
+pub use crate::atlas::Atlas;
+use crate::error::Error;
+use crate::geometry::{Corner, Point, Window};
+use crate::plane::{DotId, Plane};
+use crate::transitions::Transition;
+
+/// What the distance of a path is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// From landmark to landmark.
+    Landmarks,
+    /// The way of the window's centre: context-based.
+    Windows,
+}
+
+/// The weights of a sum of costs, each from 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights {
+    /// Of the distance, in the plane's unit.
+    pub distance: f64,
+    /// Of −ln R.
+    pub unreliability: f64,
+    /// Of the number of entries: the length of the map.
+    pub entries: f64,
+}
+
+/// What a path minimises.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Objective {
+    /// A weighted sum.
+    Sum(Weights),
+    /// D/R: the paper's compromise.
+    Ratio,
+}
+
+impl Objective {
+    /// The shortest path, by distance.
+    pub const SHORTEST: Self = Self::Sum(Weights { distance: 1.0, unreliability: 0.0, entries: 0.0 });
+    /// The most reliable path. Of equals, the shortest.
+    pub const MOST_RELIABLE: Self = Self::Sum(Weights { distance: 1e-9, unreliability: 1.0, entries: 0.0 });
+    /// The shortest map. Of equals, the shortest path.
+    pub const FEWEST_ENTRIES: Self = Self::Sum(Weights { distance: 1e-9, unreliability: 0.0, entries: 1.0 });
+}
+
+/// Where a journey begins: a view with at least one dot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// The window's centre.
+    pub centre: Point,
+    /// The dot nearest to it: the landmark that `*` means.
+    pub landmark: DotId,
+}
+
+impl Start {
+    /// From a centre of the window. Rejects a view without a dot.
+    pub fn at(plane: &Plane, window: Window, centre: Point) -> Result<Self, Error> {
+        let distance = |dot: Point| (dot - centre).norm_squared();
+        let seen = plane.around(centre, window.side / 2.0);
+        let nearest =
+            seen.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)).then(b.1.x.total_cmp(&a.1.x)));
+        let (landmark, _) = nearest.ok_or(Error::NothingInView { x: centre.x, y: centre.y })?;
+        Ok(Self { centre, landmark })
+    }
+
+    /// With the window right over a dot.
+    pub fn over(plane: &Plane, dot: DotId) -> Result<Self, Error> {
+        let landmark = plane.known(dot)?;
+        Ok(Self { centre: plane.dot(dot), landmark })
+    }
+}
+
+/// One transition of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Leg {
+    /// The landmark where it begins.
+    pub from: DotId,
+    /// The number of the transition.
+    pub number: u32,
+    /// The transition.
+    pub transition: Transition,
+    /// The corner for the landmark that is attained; none at the end.
+    pub place: Option<Corner>,
+    /// Its distance, by the measure of the path.
+    pub distance: f64,
+    /// −ln R.
+    pub unreliability: f64,
+}
+
+/// A path and its costs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    /// Where it begins.
+    pub start: Start,
+    /// Its transitions; none where the start is the goal.
+    pub legs: Vec<Leg>,
+    /// D, by the measure of the search.
+    pub distance: f64,
+    /// −ln R.
+    pub unreliability: f64,
+}
+
+impl Path {
+    /// D/R.
+    pub fn ratio(&self) -> f64 {
+        self.distance * self.unreliability.exp()
+    }
+
+    /// The landmarks, from the start to the goal.
+    pub fn landmarks(&self) -> Vec<DotId> {
+        std::iter::once(self.start.landmark).chain(self.legs.iter().map(|leg| leg.transition.to)).collect()
+    }
+
+    /// The distance by another measure.
+    pub fn distance_by(&self, atlas: &Atlas, measure: Measure) -> f64 {
+        let first = match (measure, self.legs.first()) {
+            (Measure::Windows, Some(leg)) => {
+                (atlas.centre(self.start.landmark, leg.transition.corner) - self.start.centre).norm()
+            }
+            _ => 0.0,
+        };
+        let leg_distance = |leg: &Leg| match measure {
+            Measure::Landmarks => atlas.landmark_distance(leg.from, &leg.transition),
+            Measure::Windows => atlas.window_distance(leg.from, &leg.transition, leg.place),
+        };
+        first + self.legs.iter().map(leg_distance).sum::<f64>()
+    }
+}
+
+/// The best path. Where none leads to the goal, the error says what would have to be joined.
+pub fn best(
+    atlas: &Atlas,
+    start: Start,
+    goal: DotId,
+    measure: Measure,
+    objective: Objective,
+) -> Result<Path, Error> {
+    atlas.plane.known(start.landmark)?;
+    atlas.plane.known(goal)?;
+    let find = |weights| search::search(atlas, start, goal, measure, weights);
+    let path = match objective {
+        Objective::Sum(weights) => find(weights),
+        Objective::Ratio => least_ratio(find),
+    };
+    path.ok_or_else(|| search::unreachable(atlas, start.landmark, goal))
+}
+
+/// The most searches for one ratio.
+const MOST_SEARCHES: usize = 64;
+
+/// The path with the least D/R, among the corners of the convex hull of all (D, −ln R).
+fn least_ratio(find: impl Fn(Weights) -> Option<Path>) -> Option<Path> {
+    let weights = |distance, unreliability| Weights { distance, unreliability, entries: 0.0 };
+    let ends = [find(weights(1.0, 1e-6))?, find(weights(1e-9, 1.0))?];
+    let mut best = if ends[0].ratio() <= ends[1].ratio() { ends[0].clone() } else { ends[1].clone() };
+    let mut open = vec![ends];
+    for _ in 0..MOST_SEARCHES {
+        let Some([short, sure]) = open.pop() else { break };
+        let (slope, run) = (short.unreliability - sure.unreliability, sure.distance - short.distance);
+        if slope <= 1e-9 || run <= 1e-9 {
+            continue;
+        }
+        let path = find(weights(slope, run))?;
+        let value = |path: &Path| slope * path.distance + run * path.unreliability;
+        // On the edge from one end to the other, there is no corner between them.
+        if value(&path) >= value(&short) * (1.0 - 1e-9) {
+            continue;
+        }
+        if path.ratio() < best.ratio() {
+            best = path.clone();
+        }
+        open.push([short, path.clone()]);
+        open.push([path, sure]);
+    }
+    Some(best)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,266 @@
+//! Dijkstra's algorithm with a lower bound of the way that is left, and what to say where no path is.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::{Atlas, Leg, Measure, Path, Start, Weights};
+use crate::error::Error;
+use crate::geometry::{Corner, Point};
+use crate::plane::{DotId, Plane};
+use crate::transitions::Transition;
+
+/// No transition leads here.
+const NONE: u32 = u32::MAX;
+
+/// The cheapest way to a node so far: its cost, and the transition by which it comes. Both are read and written together.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    cost: f64,
+    by: u32,
+}
+
+/// A graph of landmarks, or of landmarks in corners, with the goal as one more node.
+struct Search<'a> {
+    atlas: &'a Atlas,
+    goal: DotId,
+    measure: Measure,
+    weights: Weights,
+    /// Nodes of a landmark: 1, or 4 for its corners.
+    lanes: u32,
+    nodes: Vec<Node>,
+    open: BinaryHeap<(Reverse<u64>, Reverse<u32>, Reverse<u32>)>,
+}
+
+pub(super) fn search(
+    atlas: &Atlas,
+    start: Start,
+    goal: DotId,
+    measure: Measure,
+    weights: Weights,
+) -> Option<Path> {
+    if start.landmark == goal {
+        return Some(Path { start, legs: Vec::new(), distance: 0.0, unreliability: 0.0 });
+    }
+    let lanes = if measure == Measure::Windows { 4 } else { 1 };
+    let nodes = atlas.plane.len() * lanes + 1;
+    let mut search = Search {
+        atlas,
+        goal,
+        measure,
+        weights,
+        lanes: lanes as u32,
+        nodes: vec![Node { cost: f64::INFINITY, by: NONE }; nodes],
+        open: BinaryHeap::new(),
+    };
+    search.begin(start);
+    search.run().then(|| search.path(start))
+}
+
+impl Search<'_> {
+    fn end(&self) -> u32 {
+        self.atlas.plane.len() as u32 * self.lanes
+    }
+
+    fn node(&self, landmark: DotId, corner: Corner) -> u32 {
+        if self.lanes == 4 { landmark * 4 + corner as u32 } else { landmark }
+    }
+
+    fn begin(&mut self, start: Start) {
+        for corner in Corner::ALL.into_iter().take(self.lanes as usize) {
+            let way = match self.measure {
+                Measure::Landmarks => 0.0,
+                Measure::Windows => (self.atlas.centre(start.landmark, corner) - start.centre).norm(),
+            };
+            let node = self.node(start.landmark, corner);
+            self.reach(node, self.weights.distance * way, 0, NONE);
+        }
+    }
+
+    /// The least that is still to be paid from a node.
+    fn left(&self, node: u32) -> f64 {
+        if node == self.end() || self.weights.distance == 0.0 {
+            return 0.0;
+        }
+        let goal = self.atlas.plane.dot(self.goal);
+        let way = match self.measure {
+            Measure::Landmarks => (goal - self.atlas.plane.dot(node)).norm(),
+            Measure::Windows => {
+                let centre = self.atlas.centre(node / 4, Corner::ALL[node as usize % 4]);
+                // At the end the window shows the goal.
+                (goal - centre).norm() - self.atlas.window.side * std::f64::consts::FRAC_1_SQRT_2
+            }
+        };
+        self.weights.distance * way.max(0.0)
+    }
+
+    fn reach(&mut self, node: u32, cost: f64, entries: u32, by: u32) {
+        let known = &mut self.nodes[node as usize];
+        if cost < known.cost {
+            *known = Node { cost, by };
+            // Costs are not below 0, so their bits are in their order.
+            let rank = (cost + self.left(node)).to_bits();
+            self.open.push((Reverse(rank), Reverse(entries), Reverse(node)));
+        }
+    }
+
+    fn run(&mut self) -> bool {
+        while let Some((Reverse(rank), Reverse(entries), Reverse(node))) = self.open.pop() {
+            if node == self.end() {
+                return true;
+            }
+            let cost = self.nodes[node as usize].cost;
+            // A dearer way to a node that has a cheaper one by now.
+            if f64::from_bits(rank) > cost + self.left(node) {
+                continue;
+            }
+            self.leave(node, cost, entries + 1);
+        }
+        false
+    }
+
+    fn leave(&mut self, node: u32, cost: f64, entries: u32) {
+        let atlas = self.atlas;
+        let from = node / self.lanes;
+        for number in atlas.transitions.numbers(from) {
+            let transition = atlas.transitions.number(number);
+            if self.lanes == 1 {
+                self.leave_landmark(from, transition, number, cost, entries);
+            } else if transition.corner as u32 == node % 4 {
+                self.leave_window(from, transition, number, cost, entries);
+            }
+        }
+    }
+
+    /// What a transition costs besides its distance.
+    fn fixed(&self, number: u32) -> f64 {
+        let unreliability = f64::from(self.atlas.unreliability[number as usize]);
+        self.weights.unreliability * unreliability + self.weights.entries
+    }
+
+    fn leave_landmark(&mut self, from: DotId, transition: &Transition, number: u32, cost: f64, entries: u32) {
+        let to = if transition.to == self.goal { self.end() } else { transition.to };
+        let way = self.weights.distance * self.atlas.landmark_distance(from, transition);
+        self.reach(to, cost + self.fixed(number) + way, entries, number);
+    }
+
+    fn leave_window(&mut self, from: DotId, transition: &Transition, number: u32, cost: f64, entries: u32) {
+        let (way, at) = self.atlas.window_way(from, transition);
+        let cost = cost + self.fixed(number) + self.weights.distance * way;
+        if transition.to == self.goal {
+            return self.reach(self.end(), cost, entries, number);
+        }
+        let atlas = self.atlas;
+        for place in Corner::ALL.into_iter().filter(|&place| atlas.leads_on(transition.to, place)) {
+            let further = (self.atlas.centre(transition.to, place) - at).norm();
+            self.reach(
+                self.node(transition.to, place),
+                cost + self.weights.distance * further,
+                entries,
+                number,
+            );
+        }
+    }
+
+    fn distance(&self, from: DotId, transition: &Transition, place: Option<Corner>) -> f64 {
+        match self.measure {
+            Measure::Landmarks => self.atlas.landmark_distance(from, transition),
+            Measure::Windows => self.atlas.window_distance(from, transition, place),
+        }
+    }
+
+    /// The path, from its end backwards.
+    fn path(&self, start: Start) -> Path {
+        let (mut legs, mut node, mut place) = (Vec::new(), self.end(), None);
+        loop {
+            let number = self.nodes[node as usize].by;
+            if number == NONE {
+                break;
+            }
+            let transition = *self.atlas.transitions.number(number);
+            let from = self.atlas.transitions.origin(number);
+            let distance = self.distance(from, &transition, place);
+            let unreliability = f64::from(self.atlas.unreliability[number as usize]);
+            legs.push(Leg { from, number, transition, place, distance, unreliability });
+            place = Some(transition.corner);
+            node = self.node(from, transition.corner);
+        }
+        legs.reverse();
+        let unreliability = legs.iter().map(|leg| leg.unreliability).sum();
+        let mut path = Path { start, legs, distance: 0.0, unreliability };
+        path.distance = path.distance_by(self.atlas, self.measure);
+        path
+    }
+}
+
+/// Why there is no path: what is reached, what reaches the goal, and where the two are closest.
+pub(super) fn unreachable(atlas: &Atlas, start: DotId, goal: DotId) -> Error {
+    let count = atlas.plane.len();
+    let mut backwards: Vec<(DotId, DotId)> =
+        atlas.transitions.all().map(|(from, transition)| (transition.to, from)).collect();
+    backwards.sort_unstable();
+    let origins = |dot: DotId, visit: &mut dyn FnMut(DotId)| {
+        let begin = backwards.partition_point(|&(to, _)| to < dot);
+        backwards[begin..].iter().take_while(|&&(to, _)| to == dot).for_each(|&(_, from)| visit(from));
+    };
+    let targets = |dot: DotId, visit: &mut dyn FnMut(DotId)| {
+        atlas.transitions.from(dot).iter().for_each(|transition| visit(transition.to));
+    };
+    let (reached, reaching) = (flood(count, start, targets), flood(count, goal, origins));
+    let ids = |set: &[bool]| -> Vec<DotId> {
+        (0..).zip(set).filter(|(_, is_in)| **is_in).map(|(dot, _)| dot).collect()
+    };
+    let (near, far) = (ids(&reached), ids(&reaching));
+    // The search begins at the smaller set.
+    let (from, to) = if far.len() <= near.len() {
+        let (to, from) = closest(&atlas.plane, &far, &reached);
+        (from, to)
+    } else {
+        closest(&atlas.plane, &near, &reaching)
+    };
+    let gap = (atlas.plane.dot(from) - atlas.plane.dot(to)).norm();
+    Error::Unreachable { start, goal, reached: near.len(), reaching: far.len(), from, to, gap }
+}
+
+fn flood(count: usize, from: DotId, visit: impl Fn(DotId, &mut dyn FnMut(DotId))) -> Vec<bool> {
+    let mut is_in = vec![false; count];
+    is_in[from as usize] = true;
+    let mut open = vec![from];
+    while let Some(dot) = open.pop() {
+        visit(dot, &mut |next| {
+            if !is_in[next as usize] {
+                is_in[next as usize] = true;
+                open.push(next);
+            }
+        });
+    }
+    is_in
+}
+
+/// The dot of a list and the dot of a set that are closest to each other. Neither is empty.
+fn closest(plane: &Plane, list: &[DotId], set: &[bool]) -> (DotId, DotId) {
+    let (low, high) = plane.bounds();
+    let whole = (high - low).norm().max(1.0);
+    let mut best = (list[0], list[0], f64::INFINITY);
+    for &dot in list {
+        let place = plane.dot(dot);
+        let mut reach = whole / (plane.len() as f64).sqrt();
+        loop {
+            let candidates = plane.around(place, reach.min(best.2)).filter(|&(other, _)| set[other as usize]);
+            let distance = |at: Point| (at - place).norm();
+            if let Some((other, at)) =
+                candidates.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)).then(a.0.cmp(&b.0)))
+                && distance(at) <= reach
+            {
+                if distance(at) < best.2 {
+                    best = (dot, other, distance(at));
+                }
+                break;
+            }
+            if reach >= best.2 || reach > 2.0 * whole {
+                break;
+            }
+            reach *= 2.0;
+        }
+    }
+    (best.0, best.1)
+}

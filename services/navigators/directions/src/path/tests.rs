@@ -1,0 +1,149 @@
+//! Paths on small worlds by hand, and the order of costs on random ones.
+
+use super::*;
+use crate::generate::uniform;
+use crate::journey::Noise;
+use crate::reliability::Reliability;
+use crate::testing::plane;
+use crate::transitions::Kinds;
+
+fn window() -> Window {
+    Window::new(10.0, 1.5).unwrap()
+}
+
+fn atlas(world: Plane, sigma: f64) -> Atlas {
+    Atlas::new(world, window(), Kinds::PAPER, Reliability::fitted(Noise::of_sigma(sigma)))
+}
+
+fn path(
+    atlas: &Atlas,
+    from: DotId,
+    to: DotId,
+    measure: Measure,
+    objective: Objective,
+) -> Result<Path, Error> {
+    best(atlas, Start::over(&atlas.plane, from).unwrap(), to, measure, objective)
+}
+
+#[test]
+fn a_line_of_landmarks_is_followed_and_its_distance_is_their_sum() {
+    let world = plane(&[(0.0, 0.0), (6.0, 8.0), (12.0, 16.0)]);
+    let atlas = Atlas::new(world, window(), Kinds::ISOLATED, Reliability::fitted(Noise::NONE));
+    let found = path(&atlas, 0, 2, Measure::Landmarks, Objective::SHORTEST).unwrap();
+    assert_eq!(found.landmarks(), [0, 1, 2]);
+    assert!((found.distance - 20.0).abs() < 1e-9 && found.unreliability == 0.0);
+    assert_eq!(found.legs[0].place, Some(Corner::Sw));
+    assert_eq!(found.legs[1].place, None);
+    // The window moves to the corner at the start, and once more for the middle landmark. The goal is seen from there.
+    let windows = path(&atlas, 0, 2, Measure::Windows, Objective::SHORTEST).unwrap();
+    assert!((windows.distance - (50_f64.sqrt() + 10.0)).abs() < 1e-6, "{}", windows.distance);
+}
+
+#[test]
+fn the_start_is_a_goal_too() {
+    let atlas = atlas(plane(&[(0.0, 0.0), (6.0, 8.0)]), 0.0);
+    assert_eq!(path(&atlas, 1, 1, Measure::Windows, Objective::Ratio).unwrap().legs, []);
+}
+
+#[test]
+fn what_does_not_lead_there_is_named() {
+    // Two parkways whose trajectories miss each other: the first points north-east, the second north.
+    let atlas = atlas(plane(&[(0.0, 0.0), (5.0, 5.0), (60.0, 0.0), (60.0, 6.0)]), 0.0);
+    let error = path(&atlas, 0, 3, Measure::Landmarks, Objective::SHORTEST).unwrap_err();
+    let Error::Unreachable { start: 0, goal: 3, reached: 2, reaching: 2, from: 1, to: 3, gap } = error else {
+        panic!("{error}")
+    };
+    assert!((gap - 55.0_f64.hypot(1.0)).abs() < 1e-9);
+    assert_eq!(Start::over(&atlas.plane, 9), Err(Error::UnknownDot { dot: 9, dots: 4 }));
+    assert!(path(&atlas, 0, 9, Measure::Landmarks, Objective::SHORTEST).is_err());
+}
+
+#[test]
+fn a_start_needs_a_dot_in_view() {
+    let world = plane(&[(0.0, 0.0), (4.0, 0.0)]);
+    assert_eq!(Start::at(&world, window(), Point::new(3.0, 1.0)).unwrap().landmark, 1);
+    let error = Start::at(&world, window(), Point::new(30.0, 1.0)).unwrap_err();
+    assert_eq!(error, Error::NothingInView { x: 30.0, y: 1.0 });
+}
+
+/// Figure 16: the path with the shortest way from dot to dot is not the one with the shortest way of the window.
+#[test]
+fn the_window_may_have_a_shorter_way_than_the_landmarks() {
+    let mut differ = 0;
+    for seed in 0..20 {
+        let atlas = atlas(uniform(100, 100.0, seed).unwrap(), 0.0);
+        for goal in [10, 50, 90] {
+            let Ok(landmarks) = path(&atlas, 0, goal, Measure::Landmarks, Objective::SHORTEST) else {
+                continue;
+            };
+            let windows = path(&atlas, 0, goal, Measure::Windows, Objective::SHORTEST).unwrap();
+            let of = |path: &Path, measure| path.distance_by(&atlas, measure);
+            assert!(of(&windows, Measure::Windows) <= of(&landmarks, Measure::Windows) + 1e-6);
+            assert!(of(&landmarks, Measure::Landmarks) <= of(&windows, Measure::Landmarks) + 1e-6);
+            differ += usize::from(windows.landmarks() != landmarks.landmarks());
+        }
+    }
+    assert!(differ > 5, "{differ}");
+}
+
+/// The shortest is never longer, the most reliable never less reliable, and D/R never worse in D/R.
+#[test]
+fn costs_are_in_order() {
+    let (mut paths, mut compromises) = (0, 0);
+    for seed in 0..30 {
+        let atlas = atlas(uniform(120, 100.0, seed).unwrap(), 0.15);
+        for (from, goal) in [(0, 60), (3, 100), (7, 21)] {
+            for measure in [Measure::Landmarks, Measure::Windows] {
+                let Ok(shortest) = path(&atlas, from, goal, measure, Objective::SHORTEST) else { continue };
+                let find = |objective| path(&atlas, from, goal, measure, objective).unwrap();
+                let (sure, ratio) = (find(Objective::MOST_RELIABLE), find(Objective::Ratio));
+                let few = find(Objective::FEWEST_ENTRIES);
+                for other in [&sure, &ratio, &few] {
+                    assert!(shortest.distance <= other.distance + 1e-6);
+                    assert!(few.legs.len() <= other.legs.len());
+                }
+                for other in [&shortest, &ratio, &few] {
+                    assert!(sure.unreliability <= other.unreliability + 1e-6);
+                }
+                for other in [&shortest, &sure, &few] {
+                    assert!(ratio.ratio() <= other.ratio() * (1.0 + 1e-9));
+                }
+                paths += 1;
+                compromises += usize::from(
+                    ratio.distance > shortest.distance + 1e-6
+                        && ratio.unreliability > sure.unreliability + 1e-6,
+                );
+            }
+        }
+    }
+    assert!(paths > 60 && compromises > 10, "{paths} {compromises}");
+}
+
+/// The bound of the way that is left changes nothing: weights without it give the same cost.
+#[test]
+fn a_search_with_a_bound_finds_what_plain_dijkstra_finds() {
+    for seed in 0..10 {
+        let atlas = atlas(uniform(80, 80.0, seed).unwrap(), 0.1);
+        let costs = plain(&atlas, 0);
+        for goal in 1..80 {
+            match path(&atlas, 0, goal, Measure::Landmarks, Objective::SHORTEST) {
+                Ok(found) => assert!((found.distance - costs[goal as usize]).abs() < 1e-6, "{seed} {goal}"),
+                Err(_) => assert_eq!(costs[goal as usize], f64::INFINITY, "{seed} {goal}"),
+            }
+        }
+    }
+}
+
+/// Bellman and Ford: as simple as can be.
+fn plain(atlas: &Atlas, from: DotId) -> Vec<f64> {
+    let mut costs = vec![f64::INFINITY; atlas.plane.len()];
+    costs[from as usize] = 0.0;
+    for _ in 0..costs.len() {
+        for (from, transition) in atlas.transitions.all() {
+            let cost = costs[from as usize] + atlas.landmark_distance(from, transition);
+            let to = transition.to as usize;
+            costs[to] = costs[to].min(cost);
+        }
+    }
+    costs
+}

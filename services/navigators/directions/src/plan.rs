@@ -1,0 +1,240 @@
+//! From a path to a custom map, with what it costs and what it can recover from (Park and Kender 1995, 5.5, figure 30).
+
+use std::fmt;
+
+use crate::custom_map::{CustomMap, Direction, Entry, Verification};
+use crate::description::Descriptor;
+use crate::error::Error;
+use crate::path::{Atlas, Leg, Path};
+use crate::plane::DotId;
+use crate::recovery::{Check, Recoveries};
+use crate::transitions::Movement;
+
+/// Which errors a map lets the navigator notice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verify {
+    /// None: there is no verification.
+    Nothing,
+    /// Those that can be corrected.
+    Recoverable,
+    /// All that can be noticed. Where one cannot be corrected, the navigator knows that it is lost.
+    Detectable,
+}
+
+/// A path with its custom map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The path.
+    pub path: Path,
+    /// What can be done about errors of each leg.
+    pub checks: Vec<Check>,
+    /// The map.
+    pub map: CustomMap,
+    /// The probability of arrival, where it was estimated.
+    pub probability: Option<f64>,
+}
+
+impl Plan {
+    /// The map of a path. Its first entry is `*`: the landmark over which the window stands.
+    pub fn new(atlas: &Atlas, path: Path, verify: Verify) -> Result<Self, Error> {
+        Self::choosing(atlas, path, |_, check| match verify {
+            Verify::Nothing => false,
+            Verify::Recoverable => check.is_recoverable(),
+            Verify::Detectable => true,
+        })
+    }
+
+    /// The map of a path where a test says which legs are verified, among those that can be.
+    pub fn choosing(
+        atlas: &Atlas,
+        path: Path,
+        verifies: impl Fn(&Leg, Check) -> bool,
+    ) -> Result<Self, Error> {
+        let recoveries =
+            Recoveries::new(&atlas.plane, atlas.window, &atlas.signatures, Descriptor::Isolated)?;
+        let check = |leg: &Leg| {
+            let aside = atlas.reliability.aside(&atlas.plane, leg.from, &leg.transition);
+            recoveries.check(leg.from, &leg.transition, aside)
+        };
+        let checks: Vec<_> = path.legs.iter().map(check).collect();
+        let first = Entry {
+            word: Descriptor::Any,
+            trajectory: None,
+            verification: None,
+            place: path.legs.first().map(|leg| leg.transition.corner),
+        };
+        let entry = |(leg, &check): (&Leg, &Check)| {
+            let verification = check.verification().filter(|_| verifies(leg, check));
+            entry(leg, verification)
+        };
+        let others = path.legs.iter().zip(&checks).map(entry);
+        let map = CustomMap::new(std::iter::once(first).chain(others).collect())?;
+        Ok(Self { path, checks, map, probability: None })
+    }
+
+    /// The landmarks that the map means, one for each entry.
+    pub fn landmarks(&self) -> Vec<DotId> {
+        self.path.landmarks()
+    }
+
+    /// The table of figure 30, with the map's entries and the path's costs.
+    pub fn itinerary(&self) -> Itinerary<'_> {
+        Itinerary(self)
+    }
+}
+
+fn entry(leg: &Leg, verification: Option<Verification>) -> Entry {
+    let trajectory = match leg.transition.movement {
+        Movement::Seek => None,
+        Movement::Forward => Some(Direction::Forward),
+        Movement::Backward => Some(Direction::Backward),
+    };
+    Entry { word: leg.transition.word, trajectory, verification, place: leg.place }
+}
+
+/// Prints a plan as figure 30 does.
+#[derive(Debug, Clone, Copy)]
+pub struct Itinerary<'a>(&'a Plan);
+
+impl fmt::Display for Itinerary<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:>7} {:>7} {:<10} {:>10} {:>8}  VERIFY", "FROM", "TO", "CMD", "DISTANCE", "-LOGPROB")?;
+        for (leg, &check) in self.0.path.legs.iter().zip(&self.0.checks) {
+            let command = match leg.transition.movement {
+                Movement::Seek => leg.transition.word.word().to_uppercase(),
+                Movement::Forward => "TRAJP".to_owned(),
+                Movement::Backward => "TRAJN".to_owned(),
+            };
+            let (from, to) = (leg.from, leg.transition.to);
+            write!(f, "{from:>7} {to:>7} {command:<10} {:>10.3} {:>8.3}  ", leg.distance, leg.unreliability)?;
+            verification(f, check)?;
+        }
+        let path = &self.0.path;
+        write!(
+            f,
+            "distance {:.3}, -log R {:.3}, D/R {:.3}",
+            path.distance,
+            path.unreliability,
+            path.ratio()
+        )?;
+        match self.0.probability {
+            Some(probability) => writeln!(f, ", probability of arrival {probability:.3}"),
+            None => writeln!(f),
+        }
+    }
+}
+
+fn verification(f: &mut fmt::Formatter<'_>, check: Check) -> fmt::Result {
+    let name = match check {
+        Check::Trivial => return writeln!(f, "TRIVIAL CASE"),
+        Check::Unverifiable => return writeln!(f, "UNVERIFIABLE (NOT CORRECTABLE)"),
+        Check::Recoverable(_) => "CORRECTABLE",
+        Check::Detectable(_) => "DETECTABLE",
+    };
+    let Some(verification) = check.verification() else { return writeln!(f) };
+    write!(f, "QOC -> {} ({name})", verification.expected())?;
+    for (count, recovery) in verification.recoveries() {
+        write!(
+            f,
+            "; IF QOC -> {count} ({}, {})",
+            recovery.corner.word(),
+            recovery.word.word().to_uppercase()
+        )?;
+    }
+    writeln!(f)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{stream, uniform};
+    use crate::geometry::Window;
+    use crate::journey::{Journey, Kind, Noise};
+    use crate::navigator::{Navigator, Settings};
+    use crate::path::{Measure, Objective, Start, best};
+    use crate::reliability::Reliability;
+    use crate::transitions::Kinds;
+
+    fn atlas(seed: u64, kinds: Kinds<'_>, sigma: f64) -> Atlas {
+        let window = Window::new(100.0, 15.0).unwrap();
+        Atlas::new(
+            uniform(100, 1000.0, seed).unwrap(),
+            window,
+            kinds,
+            Reliability::fitted(Noise::of_sigma(sigma)),
+        )
+    }
+
+    fn plan(atlas: &Atlas, from: DotId, to: DotId, objective: Objective, verify: Verify) -> Option<Plan> {
+        let start = Start::over(&atlas.plane, from).unwrap();
+        let path = best(atlas, start, to, Measure::Windows, objective).ok()?;
+        Some(Plan::new(atlas, path, verify).unwrap())
+    }
+
+    /// Without errors, the navigator follows whatever the map-maker plans, and flies as far as the map-maker says.
+    #[test]
+    fn without_errors_every_plan_arrives_directly() {
+        let words = [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::PlusPair];
+        let kinds =
+            [Kinds::PAPER, Kinds { words: &words, trajectories: true }, Kinds::ISOLATED, Kinds::OBVIOUS];
+        let mut arrived = 0;
+        for seed in 0..12 {
+            for kinds in kinds {
+                let atlas = atlas(seed, kinds, 0.0);
+                for goal in [17, 55, 93] {
+                    let Some(plan) = plan(&atlas, 2, goal, Objective::SHORTEST, Verify::Detectable) else {
+                        continue;
+                    };
+                    let settings = Settings::new(atlas.window, 0.0);
+                    let navigator = Navigator::new(settings, plan.map.clone()).unwrap();
+                    let landmarks = plan.landmarks();
+                    let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
+                    let report = journey.run(plan.path.start.centre, &mut stream(seed, 0), |_, _, _| {});
+                    assert_eq!(
+                        report.kind,
+                        Kind::Direct,
+                        "{seed} {goal} {report:?}\n{}{}",
+                        plan.map,
+                        plan.itinerary()
+                    );
+                    arrived += 1;
+                }
+            }
+        }
+        assert!(arrived > 50, "{arrived}");
+    }
+
+    #[test]
+    fn without_verification_it_flies_as_far_as_planned() {
+        let atlas = atlas(3, Kinds::PAPER, 0.0);
+        let plan = (0..100)
+            .filter_map(|goal| plan(&atlas, 2, goal, Objective::SHORTEST, Verify::Nothing))
+            .max_by_key(|plan| plan.path.legs.len())
+            .unwrap();
+        let navigator = Navigator::new(Settings::new(atlas.window, 0.0), plan.map.clone()).unwrap();
+        let landmarks = plan.landmarks();
+        let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
+        let report = journey.run(plan.path.start.centre, &mut stream(1, 0), |_, _, _| {});
+        let (flown, planned) = (report.distance, plan.path.distance);
+        assert!((flown / planned - 1.0).abs() < 0.1, "{flown} {planned}");
+        assert!(plan.map.entries().iter().all(|entry| entry.verification.is_none()));
+    }
+
+    #[test]
+    fn an_itinerary_reads_like_figure_30() {
+        let atlas = atlas(1, Kinds::PAPER, 3.0);
+        let plan = (0..100)
+            .filter_map(|goal| plan(&atlas, 5, goal, Objective::Ratio, Verify::Recoverable))
+            .max_by_key(|plan| plan.path.legs.len())
+            .unwrap();
+        let text = Plan { probability: Some(0.9), ..plan.clone() }.itinerary().to_string();
+        assert_eq!(text.lines().count(), plan.path.legs.len() + 2, "{text}");
+        assert!(text.starts_with("   FROM      TO CMD"), "{text}");
+        assert!(
+            text.contains("ISOL") && text.contains("TRIVIAL CASE") && text.contains("CORRECTABLE"),
+            "{text}"
+        );
+        assert!(text.trim_end().ends_with("probability of arrival 0.900"), "{text}");
+        assert_eq!(plan.map.to_string().parse::<CustomMap>().unwrap(), plan.map);
+    }
+}

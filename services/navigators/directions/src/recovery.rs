@@ -1,0 +1,190 @@
+//! Which transitions are error-detectable and error-recoverable, and how to recover (Park and Kender 1995, 6.3).
+//!
+//! A landmark that was attained is told by its quadrant occupancy count, QOC. A transition is *detectable* where no other
+//! dot that can be mistaken for the target has the target's count. It is *recoverable* (6.3.2) where
+//! 1. it is detectable;
+//! 2. for each other count there is a quadrant that shows the target from all these dots with that count;
+//! 3. from each of them the recoveries, applied again and again, lead to the target.
+//!
+//! Condition 3 follows a recovery to any dot of the plane, also to one that was not in the first view. There too the count
+//! must differ from the target's and have a recovery.
+//!
+//! In a parkway, the dots that can be mistaken are the candidates of the view. On a trajectory they are the dots that a
+//! slide aside of the right line attains.
+
+use crate::custom_map::{Recovery, Verification};
+use crate::description::Descriptor;
+use crate::error::Error;
+use crate::geometry::{Corner, Window};
+use crate::plane::{DotId, Plane};
+use crate::reliability::quantiles;
+use crate::signature::Signature;
+use crate::trajectory::Slide;
+use crate::transitions::{Candidates, Movement, Transition};
+
+/// What can be done about errors of a transition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Check {
+    /// There is but one candidate: nothing can be mistaken.
+    Trivial,
+    /// Errors are detected and corrected.
+    Recoverable(Verification),
+    /// Errors are detected. Those that one recovery corrects are corrected.
+    Detectable(Verification),
+    /// Some wrong dot has the target's count.
+    Unverifiable,
+}
+
+impl Check {
+    /// What the map says about it: nothing for trivial and unverifiable transitions, as in 6.3.4.
+    pub fn verification(self) -> Option<Verification> {
+        match self {
+            Self::Recoverable(verification) | Self::Detectable(verification) => Some(verification),
+            Self::Trivial | Self::Unverifiable => None,
+        }
+    }
+
+    /// Whether an error would be noticed.
+    pub fn is_detectable(self) -> bool {
+        self != Self::Unverifiable
+    }
+
+    /// Whether an error would be corrected.
+    pub fn is_recoverable(self) -> bool {
+        matches!(self, Self::Trivial | Self::Recoverable(_))
+    }
+}
+
+/// Looks for recoveries on a plane.
+#[derive(Debug)]
+pub struct Recoveries<'a> {
+    plane: &'a Plane,
+    window: Window,
+    signatures: &'a [Signature],
+    /// The word by which recoveries seek.
+    word: Descriptor,
+}
+
+impl<'a> Recoveries<'a> {
+    /// Recoveries that seek by a word. Signatures are those of all dots of the plane.
+    pub fn new(
+        plane: &'a Plane,
+        window: Window,
+        signatures: &'a [Signature],
+        word: Descriptor,
+    ) -> Result<Self, Error> {
+        if signatures.len() == plane.len() {
+            Ok(Self { plane, window, signatures, word })
+        } else {
+            let found = signatures.len() as f64;
+            Err(Error::Parameter { what: "signatures", expected: "one for each dot", found })
+        }
+    }
+
+    /// What can be done about errors of a transition. `aside` is the standard deviation of a slide's error to the side.
+    pub fn check(&self, from: DotId, transition: &Transition, aside: f64) -> Check {
+        let mistaken = self.mistaken(from, transition, aside);
+        if mistaken.is_empty() {
+            return Check::Trivial;
+        }
+        let target = transition.to;
+        let expected = self.count(target);
+        if mistaken.iter().any(|&dot| self.count(dot) == expected) {
+            return Check::Unverifiable;
+        }
+        let Ok(plain) = Verification::new(expected) else { return Check::Unverifiable };
+        let complete = self.recoverable(target, &mistaken, plain).map(Check::Recoverable);
+        complete.unwrap_or_else(|| Check::Detectable(self.partly_recoverable(target, &mistaken, plain)))
+    }
+
+    /// The verification with recoveries for those counts alone from which one recovery leads to the target.
+    fn partly_recoverable(&self, target: DotId, mistaken: &[DotId], plain: Verification) -> Verification {
+        (0..=4).fold(plain, |way, count| {
+            let mut same = mistaken.iter().filter(|&&dot| self.count(dot) == count).peekable();
+            if same.peek().is_none() {
+                return way;
+            }
+            let same: Vec<_> = same.collect();
+            let recoveries = Corner::ALL.into_iter().map(|corner| Recovery { corner, word: self.word });
+            let leads =
+                |recovery: &Recovery| same.iter().all(|&&dot| self.next(dot, *recovery) == Some(target));
+            recoveries.into_iter().find(leads).map_or(way, |recovery| way.recovering(count, recovery))
+        })
+    }
+
+    /// The dots that can be mistaken for the target, in ascending order.
+    pub fn mistaken(&self, from: DotId, transition: &Transition, aside: f64) -> Vec<DotId> {
+        let mut dots = if transition.movement == Movement::Seek {
+            let mut candidates = Candidates::default();
+            candidates.find(self.plane, self.window, from, transition.corner);
+            candidates.dots
+        } else {
+            self.landings(from, transition, aside)
+        };
+        dots.sort_unstable();
+        dots.dedup();
+        dots.retain(|&dot| dot != transition.to);
+        dots
+    }
+
+    fn landings(&self, from: DotId, transition: &Transition, aside: f64) -> Vec<DotId> {
+        let is_backward = transition.movement == Movement::Backward;
+        let (first, second) = (self.plane.dot(from), self.plane.dot(transition.seen));
+        let Some(slide) = Slide::of_pair(first, second, is_backward) else { return Vec::new() };
+        let lands = |quantile| slide.moved_aside(quantile * aside).lands(self.plane, self.window);
+        quantiles().filter_map(lands).map(|landing| landing.dot).collect()
+    }
+
+    fn count(&self, dot: DotId) -> u8 {
+        self.signatures[dot as usize].count()
+    }
+
+    /// The verification with recoveries, if conditions 2 and 3 hold.
+    fn recoverable(&self, target: DotId, mistaken: &[DotId], plain: Verification) -> Option<Verification> {
+        let mut ways = vec![plain];
+        for count in 0..=4 {
+            let same: Vec<_> = mistaken.iter().copied().filter(|&dot| self.count(dot) == count).collect();
+            if same.is_empty() {
+                continue;
+            }
+            let corners: Vec<_> = Corner::ALL
+                .into_iter()
+                .filter(|corner| same.iter().all(|&dot| self.shows(dot, *corner, target)))
+                .collect();
+            let extended = ways.iter().flat_map(|way| {
+                corners.iter().map(|&corner| way.recovering(count, Recovery { corner, word: self.word }))
+            });
+            ways = extended.collect();
+        }
+        ways.into_iter().find(|way| mistaken.iter().all(|&dot| self.leads(dot, target, *way)))
+    }
+
+    /// Whether the target lies in a quadrant of a dot.
+    fn shows(&self, dot: DotId, quadrant: Corner, target: DotId) -> bool {
+        quadrant.covers(self.plane.dot(target) - self.plane.dot(dot), self.window.side)
+    }
+
+    /// Where a recovery leads from a dot.
+    pub fn next(&self, dot: DotId, recovery: Recovery) -> Option<DotId> {
+        let mut candidates = Candidates::default();
+        candidates.find(self.plane, self.window, dot, recovery.corner);
+        candidates.pick(recovery.word)
+    }
+
+    /// Condition 3: whether the recoveries lead from a dot to the target.
+    fn leads(&self, from: DotId, target: DotId, verification: Verification) -> bool {
+        let mut seen = Vec::new();
+        let mut dot = from;
+        while dot != target {
+            let way = verification.recoveries().find(|&(count, _)| count == self.count(dot));
+            let (Some((_, recovery)), false) = (way, seen.contains(&dot)) else { return false };
+            seen.push(dot);
+            let Some(next) = self.next(dot, recovery) else { return false };
+            dot = next;
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,202 @@
+//! How reliable a transition is, by models fitted to simulations (Park and Kender 1995, equations 1 and 2).
+//!
+//! **Equation 1**, landmarks: `R(n, σ) = (Aσ + B)/n − Cσ + D`, with n candidates and the error of position σ in units of the
+//! window's side. The paper gives no coefficients. Those below are of [`crate::fit::landmarks`]. A single candidate is
+//! certain. The form is coarse: two candidates come out as certain too, where 94 to 99 of 100 are identified right.
+//! [`crate::arrival`] simulates each transition instead.
+//!
+//! **Equation 2**, trajectories: the paper's form is unreadable in the copies we know. Ours is the variance to the side of
+//! a slide. It adds what the paper's text names: the error of position of the two landmarks, which grows with the way over
+//! their distance, and the errors of translation and rotation, which grow with the way. The reliability is the
+//! probability that a slide with this error still attains its goal first. The coefficients are of
+//! [`crate::fit::trajectories`].
+
+use crate::geometry::{Point, Window};
+use crate::journey::Noise;
+use crate::plane::{DotId, Plane};
+use crate::trajectory::Slide;
+use crate::transitions::{Movement, Transition};
+
+/// No reliability is less: costs stay finite.
+pub const LEAST: f64 = 1e-6;
+
+/// The coefficients of equation 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LandmarkModel {
+    /// A, B, C and D.
+    pub coefficients: [f64; 4],
+}
+
+impl LandmarkModel {
+    /// Fitted by [`crate::fit::landmarks`]: 54 samples, residuals of 0.035 (root mean square) and at most 0.064.
+    pub const FITTED: Self = Self { coefficients: [14.661_3, 0.214_49, 7.763_5, 0.913_85] };
+
+    /// The terms of the coefficients: σ/n, 1/n, −σ, 1.
+    pub fn terms(candidates: u16, sigma: f64) -> [f64; 4] {
+        let n = f64::from(candidates);
+        [sigma / n, 1.0 / n, -sigma, 1.0]
+    }
+
+    /// The probability that the isolated landmark of so many candidates is identified right. σ is in window sides.
+    pub fn reliability(self, candidates: u16, sigma: f64) -> f64 {
+        if candidates <= 1 || sigma <= 0.0 {
+            return 1.0;
+        }
+        let terms = Self::terms(candidates, sigma);
+        let sum: f64 =
+            terms.iter().zip(self.coefficients).map(|(term, coefficient)| term * coefficient).sum();
+        sum.clamp(LEAST, 1.0)
+    }
+}
+
+/// The coefficients of equation 2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrajectoryModel {
+    /// Of the error of position, of its growth, of translation and of rotation.
+    pub coefficients: [f64; 4],
+}
+
+impl TrajectoryModel {
+    /// Fitted by [`crate::fit::trajectories`]: 60 samples, relative residuals of 0.020 (root mean square) and at most 0.067.
+    /// Theory has ½, 2, 1 and ⅓.
+    pub const FITTED: Self = Self { coefficients: [0.489_8, 1.995_5, 0.999_0, 0.311_6] };
+
+    /// The terms of the coefficients: σ², σ²(d/l)², τ²d, ρ²d³. The slide is d long, the pair is l apart, τ and ρ are
+    /// [`Noise::translation`] and [`Noise::rotation_rad`].
+    pub fn terms(slide: f64, pair: f64, noise: Noise) -> [f64; 4] {
+        let sigma = noise.combined_sigma();
+        let (ratio, turn) = (slide / pair, noise.rotation_rad);
+        [
+            sigma * sigma,
+            sigma * sigma * ratio * ratio,
+            noise.translation * noise.translation * slide,
+            turn * turn * slide * slide * slide,
+        ]
+    }
+
+    /// The standard deviation to the side of a slide.
+    pub fn aside(self, slide: f64, pair: f64, noise: Noise) -> f64 {
+        let terms = Self::terms(slide, pair, noise);
+        let sum: f64 =
+            terms.iter().zip(self.coefficients).map(|(term, coefficient)| term * coefficient).sum();
+        sum.max(0.0).sqrt()
+    }
+}
+
+/// How many places across the normal distribution stand for it.
+const QUANTILES: u32 = 21;
+
+/// The middles of so many equally probable parts of the standard normal distribution.
+pub fn quantiles() -> impl Iterator<Item = f64> {
+    (0..QUANTILES).map(|part| normal_quantile((f64::from(part) + 0.5) / f64::from(QUANTILES)))
+}
+
+/// The quantile of the standard normal distribution, by Abramowitz and Stegun 1964, 26.2.23; 4.5e-4 exact.
+fn normal_quantile(probability: f64) -> f64 {
+    let tail = probability.min(1.0 - probability);
+    let t = (-2.0 * tail.ln()).sqrt();
+    let above = 2.515_517 + t * (0.802_853 + t * 0.010_328);
+    let below = 1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308));
+    let quantile = t - above / below;
+    if probability < 0.5 { -quantile } else { quantile }
+}
+
+/// Both models, and the errors that they are for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reliability {
+    /// Equation 1.
+    pub landmarks: LandmarkModel,
+    /// Equation 2.
+    pub trajectories: TrajectoryModel,
+    /// The errors.
+    pub noise: Noise,
+}
+
+impl Reliability {
+    /// The fitted models with these errors.
+    pub fn fitted(noise: Noise) -> Self {
+        Self { landmarks: LandmarkModel::FITTED, trajectories: TrajectoryModel::FITTED, noise }
+    }
+
+    /// The probability that a transition attains its target.
+    pub fn of(&self, plane: &Plane, window: Window, from: DotId, transition: &Transition) -> f64 {
+        let sigma = self.noise.combined_sigma() / window.side;
+        let seen = self.landmarks.reliability(transition.candidates, sigma);
+        if transition.movement == Movement::Seek {
+            return seen;
+        }
+        (seen * self.hit(plane, window, from, transition)).max(LEAST)
+    }
+
+    /// The standard deviation to the side of a trajectory's slide; 0 within a parkway.
+    pub fn aside(&self, plane: &Plane, from: DotId, transition: &Transition) -> f64 {
+        let pair: Point = plane.dot(transition.seen) - plane.dot(from);
+        self.trajectories.aside(f64::from(transition.slide), pair.norm(), self.noise)
+    }
+
+    fn hit(&self, plane: &Plane, window: Window, from: DotId, transition: &Transition) -> f64 {
+        let aside = self.aside(plane, from, transition);
+        let is_backward = transition.movement == Movement::Backward;
+        let Some(slide) = Slide::of_pair(plane.dot(from), plane.dot(transition.seen), is_backward) else {
+            return 0.0;
+        };
+        if aside == 0.0 {
+            return 1.0;
+        }
+        let hits = |quantile: &f64| {
+            let landing = slide.moved_aside(quantile * aside).lands(plane, window);
+            landing.is_some_and(|landing| landing.dot == transition.to)
+        };
+        quantiles().filter(hits).count() as f64 / f64::from(QUANTILES)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::plane;
+    use crate::transitions::{Kinds, Transitions};
+
+    #[test]
+    fn quantiles_have_the_moments_of_the_normal_distribution() {
+        let all: Vec<_> = quantiles().collect();
+        assert!(all.iter().sum::<f64>().abs() < 1e-3);
+        let variance = all.iter().map(|q| q * q).sum::<f64>() / all.len() as f64;
+        assert!((0.93..1.0).contains(&variance), "{variance}");
+        assert!((normal_quantile(0.975) - 1.95996).abs() < 5e-4);
+    }
+
+    #[test]
+    fn more_candidates_and_more_error_are_less_reliable() {
+        let model = LandmarkModel::FITTED;
+        for n in 3..10 {
+            assert!(model.reliability(n + 1, 0.03) < model.reliability(n, 0.03), "{n}");
+            assert!(model.reliability(n, 0.04) < model.reliability(n, 0.03), "{n}");
+        }
+        assert!(model.reliability(3, 0.03) < model.reliability(2, 0.03));
+        assert_eq!(model.reliability(1, 0.05), 1.0);
+        assert_eq!(model.reliability(5, 0.0), 1.0);
+    }
+
+    #[test]
+    fn a_longer_slide_and_a_closer_pair_err_more() {
+        let model = TrajectoryModel::FITTED;
+        let noise = Noise { translation: 0.1, rotation_rad: 0.01, ..Noise::of_sigma(0.3) };
+        assert!(model.aside(40.0, 6.0, noise) > model.aside(20.0, 6.0, noise));
+        assert!(model.aside(40.0, 3.0, noise) > model.aside(40.0, 6.0, noise));
+        assert_eq!(model.aside(40.0, 3.0, Noise::NONE), 0.0);
+    }
+
+    #[test]
+    fn a_goal_in_the_middle_is_more_reliable_than_one_at_the_edge() {
+        let window = Window::new(10.0, 1.0).unwrap();
+        let hit = |aside: f64| {
+            let world = plane(&[(0.0, 0.0), (6.0, 0.0), (40.0, aside)]);
+            let all = Transitions::new(&world, window, Kinds::PAPER);
+            let slide = all.from(0).iter().find(|e| e.to == 2 && e.movement == Movement::Forward).unwrap();
+            Reliability::fitted(Noise::of_sigma(0.3)).of(&world, window, 0, slide)
+        };
+        let (middle, edge) = (hit(0.0), hit(4.8));
+        assert!(middle > 0.9 && edge < 0.7, "{middle} {edge}");
+    }
+}

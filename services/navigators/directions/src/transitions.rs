@@ -1,0 +1,323 @@
+//! The transition matrix: which landmark is attained directly from which, and how (Park and Kender 1995, 5.1, table 2).
+//!
+//! The matrix is sparse: each landmark has a list of its transitions. A landmark has four corners, each corner at most one
+//! target for each word, and each pair of reference and target up to two trajectories.
+
+use std::ops::Range;
+
+use petgraph::algo::kosaraju_scc;
+use petgraph::graph::DiGraph;
+
+use crate::description::Descriptor;
+use crate::geometry::{Corner, Point, Window};
+use crate::plane::{DotId, Plane};
+use crate::trajectory::Slide;
+
+/// How the navigator moves to the target of a transition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Movement {
+    /// It seeks a landmark that it sees: a path within a parkway.
+    Seek,
+    /// It slides from the reference in the direction of the landmark that it sees: `Trajp`.
+    Forward,
+    /// It slides in the opposite direction: `Trajn`.
+    Backward,
+}
+
+/// One way from a landmark to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transition {
+    /// The landmark that is attained.
+    pub to: DotId,
+    /// The landmark that the word means: the target itself, or the second of a trajectory's pair.
+    pub seen: DotId,
+    /// How far the window slides; 0 for a path within a parkway.
+    pub slide: f32,
+    /// How many candidates the word chooses from.
+    pub candidates: u16,
+    /// The corner of the window where the reference lies.
+    pub corner: Corner,
+    /// The word.
+    pub word: Descriptor,
+    /// How the navigator moves.
+    pub movement: Movement,
+}
+
+/// All transitions of a plane, by the landmark where they begin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transitions {
+    begins: Vec<u32>,
+    entries: Vec<Transition>,
+}
+
+/// What transitions a map-maker looks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kinds<'a> {
+    /// The words. `New`, `Confusable` and `*` mean no landmark that is known beforehand: they have no transitions.
+    pub words: &'a [Descriptor],
+    /// Whether there are trajectories too.
+    pub trajectories: bool,
+}
+
+impl Kinds<'_> {
+    /// What the paper's system has: the isolated landmark, in parkways and trajectories.
+    pub const PAPER: Self = Self { words: &[Descriptor::Isolated], trajectories: true };
+    /// Isolated parkways alone.
+    pub const ISOLATED: Self = Self { words: &[Descriptor::Isolated], trajectories: false };
+    /// Obvious parkways alone.
+    pub const OBVIOUS: Self = Self { words: &[Descriptor::Obvious], trajectories: false };
+}
+
+/// The dots in a quadrant of a landmark: its candidates, relative to it.
+#[derive(Debug, Default)]
+pub struct Candidates {
+    /// Their numbers.
+    pub dots: Vec<DotId>,
+    /// Where they are, relative to the landmark.
+    pub places: Vec<Point>,
+}
+
+impl Candidates {
+    /// Finds those of a landmark in a corner.
+    pub fn find(&mut self, plane: &Plane, window: Window, landmark: DotId, corner: Corner) {
+        self.dots.clear();
+        self.places.clear();
+        let place = plane.dot(landmark);
+        let far = place + corner.inward() * window.side;
+        let low = Point::new(place.x.min(far.x), place.y.min(far.y));
+        let high = Point::new(place.x.max(far.x), place.y.max(far.y));
+        for (dot, at) in plane.within(low, high).filter(|&(dot, _)| dot != landmark) {
+            self.dots.push(dot);
+            self.places.push(at - place);
+        }
+    }
+
+    /// The dot that a word means; none for words that mean no landmark that is known beforehand.
+    pub fn pick(&self, word: Descriptor) -> Option<DotId> {
+        let is_definite = !matches!(word, Descriptor::New | Descriptor::Confusable | Descriptor::Any);
+        is_definite.then(|| word.pick(&self.places)).flatten().map(|index| self.dots[index])
+    }
+}
+
+impl Transitions {
+    /// Finds all transitions of these kinds. Takes time in proportion to the number of dots, for a given density.
+    pub fn new(plane: &Plane, window: Window, kinds: Kinds<'_>) -> Self {
+        let mut begins = Vec::with_capacity(plane.len() + 1);
+        let mut entries = Vec::new();
+        let mut candidates = Candidates::default();
+        begins.push(0);
+        for from in 0..plane.len() as DotId {
+            for corner in Corner::ALL {
+                candidates.find(plane, window, from, corner);
+                let seeks = kinds.words.iter().filter_map(|&word| seek(&candidates, corner, word));
+                for seek in seeks {
+                    entries.push(seek);
+                    if kinds.trajectories {
+                        entries.extend(trajectories(plane, window, from, seek));
+                    }
+                }
+            }
+            begins.push(entries.len() as u32);
+        }
+        Self { begins, entries }
+    }
+
+    /// How many landmarks there are.
+    pub fn landmarks(&self) -> usize {
+        self.begins.len() - 1
+    }
+
+    /// How many transitions there are.
+    pub fn count(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// The transitions that begin at a landmark.
+    pub fn from(&self, landmark: DotId) -> &[Transition] {
+        let landmark = landmark as usize;
+        &self.entries[self.begins[landmark] as usize..self.begins[landmark + 1] as usize]
+    }
+
+    /// The numbers of the transitions that begin at a landmark.
+    pub fn numbers(&self, landmark: DotId) -> Range<u32> {
+        self.begins[landmark as usize]..self.begins[landmark as usize + 1]
+    }
+
+    /// The transition with a number, from 0.
+    pub fn number(&self, number: u32) -> &Transition {
+        &self.entries[number as usize]
+    }
+
+    /// The landmark where the transition with a number begins.
+    pub fn origin(&self, number: u32) -> DotId {
+        self.begins.partition_point(|&begin| begin <= number) as DotId - 1
+    }
+
+    /// All transitions with the landmark where each begins.
+    pub fn all(&self) -> impl Iterator<Item = (DotId, &Transition)> {
+        (0..self.landmarks() as DotId).flat_map(|from| self.from(from).iter().map(move |entry| (from, entry)))
+    }
+
+    /// Those that pass a test: reliable, error-detectable or error-recoverable parkways and trajectories (4.2.3, 4.2.4).
+    pub fn filtered(&self, mut keeps: impl FnMut(DotId, &Transition) -> bool) -> Self {
+        let mut kept = Self { begins: vec![0], entries: Vec::new() };
+        for from in 0..self.landmarks() as DotId {
+            kept.entries.extend(self.from(from).iter().filter(|entry| keeps(from, entry)));
+            kept.begins.push(kept.entries.len() as u32);
+        }
+        kept
+    }
+
+    /// From how many landmarks each is attained directly. A good landmark is attained from many (5.1).
+    pub fn attained_from(&self) -> Vec<u32> {
+        let mut counts = vec![0; self.landmarks()];
+        let mut last = vec![DotId::MAX; self.landmarks()];
+        for (from, entry) in self.all() {
+            let to = entry.to as usize;
+            counts[to] += u32::from(last[to] != from);
+            last[to] = from;
+        }
+        counts
+    }
+
+    /// The strongly connected components: the number of parkways that remain apart.
+    pub fn components(&self) -> Components {
+        let mut graph = DiGraph::<(), (), u32>::with_capacity(self.landmarks(), self.count());
+        for _ in 0..self.landmarks() {
+            graph.add_node(());
+        }
+        for (from, entry) in self.all() {
+            graph.add_edge(from.into(), entry.to.into(), ());
+        }
+        let mut components = Components { of: vec![0; self.landmarks()], sizes: Vec::new() };
+        for component in kosaraju_scc(&graph) {
+            for node in &component {
+                components.of[node.index()] = components.sizes.len() as u32;
+            }
+            components.sizes.push(component.len() as u32);
+        }
+        components
+    }
+}
+
+/// A small transition matrix as table 2 has it: a row for each landmark of origin, the least cost of each entry.
+pub fn matrix(transitions: &Transitions, cost: impl Fn(DotId, &Transition) -> f64) -> Vec<Vec<Option<f64>>> {
+    let mut matrix = vec![vec![None; transitions.landmarks()]; transitions.landmarks()];
+    for (from, transition) in transitions.all() {
+        let entry: &mut Option<f64> = &mut matrix[from as usize][transition.to as usize];
+        let cost = cost(from, transition);
+        *entry = Some(entry.map_or(cost, |other| other.min(cost)));
+    }
+    matrix
+}
+
+/// The transition to the landmark that a word means.
+fn seek(candidates: &Candidates, corner: Corner, word: Descriptor) -> Option<Transition> {
+    let seen = candidates.pick(word)?;
+    // A word means nothing among more than [`crate::description::MOST_CANDIDATES`].
+    let count = candidates.dots.len() as u16;
+    Some(Transition { to: seen, seen, slide: 0.0, candidates: count, corner, word, movement: Movement::Seek })
+}
+
+/// The trajectories of a reference and the landmark that is seen, forwards and backwards.
+fn trajectories(
+    plane: &Plane,
+    window: Window,
+    from: DotId,
+    seek: Transition,
+) -> impl Iterator<Item = Transition> + '_ {
+    [Movement::Forward, Movement::Backward].into_iter().filter_map(move |movement| {
+        let slide = Slide::of_pair(plane.dot(from), plane.dot(seek.seen), movement == Movement::Backward)?;
+        let landing = slide.lands(plane, window)?;
+        Some(Transition { to: landing.dot, slide: landing.distance as f32, movement, ..seek })
+    })
+}
+
+/// Which landmarks belong together.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Components {
+    /// The component of each landmark.
+    pub of: Vec<u32>,
+    /// How many landmarks each component has.
+    pub sizes: Vec<u32>,
+}
+
+impl Components {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.sizes.len()
+    }
+
+    /// Whether two landmarks are in the same.
+    pub fn joins(&self, a: DotId, b: DotId) -> bool {
+        self.of[a as usize] == self.of[b as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::plane;
+
+    fn window() -> Window {
+        Window::new(10.0, 0.0).unwrap()
+    }
+
+    /// Figure 13 in small: A, B and C see each other; D and E too; a trajectory leads from D and E to C alone.
+    fn figure_13() -> Plane {
+        plane(&[(0.0, 0.0), (6.0, 3.0), (8.0, 9.0), (40.0, 9.0), (47.0, 9.5)])
+    }
+
+    #[test]
+    fn a_column_that_is_filled_is_a_good_landmark() {
+        let all = Transitions::new(&figure_13(), window(), Kinds::PAPER);
+        let attained = all.attained_from();
+        assert_eq!(attained.iter().max(), Some(&attained[2]), "{attained:?}");
+    }
+
+    #[test]
+    fn parkways_apart_are_components_and_trajectories_join_them_one_way() {
+        let world = figure_13();
+        let parkways = Transitions::new(&world, window(), Kinds::ISOLATED).components();
+        // B lies between A and C, and neither has it as the isolated landmark.
+        assert_eq!(parkways.count(), 3);
+        assert!(parkways.joins(0, 2) && parkways.joins(3, 4) && !parkways.joins(2, 3));
+        let all = Transitions::new(&world, window(), Kinds::PAPER);
+        let crossing: Vec<_> = all.all().filter(|(from, e)| (*from >= 3) != (e.to >= 3)).collect();
+        assert!(!crossing.is_empty());
+        assert!(crossing.iter().all(|(from, e)| *from >= 3 && e.movement != Movement::Seek));
+    }
+
+    #[test]
+    fn a_transition_tells_where_it_leads_and_by_what() {
+        let all = Transitions::new(&figure_13(), window(), Kinds::PAPER);
+        // D in the south-west corner shows E alone; E's line with D leads west to C.
+        let of_d: Vec<_> = all.from(3).iter().filter(|e| e.corner == Corner::Sw).collect();
+        assert_eq!(of_d.len(), 2, "{of_d:?}");
+        assert_eq!((of_d[0].to, of_d[0].movement, of_d[0].candidates), (4, Movement::Seek, 1));
+        assert_eq!((of_d[1].to, of_d[1].seen, of_d[1].movement), (2, 4, Movement::Backward));
+        assert!((of_d[1].slide - 30.5).abs() < 0.2, "{}", of_d[1].slide);
+    }
+
+    #[test]
+    fn a_matrix_has_an_entry_for_each_transition() {
+        let world = figure_13();
+        let all = Transitions::new(&world, window(), Kinds::PAPER);
+        let distance = |from, entry: &Transition| (world.dot(entry.to) - world.dot(from)).norm();
+        let matrix = matrix(&all, distance);
+        assert_eq!(matrix[3][4], Some(7.0_f64.hypot(0.5)));
+        assert_eq!((matrix[3][2], matrix[2][3], matrix[0][0]), (Some(32.0), None, None));
+        let filled = |column: usize| matrix.iter().filter(|row| row[column].is_some()).count();
+        assert_eq!(
+            (0..5).map(filled).collect::<Vec<_>>(),
+            all.attained_from().iter().map(|&n| n as usize).collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn what_is_filtered_is_gone() {
+        let all = Transitions::new(&figure_13(), window(), Kinds::PAPER);
+        let seeks = all.filtered(|_, entry| entry.movement == Movement::Seek);
+        assert_eq!(seeks, Transitions::new(&figure_13(), window(), Kinds::ISOLATED));
+    }
+}

@@ -1,0 +1,47 @@
+//! A step of the navigator allocates nothing, whatever it does.
+
+use sketchnav_directions::generate::{stream, uniform};
+use sketchnav_directions::geometry::Window;
+use sketchnav_directions::journey::{Helicopter, Noise, STEP_S};
+use sketchnav_directions::navigator::{Activity, Navigator, Settings};
+use sketchnav_directions::path::{Atlas, Measure, Objective, Start, best};
+use sketchnav_directions::plan::{Plan, Verify};
+use sketchnav_directions::reliability::Reliability;
+use sketchnav_directions::transitions::Kinds;
+use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+#[test]
+fn a_step_allocates_nothing() {
+    let window = Window::new(100.0, 15.0).unwrap();
+    let noise = Noise { misses: 0.05, false_dots: 0.2, ..Noise::of_sigma(2.0) };
+    let (mut steps, mut activities) = (0, Vec::new());
+    for seed in 0..40 {
+        let plane = uniform(120, 1000.0, seed).unwrap();
+        let atlas = Atlas::new(plane, window, Kinds::PAPER, Reliability::fitted(noise));
+        let start = Start::over(&atlas.plane, 0).unwrap();
+        let Ok(path) = best(&atlas, start, 60, Measure::Windows, Objective::Ratio) else { continue };
+        let plan = Plan::new(&atlas, path, Verify::Detectable).unwrap();
+        let settings = Settings { looks: 3, ..Settings::new(window, noise.sigma) };
+        let navigator = Navigator::new(settings, plan.map).unwrap();
+        let (mut state, mut rng, mut view) = (navigator.start(), stream(seed, 1), Vec::new());
+        let mut helicopter = Helicopter { centre: start.centre, heading_rad: 0.0 };
+        while state.outcome().is_none() {
+            helicopter.look(&atlas.plane, window, noise, &mut rng, &mut view);
+            let before = allocations_of_this_thread();
+            let output = navigator.step(&mut state, &view, STEP_S);
+            assert_eq!(allocations_of_this_thread() - before, 0, "{:?}", output.activity);
+            if !activities.contains(&output.activity) {
+                activities.push(output.activity);
+            }
+            steps += 1;
+            helicopter.fly(output.velocity, STEP_S, noise, &mut rng);
+        }
+    }
+    assert!(steps > 1000, "{steps}");
+    for activity in [Activity::Seek, Activity::Slide, Activity::Verify, Activity::Adjust, Activity::Recover] {
+        assert!(activities.contains(&activity), "{activity:?} was never seen");
+    }
+}

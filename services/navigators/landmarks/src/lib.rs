@@ -3,9 +3,12 @@
 //! A person draws objects and a route. [`extraction`] turns the drawing into a [`route::Route`]: a list of landmark
 //! states, each with a command.
 
+pub mod control;
 pub mod error;
 pub mod extraction;
+pub mod follower;
 pub mod language;
+pub mod lost;
 pub mod matching;
 pub mod perception;
 pub mod plane;

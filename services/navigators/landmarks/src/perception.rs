@@ -279,7 +279,7 @@ mod tests {
         // Chronis 2007, figures 4.13 and 4.14: with c = 24 two equal returns are 2 s sin(π/24) apart, which is the robot's
         // 20 inches at 76.6 inches.
         assert_eq!(see(&[(15, 76.0), (0, 76.0), (1, 76.0)]).len(), 1);
-        assert_eq!(directions(&see(&[(15, 77.0), (0, 77.0), (1, 77.0)])), [15, 0, 1]);
+        assert_eq!(directions(&see(&[(15, 77.0), (0, 77.0), (1, 77.0)])), [0, 1, 15]);
         // A step in depth parts them.
         assert_eq!(see(&[(3, 40.0), (4, 62.0)]).len(), 2);
         let one = see(&[(2, 40.0), (3, 50.0), (4, 45.0)]);

@@ -59,7 +59,7 @@ fn a_stream_allocates_nothing() {
 fn histograms_of_the_same_size_allocate_nothing() {
     let corners = |i: u32, at: f64| {
         (0..12).map(move |k| {
-            let angle = f64::from(k) * 0.5236 + f64::from(i) * 0.1;
+            let angle = f64::from(k) * std::f64::consts::FRAC_PI_6 + f64::from(i) * 0.1;
             let radius = 1.0 + 0.3 * f64::from(k % 3);
             Point::new(at + radius * angle.cos(), radius * angle.sin()).unwrap()
         })

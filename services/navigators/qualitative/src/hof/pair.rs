@@ -20,8 +20,8 @@ pub struct Pair {
     corners: [usize; 2],
     /// Edges of the argument, then those of the referent, by the places of their ends.
     edges: Vec<[usize; 2]>,
-    /// How many edges the argument has.
-    argument_edges: usize,
+    /// The two edges at each corner.
+    edges_at: Vec<[usize; 2]>,
     /// A circle around each object: its centre and radius.
     circles: [([f64; 2], f64); 2],
     /// Lengths up to this are rounding.
@@ -35,27 +35,27 @@ pub struct Workspace {
     turns: Vec<(f64, f64)>,
     /// The knots across and along the direction.
     turned: Vec<[f64; 2]>,
-    /// Where strips begin and end.
-    strips: Vec<f64>,
+    /// The knots in their order across the direction; that of one direction is nearly that of the next.
+    order: Vec<usize>,
     argument: Cut,
     referent: Cut,
 }
 
-/// An object cut by parallels.
+/// An object cut by a parallel that sweeps over it: its edges there, in their order along the direction.
 #[derive(Debug, Clone, Default)]
 struct Cut {
     lines: Vec<Line>,
-    crossings: Vec<[f64; 2]>,
-    sections: Vec<Section>,
 }
 
-/// An edge: from where to where it goes across the direction, and the line along it.
+/// An edge that the parallel cuts.
 #[derive(Debug, Clone, Copy)]
 struct Line {
-    low: f64,
-    high: f64,
-    at_low: f64,
+    edge: usize,
+    /// Where it begins, across and along, and its slope.
+    begin: [f64; 2],
     slope: f64,
+    /// Where it is cut at both sides of the strip.
+    cut: [f64; 2],
 }
 
 impl Pair {
@@ -74,8 +74,14 @@ impl Pair {
         self.corners = [a.len(), self.knots.len()];
         self.edges.clear();
         self.edges.extend(argument.edge_places());
-        self.argument_edges = self.edges.len();
         self.edges.extend(referent.edge_places().map(|edge| edge.map(|i| i + a.len())));
+        self.edges_at.clear();
+        self.edges_at.resize(self.knots.len(), [0; 2]);
+        for (i, [from, to]) in self.edges.iter().enumerate() {
+            // Each corner begins one edge and ends another one.
+            self.edges_at[*from][0] = i;
+            self.edges_at[*to][1] = i;
+        }
         let first = self.knots[0];
         self.rounding = self.knots.iter().map(|at| at.distance(first)).fold(0.0, f64::max) * ROUNDING;
         self.circles = [circle(a), circle(b)];
@@ -141,7 +147,7 @@ impl Pair {
         if self.is_elsewhere(turn) {
             return Force::ZERO;
         }
-        let Workspace { turned, strips, argument, referent, .. } = workspace;
+        let Workspace { turned, order, argument, referent, .. } = workspace;
         let (sin, cos) = turn;
         turned.clear();
         turned.extend(self.knots.iter().map(|at| [at.y() * cos - at.x() * sin, at.x() * cos + at.y() * sin]));
@@ -150,26 +156,43 @@ impl Pair {
         if high - low <= self.rounding || a.along[1] <= b.along[0] {
             return Force::ZERO;
         }
-        strips.clear();
-        strips.push(low);
-        strips.extend(turned.iter().map(|at| at[0]).filter(|u| *u > low && *u < high));
-        strips.push(high);
-        strips.sort_unstable_by(f64::total_cmp);
-        let (argument_edges, referent_edges) = self.edges.split_at(self.argument_edges);
-        argument.lines(argument_edges, turned, [low, high]);
-        referent.lines(referent_edges, turned, [low, high]);
+        sort(order, turned);
+        argument.lines.clear();
+        referent.lines.clear();
         let mut force = Force::ZERO;
-        for strip in strips.windows(2) {
-            let strip = [strip[0], strip[1]];
-            if strip[1] - strip[0] <= self.rounding {
-                continue;
+        let mut from = f64::NEG_INFINITY;
+        for knot in order.iter().copied() {
+            let to = turned[knot][0];
+            let width = to - from;
+            if width > self.rounding && from >= low - self.rounding && to <= high + self.rounding {
+                argument.move_to(to);
+                referent.move_to(to);
+                force = force + self.strip(power, argument, referent).scaled(width);
             }
-            argument.cut(strip);
-            referent.cut(strip);
-            for a in &argument.sections {
-                for b in &referent.sections {
-                    force = force + mean_force(power, *a, *b, self.rounding).scaled(strip[1] - strip[0]);
+            if to >= high {
+                break;
+            }
+            if width > self.rounding || from == f64::NEG_INFINITY {
+                from = to;
+            }
+            if knot < self.corners[1] {
+                let cut = if knot < self.corners[0] { &mut *argument } else { &mut *referent };
+                for edge in self.edges_at[knot] {
+                    cut.toggle(edge, knot, self.edges[edge], turned);
                 }
+            }
+            argument.begin_at(to);
+            referent.begin_at(to);
+        }
+        force
+    }
+
+    /// The mean force in a strip.
+    fn strip(&self, power: Power, argument: &Cut, referent: &Cut) -> Force {
+        let mut force = Force::ZERO;
+        for a in argument.sections() {
+            for b in referent.sections() {
+                force = force + mean_force(power, a, b, self.rounding);
             }
         }
         force
@@ -220,29 +243,66 @@ fn circle(corners: &[Point]) -> ([f64; 2], f64) {
     (centre, radius)
 }
 
+/// Sorts the places of points by where they are across the direction; quick where they nearly are.
+fn sort(order: &mut Vec<usize>, turned: &[[f64; 2]]) {
+    if order.len() != turned.len() {
+        order.clear();
+        order.extend(0..turned.len());
+    }
+    if order.len() > 40 {
+        order.sort_unstable_by(|a, b| turned[*a][0].total_cmp(&turned[*b][0]));
+        return;
+    }
+    for i in 1..order.len() {
+        let (place, across) = (order[i], turned[order[i]][0]);
+        let mut j = i;
+        while j > 0 && turned[order[j - 1]][0] > across {
+            order[j] = order[j - 1];
+            j -= 1;
+        }
+        order[j] = place;
+    }
+}
+
 impl Cut {
-    /// Takes the edges that are between two parallels.
-    fn lines(&mut self, edges: &[[usize; 2]], turned: &[[f64; 2]], [low, high]: [f64; 2]) {
-        self.lines.clear();
-        for [from, to] in edges {
-            let (from, to) = (turned[*from], turned[*to]);
-            let (from, to) = if from[0] < to[0] { (from, to) } else { (to, from) };
-            if from[0] < to[0] && from[0] < high && to[0] > low {
-                let slope = (to[1] - from[1]) / (to[0] - from[0]);
-                self.lines.push(Line { low: from[0], high: to[0], at_low: from[1], slope });
-            }
+    /// An edge begins or ends at a knot.
+    fn toggle(&mut self, edge: usize, knot: usize, ends: [usize; 2], turned: &[[f64; 2]]) {
+        if let Some(place) = self.lines.iter().position(|line| line.edge == edge) {
+            self.lines.remove(place);
+            return;
+        }
+        let end = turned[if ends[0] == knot { ends[1] } else { ends[0] }];
+        let begin = turned[knot];
+        // An edge along the direction ends before the next strip.
+        let slope = (end[1] - begin[1]) / (end[0] - begin[0]);
+        self.lines.push(Line { edge, begin, slope, cut: [begin[1]; 2] });
+    }
+
+    /// The strip begins where the last one ended.
+    fn begin_at(&mut self, across: f64) {
+        for line in &mut self.lines {
+            line.cut[0] = line.begin[1] + (across - line.begin[0]) * line.slope;
         }
     }
 
-    /// The sections in a strip between two neighbouring knots.
-    fn cut(&mut self, strip: [f64; 2]) {
-        let middle = strip[0] + (strip[1] - strip[0]) / 2.0;
-        self.crossings.clear();
-        let crossing = |line: &Line| strip.map(|u| line.at_low + (u - line.low) * line.slope);
-        let crossed = self.lines.iter().filter(|line| line.low < middle && middle <= line.high);
-        self.crossings.extend(crossed.map(crossing));
-        self.crossings.sort_unstable_by(|a, b| (a[0] + a[1]).total_cmp(&(b[0] + b[1])));
-        self.sections.clear();
-        self.sections.extend(self.crossings.chunks_exact(2).map(|ends| [ends[0], ends[1]]));
+    /// The strip goes up to here: cuts the edges and sorts them along the direction.
+    fn move_to(&mut self, across: f64) {
+        for line in &mut self.lines {
+            line.cut[1] = line.begin[1] + (across - line.begin[0]) * line.slope;
+        }
+        for i in 1..self.lines.len() {
+            let line = self.lines[i];
+            let mut j = i;
+            while j > 0 && self.lines[j - 1].cut[0] + self.lines[j - 1].cut[1] > line.cut[0] + line.cut[1] {
+                self.lines[j] = self.lines[j - 1];
+                j -= 1;
+            }
+            self.lines[j] = line;
+        }
+    }
+
+    /// The sections in the strip, along the direction.
+    fn sections(&self) -> impl Iterator<Item = Section> {
+        self.lines.chunks_exact(2).map(|ends| [ends[0].cut, ends[1].cut])
     }
 }

@@ -96,6 +96,10 @@ pub(super) fn mean_force(
     [b_low, b_high]: Section,
     rounding: f64,
 ) -> Force {
+    let is_after = a_low[0] - b_high[0] > rounding && a_low[1] - b_high[1] > rounding;
+    if power.r == 0.0 && is_after {
+        return Force::Finite(constant([a_low, a_high], [b_low, b_high]));
+    }
     let apart = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|i| a[i] - b[i]);
     // What is within rounding of 0 at both sides is 0, so that the two have one sign.
     let rounded = |t: [f64; 2]| t.map(|t| if t.abs() <= rounding { 0.0 } else { t });
@@ -113,9 +117,6 @@ pub(super) fn mean_force(
     }
     if (overlaps && power.r >= 1.0) || (touches_along && power.r >= 2.0) || (touches && power.r >= 3.0) {
         return Force::Infinite;
-    }
-    if power.r == 0.0 && !overlaps {
-        return Force::Finite(constant([a_low, a_high], [b_low, b_high]));
     }
     let [a_begin, b_end] = [rounded(apart(a_low, b_low)), rounded(apart(a_high, b_high))];
     let is_steady = |t: [f64; 2]| t[0].max(t[1]) < STEADY * t[0].min(t[1]);

@@ -20,7 +20,8 @@ pub mod track;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Parameters {
-    /// How far the robot's sensors reach, in metres: the sonar's 255 inches (Chronis 2007, 4.2).
+    /// How far an object may be to be in view, in metres: the "sonar range (150)" of figure 4.27, in inches. Sonars reach
+    /// 255 inches (4.2); at that range a robot rarely is where the drawing has it to better than the tolerances.
     pub sensor_radius_m: f64,
     /// The side of the box that stands for the robot, in metres: the Nomad's diameter of 20 inches.
     pub robot_m: f64,
@@ -28,6 +29,9 @@ pub struct Parameters {
     pub proximity_tolerance_m: f64,
     /// A width is known to plus or minus this, of 180 (4.3.3).
     pub width_tolerance: f64,
+    /// The distance of the five adjacent points whose mean is a heading, in metres (4.3 has five pixels, and does not say
+    /// how dense they are after digitizing): half a step, 10 inches.
+    pub heading_point_m: f64,
     /// The robot turns where the turning rate is above this, in degrees per [`Self::turn_unit_m`]. The text has "0.7
     /// normalized units" and not their definition (4.3.4); see [`track`].
     pub turn_threshold: f64,
@@ -48,10 +52,11 @@ pub struct Parameters {
 impl Default for Parameters {
     fn default() -> Self {
         Self {
-            sensor_radius_m: 255.0 * INCH_M,
+            sensor_radius_m: 150.0 * INCH_M,
             robot_m: 20.0 * INCH_M,
             proximity_tolerance_m: 22.0 * INCH_M,
             width_tolerance: 30.0,
+            heading_point_m: 10.0 * INCH_M,
             turn_threshold: 0.7,
             turn_unit_m: 5.0 * INCH_M,
             least_steps: 2,
@@ -74,6 +79,7 @@ impl Parameters {
             ("robot_m", self.robot_m, 1e3),
             ("proximity_tolerance_m", self.proximity_tolerance_m, 1e4),
             ("width_tolerance", self.width_tolerance, 180.0),
+            ("heading_point_m", self.heading_point_m, 1e3),
             ("turn_threshold", self.turn_threshold, 1e3),
             ("turn_unit_m", self.turn_unit_m, 1e3),
             ("least_turn_rad", self.least_turn_rad, std::f64::consts::TAU),

@@ -107,15 +107,15 @@ pub fn crossing([a, b]: [At; 2], [c, d]: [At; 2]) -> Option<(f64, f64)> {
     is_within.then_some((s, t))
 }
 
-/// Where an outline crosses itself.
-pub fn self_crossing(outline: &[At]) -> Option<At> {
+/// Where an outline crosses itself: the numbers of the two edges, and the place.
+pub fn self_crossing(outline: &[At]) -> Option<(usize, usize, At)> {
     let count = outline.len();
     for (i, one) in edges(outline).enumerate() {
         for (j, other) in edges(outline).enumerate().skip(i + 2) {
             if (j + 1) % count != i
                 && let Some((part, _)) = crossing(one, other)
             {
-                return Some(between(one[0], one[1], part));
+                return Some((i, j, between(one[0], one[1], part)));
             }
         }
     }
@@ -167,7 +167,7 @@ mod tests {
         let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
         assert_eq!(self_crossing(&square), None);
         let tie = [square[0], square[2], square[1], square[3]];
-        assert!(distance(self_crossing(&tie).unwrap(), [1.0, 1.0]) < 1e-12);
+        assert!(distance(self_crossing(&tie).unwrap().2, [1.0, 1.0]) < 1e-12);
         assert_eq!(area(&square), 4.0);
         assert_eq!(enters([-1.0, 1.0], [3.0, 1.0], &square), Some([0.0, 1.0]));
         assert_eq!(enters([1.0, 1.0], [3.0, 1.0], &square), Some([1.0, 1.0]));

@@ -174,7 +174,7 @@ fn unique(names: Vec<String>) -> Vec<String> {
 
 fn check_outlines(outlines: &[Vec<Pixel>], names: &[String]) -> Result<(), Error> {
     for (i, outline) in outlines.iter().enumerate() {
-        if let Some(at) = plane::self_crossing(outline) {
+        if let Some((_, _, at)) = plane::self_crossing(outline) {
             return Err(Error::OutlineCrossesItself { object: names[i].clone(), at });
         }
         for (j, other) in outlines[..i].iter().enumerate() {

@@ -59,7 +59,7 @@ impl Track {
     /// # Errors
     /// [`Error::Number`] where an outline has no area.
     pub fn of(sketch: &Sketch, parameters: &Parameters) -> Result<Self, Error> {
-        let headings = headings(&sketch.route);
+        let headings = headings(&sketch.route, parameters.heading_point_m);
         let rates = turning_rates(&sketch.route, &headings, parameters);
         let commands = commands(&rates, &headings, parameters);
         let mut eye = Eye::new(sketch, parameters)?;
@@ -95,11 +95,18 @@ impl Track {
     }
 }
 
-/// The heading at each point: the mean over five adjacent points, the middle one being the point (4.3). Steps are
-/// equal, so this is the direction from the second point before to the second one after.
-pub fn headings(route: &[At]) -> Vec<f64> {
-    let last = route.len() - 1;
-    (0..route.len()).map(|i| plane::direction(route[i.saturating_sub(2)], route[(i + 2).min(last)])).collect()
+/// The heading at each point: the mean over five adjacent points at this distance, the middle one being the point (4.3).
+/// The points are equally far, so this is the direction from two of them before to two after.
+pub fn headings(route: &[At], point_m: f64) -> Vec<f64> {
+    let last = (route.len() - 1) as f64;
+    let step = plane::length(route) / last;
+    let at = |place: f64| {
+        let place = place.clamp(0.0, last);
+        let i = (place as usize).min(route.len() - 2);
+        plane::between(route[i], route[i + 1], place - i as f64)
+    };
+    let reach = 2.0 * point_m / step;
+    (0..route.len()).map(|i| plane::direction(at(i as f64 - reach), at(i as f64 + reach))).collect()
 }
 
 /// The change of the heading from the point before, by the distance from there (4.3.4).

@@ -4,7 +4,7 @@
 //! - A stroke smaller than 1.5 % of the canvas is stray.
 //! - One that goes to and fro is a deletion of the strokes before it that it crosses out. One that crosses out nothing
 //!   is stray.
-//! - One whose ends meet around an area is an object. What was drawn over the meeting point is cut off. Open strokes that
+//! - One whose ends meet around an area is an object. Small loops, as where the ends overshoot, are cut off. Open strokes that
 //!   meet end to end are one stroke: an object may be drawn side by side.
 //! - The longest of the others is the route. Those below a quarter of its length are stray.
 
@@ -27,8 +27,8 @@ const REVERSALS: usize = 4;
 const DENSE: f64 = 2.5;
 /// A deletion crosses a stroke so often to delete it.
 const CROSSED: usize = 3;
-/// How far ends of an outline that overshoot are looked for, as a part of its length.
-const OVERSHOOT: f64 = 0.15;
+/// Loops of an outline below this part of its length are of the pen.
+const LOOP: f64 = 0.3;
 /// Outlines have a corner each so many parts of the canvas: two of the PDA's pixels.
 const DENSITY: f64 = 1.0 / 80.0;
 /// Lines below this part of the route's length are stray.
@@ -65,10 +65,8 @@ pub fn classify(drawing: &Drawing) -> Result<Classified, Error> {
     let (joined, mut open) = join(open, JOINT * canvas);
     let mut closed: Vec<_> = closed.into_iter().chain(joined).collect();
     closed.sort_by_key(|line| line.number);
-    let outlines: Vec<_> = closed
-        .iter()
-        .map(|line| resample_outline(&without_overshoot(&line.points), DENSITY * canvas))
-        .collect();
+    let outlines: Vec<_> =
+        closed.iter().map(|line| resample_outline(&without_loops(&line.points), DENSITY * canvas)).collect();
     open.sort_by(|a, b| plane::length(&b.points).total_cmp(&plane::length(&a.points)));
     let mut open = open.into_iter();
     let Some(route) = open.next() else { return Err(Error::NoRoute { objects: outlines.len(), stray }) };
@@ -191,28 +189,23 @@ fn joined(first: Line, second: Line) -> Line {
     Line { number, points }
 }
 
-/// An outline without what was drawn over its meeting point: where its first and its last part cross, they are cut.
-fn without_overshoot(points: &[Pixel]) -> Vec<Pixel> {
-    let reach = OVERSHOOT * plane::length(points);
-    let mut walked = 0.0;
-    for (i, one) in points.windows(2).enumerate() {
-        if walked > reach {
+/// An outline without small loops: ends that overshoot the meeting point, and what a trembling hand adds.
+fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
+    let mut outline = points.to_vec();
+    // Each round takes at least a point away.
+    while let Some((i, j, at)) = plane::self_crossing(&outline) {
+        let inner = plane::length(&outline[i + 1..=j]);
+        let whole = plane::edges(&outline).map(|[from, to]| plane::distance(from, to)).sum::<f64>();
+        if inner.min(whole - inner) > LOOP * whole {
             break;
         }
-        walked += plane::distance(one[0], one[1]);
-        let mut left = 0.0;
-        for (j, other) in points.windows(2).enumerate().skip(i + 2).collect::<Vec<_>>().into_iter().rev() {
-            if left > reach {
-                break;
-            }
-            left += plane::distance(other[0], other[1]);
-            if let Some((part, _)) = plane::crossing([one[0], one[1]], [other[0], other[1]]) {
-                let meeting = plane::between(one[0], one[1], part);
-                return std::iter::once(meeting).chain(points[i + 1..=j].iter().copied()).collect();
-            }
+        if inner < whole / 2.0 {
+            outline.splice(i + 1..=j, [at]);
+        } else {
+            outline = std::iter::once(at).chain(outline[i + 1..=j].iter().copied()).collect();
         }
     }
-    points.to_vec()
+    outline
 }
 
 /// An outline with corners at equal distances.

@@ -89,7 +89,8 @@ fn show() {
         for text in &scene.sketches {
             let route = extract(&read(text), &parameters(true)).unwrap();
             let kinds: Vec<_> = route.states.iter().map(|state| (state.kind, state.command)).collect();
-            println!("{kinds:?} {:?}", follow(&scene, route.clone(), Some(1), false));
+            let _ = kinds;
+            println!("{:?}", follow(&scene, route.clone(), Some(1), false));
         }
     }
 }

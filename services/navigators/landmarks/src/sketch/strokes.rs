@@ -65,8 +65,7 @@ pub fn classify(drawing: &Drawing) -> Result<Classified, Error> {
     let (joined, mut open) = join(open, JOINT * canvas);
     let mut closed: Vec<_> = closed.into_iter().chain(joined).collect();
     closed.sort_by_key(|line| line.number);
-    let outlines: Vec<_> =
-        closed.iter().map(|line| resample_outline(&without_loops(&line.points), DENSITY * canvas)).collect();
+    let outlines: Vec<_> = closed.iter().map(|line| outline(&line.points, DENSITY * canvas)).collect();
     open.sort_by(|a, b| plane::length(&b.points).total_cmp(&plane::length(&a.points)));
     let mut open = open.into_iter();
     let Some(route) = open.next() else { return Err(Error::NoRoute { objects: outlines.len(), stray }) };
@@ -206,6 +205,11 @@ fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
         }
     }
     outline
+}
+
+/// The outline of a closed line. New corners may cross where two lines are beside each other, so loops are cut off twice.
+fn outline(points: &[Pixel], step: f64) -> Vec<Pixel> {
+    without_loops(&resample_outline(&without_loops(points), step))
 }
 
 /// An outline with corners at equal distances.

@@ -8,6 +8,7 @@ use rand_pcg::Pcg64Mcg;
 use scenes::{Scene, scene_a, scene_b};
 use sketchnav_landmarks::extraction::{Parameters, extract};
 use sketchnav_landmarks::follower::{Event, Follower, Following, Sensed};
+use sketchnav_landmarks::guide::{Guide, Guiding, Outcome};
 use sketchnav_landmarks::language;
 use sketchnav_landmarks::perception::{Perceiving, Perception};
 use sketchnav_landmarks::route::Route;
@@ -52,6 +53,66 @@ fn follow(scene: &Scene, route: Route, seed: Option<u64>, trace: bool) -> Ended 
     let (at, _) = world.nearest();
     let event = last.1;
     Ended { event, at, matched, is_at_goal: event == Some(Event::Arrived) && at == scene.goal }
+}
+
+/// By our own way: the outcome, the object before which the robot stopped, and whether that is the goal.
+fn guided(scene: &Scene, sketch: &Sketch, seed: u64, trace: bool) -> (Option<Outcome>, &'static str, bool) {
+    let angles: Vec<_> = (0..16).map(|i| f64::from(i) * std::f64::consts::FRAC_PI_8).collect();
+    let mut guide = Guide::new(sketch, &angles, Guiding::default(), seed).unwrap();
+    let mut world = World {
+        objects: &scene.objects,
+        pose: scene.start,
+        noise: Some(Pcg64Mcg::seed_from_u64(seed + 100)),
+    };
+    let [mut moved_m, mut turned_rad] = [0.0, 0.0];
+    let mut outcome = None;
+    for cycle in 0..2000 {
+        let ranges_m = world.ranges();
+        let sensed = Sensed { ranges_m: &ranges_m, time_s: 0.192, moved_m, turned_rad };
+        let (drive, found) = guide.step(&sensed).unwrap();
+        if trace && cycle % 10 == 0 || found.is_some() && trace {
+            let [x, y] = world.pose.at.map(|x| x / scenes::PIXEL_M);
+            let e = guide.estimate();
+            println!(
+                "{cycle} ({x:.0}, {y:.0}) {:.0}° along {:.1} est ({:.0}, {:.0}) {:.0}° x{:.2} sd {:.2} fit {:.2} {found:?}",
+                world.pose.heading_rad.to_degrees(),
+                guide.along_m(),
+                e.at[0] / 0.127,
+                e.at[1] / 0.127,
+                e.heading_rad.to_degrees(),
+                e.stretch,
+                e.spread_m,
+                e.fit
+            );
+        }
+        outcome = found;
+        if found.is_some() {
+            break;
+        }
+        [moved_m, turned_rad] = world.drive(drive, 0.192);
+    }
+    let (at, _) = world.nearest();
+    (outcome, at, outcome == Some(Outcome::Arrived) && at == scene.goal)
+}
+
+fn guided_runs(scene: &Scene) -> Vec<usize> {
+    scene
+        .sketches
+        .iter()
+        .map(|text| (0..5).filter(|seed| guided(scene, &read(text), *seed, false).2).count())
+        .collect()
+}
+
+#[test]
+fn ours() {
+    for (name, scene) in [("A", scene_a()), ("B", scene_b())] {
+        println!("{:?}", guided(&scene, &scene.as_sketch(), 1, true));
+        let found = guided_runs(&scene);
+        println!("{name} ours: {found:?} {}/{}", found.iter().sum::<usize>(), found.len() * 5);
+        for text in &scene.sketches {
+            println!("{:?}", guided(&scene, &read(text), 1, false));
+        }
+    }
 }
 
 fn read(text: &str) -> Sketch {

@@ -122,6 +122,29 @@ pub fn self_crossing(outline: &[At]) -> Option<(usize, usize, At)> {
     None
 }
 
+/// The convex hull of points, counter-clockwise (Andrew 1979).
+pub fn hull(points: &[At]) -> Vec<At> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    sorted.dedup();
+    let turns_left =
+        |a: At, b: At, c: At| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0;
+    let chain = |points: &mut dyn Iterator<Item = At>| {
+        let mut chain: Vec<At> = Vec::new();
+        for at in points {
+            while chain.len() > 1 && !turns_left(chain[chain.len() - 2], chain[chain.len() - 1], at) {
+                chain.pop();
+            }
+            chain.push(at);
+        }
+        chain.pop();
+        chain
+    };
+    let lower = chain(&mut sorted.iter().copied());
+    let upper = chain(&mut sorted.iter().rev().copied());
+    [lower, upper].concat()
+}
+
 /// Where two outlines cross, or where one is in the other.
 pub fn outlines_meet(one: &[At], other: &[At]) -> Option<At> {
     for a in edges(one) {
@@ -168,6 +191,7 @@ mod tests {
         assert_eq!(self_crossing(&square), None);
         let tie = [square[0], square[2], square[1], square[3]];
         assert!(distance(self_crossing(&tie).unwrap().2, [1.0, 1.0]) < 1e-12);
+        assert_eq!(hull(&[&tie[..], &[[1.0, 1.0], [1.0, 0.0]]].concat()), square);
         assert_eq!(area(&square), 4.0);
         assert_eq!(enters([-1.0, 1.0], [3.0, 1.0], &square), Some([0.0, 1.0]));
         assert_eq!(enters([1.0, 1.0], [3.0, 1.0], &square), Some([1.0, 1.0]));

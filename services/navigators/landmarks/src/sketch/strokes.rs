@@ -29,6 +29,8 @@ const DENSE: f64 = 2.5;
 const CROSSED: usize = 3;
 /// Loops of an outline below this part of its length are of the pen.
 const LOOP: f64 = 0.3;
+/// Outlines below this part of the canvas may be blobs.
+const BLOB: f64 = 0.08;
 /// Outlines have a corner each so many parts of the canvas: two of the PDA's pixels.
 const DENSITY: f64 = 1.0 / 80.0;
 /// Lines below this part of the route's length are stray.
@@ -65,7 +67,7 @@ pub fn classify(drawing: &Drawing) -> Result<Classified, Error> {
     let (joined, mut open) = join(open, JOINT * canvas);
     let mut closed: Vec<_> = closed.into_iter().chain(joined).collect();
     closed.sort_by_key(|line| line.number);
-    let outlines: Vec<_> = closed.iter().map(|line| outline(&line.points, DENSITY * canvas)).collect();
+    let outlines: Vec<_> = closed.iter().map(|line| outline(&line.points, canvas)).collect();
     open.sort_by(|a, b| plane::length(&b.points).total_cmp(&plane::length(&a.points)));
     let mut open = open.into_iter();
     let Some(route) = open.next() else { return Err(Error::NoRoute { objects: outlines.len(), stray }) };
@@ -208,8 +210,12 @@ fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
 }
 
 /// The outline of a closed line. New corners may cross where two lines are beside each other, so loops are cut off twice.
-fn outline(points: &[Pixel], step: f64) -> Vec<Pixel> {
-    without_loops(&resample_outline(&without_loops(points), step))
+/// What is small and still crosses itself is a blob: its hull counts.
+fn outline(points: &[Pixel], canvas: f64) -> Vec<Pixel> {
+    let outline = without_loops(&resample_outline(&without_loops(points), DENSITY * canvas));
+    let [width, height] = plane::extent(&outline);
+    let is_blob = width.hypot(height) < BLOB * canvas && plane::self_crossing(&outline).is_some();
+    if is_blob { plane::hull(&outline) } else { outline }
 }
 
 /// An outline with corners at equal distances.

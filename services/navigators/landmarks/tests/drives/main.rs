@@ -39,7 +39,7 @@ fn follow(scene: &Scene, route: Route, seed: Option<u64>, trace: bool) -> Ended 
         let [moved_m, turned_rad] = last.0;
         let sensed = Sensed { ranges_m: &ranges_m, time_s: settings.rhythm.cycle_s, moved_m, turned_rad };
         let (drive, event) = follower.step(&sensed).unwrap();
-        if trace && (event.is_some() || cycle % 5 == 0) {
+        if trace && event.is_some() {
             let [x, y] = world.pose.at.map(|x| x / scenes::PIXEL_M);
             println!("{cycle} ({x:.0}, {y:.0}) {:.0}° {event:?}", world.pose.heading_rad.to_degrees());
         }
@@ -95,9 +95,8 @@ fn guided(scene: &Scene, sketch: &Sketch, seed: u64, trace: bool) -> (Option<Out
     (outcome, at, outcome == Some(Outcome::Arrived) && at == scene.goal)
 }
 
-fn guided_runs(scene: &Scene) -> Vec<usize> {
-    scene
-        .sketches
+fn guided_runs(scene: &Scene, sketches: &[&str]) -> Vec<usize> {
+    sketches
         .iter()
         .map(|text| (0..5).filter(|seed| guided(scene, &read(text), *seed, false).2).count())
         .collect()
@@ -106,11 +105,21 @@ fn guided_runs(scene: &Scene) -> Vec<usize> {
 #[test]
 fn ours() {
     for (name, scene) in [("A", scene_a()), ("B", scene_b())] {
-        println!("{:?}", guided(&scene, &scene.as_sketch(), 1, true));
-        let found = guided_runs(&scene);
-        println!("{name} ours: {found:?} {}/{}", found.iter().sum::<usize>(), found.len() * 5);
-        for text in &scene.sketches {
-            println!("{:?}", guided(&scene, &read(text), 1, false));
+        for (set, sketches) in [("careful", &scene.sketches), ("coarse", &scene.coarse)] {
+            let mut ends = std::collections::BTreeMap::<String, usize>::new();
+            for text in sketches {
+                for seed in 0..5 {
+                    let (outcome, at, is_right) = guided(&scene, &read(text), seed, false);
+                    let end = if is_right { "right".into() } else { format!("{outcome:?} {at}") };
+                    *ends.entry(end).or_default() += 1;
+                }
+            }
+            println!("{name} {set}: {ends:?}");
+            if name == "B" && set == "careful" {
+                for seed in 0..5 {
+                    println!("{:?}", guided(&scene, &read(sketches[3]), seed, true));
+                }
+            }
         }
     }
 }
@@ -149,9 +158,8 @@ fn show() {
         }
         for text in &scene.sketches {
             let route = extract(&read(text), &parameters(true)).unwrap();
-            let kinds: Vec<_> = route.states.iter().map(|state| (state.kind, state.command)).collect();
-            let _ = kinds;
-            println!("{:?}", follow(&scene, route.clone(), Some(1), false));
+            println!("---- {}", language::table(&route));
+            println!("{:?}", follow(&scene, route.clone(), Some(1), true));
         }
     }
 }

@@ -16,7 +16,10 @@ pub struct Scene {
     pub start: Pose,
     /// The way as straight pieces and quarter circles.
     pub way: Vec<At>,
+    /// Sketches of careful people, as many as in the text.
     pub sketches: Vec<&'static str>,
+    /// As many of careless ones: sizes from 0.72 to 1.08, sides stretched by 0.86 to 1.16, objects moved by a metre.
+    pub coarse: Vec<&'static str>,
 }
 
 fn object((name, [x, y, width, height]): (&'static str, [f64; 4])) -> Object {
@@ -48,7 +51,7 @@ fn way(pieces: &[(f64, f64, f64)]) -> Vec<At> {
 fn scene(
     objects: &[(&'static str, [f64; 4])],
     pieces: &[(f64, f64, f64)],
-    sketches: Vec<&'static str>,
+    [sketches, coarse]: [Vec<&'static str>; 2],
 ) -> Scene {
     Scene {
         objects: objects.iter().copied().map(object).collect(),
@@ -56,12 +59,13 @@ fn scene(
         start: Pose { at: [0.0, 0.0], heading_rad: 0.0 },
         way: way(pieces),
         sketches,
+        coarse,
     }
 }
 
 macro_rules! drawings {
-    ($scene:literal, $($number:literal),*) => {
-        vec![$(include_str!(concat!("../data/scene_", $scene, "_", $number, ".json"))),*]
+    ($set:literal, $($number:literal),*) => {
+        vec![$(include_str!(concat!("../data/", $set, "_", $number, ".json"))),*]
     };
 }
 
@@ -79,7 +83,10 @@ pub fn scene_a() -> Scene {
             ("desk", [120.0, -2.0, 18.0, 10.0]),
         ],
         &[(20.0, 1.0, 28.0), (8.0, -1.0, 28.0), (16.0, -1.0, 28.0), (26.0, 0.0, 0.0)],
-        drawings!("a", "01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "11"),
+        [
+            drawings!("scene_a", "01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "11"),
+            drawings!("coarse_a", "01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "11"),
+        ],
     )
 }
 
@@ -96,7 +103,10 @@ pub fn scene_b() -> Scene {
             ("desk", [115.0, 62.0, 10.0, 18.0]),
         ],
         &[(26.0, 1.0, 28.0), (6.0, -1.0, 28.0), (22.0, 0.0, 0.0)],
-        drawings!("b", "01", "02", "03", "04", "05", "06", "07", "08", "09"),
+        [
+            drawings!("scene_b", "01", "02", "03", "04", "05", "06", "07", "08", "09"),
+            drawings!("coarse_b", "01", "02", "03", "04", "05", "06", "07", "08", "09"),
+        ],
     )
 }
 

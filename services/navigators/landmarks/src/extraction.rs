@@ -106,3 +106,6 @@ pub fn extract(sketch: &Sketch, parameters: &Parameters) -> Result<Route, Error>
     route.check()?;
     Ok(route)
 }
+
+#[cfg(test)]
+mod tests;

@@ -148,6 +148,11 @@ impl Follower {
         &self.route
     }
 
+    /// What the robot saw in the last cycle of matching.
+    pub fn seen(&self) -> &[Seen] {
+        self.perception.last_seen()
+    }
+
     /// The number of the state that the robot waits for.
     pub const fn next(&self) -> usize {
         self.progress.next
@@ -222,5 +227,125 @@ impl Progress {
         self.next += 1;
         (self.turned_rad, self.moved_m, self.memory) = (0.0, 0.0, Memory::default());
         Some(Event::Matched(matched))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::language;
+    use crate::perception::Perceiving;
+
+    const CYCLE: f64 = 0.192;
+
+    fn follower(text: &str) -> Follower {
+        let perception = Perception::nomad(Perceiving::default()).unwrap();
+        Follower::new(language::read(text).unwrap(), perception, Following::default()).unwrap()
+    }
+
+    /// A cycle with objects in these directions, in inches; the robot turns by so many degrees and goes 5 inches.
+    fn cycle(follower: &mut Follower, inches: &[(usize, f64)], degrees: f64) -> (Drive, Option<Event>) {
+        let mut ranges = [f64::INFINITY; 16];
+        for (beam, range) in inches {
+            ranges[*beam] = range * INCH_M;
+        }
+        let turned_rad = degrees.to_radians();
+        let sensed = Sensed { ranges_m: &ranges, time_s: CYCLE, moved_m: 5.0 * INCH_M, turned_rad };
+        follower.step(&sensed).unwrap()
+    }
+
+    #[test]
+    fn the_first_command_is_carried_out_at_once() {
+        // Rule 1: nothing of the first state is in view.
+        let mut follower =
+            follower("At the start, when a desk is behind, then turn left. When a box is ahead, then stop.");
+        let (drive, event) = cycle(&mut follower, &[], 0.0);
+        assert_eq!((drive.yaw_rate_radps.to_degrees().round(), event), (10.0, None));
+    }
+
+    #[test]
+    fn the_last_state_is_an_object_close_in_front() {
+        // Rule 2: 30 inches, in front of any of the five front sensors, wherever the last state has its objects.
+        let mut follower =
+            follower("When a box is left, then turn right. At the end, when a desk is behind, then stop.");
+        for _ in 0..5 {
+            cycle(&mut follower, &[(4, 60.0)], 0.0);
+        }
+        assert_eq!(follower.next(), 2);
+        assert_eq!(cycle(&mut follower, &[(14, 31.0)], 0.0).1, None);
+        assert_eq!(cycle(&mut follower, &[(3, 20.0)], 0.0).1, None);
+        let (drive, event) = cycle(&mut follower, &[(14, 29.0)], 0.0);
+        assert_eq!((drive, event), (Drive::default(), Some(Event::Arrived)));
+        assert_eq!(cycle(&mut follower, &[], 0.0), (Drive::default(), None));
+        assert_eq!(follower.command(), Command::Stop);
+    }
+
+    #[test]
+    fn the_robot_goes_two_feet_or_turns_by_30_degrees_before_it_matches_again() {
+        let mut follower =
+            follower("When a box is left, then turn right. When a box is left, then move forward.");
+        let matched: Vec<_> = (0..12).map(|_| cycle(&mut follower, &[(4, 60.0)], -4.0).1).collect();
+        // Five cycles of 5 inches; then eight of 4°.
+        let expected = |i: usize| match i {
+            4 => Some(Event::Matched(1)),
+            _ => None,
+        };
+        assert_eq!(matched, (0..12).map(expected).collect::<Vec<_>>());
+        assert_eq!(cycle(&mut follower, &[(4, 60.0)], -4.0).1, Some(Event::Matched(2)));
+    }
+
+    #[test]
+    fn the_robot_is_lost_where_a_state_does_not_come_in_twice_the_time() {
+        // 2.54 m at 25 inches a second are 4 s: 8 s are 41 cycles and two thirds.
+        let mut follower = follower("After 2.54 m, when a box is left, then turn right.");
+        for i in 1..=41 {
+            assert_eq!(cycle(&mut follower, &[], 0.0).1, None, "{i}");
+        }
+        assert_eq!(cycle(&mut follower, &[], 0.0), (Drive::default(), Some(Event::Lost(1))));
+        // A person leads it to the state that it missed; it goes on with the command of that state.
+        follower.resume_at(1).unwrap();
+        assert!(cycle(&mut follower, &[], 0.0).0.yaw_rate_radps < 0.0);
+        assert!(follower.resume_at(2).is_err());
+    }
+
+    #[test]
+    fn matching_has_its_own_rhythm() {
+        let mut follower = follower("When a box is left, then turn right.");
+        let mut ranges = [f64::INFINITY; 16];
+        ranges[4] = 1.5;
+        let mut matched = Vec::new();
+        for i in 0..40 {
+            let sensed =
+                Sensed { ranges_m: &ranges, time_s: CYCLE / 4.0, moved_m: 1.25 * INCH_M, turned_rad: 0.0 };
+            if follower.step(&sensed).unwrap().1.is_some() {
+                matched.push(i);
+            }
+        }
+        // Twenty steps of a quarter of 5 inches are 25 inches.
+        assert_eq!(matched, [19]);
+    }
+
+    #[test]
+    fn a_follower_goes_on_from_what_it_remembers() {
+        let text = "When a box is left and a desk is right, then turn right. When a box is ahead, then move forward.";
+        let run = |restore_at: Option<usize>| {
+            let mut follower = follower(text);
+            let mut found = Vec::new();
+            for i in 0..40 {
+                if restore_at == Some(i) {
+                    let progress = *follower.progress();
+                    follower = self::follower(text);
+                    follower.restore(progress).unwrap();
+                }
+                let beams = [(4, 60.0), (12, 50.0), (0, 90.0)];
+                found.push(cycle(&mut follower, &beams[i % 3..], -1.5));
+            }
+            found
+        };
+        let whole = run(None);
+        assert!(whole.iter().filter(|(_, event)| event.is_some()).count() >= 2);
+        for i in [1, 5, 9, 30] {
+            assert_eq!(run(Some(i)), whole);
+        }
     }
 }

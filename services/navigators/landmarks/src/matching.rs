@@ -70,6 +70,22 @@ pub fn is_met(relation: &Relation, seen: &[Seen], features: Features) -> bool {
     }
 }
 
+/// Which objects make a state true: pairs of a relation and an object, by their places in the state and in what is seen.
+/// Without what is remembered, and without neighbours.
+pub fn witnesses<'a>(
+    state: &'a State,
+    seen: &'a [Seen],
+    features: Features,
+) -> impl Iterator<Item = (usize, usize)> + 'a {
+    let features = Features { neighbours: false, ..features };
+    state.relations.iter().enumerate().flat_map(move |(i, relation)| {
+        let objects = seen.iter().enumerate();
+        objects
+            .filter(move |(_, one)| is_met(relation, std::slice::from_ref(one), features))
+            .map(move |(j, _)| (i, j))
+    })
+}
+
 fn has_size(relation: &Relation, seen: &Seen, features: Features) -> bool {
     let proximity = relation.proximity_m.filter(|_| features.proximity);
     let width = relation.width.filter(|_| features.width);
@@ -138,6 +154,13 @@ mod tests {
         assert!(is_met(&wide, &[seen(4)], Features { width: false, ..all }));
         // The neighbours have to be as far as asked for, too.
         assert!(!is_met(&near, &[seen(3), seen(5)], all));
+    }
+
+    #[test]
+    fn witnesses_are_the_objects_that_make_a_state_true() {
+        let state = state(&[relation(0, 5), relation(1, 12), relation(1, 13)]);
+        let found: Vec<_> = witnesses(&state, &[seen(12), seen(0), seen(5)], Features::default()).collect();
+        assert_eq!(found, [(0, 2), (1, 0)]);
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! Each return is a trapezoid on the axis of its beam, its small base at the range. Adjacent returns between which the
 //! robot does not fit are one object. Each object has its direction or surround relation, its proximity and its width.
-//! Nothing is allocated once the ring was seen. Any number of sensors will do, in any order of angles that goes around.
+//! Nothing is allocated once the ring was seen. Any number of sensors will do, in any order of angles that goes around;
+//! for the many beams of a laser, [`crate::control::sectors`] makes sixteen of them.
 
 use std::f64::consts::{FRAC_PI_8, PI, TAU};
 
@@ -136,6 +137,11 @@ impl Perception {
     /// How it perceives.
     pub const fn settings(&self) -> &Perceiving {
         &self.settings
+    }
+
+    /// What was seen last.
+    pub fn last_seen(&self) -> &[Seen] {
+        &self.seen
     }
 
     /// What is seen by these ranges, one for each beam, in metres from the sensor. A range that is not finite, or not

@@ -57,8 +57,18 @@ fn follow(scene: &Scene, route: Route, seed: Option<u64>, trace: bool) -> Ended 
 
 /// By our own way: the outcome, the object before which the robot stopped, and whether that is the goal.
 fn guided(scene: &Scene, sketch: &Sketch, seed: u64, trace: bool) -> (Option<Outcome>, &'static str, bool) {
+    guided_with(scene, sketch, seed, trace, Guiding::default())
+}
+
+fn guided_with(
+    scene: &Scene,
+    sketch: &Sketch,
+    seed: u64,
+    trace: bool,
+    settings: Guiding,
+) -> (Option<Outcome>, &'static str, bool) {
     let angles: Vec<_> = (0..16).map(|i| f64::from(i) * std::f64::consts::FRAC_PI_8).collect();
-    let mut guide = Guide::new(sketch, &angles, Guiding::default(), seed).unwrap();
+    let mut guide = Guide::new(sketch, &angles, settings, seed).unwrap();
     let mut world = World {
         objects: &scene.objects,
         pose: scene.start,
@@ -100,6 +110,61 @@ fn guided_runs(scene: &Scene, sketches: &[&str]) -> Vec<usize> {
         .iter()
         .map(|text| (0..5).filter(|seed| guided(scene, &read(text), *seed, false).2).count())
         .collect()
+}
+
+#[test]
+#[allow(clippy::disallowed_methods)]
+fn tune() {
+    let scene = scene_a();
+    let mut sketches = Vec::new();
+    for i in 1..=36 {
+        let text = std::fs::read_to_string(format!("/tmp/gen/tune/coarse_a_{i:02}.json")).unwrap();
+        let drawing: Drawing = serde_json::from_str(&text).unwrap();
+        if let Ok(sketch) = Sketch::read(&drawing, &Reading::default()) {
+            sketches.push(sketch)
+        } else {
+            println!("bad {i} {:?}", Sketch::read(&drawing, &Reading::default()).err())
+        }
+    }
+    let base = Guiding::default();
+    let b = base.belief;
+    use sketchnav_landmarks::belief::Believing;
+    use sketchnav_landmarks::memory::Remembering;
+    let variants: Vec<(&str, Guiding)> = vec![
+        ("base", base),
+        ("stretch .25", Guiding { belief: Believing { start_stretch_sd: 0.25, ..b }, ..base }),
+        (
+            "stretch walk .06",
+            Guiding { belief: Believing { stretch_sd: 0.06, start_stretch_sd: 0.25, ..b }, ..base },
+        ),
+        ("outline .5", Guiding { belief: Believing { outline_sd_m: 0.5, ..b }, ..base }),
+        ("outline .25", Guiding { belief: Believing { outline_sd_m: 0.25, ..b }, ..base }),
+        ("independent 5", Guiding { belief: Believing { independent: 5.0, ..b }, ..base }),
+        ("independent 1.5", Guiding { belief: Believing { independent: 1.5, ..b }, ..base }),
+        ("undrawn .3", Guiding { belief: Believing { undrawn: 0.3, ..b }, ..base }),
+        ("undrawn .07", Guiding { belief: Believing { undrawn: 0.07, ..b }, ..base }),
+        ("way .2", Guiding { belief: Believing { way_sd: 0.2, ..b }, ..base }),
+        ("keep 5", Guiding { memory: Remembering { keep_m: 5.0, ..base.memory }, ..base }),
+        ("keep 1.5", Guiding { memory: Remembering { keep_m: 1.5, ..base.memory }, ..base }),
+        ("reach 5.5", Guiding { memory: Remembering { reach_m: 5.5, ..base.memory }, ..base }),
+    ];
+    for (name, settings) in variants {
+        let mut ends = std::collections::BTreeMap::<String, usize>::new();
+        for sketch in &sketches {
+            for seed in 0..2 {
+                let (outcome, at, is_right) = guided_with(&scene, sketch, seed, false, settings);
+                let end = if is_right {
+                    "right".into()
+                } else if outcome == Some(Outcome::Arrived) {
+                    format!("wrong {at}")
+                } else {
+                    format!("{outcome:?}")
+                };
+                *ends.entry(end).or_default() += 1;
+            }
+        }
+        println!("{name}: {ends:?}");
+    }
 }
 
 #[test]

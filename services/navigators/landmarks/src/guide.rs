@@ -60,7 +60,7 @@ impl Default for Guiding {
             avoid: 2.0,
             goal_m: 1.5,
             beyond_m: 2.5,
-            least_fit: 0.3,
+            least_fit: 0.15,
             most_way: 2.0,
         }
     }

@@ -12,7 +12,8 @@ pub struct Patience {
     pub unknown_s: f64,
     /// The least expected time, in seconds: short legs end where the robot turned by 30° (ours: 3 s at 10° a second).
     pub least_s: f64,
-    /// How far the way driven may be off the drawn one, as a factor, before it is taken as an accident (ours).
+    /// A leg that took longer makes the next one longer by at most this factor (ours). One that took less time does not
+    /// make it shorter: its state was met from afar, and the way that was saved is still to go.
     pub most_stretch: f64,
 }
 
@@ -53,7 +54,7 @@ impl Waiting {
     pub fn matched(&mut self, leg_m: Option<f64>, speed_mps: f64, patience: &Patience) {
         if let Some(leg) = leg_m.filter(|leg| *leg > 0.0) {
             let stretch = self.since_s / (leg / speed_mps);
-            self.stretch = stretch.clamp(1.0 / patience.most_stretch, patience.most_stretch);
+            self.stretch = stretch.clamp(1.0, patience.most_stretch.max(1.0));
         }
         self.since_s = 0.0;
     }
@@ -81,7 +82,11 @@ mod tests {
         assert!((waiting.expected_s(Some(4.0), 0.5, &patience) - 12.0).abs() < 1e-12);
         assert!(!waiting.pass(23.9, Some(4.0), 0.5, &patience));
         assert!(waiting.pass(0.2, Some(4.0), 0.5, &patience));
-        // An accident is bounded.
+        // A short leg does not shorten the next one; an accident is bounded.
+        let mut quick = Waiting::default();
+        quick.pass(5.0, None, 0.5, &patience);
+        quick.matched(Some(10.0), 0.5, &patience);
+        assert!((quick.expected_s(Some(4.0), 0.5, &patience) - 8.0).abs() < 1e-12);
         waiting.matched(Some(0.1), 0.5, &patience);
         assert!((waiting.expected_s(Some(4.0), 0.5, &patience) - 16.0).abs() < 1e-12);
     }

@@ -181,8 +181,10 @@ impl Pair {
                     cut.toggle(edge, knot, self.edges[edge], turned);
                 }
             }
-            argument.begin_at(to);
-            referent.begin_at(to);
+            if to >= low - self.rounding {
+                argument.begin_at(to);
+                referent.begin_at(to);
+            }
         }
         force
     }

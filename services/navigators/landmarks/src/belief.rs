@@ -8,14 +8,12 @@
 //!
 //! Nothing is allocated in an update. Randomness arrives with the state.
 
-use std::f64::consts::TAU;
-
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use crate::memory::Memory;
+use crate::memory::{Memory, Relation};
 use crate::outlines::Outlines;
 use crate::plane::{self, At};
 
@@ -145,11 +143,11 @@ impl Belief {
         let mut fit = 0.0;
         let mut sum = 0.0;
         for one in &mut self.hypotheses {
+            let turn = one.heading_rad.sin_cos();
             let mut log = 0.0;
             let mut fits = 0.0;
             for relation in relations {
-                let likelihood =
-                    likelihood(one, relation.direction_rad, relation.distance_m, outlines, &settings);
+                let likelihood = likelihood(one, turn, *relation, outlines, &settings);
                 log += (settings.undrawn + (1.0 - settings.undrawn) * likelihood).ln();
                 fits += likelihood;
             }
@@ -213,17 +211,107 @@ impl Belief {
 }
 
 /// How well a relation fits the drawing, from 0 to 1: by how far the outline next to where the object should be is off.
+/// Inside an object is as far off as outside.
 fn likelihood(
     one: &Hypothesis,
-    direction_rad: f64,
-    distance_m: f64,
+    (sin, cos): (f64, f64),
+    relation: Relation,
     outlines: &Outlines,
     settings: &Believing,
 ) -> f64 {
-    let (sin, cos) = (one.heading_rad + direction_rad).rem_euclid(TAU).sin_cos();
-    let drawn = distance_m / one.stretch;
-    let off = outlines.distance([one.at[0] + drawn * cos, one.at[1] + drawn * sin]);
-    let sd = settings.outline_sd_m.hypot(settings.cone * drawn);
-    // Inside an object is as far off as outside.
-    (-0.5 * (off / sd).powi(2)).exp()
+    let [ahead, left] = [relation.ahead_m, relation.left_m].map(|length| length / one.stretch);
+    let off = outlines.distance([one.at[0] + ahead * cos - left * sin, one.at[1] + ahead * sin + left * cos]);
+    let cone = settings.cone * settings.cone * (ahead * ahead + left * left);
+    (-0.5 * off * off / (settings.outline_sd_m * settings.outline_sd_m + cone)).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::Remembering;
+    use crate::sketch::{Landmark, Sketch};
+
+    fn square(x: f64, y: f64) -> Landmark {
+        let corners = [[x, y], [x + 1.0, y], [x + 1.0, y + 1.0], [x, y + 1.0]];
+        Landmark { name: String::new(), outline: corners.to_vec() }
+    }
+
+    fn outlines() -> Outlines {
+        let route = vec![[0.0, 0.0], [10.0, 0.0]];
+        Outlines::of(&Sketch {
+            landmarks: vec![square(3.0, 1.0), square(6.0, -2.5)],
+            route,
+            metres_per_pixel: 1.0,
+        })
+    }
+
+    /// What a robot there sees of the drawing: the nearest corners and edges, in a world that is so many times larger.
+    fn see(memory: &mut Memory, at: At, heading_rad: f64, stretch: f64) {
+        let points = [[3.0, 1.0], [3.5, 1.0], [4.0, 1.0], [3.0, 1.5], [6.0, -1.5], [6.5, -1.5], [7.0, -1.5]];
+        memory.see(points.into_iter().map(|to| {
+            Relation::polar(plane::direction(at, to) - heading_rad, stretch * plane::distance(at, to))
+        }));
+    }
+
+    #[test]
+    fn what_is_seen_corrects_a_wrong_start() {
+        let outlines = outlines();
+        let mut belief = Belief::new([0.4, -0.3], 0.1, Believing::default(), 3);
+        let mut memory = Memory::new(Remembering::default());
+        let mut at = [0.0, 0.0];
+        for _ in 0..80 {
+            at[0] += 0.05;
+            belief.moved(0.05, 0.0);
+            memory.moved(0.05, 0.0);
+            see(&mut memory, at, 0.0, 1.0);
+            belief.seen(&memory, &outlines);
+        }
+        let found = belief.estimate();
+        assert!(plane::distance(found.at, at) < 0.35, "{found:?}");
+        assert!(
+            found.heading_rad.abs() < 0.15 && (found.stretch - 1.0).abs() < 0.15 && found.fit > 0.6,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn a_world_that_is_larger_than_its_drawing_is_noticed() {
+        let outlines = outlines();
+        let mut belief = Belief::new([0.0, 0.0], 0.0, Believing::default(), 3);
+        let mut memory = Memory::new(Remembering { reach_m: 6.0, ..Remembering::default() });
+        let mut at = [0.0, 0.0];
+        for _ in 0..100 {
+            at[0] += 0.04;
+            belief.moved(0.052, 0.0);
+            memory.moved(0.052, 0.0);
+            see(&mut memory, at, 0.0, 1.3);
+            belief.seen(&memory, &outlines);
+        }
+        assert!((belief.estimate().stretch - 1.3).abs() < 0.15, "{:?}", belief.estimate());
+    }
+
+    #[test]
+    fn what_was_not_drawn_lowers_the_fit() {
+        let outlines = outlines();
+        let mut belief = Belief::new([0.0, 0.0], 0.0, Believing::default(), 3);
+        let mut memory = Memory::new(Remembering::default());
+        for _ in 0..100 {
+            belief.moved(0.01, 0.0);
+            memory.moved(0.01, 0.0);
+            memory.see([Relation::polar(2.5, 2.0), Relation::polar(-2.5, 1.7)].into_iter());
+            belief.seen(&memory, &outlines);
+        }
+        assert!(belief.estimate().fit < 0.15, "{:?}", belief.estimate());
+    }
+
+    #[test]
+    fn equal_seeds_give_equal_beliefs() {
+        let run = |seed| {
+            let mut belief = Belief::new([0.0, 0.0], 0.0, Believing::default(), seed);
+            (0..20).for_each(|_| belief.moved(0.1, 0.05));
+            belief
+        };
+        assert_eq!(run(5), run(5));
+        assert_ne!(run(5).estimate(), run(6).estimate());
+    }
 }

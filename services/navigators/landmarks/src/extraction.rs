@@ -47,6 +47,8 @@ pub struct Parameters {
     pub distinct_directions: u8,
     /// Whether states are added in the middle of turns above 90° and 180° (4.6.2).
     pub additional_states: bool,
+    /// By how much a turn has to be above that, in radians (ours): nobody draws a right angle as one to the degree.
+    pub additional_margin_rad: f64,
 }
 
 impl Default for Parameters {
@@ -64,6 +66,7 @@ impl Default for Parameters {
             event_steps: 4,
             distinct_directions: 2,
             additional_states: true,
+            additional_margin_rad: 0.26,
         }
     }
 }

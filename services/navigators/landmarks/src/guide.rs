@@ -190,12 +190,7 @@ impl Guide {
             .iter()
             .zip(sensed.ranges_m)
             .filter(|(_, range)| range.is_finite() && (0.0..settings.range_max_m).contains(*range));
-        journey.memory.see(
-            returns.map(|(angle, range)| Relation {
-                direction_rad: *angle,
-                distance_m: range + settings.ring_m,
-            }),
-        );
+        journey.memory.see(returns.map(|(angle, range)| Relation::polar(*angle, range + settings.ring_m)));
         if sensed.moved_m != 0.0 || sensed.turned_rad != 0.0 {
             journey.belief.seen(&journey.memory, outlines);
         }

@@ -25,13 +25,31 @@ impl Default for Remembering {
     }
 }
 
-/// Where something is, seen from the robot.
+/// Where something is, seen from the robot's centre.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Relation {
+    /// How far ahead, in metres.
+    pub ahead_m: f64,
+    /// How far to the left, in metres.
+    pub left_m: f64,
+}
+
+impl Relation {
+    /// By the direction from the heading, left positive, and the distance.
+    pub fn polar(direction_rad: f64, distance_m: f64) -> Self {
+        let (sin, cos) = direction_rad.sin_cos();
+        Self { ahead_m: distance_m * cos, left_m: distance_m * sin }
+    }
+
     /// The direction, in radians from the heading, left positive.
-    pub direction_rad: f64,
-    /// The distance from the robot's centre, in metres.
-    pub distance_m: f64,
+    pub fn direction_rad(self) -> f64 {
+        self.left_m.atan2(self.ahead_m)
+    }
+
+    /// The distance, in metres.
+    pub fn distance_m(self) -> f64 {
+        self.ahead_m.hypot(self.left_m)
+    }
 }
 
 /// A place in the frame of the odometry, and how far the robot had gone when it was seen last.
@@ -73,16 +91,17 @@ impl Memory {
         let Remembering { keep_m, reach_m, .. } = self.settings;
         let gone_m = self.gone_m;
         self.places.retain(|place| gone_m - place.seen_at_m <= keep_m);
-        for one in returns.filter(|one| one.distance_m <= reach_m) {
-            let (sin, cos) = (self.heading_rad + one.direction_rad).sin_cos();
-            let at = [self.at[0] + one.distance_m * cos, self.at[1] + one.distance_m * sin];
-            self.add(Place { at, seen_at_m: gone_m });
+        let (sin, cos) = self.heading_rad.sin_cos();
+        for one in returns.filter(|one| one.distance_m() <= reach_m) {
+            let x = self.at[0] + one.ahead_m * cos - one.left_m * sin;
+            let y = self.at[1] + one.ahead_m * sin + one.left_m * cos;
+            self.add(Place { at: [x, y], seen_at_m: gone_m });
         }
-        let (at, heading_rad) = (self.at, self.heading_rad);
+        let at = self.at;
         self.relations.clear();
-        self.relations.extend(self.places.iter().map(|place| Relation {
-            direction_rad: plane::wrap(plane::direction(at, place.at) - heading_rad),
-            distance_m: plane::distance(at, place.at),
+        self.relations.extend(self.places.iter().map(|place| {
+            let [x, y] = [place.at[0] - at[0], place.at[1] - at[1]];
+            Relation { ahead_m: x * cos + y * sin, left_m: y * cos - x * sin }
         }));
     }
 
@@ -110,10 +129,8 @@ mod tests {
     use super::*;
 
     fn see(memory: &mut Memory, returns: &[(f64, f64)]) {
-        memory.see(returns.iter().map(|(degrees, distance_m)| Relation {
-            direction_rad: degrees.to_radians(),
-            distance_m: *distance_m,
-        }));
+        memory
+            .see(returns.iter().map(|(degrees, distance)| Relation::polar(degrees.to_radians(), *distance)));
     }
 
     #[test]
@@ -123,10 +140,12 @@ mod tests {
         memory.moved(2.0, 0.0);
         see(&mut memory, &[]);
         let [one] = memory.relations() else { panic!() };
-        assert!((one.direction_rad.to_degrees() - 90.0).abs() < 1e-9 && (one.distance_m - 2.0).abs() < 1e-9);
+        assert!(
+            (one.direction_rad().to_degrees() - 90.0).abs() < 1e-9 && (one.distance_m() - 2.0).abs() < 1e-9
+        );
         memory.moved(0.0, 90_f64.to_radians());
         see(&mut memory, &[]);
-        assert!(memory.relations()[0].direction_rad.abs() < 1e-9);
+        assert!(memory.relations()[0].direction_rad().abs() < 1e-9);
         memory.moved(1.1, 0.0);
         see(&mut memory, &[]);
         assert_eq!(memory.relations(), [], "3.1 m on it is forgotten");

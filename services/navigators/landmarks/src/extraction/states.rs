@@ -75,10 +75,11 @@ fn is_distinct(events: &[Event], previous: &[Place], distinct: u8) -> bool {
 fn add_additional(states: &mut Vec<State>, track: &Track, parameters: &Parameters, [from, to]: [usize; 2]) {
     let command = track.steps[from].command;
     let turn = track.turned_rad(from, to);
-    if !parameters.additional_states || !command.is_turn() || turn <= FRAC_PI_2 {
+    let above = turn - parameters.additional_margin_rad;
+    if !parameters.additional_states || !command.is_turn() || above <= FRAC_PI_2 {
         return;
     }
-    let parts: &[f64] = if turn > PI { &[1.0 / 3.0, 2.0 / 3.0] } else { &[0.5] };
+    let parts: &[f64] = if above > PI { &[1.0 / 3.0, 2.0 / 3.0] } else { &[0.5] };
     for part in parts {
         let step = (from + 1..to).find(|step| track.turned_rad(from, *step) >= part * turn);
         let Some(step) = step else { continue };

@@ -14,7 +14,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 fn ranges(i: u32) -> [f64; 16] {
     std::array::from_fn(|beam| match (i / 3 + beam as u32 * 7) % 11 {
         0..4 => f64::INFINITY,
-        n if i % 20 == 0 => 0.5 + f64::from(n) * 0.01,
+        n if i.is_multiple_of(20) => 0.5 + f64::from(n) * 0.01,
         n => 0.8 + f64::from(n) * 0.4,
     })
 }

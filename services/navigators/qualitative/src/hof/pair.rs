@@ -257,6 +257,9 @@ fn sort(order: &mut Vec<usize>, turned: &[[f64; 2]]) {
     }
     for i in 1..order.len() {
         let (place, across) = (order[i], turned[order[i]][0]);
+        if turned[order[i - 1]][0] <= across {
+            continue;
+        }
         let mut j = i;
         while j > 0 && turned[order[j - 1]][0] > across {
             order[j] = order[j - 1];
@@ -270,7 +273,8 @@ impl Cut {
     /// An edge begins or ends at a knot.
     fn toggle(&mut self, edge: usize, knot: usize, ends: [usize; 2], turned: &[[f64; 2]]) {
         if let Some(place) = self.lines.iter().position(|line| line.edge == edge) {
-            self.lines.remove(place);
+            // The order is made anew before it counts.
+            self.lines.swap_remove(place);
             return;
         }
         let end = turned[if ends[0] == knot { ends[1] } else { ends[0] }];
@@ -289,17 +293,16 @@ impl Cut {
 
     /// The strip goes up to here: cuts the edges and sorts them along the direction.
     fn move_to(&mut self, across: f64) {
+        let mut is_sorted = true;
+        let mut before = f64::NEG_INFINITY;
         for line in &mut self.lines {
             line.cut[1] = line.begin[1] + (across - line.begin[0]) * line.slope;
+            let middle = line.cut[0] + line.cut[1];
+            is_sorted &= before <= middle;
+            before = middle;
         }
-        for i in 1..self.lines.len() {
-            let line = self.lines[i];
-            let mut j = i;
-            while j > 0 && self.lines[j - 1].cut[0] + self.lines[j - 1].cut[1] > line.cut[0] + line.cut[1] {
-                self.lines[j] = self.lines[j - 1];
-                j -= 1;
-            }
-            self.lines[j] = line;
+        if !is_sorted {
+            self.lines.sort_unstable_by(|a, b| (a.cut[0] + a.cut[1]).total_cmp(&(b.cut[0] + b.cut[1])));
         }
     }
 

@@ -1,7 +1,4 @@
-//! Navigation by landmark states along a sketched route (Chronis 2007): pure functions.
-//!
-//! A person draws objects and a route. [`extraction`] turns the drawing into a [`route::Route`]: a list of landmark
-//! states, each with a command.
+#![doc = include_str!("../README.md")]
 
 pub mod belief;
 pub mod control;

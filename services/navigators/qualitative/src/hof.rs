@@ -18,6 +18,7 @@
 
 use std::ops::Add;
 
+mod chords;
 mod pair;
 mod polygon;
 mod power;

@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, RngSeed};
 use sketchnav_qualitative::Point;
 use sketchnav_qualitative::hof::{Force, Pair, Polygon, View, Workspace, degree_of_truth};
 
@@ -316,7 +317,15 @@ fn is_near(a: Force, b: Force) -> bool {
     }
 }
 
+/// The same cases each time; `PROPTEST_CASES` says how many.
+fn config() -> Config {
+    let rng_seed = RngSeed::Fixed(5);
+    Config { rng_seed, rng_algorithm: RngAlgorithm::ChaCha, failure_persistence: None, ..Config::default() }
+}
+
 proptest! {
+    #![proptest_config(config())]
+
     #[test]
     fn every_force_is_a_number_or_infinite(a in shape(), b in shape(), r in prop_oneof![Just(0.0), Just(1.0), Just(2.0), Just(3.0), 0.0..4.0]) {
         for force in Pair::new(&a, &b).histogram(r, 24).unwrap() {
@@ -324,6 +333,14 @@ proptest! {
                 prop_assert!(force >= 0.0 && force.is_finite(), "{force}");
             }
         }
+    }
+
+    /// Constant forces of objects that a line parts are those of chords; other exponents, however small, those of sections.
+    #[test]
+    fn chords_and_sections_agree(a in shape(), b in shape(), angle in 0.0..TAU, distance in 6.5..30.0) {
+        let a = moved(&a, 0.0, 1.0, [distance * 0.8, distance * 0.6]);
+        let [chords, sections] = [0.0, 1e-13].map(|r| force(&a, &b, r, angle));
+        prop_assert!(is_near(chords, sections), "{chords:?}, {sections:?}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use super::chords::Chords;
 use super::power::{Power, Section, mean_force};
 use super::{Force, Polygon, polygon};
 use crate::error::Error;
@@ -26,6 +27,8 @@ pub struct Pair {
     circles: [([f64; 2], f64); 2],
     /// Lengths up to this are rounding.
     rounding: f64,
+    /// Where both are one ring that does not cross itself, and a line parts them: its normal, towards the argument.
+    normal: Option<[f64; 2]>,
 }
 
 /// What a direction needs: kept, so that nothing is allocated again.
@@ -39,6 +42,7 @@ pub struct Workspace {
     order: Vec<usize>,
     argument: Cut,
     referent: Cut,
+    chords: Chords,
 }
 
 /// An object cut by a parallel that sweeps over it: its edges there, in their order along the direction.
@@ -91,6 +95,23 @@ impl Pair {
                 self.knots.extend(polygon::crossing(one, other));
             }
         }
+        let are_simple = self.knots.len() == self.corners[1];
+        let are_rings = argument.rings().count() == 1 && referent.rings().count() == 1;
+        self.normal = if are_simple && are_rings { self.parting_normal() } else { None };
+    }
+
+    /// The normal of a line that parts the objects: tried are the direction between their circles and the axes.
+    fn parting_normal(&self) -> Option<[f64; 2]> {
+        let [(a, _), (b, _)] = self.circles;
+        let between = [a[0] - b[0], a[1] - b[1]];
+        let normals = [between, [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+        let (argument, referent) = self.knots.split_at(self.corners[0]);
+        normals.into_iter().find(|[x, y]| {
+            let along = |at: &Point| at.x() * x + at.y() * y;
+            let least = argument.iter().map(along).fold(f64::INFINITY, f64::min);
+            let most = referent.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+            least - most > self.rounding * x.hypot(*y)
+        })
     }
 
     /// The force F_r(θ), with r the exponent of the distance.
@@ -147,8 +168,12 @@ impl Pair {
         if self.is_elsewhere(turn) {
             return Force::ZERO;
         }
-        let Workspace { turned, order, argument, referent, .. } = workspace;
+        let Workspace { turned, order, argument, referent, chords, .. } = workspace;
         let (sin, cos) = turn;
+        let ahead = self.normal.map(|[x, y]| x * cos + y * sin);
+        if ahead.is_some_and(|ahead| ahead <= 0.0) {
+            return Force::ZERO;
+        }
         turned.clear();
         turned.extend(self.knots.iter().map(|at| [at.y() * cos - at.x() * sin, at.x() * cos + at.y() * sin]));
         let [a, b] = [&turned[..self.corners[0]], &turned[self.corners[0]..self.corners[1]]].map(extent);
@@ -157,6 +182,12 @@ impl Pair {
             return Force::ZERO;
         }
         sort(order, turned);
+        if power.is_constant() && ahead.is_some() {
+            let strips = order.iter().map(|knot| turned[*knot][0]).filter(|u| (low..=high).contains(u));
+            let argument_edges = self.edges.len() - (self.corners[1] - self.corners[0]);
+            let edges = self.edges.split_at(argument_edges);
+            return Force::Finite(chords.constant_force([edges.0, edges.1], turned, [low, high], strips));
+        }
         argument.lines.clear();
         referent.lines.clear();
         let mut force = Force::ZERO;

@@ -33,6 +33,11 @@ impl Power {
         }
     }
 
+    /// Whether forces do not depend on distances.
+    pub(super) fn is_constant(self) -> bool {
+        self.r == 0.0
+    }
+
     /// t^−r.
     fn law(self, t: f64) -> f64 {
         t.powf(-self.r)
@@ -138,7 +143,8 @@ fn longest(a: Section, b: Section) -> f64 {
 /// F_0 of sections with a gap between them: the product of their lengths x and z, which are linear in the strip.
 fn constant(a: Section, b: Section) -> f64 {
     let [x, z] = [a, b].map(|[low, high]| [0, 1].map(|i| high[i] - low[i]));
-    (2.0 * (x[0] * z[0] + x[1] * z[1]) + x[0] * z[1] + x[1] * z[0]) / 6.0
+    // A section that is rounding may have a length below 0.
+    ((2.0 * (x[0] * z[0] + x[1] * z[1]) + x[0] * z[1] + x[1] * z[0]) / 6.0).max(0.0)
 }
 
 /// F_2 of sections with a gap y between them that changes little in the strip: ln[(x + y)(y + z) / (y(x + y + z))], which

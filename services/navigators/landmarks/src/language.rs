@@ -1,4 +1,4 @@
-//! Routes in words: written by hand or by [`print`], read by [`read`].
+//! Routes in words: written by hand or by [`print()`], read by [`read()`].
 //!
 //! ```text
 //! # Comments and blank lines are skipped. Sentences may go over several lines, and may be numbered.

@@ -125,7 +125,8 @@ fn errors_name_the_place() {
         change(&mut drawing);
         read(&drawing).unwrap_err().to_string()
     };
-    let cases: [(&dyn Fn(&mut Drawing), &str); 9] = [
+    type Change<'a> = &'a dyn Fn(&mut Drawing);
+    let cases: [(Change<'_>, &str); 9] = [
         (&|d| d.strokes[1] = stroke(&[[10.0, 70.0], [120.0, 70.0]]), "it enters desk at (40, 70)"),
         (&|d| d.strokes.truncate(1), "found 1 objects and 0 stray marks"),
         (&|d| d.strokes.remove(0).points.clear(), "expected at least one closed outline"),

@@ -95,9 +95,21 @@ impl Pair {
                 self.knots.extend(polygon::crossing(one, other));
             }
         }
-        let are_simple = self.knots.len() == self.corners[1];
         let are_rings = argument.rings().count() == 1 && referent.rings().count() == 1;
+        let edges = self.edges.split_at(a.len());
+        let are_simple =
+            self.knots.len() == self.corners[1] && [edges.0, edges.1].iter().all(|of| self.is_simple(of));
         self.normal = if are_simple && are_rings { self.parting_normal() } else { None };
+    }
+
+    /// Whether a ring does not touch itself either: where a corner is on an edge, the ring may cross itself there.
+    fn is_simple(&self, edges: &[[usize; 2]]) -> bool {
+        let neighbours = |i: usize, j: usize| j == i + 1 || i + j + 1 == edges.len() && i == 0;
+        let pairs = (0..edges.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+        let ends = |i: usize| edges[i].map(|at| self.knots[at]);
+        pairs
+            .filter(|(i, j)| !neighbours(*i, *j))
+            .all(|(i, j)| !polygon::touch(ends(i), ends(j), self.rounding))
     }
 
     /// The normal of a line that parts the objects: tried are the direction between their circles and the axes.

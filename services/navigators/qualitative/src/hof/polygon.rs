@@ -153,6 +153,23 @@ pub(super) fn crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Point> 
     if is_inside { Point::new(a.x() + s * ab.x, a.y() + s * ab.y).ok() } else { None }
 }
 
+/// Whether two edges meet, their ends counted, or nearly do.
+pub(super) fn touch([a, b]: [Point; 2], [c, d]: [Point; 2], rounding: f64) -> bool {
+    let apart =
+        |[a, b]: [f64; 2], [c, d]: [f64; 2]| a.max(b) + rounding < c.min(d) || c.max(d) + rounding < a.min(b);
+    if apart([a.x(), b.x()], [c.x(), d.x()]) || apart([a.y(), b.y()], [c.y(), d.y()]) {
+        return false;
+    }
+    // Whether both ends of one edge are on one side of the other's line.
+    let is_beside = |from: Point, to: Point, ends: [Point; 2]| {
+        let along = to - from;
+        let sides = ends.map(|end| along.cross(end - from));
+        let near = rounding * along.length();
+        sides.iter().all(|side| *side > near) || sides.iter().all(|side| *side < -near)
+    };
+    !is_beside(a, b, [c, d]) && !is_beside(c, d, [a, b])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -248,3 +248,88 @@ impl Guide {
         Drive { speed_mps: speed * off.cos().max(0.2), yaw_rate_radps: (1.2 * off).clamp(-most, most) + away }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sketch::Landmark;
+
+    /// A route of 4 m to a wall.
+    fn sketch() -> Sketch {
+        let wall = vec![[5.0, -2.0], [5.5, -2.0], [5.5, 2.0], [5.0, 2.0]];
+        let landmarks = vec![Landmark { name: "wall".into(), outline: wall }];
+        Sketch { landmarks, route: plane::resample(&[[0.0, 0.0], [4.0, 0.0]], 0.5), metres_per_pixel: 0.1 }
+    }
+
+    fn angles() -> [f64; 16] {
+        std::array::from_fn(|i| i as f64 * std::f64::consts::FRAC_PI_8)
+    }
+
+    fn guide() -> Guide {
+        Guide::new(&sketch(), &angles(), Guiding::default(), 9).unwrap()
+    }
+
+    /// A step at a distance from the wall, of which the front sensors see something.
+    fn step(guide: &mut Guide, left_m: f64) -> (Drive, Option<Outcome>) {
+        let ranges_m =
+            angles().map(|angle| if angle.cos() > 0.7 { left_m / angle.cos() } else { f64::INFINITY });
+        guide.step(&Sensed { ranges_m: &ranges_m, time_s: 0.2, moved_m: 0.1, turned_rad: 0.0 }).unwrap()
+    }
+
+    #[test]
+    fn the_robot_stops_before_the_object_at_the_end() {
+        let mut guide = guide();
+        let mut left_m = 4.7;
+        let outcome = loop {
+            left_m -= 0.1;
+            if let (_, Some(outcome)) = step(&mut guide, left_m) {
+                break outcome;
+            }
+        };
+        assert_eq!(outcome, Outcome::Arrived);
+        assert!((0.6..0.77).contains(&left_m), "{left_m}");
+        assert_eq!(step(&mut guide, left_m), (Drive::default(), None));
+    }
+
+    #[test]
+    fn an_object_in_the_middle_of_the_route_is_not_the_goal() {
+        let (drive, outcome) = step(&mut guide(), 0.5);
+        assert_eq!(outcome, None);
+        assert!((drive.speed_mps - Controlling::default().slow_mps).abs() < 0.02, "{drive:?}");
+    }
+
+    #[test]
+    fn a_robot_that_finds_no_goal_is_lost() {
+        let mut guide = guide();
+        let lost = (0..400).find_map(|_| step(&mut guide, f64::INFINITY).1);
+        assert_eq!(lost, Some(Outcome::Lost));
+    }
+
+    #[test]
+    fn a_guide_goes_on_from_what_it_remembers() {
+        let run = |restore_at: usize| {
+            let mut guide = guide();
+            let mut found = Vec::new();
+            for i in 0..30 {
+                if i == restore_at {
+                    let text = serde_json::to_string(guide.journey()).unwrap();
+                    guide = self::guide();
+                    guide.restore(serde_json::from_str(&text).unwrap());
+                }
+                found.push(step(&mut guide, 4.7 - 0.1 * i as f64));
+            }
+            found
+        };
+        let whole = run(99);
+        for i in [1, 7, 20] {
+            assert_eq!(run(i), whole);
+        }
+    }
+
+    #[test]
+    fn robots_without_sensors_are_rejected() {
+        assert!(matches!(Guide::new(&sketch(), &[], Guiding::default(), 1), Err(Error::Sensor { .. })));
+        let sensed = Sensed { ranges_m: &[1.0; 3], time_s: 0.2, moved_m: 0.0, turned_rad: 0.0 };
+        assert!(guide().step(&sensed).is_err());
+    }
+}

@@ -12,11 +12,15 @@ use sketchnav_schemas::codes::Process;
 use support::repository;
 
 /// Crates that know no process, no network, no recording and no physics.
-const PURE: [&str; 7] = [
+const PURE: [&str; 8] = [
     "sketchnav-schemas",
     "sketchnav-stage",
     "sketchnav-corridor",
     "sketchnav-directions",
+const PURE: [&str; 8] = [
+    "sketchnav-schemas",
+    "sketchnav-stage",
+    "sketchnav-landmarks",
     "sketchnav-motion",
     "sketchnav-qualitative",
     "sketchnav-sketch",

@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use sketchnav_qualitative::cardinal::Directions;
-use sketchnav_qualitative::hof::{Pair, Polygon};
+use sketchnav_qualitative::hof::{Force, Pair, Polygon, View, Workspace};
 use sketchnav_qualitative::qtc::{Basic, DoubleCross, Switching};
 use sketchnav_qualitative::rcc::{Rcc8, Regions};
 use sketchnav_qualitative::tpcc::Configurations;
@@ -59,6 +59,34 @@ fn relations(criterion: &mut Criterion) {
     run(criterion, "RCC8", Regions::<Rcc8>::default(), rects);
 }
 
+/// The histogram of 180 directions of a robot's box and an object with twelve corners, at two distances, with all that
+/// a step of a navigator needs: the objects prepared, and the best of sixteen directions. Nothing is allocated.
+fn robot(criterion: &mut Criterion) {
+    let at = |x, y| Point::new(x, y).expect("finite");
+    let robot = Polygon::new([at(-10.0, -10.0), at(10.0, -10.0), at(10.0, 10.0), at(-10.0, 10.0)]);
+    let robot = robot.expect("an area");
+    let mut group = criterion.benchmark_group("robot and twelve corners, 180 directions");
+    for distance in [40.0, 100.0] {
+        let corners = (0..12).map(|i| (f64::from(i) / 12.0 * TAU, if i % 2 == 0 { 18.0 } else { 23.0 }));
+        let object = corners.map(|(angle, r)| at(distance + r * angle.cos(), 7.0 + r * angle.sin()));
+        let object = Polygon::new(object).expect("an area");
+        let (mut pair, mut workspace) = (Pair::new(&object, &robot), Workspace::default());
+        let mut forces = [Force::ZERO; 180];
+        for r in [0.0, 1.0, 2.0] {
+            group.bench_function(format!("F_{r}, {distance} in"), |bencher| {
+                bencher.iter(|| {
+                    pair.prepare(black_box(&object), &robot);
+                    pair.histogram_into(r, &mut forces, &mut workspace)
+                });
+            });
+        }
+        group.bench_function(format!("best of 16, {distance} in"), |bencher| {
+            bencher.iter(|| View::new(black_box(&forces), 0.3).assess(16));
+        });
+    }
+    group.finish();
+}
+
 /// The histogram of 180 directions of two polygons with 12 and 8 corners. The yardstick: the distances of all pairs of
 /// points of two rasters of 32 × 32, what a sum over points takes at least.
 fn forces(criterion: &mut Criterion) {
@@ -83,5 +111,5 @@ fn forces(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, relations, forces);
+criterion_group!(benches, relations, robot, forces);
 criterion_main!(benches);

@@ -3,8 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, RngSeed};
 use sketchnav_qualitative::Point;
-use sketchnav_qualitative::hof::{Force, Pair, Polygon, Workspace, degree_of_truth};
+use sketchnav_qualitative::hof::{Force, Pair, Polygon, View, Workspace, degree_of_truth};
 
 fn polygon(corners: &[[f64; 2]]) -> Polygon {
     Polygon::new(corners.iter().map(|[x, y]| Point::new(*x, *y).unwrap())).unwrap()
@@ -49,6 +50,136 @@ fn two_unit_squares_have_the_known_forces() {
     }
     assert_eq!(force(&a, &b, 2.0, PI), Force::Finite(0.0));
     assert_eq!(force(&a, &b, 0.0, FRAC_PI_2), Force::Finite(0.0));
+}
+
+/// A rectangle from one corner to the opposite one.
+fn rectangle([x, y]: [f64; 2], [to_x, to_y]: [f64; 2]) -> Polygon {
+    polygon(&[[x, y], [to_x, y], [to_x, to_y], [x, to_y]])
+}
+
+#[test]
+fn sections_on_one_line_have_the_closed_forms() {
+    // Two bars of height 0.7 along the first axis: lengths z and x, a gap y between them.
+    for (x, y, z) in
+        [(1.0, 1.0, 1.0), (0.2, 3.0, 5.0), (4.0, 0.01, 0.3), (1.0, 700.0, 2.0), (30.0, 0.5, 40.0)]
+    {
+        let (b, a) = (rectangle([0.0, 0.0], [z, 0.7]), rectangle([z + y, 0.0], [z + y + x, 0.7]));
+        let g = |t: f64| t * f64::ln(t);
+        let expected = [
+            x * z,
+            g(x + y + z) - g(x + y) - g(y + z) + g(y),
+            // ln[(x + y)(y + z) / (y (x + y + z))]
+            (x * z / (y * (x + y + z))).ln_1p(),
+        ];
+        for (r, expected) in expected.into_iter().enumerate() {
+            let found = force(&a, &b, r as f64, 0.0).finite().unwrap() / 0.7;
+            // The closed form for r = 1 itself loses digits where the gap is large.
+            let tolerance = if r == 1 && y > 100.0 { 1e-7 } else { 1e-9 };
+            assert!(
+                (found / expected - 1.0).abs() < tolerance,
+                "F_{r} of {x}, {y}, {z}: {found}, {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn overlapping_sections_have_the_closed_form() {
+    let p = |t: f64| if t > 0.0 { t * t / 2.0 } else { 0.0 };
+    for [a1, b1, a2, b2] in
+        [[0.0, 2.0, 1.0, 4.0], [1.0, 4.0, 0.0, 2.0], [0.0, 5.0, 1.0, 2.0], [1.0, 2.0, 0.0, 5.0]]
+    {
+        let (one, two) = (rectangle([a1, 0.0], [b1, 0.7]), rectangle([a2, 0.0], [b2, 0.7]));
+        // The second is the argument.
+        let expected = p(b2 - a1) - p(a2 - a1) - p(b2 - b1) + p(a2 - b1);
+        let pairs =
+            |i: usize, n: usize, [from, to]: [f64; 2]| from + (i as f64 + 0.5) / n as f64 * (to - from);
+        let n = 800;
+        let sum: f64 = (0..n)
+            .flat_map(|i| (0..n).map(move |j| f64::from(pairs(i, n, [a2, b2]) > pairs(j, n, [a1, b1]))))
+            .sum();
+        let by_counting = sum * (b1 - a1) * (b2 - a2) / (n * n) as f64;
+        let found = force(&two, &one, 0.0, 0.0).finite().unwrap() / 0.7;
+        assert!((found - by_counting).abs() < 1e-2, "{found}, {by_counting}");
+        assert!((found - expected).abs() < 1e-9, "{found}, {expected}");
+    }
+}
+
+#[test]
+fn holes_and_parts_have_the_forces_of_their_areas() {
+    let b = rectangle([-0.5, -1.0], [0.5, 1.0]);
+    let rings =
+        |rings: &[&Polygon]| Polygon::from_rings(rings.iter().map(|ring| ring.corners().to_vec())).unwrap();
+    let (outer, inner) = (square([3.0, -2.0], 4.0), square([4.0, -0.5], 1.5));
+    let (one, other) = (square([3.0, -2.0], 1.0), square([-4.0, 0.5], 2.0));
+    for r in [0.0, 0.5, 1.0, 2.0, 3.5] {
+        for degrees in (0..360).step_by(7) {
+            let angle = f64::from(degrees).to_radians();
+            let of = |a: &Polygon| force(a, &b, r, angle).finite().unwrap();
+            let frame = of(&rings(&[&outer, &inner]));
+            assert!((frame - (of(&outer) - of(&inner))).abs() < 1e-9, "r = {r}, {degrees}°");
+            let parts = of(&rings(&[&one, &other]));
+            assert!((parts - (of(&one) + of(&other))).abs() < 1e-9, "r = {r}, {degrees}°");
+        }
+    }
+}
+
+#[test]
+fn random_points_have_the_same_mean_force() {
+    // A chevron and a frame, neither convex. Van der Corput's sequences take the place of chance.
+    let corput = |base: u32, mut i: u32| {
+        let (mut value, mut part) = (0.0, 1.0);
+        while i > 0 {
+            part /= f64::from(base);
+            value += part * f64::from(i % base);
+            i /= base;
+        }
+        value
+    };
+    let chevron = polygon(&[[2.0, -1.0], [4.0, 0.0], [2.0, 1.0], [3.0, 0.0]]);
+    let frame = Polygon::from_rings([
+        square([-1.0, -1.0], 2.0).corners().to_vec(),
+        square([-0.5, -0.5], 1.0).corners().to_vec(),
+    ])
+    .unwrap();
+    for r in [0.0, 1.0, 2.0] {
+        let n = 400_000;
+        let mut sum = 0.0;
+        for i in 0..n {
+            let [px, py, qx, qy] = [2, 3, 5, 7].map(|base| corput(base, i + 1));
+            let p = Point::new(2.0 + 2.0 * px, -1.0 + 2.0 * py).unwrap();
+            let q = Point::new(-1.0 + 2.0 * qx, -1.0 + 2.0 * qy).unwrap();
+            if chevron.contains(p) && frame.contains(q) {
+                sum += p.distance(q).powf(-(r + 1.0));
+            }
+        }
+        let expected = sum / f64::from(n) * 16.0;
+        let found = total(&chevron, &frame, r, 3600);
+        assert!((found / expected - 1.0).abs() < 5e-3, "r = {r}: {found}, {expected}");
+    }
+}
+
+#[test]
+fn a_histogram_is_turned_instead_of_the_world() {
+    let robot = square([-0.5, -0.5], 1.0);
+    let objects = [
+        square([3.0, 1.0], 1.0),
+        polygon(&[[-4.0, -1.0], [-2.0, 0.0], [-3.0, 3.0]]),
+        square([0.3, -6.0], 2.0),
+    ];
+    for object in &objects {
+        let forces = Pair::new(object, &robot).histogram(0.0, 360).unwrap();
+        for heading in [0, 17, 90, 205] {
+            let heading_rad = f64::from(heading).to_radians();
+            let turned = |of: &Polygon| moved(of, -heading_rad, 1.0, [0.0, 0.0]);
+            let world = Pair::new(&turned(object), &turned(&robot)).histogram(0.0, 360).unwrap();
+            for direction in 0..16 {
+                let direction = f64::from(direction) / 16.0 * TAU;
+                let view = View::new(&forces, heading_rad).degree(direction).unwrap();
+                assert!((view - View::new(&world, 0.0).degree(direction).unwrap()).abs() < 1e-9);
+            }
+        }
+    }
 }
 
 /// Gauss's quadrature with five places on [0, 1].
@@ -142,24 +273,17 @@ fn it_is_true_of_one_direction_and_of_no_opposite() {
     let forces = Pair::new(&a, &b).histogram(0.0, 180).unwrap();
     let degree = |degrees: f64| degree_of_truth(&forces, degrees.to_radians()).unwrap();
     assert!((degree(0.0) - 1.0).abs() < 1e-12 && degree(180.0) == 0.0);
-    assert!((degree(45.0) - 0.5).abs() < 0.01 && (degree(-45.0) - degree(45.0)).abs() < 1e-12);
+    // Half, and what the threshold counts as straight.
+    assert!((degree(45.0) - 0.5).abs() < 0.1 && (degree(-45.0) - degree(45.0)).abs() < 1e-12);
     for degrees in 0..9 {
         let degrees = f64::from(degrees) * 10.0;
         assert!(degree(degrees) > degree(degrees + 10.0), "{degrees}");
     }
     // All around: it is in every direction, and hardly.
-    let ring = polygon(&[
-        [-3.0, -3.0],
-        [4.0, -3.0],
-        [4.0, 4.0],
-        [-3.0, 4.0],
-        [-3.0, -3.0],
-        [-2.0, -2.0],
-        [-2.0, 3.0],
-        [3.0, 3.0],
-        [3.0, -2.0],
-        [-2.0, -2.0],
-    ]);
+    let ring = Polygon::from_rings(
+        [square([-3.0, -3.0], 7.0).corners(), square([-2.0, -2.0], 5.0).corners()].map(<[Point]>::to_vec),
+    )
+    .unwrap();
     let around = Pair::new(&ring, &b).histogram(0.0, 180).unwrap();
     assert!(around.iter().all(|force| force.finite().unwrap() > 0.0));
     assert!(degree_of_truth(&around, 0.0).unwrap() < 0.05);
@@ -193,7 +317,25 @@ fn is_near(a: Force, b: Force) -> bool {
     }
 }
 
+/// A ring that crosses itself where a corner is on an edge was taken for a simple one: its chords were signed sums, and
+/// F_0 was 0.25 in place of 0.62. Found by `chords_and_sections_agree` in 20,000 cases.
+#[test]
+fn a_ring_that_crosses_itself_at_a_corner_is_not_simple() {
+    let a = polygon(&[[5.2, 3.9], [5.2, 4.9], [6.2, 3.9]]);
+    let b = polygon(&[[2.0, 2.0], [0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 0.0]]);
+    let [chords, sections] = [0.0, 1e-13].map(|r| force(&a, &b, r, 0.615_851_416));
+    assert!(is_near(chords, sections), "{chords:?}, {sections:?}");
+}
+
+/// The same cases each time; `PROPTEST_CASES` says how many.
+fn config() -> Config {
+    let rng_seed = RngSeed::Fixed(5);
+    Config { rng_seed, rng_algorithm: RngAlgorithm::ChaCha, failure_persistence: None, ..Config::default() }
+}
+
 proptest! {
+    #![proptest_config(config())]
+
     #[test]
     fn every_force_is_a_number_or_infinite(a in shape(), b in shape(), r in prop_oneof![Just(0.0), Just(1.0), Just(2.0), Just(3.0), 0.0..4.0]) {
         for force in Pair::new(&a, &b).histogram(r, 24).unwrap() {
@@ -201,6 +343,14 @@ proptest! {
                 prop_assert!(force >= 0.0 && force.is_finite(), "{force}");
             }
         }
+    }
+
+    /// Constant forces of objects that a line parts are those of chords; other exponents, however small, those of sections.
+    #[test]
+    fn chords_and_sections_agree(a in shape(), b in shape(), angle in 0.0..TAU, distance in 6.5..30.0) {
+        let a = moved(&a, 0.0, 1.0, [distance * 0.8, distance * 0.6]);
+        let [chords, sections] = [0.0, 1e-13].map(|r| force(&a, &b, r, angle));
+        prop_assert!(is_near(chords, sections), "{chords:?}, {sections:?}");
     }
 
     #[test]

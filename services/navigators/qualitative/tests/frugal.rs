@@ -2,6 +2,7 @@
 
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::cardinal::Directions;
+use sketchnav_qualitative::hof::{Force, Pair, Polygon, View, Workspace};
 use sketchnav_qualitative::qrpc::Projections;
 use sketchnav_qualitative::rcc::{Rcc8, Regions};
 use sketchnav_qualitative::rectangle::Rectangles;
@@ -52,4 +53,34 @@ fn a_stream_allocates_nothing() {
     allocates_nothing(Rectangles::default(), rects);
     let oriented = |i: u32, salt| Oriented::new(point(i, salt), f64::from(i % 16)).unwrap();
     allocates_nothing(Projections::default(), |i| [oriented(i, 1), oriented(i / 2, 2)]);
+}
+
+#[test]
+fn histograms_of_the_same_size_allocate_nothing() {
+    let corners = |i: u32, at: f64| {
+        (0..12).map(move |k| {
+            let angle = f64::from(k) * std::f64::consts::FRAC_PI_6 + f64::from(i) * 0.1;
+            let radius = 1.0 + 0.3 * f64::from(k % 3);
+            Point::new(at + radius * angle.cos(), radius * angle.sin()).unwrap()
+        })
+    };
+    let robot = Polygon::new(corners(0, 0.0).step_by(3)).unwrap();
+    let mut object = Polygon::new(corners(0, 4.0)).unwrap();
+    let (mut pair, mut workspace) = (Pair::new(&object, &robot), Workspace::default());
+    let mut forces = [[Force::ZERO; 180]; 3];
+    let mut step = |i: u32, pair: &mut Pair| {
+        object.replace(corners(i, 4.0)).unwrap();
+        pair.prepare(&object, &robot);
+        for (r, forces) in [0.0, 1.0, 2.0].into_iter().zip(&mut forces) {
+            pair.histogram_into(r, forces, &mut workspace).unwrap();
+        }
+        let [constant, _, gravitational] = &forces;
+        View::new(constant, 0.3).assess_with(&View::new(gravitational, 0.3), 16).unwrap()
+    };
+    step(0, &mut pair);
+    let before = allocations_of_this_thread();
+    for i in 1..50 {
+        assert_eq!(step(i, &mut pair).direction, 15);
+    }
+    assert_eq!(allocations_of_this_thread() - before, 0);
 }

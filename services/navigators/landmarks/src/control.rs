@@ -1,0 +1,256 @@
+//! Control: the reactive controller, and its fusion with the command of the path (Chronis 2007, 4.7).
+//!
+//! Formula 4.26 lost its typesetting. We read it as
+//!
+//! α = Σ s / e^μ(x) · w(x) · cos(x π/8), β the same with the sine, μ(x) = p(x) · ln(r − 1) / r
+//!
+//! with p(x) the proximity in direction x and r the range, both in inches. So an object counts s = 200 where it touches, and
+//! s / (r − 1), about 1, where it is at the range of 150 inches; beyond it counts nothing. S₁ = √(α² + β²) says how much is
+//! to be avoided, F₁ = atan2(β, α) where. The printed minus between p(x) and the logarithm would leave 38 % of the force at
+//! the range, and nothing would be left of the path's command between objects.
+//!
+//! Formula 4.27, F₂ = d S₁ r / c + p t, we read with d = −F₁ in degrees: away from what is avoided. The weights of figure 4.25
+//! are lost: the text has them greatest in front, less at the sides, none in the rear; see [`WEIGHTS`].
+
+use std::f64::consts::FRAC_PI_8;
+
+use serde::{Deserialize, Serialize};
+
+use crate::route::{Command, DIRECTIONS, INCH_M, between};
+
+/// The weight of a direction by how far it is off the front, in sixteenths of a turn (ours).
+pub const WEIGHTS: [f64; 9] = [1.0, 0.9, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0, 0.0];
+
+/// The nearest range in each of the sixteen directions, in metres; infinite where there is none.
+pub type Sectors = [f64; DIRECTIONS as usize];
+
+/// How the robot is controlled. The numbers are those of Chronis 2007, 4.7, if nothing else is said.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Controlling {
+    /// The sensitivity s.
+    pub sensitivity: f64,
+    /// The range r up to which objects are avoided, in metres.
+    pub range_m: f64,
+    /// The normalization constant c.
+    pub normalization: f64,
+    /// The turn rate constant t, in degrees a second.
+    pub turn_rate_dps: f64,
+    /// The speed, in metres a second.
+    pub speed_mps: f64,
+    /// The speed where an object is very close.
+    pub slow_mps: f64,
+    /// The turn rate where an object is very close, in degrees a second.
+    pub quick_turn_dps: f64,
+    /// An object in front that is nearer than this is very close, in metres. The text gives no number: ours, below the
+    /// distance at which the robot stops at its goal.
+    pub close_m: f64,
+    /// The robot stops at its goal at this distance, in metres (rule 2).
+    pub stop_m: f64,
+}
+
+impl Default for Controlling {
+    fn default() -> Self {
+        Self {
+            sensitivity: 200.0,
+            range_m: 150.0 * INCH_M,
+            normalization: 90_000.0,
+            turn_rate_dps: 10.0,
+            speed_mps: 25.0 * INCH_M,
+            slow_mps: 5.0 * INCH_M,
+            quick_turn_dps: 105.0,
+            close_m: 24.0 * INCH_M,
+            stop_m: 30.0 * INCH_M,
+        }
+    }
+}
+
+/// What the reactive controller asks to avoid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Avoidance {
+    /// How much, S₁.
+    pub strength: f64,
+    /// Where it is, F₁, in radians from the front, left positive.
+    pub direction_rad: f64,
+}
+
+/// What the robot is to do.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Drive {
+    /// Its speed, in metres a second.
+    pub speed_mps: f64,
+    /// Its turn rate, in radians a second, left positive.
+    pub yaw_rate_radps: f64,
+}
+
+/// The nearest range in each direction, by beams in any order. What is at the range limit or not finite is no return.
+pub fn sectors(angles_rad: &[f64], ranges_m: &[f64], range_max_m: f64) -> Sectors {
+    let mut sectors = [f64::INFINITY; DIRECTIONS as usize];
+    for (angle, range) in angles_rad.iter().zip(ranges_m) {
+        if range.is_finite() && (0.0..range_max_m).contains(range) {
+            let sector = (angle / FRAC_PI_8).round().rem_euclid(f64::from(DIRECTIONS)) as usize;
+            sectors[sector % sectors.len()] = sectors[sector % sectors.len()].min(*range);
+        }
+    }
+    sectors
+}
+
+/// Formula 4.26.
+pub fn avoidance(sectors: &Sectors, settings: &Controlling) -> Avoidance {
+    let range = settings.range_m / INCH_M;
+    let (mut alpha, mut beta) = (0.0, 0.0);
+    for (x, proximity) in sectors.iter().enumerate() {
+        if *proximity < settings.range_m {
+            let mu = proximity / INCH_M * (range - 1.0).ln() / range;
+            let force = settings.sensitivity / mu.exp() * WEIGHTS[usize::from(between(x as u8, 0))];
+            let (sin, cos) = (x as f64 * FRAC_PI_8).sin_cos();
+            alpha += force * cos;
+            beta += force * sin;
+        }
+    }
+    Avoidance { strength: alpha.hypot(beta), direction_rad: beta.atan2(alpha) }
+}
+
+/// The nearest range of the front sensors, 0, 1, 2, 14 and 15 (rule 2).
+pub fn front_m(sectors: &Sectors) -> f64 {
+    [0, 1, 2, 14, 15].into_iter().map(|x| sectors[x]).fold(f64::INFINITY, f64::min)
+}
+
+/// The behaviour controller: the three cases of 4.7.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Behaviour {
+    /// Where the robot turns to away from what is very close: 1 left, −1 right, 0 nowhere. It keeps to a side until the
+    /// object is out of its way.
+    escape: i8,
+}
+
+impl Behaviour {
+    /// The command of the path and that of the reactive controller, fused.
+    pub fn fuse(&mut self, command: Command, sectors: &Sectors, settings: &Controlling) -> Drive {
+        if command == Command::Stop {
+            self.escape = 0;
+            return Drive::default();
+        }
+        if front_m(sectors) < settings.close_m {
+            // Case 3: the path's command is ignored.
+            if self.escape == 0 {
+                self.escape =
+                    if nearness(sectors, settings, 1) > nearness(sectors, settings, -1) { -1 } else { 1 };
+            }
+            let turn = settings.quick_turn_dps * f64::from(self.escape);
+            return Drive { speed_mps: settings.slow_mps, yaw_rate_radps: turn.to_radians() };
+        }
+        self.escape = 0;
+        // Case 2, formula 4.27; with S₁ = 0 it is case 1.
+        let avoid = avoidance(sectors, settings);
+        let away = -avoid.direction_rad.to_degrees();
+        let fused = away * avoid.strength * (settings.range_m / INCH_M) / settings.normalization
+            + command.value() * settings.turn_rate_dps;
+        Drive { speed_mps: settings.speed_mps, yaw_rate_radps: fused.to_radians() }
+    }
+}
+
+/// How much is near on a side of the front half, 1 being left.
+fn nearness(sectors: &Sectors, settings: &Controlling, side: i8) -> f64 {
+    let near = (1..=4).map(|off| {
+        let x = (i32::from(side) * off).rem_euclid(i32::from(DIRECTIONS)) as usize;
+        (1.0 - sectors[x] / settings.range_m).max(0.0) * WEIGHTS[off as usize]
+    });
+    near.sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(inches: &[(usize, f64)]) -> Sectors {
+        let mut sectors = [f64::INFINITY; 16];
+        for (x, range) in inches {
+            sectors[*x] = range * INCH_M;
+        }
+        sectors
+    }
+
+    fn strength(x: usize, inches: f64) -> f64 {
+        avoidance(&ring(&[(x, inches)]), &Controlling::default()).strength
+    }
+
+    fn turn(command: Command, inches: &[(usize, f64)]) -> f64 {
+        let drive = Behaviour::default().fuse(command, &ring(inches), &Controlling::default());
+        drive.yaw_rate_radps.to_degrees()
+    }
+
+    #[test]
+    fn the_front_is_avoided_most_and_the_rear_never() {
+        for inches in [20.0, 60.0, 149.0] {
+            for x in 0..8 {
+                assert!(strength(x, inches) >= strength(x + 1, inches));
+                assert!((strength(x, inches) - strength((16 - x) % 16, inches)).abs() < 1e-9);
+            }
+            assert_eq!(strength(8, inches), 0.0);
+            assert_eq!(strength(6, inches), 0.0);
+        }
+    }
+
+    #[test]
+    fn what_is_nearer_is_avoided_more() {
+        for inches in 0..149 {
+            assert!(strength(1, f64::from(inches)) > strength(1, f64::from(inches + 1)));
+        }
+        assert!((strength(0, 0.0) - 200.0).abs() < 1e-9);
+        assert!((strength(0, 150.0 - 1e-9) - 200.0 / 149.0).abs() < 1e-6);
+        assert_eq!(strength(0, 150.0), 0.0);
+    }
+
+    #[test]
+    fn formula_4_27_by_hand() {
+        // One object at direction 2 (45°), 75 inches off: 200 / 149^0.5 × 0.75 = 12.288; × 45 × 150 / 90000 = 0.922.
+        let force = 200.0 / 149_f64.sqrt() * 0.75;
+        let expected = -45.0 * force * 150.0 / 90_000.0;
+        assert!((expected + 0.9216).abs() < 1e-4);
+        assert!((turn(Command::Forward, &[(2, 75.0)]) - expected).abs() < 1e-9);
+        assert!((turn(Command::Left, &[(2, 75.0)]) - expected - 10.0).abs() < 1e-9);
+        assert!((turn(Command::Right, &[(14, 75.0)]) + expected + 10.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_three_cases_have_the_published_speeds() {
+        let drive = |inches: &[(usize, f64)], command| {
+            let drive = Behaviour::default().fuse(command, &ring(inches), &Controlling::default());
+            (drive.speed_mps / INCH_M, drive.yaw_rate_radps.to_degrees().round())
+        };
+        assert_eq!(drive(&[], Command::Left), (25.0, 10.0));
+        assert_eq!(drive(&[], Command::Forward), (25.0, 0.0));
+        // An object on either side, equally far: no preference.
+        assert_eq!(drive(&[(4, 50.0), (12, 50.0)], Command::Forward), (25.0, 0.0));
+        assert_eq!(drive(&[(1, 20.0)], Command::Left), (5.0, -105.0));
+        assert_eq!(drive(&[(15, 20.0)], Command::Right), (5.0, 105.0));
+        assert_eq!(drive(&[(15, 20.0)], Command::Stop), (0.0, 0.0));
+        // Beside the robot it is not in its way.
+        assert_eq!(drive(&[(4, 20.0)], Command::Forward).0, 25.0);
+    }
+
+    #[test]
+    fn the_robot_keeps_to_the_side_to_which_it_escapes() {
+        let (mut behaviour, settings) = (Behaviour::default(), Controlling::default());
+        let first =
+            behaviour.fuse(Command::Forward, &ring(&[(1, 20.0), (0, 20.0)]), &settings).yaw_rate_radps;
+        let then =
+            behaviour.fuse(Command::Forward, &ring(&[(15, 18.0), (0, 20.0)]), &settings).yaw_rate_radps;
+        assert!(first < 0.0 && then == first);
+        behaviour.fuse(Command::Forward, &ring(&[]), &settings);
+        assert!(behaviour.fuse(Command::Forward, &ring(&[(15, 18.0)]), &settings).yaw_rate_radps > 0.0);
+    }
+
+    #[test]
+    fn beams_fall_into_directions() {
+        let angles: Vec<_> = (0..360).map(|i| f64::from(i - 180).to_radians()).collect();
+        let mut ranges = vec![f64::INFINITY; 360];
+        ranges[180 + 93] = 2.0;
+        ranges[180 + 88] = 1.5;
+        ranges[5] = 9.0;
+        let sectors = sectors(&angles, &ranges, 8.0);
+        assert_eq!(sectors[4], 1.5);
+        assert!(sectors[8].is_infinite());
+    }
+}

@@ -1,0 +1,134 @@
+//! What can be wrong with a drawing, a route in words, or a robot.
+
+use crate::route::Command;
+
+/// A place in a drawing, in pixels of its canvas: x to the right, y up.
+pub type Pixel = [f64; 2];
+
+/// Why input was rejected. Each variant names the place, what was expected and what was found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A number of a drawing or a parameter that is out of its range.
+    #[error("{what}: expected {expected}, found {found}")]
+    Number {
+        /// Which number.
+        what: String,
+        /// What was expected.
+        expected: &'static str,
+        /// The number.
+        found: f64,
+    },
+    /// No stroke of the drawing is a route.
+    #[error("expected an open line as the route, found {objects} objects and {stray} stray marks")]
+    NoRoute {
+        /// How many objects there are.
+        objects: usize,
+        /// How many marks were taken as stray.
+        stray: usize,
+    },
+    /// More than one stroke may be the route.
+    #[error(
+        "expected one route, found a second one: stroke {second} at ({:.0}, {:.0}) besides stroke {first}", at[0], at[1]
+    )]
+    SeveralRoutes {
+        /// The number of the longer stroke, from 1.
+        first: usize,
+        /// The number of the other one.
+        second: usize,
+        /// Where the other one begins.
+        at: Pixel,
+    },
+    /// A drawing without landmarks.
+    #[error("expected at least one closed outline as a landmark, found none")]
+    NoObjects,
+    /// The outline of an object crosses itself.
+    #[error("{object}: expected an outline that does not cross itself, it does at ({:.0}, {:.0})", at[0], at[1])]
+    OutlineCrossesItself {
+        /// The name of the object.
+        object: String,
+        /// Where.
+        at: Pixel,
+    },
+    /// Two objects overlap.
+    #[error("expected objects apart, {first} and {second} cross at ({:.0}, {:.0})", at[0], at[1])]
+    ObjectsCross {
+        /// The name of one.
+        first: String,
+        /// The name of the other.
+        second: String,
+        /// Where.
+        at: Pixel,
+    },
+    /// The route goes through an object.
+    #[error("expected a route past objects, it enters {object} at ({:.0}, {:.0})", at[0], at[1])]
+    RouteThroughObject {
+        /// The name of the object.
+        object: String,
+        /// Where the route enters.
+        at: Pixel,
+    },
+    /// The robot has to turn, and there is nothing to see.
+    #[error(
+        "step {step} at ({:.0}, {:.0}): expected an object within {radius_m:.1} m where the robot is to {command}",
+        at[0],
+        at[1]
+    )]
+    NothingInView {
+        /// The number of the step along the route, from 1.
+        step: usize,
+        /// Where the step is in the drawing.
+        at: Pixel,
+        /// What the robot is to do there.
+        command: Command,
+        /// How far its sensors reach.
+        radius_m: f64,
+    },
+    /// A route in words that cannot be read.
+    #[error("line {line}, {place}: expected {expected}, found {found:?}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
+    Word {
+        /// The number of the line, from 1.
+        line: usize,
+        /// Which word of the line, from 1, or its end.
+        place: WordPlace,
+        /// What was expected.
+        expected: String,
+        /// The word, or "" at the end.
+        found: String,
+        /// The known word that is nearest to it.
+        nearest: Option<String>,
+    },
+    /// A route that has too few or wrong states.
+    #[error("expected {expected}, found {found}")]
+    States {
+        /// What was expected.
+        expected: &'static str,
+        /// What was found.
+        found: String,
+    },
+    /// A robot whose sensor the method cannot use.
+    #[error("expected {expected}, found {found}")]
+    Sensor {
+        /// What was expected.
+        expected: &'static str,
+        /// What was found.
+        found: String,
+    },
+}
+
+/// Where in a line of a route in words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WordPlace {
+    /// The word with this number, from 1.
+    Word(usize),
+    /// After the last word.
+    End,
+}
+
+impl std::fmt::Display for WordPlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Word(number) => write!(f, "word {number}"),
+            Self::End => f.write_str("end of line"),
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Extraction: from a sketch to a route of landmark states (Chronis 2007, 4.3, 4.6.1, 4.6.2, figure 4.11).
+//!
+//! 1. [`track`] walks along the drawn route and notes at each step the heading, the turning rate, the command and what
+//!    is in view: where each object is, how far and how wide.
+//! 2. [`events`] rates what happens around each change of the command by fuzzy rules.
+//! 3. [`states`] chooses the events that define each state, and adds states in the middle of long turns.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::route::{INCH_M, Route};
+use crate::sketch::Sketch;
+
+pub mod events;
+pub mod fuzzy;
+pub mod states;
+pub mod track;
+
+/// How routes are extracted. All lengths are of the real world.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Parameters {
+    /// How far an object may be to be in view, in metres: the "sonar range (150)" of figure 4.27, in inches. Sonars reach
+    /// 255 inches (4.2); at that range a robot rarely is where the drawing has it to better than the tolerances.
+    pub sensor_radius_m: f64,
+    /// The side of the box that stands for the robot, in metres: the Nomad's diameter of 20 inches.
+    pub robot_m: f64,
+    /// A proximity is known to plus or minus this, in metres: 22 inches (4.3.2).
+    pub proximity_tolerance_m: f64,
+    /// A width is known to plus or minus this, of 180 (4.3.3).
+    pub width_tolerance: f64,
+    /// The distance of the five adjacent points whose mean is a heading, in metres (4.3 has five pixels, and does not say
+    /// how dense they are after digitizing): half a step, 10 inches.
+    pub heading_point_m: f64,
+    /// The robot turns where the turning rate is above this, in degrees per [`Self::turn_unit_m`]. The text has "0.7
+    /// normalized units" and not their definition (4.3.4); see [`track`].
+    pub turn_threshold: f64,
+    /// The length by which turning rates are normalized, in metres: a pixel of the PDA, 5 inches.
+    pub turn_unit_m: f64,
+    /// Commands that hold for fewer steps are spurious (4.3.4 filters them, and does not say how).
+    pub least_steps: usize,
+    /// Turns by less than this are spurious, in radians.
+    pub least_turn_rad: f64,
+    /// Events up to so many steps before or after a change of the command belong to it (figure 4.9 is lost).
+    pub event_steps: usize,
+    /// Consecutive states differ by a direction of at least so many sixteenths of a turn: 45° (4.6.1).
+    pub distinct_directions: u8,
+    /// Whether states are added in the middle of turns above 90° and 180° (4.6.2).
+    pub additional_states: bool,
+    /// By how much a turn has to be above that, in radians (ours): nobody draws a right angle as one to the degree.
+    pub additional_margin_rad: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            sensor_radius_m: 150.0 * INCH_M,
+            robot_m: 20.0 * INCH_M,
+            proximity_tolerance_m: 22.0 * INCH_M,
+            width_tolerance: 30.0,
+            heading_point_m: 10.0 * INCH_M,
+            turn_threshold: 0.7,
+            turn_unit_m: 5.0 * INCH_M,
+            least_steps: 2,
+            least_turn_rad: 0.35,
+            event_steps: 4,
+            distinct_directions: 2,
+            additional_states: true,
+            additional_margin_rad: 0.26,
+        }
+    }
+}
+
+impl Parameters {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`].
+    pub fn check(&self) -> Result<(), Error> {
+        let numbers = [
+            ("sensor_radius_m", self.sensor_radius_m, 1e4),
+            ("robot_m", self.robot_m, 1e3),
+            ("proximity_tolerance_m", self.proximity_tolerance_m, 1e4),
+            ("width_tolerance", self.width_tolerance, 180.0),
+            ("heading_point_m", self.heading_point_m, 1e3),
+            ("turn_threshold", self.turn_threshold, 1e3),
+            ("turn_unit_m", self.turn_unit_m, 1e3),
+            ("least_turn_rad", self.least_turn_rad, std::f64::consts::TAU),
+        ];
+        match numbers.into_iter().find(|(_, found, most)| !(*found > 0.0 && found <= most)) {
+            Some((what, found, _)) => Err(Error::Number {
+                what: what.into(),
+                expected: "a number above 0 and within its bound",
+                found,
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The route of a sketch.
+///
+/// # Errors
+/// [`Error::Number`], and [`Error::NothingInView`] where the robot has to turn and no object is in view.
+pub fn extract(sketch: &Sketch, parameters: &Parameters) -> Result<Route, Error> {
+    parameters.check()?;
+    let track = track::Track::of(sketch, parameters)?;
+    let route = states::route(&track, parameters, sketch)?;
+    route.check()?;
+    Ok(route)
+}
+
+#[cfg(test)]
+mod tests;

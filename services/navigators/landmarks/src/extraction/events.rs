@@ -1,0 +1,67 @@
+//! Landmark events around a step of the route, with their significance (Chronis 2007, 4.3.5).
+//!
+//! An event is that an object comes in view, changes its direction, or disappears; at the step itself everything in view
+//! counts.
+
+use super::Parameters;
+use super::fuzzy::{Status, significance};
+use super::track::{Sight, Step, Track};
+
+/// An event.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// What is seen.
+    pub sight: Sight,
+    /// Its significance, from 0 to 1.
+    pub significance: f64,
+    /// Whether the object comes in view.
+    pub is_new: bool,
+}
+
+/// The events around a step, the most significant first. Of one object in one place the most significant one is kept.
+pub fn around(track: &Track, step: usize, parameters: &Parameters) -> Vec<Event> {
+    let from = step.saturating_sub(parameters.event_steps);
+    let to = (step + parameters.event_steps).min(track.steps.len() - 1);
+    let mut events: Vec<Event> = Vec::new();
+    for at in from..=to {
+        for sight in &track.steps[at].sights {
+            let status = status(track, at, sight.landmark);
+            let before = at.checked_sub(1).and_then(|at| seen(&track.steps[at], sight.landmark));
+            let has_moved = before.is_some_and(|before| before.place != sight.place);
+            if at == step || status != Status::Unchanged || has_moved {
+                let significance = significance(at.abs_diff(step), sight.place, status);
+                add(&mut events, Event { sight: *sight, significance, is_new: status == Status::New });
+            }
+        }
+    }
+    events.sort_by(|a, b| b.significance.total_cmp(&a.significance));
+    events
+}
+
+fn add(events: &mut Vec<Event>, event: Event) {
+    let is_same = |other: &&mut Event| {
+        other.sight.landmark == event.sight.landmark && other.sight.place == event.sight.place
+    };
+    match events.iter_mut().find(is_same) {
+        Some(other) if other.significance >= event.significance => {}
+        Some(other) => *other = event,
+        None => events.push(event),
+    }
+}
+
+/// How a landmark is seen at a step.
+pub fn seen(step: &Step, landmark: usize) -> Option<Sight> {
+    step.sights.iter().find(|sight| sight.landmark == landmark).copied()
+}
+
+/// What has been in view from the first step on is not new, nor does anything disappear at the last one.
+fn status(track: &Track, step: usize, landmark: usize) -> Status {
+    let is_seen = |step: usize| seen(&track.steps[step], landmark).is_some();
+    if step > 0 && !is_seen(step - 1) {
+        Status::New
+    } else if step + 1 < track.steps.len() && !is_seen(step + 1) {
+        Status::Disappeared
+    } else {
+        Status::Unchanged
+    }
+}

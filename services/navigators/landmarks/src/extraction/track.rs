@@ -1,0 +1,241 @@
+//! What the robot would see and do at each step along the drawn route (Chronis 2007, 4.3 to 4.3.4).
+//!
+//! The turning rate is "normalized" in the text, with a threshold of 0.7, and no unit is given. We read it as degrees per
+//! pixel of the PDA (5 inches): the robot's own turn, 10° a second at 25 inches a second, is 2 of these, and turns in the
+//! examples of figure 4.29 (8 to 10 steps for a right angle) are about as much.
+
+use sketchnav_qualitative::Point;
+use sketchnav_qualitative::hof::{Force, Grade, Pair, Polygon, Surround, View, Workspace};
+
+use super::Parameters;
+use crate::error::Error;
+use crate::plane::{self, At};
+use crate::route::{Command, DIRECTIONS, Place};
+use crate::sketch::Sketch;
+
+/// Directions of a histogram (Chronis 2007, 3.2.1), and the unit of widths.
+pub const HISTOGRAM: usize = 180;
+
+/// How an object is seen at a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// The landmark, by its place in the sketch.
+    pub landmark: usize,
+    /// Where it is.
+    pub place: Place,
+    /// How far its nearest point is from the robot's box, in metres.
+    pub proximity_m: f64,
+    /// The width of the histogram of constant forces, from 0 to 180.
+    pub width: f64,
+}
+
+/// A step along the route.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Where it is, in metres.
+    pub at: At,
+    /// Where the robot looks, counter-clockwise from x.
+    pub heading_rad: f64,
+    /// By how much it turns, in units of [`Parameters::turn_threshold`]; left is positive.
+    pub turning_rate: f64,
+    /// What it does.
+    pub command: Command,
+    /// What it sees, in the order of drawing.
+    pub sights: Vec<Sight>,
+}
+
+/// All steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track {
+    /// The steps, from the start on.
+    pub steps: Vec<Step>,
+    /// The landmarks in the order in which they come in view (4.3: sequential numbers).
+    pub encountered: Vec<usize>,
+}
+
+impl Track {
+    /// Walks along the route of a sketch.
+    ///
+    /// # Errors
+    /// [`Error::Number`] where an outline has no area.
+    pub fn of(sketch: &Sketch, parameters: &Parameters) -> Result<Self, Error> {
+        let headings = headings(&sketch.route, parameters.heading_point_m);
+        let rates = turning_rates(&sketch.route, &headings, parameters);
+        let commands = commands(&rates, &headings, parameters);
+        let mut eye = Eye::new(sketch, parameters)?;
+        let mut steps = Vec::with_capacity(sketch.route.len());
+        for (i, at) in sketch.route.iter().enumerate() {
+            let sights = eye.look(*at, headings[i])?;
+            let (turning_rate, command) = (rates[i], commands[i]);
+            steps.push(Step { at: *at, heading_rad: headings[i], turning_rate, command, sights });
+        }
+        let mut encountered = Vec::new();
+        for sight in steps.iter().flat_map(|step| &step.sights) {
+            if !encountered.contains(&sight.landmark) {
+                encountered.push(sight.landmark);
+            }
+        }
+        Ok(Self { steps, encountered })
+    }
+
+    /// How far a step is from the start, in metres along the route.
+    pub fn along_m(&self, step: usize) -> f64 {
+        self.steps[..=step].windows(2).map(|pair| plane::distance(pair[0].at, pair[1].at)).sum()
+    }
+
+    /// By how much the robot turns between two steps, in radians, without a sign.
+    pub fn turned_rad(&self, from: usize, to: usize) -> f64 {
+        let turns = self.steps[from..=to].windows(2);
+        turns.map(|pair| plane::wrap(pair[1].heading_rad - pair[0].heading_rad)).sum::<f64>().abs()
+    }
+
+    /// The steps at which the command changes, the first one left out.
+    pub fn changes(&self) -> Vec<usize> {
+        (1..self.steps.len()).filter(|i| self.steps[*i].command != self.steps[i - 1].command).collect()
+    }
+}
+
+/// The heading at each point: the mean over five adjacent points at this distance, the middle one being the point (4.3).
+/// The points are equally far, so this is the direction from two of them before to two after.
+pub fn headings(route: &[At], point_m: f64) -> Vec<f64> {
+    let last = (route.len() - 1) as f64;
+    let step = plane::length(route) / last;
+    let at = |place: f64| {
+        let place = place.clamp(0.0, last);
+        let i = (place as usize).min(route.len() - 2);
+        plane::between(route[i], route[i + 1], place - i as f64)
+    };
+    let reach = 2.0 * point_m / step;
+    (0..route.len()).map(|i| plane::direction(at(i as f64 - reach), at(i as f64 + reach))).collect()
+}
+
+/// The change of the heading from the point before, by the distance from there (4.3.4).
+fn turning_rates(route: &[At], headings: &[f64], parameters: &Parameters) -> Vec<f64> {
+    let rate = |i: usize| {
+        let turn = plane::wrap(headings[i] - headings[i - 1]).to_degrees();
+        turn / plane::distance(route[i - 1], route[i]) * parameters.turn_unit_m
+    };
+    (0..route.len()).map(|i| rate(i.max(1))).collect()
+}
+
+/// The commands (figure 4.11; it has left and right the other way round than 4.3.4, which says that left is positive),
+/// without spurious changes.
+fn commands(rates: &[f64], headings: &[f64], parameters: &Parameters) -> Vec<Command> {
+    let command = |rate: f64| match rate {
+        rate if rate > parameters.turn_threshold => Command::Left,
+        rate if rate < -parameters.turn_threshold => Command::Right,
+        _ => Command::Forward,
+    };
+    let mut commands: Vec<_> = rates.iter().map(|rate| command(*rate)).collect();
+    // A short straight piece in a turn belongs to the turn.
+    for [begin, end] in runs(&commands) {
+        let is_within = begin > 0 && end < commands.len() && commands[begin - 1] == commands[end];
+        if commands[begin] == Command::Forward && end - begin < parameters.least_steps && is_within {
+            let turn = commands[end];
+            commands[begin..end].fill(turn);
+        }
+    }
+    // A turn that is short or small is none.
+    for [begin, end] in runs(&commands) {
+        let turned: f64 = (begin.max(1)..end).map(|i| plane::wrap(headings[i] - headings[i - 1])).sum();
+        let is_spurious = end - begin < parameters.least_steps || turned.abs() < parameters.least_turn_rad;
+        if commands[begin].is_turn() && is_spurious {
+            commands[begin..end].fill(Command::Forward);
+        }
+    }
+    commands
+}
+
+/// From where to where equal commands go.
+fn runs(commands: &[Command]) -> Vec<[usize; 2]> {
+    let mut begin = 0;
+    let ends = commands.chunk_by(|a, b| a == b).map(|run| {
+        begin += run.len();
+        [begin - run.len(), begin]
+    });
+    ends.collect()
+}
+
+/// What is needed to look around in a sketch.
+struct Eye {
+    outlines: Vec<Vec<At>>,
+    polygons: Vec<Polygon>,
+    robot_m: f64,
+    radius_m: f64,
+    pair: Pair,
+    workspace: Workspace,
+    forces: [Vec<Force>; 2],
+}
+
+impl Eye {
+    fn new(sketch: &Sketch, parameters: &Parameters) -> Result<Self, Error> {
+        let polygon = |outline: &Vec<At>| polygon(outline);
+        let outlines: Vec<_> = sketch.landmarks.iter().map(|landmark| landmark.outline.clone()).collect();
+        Ok(Self {
+            polygons: outlines.iter().map(polygon).collect::<Result<_, _>>()?,
+            outlines,
+            robot_m: parameters.robot_m,
+            radius_m: parameters.sensor_radius_m,
+            pair: Pair::default(),
+            workspace: Workspace::default(),
+            forces: [vec![Force::ZERO; HISTOGRAM], vec![Force::ZERO; HISTOGRAM]],
+        })
+    }
+
+    /// What is in view: objects of which a point is within the radius; then the whole object counts (4.3).
+    fn look(&mut self, at: At, heading_rad: f64) -> Result<Vec<Sight>, Error> {
+        let half = self.robot_m / 2.0;
+        let [x, y] = at;
+        let robot = polygon(&[
+            [x - half, y - half],
+            [x + half, y - half],
+            [x + half, y + half],
+            [x - half, y + half],
+        ])?;
+        let mut sights = Vec::new();
+        for landmark in 0..self.polygons.len() {
+            if plane::distance_to_outline(at, &self.outlines[landmark]) > self.radius_m {
+                continue;
+            }
+            let object = &self.polygons[landmark];
+            self.pair.prepare(object, &robot);
+            for (exponent, forces) in [0.0, 2.0].into_iter().zip(&mut self.forces) {
+                // Both exponents are in their range.
+                let _ = self.pair.histogram_into(exponent, forces, &mut self.workspace);
+            }
+            let [constant, gravitational] = &self.forces;
+            if let Some((place, width)) = place(constant, gravitational, heading_rad) {
+                sights.push(Sight { landmark, place, proximity_m: object.distance(&robot), width });
+            }
+        }
+        Ok(sights)
+    }
+}
+
+fn polygon(outline: &[At]) -> Result<Polygon, Error> {
+    let points = outline.iter().map(|at| Point::try_from(*at)).collect::<Result<Vec<_>, _>>();
+    points.and_then(Polygon::new).map_err(|_| Error::Number {
+        what: "outline of an object".into(),
+        expected: "an area above 0",
+        found: plane::area(outline),
+    })
+}
+
+/// Where an object is by its histograms of constant and gravitational forces, and how wide, from 0 to 180: the direction
+/// with the highest degree of truth, or, where none is satisfactory, a surround relation (4.3.1, 4.5.2). `None` without
+/// forces.
+pub fn place(constant: &[Force], gravitational: &[Force], heading_rad: f64) -> Option<(Place, f64)> {
+    let [constant, gravitational] = [constant, gravitational].map(|forces| View::new(forces, heading_rad));
+    let directions = usize::from(DIRECTIONS);
+    let found = constant.assess_with(&gravitational, directions)?;
+    let width_rad = constant.width_rad();
+    let width = width_rad / std::f64::consts::TAU * HISTOGRAM as f64;
+    let direction = Place::Direction(found.direction as u8);
+    if found.grade() > Grade::Unsatisfactory {
+        return Some((direction, width));
+    }
+    // A direction without a force is a way out: the robot's box can move there and meets nothing.
+    let can_escape = constant.opening().is_some();
+    let surround = Surround::by_width(width_rad, found.direction, directions, can_escape);
+    Some((surround.map_or(direction, Place::Surrounds), width))
+}

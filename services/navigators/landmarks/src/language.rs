@@ -1,0 +1,33 @@
+//! Routes in words: written by hand or by [`print()`], read by [`read()`].
+//!
+//! ```text
+//! # Comments and blank lines are skipped. Sentences may go over several lines, and may be numbered.
+//! At the start, move forward.
+//! When an object is left and another is ahead, at most 2 m away, then turn right.
+//! After 4.2 m, when the desk is ahead slightly left, 1 to 2.5 m away, with width 20 to 70, or ahead,
+//!   and the trash is roughly behind-left, then move forward.
+//! At the end, when the cabinet is right, then stop.
+//! ```
+//!
+//! - Directions: `ahead`, `ahead-left`, `left`, `behind-left`, `behind`, `behind-right`, `right`, `ahead-right`; between
+//!   them `ahead slightly left`, `left slightly ahead` and so on; or `in direction 13` (0 is ahead, 4 left).
+//!   `roughly left` is also either neighbour. `front` and `rear` are known, too.
+//! - Surround relations: `around the robot`, `around the robot from left`, `around the robot but for right`.
+//! - Distances: `at most 2 m away`, `at least 2 m away`, `1 to 2 m away`, `about 2 m away` (± 22 inches); `m`, `cm`, `in`, `ft`.
+//!   `at proximity 135` is as in Chronis 2007, figure 4.10: inches, ± 22.
+//! - Widths: `with width 20 to 70`; `with width 47` is ± 30, of 180 for all around.
+//! - Commands: `move forward` (or `go straight`), `turn left`, `turn right`, `stop`.
+//! - Where the first sentence is not of the start, the robot moves forward until the first state. Where the last one does not
+//!   stop, the robot goes on to the next object and stops there.
+//!
+//! Words are compared without case. Names are words up to `is`, or anything in quotes.
+
+pub mod print;
+pub mod read;
+mod words;
+
+pub use print::{print, table};
+pub use read::read;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,182 @@
+//! The words of a text with their places, and the nearest known word.
+
+use crate::error::{Error, WordPlace};
+
+/// A word, a quoted name, or one of `,` `.` `:`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Token {
+    pub text: String,
+    pub is_quoted: bool,
+    line: usize,
+    word: usize,
+}
+
+/// The words of a text, and how far it was read.
+#[derive(Debug)]
+pub(super) struct Words {
+    tokens: Vec<Token>,
+    next: usize,
+}
+
+impl Words {
+    /// Splits a text. `#` at the begin of a line, or after white space and not before a digit, begins a comment.
+    pub fn of(text: &str) -> Result<Self, Error> {
+        let mut tokens = Vec::new();
+        for (i, line) in text.lines().enumerate() {
+            split(line, i + 1, &mut tokens)?;
+        }
+        Ok(Self { tokens, next: 0 })
+    }
+
+    pub fn is_at_end(&self) -> bool {
+        self.next == self.tokens.len()
+    }
+
+    /// The next word; "" at the end.
+    pub fn peek(&self) -> &str {
+        self.peek_at(0)
+    }
+
+    /// The word so many after the next one. A quoted one is none of the language's.
+    pub fn peek_at(&self, ahead: usize) -> &str {
+        match self.tokens.get(self.next + ahead) {
+            Some(token) if !token.is_quoted => &token.text,
+            Some(_) => "\"",
+            None => "",
+        }
+    }
+
+    pub fn next(&mut self) -> Option<Token> {
+        let token = self.tokens.get(self.next).cloned();
+        self.next += usize::from(token.is_some());
+        token
+    }
+
+    /// Gives the last word back.
+    pub fn back(&mut self) {
+        self.next = self.next.saturating_sub(1);
+    }
+
+    /// Takes the next word if it is this one.
+    pub fn take(&mut self, word: &str) -> bool {
+        let is_it = self.peek() == word;
+        self.next += usize::from(is_it);
+        is_it
+    }
+
+    /// Takes these words if they come next, all of them or none.
+    pub fn take_all(&mut self, words: &[&str]) -> bool {
+        let are_they = words.iter().enumerate().all(|(i, word)| self.peek_at(i) == *word);
+        self.next += if are_they { words.len() } else { 0 };
+        are_they
+    }
+
+    /// Takes the next word, which has to be one of these; its place among them.
+    pub fn expect(&mut self, words: &[&str]) -> Result<usize, Error> {
+        match words.iter().position(|word| self.peek() == *word) {
+            Some(i) => {
+                self.next += 1;
+                Ok(i)
+            }
+            None => Err(self.error(&one_of(words), words)),
+        }
+    }
+
+    /// Takes a number.
+    pub fn number(&mut self, most: f64) -> Result<f64, Error> {
+        let found = self.peek().parse::<f64>().ok().filter(|number| (0.0..=most).contains(number));
+        let number = found.ok_or_else(|| self.error(&format!("a number from 0 to {most}"), &[]))?;
+        self.next += 1;
+        Ok(number)
+    }
+
+    /// An error at the next word.
+    pub fn error(&self, expected: &str, known: &[&str]) -> Error {
+        let (line, place, found) = match (self.tokens.get(self.next), self.tokens.last()) {
+            (Some(token), _) => (token.line, WordPlace::Word(token.word), token.text.clone()),
+            (None, last) => (last.map_or(1, |token| token.line), WordPlace::End, String::new()),
+        };
+        let nearest = nearest(&found, known);
+        Error::Word { line, place, expected: expected.into(), found, nearest }
+    }
+}
+
+fn one_of(words: &[&str]) -> String {
+    let quoted: Vec<_> = words.iter().map(|word| format!("{word:?}")).collect();
+    quoted.join(" or ")
+}
+
+fn split(line: &str, number: usize, tokens: &mut Vec<Token>) -> Result<(), Error> {
+    let mut rest = line.trim_start();
+    let mut word = 0;
+    while !rest.is_empty() {
+        let is_comment = rest.starts_with('#') && !rest[1..].starts_with(|c: char| c.is_ascii_digit());
+        if is_comment {
+            break;
+        }
+        word += 1;
+        let mut push =
+            |text: &str, is_quoted| tokens.push(Token { text: text.into(), is_quoted, line: number, word });
+        if let Some(quoted) = rest.strip_prefix('"') {
+            let Some((name, after)) = quoted.split_once('"') else {
+                let place = WordPlace::Word(word);
+                let (expected, found) = ("a closing quote".into(), rest.into());
+                return Err(Error::Word { line: number, place, expected, found, nearest: None });
+            };
+            push(name, true);
+            rest = after;
+            // A mark after a quote belongs to the same word.
+            let marks = rest.len() - rest.trim_start_matches([',', '.', ':', ';']).len();
+            rest[..marks].chars().for_each(|mark| push(mark.encode_utf8(&mut [0; 4]), false));
+            rest = rest[marks..].trim_start();
+            continue;
+        }
+        let end = rest.find(|c: char| c.is_whitespace() || c == '"').unwrap_or(rest.len());
+        let bare = rest[..end].trim_end_matches([',', '.', ':', ';']);
+        if !bare.is_empty() {
+            push(&bare.to_lowercase(), false);
+        }
+        rest[bare.len()..end].chars().for_each(|mark| push(mark.encode_utf8(&mut [0; 4]), false));
+        rest = rest[end..].trim_start();
+    }
+    Ok(())
+}
+
+/// The known word that is nearest by edits, at most every second letter of it.
+fn nearest(found: &str, known: &[&str]) -> Option<String> {
+    let close = known.iter().map(|word| (edits(found, word), word));
+    let close = close.filter(|(edits, word)| 2 * edits <= word.chars().count().max(2) && !found.is_empty());
+    close.min_by_key(|(edits, _)| *edits).map(|(_, word)| (*word).to_owned())
+}
+
+/// How many letters have to be changed, added, removed or swapped with their neighbour (optimal string alignment).
+fn edits(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<_>, Vec<_>) = (a.chars().collect(), b.chars().collect());
+    let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
+    for i in 0..=a.len() {
+        for j in 0..=b.len() {
+            rows[i][j] = if i == 0 || j == 0 {
+                i + j
+            } else {
+                let change = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+                let is_swap = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+                let swap = if is_swap { rows[i - 2][j - 2] + 1 } else { usize::MAX };
+                change.min(swap).min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1)
+            };
+        }
+    }
+    rows[a.len()][b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_word_is_found() {
+        assert_eq!(nearest("rihgt", &["left", "right"]).as_deref(), Some("right"));
+        assert_eq!(nearest("ahaed", &["ahead", "behind"]).as_deref(), Some("ahead"));
+        assert_eq!(nearest("sideways", &["left", "right"]), None);
+        assert_eq!(nearest("", &["left"]), None);
+    }
+}

@@ -1,0 +1,203 @@
+//! Sketches: what a person's strokes mean (Chronis 2007, 3.3; Bailey 2003).
+//!
+//! A stroke is an object, the route, a deletion or a stray mark. Its form tells which: see [`strokes`]. The result is
+//! in metres, with the route resampled to equal steps, so that it does not matter how fast the person drew.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Pixel};
+use crate::plane::{self, At};
+
+pub mod strokes;
+
+/// A stroke: a line drawn without lifting the pen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stroke {
+    /// Where the pen went, in pixels of the canvas: x to the right, y up.
+    pub points: Vec<Pixel>,
+}
+
+/// A word that names an object.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Label {
+    /// The word.
+    pub text: String,
+    /// Where it is, in pixels of the canvas.
+    pub at: Pixel,
+}
+
+/// What a person has drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drawing {
+    /// The size of the canvas, in pixels.
+    pub canvas: Pixel,
+    /// The strokes, in the order in which they were drawn.
+    pub strokes: Vec<Stroke>,
+    /// The labels.
+    #[serde(default)]
+    pub labels: Vec<Label>,
+}
+
+/// How drawings are read.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Reading {
+    /// How many metres the longer side of the canvas stands for. The PDA's 160 pixels of 5 inches each are 20.32 m.
+    pub canvas_m: f64,
+    /// The length of a step along the route, in metres: by default the robot's diameter of 20 inches.
+    pub step_m: f64,
+}
+
+impl Default for Reading {
+    fn default() -> Self {
+        Self { canvas_m: 160.0 * 5.0 * crate::route::INCH_M, step_m: 20.0 * crate::route::INCH_M }
+    }
+}
+
+/// A landmark in a sketch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Landmark {
+    /// Its label, or "object" and its number in the order of drawing.
+    pub name: String,
+    /// Its outline, in metres.
+    pub outline: Vec<At>,
+}
+
+/// A drawing that was read: in metres, x to the right, y up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sketch {
+    /// The landmarks, in the order of drawing.
+    pub landmarks: Vec<Landmark>,
+    /// The route in equal steps, in the direction in which it was drawn.
+    pub route: Vec<At>,
+    /// How many metres a pixel stands for.
+    pub metres_per_pixel: f64,
+}
+
+impl Drawing {
+    /// What a device of fewer pixels would have delivered: each point is moved to the middle of its pixel.
+    /// Chronis 2007 has 160 × 160.
+    pub fn raster(&self, pixels: u32) -> Self {
+        let cell = self.canvas[0].max(self.canvas[1]) / f64::from(pixels);
+        let moved = |at: Pixel| at.map(|x| ((x / cell).floor() + 0.5) * cell);
+        let stroke = |stroke: &Stroke| {
+            let mut points: Vec<_> = stroke.points.iter().map(|at| moved(*at)).collect();
+            points.dedup();
+            Stroke { points }
+        };
+        Self { strokes: self.strokes.iter().map(stroke).collect(), ..self.clone() }
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let number = |what: String, expected, found: f64, is_valid: bool| {
+            if is_valid { Ok(()) } else { Err(Error::Number { what, expected, found }) }
+        };
+        for (side, found) in ["width", "height"].into_iter().zip(self.canvas) {
+            number(format!("canvas {side}"), "1 to 100000", found, (1.0..=1e5).contains(&found))?;
+        }
+        let strokes = self.strokes.iter().enumerate();
+        let points = strokes.flat_map(|(i, stroke)| {
+            let points = stroke.points.iter().enumerate();
+            points.flat_map(move |(j, at)| at.map(|x| (format!("stroke {}, point {}", i + 1, j + 1), x)))
+        });
+        let labels =
+            self.labels.iter().flat_map(|label| label.at.map(|x| (format!("label {:?}", label.text), x)));
+        for (what, x) in points.chain(labels) {
+            number(what, "a number within ±1000000", x, x.abs() <= 1e6)?;
+        }
+        Ok(())
+    }
+}
+
+impl Sketch {
+    /// Reads a drawing.
+    ///
+    /// # Errors
+    /// [`Error::Number`], [`Error::NoRoute`], [`Error::SeveralRoutes`], [`Error::NoObjects`],
+    /// [`Error::OutlineCrossesItself`], [`Error::ObjectsCross`] and [`Error::RouteThroughObject`].
+    pub fn read(drawing: &Drawing, reading: &Reading) -> Result<Self, Error> {
+        drawing.check()?;
+        for (what, found) in [("canvas_m", reading.canvas_m), ("step_m", reading.step_m)] {
+            if !(found > 0.0 && found <= 1e4) {
+                return Err(Error::Number { what: what.into(), expected: "above 0, at most 10000", found });
+            }
+        }
+        let metres_per_pixel = reading.canvas_m / drawing.canvas[0].max(drawing.canvas[1]);
+        let found = strokes::classify(drawing)?;
+        let names = names(&found.outlines, &drawing.labels, drawing.canvas[0].max(drawing.canvas[1]));
+        check_outlines(&found.outlines, &names)?;
+        check_route(&found.route, &found.outlines, &names)?;
+        let metres =
+            |line: &[Pixel]| line.iter().map(|at| at.map(|x| x * metres_per_pixel)).collect::<Vec<_>>();
+        let landmarks = names.into_iter().zip(&found.outlines);
+        let landmarks = landmarks.map(|(name, outline)| Landmark { name, outline: metres(outline) });
+        Ok(Self {
+            landmarks: landmarks.collect(),
+            route: plane::resample(&metres(&found.route), reading.step_m),
+            metres_per_pixel,
+        })
+    }
+
+    /// A place in metres as a place in the drawing.
+    pub fn pixel(&self, at: At) -> Pixel {
+        at.map(|x| x / self.metres_per_pixel)
+    }
+}
+
+/// Each label goes to the outline around it, or else to the nearest one within a tenth of the canvas.
+fn names(outlines: &[Vec<Pixel>], labels: &[Label], canvas: f64) -> Vec<String> {
+    let mut names: Vec<_> = (1..=outlines.len()).map(|i| format!("object {i}")).collect();
+    for label in labels {
+        let distances = outlines.iter().map(|outline| plane::distance_to_outline(label.at, outline));
+        let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((i, distance)) = nearest
+            && distance <= 0.1 * canvas
+            && !label.text.trim().is_empty()
+        {
+            names[i] = label.text.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase();
+        }
+    }
+    unique(names)
+}
+
+/// Equal names get numbers.
+fn unique(names: Vec<String>) -> Vec<String> {
+    let number = |i: usize| names[..i].iter().filter(|name| **name == names[i]).count() + 1;
+    let is_shared = |i: usize| names.iter().filter(|name| **name == names[i]).count() > 1;
+    (0..names.len())
+        .map(|i| if is_shared(i) { format!("{} {}", names[i], number(i)) } else { names[i].clone() })
+        .collect()
+}
+
+fn check_outlines(outlines: &[Vec<Pixel>], names: &[String]) -> Result<(), Error> {
+    for (i, outline) in outlines.iter().enumerate() {
+        if let Some((_, _, at)) = plane::self_crossing(outline) {
+            return Err(Error::OutlineCrossesItself { object: names[i].clone(), at });
+        }
+        for (j, other) in outlines[..i].iter().enumerate() {
+            if let Some(at) = plane::outlines_meet(other, outline) {
+                return Err(Error::ObjectsCross { first: names[j].clone(), second: names[i].clone(), at });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The route may begin or end inside a landmark (from the chair to the desk): there it is cut off by
+/// [`strokes::classify`]. In between it may enter none.
+fn check_route(route: &[Pixel], outlines: &[Vec<Pixel>], names: &[String]) -> Result<(), Error> {
+    for (from, to) in route.iter().zip(&route[1..]) {
+        for (outline, name) in outlines.iter().zip(names) {
+            if let Some(at) = plane::enters(*from, *to, outline) {
+                return Err(Error::RouteThroughObject { object: name.clone(), at });
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

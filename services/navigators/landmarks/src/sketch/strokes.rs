@@ -1,0 +1,236 @@
+//! What each stroke means, by its form. Chronis 2007, 3.3, names the four classes; how the PDA's interface told them
+//! apart (Bailey 2003) is not in the text, so the rules and numbers are ours:
+//!
+//! - A stroke smaller than 1.5 % of the canvas is stray.
+//! - One that goes to and fro is a deletion of the strokes before it that it crosses out. One that crosses out nothing
+//!   is stray.
+//! - One whose ends meet around an area is an object. Small loops, as where the ends overshoot, are cut off. Open strokes that
+//!   meet end to end are one stroke: an object may be drawn side by side.
+//! - The longest of the others is the route. Those below a quarter of its length are stray.
+
+use crate::error::{Error, Pixel};
+use crate::plane;
+
+use super::Drawing;
+
+/// Marks below this part of the canvas are stray.
+const SMALLEST: f64 = 0.015;
+/// Strokes that meet within this part of the canvas are joined.
+const JOINT: f64 = 0.03;
+/// The ends of an outline meet within this part of its length.
+const CLOSING: f64 = 0.2;
+/// An outline is around an area of at least this part of its length's square (a bar of 1 to 20).
+const COMPACT: f64 = 0.011;
+/// A deletion reverses its direction at least so often.
+const REVERSALS: usize = 4;
+/// A deletion is so many times as long as its extent.
+const DENSE: f64 = 2.5;
+/// A deletion crosses a stroke so often to delete it.
+const CROSSED: usize = 3;
+/// Loops of an outline below this part of its length are of the pen.
+const LOOP: f64 = 0.3;
+/// Outlines below this part of the canvas may be blobs.
+const BLOB: f64 = 0.08;
+/// Outlines have a corner each so many parts of the canvas: two of the PDA's pixels.
+const DENSITY: f64 = 1.0 / 80.0;
+/// Lines below this part of the route's length are stray.
+const SHORT: f64 = 0.25;
+
+/// What the strokes of a drawing are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Classified {
+    /// The outlines of objects, without overshooting ends and resampled.
+    pub outlines: Vec<Vec<Pixel>>,
+    /// The route, without what is inside the objects where it begins and ends.
+    pub route: Vec<Pixel>,
+    /// How many strokes were stray.
+    pub stray: usize,
+    /// How many strokes were deleted.
+    pub deleted: usize,
+}
+
+/// A line of one or more strokes; the number of the first of them, from 0.
+#[derive(Debug, Clone)]
+struct Line {
+    number: usize,
+    points: Vec<Pixel>,
+}
+
+/// Tells strokes apart.
+///
+/// # Errors
+/// [`Error::NoRoute`], [`Error::SeveralRoutes`] and [`Error::NoObjects`].
+pub fn classify(drawing: &Drawing) -> Result<Classified, Error> {
+    let canvas = drawing.canvas[0].max(drawing.canvas[1]);
+    let (lines, mut stray, deleted) = without_deletions(drawing, canvas);
+    let (closed, open): (Vec<_>, Vec<_>) = lines.into_iter().partition(|line| is_outline(&line.points));
+    let (joined, mut open) = join(open, JOINT * canvas);
+    let mut closed: Vec<_> = closed.into_iter().chain(joined).collect();
+    closed.sort_by_key(|line| line.number);
+    let outlines: Vec<_> = closed.iter().map(|line| outline(&line.points, canvas)).collect();
+    open.sort_by(|a, b| plane::length(&b.points).total_cmp(&plane::length(&a.points)));
+    let mut open = open.into_iter();
+    let Some(route) = open.next() else { return Err(Error::NoRoute { objects: outlines.len(), stray }) };
+    for other in open {
+        if plane::length(&other.points) > SHORT * plane::length(&route.points) {
+            let (first, second) = (route.number + 1, other.number + 1);
+            return Err(Error::SeveralRoutes { first, second, at: other.points[0] });
+        }
+        stray += 1;
+    }
+    if outlines.is_empty() {
+        return Err(Error::NoObjects);
+    }
+    let route = between_objects(&route.points, &outlines);
+    if route.len() < 2 {
+        return Err(Error::NoRoute { objects: outlines.len(), stray });
+    }
+    Ok(Classified { outlines, route, stray, deleted })
+}
+
+/// The lines that are neither stray nor deletions nor deleted; how many were stray and deleted.
+fn without_deletions(drawing: &Drawing, canvas: f64) -> (Vec<Line>, usize, usize) {
+    let mut lines: Vec<Line> = Vec::new();
+    let (mut stray, mut deleted) = (0, 0);
+    for (number, stroke) in drawing.strokes.iter().enumerate() {
+        let mut points = stroke.points.clone();
+        points.dedup();
+        let [width, height] = plane::extent(&points);
+        if points.len() < 2 || width.hypot(height) < SMALLEST * canvas {
+            stray += 1;
+        } else if is_scribble(&points) {
+            let before = lines.len();
+            lines.retain(|line| !crosses_out(&points, &line.points));
+            deleted += before - lines.len();
+            stray += usize::from(before == lines.len());
+        } else {
+            lines.push(Line { number, points });
+        }
+    }
+    (lines, stray, deleted)
+}
+
+/// Whether a stroke goes to and fro: its direction reverses often within its extent.
+fn is_scribble(points: &[Pixel]) -> bool {
+    let [width, height] = plane::extent(points);
+    let size = width.hypot(height);
+    if plane::length(points) < DENSE * size {
+        return false;
+    }
+    // Steps that are short enough for the strokes of a scribble and long enough for a trembling hand.
+    let steps = plane::resample(points, size / 16.0);
+    let turns = steps.windows(5).map(|at| {
+        let [before, after] = [plane::direction(at[0], at[2]), plane::direction(at[2], at[4])];
+        plane::wrap(after - before).abs() > 2.0
+    });
+    // Neighbouring steps see the same reversal.
+    let mut reversals = 0;
+    let mut was_turn = false;
+    for is_turn in turns {
+        reversals += usize::from(is_turn && !was_turn);
+        was_turn = is_turn;
+    }
+    reversals >= REVERSALS
+}
+
+fn crosses_out(scribble: &[Pixel], line: &[Pixel]) -> bool {
+    let crossings = scribble.windows(2).flat_map(|one| {
+        line.windows(2).filter(|other| plane::crossing([one[0], one[1]], [other[0], other[1]]).is_some())
+    });
+    crossings.take(CROSSED).count() == CROSSED
+}
+
+fn is_outline(points: &[Pixel]) -> bool {
+    let length = plane::length(points);
+    let gap = plane::distance(points[0], points[points.len() - 1]);
+    points.len() > 2 && gap <= CLOSING * length && plane::area(points) >= COMPACT * length * length
+}
+
+/// Joins lines that meet end to end; which of them become outlines, and which stay open.
+fn join(mut lines: Vec<Line>, within: f64) -> (Vec<Line>, Vec<Line>) {
+    let mut outlines = Vec::new();
+    while let Some((i, j)) = nearest_ends(&lines, within) {
+        let second = lines.remove(j);
+        let first = lines.remove(i);
+        let line = joined(first, second);
+        if is_outline(&line.points) { outlines.push(line) } else { lines.push(line) }
+    }
+    (outlines, lines)
+}
+
+fn nearest_ends(lines: &[Line], within: f64) -> Option<(usize, usize)> {
+    let ends = |line: &Line| [line.points[0], line.points[line.points.len() - 1]];
+    let gap = |i: usize, j: usize| {
+        let pairs = ends(&lines[i]).into_iter().flat_map(|a| ends(&lines[j]).map(|b| plane::distance(a, b)));
+        pairs.fold(f64::INFINITY, f64::min)
+    };
+    let pairs = (0..lines.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+    let gaps = pairs.map(|(i, j)| (gap(i, j), (i, j))).filter(|(gap, _)| *gap <= within);
+    gaps.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pair)| pair)
+}
+
+/// One line of two that meet; the direction of the one that was drawn first holds.
+fn joined(first: Line, second: Line) -> Line {
+    let (first, second) = if first.number <= second.number { (first, second) } else { (second, first) };
+    let number = first.number;
+    let ends = |line: &Line| [line.points[0], line.points[line.points.len() - 1]];
+    let ([a_start, a_end], [b_start, b_end]) = (ends(&first), ends(&second));
+    let gaps = [
+        plane::distance(a_end, b_start),
+        plane::distance(a_end, b_end),
+        plane::distance(a_start, b_end),
+        plane::distance(a_start, b_start),
+    ];
+    let nearest = (0..4).min_by(|i, j| gaps[*i].total_cmp(&gaps[*j])).unwrap_or(0);
+    let mut other = second.points;
+    if nearest % 2 == 1 {
+        other.reverse();
+    }
+    let points = if nearest < 2 { [first.points, other].concat() } else { [other, first.points].concat() };
+    Line { number, points }
+}
+
+/// An outline without small loops: ends that overshoot the meeting point, and what a trembling hand adds.
+fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
+    let mut outline = points.to_vec();
+    // Each round takes at least a point away.
+    while let Some((i, j, at)) = plane::self_crossing(&outline) {
+        let inner = plane::length(&outline[i + 1..=j]);
+        let whole = plane::edges(&outline).map(|[from, to]| plane::distance(from, to)).sum::<f64>();
+        if inner.min(whole - inner) > LOOP * whole {
+            break;
+        }
+        if inner < whole / 2.0 {
+            outline.splice(i + 1..=j, [at]);
+        } else {
+            outline = std::iter::once(at).chain(outline[i + 1..=j].iter().copied()).collect();
+        }
+    }
+    outline
+}
+
+/// The outline of a closed line. New corners may cross where two lines are beside each other, so loops are cut off twice.
+/// What is small and still crosses itself is a blob: its hull counts.
+fn outline(points: &[Pixel], canvas: f64) -> Vec<Pixel> {
+    let outline = without_loops(&resample_outline(&without_loops(points), DENSITY * canvas));
+    let [width, height] = plane::extent(&outline);
+    let is_blob = width.hypot(height) < BLOB * canvas && plane::self_crossing(&outline).is_some();
+    if is_blob { plane::hull(&outline) } else { outline }
+}
+
+/// An outline with corners at equal distances.
+fn resample_outline(points: &[Pixel], step: f64) -> Vec<Pixel> {
+    let closed: Vec<_> = points.iter().chain(&points[..1]).copied().collect();
+    let step = step.min(plane::length(&closed) / 8.0);
+    let mut outline = plane::resample(&closed, step);
+    outline.pop();
+    outline
+}
+
+/// The part of a route between the object in which it begins and the one in which it ends.
+fn between_objects(route: &[Pixel], outlines: &[Vec<Pixel>]) -> Vec<Pixel> {
+    let is_inside = |at: &Pixel| outlines.iter().any(|outline| plane::contains(outline, *at));
+    let begin = route.iter().position(|at| !is_inside(at)).unwrap_or(route.len());
+    let end = route.iter().rposition(|at| !is_inside(at)).map_or(begin, |last| last + 1);
+    route[begin..end].to_vec()
+}

@@ -1,0 +1,124 @@
+//! The two scenes of Chronis 2007, figure 5.2. The figures are lost: scene A is rebuilt from the relations of figure
+//! 4.29 (its commands and the places of files, table, trash, crate, cabinet, boxes), scene B from its six commands. In
+//! pixels of the PDA, 5 inches each.
+
+use sketchnav_landmarks::plane::{At, resample};
+use sketchnav_landmarks::sketch::{Landmark, Sketch};
+
+use crate::world::{Object, Pose};
+
+pub const PIXEL_M: f64 = 0.127;
+
+/// A scene with its goal and the way that people had before their eyes.
+pub struct Scene {
+    pub objects: Vec<Object>,
+    pub goal: &'static str,
+    pub start: Pose,
+    /// The way as straight pieces and quarter circles.
+    pub way: Vec<At>,
+    /// Sketches of careful people, as many as in the text.
+    pub sketches: Vec<&'static str>,
+    /// As many of careless ones: sizes from 0.72 to 1.08, sides stretched by 0.86 to 1.16, objects moved by a metre.
+    pub coarse: Vec<&'static str>,
+}
+
+fn object((name, [x, y, width, height]): (&'static str, [f64; 4])) -> Object {
+    let [w, h] = [width / 2.0, height / 2.0];
+    let corners = [[x - w, y - h], [x + w, y - h], [x + w, y + h], [x - w, y + h]];
+    Object { name, outline: corners.map(|at| at.map(|x| x * PIXEL_M)).to_vec() }
+}
+
+/// A way by its pieces: how far straight on, and then a quarter circle to the left (1), to the right (−1) or none (0).
+fn way(pieces: &[(f64, f64, f64)]) -> Vec<At> {
+    let (mut at, mut heading) = ([0.0, 0.0], 0.0_f64);
+    let mut points = vec![at];
+    for (straight, side, radius) in pieces {
+        at = [at[0] + straight * heading.cos(), at[1] + straight * heading.sin()];
+        points.push(at);
+        let steps = 30;
+        for _ in 0..if *side == 0.0 { 0 } else { steps } {
+            let turn = side * std::f64::consts::FRAC_PI_2 / f64::from(steps);
+            let chord = 2.0 * radius * (turn / 2.0).sin().abs();
+            heading += turn / 2.0;
+            at = [at[0] + chord * heading.cos(), at[1] + chord * heading.sin()];
+            heading += turn / 2.0;
+            points.push(at);
+        }
+    }
+    points.iter().map(|at| at.map(|x| x * PIXEL_M)).collect()
+}
+
+fn scene(
+    objects: &[(&'static str, [f64; 4])],
+    pieces: &[(f64, f64, f64)],
+    [sketches, coarse]: [Vec<&'static str>; 2],
+) -> Scene {
+    Scene {
+        objects: objects.iter().copied().map(object).collect(),
+        goal: "desk",
+        start: Pose { at: [0.0, 0.0], heading_rad: 0.0 },
+        way: way(pieces),
+        sketches,
+        coarse,
+    }
+}
+
+macro_rules! drawings {
+    ($set:literal, $($number:literal),*) => {
+        vec![$(include_str!(concat!("../data/", $set, "_", $number, ".json"))),*]
+    };
+}
+
+/// Eight commands: forward, left, forward, right, forward, right, forward, stop.
+pub fn scene_a() -> Scene {
+    scene(
+        &[
+            ("chair", [-9.0, 0.0, 6.0, 6.0]),
+            ("files", [32.0, -12.0, 8.0, 8.0]),
+            ("table", [86.0, 22.0, 18.0, 14.0]),
+            ("crate", [30.0, 19.0, 8.0, 8.0]),
+            ("trash", [42.0, 66.0, 10.0, 12.0]),
+            ("boxes", [72.0, 98.0, 10.0, 8.0]),
+            ("cabinet", [112.0, 80.0, 12.0, 10.0]),
+            ("desk", [120.0, -2.0, 18.0, 10.0]),
+        ],
+        &[(20.0, 1.0, 28.0), (8.0, -1.0, 28.0), (16.0, -1.0, 28.0), (26.0, 0.0, 0.0)],
+        [
+            drawings!("scene_a", "01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "11"),
+            drawings!("coarse_a", "01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "11"),
+        ],
+    )
+}
+
+/// Six commands: forward, left, forward, right, forward, stop.
+pub fn scene_b() -> Scene {
+    scene(
+        &[
+            ("chair", [-9.0, 0.0, 6.0, 6.0]),
+            ("cabinet", [62.0, -4.0, 12.0, 14.0]),
+            ("table", [24.0, 26.0, 16.0, 12.0]),
+            ("boxes", [82.0, 34.0, 12.0, 12.0]),
+            ("trash", [48.0, 63.0, 10.0, 8.0]),
+            ("files", [92.0, 82.0, 12.0, 8.0]),
+            ("desk", [115.0, 62.0, 10.0, 18.0]),
+        ],
+        &[(26.0, 1.0, 28.0), (6.0, -1.0, 28.0), (22.0, 0.0, 0.0)],
+        [
+            drawings!("scene_b", "01", "02", "03", "04", "05", "06", "07", "08", "09"),
+            drawings!("coarse_b", "01", "02", "03", "04", "05", "06", "07", "08", "09"),
+        ],
+    )
+}
+
+impl Scene {
+    /// The scene itself as a sketch, with the true way: what the text has a simulated robot draw (5.2.3).
+    pub fn as_sketch(&self) -> Sketch {
+        let landmark =
+            |object: &Object| Landmark { name: object.name.into(), outline: object.outline.clone() };
+        Sketch {
+            landmarks: self.objects.iter().map(landmark).collect(),
+            route: resample(&self.way, 4.0 * PIXEL_M),
+            metres_per_pixel: PIXEL_M,
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! What a histogram of forces says: how true it is that the argument is in a direction, whether one direction describes
+//! it at all, how wide it is, and whether it surrounds the referent.
+//!
+//! Sources: Matsakis et al. 2001 (degree of truth); Chronis 2007, 3.2.2 (sixteen directions, surround relations).
+//! Nothing here allocates.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI, TAU};
+
+use serde::{Deserialize, Serialize};
+
+use super::Force;
+
+/// A histogram as seen with a heading. The histogram is turned, not the objects: its directions are those of the plane,
+/// from 0 on and evenly spaced; those that are asked for and answered are counter-clockwise from the heading.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    forces: &'a [Force],
+    heading_rad: f64,
+}
+
+/// The direction that describes best where the argument is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Assessment {
+    /// Which of the directions, from 0 at the heading on, counter-clockwise.
+    pub direction: usize,
+    /// How true it is that the argument is there, from 0 to 1.
+    pub degree: f64,
+}
+
+/// How well a direction describes where the argument is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Grade {
+    /// No single direction describes it: ask for [`Surround`].
+    Unsatisfactory,
+    /// It extends to other directions.
+    RatherSatisfactory,
+    /// It is there.
+    Satisfactory,
+}
+
+/// How the argument is around the referent (Chronis 2007, 3.2.2), by the number of a direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Surround {
+    /// On the side of the main direction.
+    From(usize),
+    /// But for an opening in this direction, which is opposite to the main one.
+    OpeningAt(usize),
+    /// On all sides.
+    Completely,
+}
+
+impl Assessment {
+    /// The grade. Neither Matsakis et al. 2001 nor Chronis 2007 says from which degree on: these are ours. A ring
+    /// of constant forces has a degree of 0.5 where it is closed over 240°.
+    pub fn grade(self) -> Grade {
+        match self.degree {
+            degree if degree >= 0.75 => Grade::Satisfactory,
+            degree if degree >= 0.5 => Grade::RatherSatisfactory,
+            _ => Grade::Unsatisfactory,
+        }
+    }
+}
+
+impl Surround {
+    /// The relation by the width of the histogram of constant forces: from π/3 to 2π/3 the referent is surrounded from
+    /// the main direction; above it is surrounded, with an opening where it can escape. `None` below π/3.
+    pub fn by_width(width_rad: f64, main: usize, directions: usize, can_escape: bool) -> Option<Self> {
+        if width_rad < FRAC_PI_3 {
+            None
+        } else if width_rad <= 2.0 * FRAC_PI_3 {
+            Some(Self::From(main))
+        } else if can_escape {
+            Some(Self::OpeningAt((main + directions / 2) % directions))
+        } else {
+            Some(Self::Completely)
+        }
+    }
+}
+
+impl<'a> View<'a> {
+    /// A histogram as seen with a heading.
+    pub const fn new(forces: &'a [Force], heading_rad: f64) -> Self {
+        Self { forces, heading_rad }
+    }
+
+    /// How true it is that the argument is in a direction: [`degree_of_truth`].
+    pub fn degree(&self, direction_rad: f64) -> Option<f64> {
+        degree_of_truth(self.forces, self.heading_rad + direction_rad)
+    }
+
+    /// The best of `directions` directions; the first of equal ones. `None` where no degree is known.
+    pub fn assess(&self, directions: usize) -> Option<Assessment> {
+        best(directions, |direction_rad| self.degree(direction_rad))
+    }
+
+    /// The best by two histograms, of constant and of gravitational forces: the degree is the lesser of their two. Where
+    /// gravitational forces are infinite, constant ones decide.
+    pub fn assess_with(&self, gravitational: &Self, directions: usize) -> Option<Assessment> {
+        best(directions, |direction_rad| {
+            let constant = self.degree(direction_rad)?;
+            Some(gravitational.degree(direction_rad).map_or(constant, |degree| degree.min(constant)))
+        })
+    }
+
+    /// The width: over how much of a turn there are forces, from 0 to 2π.
+    pub fn width_rad(&self) -> f64 {
+        let some = self.forces.iter().filter(|force| force.is_some()).count();
+        some as f64 * TAU / self.forces.len() as f64
+    }
+
+    /// The widest opening: the middle of the directions without forces, from −π to π, and their width. `None` where there
+    /// are forces all around.
+    pub fn opening(&self) -> Option<(f64, f64)> {
+        let count = self.forces.len();
+        let step = TAU / count as f64;
+        let mut widest = (0, 0);
+        let mut run = 0;
+        for i in 0..2 * count {
+            run = if self.forces[i % count].is_some() { 0 } else { (run + 1).min(count) };
+            if run > widest.1 {
+                widest = (i, run);
+            }
+        }
+        let (last, run) = widest;
+        let middle = (last as f64 - (run.saturating_sub(1)) as f64 / 2.0) * step - self.heading_rad;
+        (run > 0).then(|| (middle - TAU * (middle / TAU).round(), run as f64 * step))
+    }
+}
+
+fn best(directions: usize, degree: impl Fn(f64) -> Option<f64>) -> Option<Assessment> {
+    let mut best: Option<Assessment> = None;
+    for direction in 0..directions {
+        let degree = degree(direction as f64 / directions as f64 * TAU)?;
+        // Mirror images differ by rounding.
+        if best.is_none_or(|best| degree > best.degree + 1e-12) {
+            best = Some(Assessment { direction, degree });
+        }
+    }
+    best
+}
+
+/// How true it is that the argument is in a direction of the referent, from 0 to 1, by a histogram of directions from 0
+/// on that are evenly spaced (after Matsakis et al. 2001). `None` where a force is infinite or none is above 0.
+///
+/// - Forces more than a right angle off `direction_rad` contradict it. Their moments about the right angle on their side
+///   cancel as much of the moments of the forces within, from that right angle on inwards. What is left is effective.
+/// - A threshold tells optimal parts of the effective forces from others: their mean with weights that are 1 up to a
+///   quarter of a right angle off the direction and 0 from a half on. The part of a force up to it is optimal: it counts
+///   as if it were in the direction. The part above keeps its angle.
+/// - The degree is 1 − |mean angle| / (π/2), times the share of the effective forces in all.
+pub fn degree_of_truth(histogram: &[Force], direction_rad: f64) -> Option<f64> {
+    let bins = Bins::new(histogram, direction_rad);
+    let mut all = 0.0;
+    // Moments of what contradicts, left and right; which bins are within.
+    let mut moments = [0.0; 2];
+    let mut within = [usize::MAX, 0];
+    for k in 0..histogram.len() {
+        let (off, force) = bins.get(k)?;
+        all += force;
+        if off.abs() < FRAC_PI_2 {
+            within = [within[0].min(k), k + 1];
+        } else {
+            moments[usize::from(off < 0.0)] += (off.abs() - FRAC_PI_2) * force;
+        }
+    }
+    if all <= 0.0 {
+        return None;
+    }
+    let effective = Effective::new(&bins, within, moments);
+    let sum: f64 = effective.clone().map(|(_, force)| force).sum();
+    if sum <= 1e-12 * all {
+        return Some(0.0);
+    }
+    let weigh = |(force, weight): (f64, f64), (off, of): (f64, f64)| {
+        let trapezoid = ((0.5 - off.abs() / FRAC_PI_2) / 0.25).clamp(0.0, 1.0);
+        (force + trapezoid * of, weight + trapezoid)
+    };
+    let (force, weight) = effective.clone().fold((0.0, 0.0), weigh);
+    let threshold = if weight > 0.0 { force / weight } else { 0.0 };
+    let mean = effective.map(|(off, force)| off * (force - threshold).max(0.0)).sum::<f64>() / sum;
+    Some((1.0 - mean.abs() / FRAC_PI_2).max(0.0) * sum / all)
+}
+
+/// A histogram from the opposite of a direction on, all the way around.
+#[derive(Debug, Clone, Copy)]
+struct Bins<'a> {
+    histogram: &'a [Force],
+    direction_rad: f64,
+    begin: f64,
+    first: usize,
+}
+
+impl<'a> Bins<'a> {
+    fn new(histogram: &'a [Force], direction_rad: f64) -> Self {
+        let count = histogram.len() as f64;
+        let begin = ((direction_rad - PI) / TAU * count).ceil();
+        Self { histogram, direction_rad, begin, first: begin.rem_euclid(count) as usize }
+    }
+
+    /// How far a bin is off the direction, from −π to π, and its force.
+    fn get(&self, k: usize) -> Option<(f64, f64)> {
+        let count = self.histogram.len();
+        let off = (self.begin + k as f64) / count as f64 * TAU - self.direction_rad;
+        let place = self.first + k;
+        Some((off, self.histogram[if place < count { place } else { (place - count) % count }].finite()?))
+    }
+}
+
+/// The effective forces: those within a right angle of the direction, less what moments cancel from either side.
+#[derive(Debug, Clone)]
+struct Effective<'a> {
+    bins: &'a Bins<'a>,
+    places: std::ops::Range<usize>,
+    /// The first place with forces, and what is cancelled of it.
+    low: (usize, f64),
+    /// The last one.
+    high: (usize, f64),
+}
+
+impl<'a> Effective<'a> {
+    fn new(bins: &'a Bins<'a>, [begin, end]: [usize; 2], [left, right]: [f64; 2]) -> Self {
+        let mut found =
+            Self { bins, places: begin.min(end)..end, low: (usize::MAX, 0.0), high: (usize::MAX, 0.0) };
+        found.low = found.cancelled(found.places.clone(), right, -1.0, (usize::MAX, 0.0));
+        if found.low.0 == usize::MAX {
+            found.places = end..end;
+            return found;
+        }
+        found.places.start = found.low.0;
+        found.high = found.cancelled(found.places.clone().rev(), left, 1.0, found.low);
+        match found.high.0 {
+            usize::MAX => found.places = end..end,
+            last => found.places.end = last + 1,
+        }
+        found
+    }
+
+    /// Where a moment about the right angle of a side is used up, and how much of the force there is cancelled.
+    fn cancelled(
+        &self,
+        places: impl Iterator<Item = usize>,
+        mut moment: f64,
+        side: f64,
+        gone: (usize, f64),
+    ) -> (usize, f64) {
+        for k in places {
+            let (off, force) = self.bins.get(k).unwrap_or((0.0, 0.0));
+            let force = if k == gone.0 { force - gone.1 } else { force };
+            let arm = FRAC_PI_2 - side * off;
+            if moment < arm * force || moment == 0.0 {
+                return (k, moment / arm);
+            }
+            moment -= arm * force;
+        }
+        (usize::MAX, 0.0)
+    }
+}
+
+impl Iterator for Effective<'_> {
+    type Item = (f64, f64);
+
+    fn next(&mut self) -> Option<(f64, f64)> {
+        let k = self.places.next()?;
+        let (off, force) = self.bins.get(k)?;
+        let gone = [self.low, self.high].map(|(place, gone)| if place == k { gone } else { 0.0 });
+        Some((off, (force - gone[0] - gone[1]).max(0.0)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn histogram(of_degrees: impl Fn(usize) -> f64) -> Vec<Force> {
+        (0..360).map(|degrees| Force::Finite(of_degrees(degrees))).collect()
+    }
+
+    fn is_near(found: Option<f64>, expected: f64) {
+        assert!((found.unwrap() - expected).abs() < 1e-9, "{found:?}, {expected}");
+    }
+
+    #[test]
+    fn a_single_force_is_true_by_its_angle() {
+        let one = histogram(|degrees| f64::from(degrees == 60));
+        is_near(degree_of_truth(&one, 0.0), 1.0 / 3.0);
+        is_near(degree_of_truth(&one, FRAC_PI_3), 1.0);
+        is_near(degree_of_truth(&one, -FRAC_PI_2), 0.0);
+        is_near(View::new(&one, FRAC_PI_3).degree(0.0), 1.0);
+    }
+
+    #[test]
+    fn the_part_up_to_the_threshold_counts_as_straight() {
+        // The same force over 45° on one side: the weights have an integral of 0.75 × 45° over both sides, so that the
+        // threshold is half of the force and half of the mean angle of 22.5° remains.
+        let side = histogram(|degrees| f64::from(degrees <= 45));
+        let weight = |off: usize| ((0.5 - off as f64 / 90.0) / 0.25).clamp(0.0, 1.0);
+        let [one, both] = [(0..=45).map(weight).sum::<f64>(), (1..=45).map(weight).sum::<f64>() * 2.0 + 1.0];
+        let mean = 22.5 * (1.0 - one / both);
+        is_near(degree_of_truth(&side, 0.0), 1.0 - mean / 90.0);
+    }
+
+    #[test]
+    fn contradicting_forces_cancel_by_moments() {
+        // 1 at 120° (30° beyond the right angle) cancels a third of 1 at 0° (an arm of 90°).
+        let two = histogram(|degrees| f64::from(degrees == 0 || degrees == 120));
+        let threshold_has_it_straight = (1.0 - 1.0 / 3.0) / 2.0;
+        is_near(degree_of_truth(&two, 0.0), threshold_has_it_straight);
+        // Both sides: two thirds. Three on either side: more than there is.
+        let three = histogram(|degrees| f64::from([0, 120, 240].contains(&degrees)));
+        is_near(degree_of_truth(&three, 0.0), (1.0 / 3.0) / 3.0);
+        let many = histogram(|degrees| match degrees {
+            0 => 1.0,
+            120 | 240 => 3.0,
+            _ => 0.0,
+        });
+        is_near(degree_of_truth(&many, 0.0), 0.0);
+    }
+
+    #[test]
+    fn a_ring_of_240_degrees_is_at_the_border_of_satisfaction() {
+        let ring =
+            |half: usize| histogram(move |degrees| f64::from(degrees <= half || degrees >= 360 - half));
+        let grade = |half| View::new(&ring(half), 0.0).assess(16).unwrap();
+        assert_eq!(grade(20).grade(), Grade::Satisfactory);
+        assert_eq!(grade(110).grade(), Grade::RatherSatisfactory);
+        assert_eq!(grade(125).grade(), Grade::Unsatisfactory);
+        assert_eq!(grade(125).direction, 0);
+        assert!(grade(180).degree < 1e-9);
+    }
+
+    #[test]
+    fn widths_name_surround_relations() {
+        let degrees = |width: f64, escapes| Surround::by_width(width.to_radians(), 14, 16, escapes);
+        assert_eq!(degrees(59.0, true), None);
+        assert_eq!(degrees(61.0, true), Some(Surround::From(14)));
+        assert_eq!(degrees(119.0, false), Some(Surround::From(14)));
+        assert_eq!(degrees(121.0, true), Some(Surround::OpeningAt(6)));
+        assert_eq!(degrees(300.0, false), Some(Surround::Completely));
+    }
+
+    #[test]
+    fn an_opening_is_where_no_force_is() {
+        let gap = histogram(|degrees| f64::from(!(80..=120).contains(&degrees)));
+        let (middle, width) = View::new(&gap, 0.0).opening().unwrap();
+        assert!((middle.to_degrees() - 100.0).abs() < 1e-9 && (width.to_degrees() - 41.0).abs() < 1e-9);
+        let (middle, _) = View::new(&gap, 190_f64.to_radians()).opening().unwrap();
+        assert!((middle.to_degrees() + 90.0).abs() < 1e-9);
+        // Across the first direction; all around; none.
+        let across = histogram(|degrees| f64::from((10..350).contains(&degrees)));
+        assert!(View::new(&across, 0.0).opening().unwrap().0.to_degrees().abs() < 1.0);
+        assert_eq!(View::new(&histogram(|_| 1.0), 0.0).opening(), None);
+        assert!((View::new(&histogram(|_| 0.0), 0.0).opening().unwrap().1 - TAU).abs() < 1e-9);
+        assert!((View::new(&gap, 0.0).width_rad().to_degrees() - 319.0).abs() < 1e-9);
+    }
+}

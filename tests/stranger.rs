@@ -2,6 +2,7 @@
 
 mod support;
 
+use nix::sys::signal::Signal;
 use serde_json::Value;
 use support::{Place, room};
 
@@ -100,4 +101,27 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
     room::write(ours.files());
     let ended = ours.run("run wall.toml");
     assert!(ended.code == Some(2) && ended.err.contains("expected one of sketch"), "{ended}");
+}
+
+/// The pad once began all the same, and ended with the shared memory library's word for a channel that is not there.
+#[test]
+fn the_pad_says_at_once_that_it_needs_a_mission_with_drawings() {
+    let place = place();
+    let words = "navigator.kind: the pad expects a mission of kind \"sketch\"";
+    let must_refuse = |arguments: &str| {
+        let ended = place.run(arguments);
+        assert_eq!(ended.code, Some(2), "{arguments}: {ended}");
+        assert!(ended.err.contains(words) && ended.err.contains("found kind \"wall-follower\""), "{ended}");
+    };
+    for arguments in ["pad --mission wall.toml --system walls", "run wall.toml --pad --system walls"] {
+        must_refuse(arguments);
+        place.assert_nothing_left("walls");
+        assert!(!place.files().join("out/along-the-wall-001").exists(), "{arguments}");
+    }
+    let mut running = place.start("run wall.toml --system walls --speed 1");
+    place.wait_until_joined(&mut running, "walls", &support::SERVICES);
+    must_refuse("serve pad --system walls");
+    running.signal(Signal::SIGINT);
+    running.end();
+    place.assert_nothing_left("walls");
 }

@@ -19,8 +19,9 @@ use std::ops::Range;
 
 use mcap::records::op;
 
-/// Longest record, and longest chunk in either form, that is read into memory.
-pub const MAX_RECORD_BYTES: usize = 64 << 20;
+/// Longest record, and longest chunk in either form, that is read into memory: the longest file that a run may name
+/// (64 MiB), with its name and its times.
+pub const MAX_RECORD_BYTES: usize = 65 << 20;
 /// Opcode and length.
 pub(crate) const FRAME_BYTES: u64 = 9;
 

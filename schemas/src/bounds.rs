@@ -119,6 +119,8 @@ pub const LEAST_RANGE_SPAN_M: f64 = 0.01;
 pub const MOST_RADII_PER_S: f64 = 250.0;
 /// Corners of all walls of a floor: each pair is a solid.
 pub const MOST_WALL_CORNERS: usize = 20_000;
+/// Pieces of all walls between their doors: walls that lie on each other are divided by the same doors.
+pub const MOST_WALL_PIECES: usize = 25_000;
 /// Doors of a floor: each is compared with every wall.
 pub const MOST_DOORS: usize = 1000;
 /// Pieces of furniture in a world: where they overlap, physics looks at every pair.

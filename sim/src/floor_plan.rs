@@ -36,6 +36,7 @@ pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
     for line in &lines {
         let gaps = plan.door.iter().filter_map(|door| gap(line, door, plan.wall_thickness_m));
         world.walls.extend(pieces(line, gaps.collect(), plan.wall_thickness_m));
+        check_pieces(world.walls.len())?;
     }
     world.outline = world.walls.iter().flat_map(Convex::edges).collect();
     world.add_furniture(&plan.furniture)?;
@@ -58,7 +59,16 @@ pub fn middle_lines(plan: &FloorPlan) -> Result<Vec<Segment>, SimError> {
         let piece = move |[a, b]: [f64; 2]| [(start + along * a).into(), (start + along * b).into()];
         between(gaps.collect(), 0.0, length).into_iter().map(piece)
     };
-    Ok(lines.iter().flat_map(drawn).collect())
+    let mut middle_lines = Vec::new();
+    for line in &lines {
+        middle_lines.extend(drawn(line));
+        check_pieces(middle_lines.len())?;
+    }
+    Ok(middle_lines)
+}
+
+fn check_pieces(count: usize) -> Result<(), SimError> {
+    check(count <= bounds::MOST_WALL_PIECES, "wall", "at most 25000 pieces between doors", count)
 }
 
 fn check_plan(plan: &FloorPlan) -> Result<(), SimError> {
@@ -272,6 +282,19 @@ mod tests {
             let error = parse(&plan(&one.repeat(count))).unwrap_err().to_string();
             assert!(error.contains(message), "{error}");
         }
+    }
+
+    /// 2000 walls on one line with 1000 doors became two million pieces, which took 11 GB and minutes.
+    #[test]
+    fn walls_and_doors_do_not_multiply_without_end() {
+        let walls = "[[wall]]\npoints=[[0,1],[4,1]]\n".repeat(90);
+        let door = |i: i32| format!("[[door]]\nat=[{},1]\nwidth_m=0.01\n", 0.013 * f64::from(i));
+        let text = plan(&(walls + &(1..=300).map(door).collect::<String>()));
+        let message = "wall: expected at most 25000 pieces between doors, found 25";
+        let error = parse(&text).unwrap_err().to_string();
+        assert!(error.starts_with(message), "{error}");
+        let error = middle_lines(&toml::from_str(&text).unwrap()).unwrap_err().to_string();
+        assert!(error.starts_with(message), "{error}");
     }
 
     mod any {

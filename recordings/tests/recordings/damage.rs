@@ -1,6 +1,7 @@
 //! Files that are cut, flipped, or lie: a clear error, or what is whole; never a panic, and never more
 //! memory than the file and its longest chunk explain.
 
+use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
 use proptest::prelude::*;
@@ -46,8 +47,10 @@ fn records(file: &[u8]) -> Vec<(usize, u8)> {
     found
 }
 
+const HEADER: u8 = 1;
 const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
+const ATTACHMENT: u8 = 9;
 const DATA_END: u8 = 15;
 
 #[test]
@@ -93,6 +96,40 @@ fn lengths_and_counts_that_lie_are_told() {
             }
         }
     }
+}
+
+/// A recording with so many attachments of 64 MiB, the longest file of a run. They are holes, and take no room on the disk.
+fn attach_holes(path: &Path, count: u32) {
+    const LONG: i64 = 64 << 20;
+    const CHECKSUM: i64 = 4;
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+    let frame = |opcode: u8, length: usize| [&[opcode][..], &(length as u64).to_le_bytes()].concat();
+    let mut file = std::fs::File::create(path).unwrap();
+    let header = [text(""), text("")].concat();
+    file.write_all(&[mcap::MAGIC, &frame(HEADER, header.len()), &header].concat()).unwrap();
+    for number in 0..count {
+        let names = [text(&format!("file-{number}")), text("")].concat();
+        let content = [&[0; 16][..], &names, &LONG.to_le_bytes()].concat();
+        let length = content.len() + (LONG + CHECKSUM) as usize;
+        file.write_all(&[frame(ATTACHMENT, length), content].concat()).unwrap();
+        let end = file.seek(SeekFrom::Current(LONG + CHECKSUM)).unwrap();
+        file.set_len(end).unwrap();
+    }
+}
+
+/// All that is attached is held in memory: a small file on the disk once took gigabytes.
+#[test]
+fn no_more_is_attached_than_the_files_of_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("attached.mcap");
+    attach_holes(&path, 4);
+    let recording = Recording::open(&path).unwrap();
+    assert!(recording.attachments().values().all(|file| file.data.len() == 64 << 20));
+    assert_eq!(recording.attachments().len(), 4);
+    drop(recording);
+    attach_holes(&path, 5);
+    let error = Recording::open(&path).unwrap_err().to_string();
+    assert!(error.contains("attachments") && error.contains("expected at most 268435456 bytes"), "{error}");
 }
 
 /// A file without chunks read as an empty one: its messages were in no index.

@@ -30,12 +30,22 @@ pub const MAP: Limit = Limit { what: "a map's YAML", bytes: MIB };
 pub const MAP_PICTURE: Limit = Limit { what: "a map's picture", bytes: 64 * MIB };
 /// A drawing, or what else a navigator is given: a photograph of 50 megapixels.
 pub const DRAWING: Limit = Limit { what: "a drawing", bytes: 64 * MIB };
+/// The description of a run, JSON: a mission as large as its file may be, with an indented line for each number.
+pub const RUN: Limit = Limit { what: "the description of a run", bytes: 64 * MIB };
 /// A table of places or rooms, for judging.
 pub const TABLE: Limit = Limit { what: "a table", bytes: 4 * MIB };
 /// A table of positions over time: some million lines.
 pub const POSITIONS: Limit = Limit { what: "a table of positions", bytes: 256 * MIB };
 
 impl Limit {
+    /// Whether so many bytes are allowed.
+    ///
+    /// # Errors
+    /// [`ErrorKind::FileTooLarge`] with the limit.
+    pub fn check(&self, bytes: u64) -> io::Result<()> {
+        if bytes > self.bytes { Err(self.error(bytes)) } else { Ok(()) }
+    }
+
     fn error(&self, found: impl std::fmt::Display) -> io::Error {
         let words = format!("expected {} of at most {} bytes, found {found}", self.what, self.bytes);
         io::Error::new(ErrorKind::FileTooLarge, words)
@@ -48,10 +58,7 @@ impl Limit {
 /// As the system says; [`ErrorKind::FileTooLarge`] with the limit.
 pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
-    let length = file.metadata()?.len();
-    if length > limit.bytes {
-        return Err(limit.error(length));
-    }
+    limit.check(file.metadata()?.len())?;
     read_from(file, limit)
 }
 

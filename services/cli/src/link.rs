@@ -44,9 +44,10 @@ impl Link {
     /// # Errors
     /// As [`ProcessLine::serve`].
     pub fn line(&self, system: &str) -> Result<ProcessLine, SystemError> {
-        let PadSite { port, bind, save } = &self.site;
+        let PadSite { port, bind, hosts, save } = &self.site;
         let mut line = ProcessLine::serve(Process::Pad, system)?;
         line.command.args(["--port", &port.to_string(), "--bind", &bind.to_string()]);
+        line.command.args(hosts.iter().flat_map(|host| ["--host", host]));
         line.command.arg("--save").arg(save);
         match &self.token {
             Some(token) => line.command.env(TOKEN_VARIABLE, token),
@@ -105,7 +106,7 @@ mod tests {
     use super::*;
 
     fn site(bind: &str) -> PadSite {
-        PadSite { port: 0, bind: bind.parse().unwrap(), save: ".".into() }
+        PadSite { port: 0, bind: bind.parse().unwrap(), hosts: vec!["robot.local".into()], save: ".".into() }
     }
 
     #[test]
@@ -124,6 +125,7 @@ mod tests {
         assert!(token.len() == 32 && links[0].url().ends_with(&format!("?token={token}")));
         let line = links[0].line("x").unwrap();
         let shown = format!("{:?}", line.command.get_args().collect::<Vec<_>>());
+        assert!(shown.contains("\"--host\", \"robot.local\""), "{shown}");
         assert!(!shown.contains(token), "a command line is everybody's to read: {shown}");
     }
 }

@@ -139,8 +139,11 @@ fn follow(
 
 /// Where the run has a page.
 fn link(run: &RunConfig, options: &RunOptions) -> Result<Option<Link>, Failure> {
-    let link = || Link::new(&options.site, options.token.clone()).or_input();
-    (!run.pad.is_absent()).then(link).transpose()
+    if run.pad.is_absent() {
+        return Ok(None);
+    }
+    sketchnav_pad::check_kind(&run.mission).or_input()?;
+    Link::new(&options.site, options.token.clone()).or_input().map(Some)
 }
 
 /// Shows how the mission goes until its end.

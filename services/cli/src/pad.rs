@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use anyhow::anyhow;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
@@ -51,6 +52,8 @@ fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
     match &options.mission {
         Some(path) => {
             let (mission, robot) = load(path, &options.system)?;
+            let checked = sketchnav_pad::check_kind(&mission);
+            checked.map_err(|error| anyhow!("{}: {error}", path.display())).or_input()?;
             let folder = create(&options.system.out, &plain_name(&mission.name)).or_input()?;
             Ok((folder, mission, robot))
         }

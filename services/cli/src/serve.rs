@@ -34,7 +34,7 @@ fn host_stage(node: &Node) -> anyhow::Result<()> {
 
 fn settings(site: PadSite) -> Settings {
     let token = std::env::var(TOKEN_VARIABLE).ok();
-    Settings { bind: site.bind, port: site.port, token, folder: site.save }
+    Settings { bind: site.bind, port: site.port, hosts: site.hosts, token, folder: site.save }
 }
 
 /// A mission, a drawing or a parameter that a service refuses is the user's to mend.

@@ -2,7 +2,8 @@
 //!
 //! Pure: time is the caller's. A pad is guarded by the name under which it is called: another page cannot make a
 //! browser send its own origin, nor a name of its own for the pad's address. So the name is a number, of an address on
-//! which the pad listens, or `localhost`. An address that is not loopback wants a token, too.
+//! which the pad listens, `localhost`, or a host name that the user has allowed. An address that is not loopback wants a
+//! token, too.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -25,13 +26,14 @@ const MAX_SESSIONS: usize = 64;
 #[derive(Debug, Clone)]
 pub struct Guard {
     address: SocketAddr,
+    hosts: Vec<String>,
     token: Option<String>,
 }
 
 impl Guard {
-    /// For a pad that listens here.
-    pub fn new(address: SocketAddr, token: Option<String>) -> Self {
-        Self { address, token }
+    /// For a pad that listens here, and that people also call by the host names `hosts`, which have no port.
+    pub fn new(address: SocketAddr, hosts: Vec<String>, token: Option<String>) -> Self {
+        Self { address, hosts, token }
     }
 
     /// Checks the headers `host` and `origin`. A program that is no browser may leave the origin out.
@@ -42,7 +44,8 @@ impl Guard {
         let host =
             host.ok_or_else(|| Refusal::Forbidden("host: expected the pad's address, found none".into()))?;
         if !self.is_own_name(host) {
-            let words = format!("host: expected {}, found {host:?}", self.names());
+            let names = self.names();
+            let words = format!("host: expected {names}, found {host:?}; --host NAME allows a name");
             return Err(Refusal::Forbidden(words));
         }
         match origin {
@@ -53,9 +56,14 @@ impl Guard {
         }
     }
 
-    /// A name of somebody else's that leads here (DNS rebinding) is no number.
+    /// A name of somebody else's that leads here (DNS rebinding) is no number, and nobody has allowed it.
     fn is_own_name(&self, host: &str) -> bool {
         let Some(name) = without_port(host, self.address.port()) else { return false };
+        // A dot at the end is the root of all names.
+        let host = name.strip_suffix('.').unwrap_or(name);
+        if self.hosts.iter().any(|own| own.eq_ignore_ascii_case(host)) {
+            return true;
+        }
         let own = self.address.ip().to_canonical();
         let is_any = own.is_unspecified();
         if name.eq_ignore_ascii_case("localhost") {
@@ -68,11 +76,12 @@ impl Guard {
 
     fn names(&self) -> String {
         let port = self.address.port();
-        match self.address.ip() {
+        let numbers = match self.address.ip() {
             ip if ip.is_unspecified() => format!("an address of this machine in numbers, and port {port}"),
             ip if ip.is_loopback() => format!("{} or localhost:{port}", self.address),
             _ => self.address.to_string(),
-        }
+        };
+        self.hosts.iter().fold(numbers, |names, host| format!("{names} or {host}:{port}"))
     }
 
     /// Checks the token, in a time that does not tell how much of it is right.
@@ -204,7 +213,7 @@ mod tests {
     use super::*;
 
     fn guard(address: &str, token: Option<&str>) -> Guard {
-        Guard::new(address.parse().unwrap(), token.map(str::to_owned))
+        Guard::new(address.parse().unwrap(), Vec::new(), token.map(str::to_owned))
     }
 
     #[test]
@@ -264,6 +273,37 @@ mod tests {
             error.to_string().contains("expected an address of this machine in numbers, and port 7004"),
             "{error}"
         );
+    }
+
+    /// A pad that is called `robot.local` by everybody in the house refused them all.
+    #[test]
+    fn a_name_that_the_user_allows_is_the_pads_own_and_no_other_is() {
+        for address in ["0.0.0.0:7004", "192.0.2.1:7004", "127.0.0.1:7004"] {
+            let hosts = ["robot.local", "robot"].map(str::to_owned).to_vec();
+            let guard = Guard::new(address.parse().unwrap(), hosts, Some("t".into()));
+            let check = |host: &str, origin: &str| guard.check_origin(Some(host), Some(origin)).is_ok();
+            for host in ["robot.local:7004", "ROBOT.local:7004", "robot.local.:7004", "robot:7004"] {
+                assert!(check(host, &format!("http://{host}")), "{address}: {host}");
+                assert!(guard.check_origin(Some(host), None).is_ok(), "{address}: {host}");
+                assert!(!check(host, "http://evil.example:7004"), "another page's origin");
+            }
+            let foreign = [
+                "evil.example:7004",
+                "evil.robot.local:7004",
+                "robot.local.evil.example:7004",
+                "xrobot:7004",
+                "robot.local",
+                "robot.local:7005",
+                "robot.local..:7004",
+                ".:7004",
+                ":7004",
+            ];
+            for host in foreign {
+                assert!(!check(host, &format!("http://{host}")), "{address}: {host}");
+            }
+            let error = guard.check_origin(Some("evil.example:7004"), None).unwrap_err().to_string();
+            assert!(error.contains("or robot.local:7004 or robot:7004, found"), "{error}");
+        }
     }
 
     #[test]

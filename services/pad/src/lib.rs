@@ -32,6 +32,8 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use sketchnav_runtime::Node;
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::sketch_mission::KIND;
 use tokio::sync::Notify;
 
 use board::Caller;
@@ -47,6 +49,8 @@ pub struct Settings {
     pub bind: IpAddr,
     /// Port to listen on.
     pub port: u16,
+    /// Host names, without a port, by which people call the pad beside its address in numbers.
+    pub hosts: Vec<String>,
     /// What a request has to know; required on an address that is not loopback.
     pub token: Option<String>,
     /// Where mission files are written.
@@ -56,6 +60,12 @@ pub struct Settings {
 /// What the pad cannot begin with.
 #[derive(Debug, thiserror::Error)]
 pub enum PadError {
+    /// The mission's navigator has no drawing.
+    #[error(
+        "navigator.kind: the pad expects a mission of kind {KIND:?}, whose drawings its page shows and takes; \
+         found kind {0:?}"
+    )]
+    Kind(String),
     /// Somebody could come from outside.
     #[error("{0}: expected a token for an address that is not loopback, found none")]
     NoToken(IpAddr),
@@ -69,23 +79,33 @@ pub enum PadError {
     },
 }
 
+/// Checks that the page can show the mission.
+///
+/// # Errors
+/// [`PadError::Kind`].
+pub fn check_kind(mission: &Mission) -> Result<(), PadError> {
+    let kind = mission.navigator_kind();
+    if kind == KIND { Ok(()) } else { Err(PadError::Kind(kind.to_owned())) }
+}
+
 /// Runs the pad in `node`'s system until it is asked to end.
 ///
 /// # Errors
 /// [`PadError`]; a channel that fails.
 pub fn run(node: &Node, settings: Settings) -> anyhow::Result<()> {
-    let Settings { bind, port, token, folder } = settings;
+    let Settings { bind, port, hosts, token, folder } = settings;
+    let run = node.run_config()?;
+    check_kind(&run.mission)?;
     if !bind.is_loopback() && token.is_none() {
         return Err(PadError::NoToken(bind).into());
     }
     let address = SocketAddr::new(bind, port);
     let listener = TcpListener::bind(address).map_err(|source| PadError::Address { address, source })?;
-    let run = node.run_config()?;
     let (caller, calls) = Caller::new(node.waker());
     let end = Arc::new(Notify::new());
     let serving = {
         let (caller, end) = (caller.clone(), end.clone());
-        let guard = Guard::new(listener.local_addr()?, token);
+        let guard = Guard::new(listener.local_addr()?, hosts, token);
         let serve = move || server::serve(listener, guard, caller, end);
         std::thread::Builder::new().name("server".into()).spawn(serve).context("starting the server")?
     };

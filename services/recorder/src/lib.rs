@@ -193,6 +193,7 @@ impl<'a> Recorder<'a> {
         self.health.report(self.stamp_ns)?;
         self.latencies.tell()?;
         self.take_all(|_| true)?;
+        self.take_what_was_kept()?;
         let (mut report, _sink) = self.core.finish();
         match report.failure {
             None => self
@@ -209,6 +210,19 @@ impl<'a> Recorder<'a> {
             join(&self.run, &self.state, &mut report).context("the recording's parts cannot be joined")?;
         }
         tell(&report)
+    }
+
+    /// Takes what the channels' histories hold and nobody has handed over. A recorder that began late, in a mission of a
+    /// few instants, finds writers that have ended before they met it.
+    fn take_what_was_kept(&mut self) -> anyhow::Result<()> {
+        for input in &mut self.inputs {
+            let (spec, core, mut complaints) = (input.reader.spec(), &mut self.core, Vec::new());
+            input
+                .reader
+                .take_kept(self.node, |message| complaints.extend(core.record(spec, message, &[]).err()))?;
+            complaints.iter().for_each(|error| complain(self.node, self.disk.as_ref(), error));
+        }
+        Ok(())
     }
 
     fn drain(&mut self) -> anyhow::Result<()> {

@@ -59,3 +59,31 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
     drop((world, sketcher, recorder_node, channels, supervisor));
     Rc::into_inner(system).unwrap().remove().unwrap();
 }
+
+/// On a busy machine a mission of twelve instants was over before its recorder had met the writers: the recording lacked
+/// the odometry and the status, and counted nothing as missing.
+#[test]
+fn a_recorder_that_comes_late_takes_what_writers_have_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("runs/test.mcap");
+    let run = run("late", &path);
+    let system = Rc::new(System::create(&run).unwrap());
+    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
+    let channels = Channels::create(&supervisor).unwrap();
+    let world = Node::join(System::open(&run.system).unwrap(), Process::World).unwrap();
+    let (mut ticks, mut odometry) = (world.writer(TICK).unwrap(), world.writer(ODOMETRY).unwrap());
+    for seq in 1..=12 {
+        odometry.send(|message| message.header = header(seq)).unwrap();
+        ticks.send(|message| message.header = header(seq)).unwrap();
+    }
+    drop((ticks, odometry, world));
+    let node = Node::join(System::open(&run.system).unwrap(), Process::Recorder).unwrap();
+    Recorder::open(&node).unwrap().end().unwrap();
+
+    let recording = Recording::open(&path).unwrap();
+    let numbers = |messages: Vec<u64>| assert_eq!(messages, (1..=12).collect::<Vec<_>>());
+    numbers(recording.channel(TICK).unwrap().map(|message| message.unwrap().0.header.seq).collect());
+    numbers(recording.channel(ODOMETRY).unwrap().map(|message| message.unwrap().0.header.seq).collect());
+    drop((node, channels, supervisor));
+    Rc::into_inner(system).unwrap().remove().unwrap();
+}

@@ -169,7 +169,7 @@ impl SharedFiles {
     /// Removes those that are this user's.
     fn remove_own(&self) -> Result<()> {
         for path in self.all()? {
-            if fs::symlink_metadata(&path).is_ok_and(|found| is_own(&found)) {
+            if is_this_users(&path) {
                 unless_gone(&path, fs::remove_file(&path))?;
             }
         }
@@ -225,16 +225,24 @@ pub(crate) fn clear_orphans() -> Result<Vec<String>> {
     Ok(cleared)
 }
 
-/// The files under the name of a system that are those of `folder`, or nobody's.
+/// The files under the name of a system that are those of `folder`, or this user's without an owner.
 pub(crate) fn under_name(name: &str, folder: &Path) -> Result<Vec<PathBuf>> {
     let begin = format!("{MARK}{name}_");
     let mut found = Vec::new();
     for files in everybodys()?.into_iter().filter(|files| files.prefix.starts_with(&begin)) {
-        if files.owner_folder().is_none_or(|owner| owner == folder) {
-            found.extend(files.all()?);
+        let has_owner = fs::symlink_metadata(files.path(OWNER)).is_ok();
+        match files.owner_folder() {
+            Some(owner) if owner == folder => found.extend(files.all()?),
+            // Of a system in another folder, or of another user's.
+            _ if has_owner => {}
+            _ => found.extend(files.all()?.into_iter().filter(|path| is_this_users(path))),
         }
     }
     Ok(found)
+}
+
+fn is_this_users(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| is_own(&found))
 }
 
 /// The token of the system in `folder`.
@@ -384,6 +392,40 @@ mod tests {
         );
         fs::hard_link(&victim, folder.path().join("second")).unwrap();
         assert!(open_own(&victim).map(drop).unwrap_err().to_string().contains("found a file with 2 names"));
+    }
+
+    /// A system of another user that had the same name was counted as what one's own had left behind.
+    #[test]
+    fn under_a_name_are_ones_own_files_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let under_name = || under_name("shared-name", folder.path()).unwrap();
+        let begin = || {
+            let of_a_run = tempfile::tempdir().unwrap();
+            let files = SharedFiles::create("shared-name", of_a_run.path()).unwrap();
+            private(&files.path("history_command")).unwrap();
+            files
+        };
+        let [own, nobodys, foreign, elsewhere] = [(); 4].map(|()| begin());
+        let _locks = [own.own(folder.path()).unwrap(), elsewhere.own(Path::new("/elsewhere")).unwrap()];
+        for path in [foreign.path(OWNER), nobodys.path("history_scan")] {
+            private(&path).unwrap();
+            give_away(&path);
+        }
+        let mut found = under_name();
+        for files in [&own, &nobodys, &foreign, &elsewhere] {
+            files.all().unwrap().iter().for_each(|path| fs::remove_file(path).unwrap());
+        }
+        // Another test may clear at any time what nobody owns.
+        found.retain(|path| *path != nobodys.path("history_command"));
+        assert_eq!(found, [own.path("history_command"), own.path(OWNER)]);
+    }
+
+    /// Makes a file another user's; who may not do that puts a link in its place.
+    fn give_away(path: &Path) {
+        if std::os::unix::fs::chown(path, Some(65534), Some(65534)).is_err() {
+            fs::remove_file(path).unwrap();
+            symlink("/elsewhere", path).unwrap();
+        }
     }
 
     /// A cleaner had taken the folder away: the next system of that name went on with the tasks of the one before.

@@ -25,6 +25,7 @@ use std::time::Duration;
 use nix::sys::signal::{Signal, kill};
 use nix::sys::statvfs::statvfs;
 use nix::unistd::Pid;
+use sketchnav_files::RUN;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::RunConfig;
 
@@ -208,10 +209,13 @@ impl System {
     }
 
     /// What the supervisor told every process.
+    ///
+    /// # Errors
+    /// [`Error::File`] where `run.json` cannot be read or is too large; [`Error::RunConfig`].
     pub fn run_config(&self) -> Result<RunConfig> {
         let path = self.folder.join("run.json");
-        let text = fs::read_to_string(&path).map_err(Error::file(&path, "reading"))?;
-        serde_json::from_str(&text).map_err(|source| Error::RunConfig { path, source })
+        let bytes = sketchnav_files::read(&path, RUN).map_err(Error::file(&path, "reading"))?;
+        serde_json::from_slice(&bytes).map_err(|source| Error::RunConfig { path, source })
     }
 
     /// The living processes of the system with their process ids, by name; the supervisor first.
@@ -320,9 +324,11 @@ impl System {
             let written = fs::write(&new, bytes).and_then(|()| fs::rename(&new, &path));
             written.map_err(Error::file(path, "writing"))
         };
-        let run = serde_json::to_vec_pretty(run)
-            .map_err(|source| Error::RunConfig { path: self.folder.join("run.json"), source })?;
-        write(self.folder.join("run.json"), &run)?;
+        let path = self.folder.join("run.json");
+        let wrong = |source| Error::RunConfig { path: path.clone(), source };
+        let run = serde_json::to_vec_pretty(run).map_err(wrong)?;
+        RUN.check(run.len() as u64).map_err(Error::file(&path, "writing"))?;
+        write(path, &run)?;
         write(self.bells(), &[0; crate::bells::PAGE])?;
         write(self.notices(), &[])?;
         let shared = self.folder.join("shared");
@@ -449,6 +455,26 @@ mod tests {
         for bad in ["", "-a", "A", "a/b", "..", "a_b", "ä", &"x".repeat(33)] {
             assert!(check_name(bad).is_err(), "{bad}");
         }
+    }
+
+    /// Every process reads it, and each once read as much as there was.
+    #[test]
+    fn a_description_of_a_run_is_neither_read_nor_written_beyond_its_limit() {
+        let root = tempfile::tempdir().unwrap();
+        let mut run: RunConfig = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
+        run.system = "large".into();
+        let system = System::create_in(root.path().into(), &run).unwrap();
+        assert_eq!(system.run_config().unwrap(), run);
+        let file = fs::File::options().write(true).open(system.folder.join("run.json")).unwrap();
+        file.set_len(8 << 30).unwrap();
+        let said = "run.json: reading: expected the description of a run of at most 67108864 bytes, found 8589934592";
+        let error = system.run_config().unwrap_err().to_string();
+        assert!(error.ends_with(said), "{error}");
+        system.remove().unwrap();
+        run.mission.name = "x".repeat(65 << 20);
+        let error = System::create_in(root.path().into(), &run).unwrap_err().to_string();
+        assert!(error.contains("run.json: writing: expected the description of a run of at most"), "{error}");
+        assert_eq!(sweep(root.path()).unwrap(), ["large"]);
     }
 
     #[test]

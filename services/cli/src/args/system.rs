@@ -66,6 +66,9 @@ pub struct PadSite {
     /// Address of the page; any other than a loopback one wants a token, which the link then has.
     #[arg(long, default_value = "127.0.0.1", value_name = "ADDRESS")]
     pub bind: IpAddr,
+    /// A host name by which people call the page, as `robot.local` (may be repeated). Addresses in numbers need none.
+    #[arg(long = "host", value_name = "NAME", value_parser = parse_host)]
+    pub hosts: Vec<String>,
     /// Folder for mission files that are made on the page.
     #[arg(long, default_value = ".", value_name = "DIR")]
     pub save: PathBuf,
@@ -96,6 +99,15 @@ fn parse_token(text: &str) -> Result<String, String> {
     if holds { Ok(text.to_owned()) } else { Err(expected()) }
 }
 
+/// A host name (RFC 1123), in lower case.
+fn parse_host(text: &str) -> Result<String, String> {
+    let known = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_');
+    let is_label = |label: &str| (1..=63).contains(&label.len()) && label.bytes().all(known);
+    let holds = text.len() <= 253 && text.split('.').all(is_label);
+    let expected = || "expected a host name without scheme and port, as robot.local".to_owned();
+    if holds { Ok(text.to_ascii_lowercase()) } else { Err(expected()) }
+}
+
 /// Real time alone: nobody draws in lockstep.
 fn parse_pace(text: &str) -> Result<Pace, String> {
     match parse_speed(text)? {
@@ -108,4 +120,22 @@ fn parse_pace(text: &str) -> Result<Pace, String> {
 fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok().filter(|seconds| (1.0..=86_400.0).contains(seconds));
     seconds.ok_or_else(|| "expected a number of seconds, from 1 to 86400".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_host_is_a_name_alone() {
+        for (text, name) in [("robot.local", "robot.local"), ("Robot", "robot"), ("192.0.2.1", "192.0.2.1")] {
+            assert_eq!(parse_host(text).as_deref(), Ok(name));
+        }
+        let long = "x".repeat(64);
+        for wrong in
+            ["", ".", "a..b", "robot.local:7004", "http://robot.local", "robot local", "*", "ä", &long]
+        {
+            assert!(parse_host(wrong).unwrap_err().contains("expected a host name"), "{wrong}");
+        }
+    }
 }

@@ -17,9 +17,6 @@ const PURE: [&str; 8] = [
     "sketchnav-stage",
     "sketchnav-corridor",
     "sketchnav-directions",
-const PURE: [&str; 8] = [
-    "sketchnav-schemas",
-    "sketchnav-stage",
     "sketchnav-landmarks",
     "sketchnav-motion",
     "sketchnav-qualitative",

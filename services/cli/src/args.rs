@@ -89,7 +89,7 @@ pub enum Command {
         after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose"
     )]
     Eval {
-        /// ablation, building, building-079, corridor, corridor-person, corridor-turns, deformed, laboratory, people,
+        /// ablation, building, building-079, corridor, corridor-cost, corridor-person, corridor-turns, deformed, laboratory, people,
         /// routes or sensitivity.
         suite: String,
         #[command(flatten)]

@@ -10,6 +10,7 @@
 
 pub mod ablation;
 pub mod corridor;
+pub mod corridor_cost;
 pub mod cost;
 pub mod deformed;
 pub mod ground;

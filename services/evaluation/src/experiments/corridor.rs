@@ -35,7 +35,7 @@ const NOTICE: &str = "paper: Patil 2019, 5.4: twelve experiments a calculus, in 
 
 /// Where the robot stands at first, as it looks along the corridor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Beside {
+pub(crate) enum Beside {
     Middle,
     RightWall,
     LeftWall,
@@ -142,7 +142,7 @@ fn walker(drive: &Drive, side_m: f64) -> Person {
     Person { waypoints, speed_mps: 0.5, radius_m: 0.25, pause_s: 2.0 }
 }
 
-fn trial(
+pub(crate) fn trial(
     folders: &Folders,
     corridor: &Corridor,
     drive: &Drive,
@@ -172,6 +172,7 @@ fn trial(
         mission,
         robot,
         sheet: None,
+        method: None,
         ends_with_contact: true,
         thinking_scans: 0,
         variant_of: None,

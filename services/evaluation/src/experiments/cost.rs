@@ -6,6 +6,9 @@
 
 use serde::Serialize;
 use sketchnav_schemas::message::{GroundTruth, Twist, VelocityCommand};
+use sketchnav_schemas::time::seconds;
+use sketchnav_sim::WorldDescription;
+use sketchnav_sim::convex::Convex;
 
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::table::Table;
@@ -29,6 +32,10 @@ pub struct Cost {
     pub busy_s: f64,
     /// Energy by the model, joules.
     pub energy_j: f64,
+    /// The least distance of the footprint from walls and furniture, metres; measured where a touch ends the drive.
+    pub clearance_m: Option<f64>,
+    /// Root mean square of the true jerk, m/s³.
+    pub jerk_mps3: f64,
 }
 
 impl Cost {
@@ -40,6 +47,7 @@ impl Cost {
             commands: commands.len() as u64,
             changed_commands: changes as u64 + u64::from(!commands.is_empty()),
             energy_j: IDLE_W * time_s + motion_j(truth, mass_kg),
+            jerk_mps3: jerk_mps3(truth),
             ..Self::default()
         }
     }
@@ -56,6 +64,76 @@ fn motion_j(truth: &[GroundTruth], mass_kg: f64) -> f64 {
     truth.windows(2).map(step).sum()
 }
 
+/// Root mean square of the jerk: of the second differences of the velocity.
+fn jerk_mps3(truth: &[GroundTruth]) -> f64 {
+    let velocity = |truth: &GroundTruth| {
+        let (sin, cos) = truth.pose().yaw_rad.sin_cos();
+        let Twist { vx_mps, vy_mps, .. } = truth.twist;
+        [vx_mps * cos - vy_mps * sin, vx_mps * sin + vy_mps * cos]
+    };
+    let jerk = |three: &[GroundTruth]| {
+        let dt_s = seconds(three[2].header.stamp_ns - three[0].header.stamp_ns) / 2.0;
+        let [a, b, c] = [0, 1, 2].map(|i| velocity(&three[i]));
+        [0, 1]
+            .map(|axis| ((c[axis] - 2.0 * b[axis] + a[axis]) / dt_s.powi(2).max(1e-9)).powi(2))
+            .iter()
+            .sum::<f64>()
+    };
+    let squares: Vec<f64> = truth.windows(3).map(jerk).collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
+/// The least distance of a rectangular footprint from what stands, metres; `None` where nothing stands or is driven.
+pub fn clearance_m(truth: &[GroundTruth], half_extents_m: [f64; 2], world: &WorldDescription) -> Option<f64> {
+    let faces: Vec<_> =
+        world.outline.iter().copied().chain(world.furniture.iter().flat_map(Convex::edges)).collect();
+    let nearest = |truth: &GroundTruth| {
+        let pose = truth.pose();
+        let (sin, cos) = pose.yaw_rad.sin_cos();
+        let own = |at: [f64; 2]| {
+            let (x, y) = (at[0] - pose.x, at[1] - pose.y);
+            [x * cos + y * sin, y * cos - x * sin]
+        };
+        faces.iter().map(|face| from_box_m(face.map(own), half_extents_m)).fold(f64::INFINITY, f64::min)
+    };
+    truth.iter().map(nearest).min_by(f64::total_cmp).filter(|least_m| least_m.is_finite())
+}
+
+/// From a segment to a box around the origin: 0 where they meet. Two convex shapes are nearest at a corner of one.
+fn from_box_m([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> f64 {
+    let outside = |p: [f64; 2]| (p[0].abs() - half[0]).max(0.0).hypot((p[1].abs() - half[1]).max(0.0));
+    let along = [b[0] - a[0], b[1] - a[1]];
+    let at = |share: f64| [a[0] + share * along[0], a[1] + share * along[1]];
+    let square = (along[0].powi(2) + along[1].powi(2)).max(f64::MIN_POSITIVE);
+    let from_corner = |corner: [f64; 2]| {
+        let share = ((corner[0] - a[0]) * along[0] + (corner[1] - a[1]) * along[1]) / square;
+        let [x, y] = at(share.clamp(0.0, 1.0));
+        (x - corner[0]).hypot(y - corner[1])
+    };
+    let corners =
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[i, j]| [i * half[0], j * half[1]]);
+    let nearest = corners.into_iter().map(from_corner).fold(outside(a).min(outside(b)), f64::min);
+    if crosses([a, b], half) { 0.0 } else { nearest }
+}
+
+/// Whether a segment enters a box around the origin: what is left of it between the box's sides.
+fn crosses([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> bool {
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let step = b[axis] - a[axis];
+        if step == 0.0 {
+            if a[axis].abs() > half[axis] {
+                return false;
+            }
+            continue;
+        }
+        let ends = [-half[axis], half[axis]].map(|side| (side - a[axis]) / step);
+        from = from.max(ends[0].min(ends[1]));
+        to = to.min(ends[0].max(ends[1]));
+    }
+    from <= to
+}
+
 /// A line for each of `lines`, of the tasks that were reached: means, and the duration's least and greatest value.
 pub fn table(lines: &[String], outcomes: &[&TaskOutcome]) -> Table {
     let header = [
@@ -69,6 +147,8 @@ pub fn table(lines: &[String], outcomes: &[&TaskOutcome]) -> Table {
         "messages a metre",
         "processor, ms a metre",
         "energy, J a metre",
+        "least clearance, m",
+        "jerk, m/s³",
     ];
     let header = std::iter::once("way").chain(header).map(str::to_owned).collect();
     Table { header, rows: lines.iter().map(|line| row(line, outcomes)).collect() }
@@ -100,6 +180,8 @@ fn row(line: &str, outcomes: &[&TaskOutcome]) -> Vec<String> {
         figure(per_metre(|cost| cost.messages as f64), 0),
         figure(per_metre(|cost| 1e3 * cost.busy_s), 2),
         figure(per_metre(|cost| cost.energy_j), 0),
+        figure(reached.iter().filter_map(|ended| ended.cost.clearance_m).fold(f64::INFINITY, f64::min), 2),
+        figure(mean(&|ended| ended.cost.jerk_mps3), 2),
     ]
 }
 
@@ -122,6 +204,22 @@ mod tests {
         let cost = Cost::new(&commands, &[], 0.0, 20.0);
         assert_eq!((cost.commands, cost.changed_commands), (6, 3));
         assert_eq!(Cost::new(&[], &[], 0.0, 20.0), Cost::default());
+    }
+
+    #[test]
+    fn a_box_is_as_far_from_a_wall_as_its_nearest_corner_or_side() {
+        let half = [0.3, 0.2];
+        for (segment, expected_m) in [
+            ([[-5.0, 1.0], [5.0, 1.0]], 0.8),
+            ([[1.3, -5.0], [1.3, 5.0]], 1.0),
+            ([[0.6, 0.6], [5.0, 5.0]], 0.5),
+            ([[-5.0, 0.1], [5.0, 0.1]], 0.0),
+            ([[0.0, 0.0], [0.1, 0.1]], 0.0),
+            ([[0.3, 5.0], [5.0, 0.2]], 3.22),
+        ] {
+            let found_m = from_box_m(segment, half);
+            assert!((found_m - expected_m).abs() < 0.02, "{segment:?}: {found_m}");
+        }
     }
 
     #[test]

@@ -160,6 +160,7 @@ impl Site {
             mission,
             robot: self.robot.clone(),
             sheet: Some(Sheet { bytes: Some(bytes.clone()), ..Sheet::new(paper.clone()) }),
+            method: None,
             ends_with_contact: false,
             thinking_scans: 0,
             variant_of: None,

@@ -169,6 +169,7 @@ impl Place {
             drawing: paper.name.clone(),
             robot: self.robot.clone(),
             sheet: Some(Sheet::new(paper.drawing.clone())),
+            method: None,
             ends_with_contact: false,
             thinking_scans: 0,
             variant_of: None,

@@ -194,6 +194,7 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
             restarts: restarts.ok_or_else(|| no_way(&mission.name))?,
             ..Sheet::new(Arc::new(paper))
         }),
+        method: None,
         ends_with_contact: false,
         thinking_scans: 0,
         variant_of: None,

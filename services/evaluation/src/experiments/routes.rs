@@ -59,6 +59,7 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
             correspondence: Some(Arc::new(correspondence)),
             ..Sheet::new(Arc::new(paper))
         }),
+        method: None,
         ends_with_contact: false,
         thinking_scans: 0,
         variant_of: None,

@@ -10,7 +10,7 @@ use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_schemas::time::seconds;
 
 use crate::error::EvalError;
-use crate::experiments::cost::Cost;
+use crate::experiments::cost::{Cost, clearance_m};
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::trial::Trial;
 use crate::judge::{self, TaskSpan, TaskVerdict};
@@ -171,13 +171,19 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
 }
 
 /// What a task of a run cost; of the processor's time, which is known of the run as a whole, its share by time.
-fn cost(driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
+fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     let log = &driven.log;
     let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
     let is_within = |stamp_ns: &&u64| (span.begin_ns..=span.end_ns).contains(*stamp_ns);
+    // Of a map with thousands of faces that takes longer than the drive.
+    let world = trial.ends_with_contact.then(|| sketchnav_sim::files::world(&driven.run.mission.world).ok());
+    let half_extents_m = driven.run.robot.half_extents_m();
     let cost = Cost::new(span.of(&log.commands), span.of(&log.truth), time_s, driven.run.robot.mass_kg);
     Cost {
         messages: log.stamps_ns.iter().filter(is_within).count() as u64,
+        clearance_m: world
+            .flatten()
+            .and_then(|world| clearance_m(span.of(&log.truth), half_extents_m, &world)),
         busy_s: driven.busy_s * time_s / whole_s.max(time_s).max(f64::MIN_POSITIVE),
         ..cost
     }
@@ -207,7 +213,7 @@ pub fn outcomes<'a>(
             end: end.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y, pose.yaw_rad.to_degrees()]),
             final_error_m: verdict.final_error_m,
             collisions: verdict.collisions,
-            cost: span.map_or_else(Cost::default, |span| cost(driven, &span, verdict.time_s)),
+            cost: span.map_or_else(Cost::default, |span| cost(trial, driven, &span, verdict.time_s)),
         }
     })
 }

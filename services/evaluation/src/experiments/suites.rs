@@ -5,17 +5,20 @@
 
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
-use crate::experiments::{ablation, corridor, deformed, people, protocol, routes, sensitivity};
+use crate::experiments::{
+    ablation, corridor, corridor_cost, deformed, people, protocol, routes, sensitivity,
+};
 
 /// Loads a suite.
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 11] = [
+const SUITES: [(&str, Loader); 12] = [
     ("ablation", ablation::suite),
     ("building-079", protocol::building_079),
     ("building", protocol::building),
     ("corridor", corridor::suite),
+    ("corridor-cost", corridor_cost::suite),
     ("corridor-person", corridor::person),
     ("corridor-turns", corridor::turns),
     ("deformed", deformed::suite),

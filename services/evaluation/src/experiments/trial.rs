@@ -58,6 +58,8 @@ pub struct Trial {
     pub robot: Robot,
     /// What belongs to a drive by a drawing; `None` for the other kinds of navigators.
     pub sheet: Option<Sheet>,
+    /// The method by which it is driven, whatever the others are driven by.
+    pub method: Option<String>,
     /// Whether the first touch ends the drive as a failure.
     pub ends_with_contact: bool,
     /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.
@@ -93,6 +95,7 @@ impl Trial {
     pub fn run(&self, method: &str, seed: u64, first_task: usize) -> Result<RunConfig, MissionError> {
         let mut mission = self.mission.clone();
         mission.task.drain(..first_task);
+        let method = self.method.as_deref().unwrap_or(method);
         mission.navigator.given.insert("method".to_owned(), method.into());
         let seed = if first_task == 0 { seed } else { derived(seed, &format!("eval/restart {first_task}")) };
         if let Some(sheet) = &self.sheet {

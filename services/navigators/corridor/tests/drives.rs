@@ -1,5 +1,7 @@
 //! Whole drives along corridors, in one process.
 
+#![allow(clippy::disallowed_methods)] // a floor lies in a file
+
 use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::{COMMAND, CONTACT, ChannelSpec, STATUS, TRUTH};
 use sketchnav_schemas::codes::TaskState;

@@ -217,6 +217,25 @@ fn a_limit_on_the_size_of_files_ends_nobody() {
     place.assert_nothing_left("day");
 }
 
+/// Somebody removes the folder of results while the robot drives: the recording is gone, and with it the judge's word. What
+/// the planner told of its tasks was lost, too.
+#[test]
+fn a_mission_whose_results_are_removed_tells_its_tasks_all_the_same() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 20 --json");
+    fs::remove_dir_all(place.files().join("out")).unwrap();
+    let ended = running.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    let object = ended.json();
+    let tasks = object["tasks"].as_array().unwrap();
+    assert!(!tasks.is_empty() && tasks.iter().all(|task| task["state"] == "reached"), "{ended}");
+    assert!(
+        object["error"].as_str().is_some_and(|error| !error.is_empty()) && object["exit"] == 3,
+        "{ended}"
+    );
+    place.assert_nothing_left("day");
+}
+
 /// Somebody tidies up: what runs has what it needs in its hands, and leaves nothing.
 #[test]
 fn a_folder_that_goes_away_stops_nobody() {

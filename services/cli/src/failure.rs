@@ -74,7 +74,7 @@ fn report(error: &anyhow::Error, code: u8, json: bool) -> ExitCode {
 }
 
 /// The error and its causes; a cause that the text has told already is not told again.
-fn story(error: &anyhow::Error) -> String {
+pub fn story(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |story, cause| {
         let cause = cause.to_string();
         if story.contains(&cause) { story } else { format!("{story}: {cause}") }

@@ -14,11 +14,11 @@ use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::args::{RunOptions, SystemOptions};
-use crate::failure::{Failure, OrInput, Outcome};
+use crate::failure::{Failure, OrInput, Outcome, story};
 use crate::folder::{create, plain_name};
 use crate::launch::{classify, configure, discard, grace, lines, load};
 use crate::link::Link;
-use crate::output::say;
+use crate::output::{out, say};
 use crate::report;
 
 /// How often the progress line changes.
@@ -126,7 +126,10 @@ fn follow(
     let report = match report::Report::new(run, &supervisor, wall, folder) {
         Ok(report) => report,
         // What the processes say about their end is nearer to the cause: a full disk, say.
-        Err(failure) => return Err(ended.err().map_or(failure, classify)),
+        Err(failure) => {
+            let failure = ended.err().map_or(failure, classify);
+            return Err(if options.json { without_recording(&supervisor, failure)? } else { failure });
+        }
     };
     report.print(options.json)?;
     ended.map_err(|error| Failure::Reported(error.into()))?;
@@ -135,6 +138,24 @@ fn follow(
         _ if report.success() => Ok(Outcome::Success),
         _ => Ok(Outcome::Short),
     }
+}
+
+/// Prints an object with the error and the tasks as the planner told of them: no recording can be judged.
+fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failure, Failure> {
+    let (Failure::Input(error) | Failure::Plain(error) | Failure::Other(error) | Failure::Reported(error)) =
+        failure;
+    let task = |status: &MissionStatus| {
+        serde_json::json!({
+            "name": status.name.as_str(),
+            "state": TaskState::from_code(status.state),
+            "reason": status.reason.as_str(),
+            "time_s": status.task_time_s,
+            "path_m": status.task_path_m,
+        })
+    };
+    let tasks: Vec<_> = supervisor.ended_tasks().map(task).collect();
+    out!("{}", serde_json::json!({ "error": story(&error), "exit": 3, "tasks": tasks }))?;
+    Ok(Failure::Reported(error))
 }
 
 /// Where the run has a page.

@@ -222,7 +222,7 @@ fn a_limit_on_the_size_of_files_ends_nobody() {
 #[test]
 fn a_mission_whose_results_are_removed_tells_its_tasks_all_the_same() {
     let place = Place::new();
-    let running = drive(&place, "--out out --speed 20 --json");
+    let running = drive(&place, "--out out --speed 20");
     fs::remove_dir_all(place.files().join("out")).unwrap();
     let ended = running.end();
     assert_eq!(ended.code, Some(3), "{ended}");

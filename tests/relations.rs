@@ -32,7 +32,7 @@ fn a_table_of_positions_becomes_a_story_of_an_encounter() {
     let csv = place.run("relations encounter.csv --calculus argd --csv");
     assert_eq!(csv.out.lines().next(), Some("between,from_s,to_s,relation,change"), "{csv}");
     assert!(csv.out.contains("human robot,0.000,0.000,far,first"), "{csv}");
-    assert!(csv.out.contains("human robot,0.300,0.300,near,neighbour"), "{csv}");
+    assert!(csv.out.contains("human robot,0.200,0.300,near,neighbour"), "{csv}");
 }
 
 /// People were not recorded once: nothing could be said of them afterwards.

@@ -240,5 +240,7 @@ fn a_marker_camera_of_30_hz_follows_the_markers_of_a_corridor() {
     let (before, after) = (first.markers(), readings.markers.markers());
     let nearer = |m: &SeenMarker| after.iter().find(|now| now.id == m.id).map(|now| m.x_m - now.x_m);
     let driven: Vec<f32> = before.iter().filter_map(nearer).collect();
-    assert!(!driven.is_empty() && driven.iter().all(|d| (0.2..0.7).contains(d)), "{driven:?}");
+    // Half a second to speed up, half a second at full speed; a slanted marker errs by centimetres.
+    let mean = driven.iter().sum::<f32>() / driven.len() as f32;
+    assert!(driven.len() >= 3 && (0.2..0.5).contains(&mean), "{driven:?}");
 }

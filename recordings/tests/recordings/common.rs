@@ -89,9 +89,11 @@ pub fn create_run(path: &Path, run: &RunConfig) -> Writer<BufWriter<File>> {
     Writer::create(BufWriter::new(File::create(path).unwrap()), run).unwrap()
 }
 
-/// Writes so many random messages to every channel that is recorded.
+/// Writes so many random messages to every channel that is recorded of such a run.
 pub struct WriteSamples<'a> {
     pub writer: &'a mut Writer<BufWriter<File>>,
+    /// Of the navigator.
+    pub kind: &'a str,
     pub count: u64,
     pub random: Pcg64Mcg,
 }
@@ -99,7 +101,8 @@ pub struct WriteSamples<'a> {
 impl ChannelVisitor for WriteSamples<'_> {
     type Error = ();
     fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), ()> {
-        for seq in 1..=self.count * u64::from(channel.spec.is_recorded()) {
+        let is_recorded = channel.spec.is_recorded() && channel.spec.belongs_to(self.kind);
+        for seq in 1..=self.count * u64::from(is_recorded) {
             let (message, cells) = sample::<T>(&mut self.random, seq);
             self.writer.write(channel, &message, &cells).unwrap();
         }
@@ -107,11 +110,18 @@ impl ChannelVisitor for WriteSamples<'_> {
     }
 }
 
-/// A recording of `count` random messages of every type.
+/// A recording of `count` random messages of every type that a run of the kind `sketch` has.
 pub fn record_samples(path: &Path, seed: u64, count: u64) {
-    let mut writer = create(path);
+    record_samples_of("sketch", path, seed, count);
+}
+
+/// The same of another kind of navigator.
+pub fn record_samples_of(kind: &str, path: &Path, seed: u64, count: u64) {
+    let mut run = run_config();
+    run.mission.navigator.kind = kind.to_owned();
+    let mut writer = create_run(path, &run);
     let random = stream(seed, "samples");
-    channels::visit(&mut WriteSamples { writer: &mut writer, count, random }).unwrap();
+    channels::visit(&mut WriteSamples { writer: &mut writer, kind, count, random }).unwrap();
     writer.finish().unwrap();
 }
 

@@ -47,6 +47,7 @@ pub fn show(kind: Option<&str>, json: bool) -> Result<Outcome, Failure> {
     let known = || channels::all().filter_map(|spec| spec.kind);
     if let Some(kind) = kind.filter(|kind| known().all(|known| known != *kind)) {
         let mut known: Vec<_> = known().collect();
+        known.sort_unstable();
         known.dedup();
         let known = known.join(", ");
         return Err(Failure::Input(anyhow::anyhow!("--kind: expected one of {known}, found {kind:?}")));

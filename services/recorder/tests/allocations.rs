@@ -85,7 +85,7 @@ impl ChannelVisitor for Round {
     type Error = Infallible;
 
     fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
-        if channel.spec.is_recorded() {
+        if channel.spec.is_recorded() && channel.spec.belongs_to("sketch") {
             let mut message = T::zeroed();
             *message.header_mut() = Header { seq: self.seq, stamp_ns: self.seq, source_seq: self.seq };
             self.allocated +=

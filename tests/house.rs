@@ -12,10 +12,16 @@ use sketchnav_schemas::codes::Process;
 use support::repository;
 
 /// Crates that know no process, no network, no recording and no physics.
-const PURE: [&str; 5] =
-    ["sketchnav-schemas", "sketchnav-stage", "sketchnav-motion", "sketchnav-qualitative", "sketchnav-sketch"];
+const PURE: [&str; 6] = [
+    "sketchnav-schemas",
+    "sketchnav-stage",
+    "sketchnav-mapping",
+    "sketchnav-motion",
+    "sketchnav-qualitative",
+    "sketchnav-sketch",
+];
 /// Pure crates that navigators may share; any other crate in `services/navigators` is a navigator of its own.
-const SHARED: [&str; 2] = ["sketchnav-motion", "sketchnav-qualitative"];
+const SHARED: [&str; 3] = ["sketchnav-mapping", "sketchnav-motion", "sketchnav-qualitative"];
 /// What they must not reach, by any way.
 const IMPURE: [&str; 7] = ["iceoryx2", "axum", "tokio", "mcap", "rapier2d", "nix", "sketchnav-runtime"];
 

@@ -93,7 +93,8 @@ impl Mapper {
     pub fn restore(parameters: Parameters, state: State) -> Result<Self, Error> {
         parameters.check()?;
         let map = state.map.restored(&parameters)?;
-        let numbers = [state.pose.x, state.pose.y, state.pose.yaw_rad, state.since_match.m, state.since_match.rad];
+        let numbers =
+            [state.pose.x, state.pose.y, state.pose.yaw_rad, state.since_match.m, state.since_match.rad];
         if numbers.iter().any(|number| !number.is_finite()) {
             return Err(Error::State { expected: "finite numbers", found: format!("{numbers:?}") });
         }

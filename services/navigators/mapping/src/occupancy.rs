@@ -73,7 +73,10 @@ impl Occupancy {
             return wrong("as many tiles as there are slots", tiles.to_string());
         }
         let mut seen = vec![false; tiles];
-        if used.into_iter().any(|&slot| seen.get_mut(usize::from(slot)).is_none_or(|seen| std::mem::replace(seen, true))) {
+        if used
+            .into_iter()
+            .any(|&slot| seen.get_mut(usize::from(slot)).is_none_or(|seen| std::mem::replace(seen, true)))
+        {
             return wrong("each tile once", tiles.to_string());
         }
         if self.levels.iter().any(|level| level & TOUCHED != 0) {
@@ -170,7 +173,8 @@ impl Occupancy {
         let used = self.slots.iter().enumerate().filter(|(_, slot)| **slot != NO_TILE);
         let places = used.map(|(k, slot)| ([k % self.tiles_per_side, k / self.tiles_per_side], *slot));
         let low = places.clone().fold([usize::MAX; 2], |low, (at, _)| [low[0].min(at[0]), low[1].min(at[1])]);
-        let high = places.clone().fold([0; 2], |high, (at, _)| [high[0].max(at[0] + 1), high[1].max(at[1] + 1)]);
+        let high =
+            places.clone().fold([0; 2], |high, (at, _)| [high[0].max(at[0] + 1), high[1].max(at[1] + 1)]);
         if self.levels.is_empty() {
             return CellGrid { cell: self.cell_m, ..CellGrid::default() };
         }
@@ -329,7 +333,10 @@ mod tests {
         assert_eq!(map.tiles(), 4);
         assert!(map.left_out() > 0);
         let slots = map.clone();
-        assert_eq!(map.restored(&Parameters { max_tiles: 4, extent_m: 10.0, ..Parameters::default() }), Ok(slots));
+        assert_eq!(
+            map.restored(&Parameters { max_tiles: 4, extent_m: 10.0, ..Parameters::default() }),
+            Ok(slots)
+        );
     }
 
     #[test]

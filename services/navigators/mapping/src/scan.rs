@@ -53,7 +53,10 @@ impl Scan<'_> {
         let ordered =
             self.range_min_m >= 0.0 && self.range_min_m < self.range_max_m && self.range_max_m.is_finite();
         if !ordered {
-            return wrong("0 <= range_min_m < range_max_m", format!("{} and {}", self.range_min_m, self.range_max_m));
+            return wrong(
+                "0 <= range_min_m < range_max_m",
+                format!("{} and {}", self.range_min_m, self.range_max_m),
+            );
         }
         Ok(())
     }

@@ -152,7 +152,8 @@ mod tests {
         drop(scan);
         let mut field = Field::new(0.05, 1.5, 0.08);
         field.rebuild(&map, [0, 0]);
-        let (on, before, far) = (field.sample([0.525, 0.0]), field.sample([0.45, 0.0]), field.sample([0.0, 0.0]));
+        let (on, before, far) =
+            (field.sample([0.525, 0.0]), field.sample([0.45, 0.0]), field.sample([0.0, 0.0]));
         assert!(on > 0.9 && (0.3..0.9).contains(&before) && far == 0.0, "{on} {before} {far}");
         assert_eq!(field.sample([100.0, 1e30]), 0.0);
     }

@@ -25,7 +25,8 @@ impl Likelihood<'_> {
     fn score(&self, pose: &Pose<Map>) -> f64 {
         let (sin, cos) = pose.yaw_rad.sin_cos();
         let place = |[x, y]: &[f64; 2]| [pose.x + cos * x - sin * y, pose.y + sin * x + cos * y];
-        self.points.iter().map(|point| self.field.sample(place(point))).sum::<f64>() / self.points.len() as f64
+        self.points.iter().map(|point| self.field.sample(place(point))).sum::<f64>()
+            / self.points.len() as f64
     }
 
     fn at(&self, pose: &Pose<Map>) -> f64 {
@@ -47,7 +48,8 @@ impl Likelihood<'_> {
             slope[a] = (more - less) / (2.0 * stencil[a]);
             curvature[(a, a)] = (more + less - 2.0 * middle) / (stencil[a] * stencil[a]);
             for b in 0..a {
-                let mixed = at(a, 1.0, b, 1.0) + at(a, -1.0, b, -1.0) - at(a, 1.0, b, -1.0) - at(a, -1.0, b, 1.0);
+                let mixed =
+                    at(a, 1.0, b, 1.0) + at(a, -1.0, b, -1.0) - at(a, 1.0, b, -1.0) - at(a, -1.0, b, 1.0);
                 curvature[(a, b)] = mixed / (4.0 * stencil[a] * stencil[b]);
                 curvature[(b, a)] = curvature[(a, b)];
             }
@@ -59,7 +61,13 @@ impl Likelihood<'_> {
 }
 
 /// Refines a pose; where no step makes the posterior larger it stays as it is.
-pub(super) fn refine(field: &Field, points: &[[f64; 2]], prior: &Prior, coarse: Pose<Map>, evidence: f64) -> Fit {
+pub(super) fn refine(
+    field: &Field,
+    points: &[[f64; 2]],
+    prior: &Prior,
+    coarse: Pose<Map>,
+    evidence: f64,
+) -> Fit {
     let likelihood = Likelihood { field, points, evidence };
     let variances = Vector3::new(prior.sigma_m.powi(2), prior.sigma_m.powi(2), prior.sigma_rad.powi(2));
     let prior_information = Matrix3::from_diagonal(&variances.map(|variance| 1.0 / variance));
@@ -67,7 +75,8 @@ pub(super) fn refine(field: &Field, points: &[[f64; 2]], prior: &Prior, coarse: 
         let turn = wrap_angle(prior.pose.yaw_rad - pose.yaw_rad);
         Vector3::new(prior.pose.x - pose.x, prior.pose.y - pose.y, turn)
     };
-    let posterior = |pose: &Pose<Map>| likelihood.at(pose) - 0.5 * off(pose).dot(&(prior_information * off(pose)));
+    let posterior =
+        |pose: &Pose<Map>| likelihood.at(pose) - 0.5 * off(pose).dot(&(prior_information * off(pose)));
     let farthest = points.iter().map(|p| p[0].hypot(p[1])).fold(1.0, f64::max);
     let mut pose = coarse;
     let mut now = posterior(&pose);
@@ -123,7 +132,8 @@ mod tests {
     fn seen_from(pose: &Pose<Map>) -> Vec<[f64; 2]> {
         let along = (0..60).map(|k| -1.475 + 0.05 * f64::from(k));
         let up = (0..40).map(|k| -0.975 + 0.05 * f64::from(k));
-        let walls = along.flat_map(|x| [[x, -0.975], [x, 0.975]]).chain(up.flat_map(|y| [[-1.475, y], [1.475, y]]));
+        let walls =
+            along.flat_map(|x| [[x, -0.975], [x, 0.975]]).chain(up.flat_map(|y| [[-1.475, y], [1.475, y]]));
         let (sin, cos) = pose.yaw_rad.sin_cos();
         let from = |[x, y]: [f64; 2]| {
             let (x, y) = (x - pose.x, y - pose.y);
@@ -139,7 +149,11 @@ mod tests {
         for k in 0..20 {
             let k = f64::from(k);
             let truth = Pose::new(0.37 * (k * 1.7).sin(), 0.21 * (k * 0.9).cos(), 0.3 * k);
-            let guess = Pose::new(truth.x + 0.21 * k.cos(), truth.y - 0.17 * k.sin(), truth.yaw_rad + 0.11 * (2.0 * k).sin());
+            let guess = Pose::new(
+                truth.x + 0.21 * k.cos(),
+                truth.y - 0.17 * k.sin(),
+                truth.yaw_rad + 0.11 * (2.0 * k).sin(),
+            );
             matcher.set_points(seen_from(&truth).into_iter());
             let fit = matcher.fit(&field, &Prior { pose: guess, sigma_m: 0.2, sigma_rad: 0.1 }).unwrap();
             let off = fit.pose.motion_to(&truth);
@@ -158,7 +172,10 @@ mod tests {
         matcher.set_points((-12..12).map(|k| sides(k)[0]).chain((-12..12).map(|k| sides(k)[1])));
         let prior = Prior { pose: Pose::new(0.13, 0.08, 0.03), sigma_m: 0.1, sigma_rad: 0.05 };
         let fit = matcher.fit(&field, &prior).unwrap();
-        assert!((fit.pose.x - 0.13).abs() < 0.03 && fit.pose.y.abs() < 0.01 && fit.pose.yaw_rad.abs() < 0.01, "{fit:?}");
+        assert!(
+            (fit.pose.x - 0.13).abs() < 0.03 && fit.pose.y.abs() < 0.01 && fit.pose.yaw_rad.abs() < 0.01,
+            "{fit:?}"
+        );
         assert!(fit.covariance[(0, 0)] > 8.0 * fit.covariance[(1, 1)], "{}", fit.covariance);
     }
 }

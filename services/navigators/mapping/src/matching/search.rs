@@ -154,7 +154,8 @@ impl Problem<'_> {
         let last = BLOCKS[level] as i32 - 1;
         let nearest = shift.map(|at| f64::from(if at > 0 { at } else { (at + last).min(0) }));
         let turn = (angle as f64 - self.middle_angle as f64) * self.step_rad;
-        let prior = self.weights[0] * (nearest[0].powi(2) + nearest[1].powi(2)) + self.weights[1] * turn * turn;
+        let prior =
+            self.weights[0] * (nearest[0].powi(2) + nearest[1].powi(2)) + self.weights[1] * turn * turn;
         let bound = self.evidence * f64::from(sum) / (255.0 * self.points as f64) - prior;
         Node { angle, shift, level, bound }
     }

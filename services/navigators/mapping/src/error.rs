@@ -29,12 +29,4 @@ pub enum Error {
         /// What was given.
         found: String,
     },
-    /// A drawing or a map without an outline that could be aligned.
-    #[error("outline: expected {expected}, found {found}")]
-    Outline {
-        /// What was expected.
-        expected: &'static str,
-        /// What was given.
-        found: String,
-    },
 }

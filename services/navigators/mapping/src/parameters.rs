@@ -81,7 +81,7 @@ impl Default for Parameters {
             window_max_m: 0.6,
             window_max_rad: 0.5,
             blur_m: 0.08,
-            evidence: 60.0,
+            evidence: 400.0,
             match_m: 0.1,
             match_rad: 0.1,
             enter_m: 0.2,

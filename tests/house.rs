@@ -12,18 +12,19 @@ use sketchnav_schemas::codes::Process;
 use support::repository;
 
 /// Crates that know no process, no network, no recording and no physics.
-const PURE: [&str; 8] = [
+const PURE: [&str; 9] = [
     "sketchnav-schemas",
     "sketchnav-stage",
     "sketchnav-corridor",
     "sketchnav-directions",
     "sketchnav-landmarks",
+    "sketchnav-mapping",
     "sketchnav-motion",
     "sketchnav-qualitative",
     "sketchnav-sketch",
 ];
 /// Pure crates that navigators may share; any other crate in `services/navigators` is a navigator of its own.
-const SHARED: [&str; 2] = ["sketchnav-motion", "sketchnav-qualitative"];
+const SHARED: [&str; 3] = ["sketchnav-mapping", "sketchnav-motion", "sketchnav-qualitative"];
 /// What they must not reach, by any way.
 const IMPURE: [&str; 7] = ["iceoryx2", "axum", "tokio", "mcap", "rapier2d", "nix", "sketchnav-runtime"];
 

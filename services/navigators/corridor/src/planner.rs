@@ -42,6 +42,8 @@ struct Attempt {
     start: Pose<Odom>,
     /// The pair that was answered last.
     pairs: u64,
+    /// Whether the marker of the goal was ahead since the task began.
+    was_ahead: bool,
     command: Velocity,
 }
 
@@ -125,7 +127,7 @@ impl Planner {
             waits_for_order: run.pace == Pace::Lockstep,
             rules: None,
             mission: Errands::new(run.pad),
-            attempt: Attempt { start, pairs: 0, command: [0.0; 3] },
+            attempt: Attempt { start, pairs: 0, was_ahead: false, command: [0.0; 3] },
             course: Course::new(&run.robot),
             remaining_m: 0.0,
         })
@@ -150,7 +152,7 @@ impl Planner {
         let is_ready = self.mission.is_ordered() && self.has_rules();
         if let Some(next) = self.mission.due(is_ready, self.tasks.len()) {
             self.mission.begin(next);
-            self.attempt = Attempt { start: *robot, pairs: relations.pairs, command: [0.0; 3] };
+            self.attempt = Attempt { start: *robot, pairs: relations.pairs, was_ahead: false, command: [0.0; 3] };
             self.course.begin(robot);
         }
         match self.mission.phase() {
@@ -173,11 +175,10 @@ impl Planner {
         self.remaining_m = if let Goal::Metres(metres) = goal { (metres - along_m).max(0.0) } else { 0.0 };
         let has_arrived = match goal {
             Goal::Metres(metres) => along_m >= metres,
-            Goal::Marker(id) => self.has_passed(id, relations, robot),
+            Goal::Marker(id) => self.passes(id, relations, robot),
             Goal::End => false,
         };
         if has_arrived {
-            let side = if along_m < 0.0 { "back along" } else { "along" };
             self.mission.end(TaskState::Reached, format_args!("{:.1} m {side} the corridor", along_m.abs()));
             self.stop(dt_s);
         } else if self.method == Method::Corridor {
@@ -195,16 +196,18 @@ impl Planner {
         }
     }
 
-    fn has_passed(&self, id: u32, relations: &Relations, robot: &Pose<Odom>) -> bool {
+    /// Whether the robot has passed the marker: it was ahead in this task, and lies behind now.
+    fn passes(&mut self, id: u32, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let way_rad = match self.method {
             Method::Corridor => self.course.way_rad(),
             _ => self.attempt.start.yaw_rad,
         };
         let (sin, cos) = (way_rad - robot.yaw_rad).sin_cos();
-        relations.markers().iter().filter(|marker| marker.id == id).any(|marker| {
-            let [x, y] = [marker.x_m, marker.y_m].map(f64::from);
-            x * cos + y * sin < 0.0 && x.hypot(y) < PASSED_M
-        })
+        let Some(marker) = relations.markers().iter().find(|marker| marker.id == id) else { return false };
+        let [x, y] = [marker.x_m, marker.y_m].map(f64::from);
+        let is_ahead = x * cos + y * sin > 0.0;
+        self.attempt.was_ahead |= is_ahead;
+        self.attempt.was_ahead && !is_ahead && x.hypot(y) < PASSED_M
     }
 
     fn drive_freely(&mut self, index: usize, info: &TaskInfo, robot: &Pose<Odom>, dt_s: f64) {

@@ -1,0 +1,27 @@
+//! A map of what a robot has seen on its drive.
+//!
+//! - [`mapper`]: local mapping. Matches laser scans with the map so far and enters them.
+//! - [`occupancy`]: the map: cells that are free, occupied or unknown, of bounded size.
+//! - [`matching`]: where a scan fits the map best, within a window around the odometry's guess.
+//! - [`grid`]: the map as plain cells, for whoever reads it.
+//!
+//! Nothing here knows a clock, a file or a channel, starts a thread or draws a random number.
+//! The same scans in the same order give the same bytes.
+
+pub mod error;
+pub mod grid;
+pub mod mapper;
+pub mod matching;
+pub mod occupancy;
+pub mod parameters;
+pub mod scan;
+
+pub use error::Error;
+pub use grid::{Cell, CellGrid};
+pub use mapper::{Mapper, Outcome};
+pub use parameters::Parameters;
+pub use scan::Scan;
+
+/// The frame of the map: metres, its origin where the robot stood at its first scan, x along its heading then.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Map;

@@ -1,0 +1,260 @@
+//! Local mapping over the whole drive: a pose by odometry, corrected by matching scans with the map, and the map by
+//! the scans so placed.
+//!
+//! One pose and one map are kept; loops are not closed by moving what was mapped. So the map is accurate over
+//! the distances that one sees at once, and drifts slowly beyond. Where the robot comes back within the
+//! search window, it is matched with what it saw first.
+//!
+//! The state is bounded by [`Parameters::max_tiles`]. An update allocates nothing.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Odom, Pose};
+
+use crate::matching::field::{BLOCKS, Field};
+use crate::matching::{Fit, Matcher, Prior};
+use crate::occupancy::Occupancy;
+use crate::scan::{Beam, Scan};
+use crate::{Error, Map, Parameters};
+
+/// How far the robot may go before the field around it is drawn anew, metres.
+const FIELD_MARGIN_M: f64 = 1.5;
+
+/// What was done with a scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// The robot has hardly moved: the scan was not looked at.
+    Skipped,
+    /// It corrected the pose; `None` if the scan shows nothing in range.
+    Matched(Option<Fit>),
+    /// It corrected the pose and was entered into the map; `None` for the first scan, or if it shows nothing.
+    Entered(Option<Fit>),
+}
+
+/// Metres and radians, without sign.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+struct Driven {
+    m: f64,
+    rad: f64,
+}
+
+impl Driven {
+    fn add(&mut self, m: f64, rad: f64) {
+        self.m += m;
+        self.rad += rad;
+    }
+}
+
+/// All that a checkpoint holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    map: Occupancy,
+    pose: Pose<Map>,
+    odometry: Option<Pose<Odom>>,
+    since_match: Driven,
+    since_entry: Driven,
+    scans_since_entry: u32,
+    /// The map's cell in the middle of the field.
+    field_middle: [i32; 2],
+}
+
+/// Builds a map scan by scan.
+#[derive(Debug)]
+pub struct Mapper {
+    parameters: Parameters,
+    state: State,
+    field: Field,
+    matcher: Matcher,
+    touched: Vec<u32>,
+}
+
+impl Mapper {
+    /// A mapper that has seen nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn new(parameters: Parameters) -> Result<Self, Error> {
+        parameters.check()?;
+        let state = State {
+            map: Occupancy::new(&parameters),
+            pose: Pose::new(0.0, 0.0, 0.0),
+            odometry: None,
+            since_match: Driven::default(),
+            since_entry: Driven::default(),
+            scans_since_entry: 0,
+            field_middle: [0, 0],
+        };
+        Ok(Self::with(parameters, state))
+    }
+
+    /// Goes on from a checkpoint.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`]; [`Error::State`] if the state does not belong to the parameters.
+    pub fn restore(parameters: Parameters, state: State) -> Result<Self, Error> {
+        parameters.check()?;
+        let map = state.map.restored(&parameters)?;
+        let numbers =
+            [state.pose.x, state.pose.y, state.pose.yaw_rad, state.since_match.m, state.since_match.rad];
+        if numbers.iter().any(|number| !number.is_finite()) {
+            return Err(Error::State { expected: "finite numbers", found: format!("{numbers:?}") });
+        }
+        Ok(Self::with(parameters, State { map, ..state }))
+    }
+
+    fn with(parameters: Parameters, state: State) -> Self {
+        let reach_m = parameters.matching_range_m + parameters.window_max_m + FIELD_MARGIN_M;
+        let half_m = reach_m + (BLOCKS[BLOCKS.len() - 1] + 8) as f64 * parameters.cell_m;
+        let mut field = Field::new(parameters.cell_m, half_m, parameters.blur_m);
+        field.rebuild(&state.map, state.field_middle);
+        // Cells that the beams of a scan can reach.
+        let range_cells = parameters.mapping_range_m / parameters.cell_m + 4.0;
+        let touched = Vec::with_capacity((2.0 * range_cells).powi(2) as usize);
+        Self { matcher: Matcher::new(&parameters), parameters, state, field, touched }
+    }
+
+    /// For a checkpoint.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Where the robot is, by its last update.
+    pub fn pose(&self) -> Pose<Map> {
+        self.state.pose
+    }
+
+    /// The map.
+    pub fn map(&self) -> &Occupancy {
+        &self.state.map
+    }
+
+    /// Takes where the robot believes to be by its wheels, and what it sees there.
+    ///
+    /// # Errors
+    /// [`Error::Scan`] if scan or odometry are invalid; nothing changes then.
+    pub fn update(&mut self, odometry: Pose<Odom>, scan: &Scan<'_>) -> Result<Outcome, Error> {
+        scan.check()?;
+        let numbers = [odometry.x, odometry.y, odometry.yaw_rad];
+        if numbers.iter().any(|number| !number.is_finite()) {
+            return Err(Error::Scan { expected: "finite odometry", found: format!("{numbers:?}") });
+        }
+        let is_first = self.state.odometry.is_none();
+        self.advance(odometry);
+        let enters = is_first || self.is_entry_due();
+        if !enters && !self.is_match_due() {
+            return Ok(Outcome::Skipped);
+        }
+        let fit = if is_first { None } else { self.correct(scan) };
+        if enters {
+            self.enter(scan);
+        }
+        Ok(if enters { Outcome::Entered(fit) } else { Outcome::Matched(fit) })
+    }
+
+    /// Moves the pose as the wheels say.
+    fn advance(&mut self, odometry: Pose<Odom>) {
+        if let Some(before) = self.state.odometry.replace(odometry) {
+            let step = before.motion_to(&odometry);
+            let (m, rad) = (step.x.hypot(step.y), step.yaw_rad.abs());
+            self.state.pose = self.state.pose.compose(&step);
+            self.state.since_match.add(m, rad);
+            self.state.since_entry.add(m, rad);
+            self.state.scans_since_entry += 1;
+        }
+    }
+
+    fn is_match_due(&self) -> bool {
+        let since = &self.state.since_match;
+        since.m >= self.parameters.match_m || since.rad >= self.parameters.match_rad
+    }
+
+    fn is_entry_due(&self) -> bool {
+        let since = &self.state.since_entry;
+        let has_moved = since.m >= self.parameters.enter_m || since.rad >= self.parameters.enter_rad;
+        has_moved || self.state.scans_since_entry >= self.parameters.enter_scans
+    }
+
+    fn correct(&mut self, scan: &Scan<'_>) -> Option<Fit> {
+        self.follow_with_field();
+        self.matcher.set_points(ends(scan, self.parameters.matching_range_m));
+        let fit = self.matcher.fit(&self.field, &self.prior())?;
+        self.state.pose = fit.pose;
+        self.state.since_match = Driven::default();
+        Some(fit)
+    }
+
+    fn prior(&self) -> Prior {
+        let (noise, since) = (&self.parameters.odometry, &self.state.since_match);
+        Prior {
+            pose: self.state.pose,
+            sigma_m: noise.position_floor_m + noise.position_per_m * since.m,
+            sigma_rad: noise.yaw_floor_rad + noise.yaw_per_m * since.m + noise.yaw_per_rad * since.rad,
+        }
+    }
+
+    fn cell(&self) -> [i32; 2] {
+        let pose = self.state.pose;
+        [pose.x, pose.y].map(|at| (at / self.parameters.cell_m).floor().clamp(-1e8, 1e8) as i32)
+    }
+
+    fn follow_with_field(&mut self) {
+        let (at, middle) = (self.cell(), self.state.field_middle);
+        let off = (at[0] - middle[0]).abs().max((at[1] - middle[1]).abs());
+        if f64::from(off) * self.parameters.cell_m > FIELD_MARGIN_M {
+            self.state.field_middle = at;
+            self.field.rebuild(&self.state.map, at);
+        }
+    }
+
+    /// Enters a scan at the present pose, and draws the field anew.
+    fn enter(&mut self, scan: &Scan<'_>) {
+        let (pose, parameters) = (self.state.pose, &self.parameters);
+        let in_cells = |[x, y]: [f64; 2]| {
+            let at = pose.compose(&Pose::<Map>::new(x, y, 0.0));
+            [at.x / parameters.cell_m, at.y / parameters.cell_m]
+        };
+        let mount = [scan.base_from_laser.x, scan.base_from_laser.y];
+        let end = |beam: usize, range_m: f64| {
+            let direction = scan.direction(beam);
+            in_cells([0, 1].map(|axis| mount[axis] + range_m * direction[axis]))
+        };
+        let mut entering = self.state.map.scan(&mut self.touched);
+        for beam in 0..scan.ranges_m.len() {
+            if let Beam::Hit(range_m) = scan.beam(beam)
+                && range_m <= parameters.mapping_range_m
+            {
+                entering.hit(end(beam, range_m).map(|at| at.floor() as i32));
+            }
+        }
+        let laser = in_cells(mount);
+        for beam in 0..scan.ranges_m.len() {
+            match scan.beam(beam) {
+                Beam::Hit(range_m) if range_m <= parameters.mapping_range_m => {
+                    entering.pass(laser, end(beam, range_m), 1.0);
+                }
+                Beam::Hit(_) => entering.pass(laser, end(beam, parameters.mapping_range_m), 0.0),
+                Beam::Open if parameters.open_range_m > 0.0 => {
+                    let range_m = parameters.open_range_m.min(scan.range_max_m);
+                    entering.pass(laser, end(beam, range_m), 0.0);
+                }
+                Beam::Open | Beam::Invalid => {}
+            }
+        }
+        drop(entering);
+        self.state.since_entry = Driven::default();
+        self.state.scans_since_entry = 0;
+        self.state.field_middle = self.cell();
+        self.field.rebuild(&self.state.map, self.state.field_middle);
+    }
+}
+
+/// Ends of the beams up to a range, in the robot's frame.
+fn ends<'a>(scan: &'a Scan<'a>, longest_m: f64) -> impl Iterator<Item = [f64; 2]> + 'a {
+    let mount = [scan.base_from_laser.x, scan.base_from_laser.y];
+    (0..scan.ranges_m.len()).filter_map(move |beam| match scan.beam(beam) {
+        Beam::Hit(range_m) if range_m <= longest_m => {
+            let direction = scan.direction(beam);
+            Some([0, 1].map(|axis| mount[axis] + range_m * direction[axis]))
+        }
+        _ => None,
+    })
+}

@@ -1,0 +1,160 @@
+//! How near a place is to a wall of the map, rasterised around the robot, and its maxima over blocks.
+
+use crate::occupancy::Occupancy;
+
+/// Sides of the blocks, in cells; block k of a cell begins there and goes to the right and up.
+pub const BLOCKS: [usize; 4] = [1, 2, 4, 8];
+
+/// Values of a square of cells: exp(−d² / 2σ²) times 255, d the distance to the nearest occupied cell.
+#[derive(Debug)]
+pub struct Field {
+    /// The map's cell at the lower left.
+    low: [i32; 2],
+    side: usize,
+    cell_m: f64,
+    /// The kernel's rows, `reach` cells to each side.
+    kernel: Vec<u8>,
+    reach: usize,
+    levels: [Vec<u8>; 4],
+}
+
+impl Field {
+    /// A field of zeros that reaches `half_m` from its middle.
+    pub fn new(cell_m: f64, half_m: f64, blur_m: f64) -> Self {
+        let side = 2 * (half_m / cell_m).ceil() as usize;
+        let blur = blur_m / cell_m;
+        let reach = (2.5 * blur).ceil() as usize;
+        let offset = |k: usize| (k % (2 * reach + 1)) as f64 - reach as f64;
+        let value = |k: usize| {
+            let squared = offset(k).powi(2) + offset(k / (2 * reach + 1)).powi(2);
+            (255.0 * (-0.5 * squared / (blur * blur)).exp()).round() as u8
+        };
+        let kernel = (0..(2 * reach + 1).pow(2)).map(value).collect();
+        let levels = std::array::from_fn(|_| vec![0; side * side]);
+        Self { low: [0, 0], side, cell_m, kernel, reach, levels }
+    }
+
+    /// Side of a cell, metres.
+    pub fn cell_m(&self) -> f64 {
+        self.cell_m
+    }
+
+    /// The map's cell at the lower left.
+    pub fn low(&self) -> [i32; 2] {
+        self.low
+    }
+
+    /// Cells in a row, and rows.
+    pub fn side(&self) -> usize {
+        self.side
+    }
+
+    /// Draws the walls around a cell of the map anew.
+    pub fn rebuild(&mut self, map: &Occupancy, middle: [i32; 2]) {
+        let half = (self.side / 2) as i32;
+        self.low = middle.map(|at| at - half);
+        self.levels[0].fill(0);
+        let (side, reach, width) = (self.side, self.reach, 2 * self.reach + 1);
+        let (low, kernel, level) = (self.low, &self.kernel, &mut self.levels[0]);
+        let inner = |at: i32, low: i32| {
+            let at = (at - low) as usize;
+            (reach <= at && at + reach < side).then_some(at)
+        };
+        map.occupied_within(low, low.map(|at| at + side as i32 - 1), |[x, y]| {
+            let (Some(x), Some(y)) = (inner(x, low[0]), inner(y, low[1])) else { return };
+            for (row, values) in kernel.chunks(width).enumerate() {
+                let start = (y + row - reach) * side + x - reach;
+                let cells = &mut level[start..start + width];
+                cells.iter_mut().zip(values).for_each(|(cell, value)| *cell = (*cell).max(*value));
+            }
+        });
+        for k in 1..BLOCKS.len() {
+            let (finer, coarser) = self.levels.split_at_mut(k);
+            double(&finer[k - 1], &mut coarser[0], side, BLOCKS[k - 1]);
+        }
+    }
+
+    /// The largest value of a block; 0 beside the field. `level` is a place in [`BLOCKS`], `at` counts from
+    /// [`Self::low`].
+    #[inline]
+    pub(crate) fn block(&self, level: usize, at: [i32; 2]) -> u8 {
+        let (x, y) = (at[0] as usize, at[1] as usize);
+        if x < self.side && y < self.side { self.levels[level][y * self.side + x] } else { 0 }
+    }
+
+    /// The value at a place, metres in the map: 0 to 1, smooth (a quadratic B-spline over nine cells).
+    pub(crate) fn sample(&self, at: [f64; 2]) -> f64 {
+        let cells = [0, 1].map(|axis| (at[axis] / self.cell_m - f64::from(self.low[axis])).clamp(-1e6, 1e6));
+        let [x, y] = cells.map(f64::floor);
+        let (across, up) = (spline(cells[0] - x), spline(cells[1] - y));
+        let (x, y) = (x as i32 - 1, y as i32 - 1);
+        let row = |dy: i32| {
+            let value = |dx: i32| f64::from(self.block(0, [x + dx, y + dy]));
+            across[0] * value(0) + across[1] * value(1) + across[2] * value(2)
+        };
+        (up[0] * row(0) + up[1] * row(1) + up[2] * row(2)) / 255.0
+    }
+}
+
+/// Weights of a cell's left neighbour, the cell and its right neighbour at a place in the cell, 0 to 1.
+fn spline(at: f64) -> [f64; 3] {
+    let right = 0.5 * at * at;
+    let left = 0.5 * (1.0 - at) * (1.0 - at);
+    [left, 1.0 - left - right, right]
+}
+
+/// Maxima over blocks twice as large: of four blocks of the finer level.
+fn double(finer: &[u8], coarser: &mut [u8], side: usize, block: usize) {
+    for y in 0..side {
+        let upper = (y + block).min(side - 1);
+        let (lower, upper) = (&finer[y * side..][..side], &finer[upper * side..][..side]);
+        let row = &mut coarser[y * side..][..side];
+        for x in 0..side - block {
+            let left = lower[x].max(upper[x]);
+            row[x] = left.max(lower[x + block]).max(upper[x + block]);
+        }
+        for x in side - block..side {
+            row[x] = lower[x].max(upper[x]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Parameters;
+
+    #[test]
+    fn blocks_hold_the_largest_of_their_cells() {
+        let mut map = Occupancy::new(&Parameters { max_tiles: 16, extent_m: 10.0, ..Parameters::default() });
+        let mut touched = Vec::new();
+        let mut scan = map.scan(&mut touched);
+        (0..40).for_each(|k| scan.hit([(k * 7) % 31 - 15, (k * 11) % 29 - 14]));
+        drop(scan);
+        let mut field = Field::new(0.05, 1.5, 0.08);
+        field.rebuild(&map, [0, 0]);
+        let cells = |x: i32, y: i32, side: i32| {
+            (0..side * side).map(|k| field.block(0, [x + k % side, y + k / side])).max().unwrap()
+        };
+        for (level, block) in BLOCKS.iter().enumerate() {
+            for (x, y) in (0..50).flat_map(|x| (0..50).map(move |y| (x, y))) {
+                assert_eq!(field.block(level, [x, y]), cells(x, y, *block as i32), "{x} {y} of {block}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_sample_rises_towards_a_wall() {
+        let mut map = Occupancy::new(&Parameters { max_tiles: 16, extent_m: 10.0, ..Parameters::default() });
+        let mut touched = Vec::new();
+        let mut scan = map.scan(&mut touched);
+        (-10..10).for_each(|y| scan.hit([10, y]));
+        drop(scan);
+        let mut field = Field::new(0.05, 1.5, 0.08);
+        field.rebuild(&map, [0, 0]);
+        let (on, before, far) =
+            (field.sample([0.525, 0.0]), field.sample([0.45, 0.0]), field.sample([0.0, 0.0]));
+        assert!(on > 0.9 && (0.3..0.9).contains(&before) && far == 0.0, "{on} {before} {far}");
+        assert_eq!(field.sample([100.0, 1e30]), 0.0);
+    }
+}

@@ -1,0 +1,373 @@
+//! Occupancy of cells by log odds (Moravec and Elfes 1985; Thrun, Burgard and Fox 2005, 9.2), in tiles.
+//!
+//! A tile exists where a beam has been. Their number is bounded: when all are in use, cells of further tiles are
+//! not entered, and counted. A cell is changed once a scan, whatever the number of beams through it.
+//!
+//! People who walk leave no wall: a beam that ends deep in free space counts little, and later beams pass there.
+
+use serde::{Deserialize, Serialize};
+
+use crate::grid::{Cell, CellGrid};
+use crate::{Error, Parameters};
+
+/// Cells along a side of a tile.
+pub const TILE: usize = 32;
+const TILE_CELLS: usize = TILE * TILE;
+const NO_TILE: u16 = u16::MAX;
+
+/// A level is log odds plus this; one step is 0.05. Zero: never seen.
+const EVEN: u8 = 64;
+const HIT: u8 = 18;
+const HIT_IN_FREE: u8 = 7;
+const MISS: u8 = 8;
+const LEAST: u8 = 1;
+const MOST: u8 = 127;
+/// Below this a cell has been free so often that a beam's end there is likely a person.
+const DEEPLY_FREE: u8 = 16;
+const FREE_UP_TO: u8 = 60;
+const OCCUPIED_FROM: u8 = 68;
+/// The cell has been changed by the scan that is being entered.
+const TOUCHED: u8 = 128;
+
+/// The map. Cells are addressed by whole numbers of cells from the origin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Occupancy {
+    cell_m: f64,
+    tiles_per_side: usize,
+    max_tiles: usize,
+    /// Which tile a place of the map has.
+    slots: Vec<u16>,
+    levels: Vec<u8>,
+    /// How many cells were not entered for want of a tile or of extent.
+    left_out: u64,
+}
+
+impl Occupancy {
+    /// An empty map; memory for all tiles is reserved.
+    pub fn new(parameters: &Parameters) -> Self {
+        let tiles_per_side = (parameters.extent_m / (parameters.cell_m * TILE as f64)).ceil() as usize;
+        Self {
+            cell_m: parameters.cell_m,
+            tiles_per_side,
+            max_tiles: parameters.max_tiles,
+            slots: vec![NO_TILE; tiles_per_side * tiles_per_side],
+            levels: Vec::with_capacity(parameters.max_tiles * TILE_CELLS),
+            left_out: 0,
+        }
+    }
+
+    /// Takes a saved map if it belongs to these parameters, and reserves memory again.
+    ///
+    /// # Errors
+    /// [`Error::State`].
+    pub fn restored(mut self, parameters: &Parameters) -> Result<Self, Error> {
+        let new = Self::new(parameters);
+        let wrong = |expected, found: String| Err(Error::State { expected, found });
+        if self.cell_m != new.cell_m || self.tiles_per_side != new.tiles_per_side {
+            return wrong("cell and extent of the parameters", format!("{} m", self.cell_m));
+        }
+        let tiles = self.levels.len() / TILE_CELLS;
+        let is_whole = self.levels.len() == tiles * TILE_CELLS && tiles <= new.max_tiles;
+        let used = self.slots.iter().filter(|&&slot| slot != NO_TILE);
+        if !is_whole || self.slots.len() != new.slots.len() || used.clone().count() != tiles {
+            return wrong("as many tiles as there are slots", tiles.to_string());
+        }
+        let mut seen = vec![false; tiles];
+        if used
+            .into_iter()
+            .any(|&slot| seen.get_mut(usize::from(slot)).is_none_or(|seen| std::mem::replace(seen, true)))
+        {
+            return wrong("each tile once", tiles.to_string());
+        }
+        if self.levels.iter().any(|level| level & TOUCHED != 0) {
+            return wrong("levels below 128", "a larger one".to_owned());
+        }
+        self.max_tiles = new.max_tiles;
+        self.levels.reserve_exact(new.max_tiles * TILE_CELLS - self.levels.len());
+        Ok(self)
+    }
+
+    /// Side of a cell, metres.
+    pub fn cell_m(&self) -> f64 {
+        self.cell_m
+    }
+
+    /// Tiles in use.
+    pub fn tiles(&self) -> usize {
+        self.levels.len() / TILE_CELLS
+    }
+
+    /// How many changes were lost because the map was full or did not reach so far.
+    pub fn left_out(&self) -> u64 {
+        self.left_out
+    }
+
+    /// What is known of a cell.
+    pub fn at(&self, cell: [i32; 2]) -> Cell {
+        classify(self.level(cell))
+    }
+
+    fn level(&self, cell: [i32; 2]) -> u8 {
+        self.find(cell).map_or(0, |index| self.levels[index])
+    }
+
+    /// Place of a tile's slot, and of the cell in the tile; `None` beyond the extent.
+    fn split(&self, cell: [i32; 2]) -> Option<(usize, usize)> {
+        let half = (self.tiles_per_side * TILE / 2) as i64;
+        let [x, y] = cell.map(|at| usize::try_from(i64::from(at) + half).ok());
+        let (x, y) = (x?, y?);
+        let (column, row) = (x / TILE, y / TILE);
+        let is_within = column < self.tiles_per_side && row < self.tiles_per_side;
+        is_within.then(|| (row * self.tiles_per_side + column, y % TILE * TILE + x % TILE))
+    }
+
+    fn find(&self, cell: [i32; 2]) -> Option<usize> {
+        let (slot, within) = self.split(cell)?;
+        let tile = self.slots[slot];
+        (tile != NO_TILE).then(|| usize::from(tile) * TILE_CELLS + within)
+    }
+
+    fn find_or_make(&mut self, cell: [i32; 2]) -> Option<usize> {
+        let (slot, within) = self.split(cell)?;
+        if self.slots[slot] == NO_TILE {
+            if self.tiles() >= self.max_tiles {
+                return None;
+            }
+            self.slots[slot] = self.tiles() as u16;
+            self.levels.resize(self.levels.len() + TILE_CELLS, 0);
+        }
+        Some(usize::from(self.slots[slot]) * TILE_CELLS + within)
+    }
+
+    /// Begins a scan. `touched` is working memory; nothing is allocated if it has room for all cells in range.
+    pub(crate) fn scan<'a>(&'a mut self, touched: &'a mut Vec<u32>) -> Entering<'a> {
+        touched.clear();
+        Entering { map: self, touched }
+    }
+
+    /// Calls `visit` with each occupied cell of a rectangle, tile by tile.
+    pub(crate) fn occupied_within(&self, low: [i32; 2], high: [i32; 2], mut visit: impl FnMut([i32; 2])) {
+        let half = (self.tiles_per_side * TILE / 2) as i32;
+        let tile = |at: i32| (at + half).div_euclid(TILE as i32).clamp(0, self.tiles_per_side as i32 - 1);
+        for row in tile(low[1])..=tile(high[1]) {
+            for column in tile(low[0])..=tile(high[0]) {
+                let slot = self.slots[row as usize * self.tiles_per_side + column as usize];
+                if slot == NO_TILE {
+                    continue;
+                }
+                let levels = &self.levels[usize::from(slot) * TILE_CELLS..][..TILE_CELLS];
+                for (k, _) in levels.iter().enumerate().filter(|(_, level)| **level >= OCCUPIED_FROM) {
+                    let x = column * TILE as i32 - half + (k % TILE) as i32;
+                    let y = row * TILE as i32 - half + (k / TILE) as i32;
+                    if (low[0]..=high[0]).contains(&x) && (low[1]..=high[1]).contains(&y) {
+                        visit([x, y]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The map as plain cells: the rectangle of all tiles in use.
+    pub fn grid(&self) -> CellGrid {
+        let half = (self.tiles_per_side * TILE / 2) as i32;
+        let used = self.slots.iter().enumerate().filter(|(_, slot)| **slot != NO_TILE);
+        let places = used.map(|(k, slot)| ([k % self.tiles_per_side, k / self.tiles_per_side], *slot));
+        let low = places.clone().fold([usize::MAX; 2], |low, (at, _)| [low[0].min(at[0]), low[1].min(at[1])]);
+        let high =
+            places.clone().fold([0; 2], |high, (at, _)| [high[0].max(at[0] + 1), high[1].max(at[1] + 1)]);
+        if self.levels.is_empty() {
+            return CellGrid { cell: self.cell_m, ..CellGrid::default() };
+        }
+        let origin = low.map(|at| f64::from((at * TILE) as i32 - half) * self.cell_m);
+        let [width, height] = [0, 1].map(|axis| (high[axis] - low[axis]) * TILE);
+        let mut grid = CellGrid::unknown(width, height, self.cell_m, origin);
+        for ([column, row], slot) in places {
+            let levels = &self.levels[usize::from(slot) * TILE_CELLS..][..TILE_CELLS];
+            for (y, cells) in levels.chunks(TILE).enumerate() {
+                let start = ((row - low[1]) * TILE + y) * width + (column - low[0]) * TILE;
+                let row = &mut grid.cells[start..start + TILE];
+                row.iter_mut().zip(cells).for_each(|(cell, level)| *cell = classify(*level));
+            }
+        }
+        grid
+    }
+}
+
+fn classify(level: u8) -> Cell {
+    match level & !TOUCHED {
+        0 => Cell::Unknown,
+        level if level <= FREE_UP_TO => Cell::Free,
+        level if level >= OCCUPIED_FROM => Cell::Occupied,
+        _ => Cell::Unknown,
+    }
+}
+
+/// A scan that is being entered: first all ends of beams, then all beams.
+pub(crate) struct Entering<'a> {
+    map: &'a mut Occupancy,
+    touched: &'a mut Vec<u32>,
+}
+
+impl Entering<'_> {
+    /// A beam ends in a cell.
+    pub fn hit(&mut self, cell: [i32; 2]) {
+        self.change(cell, |level| {
+            let step = if level < DEEPLY_FREE { HIT_IN_FREE } else { HIT };
+            (level + step).min(MOST)
+        });
+    }
+
+    /// A beam goes from a place (in cells) to another; the cells before `clear` cells of its end are free.
+    pub fn pass(&mut self, from: [f64; 2], to: [f64; 2], clear: f64) {
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let length = along[0].hypot(along[1]) - clear;
+        if length > 0.0 {
+            let norm = along[0].hypot(along[1]);
+            traverse(from, along.map(|part| part / norm), length, |cell| {
+                self.change(cell, |level| level.saturating_sub(MISS).max(LEAST));
+            });
+        }
+    }
+
+    fn change(&mut self, cell: [i32; 2], by: impl Fn(u8) -> u8) {
+        let Some(index) = self.map.find_or_make(cell) else {
+            self.map.left_out += 1;
+            return;
+        };
+        let level = &mut self.map.levels[index];
+        if *level & TOUCHED == 0 {
+            let before = if *level == 0 { EVEN } else { *level };
+            *level = by(before) | TOUCHED;
+            self.touched.push(index as u32);
+        }
+    }
+}
+
+impl Drop for Entering<'_> {
+    fn drop(&mut self) {
+        for &index in self.touched.iter() {
+            self.map.levels[index as usize] &= !TOUCHED;
+        }
+    }
+}
+
+/// Visits the cells along a ray (Amanatides and Woo 1987). Places and lengths in cells.
+pub(crate) fn traverse(from: [f64; 2], direction: [f64; 2], length: f64, mut visit: impl FnMut([i32; 2])) {
+    let mut cell = from.map(|at| at.floor() as i32);
+    let step = direction.map(|part| if part < 0.0 { -1 } else { 1 });
+    let per_cell = direction.map(|part| if part == 0.0 { f64::INFINITY } else { 1.0 / part.abs() });
+    let mut next = [0, 1].map(|axis| {
+        let side = f64::from(cell[axis]) + if step[axis] > 0 { 1.0 } else { 0.0 };
+        if direction[axis] == 0.0 { f64::INFINITY } else { (side - from[axis]) / direction[axis] }
+    });
+    loop {
+        visit(cell);
+        let axis = usize::from(next[1] < next[0]);
+        if next[axis] >= length {
+            return;
+        }
+        cell[axis] += step[axis];
+        next[axis] += per_cell[axis];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn map() -> Occupancy {
+        Occupancy::new(&Parameters { max_tiles: 4, extent_m: 10.0, ..Parameters::default() })
+    }
+
+    fn see(map: &mut Occupancy, from: [f64; 2], end: [f64; 2]) {
+        let mut touched = Vec::new();
+        let mut scan = map.scan(&mut touched);
+        scan.hit(end.map(|at| at.floor() as i32));
+        scan.pass(from, end, 1.0);
+    }
+
+    #[test]
+    fn beams_show_what_is_free_and_what_is_not() {
+        let mut map = map();
+        for _ in 0..2 {
+            see(&mut map, [0.5, 0.5], [20.5, 0.5]);
+        }
+        let row: Vec<_> = [0, 10, 18, 20, 21].map(|x| map.at([x, 0])).to_vec();
+        use Cell::{Free, Occupied, Unknown};
+        assert_eq!(row, [Free, Free, Free, Occupied, Unknown]);
+        let grid = map.grid();
+        let [x, y] = grid.cell_of([20.5 * 0.05, 0.5 * 0.05]);
+        assert_eq!(grid.at(x, y), Occupied);
+        let mut seen = Vec::new();
+        map.occupied_within([-5, -5], [30, 30], |cell| seen.push(cell));
+        assert_eq!(seen, [[20, 0]]);
+    }
+
+    /// Someone crosses the corridor, for three scans, where the robot had looked ten times before.
+    #[test]
+    fn who_walks_by_leaves_no_wall() {
+        let mut map = map();
+        (0..10).for_each(|_| see(&mut map, [0.5, 0.5], [30.5, 0.5]));
+        (0..3).for_each(|_| see(&mut map, [0.5, 0.5], [12.5, 0.5]));
+        assert_ne!(map.at([12, 0]), Cell::Occupied);
+        (0..3).for_each(|_| see(&mut map, [0.5, 0.5], [30.5, 0.5]));
+        assert_eq!(map.at([12, 0]), Cell::Free);
+        assert_eq!(map.at([30, 0]), Cell::Occupied);
+    }
+
+    #[test]
+    fn a_door_that_was_closed_becomes_a_wall_in_the_end() {
+        let mut map = map();
+        (0..10).for_each(|_| see(&mut map, [0.5, 0.5], [30.5, 0.5]));
+        (0..10).for_each(|_| see(&mut map, [0.5, 0.5], [12.5, 0.5]));
+        assert_eq!(map.at([12, 0]), Cell::Occupied);
+    }
+
+    #[test]
+    fn a_full_map_tells_what_it_left_out() {
+        let mut map = map();
+        for x in 0..8 {
+            see(&mut map, [f64::from(x * 32 - 96), 0.5], [f64::from(x * 32 - 96), 20.5]);
+        }
+        assert_eq!(map.tiles(), 4);
+        assert!(map.left_out() > 0);
+        let slots = map.clone();
+        assert_eq!(
+            map.restored(&Parameters { max_tiles: 4, extent_m: 10.0, ..Parameters::default() }),
+            Ok(slots)
+        );
+    }
+
+    #[test]
+    fn a_saved_map_of_other_parameters_is_rejected() {
+        assert!(map().restored(&Parameters::default()).is_err());
+        let parameters = Parameters { max_tiles: 4, extent_m: 10.0, ..Parameters::default() };
+        let mut damaged = map();
+        see(&mut damaged, [0.5, 0.5], [9.5, 0.5]);
+        damaged.slots[0] = 3;
+        assert!(damaged.restored(&parameters).is_err());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+        /// From cell to neighbouring cell, never farther from the ray than a cell's diagonal, to the ray's end.
+        #[test]
+        fn a_ray_visits_a_chain_of_cells(x in -9.0..9.0, y in -9.0..9.0, angle in 0.0..6.3f64, length in 0.0..40.0f64) {
+            let direction = [angle.cos(), angle.sin()];
+            let mut cells = Vec::new();
+            traverse([x, y], direction, length, |cell| cells.push(cell));
+            prop_assert_eq!(cells[0], [x, y].map(|at: f64| at.floor() as i32));
+            for pair in cells.windows(2) {
+                prop_assert_eq!((pair[0][0] - pair[1][0]).abs() + (pair[0][1] - pair[1][1]).abs(), 1);
+            }
+            let last = cells.last().unwrap();
+            let end = [x + direction[0] * length, y + direction[1] * length];
+            for axis in 0..2 {
+                let low = f64::from(last[axis]);
+                prop_assert!(low - 1e-6 <= end[axis] && end[axis] <= low + 1.0 + 1e-6);
+            }
+        }
+    }
+}

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use bytemuck::Zeroable;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::local::{self, LocalPlanner, Room};
-use sketchnav_motion::obstacles::{Cell, Obstacles};
+use sketchnav_motion::obstacles::{CELL_M, Cell, Obstacles};
 use sketchnav_motion::pursuit::{Body, Pursuit};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
 use sketchnav_schemas::message::{KnownMarker, LaserScan, Twist};
@@ -32,6 +32,8 @@ const CLOSED_M: f64 = 1.3;
 const STOP_M: f64 = 0.6;
 /// A side is open where it reaches so much farther than the corridor's half width, metres.
 const OPENING_M: f64 = 1.2;
+/// Beside an open side the corridor goes on where the robot can come so far ahead, metres.
+const ON_M: f64 = 2.6;
 /// Half the width of the free way before it is known, metres.
 const HALF_WIDTH_M: f64 = 0.8;
 /// Sides are walls that are nearer than this, metres.
@@ -44,7 +46,9 @@ const ALIGN: f64 = 0.06;
 const ALIGN_MOST_RAD: f64 = 0.35;
 /// At a closed junction the robot waits so long for the side that it is to take, seconds.
 const PATIENCE_S: f64 = 3.0;
-/// A closed corridor is an end after this time, seconds: who stands in the way may go.
+/// Walls that close a corridor do so in all of its width: no lane is free for so much farther, metres.
+const LANE_M: f64 = 1.0;
+/// A corridor that is closed from wall to wall is an end after this time, seconds.
 const END_S: f64 = 6.0;
 /// Without progress for this long the way is blocked, seconds.
 const BLOCKED_S: f64 = 60.0;
@@ -107,8 +111,8 @@ struct Guide {
     is_junction: bool,
     /// Half the width of the free way, metres.
     half_width_m: f64,
-    /// What the last change of direction was.
-    changed: u8,
+    /// The change of direction that is under way; straight: back.
+    changed: Option<Turn>,
 }
 
 /// What counts from one step to the next, as it is read back from a checkpoint.
@@ -155,7 +159,7 @@ impl Guide {
             turns: 0,
             is_junction: false,
             half_width_m: HALF_WIDTH_M,
-            changed: 0,
+            changed: None,
         }
     }
 
@@ -168,11 +172,8 @@ impl Guide {
         self.way_rad = wrap_angle(self.way_rad + by_rad);
         (self.closed_s, self.is_junction) = (0.0, true);
         self.is_back ^= turn == Turn::Straight;
-        self.changed = match turn {
-            Turn::Left => 1,
-            Turn::Right => 2,
-            Turn::Straight => 3,
-        };
+        self.changed = Some(turn);
+        self.fresh_m = 0.0;
     }
 }
 
@@ -270,7 +271,8 @@ impl Course {
         self.local.search(here, None);
         let [ahead_m, left_m, right_m] = [0.0, FRAC_PI_2, -FRAC_PI_2].map(|turn| self.reach_m(here, turn));
         let reason = self.choose(ahead_m, [left_m, right_m], turns, dt_s);
-        let is_end = reason == Reason::Waiting && self.guide.closed_s > END_S;
+        let is_closed = reason == Reason::Waiting && self.guide.closed_s > END_S;
+        let is_end = is_closed && self.is_closed_by_walls(here);
         if is_end && stops_at_end {
             self.stop(dt_s);
             return Next::End;
@@ -293,11 +295,16 @@ impl Course {
         let (sin, cos) = guide.way_rad.sin_cos();
         let along_m = step.x * cos + step.y * sin;
         guide.progress_m += if guide.is_back { -along_m } else { along_m };
+        // Back where the task began, the robot gets on again: the other way.
+        if guide.is_back && guide.progress_m < 0.0 {
+            (guide.is_back, guide.progress_m) = (false, -guide.progress_m);
+        }
         guide.last = here;
         guide.stale_s += dt_s;
         guide.fresh_m += along_m.max(0.0);
         if guide.fresh_m > PROGRESS_M {
             (guide.fresh_m, guide.stale_s) = (0.0, 0.0);
+            guide.changed.take_if(|turn| *turn == Turn::Straight);
         }
     }
 
@@ -306,7 +313,9 @@ impl Course {
         let guide = &mut self.guide;
         let is_open = sides_m.map(|reach_m| reach_m > guide.half_width_m + OPENING_M);
         let wanted = turns.get(guide.turns).copied();
-        let side = match wanted {
+        // A bend has one way on, a junction has two.
+        let is_choice = is_open == [true; 2] || ahead_m > ON_M;
+        let side = match wanted.filter(|_| is_choice) {
             Some(Turn::Left) if is_open[0] => Some(Turn::Left),
             Some(Turn::Right) if is_open[1] => Some(Turn::Right),
             _ => None,
@@ -318,8 +327,9 @@ impl Course {
             return Reason::Turning(side);
         }
         if guide.is_junction && is_open == [false; 2] {
-            guide.turns += usize::from(wanted == Some(Turn::Straight) && guide.changed == 0);
-            (guide.is_junction, guide.changed) = (false, 0);
+            guide.turns += usize::from(wanted == Some(Turn::Straight) && guide.changed.is_none());
+            guide.is_junction = false;
+            guide.changed.take_if(|turn| *turn != Turn::Straight);
         }
         if is_open != [false; 2] && wanted == Some(Turn::Straight) {
             guide.is_junction = true;
@@ -337,6 +347,8 @@ impl Course {
         let is_wanted = wanted.is_none_or(|wanted| wanted == farther.0) || guide.closed_s > PATIENCE_S;
         match farther {
             (side, true) if is_wanted => {
+                // A bend is no junction: there is one way on.
+                guide.turns += usize::from(wanted == Some(side) && is_open == [true; 2]);
                 guide.turn(side);
                 Reason::Turning(side)
             }
@@ -345,6 +357,25 @@ impl Course {
                 Reason::Waiting
             }
         }
+    }
+
+    /// Whether all lanes of the corridor end at about the same distance. Beside somebody who stands in the way one can see
+    /// along it, though the robot has no room there.
+    fn is_closed_by_walls(&self, here: Point<Odom>) -> bool {
+        let (sin, cos) = self.guide.way_rad.sin_cos();
+        let reach_m = CLOSED_M + LANE_M;
+        let is_free = |beside_m: f64, ahead_m: f64| {
+            let place =
+                Point::new(here.x + ahead_m * cos - beside_m * sin, here.y + ahead_m * sin + beside_m * cos);
+            let cell = Cell::of(place);
+            self.obstacles.is_known(cell) && !self.obstacles.is_occupied(cell)
+        };
+        let steps = (reach_m / CELL_M).ceil() as i32;
+        let is_open = |lane: i32| {
+            let beside_m = f64::from(lane) / 4.0 * (self.guide.half_width_m + self.room.hard_m / 2.0);
+            (0..steps).all(|step| is_free(beside_m, f64::from(step) * CELL_M))
+        };
+        !(-4..=4).any(is_open)
     }
 
     /// How far the robot can come in a direction, from that of the corridor; metres.
@@ -388,10 +419,9 @@ impl Course {
 impl Guide {
     fn reason(&self) -> Reason {
         match self.changed {
-            1 => Reason::Turning(Turn::Left),
-            2 => Reason::Turning(Turn::Right),
-            3 => Reason::Back,
-            _ => Reason::Along,
+            Some(Turn::Straight) => Reason::Back,
+            Some(side) => Reason::Turning(side),
+            None => Reason::Along,
         }
     }
 }

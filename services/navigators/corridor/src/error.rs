@@ -3,7 +3,7 @@
 use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
 
-/// Why a corridor cannot be driven.
+/// Why a rule file is rejected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RulesError {
     /// No TOML, a key that is not known, a value of the wrong type.
@@ -72,6 +72,14 @@ pub enum CorridorError {
         file: String,
         /// Why.
         reason: String,
+    },
+    /// A robot that cannot move sideways, as rules want it to.
+    #[error(
+        "robot {robot:?}: expected drive = \"omnidirectional\" for a method with rules, found \"differential\""
+    )]
+    Drive {
+        /// The robot's name.
+        robot: String,
     },
     /// A robot with neither of the sensors that this method can drive by.
     #[error("robot {robot:?}: expected one of the sensors [laser] and [camera] in its file, found neither")]

@@ -11,6 +11,9 @@ use sketchnav_stage::{Instant, Outbox, Stage, StageError};
 use crate::error::CorridorError;
 use crate::perception::{Parameters, Perception};
 
+/// The longest memory of a marker, seconds.
+const MOST_MEMORY_S: f64 = 1e6;
+
 /// The localizer of a run.
 pub struct Localizer {
     parameters: Parameters,
@@ -37,6 +40,12 @@ pub fn parameters(mission: &Mission) -> Result<(Parameters, Scale), MissionError
     let wrong = |reason: String| MissionError::Key { key: "parameters.localizer".into(), reason };
     let parameters = overlaid(&Parameters::default(), mission.parameters.of(Process::Localizer));
     let parameters = parameters.map_err(|error| wrong(error.message().to_owned()))?;
+    if !(0.0..=MOST_MEMORY_S).contains(&parameters.memory_s) {
+        return Err(wrong(format!(
+            "memory_s: expected 0 to {MOST_MEMORY_S} s, found {}",
+            parameters.memory_s
+        )));
+    }
     let scale = parameters.scale().map_err(|error| wrong(error.to_string()))?;
     Ok((parameters, scale))
 }

@@ -15,6 +15,8 @@ use sketchnav_schemas::message::{
 
 /// Markers of a pair are seen within this time, nanoseconds (Patil 2019, 3.2.3).
 const PAIRED_NS: u64 = 100_000_000;
+/// A trend is of two sights within this time, nanoseconds: two pictures of a tick's rate.
+const TREND_NS: u64 = 250_000_000;
 /// Share of a new sight in what is remembered of a marker's place: sights err.
 const NEWEST: f64 = 0.3;
 
@@ -47,10 +49,9 @@ impl Parameters {
     /// The scale of distances.
     ///
     /// # Errors
-    /// Thresholds that do not rise from above 0; a quantisation or a memory that is no number from 0.
+    /// Thresholds that do not rise from above 0; a quantisation that is no number from 0.
     pub fn scale(&self) -> Result<argd::Scale, sketchnav_qualitative::Error> {
         sketchnav_qualitative::Quantisation::distance(self.quantisation_m)?;
-        sketchnav_qualitative::Quantisation::distance(self.memory_s)?;
         let bound = if self.thresholds_are_upper { argd::Bound::Upper } else { argd::Bound::Lower };
         argd::Scale::new(crate::rules::CLASSES.into_iter().zip(self.thresholds_m), bound)
     }
@@ -75,14 +76,15 @@ pub struct Perception {
     /// By their numbers.
     known: Vec<Known>,
     pairs: u64,
-    pair_ns: Option<u64>,
-    left: Pair,
-    right: Pair,
+    /// When the last pair was seen; before the first, when the first step was.
+    since_ns: Option<u64>,
+    left: Member,
+    right: Member,
 }
 
 /// A marker of the last pair.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-struct Pair {
+struct Member {
     id: u32,
     marker: u32,
     robot: u32,
@@ -93,7 +95,7 @@ struct Pair {
 impl Default for Perception {
     fn default() -> Self {
         let known = Vec::with_capacity(MAX_KNOWN_MARKERS);
-        Self { known, pairs: 0, pair_ns: None, left: Pair::default(), right: Pair::default() }
+        Self { known, pairs: 0, since_ns: None, left: Member::default(), right: Member::default() }
     }
 }
 
@@ -117,10 +119,13 @@ impl Perception {
             let distance = |known: &&Known| known.now_m[0].hypot(known.now_m[1]);
             self.known.iter().filter(is_on).min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
         };
-        let is_news = !view.markers().is_empty();
-        if let (true, Some(left), Some(right)) = (is_news, nearest(1.0), nearest(-1.0)) {
-            (self.left, self.right) = (pair(&left, parameters, scale), pair(&right, parameters, scale));
-            (self.pairs, self.pair_ns) = (self.pairs + 1, Some(stamp_ns));
+        let (Some(left), Some(right)) = (nearest(1.0), nearest(-1.0)) else { return };
+        // A pair of which neither is in this picture was told of before.
+        if left.seen_ns == stamp_ns || right.seen_ns == stamp_ns {
+            let camera_m = [view.camera_x_m, view.camera_y_m].map(f64::from);
+            let member = |known: &Known| Member::of(known, camera_m, parameters, scale);
+            (self.left, self.right) = (member(&left), member(&right));
+            (self.pairs, self.since_ns) = (self.pairs + 1, Some(stamp_ns));
         }
     }
 
@@ -130,7 +135,8 @@ impl Perception {
         match self.known.binary_search_by_key(&seen.id, |known| known.id) {
             Ok(i) => {
                 let known = &mut self.known[i];
-                known.before_m = Some(known.now_m);
+                let is_recent = stamp_ns.saturating_sub(known.seen_ns) <= TREND_NS;
+                known.before_m = is_recent.then_some(known.now_m);
                 (known.now_m, known.seen_ns) = ([x, y], stamp_ns);
                 let turn_rad = wrap_angle(at.yaw_rad - known.at.yaw_rad);
                 known.at = Pose::new(
@@ -161,6 +167,7 @@ impl Perception {
 
     /// Forgets what was out of view for too long.
     pub fn forget(&mut self, stamp_ns: u64, memory_s: f64) {
+        self.since_ns.get_or_insert(stamp_ns);
         self.known.retain(|known| stamp_ns.saturating_sub(known.seen_ns) as f64 * 1e-9 <= memory_s);
     }
 
@@ -168,7 +175,7 @@ impl Perception {
     pub fn write(&self, robot: &Pose<Odom>, stamp_ns: u64, relations: &mut Relations) {
         relations.odometry = PoseM::new(robot);
         relations.pairs = self.pairs;
-        relations.pair_age_s = stamp_ns.saturating_sub(self.pair_ns.unwrap_or(0)) as f64 * 1e-9;
+        relations.pair_age_s = stamp_ns.saturating_sub(self.since_ns.unwrap_or(stamp_ns)) as f64 * 1e-9;
         (relations.left, relations.right) = (self.left.message(), self.right.message());
         relations.marker_count = self.known.len() as u32;
         for (marker, known) in relations.markers.iter_mut().zip(&self.known) {
@@ -186,24 +193,28 @@ impl Perception {
     }
 }
 
-impl Pair {
+impl Member {
+    /// The relations of a marker with the camera, which stands for the robot (Patil 2019, 3.2.3). A marker that was not
+    /// seen just before has no trend.
+    fn of(known: &Known, camera_m: [f64; 2], parameters: &Parameters, scale: &argd::Scale) -> Self {
+        let from_camera = |at: [f64; 2]| [at[0] - camera_m[0], at[1] - camera_m[1]];
+        let [x, y] = from_camera(known.now_m);
+        let trends = known.before_m.and_then(|before| {
+            let origin = Place::try_from([0.0, 0.0]).ok()?;
+            let (before, now) = (Place::try_from(from_camera(before)).ok()?, Place::try_from([x, y]).ok()?);
+            let [marker, robot] =
+                QtcB::of([before, now], [origin, origin], parameters.quantisation_m).signs();
+            Some([trend(marker), trend(robot)])
+        });
+        let [marker, robot] = trends.unwrap_or([Trend::Unknown; 2]).map(Trend::code);
+        let class = scale.rank(x.hypot(y)).place() as u32;
+        Self { id: known.id, marker, robot, class, place_m: known.now_m }
+    }
+
     fn message(&self) -> PairedMarker {
         let Self { id, marker, robot, class, place_m: [x_m, y_m] } = *self;
         PairedMarker { id, marker_trend: marker, robot_trend: robot, distance_class: class, x_m, y_m }
     }
-}
-
-/// The relations of a marker with the robot. A marker that was seen once has no trend yet.
-fn pair(known: &Known, parameters: &Parameters, scale: &argd::Scale) -> Pair {
-    let [x, y] = known.now_m;
-    let trends = known.before_m.and_then(|before| {
-        let origin = Place::try_from([0.0, 0.0]).ok()?;
-        let (before, now) = (Place::try_from(before).ok()?, Place::try_from(known.now_m).ok()?);
-        let [marker, robot] = QtcB::of([before, now], [origin, origin], parameters.quantisation_m).signs();
-        Some([trend(marker), trend(robot)])
-    });
-    let [marker, robot] = trends.unwrap_or([Trend::Unknown; 2]).map(Trend::code);
-    Pair { id: known.id, marker, robot, class: scale.rank(x.hypot(y)).place() as u32, place_m: known.now_m }
 }
 
 fn trend(sign: Sign) -> Trend {
@@ -261,6 +272,7 @@ mod tests {
     fn one_side_alone_is_no_pair_and_markers_out_of_view_are_remembered_where_they_hang() {
         let (parameters, mut perception) = (Parameters::default(), Perception::default());
         let scale = parameters.scale().unwrap();
+        perception.forget(0, parameters.memory_s);
         perception.see(&view(&[(5, 2.0, 1.0)]), &Pose::new(0.0, 0.0, 0.0), 0, &parameters, &scale);
         let moved = Pose::new(1.0, 0.0, 0.0);
         perception.see(&view(&[]), &moved, 3_000_000_000, &parameters, &scale);
@@ -270,6 +282,20 @@ mod tests {
         assert!((marker.x_m - 1.0).abs() < 1e-6 && marker.age_s == 3.0, "{marker:?}");
         perception.forget(200_000_000_000, parameters.memory_s);
         assert_eq!(said(&perception, &moved, 0).marker_count, 0);
+    }
+
+    /// A marker that came back into view after a minute was compared with where it was then.
+    #[test]
+    fn a_marker_that_was_out_of_view_has_no_trend() {
+        let (parameters, mut perception) = (Parameters::default(), Perception::default());
+        let (scale, robot) = (parameters.scale().unwrap(), Pose::new(0.0, 0.0, 0.0));
+        let both = view(&[(2, 2.0, 1.0), (3, 3.0, -1.0)]);
+        perception.see(&both, &robot, 0, &parameters, &scale);
+        perception.see(&view(&[(9, 3.0, 2.0)]), &robot, 50_000_000, &parameters, &scale);
+        assert_eq!(said(&perception, &robot, 50_000_000).pairs, 1, "neither of the pair is in this picture");
+        perception.see(&both, &robot, 60_000_000_000, &parameters, &scale);
+        let relations = said(&perception, &robot, 60_000_000_000);
+        assert_eq!((relations.pairs, relations.left.marker_trend()), (2, Trend::Unknown));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use sketchnav_schemas::codes::{Process, TaskState};
 use sketchnav_schemas::geometry::{Base, Odom, Pose};
 use sketchnav_schemas::message::{Relations, Text, Twist};
 use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
-use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::robot::{Drive, Robot};
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
@@ -95,6 +95,9 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), CorridorError> {
     if read.method != Method::Corridor || read.tasks.iter().any(|task| matches!(task.goal, Goal::Marker(_))) {
         robot.camera()?;
     }
+    if read.method != Method::Corridor && robot.drive == Drive::Differential {
+        return Err(CorridorError::Drive { robot: robot.name.clone() });
+    }
     if robot.laser.is_none() && robot.camera.is_none() {
         return Err(CorridorError::Blind { robot: robot.name.clone() });
     }
@@ -152,7 +155,8 @@ impl Planner {
         let is_ready = self.mission.is_ordered() && self.has_rules();
         if let Some(next) = self.mission.due(is_ready, self.tasks.len()) {
             self.mission.begin(next);
-            self.attempt = Attempt { start: *robot, pairs: relations.pairs, was_ahead: false, command: [0.0; 3] };
+            self.attempt =
+                Attempt { start: *robot, pairs: relations.pairs, was_ahead: false, command: [0.0; 3] };
             self.course.begin(robot);
         }
         match self.mission.phase() {
@@ -179,7 +183,7 @@ impl Planner {
             Goal::End => false,
         };
         if has_arrived {
-            self.mission.end(TaskState::Reached, format_args!("{:.1} m {side} the corridor", along_m.abs()));
+            self.mission.end(TaskState::Reached, format_args!("{along_m:.1} m along the corridor"));
             self.stop(dt_s);
         } else if self.method == Method::Corridor {
             self.drive_freely(index, &info, robot, dt_s);

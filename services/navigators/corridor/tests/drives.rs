@@ -67,14 +67,18 @@ fn youbot() -> Robot {
 }
 
 fn drive(corridor: &Corridor, way: &Drive, method: &str, robot: Robot, people: &str) -> Ended {
-    let folder = tempfile::tempdir().unwrap();
-    let floor = folder.path().join("floor.toml");
-    std::fs::write(&floor, toml::to_string(&corridor.plan()).unwrap()).unwrap();
-    let (start, turns) = (way.start, way.turns);
     let goal = match corridor.shape {
         Shape::Straight => format!("metres={:?}", way.way_m),
         _ => format!("marker={}", corridor.marker_beside(way.goal)),
     };
+    drive_to(&goal, corridor, way, method, robot, people)
+}
+
+fn drive_to(goal: &str, corridor: &Corridor, way: &Drive, method: &str, robot: Robot, people: &str) -> Ended {
+    let folder = tempfile::tempdir().unwrap();
+    let floor = folder.path().join("floor.toml");
+    std::fs::write(&floor, toml::to_string(&corridor.plan()).unwrap()).unwrap();
+    let (start, turns) = (way.start, way.turns);
     let mission = format!(
         "name='m'\nrobot='youbot'\nworld={{floor_plan={:?},person=[{people}]}}\nstart={{world=[{:?},{:?}],world_heading_deg={:?}}}\n\
          [navigator]\nkind='corridor'\nmethod='{method}'\n[[task]]\nname='on'\nturns={turns:?}\n{goal}\n\
@@ -154,10 +158,12 @@ fn our_method_turns_corners_takes_junctions_and_leaves_dead_ends() {
 #[test]
 fn our_method_needs_either_sensor_alone() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
-    let way = &corridor.drives()[0];
+    let mut way = corridor.drives().swap_remove(0);
+    // Beside the right wall, looking at the left one.
+    (way.start.y, way.start.yaw_rad) = (-0.4, 0.15);
     for robot in [Robot { laser: None, tick_hz: Some(10.0), ..youbot() }, Robot { camera: None, ..youbot() }]
     {
-        let ended = drive(&corridor, way, "corridor", robot, "");
+        let ended = drive(&corridor, &way, "corridor", robot, "");
         assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
     }
 }
@@ -166,7 +172,7 @@ fn our_method_needs_either_sensor_alone() {
 fn a_walking_person_is_passed() {
     let corridor = Corridor::new(Shape::Straight, 2.4);
     let way = &corridor.drives()[0];
-    let walker = "{waypoints=[[11.5,0.5],[1.5,0.5]],speed_mps=0.5,pause_s=2}";
+    let walker = "{waypoints=[[11.5,0.0],[1.5,0.0]],speed_mps=0.5,pause_s=2}";
     let ended = drive(&corridor, way, "corridor", youbot(), walker);
     assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
 }
@@ -177,4 +183,55 @@ fn two_runs_give_the_same_commands() {
     let way = &corridor.drives()[0];
     let runs = [0, 1].map(|_| drive(&corridor, way, "corridor", youbot(), "").commands);
     assert!(runs[0] == runs[1] && runs[0].len() > 100);
+}
+
+/// Somebody who stood in the way was taken for the end of the corridor.
+#[test]
+fn a_person_in_the_way_is_no_end_and_the_end_is() {
+    let corridor = Corridor::new(Shape::Straight, 1.6);
+    let way = &corridor.drives()[0];
+    let person = "{waypoints=[[9.0,0.0],[5.0,0.0]],speed_mps=0.5,pause_s=1000}";
+    let ended = drive_to("until='end'", &corridor, way, "corridor", youbot(), person);
+    assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Blocked, 0), "{}", ended.words());
+    let ended = drive_to("until='end'", &corridor, way, "corridor", youbot(), "");
+    assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
+    assert!(ended.off_m([13.0, 0.0]) < 2.0, "{}", ended.words());
+}
+
+/// The way into a dead end and out of it again is no way along the corridor; what follows is.
+#[test]
+fn metres_count_from_where_the_robot_has_come_back() {
+    let corridor = Corridor::new(Shape::L, 2.4);
+    let way = &corridor.drives()[2];
+    let ended = drive_to("metres=6.0", &corridor, way, "corridor", youbot(), "");
+    assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
+    assert!(ended.off_m([8.0, 2.0]) < 1.0, "{}", ended.words());
+}
+
+/// A marker that lay behind the robot at the start was passed at once.
+#[test]
+fn a_marker_counts_that_was_ahead() {
+    let corridor = Corridor::new(Shape::Straight, 2.0);
+    let way = &corridor.drives()[0];
+    let behind = corridor.marker_beside([1.0, 1.0]);
+    let ended = drive_to(&format!("marker={behind}"), &corridor, way, "corridor", youbot(), "");
+    // It comes to the end, turns back, and passes the marker then.
+    let time_s = ended.status.unwrap().task_time_s;
+    assert!(ended.state() == TaskState::Reached && time_s > 40.0, "{}", ended.words());
+}
+
+/// Read with QTC's own sign, + for away, the printed rules do not keep the robot from the wall.
+#[test]
+fn with_the_sign_of_qtc_the_published_rules_do_not_steer() {
+    let corridor = Corridor::new(Shape::Straight, 1.6);
+    let mut way = corridor.drives().swap_remove(0);
+    // It looks five degrees to the left.
+    way.start.yaw_rad += 0.09;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("away.toml");
+    let text = sketchnav_corridor::rules::QTC_B.replace("plus = \"towards\"", "plus = \"away\"");
+    std::fs::write(&file, text).unwrap();
+    let method = format!("qtc-b'\nrules_file='{}", file.display());
+    let ended = drive(&corridor, &way, &method, youbot(), "");
+    assert_ne!(ended.state(), TaskState::Reached, "{}", ended.words());
 }

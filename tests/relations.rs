@@ -23,7 +23,7 @@ fn a_table_of_positions_becomes_a_story_of_an_encounter() {
     let answer = place.run("relations encounter.csv --calculus qtc-b --json").json();
     assert_eq!(answer["calculus"], "qtc-b");
     assert_eq!(answer["series"][0]["between"], serde_json::json!(["human", "robot"]));
-    let story = [("-,-", "First"), ("-,0", "Neighbour"), ("0,0", "Inserted"), ("0,-", "Neighbour")];
+    let story = [("-,-", "first"), ("-,0", "neighbour"), ("0,0", "inserted"), ("0,-", "neighbour")];
     let story: Vec<_> = story.map(|(relation, change)| (relation.to_owned(), change.to_owned())).into();
     assert_eq!(relations(&answer), story);
     // The other way round the signs change places.
@@ -54,7 +54,7 @@ fn a_recording_tells_of_the_robot_and_of_every_person() {
         "relations {recording} --calculus qtc-c --between robot,person-1 --quantisation-m 0.001 --json"
     ));
     let held = relations(&answer.json());
-    assert!(held.len() > 1 && held[0].1 == "First", "{answer}");
+    assert!(held.len() > 1 && held[0].1 == "first", "{answer}");
     let boxes = place.run(&format!("relations {recording} --calculus rcc8 --json")).json();
     assert!(boxes["series"].as_array().unwrap().len() >= 3, "the robot and two people or more: {boxes}");
     let wrong = place.run(&format!("relations {recording} --calculus qtc-b --between robot,person-99"));

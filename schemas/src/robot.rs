@@ -138,8 +138,8 @@ pub struct Sonar {
 
 /// A camera that finds fiducial markers and measures where they are, such as ArUco's with OpenCV.
 ///
-/// The pose of a marker comes from its four corners in the picture. Its errors grow with the distance, and with the
-/// slant at which the camera sees the marker.
+/// The pose of a marker comes from its four corners in the picture. Errors of distance and facing grow with the distance;
+/// that of the distance grows with the slant, too.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MarkerCamera {

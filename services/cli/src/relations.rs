@@ -11,7 +11,6 @@ use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
-use sketchnav_qualitative::Change;
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
@@ -95,7 +94,8 @@ struct Held {
     from_s: f64,
     to_s: f64,
     relation: String,
-    change: Change,
+    /// How it follows the one before, in a word.
+    change: String,
 }
 
 /// Prints the relations of `file`.
@@ -172,12 +172,9 @@ const COLUMNS: [&str; 5] = ["between", "from_s", "to_s", "relation", "change"];
 fn rows(series: &[Series]) -> impl Iterator<Item = [String; 5]> {
     series.iter().flat_map(|one| {
         one.relations.iter().map(|held| {
-            let change = serde_json::to_value(held.change).ok();
-            let change =
-                change.as_ref().and_then(|change| change.as_str()).unwrap_or_default().to_lowercase();
             let times = [held.from_s, held.to_s].map(|time_s| format!("{time_s:.3}"));
             let [from_s, to_s] = times;
-            [one.between.join(" "), from_s, to_s, held.relation.clone(), change]
+            [one.between.join(" "), from_s, to_s, held.relation.clone(), held.change.clone()]
         })
     })
 }

@@ -1,7 +1,7 @@
 //! A camera that finds fiducial markers: which it sees, and how it errs.
 //!
 //! It sees a marker that lies in its field of view and range, that does not look away too far, and that nothing hides.
-//! Distances, directions and facings err with the distance; a slanted marker's distance errs more. No two errors of
+//! Errors of distance and facing grow with the distance; a slanted marker's distance errs more. No two errors of
 //! a picture depend on each other.
 
 use nalgebra::Vector2;

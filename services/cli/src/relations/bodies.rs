@@ -20,11 +20,19 @@ pub fn read(file: &Path) -> anyhow::Result<Vec<Track>> {
     let robot = recording.run().with_context(place)?.robot;
     let truth = recording.all(TRUTH).with_context(place)?;
     ensure!(!truth.is_empty(), "{}: expected true poses of the robot, found none", file.display());
-    let size_m = Some([2.0 * robot.radius_m; 2]);
-    let body = |pose: sketchnav_schemas::geometry::Pose<_>| Body {
-        at: [pose.x, pose.y],
-        heading_rad: Some(pose.yaw_rad),
-        size_m,
+    let [half_length_m, half_width_m] = robot.half_extents_m();
+    // The box along the axes around the turned footprint.
+    let around = |sin: f64, cos: f64| match robot.footprint {
+        None => [2.0 * robot.radius_m; 2],
+        Some(_) => [
+            half_length_m * cos.abs() + half_width_m * sin.abs(),
+            half_length_m * sin.abs() + half_width_m * cos.abs(),
+        ]
+        .map(|half_m| 2.0 * half_m),
+    };
+    let body = |pose: sketchnav_schemas::geometry::Pose<_>| {
+        let (sin, cos) = pose.yaw_rad.sin_cos();
+        Body { at: [pose.x, pose.y], heading_rad: Some(pose.yaw_rad), size_m: Some(around(sin, cos)) }
     };
     let samples = truth.iter().map(|truth| (time_s(&truth.header), body(truth.pose()))).collect();
     let robot = Track { name: "robot".to_owned(), samples };

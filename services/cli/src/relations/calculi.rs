@@ -6,8 +6,8 @@ use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use sketchnav_qualitative::rcc::{Rcc2, Rcc3, Rcc4, Rcc5, Rcc8, Regions};
 use sketchnav_qualitative::{
-    Calculus, Options, Oriented, Point, Quantisation, Rect, argd, cardinal, mos, order, qrpc, qtc, rectangle,
-    series as series_of, tpcc,
+    Calculus, Change, Options, Oriented, Point, Quantisation, Rect, argd, cardinal, mos, order, qrpc, qtc,
+    rectangle, series as series_of, tpcc,
 };
 
 use super::{Body, Held, RelationsOptions, Track};
@@ -125,6 +125,17 @@ fn rect(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Rect>> {
     Ok(Some(Rect::around(Point::try_from(now.at)?, length_m, width_m)?))
 }
 
+/// How a relation follows the one before, for people and programs.
+fn word(change: Change) -> &'static str {
+    match change {
+        Change::First => "first",
+        Change::Same => "same",
+        Change::Neighbour => "neighbour",
+        Change::Jump => "jump",
+        Change::Inserted => "inserted",
+    }
+}
+
 /// The objects, and what is done with their series.
 struct Scenes<'a> {
     tracks: &'a [&'a Track],
@@ -192,7 +203,7 @@ impl Scenes<'_> {
             from_s: timed.from_s,
             to_s: timed.to_s,
             relation: say(timed.relation),
-            change: timed.change,
+            change: word(timed.change).to_owned(),
         });
         Ok(held.collect())
     }

@@ -89,7 +89,8 @@ fn sample(record: &csv::StringRecord, columns: &Columns) -> anyhow::Result<(Stri
     let side = |what, column| number(what, text(column), f64::MIN_POSITIVE, FAR_M);
     let size_m = match (given(length), given(width)) {
         (Some(length), Some(width)) => Some([side("length_m", length)?, side("width_m", width)?]),
-        _ => None,
+        (None, None) => None,
+        _ => bail!("length_m, width_m: expected both numbers or none, found one"),
     };
     let body = Body { at, heading_rad: heading_rad.map(f64::to_radians), size_m };
     Ok((name.to_owned(), finite("time_s", time, 1e12)?, body))

@@ -351,6 +351,13 @@ mod tests {
         assert_eq!(sideways(&rules, (Trend::Stable, 1), (Trend::Towards, 1)), 0.025, "by trajectory");
     }
 
+    /// The combined file repeats the two others.
+    #[test]
+    fn the_combined_rules_are_those_of_both() {
+        let [both, distances, trajectories] = [COMBINED, ARGD, QTC_B].map(|text| Rules::parse(text).unwrap());
+        assert_eq!(both.sets, [distances.sets, trajectories.sets].concat());
+    }
+
     #[test]
     fn errors_name_the_set_the_rule_and_what_was_expected() {
         let row = "    { relation = \"+,-\", left = \"right\", right = \"left\" },\n";

@@ -74,11 +74,14 @@ fn what_a_mission_or_a_rule_file_lacks_is_said_before_anything_starts() {
     let place = place("corridor-qtc.toml");
     let path = place.files().join("mission.toml");
     let text = std::fs::read_to_string(&path).unwrap();
+    let slow = include_str!("../sim/robots/youbot.toml").replace("rate_hz = 30.0", "rate_hz = 3.0");
+    std::fs::write(place.files().join("slow.toml"), slow).unwrap();
     let rules = include_str!("../services/navigators/corridor/rules/qtc-b.toml");
     let with_file =
         text.replace("method = \"qtc-b\"", "method = \"qtc-b\"\nrules_file = \"mine.rules.toml\"");
     let hole = rules.replacen("    { relation = \"+,-\", left = \"right\", right = \"left\" },\n", "", 1);
     for (mission, rules, words) in [
+        (text.replace("youbot", "slow.toml"), rules, "camera.rate_hz: expected 4 Hz or more"),
         (text.replace("youbot", "robotino"), rules, "[camera]"),
         (
             text.replace("metres = 7.0", "metres = 7.0\nturns = [\"left\"]"),

@@ -17,6 +17,7 @@ use sketchnav_schemas::message::{KnownMarker, LaserScan, Twist};
 use sketchnav_schemas::robot::Robot;
 
 use crate::mission::Turn;
+use crate::way::Way;
 
 /// Free space beside the robot's flank that it needs, metres: it faces where it drives.
 const BESIDE_M: f64 = 0.06;
@@ -90,16 +91,14 @@ pub enum Reason {
 }
 
 /// Where the course leads.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Guide {
     /// Direction along the corridor, radians in the odometry frame.
     way_rad: f64,
     /// Where the robot was a step before.
     last: Point<Odom>,
-    /// Way along the corridor, metres; the way back from a closed end is taken off.
-    progress_m: f64,
-    /// Whether the robot goes back.
-    is_back: bool,
+    /// How far it has come.
+    way: Way,
     /// Way since the robot last got on, metres, and how long that is ago, seconds.
     fresh_m: f64,
     stale_s: f64,
@@ -151,8 +150,7 @@ impl Guide {
         Self {
             way_rad: robot.yaw_rad,
             last: robot.position(),
-            progress_m: 0.0,
-            is_back: false,
+            way: Way::default(),
             fresh_m: 0.0,
             stale_s: 0.0,
             closed_s: 0.0,
@@ -171,7 +169,7 @@ impl Guide {
         };
         self.way_rad = wrap_angle(self.way_rad + by_rad);
         (self.closed_s, self.is_junction) = (0.0, true);
-        self.is_back ^= turn == Turn::Straight;
+        self.way.turn(turn);
         self.changed = Some(turn);
         self.fresh_m = 0.0;
     }
@@ -229,9 +227,9 @@ impl Course {
         self.guide = Guide { half_width_m: self.guide.half_width_m, ..Guide::new(robot) };
     }
 
-    /// Way along the corridor since the task began, metres.
-    pub fn progress_m(&self) -> f64 {
-        self.guide.progress_m
+    /// The way along the corridor since the task began.
+    pub fn way(&self) -> &Way {
+        &self.guide.way
     }
 
     /// Direction along the corridor, radians in the odometry frame.
@@ -294,10 +292,9 @@ impl Course {
         let step = here.coords() - guide.last.coords();
         let (sin, cos) = guide.way_rad.sin_cos();
         let along_m = step.x * cos + step.y * sin;
-        guide.progress_m += if guide.is_back { -along_m } else { along_m };
-        // Back where the task began, the robot gets on again: the other way.
-        if guide.is_back && guide.progress_m < 0.0 {
-            (guide.is_back, guide.progress_m) = (false, -guide.progress_m);
+        match guide.changed {
+            Some(Turn::Left | Turn::Right) => guide.way.round(along_m, step.y * cos - step.x * sin),
+            Some(Turn::Straight) | None => guide.way.drive(along_m),
         }
         guide.last = here;
         guide.stale_s += dt_s;
@@ -405,7 +402,9 @@ impl Course {
             self.stop(dt_s);
             return;
         };
-        if along_m > FAR_M {
+        // Around a bend the way is no direction of a corridor.
+        let is_rounding = matches!(self.guide.changed, Some(Turn::Left | Turn::Right));
+        if along_m > FAR_M && !is_rounding {
             let bearing_rad = (place.y - robot.y).atan2(place.x - robot.x);
             let error_rad =
                 wrap_angle(bearing_rad - self.guide.way_rad).clamp(-ALIGN_MOST_RAD, ALIGN_MOST_RAD);

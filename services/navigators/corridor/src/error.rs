@@ -65,13 +65,23 @@ pub enum CorridorError {
         /// What is wrong with it.
         cause: RulesError,
     },
-    /// A rule file that cannot be read.
+    /// Reading the rule file failed.
     #[error("navigator.rules_file: {file}: {reason}")]
     File {
         /// The file.
         file: String,
         /// Why.
         reason: String,
+    },
+    /// A camera or a heartbeat so slow that no motion of a marker is seen.
+    #[error("{key}: expected {least_hz} Hz or more for a method with rules, found {found_hz}")]
+    Slow {
+        /// The key of the robot's file.
+        key: &'static str,
+        /// Limit.
+        least_hz: f64,
+        /// The rate.
+        found_hz: f64,
     },
     /// A robot that cannot move sideways, as rules want it to.
     #[error(

@@ -17,6 +17,8 @@ use sketchnav_schemas::message::{
 const PAIRED_NS: u64 = 100_000_000;
 /// A trend is of two sights within this time, nanoseconds: two pictures of a tick's rate.
 const TREND_NS: u64 = 250_000_000;
+/// So many pictures and ticks a second a trend takes at least.
+pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
 /// Share of a new sight in what is remembered of a marker's place: sights err.
 const NEWEST: f64 = 0.3;
 

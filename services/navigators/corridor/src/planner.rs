@@ -17,10 +17,13 @@ use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 use crate::course::{self, Course, Next, Reason};
 use crate::error::{CorridorError, RulesError};
 use crate::mission::{CorridorMission, CorridorTask, Goal, Method, Turn};
+use crate::perception::LEAST_HZ;
 use crate::rules::Rules;
 
 /// A marker is passed that lies behind the robot and nearer than this, metres.
 const PASSED_M: f64 = 4.0;
+/// A marker is ahead from so far on, metres: the direction along a corridor sways by some degrees.
+const AHEAD_M: f64 = 0.3;
 
 /// What may be set of it: a mission's table `parameters.planner`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -42,8 +45,10 @@ struct Attempt {
     start: Pose<Odom>,
     /// The pair that was answered last.
     pairs: u64,
-    /// Whether the marker of the goal was ahead since the task began.
+    /// Whether the marker of the goal was ahead in the present direction, ...
     was_ahead: bool,
+    /// ... which is that after so many turns.
+    turns: u32,
     command: Velocity,
 }
 
@@ -95,6 +100,14 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), CorridorError> {
     if read.method != Method::Corridor || read.tasks.iter().any(|task| matches!(task.goal, Goal::Marker(_))) {
         robot.camera()?;
     }
+    if read.method != Method::Corridor {
+        let camera_hz = robot.camera()?.rate_hz;
+        for (key, found_hz) in [("camera.rate_hz", camera_hz), ("tick_hz", robot.tick_hz())] {
+            if found_hz < LEAST_HZ {
+                return Err(CorridorError::Slow { key, least_hz: LEAST_HZ, found_hz });
+            }
+        }
+    }
     if read.method != Method::Corridor && robot.drive == Drive::Differential {
         return Err(CorridorError::Drive { robot: robot.name.clone() });
     }
@@ -130,7 +143,7 @@ impl Planner {
             waits_for_order: run.pace == Pace::Lockstep,
             rules: None,
             mission: Errands::new(run.pad),
-            attempt: Attempt { start, pairs: 0, was_ahead: false, command: [0.0; 3] },
+            attempt: Attempt { start, pairs: 0, was_ahead: false, turns: 0, command: [0.0; 3] },
             course: Course::new(&run.robot),
             remaining_m: 0.0,
         })
@@ -155,8 +168,13 @@ impl Planner {
         let is_ready = self.mission.is_ordered() && self.has_rules();
         if let Some(next) = self.mission.due(is_ready, self.tasks.len()) {
             self.mission.begin(next);
-            self.attempt =
-                Attempt { start: *robot, pairs: relations.pairs, was_ahead: false, command: [0.0; 3] };
+            self.attempt = Attempt {
+                start: *robot,
+                pairs: relations.pairs,
+                was_ahead: false,
+                turns: 0,
+                command: [0.0; 3],
+            };
             self.course.begin(robot);
         }
         match self.mission.phase() {
@@ -195,12 +213,13 @@ impl Planner {
     /// Way along the corridor since the task began, metres.
     fn along_m(&self, robot: &Pose<Odom>) -> f64 {
         match self.method {
-            Method::Corridor => self.course.progress_m(),
+            Method::Corridor => self.course.way().metres(),
             _ => self.attempt.start.motion_to(robot).x,
         }
     }
 
-    /// Whether the robot has passed the marker: it was ahead in this task, and lies behind now.
+    /// Whether the robot has passed the marker: in the present direction it was ahead, and lies behind now. A turn alone
+    /// passes nothing.
     fn passes(&mut self, id: u32, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let way_rad = match self.method {
             Method::Corridor => self.course.way_rad(),
@@ -209,9 +228,11 @@ impl Planner {
         let (sin, cos) = (way_rad - robot.yaw_rad).sin_cos();
         let Some(marker) = relations.markers().iter().find(|marker| marker.id == id) else { return false };
         let [x, y] = [marker.x_m, marker.y_m].map(f64::from);
-        let is_ahead = x * cos + y * sin > 0.0;
-        self.attempt.was_ahead |= is_ahead;
-        self.attempt.was_ahead && !is_ahead && x.hypot(y) < PASSED_M
+        let along_m = x * cos + y * sin;
+        let turns = self.course.way().turns();
+        let has_turned = std::mem::replace(&mut self.attempt.turns, turns) != turns;
+        self.attempt.was_ahead = along_m > AHEAD_M || self.attempt.was_ahead && !has_turned;
+        self.attempt.was_ahead && along_m < 0.0 && x.hypot(y) < PASSED_M
     }
 
     fn drive_freely(&mut self, index: usize, info: &TaskInfo, robot: &Pose<Odom>, dt_s: f64) {
@@ -298,7 +319,7 @@ impl std::fmt::Display for Pair<'_> {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "corridor planner 1";
+    const FORM: &'static str = "corridor planner 2";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {

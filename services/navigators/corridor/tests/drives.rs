@@ -5,6 +5,7 @@
 use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::{COMMAND, CONTACT, ChannelSpec, STATUS, TRUTH};
 use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::floor_plan::FloorPlan;
 use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, VelocityCommand};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
@@ -75,9 +76,13 @@ fn drive(corridor: &Corridor, way: &Drive, method: &str, robot: Robot, people: &
 }
 
 fn drive_to(goal: &str, corridor: &Corridor, way: &Drive, method: &str, robot: Robot, people: &str) -> Ended {
+    drive_in(&corridor.plan(), goal, way, method, robot, people)
+}
+
+fn drive_in(plan: &FloorPlan, goal: &str, way: &Drive, method: &str, robot: Robot, people: &str) -> Ended {
     let folder = tempfile::tempdir().unwrap();
     let floor = folder.path().join("floor.toml");
-    std::fs::write(&floor, toml::to_string(&corridor.plan()).unwrap()).unwrap();
+    std::fs::write(&floor, toml::to_string(plan).unwrap()).unwrap();
     let (start, turns) = (way.start, way.turns);
     let mission = format!(
         "name='m'\nrobot='youbot'\nworld={{floor_plan={:?},person=[{people}]}}\nstart={{world=[{:?},{:?}],world_heading_deg={:?}}}\n\
@@ -234,4 +239,39 @@ fn with_the_sign_of_qtc_the_published_rules_do_not_steer() {
     let method = format!("qtc-b'\nrules_file='{}", file.display());
     let ended = drive(&corridor, &way, &method, youbot(), "");
     assert_ne!(ended.state(), TaskState::Reached, "{}", ended.words());
+}
+
+/// The turn to the right at a junction put a marker behind the robot that it had not come to: it was passed, 3.5 m away.
+#[test]
+fn a_turn_passes_no_marker() {
+    let corridor = Corridor::new(Shape::T, 2.4);
+    let to_the_right = &corridor.drives()[1];
+    let beside_the_junction = corridor.marker_beside([9.2, 0.5]);
+    let goal = format!("marker={beside_the_junction}");
+    let ended = drive_to(&goal, &corridor, to_the_right, "corridor", youbot(), "");
+    let marker_off_m = ended.off_m([9.2, 0.5]);
+    assert!(ended.state() != TaskState::Reached || marker_off_m < 2.0, "{}, {marker_off_m} m", ended.words());
+}
+
+/// Out of the closed left arm the robot drives past the junction into the right one: that is a way along the corridor.
+#[test]
+fn metres_count_in_the_other_arm_after_a_closed_one() {
+    let corridor = Corridor::new(Shape::T, 2.4);
+    let to_the_left = &corridor.drives()[0];
+    let mut plan = corridor.plan();
+    plan.marker.clear();
+    plan.wall[0].points = [
+        [-0.05, -1.25],
+        [6.75, -1.25],
+        [6.75, -20.05],
+        [9.25, -20.05],
+        [9.25, 4.55],
+        [6.75, 4.55],
+        [6.75, 1.25],
+        [-0.05, 1.25],
+    ]
+    .to_vec();
+    let ended = drive_in(&plan, "metres=15.0", to_the_left, "corridor", youbot(), "");
+    assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
+    assert!(ended.off_m([8.0, -8.5]) < 1.5, "{}", ended.words());
 }

@@ -1,0 +1,171 @@
+//! How far a robot has come along a corridor. The way into a dead end and out of it again is taken off.
+//!
+//! The bends that lead to where the robot is are remembered. A robot that goes back takes them the other way round. Where
+//! it drives past the last one, or turns where none was, it is on new ground and gets on.
+
+use serde::{Deserialize, Serialize};
+
+use crate::mission::Turn;
+
+/// Bends that are remembered; the oldest is forgotten first.
+const MOST_BENDS: usize = 32;
+/// A robot that goes back has passed a bend when it is so far beyond, metres: it would have turned before.
+const PAST_M: f64 = 2.0;
+/// A turn on the way back is that of a bend when it lies so near to it, metres.
+const NEAR_M: f64 = 3.0;
+
+/// A change of direction on the way.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Bend {
+    at_m: f64,
+    side: Turn,
+}
+
+/// The way since a task began.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Way {
+    metres: f64,
+    is_back: bool,
+    bends: Vec<Bend>,
+    turns: u32,
+}
+
+impl Default for Way {
+    fn default() -> Self {
+        Self { metres: 0.0, is_back: false, bends: Vec::with_capacity(MOST_BENDS), turns: 0 }
+    }
+}
+
+impl Way {
+    /// Its length, metres.
+    pub fn metres(&self) -> f64 {
+        self.metres
+    }
+
+    /// How often the direction has changed.
+    pub fn turns(&self) -> u32 {
+        self.turns
+    }
+
+    /// The robot has driven so far along the corridor's direction, metres.
+    pub fn drive(&mut self, along_m: f64) {
+        if !self.is_back {
+            self.metres += along_m;
+            return;
+        }
+        self.metres -= along_m;
+        let last = self.bends.last().copied();
+        let (from_m, past_m) = last.map_or((0.0, 0.0), |bend| (bend.at_m, PAST_M));
+        if self.metres < from_m - past_m {
+            (self.is_back, self.metres) = (false, 2.0 * from_m - self.metres);
+            if let (Some(bend), Some(last)) = (last, self.bends.last_mut()) {
+                // From where it came first, this is the turn to the other side.
+                last.side = opposite(bend.side);
+            }
+        }
+    }
+
+    /// The robot has driven so far while it rounds a bend, metres along the new direction and across it. Along the middle
+    /// of two corridors that is the sum: who cuts the corner is where the longer way leads, too.
+    pub fn round(&mut self, along_m: f64, across_m: f64) {
+        let (along_m, across_m) = (along_m.abs(), across_m.abs());
+        if !self.is_back
+            && let Some(bend) = self.bends.last_mut()
+        {
+            // The bend lies where the two middles meet.
+            bend.at_m += across_m;
+        }
+        self.drive(along_m + across_m);
+    }
+
+    /// The robot turns: to a side, or back where the turn is straight.
+    pub fn turn(&mut self, turn: Turn) {
+        self.turns = self.turns.saturating_add(1);
+        if turn == Turn::Straight {
+            self.is_back = !self.is_back;
+            return;
+        }
+        let is_retraced =
+            |bend: &Bend| bend.side == opposite(turn) && (self.metres - bend.at_m).abs() < NEAR_M;
+        if self.is_back && self.bends.last().is_some_and(is_retraced) {
+            self.bends.pop();
+            return;
+        }
+        self.is_back = false;
+        if self.bends.len() == MOST_BENDS {
+            self.bends.remove(0);
+        }
+        self.bends.push(Bend { at_m: self.metres, side: turn });
+    }
+}
+
+fn opposite(turn: Turn) -> Turn {
+    match turn {
+        Turn::Left => Turn::Right,
+        Turn::Right => Turn::Left,
+        Turn::Straight => Turn::Straight,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A way of stretches, each with the turn after it.
+    fn after(stretches: &[(f64, Option<Turn>)]) -> Way {
+        let mut way = Way::default();
+        for (metres, turn) in stretches {
+            (0..100).for_each(|_| way.drive(metres / 100.0));
+            turn.iter().for_each(|turn| way.turn(*turn));
+        }
+        way
+    }
+
+    fn is(way: &Way, metres: f64) {
+        assert!((way.metres() - metres).abs() < 1e-9, "{way:?}: expected {metres} m");
+    }
+
+    #[test]
+    fn a_way_around_bends_adds_up_and_the_way_back_is_taken_off() {
+        is(&after(&[(5.0, Some(Turn::Left)), (4.0, Some(Turn::Right)), (3.0, None)]), 12.0);
+        let there = [(5.0, Some(Turn::Left)), (4.0, Some(Turn::Straight))];
+        is(&after(&[&there[..], &[(3.0, None)]].concat()), 6.0);
+        // Around the same bend: to the right on the way back.
+        is(&after(&[&there[..], &[(4.0, Some(Turn::Right)), (2.0, None)]].concat()), 3.0);
+        // Past the start it is a way in the other direction.
+        is(&after(&[(2.0, Some(Turn::Straight)), (5.0, None)]), 3.0);
+    }
+
+    /// Out of a short arm of a T and straight on into the other: that was taken off as a way back.
+    #[test]
+    fn past_the_junction_it_is_new_ground() {
+        let arm = [(6.5, Some(Turn::Left)), (3.0, Some(Turn::Straight))];
+        is(&after(&[&arm[..], &[(3.0 + 8.5, None)]].concat()), 15.0);
+        // Back from there, and into the stem: a turn to the left.
+        let other =
+            [&arm[..], &[(3.0 + 8.5, Some(Turn::Straight)), (8.5, Some(Turn::Left)), (2.0, None)]].concat();
+        is(&after(&other), 4.5);
+        // A turn where no bend was is new ground, too.
+        is(&after(&[(6.0, Some(Turn::Straight)), (2.0, Some(Turn::Left)), (3.0, None)]), 7.0);
+    }
+
+    /// A robot turns before it is in the middle of the new corridor: two metres a bend were not counted.
+    #[test]
+    fn a_bend_counts_along_the_middle_of_both_corridors() {
+        let mut way = after(&[(4.5, Some(Turn::Left))]);
+        (0..100).for_each(|_| way.round(0.02, 0.02));
+        is(&way, 8.5);
+        way.drive(1.0);
+        way.turn(Turn::Straight);
+        // Back past the junction, which lies at 6.5 m, and three metres on.
+        (0..600).for_each(|_| way.drive(0.01));
+        is(&way, 9.5);
+    }
+
+    #[test]
+    fn the_oldest_bends_are_forgotten() {
+        let way = after(&[(1.0, Some(Turn::Left)); 100]);
+        assert_eq!((way.bends.len(), way.turns()), (MOST_BENDS, 100));
+        is(&way, 100.0);
+    }
+}

@@ -19,39 +19,21 @@ fn place(mission: &str) -> Place {
     place
 }
 
-fn fine(place: &Place, arguments: &str) -> Ended {
-    let ended = place.run(arguments);
-    assert_eq!(ended.code, Some(0), "{arguments}: {ended}");
-    ended
-}
-
 #[test]
 fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
     let place = place("corridor-a.toml");
-    let report = fine(&place, "run mission.toml --out out --json").json();
+    let report = place.fine("run mission.toml --out out --json").json();
     assert_eq!((&report["success"], &report["lost_messages"]), (&Value::Bool(true), &0.into()), "{report}");
     let recording = report["recording"].as_str().unwrap();
-    let info = fine(&place, &format!("info {recording} --json")).json();
+    let info = place.fine(&format!("info {recording} --json")).json();
     let topics = info["topics"].as_array().unwrap();
     let messages = |name: &str| topics.iter().find(|t| t["topic"] == name).map(|t| t["messages"].clone());
     assert_eq!(messages("/relations"), messages("/tick"), "{info}");
     assert!(messages("/markers").is_some() && messages("/people").is_some() && messages("/rules").is_some());
-    for process in ["world", "sketcher", "localizer", "planner"] {
-        let told = fine(&place, &format!("rerun {recording} --process {process} --json")).json();
-        assert_eq!(
-            (&told["identical"], &told["difference"]),
-            (&Value::Bool(true), &Value::Null),
-            "{process}"
-        );
-    }
-    fine(
-        &place,
-        &format!("replay {recording} --live localizer,planner,recorder --rate max --record again.mcap"),
-    );
-    fine(&place, &format!("diff {recording} again.mcap"));
-    let judged = fine(&place, &format!("judge {recording} --json")).json();
+    place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
     assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
-    fine(&place, &format!("report {recording} -o page.html"));
+    place.fine(&format!("report {recording} -o page.html"));
     let page = std::fs::read_to_string(place.files().join("page.html")).unwrap();
     for words in ["the camera&#39;s view", "a person&#39;s way", "Distance of the pair", "True speed"] {
         assert!(page.contains(words) || page.contains(&words.replace("&#39;", "'")), "{words}");
@@ -64,7 +46,7 @@ fn kills_leave_the_same_bytes_by_either_method() {
         let place = place(mission);
         let targets = "world,localizer,planner,recorder";
         let told =
-            fine(&place, &format!("chaos mission.toml --kills {kills} --targets {targets} --json")).json();
+            place.fine(&format!("chaos mission.toml --kills {kills} --targets {targets} --json")).json();
         assert_eq!(told["identical"], true, "{mission}: {told}");
     }
 }
@@ -108,5 +90,5 @@ fn what_a_mission_or_a_rule_file_lacks_is_said_before_anything_starts() {
     // With a whole rule file of one's own it drives.
     std::fs::write(&path, with_file).unwrap();
     std::fs::write(place.files().join("mine.rules.toml"), rules).unwrap();
-    fine(&place, "run mission.toml --json");
+    place.fine("run mission.toml --json");
 }

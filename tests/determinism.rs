@@ -11,7 +11,7 @@ use serde_json::Value;
 use sketchnav_recordings::Writer;
 use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::mission_file;
 use support::{Ended, Place, repository, room};
 
@@ -81,17 +81,7 @@ impl Tap for Recorder {
 
 fn rehearse(mission: &Path, seed: u64, path: &Path) {
     let (mission, robot) = mission_file::load(mission).unwrap();
-    let system = "rehearsal".to_owned();
-    let run = RunConfig {
-        system,
-        mission,
-        robot,
-        seed,
-        pace: Pace::Lockstep,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    };
+    let run = RunConfig::lockstep("rehearsal", mission, robot, seed);
     let sink = BufWriter::new(File::create(path).unwrap());
     let mut recorder = Recorder(Writer::create(sink, &run).unwrap());
     Rehearsal::new(&run).unwrap().run(&mut recorder).unwrap();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use sketchnav_schemas::geometry::Pose;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::{Floor, files, mission_file};
 use support::{Place, repository, room, shared_data};
 
@@ -209,17 +209,7 @@ fn can_be_opened(path: &Path) {
     let world = files::world(&mission.world).unwrap();
     Floor::new(world, &robot, pose, 1).unwrap();
     let tasks = mission.task.len();
-    let system = "none".to_owned();
-    let run = RunConfig {
-        system,
-        mission,
-        robot,
-        seed: 1,
-        pace: Pace::Lockstep,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    };
+    let run = RunConfig::lockstep("none", mission, robot, 1);
     let (_, places) = sketchnav_sketch::sketcher::understand(&run, &|file| std::fs::read(file)).unwrap();
     assert_eq!(places.tasks.len(), tasks, "{}", path.display());
 }

@@ -3,7 +3,6 @@
 mod support;
 
 use nix::sys::signal::Signal;
-use serde_json::Value;
 use support::{Place, room};
 
 const MISSION: &str = r#"name = "along the wall"
@@ -37,14 +36,8 @@ fn place() -> Place {
     place
 }
 
-fn fine(place: &Place, arguments: &str) -> support::Ended {
-    let ended = place.run(arguments);
-    assert_eq!(ended.code, Some(0), "{arguments}: {ended}");
-    ended
-}
-
 fn driven(place: &Place) -> String {
-    let report = fine(place, "run wall.toml --out out --json").json();
+    let report = place.fine("run wall.toml --out out --json").json();
     assert_eq!((&report["lost_messages"], report["tasks"].as_array().map(Vec::len)), (&0.into(), Some(2)));
     report["recording"].as_str().unwrap().to_owned()
 }
@@ -53,25 +46,13 @@ fn driven(place: &Place) -> String {
 fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged() {
     let place = place();
     let recording = driven(&place);
-    let info = fine(&place, &format!("info {recording} --json")).json();
+    let info = place.fine(&format!("info {recording} --json")).json();
     let topics = info["topics"].as_array().unwrap();
     let messages = |name: &str| topics.iter().find(|t| t["topic"] == name).map(|t| t["messages"].clone());
     assert!(messages("/walls").is_some() && messages("/walls") == messages("/tick"), "{info}");
     assert_eq!(messages("/estimate"), None, "what belongs to drawings is not there");
-    for process in ["world", "localizer", "planner"] {
-        let told = fine(&place, &format!("rerun {recording} --process {process} --json")).json();
-        assert_eq!(
-            (&told["identical"], &told["difference"]),
-            (&Value::Bool(true), &Value::Null),
-            "{process}"
-        );
-    }
-    fine(
-        &place,
-        &format!("replay {recording} --live localizer,planner,recorder --rate max --record again.mcap"),
-    );
-    fine(&place, &format!("diff {recording} again.mcap"));
-    let judged = fine(&place, &format!("judge {recording} --json")).json();
+    place.is_reproduced(&recording, &["world", "localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
     assert!(judged.to_string().contains("\"reached\":true"), "{judged}");
 }
 
@@ -80,7 +61,7 @@ fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged()
 fn twenty_kills_leave_the_same_bytes() {
     let place = place();
     let told =
-        fine(&place, "chaos wall.toml --kills 20 --targets world,localizer,planner,recorder --json").json();
+        place.fine("chaos wall.toml --kills 20 --targets world,localizer,planner,recorder --json").json();
     assert_eq!(told["identical"], true, "{told}");
 }
 

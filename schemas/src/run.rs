@@ -69,3 +69,19 @@ pub struct RunConfig {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<Process>,
 }
+
+impl RunConfig {
+    /// A run in lockstep that nobody records, for one process or a test.
+    pub fn lockstep(system: &str, mission: Mission, robot: Robot, seed: u64) -> Self {
+        Self {
+            system: system.to_owned(),
+            mission,
+            robot,
+            seed,
+            pace: Pace::Lockstep,
+            recording: None,
+            pad: Pad::Absent,
+            without: Vec::new(),
+        }
+    }
+}

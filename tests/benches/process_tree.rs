@@ -11,7 +11,7 @@ use serde_json::Value;
 use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::erased;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::mission_file;
 
 const RUNS: u64 = 5;
@@ -72,8 +72,7 @@ impl Tap for Last {
 fn in_one_process(seed: u64) -> f64 {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sim/missions/building/building-a.toml");
     let (mission, robot) = mission_file::load(&path).expect("the demo's mission");
-    let (system, pace, pad, without) = ("alone".to_owned(), Pace::Lockstep, Pad::Absent, Vec::new());
-    let run = RunConfig { system, mission, robot, seed, pace, recording: None, pad, without };
+    let run = RunConfig::lockstep("alone", mission, robot, seed);
     let began = Instant::now();
     let mut last = Last(0);
     Rehearsal::new(&run).and_then(|rehearsal| rehearsal.run(&mut last)).expect("the demo");

@@ -130,6 +130,25 @@ impl Place {
         self.start(arguments).end()
     }
 
+    /// The same of a command that succeeds.
+    pub fn fine(&self, arguments: &str) -> Ended {
+        let ended = self.run(arguments);
+        assert_eq!(ended.code, Some(0), "{arguments}: {ended}");
+        ended
+    }
+
+    /// Executes processes of a recording again, and replays it: the same messages each time.
+    pub fn is_reproduced(&self, recording: &str, processes: &[&str]) {
+        for process in processes {
+            let told = self.fine(&format!("rerun {recording} --process {process} --json")).json();
+            let found = (&told["identical"], &told["difference"]);
+            assert_eq!(found, (&Value::Bool(true), &Value::Null), "{process}");
+        }
+        let live = "--live localizer,planner,recorder --rate max --record again.mcap";
+        self.fine(&format!("replay {recording} {live}"));
+        self.fine(&format!("diff {recording} again.mcap"));
+    }
+
     /// Starts `sketchnav`.
     pub fn start(&self, arguments: &str) -> Running {
         Running::spawn(self.command(arguments))

@@ -15,7 +15,7 @@ use sketchnav_schemas::message::*;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::ros2::Ros2;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::samples::sample;
 use sketchnav_schemas::seed::stream;
 
@@ -67,16 +67,7 @@ slips_per_m = 0.0
 
 /// A run that never was.
 pub fn run_config() -> RunConfig {
-    RunConfig {
-        system: "test".to_owned(),
-        mission: Mission::parse(MISSION).unwrap(),
-        robot: Robot::parse(ROBOT).unwrap(),
-        seed: 42,
-        pace: Pace::Lockstep,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    }
+    RunConfig::lockstep("test", Mission::parse(MISSION).unwrap(), Robot::parse(ROBOT).unwrap(), 42)
 }
 
 /// A writer to a new file.

@@ -193,7 +193,7 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Tell the qualitative relations of objects over time: who comes nearer, who is beside whom, what touches what.
+    /// Tell the qualitative relations of objects over time: motion towards each other, direction, distance, contact.
     #[command(
         after_help = "A table has the columns time_s, object, x_m, y_m and may have heading_deg, length_m, width_m.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav relations results/building-a.mcap --calculus qtc-b --between robot,person-1 --quantisation-m 0.01"
     )]

@@ -19,7 +19,7 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::sketch_mission::SketchMission;
 
 /// Drive missions in one process and print how each task ended.
@@ -101,16 +101,7 @@ fn rehearse(
     seed: u64,
     verbose: bool,
 ) -> anyhow::Result<(usize, usize)> {
-    let run = RunConfig {
-        system: "rehearsal".into(),
-        mission,
-        robot,
-        seed,
-        pace: Pace::Lockstep,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    };
+    let run = RunConfig::lockstep("rehearsal", mission, robot, seed);
     let mut log = Log::default();
     let began = Instant::now();
     Rehearsal::new(&run)?.run(&mut log)?;

@@ -8,7 +8,7 @@ use sketchnav_evaluation::experiments::run::Log;
 use sketchnav_evaluation::judge::judge;
 use sketchnav_rehearsal::Rehearsal;
 use sketchnav_schemas::method::Method;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::sketch_mission::SketchMission;
 
 /// How many of the first `tasks` tasks of a mission that ships succeed in the true floor plan.
@@ -19,17 +19,7 @@ fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
     let mut mission = support::true_to_scale(&mission, &folder.path().join("floor.svg")).unwrap();
     mission.task.truncate(tasks);
     SketchMission { method, ..SketchMission::of(&mission).unwrap() }.write_to(&mut mission);
-    let (system, pace) = ("rehearsal".into(), Pace::Lockstep);
-    let run = RunConfig {
-        system,
-        mission,
-        robot,
-        seed,
-        pace,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    };
+    let run = RunConfig::lockstep("rehearsal", mission, robot, seed);
     let mut log = Log::default();
     Rehearsal::new(&run).unwrap().run(&mut log).unwrap();
     judge(&run.mission, &log.truth, &log.status, &[]).tasks.iter().filter(|task| task.reached).count()

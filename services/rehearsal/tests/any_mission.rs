@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::robots;
 
 const DRAWING: &[u8] = br#"{ "canvas": [300, 200],
@@ -59,16 +59,7 @@ fn drives(text: &str) -> bool {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/laboratory/laboratory.floor.toml");
     (mission.world.floor_plan, mission.world.map) = (floor.to_str().map(str::to_owned), None);
     let Ok(Some(robot)) = robots::find(&mission.robot) else { return false };
-    let run = RunConfig {
-        system: "any".into(),
-        mission,
-        robot,
-        seed: 1,
-        pace: Pace::Lockstep,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    };
+    let run = RunConfig::lockstep("any", mission, robot, 1);
     Rehearsal::by_bytes(&run, DRAWING).and_then(|rehearsal| rehearsal.run(&mut Once)).is_ok()
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::message::{GroundTruth, Message, VelocityCommand};
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 
 const STEPS: usize = 60;
 
@@ -32,17 +32,7 @@ impl Tap for Log {
 fn driven(thinking_scans: u32) -> Log {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/laboratory/laboratory-a.toml");
     let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
-    let (system, pace) = ("rehearsal".into(), Pace::Lockstep);
-    let run = RunConfig {
-        system,
-        mission,
-        robot,
-        seed: 1,
-        pace,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    };
+    let run = RunConfig::lockstep("rehearsal", mission, robot, 1);
     let mut log = Log::default();
     Rehearsal::new(&run).unwrap().thinking_for(thinking_scans).run(&mut log).unwrap();
     log

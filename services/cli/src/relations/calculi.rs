@@ -108,7 +108,7 @@ fn point(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Point>> {
     Ok(Some(Point::try_from(now.at)?))
 }
 
-/// Without a heading it is the direction of motion; who does not move has none.
+/// Without a heading it is the direction of motion; an object at rest has none.
 fn oriented(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<Oriented>> {
     let at = Point::try_from(now.at)?;
     match (now.heading_rad, before) {

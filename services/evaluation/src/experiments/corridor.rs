@@ -134,7 +134,7 @@ pub fn person(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite { name, title, trials, lines, repetitions: REPETITIONS, ..Suite::default() })
 }
 
-/// Somebody who comes from beyond the goal and walks to beyond the start, beside the middle by `side_m`.
+/// A person who walks from beyond the goal to beyond the start, `side_m` beside the middle.
 fn walker(drive: &Drive, side_m: f64) -> Person {
     let (start, goal) = (drive.start, drive.goal);
     let beyond = 1.5 * (goal[0] - start.x).signum();

@@ -9,7 +9,7 @@ use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::mission::{Mission, MissionError, Start};
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed;
 use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_sketch::reading::DrawnMap;
@@ -101,16 +101,7 @@ impl Trial {
         if let Some(sheet) = &self.sheet {
             sheet.mark(&mut mission, seed, first_task)?;
         }
-        Ok(RunConfig {
-            system: "eval".into(),
-            mission,
-            robot: self.robot.clone(),
-            seed,
-            pace: Pace::Lockstep,
-            recording: None,
-            pad: Pad::Absent,
-            without: Vec::new(),
-        })
+        Ok(RunConfig::lockstep("eval", mission, self.robot.clone(), seed))
     }
 }
 

@@ -9,7 +9,7 @@ use sketchnav_schemas::floor_plan::FloorPlan;
 use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, VelocityCommand};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::corridors::{Corridor, Drive, Numbers, Placement, Shape};
 use sketchnav_sim::robots;
 
@@ -93,16 +93,7 @@ fn drive_in(plan: &FloorPlan, goal: &str, way: &Drive, method: &str, robot: Robo
         start.y,
         start.yaw_rad.to_degrees(),
     );
-    let run = RunConfig {
-        system: "test".into(),
-        mission: Mission::parse(&mission).unwrap(),
-        robot,
-        seed: 1,
-        pace: Pace::Lockstep,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    };
+    let run = RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), robot, 1);
     let mut ended = Ended::default();
     Rehearsal::new(&run).unwrap().run(&mut ended).unwrap();
     ended

@@ -1,6 +1,6 @@
 //! A simulated helicopter that follows a custom map: for Monte Carlo estimates and for tests.
 //!
-//! The window hangs over the plane. It moves as it is told, with random errors of place and of heading that grow with the
+//! The window hangs over the plane. It follows commands. Its errors of place and of heading are random and grow with the
 //! square root of the way. The camera sees each dot with an error of position, misses some, and sees some that are not
 //! there. The judge knows the plane, and tells the six kinds of success and failure (Park and Kender 1995, 7.2.6).
 

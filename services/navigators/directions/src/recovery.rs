@@ -1,6 +1,6 @@
 //! Which transitions are error-detectable and error-recoverable, and how to recover (Park and Kender 1995, 6.3).
 //!
-//! A landmark that was attained is told by its quadrant occupancy count, QOC. A transition is *detectable* where no other
+//! The navigator verifies a landmark by its quadrant occupancy count, QOC. A transition is *detectable* where no other
 //! dot that can be mistaken for the target has the target's count. It is *recoverable* (6.3.2) where
 //! 1. it is detectable;
 //! 2. for each other count there is a quadrant that shows the target from all these dots with that count;

@@ -83,7 +83,7 @@ pub enum Error {
         /// How far its sensors reach.
         radius_m: f64,
     },
-    /// A route in words that cannot be read.
+    /// Reading a route in words failed.
     #[error("line {line}, {place}: expected {expected}, found {found:?}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
     Word {
         /// The number of the line, from 1.

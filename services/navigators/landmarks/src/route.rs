@@ -203,8 +203,8 @@ impl Route {
     /// `Ok` where the route can be driven.
     ///
     /// # Errors
-    /// [`Error::States`] where there are fewer than two states, where the last command is not the only stop, where a
-    /// state between start and end has no relation or too many, or where a relation names no object.
+    /// [`Error::States`]: fewer than two states; a last command that is not the only stop; a state between start and end
+    /// with no relation, or with too many; a relation that names no object.
     pub fn check(&self) -> Result<(), Error> {
         let wrong = |expected, found: String| Err(Error::States { expected, found });
         let [_, middle @ .., last] = &self.states[..] else {

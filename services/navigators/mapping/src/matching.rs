@@ -1,6 +1,8 @@
-//! Where a scan fits the map best: correlative scan matching (Olson 2009), by branch and bound over fields of
-//! maxima (Hess, Kohler, Rapp and Andor 2016), then refined below the size of a cell by Newton's method on the
-//! interpolated field. The odometry's guess is a term of both.
+//! Where a scan fits the map best.
+//!
+//! The search is correlative scan matching (Olson 2009), by branch and bound over fields of maxima (Hess, Kohler, Rapp
+//! and Andor 2016). Newton's method on the interpolated field refines the result below the size of a cell. The
+//! odometry's guess is a term of both.
 
 pub mod field;
 mod refine;

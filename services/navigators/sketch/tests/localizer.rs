@@ -6,7 +6,7 @@ use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::localizer::core::{Core, CoreError};
 
 const MISSION: &str = r#"
@@ -58,16 +58,7 @@ fn core(parameters: &str) -> Result<Core, CoreError> {
 
 fn core_of(robot: Robot, parameters: &str) -> Result<Core, CoreError> {
     let mission = Mission::parse(&format!("{MISSION}{parameters}")).unwrap();
-    Core::new(&RunConfig {
-        system: "test".into(),
-        mission,
-        robot,
-        seed: 1,
-        pace: Pace::Lockstep,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    })
+    Core::new(&RunConfig::lockstep("test", mission, robot, 1))
 }
 
 #[test]

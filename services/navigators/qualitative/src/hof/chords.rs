@@ -1,8 +1,8 @@
 //! Constant forces of two objects that a line parts: the product of their chords, integrated.
 //!
 //! Where all of the argument is after the referent, F_0(θ) = ∫ X(u) Z(u) du, with X and Z the lengths of the two objects on
-//! the parallel u. Of a ring that does not cross itself, the length is the sum of the heights of the edges that the
-//! parallel meets, those that go one way less those that go back. It is linear between corners, so nothing has to be
+//! the parallel u. The length in a simple ring follows from the edges that the
+//! parallel meets: the heights of those that go one way, less the heights of those that go back. It is linear between corners, so nothing has to be
 //! sorted along the direction.
 
 /// An edge across the direction: from where to where it goes, and its line's height at 0 and slope, with the sign of its way.

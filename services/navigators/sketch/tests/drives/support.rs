@@ -7,7 +7,7 @@ use sketchnav_schemas::geometry::{Odom, Pose, Sketch, World as WorldFrame};
 use sketchnav_schemas::message::*;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::planner::core::{Core, Step};
 
 pub const ROBOTINO: &str = include_str!("../../../../../sim/robots/robotino.toml");
@@ -133,16 +133,7 @@ pub fn config(robot: &str, planner: &str) -> RunConfig {
          start = {{ world = [0, 0], world_heading_deg = 0 }}\n[[task]]\nname = 't'\ngoal = [0, 0]\n\
          there = {{ center = [0, 0], radius_m = 1 }}\n[parameters.planner]\n{planner}"
     );
-    RunConfig {
-        system: "test".into(),
-        mission: Mission::parse(&mission).unwrap(),
-        robot: Robot::parse(robot).unwrap(),
-        seed: 1,
-        pace: Pace::Lockstep,
-        recording: None,
-        pad: Pad::Absent,
-        without: Vec::new(),
-    }
+    RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), Robot::parse(robot).unwrap(), 1)
 }
 
 /// Tasks, each a line of places of the world.

@@ -3,7 +3,7 @@
 mod support;
 
 use serde_json::Value;
-use support::{Ended, Place, repository};
+use support::{Place, repository};
 
 /// A place with the corridor missions that ship, shortened to their first task.
 fn place(mission: &str) -> Place {

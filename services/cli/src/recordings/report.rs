@@ -284,9 +284,9 @@ impl Page<'_> {
                 .collect(),
         };
         let sign = |marker: &PairedMarker| match marker.marker_trend() {
-            Trend::Towards => -1.0,
-            Trend::Stable => 0.0,
-            Trend::Away => 1.0,
+            Trend::Towards => 0.0,
+            Trend::Stable => 1.0,
+            Trend::Away => 2.0,
             Trend::Unknown => f64::NAN,
         };
         let distance = |marker: &PairedMarker| marker.x_m.hypot(marker.y_m);
@@ -301,7 +301,7 @@ impl Page<'_> {
         };
         vec![
             ("Distance of the pair", "m, robot to marker", distances.into()),
-            ("QTC of the pair", "−1 towards, 0 stable, 1 away", trends.into()),
+            ("QTC of the pair", "0 towards, 1 stable, 2 away", trends.into()),
             ("Markers in memory", "markers", vec![known]),
         ]
     }

@@ -21,7 +21,7 @@ const INSTANTS: usize = 128;
 /// Most cells of a sketch: the canvas of Boniardi et al. 2016, IV, 2540 × 1252, in either orientation.
 pub const MAX_SKETCH_CELLS: usize = 2540 * 1252;
 /// Most channels of a system, those of a foreign navigator included.
-pub const MAX_CHANNELS: usize = 32;
+pub const MAX_CHANNELS: usize = 48;
 
 /// What a channel's messages are in the flow; how many of them are held follows from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -246,6 +246,12 @@ channels! {
     ROUTE: Instruction Route = "route", SKETCHER => [Planner], of "sketch";
     /// The rules for a corridor.
     RULES: Instruction Rules = "rules", SKETCHER => [Planner], of "corridor", behind it up to MAX_RULE_BYTES;
+    /// The custom maps.
+    DIRECTIONS: Instruction Directions = "directions", SKETCHER => [Planner], of "directions",
+        behind it up to MAX_DIRECTIONS_BYTES;
+    /// What the map-maker means by them; no navigator may open it.
+    ITINERARY: Instruction Itinerary = "itinerary", SKETCHER => [Pad], of "directions",
+        behind it up to 8 * MAX_PLANE_DOTS;
     /// What became of what a person draws.
     UNDERSTOOD: Reply Understood = "understood", SKETCHER => [Pad];
     /// What the person at the pad wants.
@@ -266,6 +272,8 @@ channels! {
     SONAR: Sensor SonarScan = "sonar", WORLD => [Localizer, Planner, Pad];
     /// The markers that the camera sees.
     MARKERS: Sensor MarkerView = "markers", WORLD => [Localizer, Planner, Pad], up to 8 a tick;
+    /// What the window shows of a plane of dots.
+    VIEW: Sensor DotView = "view", WORLD => [Localizer, Pad];
     /// The heartbeat, last of what the world sends in an instant.
     TICK: Tick Tick = "tick", WORLD => [Localizer, Planner, Pad];
     /// A sample of the particle set.
@@ -274,8 +282,12 @@ channels! {
     ESTIMATE: Situation PoseEstimate = "estimate", LOCALIZER => [Planner, Pad], of "sketch";
     /// What markers tell of a corridor.
     RELATIONS: Situation Relations = "relations", LOCALIZER => [Planner, Pad], of "corridor";
+    /// What is in view, described.
+    DESCRIPTION: Situation Description = "description", LOCALIZER => [Planner, Pad], of "directions";
     /// What the planner is about to do.
     PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
+    /// How the journey stands.
+    JOURNEY: Detail Journey = "journey", PLANNER => [Pad], of "directions";
     /// How the robot is to move.
     COMMAND: Command VelocityCommand = "command", PLANNER => [World];
     /// How the mission stands; the last message of an instant.
@@ -485,8 +497,8 @@ mod tests {
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
         let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
-        let expected = "drawing sketch route rules understood orders mission contact truth people odometry scan sonar markers tick \
-                        particles estimate relations plan command status latency faults recorded";
+        let expected = "drawing sketch route rules directions itinerary understood orders mission contact truth people odometry scan sonar \
+                        markers view tick particles estimate relations description plan journey command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));
     }

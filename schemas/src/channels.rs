@@ -20,8 +20,8 @@ pub const RECORDED_EVERY: u64 = 16;
 const INSTANTS: usize = 128;
 /// Most cells of a sketch: the canvas of Boniardi et al. 2016, IV, 2540 × 1252, in either orientation.
 pub const MAX_SKETCH_CELLS: usize = 2540 * 1252;
-/// Most channels of a system, those of a foreign navigator included.
-pub const MAX_CHANNELS: usize = 48;
+/// Most channels of a run: those of all kinds of navigators, and those of its own.
+pub const MAX_CHANNELS: usize = 32;
 
 /// What a channel's messages are in the flow; how many of them are held follows from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -317,8 +317,10 @@ pub enum RegisterError {
         name: &'static str,
     },
     /// Too many.
-    #[error("expected at most {MAX_CHANNELS} channels in all, found {found}")]
+    #[error("kind {kind:?}: expected at most {MAX_CHANNELS} channels, found {found}")]
     TooMany {
+        /// The kind.
+        kind: &'static str,
         /// How many there would be.
         found: usize,
     },
@@ -361,12 +363,15 @@ pub fn register(
 
 /// What a table must be.
 fn check(table: &[&ChannelSpec], kinds: impl IntoIterator<Item = &'static str>) -> Result<(), RegisterError> {
-    if table.len() > MAX_CHANNELS {
-        return Err(RegisterError::TooMany { found: table.len() });
-    }
     let found = table.iter().filter(|spec| spec.role == Role::Sensor).count();
     if found > MAX_SENSORS {
         return Err(RegisterError::TooManySensors { found });
+    }
+    for kind in table.iter().filter_map(|spec| spec.kind) {
+        let found = table.iter().filter(|spec| spec.belongs_to(kind)).count();
+        if found > MAX_CHANNELS {
+            return Err(RegisterError::TooMany { kind, found });
+        }
     }
     for kind in kinds {
         for role in [Role::Tick, Role::Situation, Role::Command, Role::Status] {
@@ -393,7 +398,7 @@ pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
 /// The place of a topic in an instant: its channel's in [`all`]; the last one for what belongs to none.
 pub fn place_of(topic: &str) -> usize {
     let place = all().position(|spec| spec.is_topic(topic) && spec.role != Role::Report);
-    place.unwrap_or(MAX_CHANNELS)
+    place.unwrap_or(usize::MAX)
 }
 
 /// The channels of a run of this kind of navigator.
@@ -553,6 +558,17 @@ mod tests {
         let error = register(["wall-follower"], &[]).unwrap_err();
         let expected = "kind \"wall-follower\": expected one channel of role Situation, found 0";
         assert_eq!(error.to_string(), expected);
+    }
+
+    /// The limit was for the channels of all navigators together, so each new one left less room for the others.
+    #[test]
+    fn a_run_has_a_limit_of_channels_and_other_kinds_do_not_count() {
+        static OWN: ChannelSpec = ChannelSpec { kind: Some("own"), ..*RULES.spec };
+        static OTHER: ChannelSpec = ChannelSpec { kind: Some("other"), ..*RULES.spec };
+        let of_both = [[&OWN; MAX_CHANNELS], [&OTHER; MAX_CHANNELS]].concat();
+        assert_eq!(check(&of_both, []), Ok(()));
+        let many = [&OWN; MAX_CHANNELS + 1];
+        assert_eq!(check(&many, []), Err(RegisterError::TooMany { kind: "own", found: MAX_CHANNELS + 1 }));
     }
 
     #[test]

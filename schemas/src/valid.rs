@@ -88,7 +88,7 @@ pub(crate) fn description(description: &Description) -> bool {
 
 /// A reference at a place that can be.
 pub(crate) fn journey(journey: &Journey) -> bool {
-    journey.has_reference <= 1 && near([journey.reference_x_m, journey.reference_y_m])
+    journey.has_reference <= 1 && journey.cannot_locate <= 1 && near([journey.reference_x_m, journey.reference_y_m])
 }
 
 /// Numbers that a driver can have reached by this tick: whoever reads a tick waits for them.

@@ -85,6 +85,10 @@ messages! {
         pub recoveries: u32,
         /// Whether it knows where its reference landmark is: 0 or 1.
         pub has_reference: u32,
+        /// 1: it could not locate the landmark of its entry, and has given up.
+        pub cannot_locate: u32,
+        /// Zero.
+        pub reserved: u32 as Zero,
         /// The reference landmark, to the right of the window's centre.
         pub reference_x_m: f64,
         /// The reference landmark, above the window's centre.

@@ -8,6 +8,7 @@
 
 mod floor;
 mod marks;
+mod plane;
 mod svg;
 mod task;
 
@@ -17,6 +18,7 @@ use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::mission::Place;
 
 pub use floor::FloorShapes;
+pub use plane::{PlanePicture, plane};
 use marks::Symbol;
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};
@@ -174,7 +176,7 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     marks::tasks(&mut sheet, picture.tasks);
     marks::start(&mut sheet, &picture.start);
     marks::contacts(&mut sheet, picture.contacts);
-    sheet.scale_bar();
+    sheet.scale_bar(1.0);
     let mut symbols = vec![Symbol::Start, Symbol::Goal, Symbol::Trail("true way")];
     symbols.extend([Symbol::Reached, Symbol::Failed]);
     symbols.extend((!picture.shapes.furniture.is_empty()).then_some(Symbol::Furniture));

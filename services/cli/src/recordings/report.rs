@@ -1,6 +1,8 @@
 //! A recording as one page: the drawing and the floor, some moments, errors, scales and health over time, and
 //! the table of figures.
 
+pub mod directions;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -26,7 +28,7 @@ use sketchnav_schemas::time::seconds;
 use super::judge::{self, Judged};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
-use crate::report::{cloud, floor_picture, sketch_picture};
+use crate::report::{cloud, ground_picture, sketch_picture};
 
 /// Moments that are shown.
 const MOMENTS: usize = 4;
@@ -67,6 +69,7 @@ impl Page<'_> {
         let body = html! {
             (self.head())
             (self.tasks())
+            (directions::section(self.run, self.log)?)
             (self.pictures()?)
             (self.moments()?)
             (self.over_time())
@@ -118,7 +121,7 @@ impl Page<'_> {
         let Some(verdict) = self.verdict() else { return Ok(html! {}) };
         let sketch = sketch_picture(self.run, self.log, verdict)?;
         // The map may be neither in the recording nor where it was.
-        let floor = floor_picture(self.run, self.log, verdict).ok();
+        let floor = ground_picture(self.run, self.log, verdict).ok().map(|(_, svg)| svg);
         Ok(html! {
             h2 { "Where the robot believed to be, and where it was" }
             div.pictures {
@@ -226,7 +229,8 @@ impl Page<'_> {
         let has_speed = self.run.system != LOG_SYSTEM && !self.log.truth.is_empty();
         let estimates = self.of_estimates();
         let relations = self.of_relations();
-        if estimates.is_empty() && relations.is_empty() && !has_speed {
+        let journeys = directions::over_time(self.log);
+        if estimates.is_empty() && relations.is_empty() && journeys.is_empty() && !has_speed {
             return html! {};
         }
         html! {
@@ -235,7 +239,7 @@ impl Page<'_> {
                 @if !marks.is_empty() { "Dashed: a task begins." } @if !faults.is_empty() { " Red: a process died or fell silent." }
             } }
             div.cards {
-                @for (title, unit, series) in estimates.iter().chain(&relations) { (chart(title, unit, series)) }
+                @for (title, unit, series) in estimates.iter().chain(&relations).chain(&journeys) { (chart(title, unit, series)) }
                 @if has_speed { (chart("True speed", "m/s", &speed)) }
             }
         }

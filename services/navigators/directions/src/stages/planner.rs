@@ -159,6 +159,7 @@ impl Planner {
         (journey.entry, journey.accepted) = (output.entry.into(), output.accepted.into());
         journey.recoveries = output.recoveries.into();
         journey.has_reference = output.reference.is_some().into();
+        journey.cannot_locate = (output.outcome == Some(Outcome::CannotLocate)).into();
         let Point { x, y } = output.reference.unwrap_or_default();
         (journey.reference_x_m, journey.reference_y_m) = (x, y);
     }

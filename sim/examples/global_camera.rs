@@ -27,7 +27,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let places = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]];
     let known = CORNERS.into_iter().zip(places).map(|(pixel, place)| Known { pixel, place });
     let camera = Camera::calibrated(&known.collect::<Vec<_>>())?;
-    let radius = 0.006 * (x[1] - x[0]).max(y[1] - y[0]);
+    // Small enough that dots seldom touch: a spot of two is one dot to the map-maker.
+    let radius = 0.002 * (x[1] - x[0]).max(y[1] - y[0]);
     picture::draw(SIZE, &camera, &dots, radius).save(&png)?;
     println!("calibration = [");
     for (i, j) in (0..3).flat_map(|j| (0..3).map(move |i| (i, j))) {

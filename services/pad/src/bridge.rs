@@ -113,7 +113,7 @@ impl<'a> Bridge<'a> {
             checkpoints,
             drawings: node.writer(DRAWING)?,
             orders,
-            inbox: Inbox::open(node, run.pad.draws())?,
+            inbox: Inbox::open(node, run)?,
             machine: Machine::new(run.pad.draws()),
             sessions: Sessions::default(),
             reply: None,
@@ -236,6 +236,7 @@ impl<'a> Bridge<'a> {
                     self.is_new = true;
                 }
                 News::Estimate(estimate) => self.machine.on_estimate(&estimate),
+                News::Description => self.machine.on_situation(),
                 News::Understood(answer) => {
                     let said = self.machine.on_understood(&answer).map(|said| said.map(|()| facts(&answer)));
                     if let Some(said) = &said {

@@ -79,13 +79,28 @@ pub enum PadError {
     },
 }
 
-/// Checks that the page can show the mission.
+/// The kinds of navigators whose missions people can watch.
+const WATCHED: [&str; 2] = [KIND, "directions"];
+
+/// Checks that people can draw for the mission.
 ///
 /// # Errors
 /// [`PadError::Kind`].
 pub fn check_kind(mission: &Mission) -> Result<(), PadError> {
+    check_among(mission, &[KIND])
+}
+
+/// Checks that the page can show the mission.
+///
+/// # Errors
+/// [`PadError::Kind`].
+pub fn check_watched(mission: &Mission) -> Result<(), PadError> {
+    check_among(mission, &WATCHED)
+}
+
+fn check_among(mission: &Mission, kinds: &[&str]) -> Result<(), PadError> {
     let kind = mission.navigator_kind();
-    if kind == KIND { Ok(()) } else { Err(PadError::Kind(kind.to_owned())) }
+    if kinds.contains(&kind) { Ok(()) } else { Err(PadError::Kind(kind.to_owned())) }
 }
 
 /// Runs the pad in `node`'s system until it is asked to end.
@@ -95,7 +110,7 @@ pub fn check_kind(mission: &Mission) -> Result<(), PadError> {
 pub fn run(node: &Node, settings: Settings) -> anyhow::Result<()> {
     let Settings { bind, port, hosts, token, folder } = settings;
     let run = node.run_config()?;
-    check_kind(&run.mission)?;
+    if run.pad.draws() { check_kind(&run.mission)? } else { check_watched(&run.mission)? }
     if !bind.is_loopback() && token.is_none() {
         return Err(PadError::NoToken(bind).into());
     }

@@ -192,6 +192,11 @@ impl Machine {
         self.tracking = Tracking::from_code(estimate.tracking);
     }
 
+    /// A navigator without a pose answers.
+    pub fn on_situation(&mut self) {
+        self.tracking = Some(Tracking::Tracking);
+    }
+
     /// The planner's last word that counts.
     pub fn status(&self) -> Option<&MissionStatus> {
         self.status.as_ref().filter(|_| self.assumed.is_none())

@@ -218,7 +218,7 @@ impl Page<'_> {
     fn over_time(&self) -> Markup {
         let (marks, faults, span_s) = (self.marks_s(), self.faults_s(), self.span_s());
         let chart = |title, unit, series: &[Series]| {
-            Chart { title, unit, series, span_s, marks_s: &marks, faults_s: &faults }.figure()
+            Chart { title, unit, x_unit: "s", series, span: span_s, marks: &marks, faults: &faults }.figure()
         };
         let speed = [Series {
             name: "speed".to_owned(),
@@ -350,7 +350,7 @@ impl Page<'_> {
                 @if !log.latencies.is_empty() { (page::table(&of_latencies, &latencies.collect::<Vec<_>>())) }
                 (page::table(&header.map(str::to_owned), &stages.collect::<Vec<_>>()))
                 div.cards {
-                    (Chart { title: "Longest step", unit: "ms, by the clock", series: &series, span_s: self.span_s(), marks_s: &marks, faults_s: &faults }.figure())
+                    (Chart { title: "Longest step", unit: "ms, by the clock", x_unit: "s", series: &series, span: self.span_s(), marks: &marks, faults: &faults }.figure())
                 }
             }
         }

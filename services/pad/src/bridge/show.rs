@@ -138,6 +138,14 @@ impl Bridge<'_> {
         let tracking = estimate.and_then(|e| Tracking::from_code(e.tracking)).filter(|_| pose.is_some());
         let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
         let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
+        let over_plane = self.over_plane();
+        if let Some((pose, ..)) = &over_plane {
+            self.trail.go_to([pose.x, pose.y]);
+        }
+        let (pose_over, seen, planned) = match over_plane {
+            Some((pose, seen, planned)) => (Some(pose), seen, Some(planned)),
+            None => (None, Vec::new(), None),
+        };
         Feed {
             t_ms: self.stamp_ns / 1_000_000,
             state: self.machine.state(),
@@ -147,14 +155,24 @@ impl Bridge<'_> {
             task: status.and_then(TaskView::new),
             speed_mps: status.map_or(0.0, |status| (status.speed_mps * 100.0).round() / 100.0),
             particles: located.zip(self.inbox.particles.take()).map(|(view, p)| feed::particles(&p, &view)),
-            scan: scan.map_or_else(Vec::new, |((view, estimate), scan)| {
+            scan: scan.map_or(seen, |((view, estimate), scan)| {
                 feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
             }),
-            plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)),
+            plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)).or(planned),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),
-            pose,
+            pose: pose.or(pose_over),
         }
+    }
+
+    /// The window over a plane of dots, what it shows, and what is planned; `None` where there is no plane, or the
+    /// navigator has no landmark.
+    fn over_plane(&self) -> Option<(PoseView, Vec<[f64; 2]>, PlanView)> {
+        let ((ground, itinerary), journey) = (self.inbox.plane.as_ref()?, self.inbox.journey.as_ref()?);
+        let side_m = self.run.robot.view.as_ref()?.side_m;
+        let centre = feed::plane::centre(itinerary, journey)?;
+        let seen = self.inbox.description.as_deref().map_or_else(Vec::new, |all| ground.seen(all, centre));
+        Some((ground.pose(centre), seen, ground.plan(itinerary, journey, Some((centre, side_m)))))
     }
 }

@@ -72,7 +72,10 @@ pub(crate) fn view(view: &DotView) -> bool {
     let places = view.dots().iter().flat_map(|dot| [dot.x_m, dot.y_m]);
     view.dot_count as usize <= MAX_DOTS
         && timely(&view.header)
-        && [view.side_m, view.margin_m, view.frame_time_s].into_iter().chain(places).all(|v| v.abs() < FAR as f32)
+        && [view.side_m, view.margin_m, view.frame_time_s]
+            .into_iter()
+            .chain(places)
+            .all(|v| v.abs() < FAR as f32)
         && view.side_m > 0.0
         && view.margin_m >= 0.0
 }
@@ -88,7 +91,9 @@ pub(crate) fn description(description: &Description) -> bool {
 
 /// A reference at a place that can be.
 pub(crate) fn journey(journey: &Journey) -> bool {
-    journey.has_reference <= 1 && journey.cannot_locate <= 1 && near([journey.reference_x_m, journey.reference_y_m])
+    journey.has_reference <= 1
+        && journey.cannot_locate <= 1
+        && near([journey.reference_x_m, journey.reference_y_m])
 }
 
 /// Numbers that a driver can have reached by this tick: whoever reads a tick waits for them.

@@ -74,12 +74,8 @@ impl PlaneFile {
     /// [`SimError::Toml`]; [`SimError::Value`] where it has no source of dots, or several.
     pub fn parse(text: &str) -> Result<Self, SimError> {
         let file: Self = toml::from_str(text)?;
-        let sources = [
-            file.dots.is_some(),
-            file.random.is_some(),
-            file.clustered.is_some(),
-            file.picture.is_some(),
-        ];
+        let sources =
+            [file.dots.is_some(), file.random.is_some(), file.clustered.is_some(), file.picture.is_some()];
         let count = sources.into_iter().filter(|&is_given| is_given).count();
         check(count == 1, "plane", "one of dots, random, clustered and picture", count)?;
         Ok(file)
@@ -155,7 +151,10 @@ mod tests {
             ("name = 'p'", "plane: expected one of dots, random, clustered and picture, found 0"),
             ("dots = [[0, 0]]\nrandom = { dots = 1, side_m = 1.0, seed = 4 }", "found 2"),
             ("dots = []", "dots: expected 1 to 20000 dots, found 0"),
-            ("dots = [[1, 2], [3, 4], [1, 2]]", "dots 1 and 3: expected different places, found both at (1, 2) m"),
+            (
+                "dots = [[1, 2], [3, 4], [1, 2]]",
+                "dots 1 and 3: expected different places, found both at (1, 2) m",
+            ),
             ("dots = [[1, nan]]", "dots: expected -10000 to 10000 m"),
             ("random = { dots = 10, side_m = -1.0, seed = 4 }", "random.side_m: expected 0.001 to 10000 m"),
             ("random = { dots = 1000000, side_m = 1.0, seed = 4 }", "dots: expected 1 to 20000 dots"),

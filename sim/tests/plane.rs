@@ -93,9 +93,15 @@ fn each_world_rejects_what_it_has_nothing_for() {
     let robotino = robots::find("robotino").unwrap().unwrap();
     let start = Pose::<WorldFrame>::new(0.5, 0.5, 0.0);
     let error = DotPlane::new(hundred(), &robotino, start, 1).unwrap_err().to_string();
-    assert!(error.contains("\"robotino\": [laser]: expected a robot without that sensor over a plane"), "{error}");
+    assert!(
+        error.contains("\"robotino\": [laser]: expected a robot without that sensor over a plane"),
+        "{error}"
+    );
     let room = "name='room'\nwall_thickness_m=0.2\n[[wall]]\nclosed=true\npoints=[[0,0],[4,0],[4,4],[0,4]]\n";
     let room = floor_plan::parse(room).unwrap();
     let error = Floor::new(room, &helicopter(), Pose::new(2.0, 2.0, 0.0), 1).err().unwrap().to_string();
-    assert!(error.contains("\"helicopter\": [view]: expected a robot without that table on a floor"), "{error}");
+    assert!(
+        error.contains("\"helicopter\": [view]: expected a robot without that table on a floor"),
+        "{error}"
+    );
 }

@@ -18,8 +18,8 @@ use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::mission::Place;
 
 pub use floor::FloorShapes;
-pub use plane::{PlanePicture, plane};
 use marks::Symbol;
+pub use plane::{PlanePicture, plane};
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};
 

@@ -110,7 +110,11 @@ fn check_among(mission: &Mission, kinds: &[&str]) -> Result<(), PadError> {
 pub fn run(node: &Node, settings: Settings) -> anyhow::Result<()> {
     let Settings { bind, port, hosts, token, folder } = settings;
     let run = node.run_config()?;
-    if run.pad.draws() { check_kind(&run.mission)? } else { check_watched(&run.mission)? }
+    if run.pad.draws() {
+        check_kind(&run.mission)?
+    } else {
+        check_watched(&run.mission)?
+    }
     if !bind.is_loopback() && token.is_none() {
         return Err(PadError::NoToken(bind).into());
     }

@@ -31,7 +31,9 @@ pub struct Spot {
 /// # Errors
 /// [`DotsError::Picture`], [`DotsError::Size`], [`DotsError::NoDots`], [`DotsError::TooManyDots`].
 pub fn read(bytes: &[u8]) -> Result<(Vec<Spot>, u32), DotsError> {
-    let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format().map_err(image::ImageError::IoError)?;
+    let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(image::ImageError::IoError)?;
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(8 * MOST_PIXELS);
     reader.limits(limits);
@@ -137,7 +139,9 @@ pub fn draw(size: [u32; 2], camera: &Camera, dots: &[[f64; 2]], radius: f64) -> 
         let (low, high) = seen.fold(([f64::MAX; 2], [f64::MIN; 2]), |(low, high), at| {
             ([0, 1].map(|i| at[i].min(low[i])), [0, 1].map(|i| at[i].max(high[i])))
         });
-        let range = |axis: usize| (low[axis].floor().max(0.0) as u32)..((high[axis].ceil().max(0.0) as u32).min(size[axis]));
+        let range = |axis: usize| {
+            (low[axis].floor().max(0.0) as u32)..((high[axis].ceil().max(0.0) as u32).min(size[axis]))
+        };
         for (x, y) in range(1).flat_map(|y| range(0).map(move |x| (x, y))) {
             let covers = |i: i32, j: i32| {
                 let sample = |at: u32, k: i32| f64::from(at) + (f64::from(k) + 0.5) / f64::from(SAMPLES);

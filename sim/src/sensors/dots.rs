@@ -139,7 +139,10 @@ mod tests {
         let seen = view(&camera(|_| ()), quarter, &[[11.0, 10.0], [10.0, 11.4], [10.0, 11.6]], 0);
         let expected = [[0.0, -1.0], [1.4, 0.0]];
         for (found, expected) in places(&seen).iter().zip(expected) {
-            assert!((found[0] - expected[0]).abs() < 1e-6 && (found[1] - expected[1]).abs() < 1e-6, "{found:?}");
+            assert!(
+                (found[0] - expected[0]).abs() < 1e-6 && (found[1] - expected[1]).abs() < 1e-6,
+                "{found:?}"
+            );
         }
         assert_eq!(seen.dot_count, 2);
     }

@@ -7,7 +7,8 @@ use std::convert::Infallible;
 
 use sketchnav_schemas::channels::Channel;
 use sketchnav_schemas::message::{
-    Contact, DotView, GroundTruth, Header, LaserScan, MarkerView, Odometry, People, SonarScan, Twist, VelocityCommand,
+    Contact, DotView, GroundTruth, Header, LaserScan, MarkerView, Odometry, People, SonarScan, Twist,
+    VelocityCommand,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_sim::{Senses, Simulation};

@@ -49,7 +49,9 @@ fn refuse_what_has_no_meaning(study: &Study, options: &EvalOptions) -> anyhow::R
         ("--check-processes", options.check_processes.is_some()),
     ];
     match given.into_iter().find(|(_, is_given)| *is_given) {
-        Some((option, _)) => Err(anyhow!("{option}: {} drives no missions and has no such option", study.name)),
+        Some((option, _)) => {
+            Err(anyhow!("{option}: {} drives no missions and has no such option", study.name))
+        }
         None => Ok(()),
     }
 }

@@ -99,7 +99,9 @@ fn kind(state: TaskState, steps: &[&Journey], attained: &[usize], meant: &[usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sketchnav_schemas::message::{GroundTruth, Itinerary, Message, MissionStatus, PlannedLandmark, PoseM};
+    use sketchnav_schemas::message::{
+        GroundTruth, Itinerary, Message, MissionStatus, PlannedLandmark, PoseM,
+    };
 
     const DOTS: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
 

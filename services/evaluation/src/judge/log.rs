@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, Channel, ChannelSpec, DIRECTIONS, ESTIMATE, FAULTS, HEALTH, ITINERARY, JOURNEY, LATENCY,
-    MARKERS, ORDERS, PARTICLES, PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
+    COMMAND, CONTACT, Channel, ChannelSpec, DIRECTIONS, ESTIMATE, FAULTS, HEALTH, ITINERARY, JOURNEY,
+    LATENCY, MARKERS, ORDERS, PARTICLES, PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
 };
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
 use sketchnav_schemas::message::{
-    Contact, Fault, GroundTruth, Health, Itinerary, Journey, Latency, MarkerView, Message, MissionStatus, Particles, People,
-    PoseEstimate, Relations, Route, RouteTask, SketchMap, VelocityCommand,
+    Contact, Fault, GroundTruth, Health, Itinerary, Journey, Latency, MarkerView, Message, MissionStatus,
+    Particles, People, PoseEstimate, Relations, Route, RouteTask, SketchMap, VelocityCommand,
 };
 use sketchnav_schemas::mission::{Place, Task};
 use sketchnav_schemas::ros2::Ros2;
@@ -213,7 +213,8 @@ impl Log {
             self.directions = Some(String::from_utf8_lossy(&text).into_owned());
         } else if let Some((itinerary, cells)) = from.channel(ITINERARY)? {
             self.itinerary = Some(Box::new(itinerary));
-            self.seen_dots = sketchnav_directions::stages::sketcher::dots_of(&cells).map(|at| [at.x, at.y]).collect();
+            self.seen_dots =
+                sketchnav_directions::stages::sketcher::dots_of(&cells).map(|at| [at.x, at.y]).collect();
         } else if let Some((order, _)) = from.channel(ORDERS)? {
             if Order::from_code(order.order) == Some(Order::Start) {
                 self.began_ns = Some(order.header.stamp_ns);

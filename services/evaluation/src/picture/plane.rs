@@ -51,10 +51,16 @@ pub fn plane(picture: &PlanePicture<'_>) -> String {
     sheet.segments(picture.trajectories, "stroke=\"#c23b8f\" stroke-width=\"0.8\" stroke-opacity=\"0.16\"");
     sheet.segments(picture.parkways, "stroke=\"#2b9a55\" stroke-width=\"2.2\" stroke-opacity=\"0.3\"");
     for window in picture.windows {
-        sheet.polygon(window, "fill=\"#7a52cc\" fill-opacity=\"0.06\" stroke=\"#7a52cc\" stroke-opacity=\"0.4\"");
+        sheet.polygon(
+            window,
+            "fill=\"#7a52cc\" fill-opacity=\"0.06\" stroke=\"#7a52cc\" stroke-opacity=\"0.4\"",
+        );
     }
     for landmarks in picture.planned {
-        sheet.line(landmarks, "stroke=\"#20242c\" stroke-width=\"1.6\" stroke-dasharray=\"3 5\" stroke-opacity=\"0.7\"");
+        sheet.line(
+            landmarks,
+            "stroke=\"#20242c\" stroke-width=\"1.6\" stroke-dasharray=\"3 5\" stroke-opacity=\"0.7\"",
+        );
     }
     for (activity, way) in picture.ways {
         let style = format!("stroke=\"{}\" stroke-width=\"2.6\" stroke-opacity=\"0.85\"", colour(*activity));

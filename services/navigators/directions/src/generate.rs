@@ -42,7 +42,9 @@ pub fn walled(dots: usize, in_wall: usize, side: f64, seed: u64) -> Result<Plane
 fn plane(places: Result<Vec<[f64; 2]>, DotsError>) -> Result<Plane, Error> {
     match places {
         Ok(places) => Plane::new(places.into_iter().map(|[x, y]| Point::new(x, y)).collect()),
-        Err(DotsError::Parameter { what, expected, found }) => Err(Error::Parameter { what, expected, found }),
+        Err(DotsError::Parameter { what, expected, found }) => {
+            Err(Error::Parameter { what, expected, found })
+        }
         Err(_) => Err(Error::NoDots),
     }
 }

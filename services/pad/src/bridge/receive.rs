@@ -2,11 +2,12 @@
 
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{
-    Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
+    Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, PARTICLES, PLAN, SCAN, SKETCH, STATUS,
+    UNDERSTOOD,
 };
 use sketchnav_schemas::message::{
-    Description, Fault, Itinerary, Journey, LaserScan, Message, MissionStatus, Particles, Plan, PoseEstimate, SketchMap,
-    Understood,
+    Description, Fault, Itinerary, Journey, LaserScan, Message, MissionStatus, Particles, Plan, PoseEstimate,
+    SketchMap, Understood,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;

@@ -158,7 +158,10 @@ impl Bridge<'_> {
             scan: scan.map_or(seen, |((view, estimate), scan)| {
                 feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
             }),
-            plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)).or(planned),
+            plan: located
+                .zip(self.inbox.plan.as_deref())
+                .map(|(view, plan)| PlanView::new(plan, &view))
+                .or(planned),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),

@@ -60,7 +60,9 @@ impl Ground {
                 let (low, high) = (middle - DOT_PX - 1.0, middle + DOT_PX + 1.0);
                 (low.max(0.0) as u32)..(high.max(0.0) as u32).min(most)
             };
-            for (row, column) in around(y, height).flat_map(|row| around(x, width).map(move |column| (row, column))) {
+            for (row, column) in
+                around(y, height).flat_map(|row| around(x, width).map(move |column| (row, column)))
+            {
                 let far = (f64::from(column) + 0.5 - x).hypot(f64::from(row) + 0.5 - y);
                 let own = ((DOT_PX - far + 0.5).clamp(0.0, 1.0) * 255.0) as u8;
                 let pixel = &mut alpha[row as usize * width as usize + column as usize];
@@ -74,8 +76,14 @@ impl Ground {
     }
 
     /// The planned landmarks of the task under way, from the one at hand on, and the window as a square around its centre.
-    pub fn plan(&self, itinerary: &Itinerary, journey: &Journey, window: Option<([f64; 2], f64)>) -> PlanView {
-        let landmarks = itinerary.landmarks(journey.task as usize).skip(journey.accepted.saturating_sub(1) as usize);
+    pub fn plan(
+        &self,
+        itinerary: &Itinerary,
+        journey: &Journey,
+        window: Option<([f64; 2], f64)>,
+    ) -> PlanView {
+        let landmarks =
+            itinerary.landmarks(journey.task as usize).skip(journey.accepted.saturating_sub(1) as usize);
         let global = landmarks.map(|landmark| self.at([landmark.x_m.into(), landmark.y_m.into()]));
         let square = window.map(|([x, y], side_m)| {
             let half = side_m / 2.0;
@@ -89,12 +97,22 @@ impl Ground {
     pub fn pose(&self, centre: [f64; 2]) -> PoseView {
         let [x, y] = self.at(centre);
         let (ellipse, radius_px) = ([0.0; 3], 4.0);
-        PoseView { x, y, heading_rad: std::f64::consts::FRAC_PI_2, ellipse, radius_px, tracking: "tracking", effective: 1.0 }
+        PoseView {
+            x,
+            y,
+            heading_rad: std::f64::consts::FRAC_PI_2,
+            ellipse,
+            radius_px,
+            tracking: "tracking",
+            effective: 1.0,
+        }
     }
 
     /// The dots in view.
     pub fn seen(&self, description: &Description, [x, y]: [f64; 2]) -> Vec<[f64; 2]> {
-        let place = |dot: &sketchnav_schemas::message::DescribedDot| self.at([x + f64::from(dot.x_m), y + f64::from(dot.y_m)]);
+        let place = |dot: &sketchnav_schemas::message::DescribedDot| {
+            self.at([x + f64::from(dot.x_m), y + f64::from(dot.y_m)])
+        };
         description.dots().iter().map(place).collect()
     }
 }
@@ -102,7 +120,8 @@ impl Ground {
 /// Where the window's centre is if the landmark that the navigator has attained last is the one that its map means.
 pub fn centre(itinerary: &Itinerary, journey: &Journey) -> Option<[f64; 2]> {
     let attained = journey.accepted.checked_sub(1)? as usize;
-    let landmark = itinerary.landmarks(journey.task as usize).nth(attained).filter(|_| journey.has_reference == 1)?;
+    let landmark =
+        itinerary.landmarks(journey.task as usize).nth(attained).filter(|_| journey.has_reference == 1)?;
     Some([f64::from(landmark.x_m) - journey.reference_x_m, f64::from(landmark.y_m) - journey.reference_y_m])
 }
 

@@ -56,7 +56,11 @@ pub fn plane_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::R
             name: task.name.clone(),
             marks: Vec::new(),
             place: picture::place_outline(&task.there),
-            trail: spans[i].iter().flat_map(|span| span.of(&log.truth)).map(|t| t.pose().position()).collect(),
+            trail: spans[i]
+                .iter()
+                .flat_map(|span| span.of(&log.truth))
+                .map(|t| t.pose().position())
+                .collect(),
             particles: Vec::new(),
             outcome: outcome(&spans[i], &verdict.tasks[i]),
         })
@@ -184,7 +188,11 @@ pub fn over_time(log: &Log) -> Vec<(&'static str, &'static str, Vec<Series>)> {
     }
     let of = |name: &str, value: &dyn Fn(&sketchnav_schemas::message::Journey) -> u32| Series {
         name: name.to_owned(),
-        points: log.journeys.iter().map(|said| [seconds(said.header.stamp_ns), f64::from(value(said))]).collect(),
+        points: log
+            .journeys
+            .iter()
+            .map(|said| [seconds(said.header.stamp_ns), f64::from(value(said))])
+            .collect(),
     };
     vec![
         ("Entry of the custom map", "from 1", vec![of("entry", &|said| said.entry + 1)]),

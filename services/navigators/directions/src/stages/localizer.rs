@@ -116,7 +116,8 @@ mod tests {
         let mut description = Description::zeroed();
         describe(&view, Window::new(0.1, 0.015).unwrap(), &mut description);
         assert!(description.is_valid());
-        let means = |word: Descriptor| description.meant[Descriptor::ALL.iter().position(|w| *w == word).unwrap()];
+        let means =
+            |word: Descriptor| description.meant[Descriptor::ALL.iter().position(|w| *w == word).unwrap()];
         assert_eq!(means(Descriptor::Any), 1, "the closest to the middle");
         assert_eq!(means(Descriptor::Isolated), 3);
         assert_eq!((means(Descriptor::Obvious), means(Descriptor::New)), (0, 0));

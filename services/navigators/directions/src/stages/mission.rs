@@ -191,7 +191,11 @@ fn source(keys: NavigatorKeys) -> Result<Source, MissionError> {
     match (keys.plane_file, keys.map_file) {
         (Some(file), None) => {
             let Some(points) = keys.calibration else {
-                return Err(wrong("navigator.calibration", "four known points or more beside plane_file", "none"));
+                return Err(wrong(
+                    "navigator.calibration",
+                    "four known points or more beside plane_file",
+                    "none",
+                ));
             };
             if let Some(noise_m) = keys.map_noise_m.filter(|noise_m| !(0.0..=10.0).contains(noise_m)) {
                 return Err(wrong("navigator.map_noise_m", "0 to 10 m", &noise_m.to_string()));
@@ -228,7 +232,9 @@ fn task_places(
             Ok((None, landmarks.into_iter().map(point).collect()))
         }
         (false, None, _) => Err(wrong(&format!("{key}.goal"), "a place in metres", "none")),
-        (false, ..) => Err(wrong(&format!("{key}.landmarks"), "no such key without navigator.map_file", "it")),
+        (false, ..) => {
+            Err(wrong(&format!("{key}.landmarks"), "no such key without navigator.map_file", "it"))
+        }
         (true, ..) => Err(wrong(&format!("{key}.goal"), "no such key beside navigator.map_file", "it")),
     }
 }
@@ -307,8 +313,8 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
         weight: usual.weight,
     };
     let given = overlaid(&parameters, mission.parameters.of(Process::Planner));
-    let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } =
-        given.map_err(|error| MissionError::Key {
+    let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } = given
+        .map_err(|error| MissionError::Key {
             key: "parameters.planner".into(),
             reason: error.message().to_owned(),
         })?;
@@ -393,17 +399,28 @@ mod tests {
 
     #[test]
     fn errors_name_the_key() {
-        let navigator = |keys: &str| MISSION.replace("kind='directions'", &format!("kind='directions'\n{keys}"));
-        let written = MISSION.replace("plane_file='p.png'\ncalibration=[[0,0,0,0]]", "map_file='a.directions'");
+        let navigator =
+            |keys: &str| MISSION.replace("kind='directions'", &format!("kind='directions'\n{keys}"));
+        let written =
+            MISSION.replace("plane_file='p.png'\ncalibration=[[0,0,0,0]]", "map_file='a.directions'");
         for (text, words) in [
-            (MISSION.replace("calibration=[[0,0,0,0]]", ""), "navigator.calibration: expected four known points"),
-            (MISSION.replace("plane_file='p.png'", ""), "navigator: expected one of plane_file and map_file, found none"),
+            (
+                MISSION.replace("calibration=[[0,0,0,0]]", ""),
+                "navigator.calibration: expected four known points",
+            ),
+            (
+                MISSION.replace("plane_file='p.png'", ""),
+                "navigator: expected one of plane_file and map_file, found none",
+            ),
             (navigator("map_file='a'"), "navigator: expected one of plane_file and map_file, found both"),
             (navigator("map_noise_m=-1.0"), "navigator.map_noise_m: expected 0 to 10 m, found -1"),
             (navigator("words=['Isol','Lonely']"), "navigator.words: expected some of Obvious, Isol"),
             (navigator("verify='nothing'"), "navigator.verify: expected no such key for `arrival`"),
             (navigator("method='fast'"), "navigator: unknown variant `fast`"),
-            (MISSION.replace("goal=[0.5, 0.9]", ""), "task 1 (on).goal: expected a place in metres, found none"),
+            (
+                MISSION.replace("goal=[0.5, 0.9]", ""),
+                "task 1 (on).goal: expected a place in metres, found none",
+            ),
             (MISSION.replace("goal=", "goals="), "task 1 (on): unknown field `goals`"),
             (written.clone(), "task 1 (on).goal: expected no such key beside navigator.map_file"),
             (
@@ -425,14 +442,26 @@ mod tests {
         assert_eq!(checked(MISSION, "helicopter"), Ok(()));
         assert!(checked(MISSION, "robotino").unwrap_err().contains("[view]"));
         for (text, words) in [
-            (format!("{MISSION}[parameters.planner]\nlooks = 0\n"), "parameters.planner: looks: expected at least 1"),
-            (format!("{MISSION}[parameters.planner]\nlook = 1\n"), "parameters.planner: unknown field `look`"),
-            (format!("{MISSION}[parameters.sketcher]\ntrials = 0\n"), "parameters.sketcher.trials: expected 1 to"),
+            (
+                format!("{MISSION}[parameters.planner]\nlooks = 0\n"),
+                "parameters.planner: looks: expected at least 1",
+            ),
+            (
+                format!("{MISSION}[parameters.planner]\nlook = 1\n"),
+                "parameters.planner: unknown field `look`",
+            ),
+            (
+                format!("{MISSION}[parameters.sketcher]\ntrials = 0\n"),
+                "parameters.sketcher.trials: expected 1 to",
+            ),
             (
                 MISSION.replace("world_heading_deg=0", "world_heading_deg=90"),
                 "start.world_heading_deg: expected 0",
             ),
-            (MISSION.replace("kind='directions'", "kind='directions'\nwords=['*']"), "navigator.words: expected Isol"),
+            (
+                MISSION.replace("kind='directions'", "kind='directions'\nwords=['*']"),
+                "navigator.words: expected Isol",
+            ),
         ] {
             let error = checked(&text, "helicopter").unwrap_err();
             assert!(error.contains(words), "{error}");

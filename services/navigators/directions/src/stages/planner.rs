@@ -78,8 +78,11 @@ impl Planner {
         match self.memory.errands.phase() {
             Phase::Driving => self.follow(description),
             Phase::Waiting => {
-                let reason =
-                    if self.has_maps() { "waiting for the order to start" } else { "waiting for the custom map" };
+                let reason = if self.has_maps() {
+                    "waiting for the order to start"
+                } else {
+                    "waiting for the custom map"
+                };
                 self.memory.errands.report(TaskState::Waiting, reason);
             }
             Phase::Ended | Phase::Over => self.stop(),
@@ -98,7 +101,8 @@ impl Planner {
         if description.views > 0 && is_new {
             let view: ArrayVec<Point, MAX_DOTS> =
                 description.dots().iter().map(|dot| Point::new(dot.x_m.into(), dot.y_m.into())).collect();
-            let since_ns = self.memory.seen.map_or(0, |(_, last)| description.view_stamp_ns.saturating_sub(last));
+            let since_ns =
+                self.memory.seen.map_or(0, |(_, last)| description.view_stamp_ns.saturating_sub(last));
             let elapsed_s = since_ns as f64 * 1e-9;
             self.memory.seen = Some((description.views, description.view_stamp_ns));
             let output = match self.memory.hovers {
@@ -127,14 +131,18 @@ impl Planner {
             }
             Outcome::Arrived if recoveries == 0 => errands.end(TaskState::Reached, "at the goal"),
             Outcome::Arrived => {
-                errands.end(TaskState::Reached, format_args!("at the goal, after {recoveries} recoveries"));
+                errands.end(TaskState::Reached, format_args!("at the goal; recoveries: {recoveries}"));
             }
             Outcome::CannotLocate => {
                 let word = self.navigators[errands.task()].map().entries()[usize::from(output.entry)].word;
-                errands.end(TaskState::Lost, format_args!("entry {entry}: cannot locate the landmark ({word})"));
+                errands
+                    .end(TaskState::Lost, format_args!("entry {entry}: cannot locate the landmark ({word})"));
             }
             Outcome::Lost => {
-                errands.end(TaskState::Lost, format_args!("entry {entry}: the landmark is wrong, with no way back"));
+                errands.end(
+                    TaskState::Lost,
+                    format_args!("entry {entry}: the landmark is wrong, with no way back"),
+                );
             }
         }
         self.stop();

@@ -63,7 +63,11 @@ pub fn make(run: &RunConfig, files: &Files<'_>) -> Result<Made, DirectionsError>
 }
 
 fn bytes(key: &'static str, file: &str, files: &Files<'_>) -> Result<Vec<u8>, DirectionsError> {
-    let wrong = |reason: std::io::Error| DirectionsError::File { key, file: file.to_owned(), reason: reason.to_string() };
+    let wrong = |reason: std::io::Error| DirectionsError::File {
+        key,
+        file: file.to_owned(),
+        reason: reason.to_string(),
+    };
     files(file).map_err(wrong)
 }
 
@@ -86,7 +90,8 @@ fn written(
     Navigator::new(mission::settings(&run.mission, &run.robot)?, map.clone()).map_err(in_file)?;
     if !read.landmarks.is_empty() && read.landmarks.len() != map.entries().len() {
         let (entries, found) = (map.entries().len(), read.landmarks.len());
-        let reason = format!("expected one of the task's landmarks for each of its {entries} entries, found {found}");
+        let reason =
+            format!("expected one of the task's landmarks for each of its {entries} entries, found {found}");
         return Err(wrong(&reason));
     }
     let landmarks = vec![(0..).zip(read.landmarks.iter().copied()).collect()];
@@ -124,9 +129,9 @@ fn plans(
         before = plan.landmarks().last().copied();
         plans.push(plan);
     }
-    let landmarks = plans.iter().map(|plan| {
-        plan.landmarks().into_iter().map(|dot| (dot, atlas.plane.dot(dot))).collect()
-    });
+    let landmarks = plans
+        .iter()
+        .map(|plan| plan.landmarks().into_iter().map(|dot| (dot, atlas.plane.dot(dot))).collect());
     Ok(Made {
         landmarks: landmarks.collect(),
         maps: plans.iter().map(|plan| plan.map.clone()).collect(),
@@ -162,7 +167,9 @@ impl Maker<'_> {
                 let path = best(atlas, start, goal, Measure::Windows, objective)?;
                 Plan::new(atlas, path, read.verify)
             }
-            None => most_probable(atlas, start, goal, pilot, *effort, seed.wrapping_add((index as u64) << 32)),
+            None => {
+                most_probable(atlas, start, goal, pilot, *effort, seed.wrapping_add((index as u64) << 32))
+            }
         }
     }
 }

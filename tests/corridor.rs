@@ -112,6 +112,25 @@ fn what_a_mission_or_a_rule_file_lacks_is_said_before_anything_starts() {
         assert_eq!(ended.code, Some(2), "{words}: {ended}");
         assert!(ended.err.contains(words), "{words}: {ended}");
     }
+    // The floor is asked, too: a marker that was not there was driven for until the time ran out.
+    let floor = text.split('"').find(|word| word.ends_with(".floor.toml")).unwrap();
+    let plan = std::fs::read_to_string(place.files().join(floor)).unwrap();
+    std::fs::write(place.files().join("bare.floor.toml"), plan.split("[[marker]]").next().unwrap()).unwrap();
+    let ours = text.replace("method = \"qtc-b\"", "method = \"corridor\"");
+    for (mission, words) in [
+        (
+            text.replace(floor, "bare.floor.toml"),
+            "expected a floor with two [[marker]] tables or more for method = \"qtc-b\", found 0",
+        ),
+        (
+            ours.replace("metres = 7.0", "marker = 999"),
+            ".marker: expected the number of a marker of the floor, found 999; it has 1, 2",
+        ),
+    ] {
+        std::fs::write(&path, mission).unwrap();
+        let ended = place.run("run mission.toml");
+        assert!(ended.code == Some(2) && ended.err.contains(words), "{words}: {ended}");
+    }
     // With a whole rule file of one's own it drives.
     std::fs::write(&path, with_file).unwrap();
     std::fs::write(place.files().join("mine.rules.toml"), rules).unwrap();

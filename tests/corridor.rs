@@ -3,6 +3,7 @@
 mod support;
 
 use serde_json::Value;
+use support::page::{Page, free_port, wait_for};
 use support::{Place, repository};
 
 /// A place with the corridor missions that ship, shortened to their first task.
@@ -38,6 +39,30 @@ fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
     for words in ["the camera&#39;s view", "a person&#39;s way", "Distance of the pair", "True speed"] {
         assert!(page.contains(words) || page.contains(&words.replace("&#39;", "'")), "{words}");
     }
+}
+
+/// A page once was refused: what it showed came from a drawing.
+#[test]
+fn a_page_shows_the_markers_around_the_robot() {
+    let (place, port) = (place("corridor-qtc.toml"), free_port());
+    let mut running = place.start(&format!("run mission.toml --speed 6 --pad --port {port} --json"));
+    wait_for(&mut running, port);
+    let mut page = Page::open(port, None);
+    page.until("a pair in words", |feed| {
+        let scene = feed["scene"].as_array().map_or(&[][..], Vec::as_slice);
+        let is_told =
+            |words| scene.iter().any(|s| s["text"].as_str().is_some_and(|text| text.contains(words)));
+        is_told(" is near, ") || is_told(" is medium, ") || is_told(" is far, ")
+    });
+    assert_eq!((&page.hello["mode"], &page.hello["canvas"]), (&"watches".into(), &vec![1000, 1000].into()));
+    page.until_allowed("abort");
+    assert_eq!(page.order("abort").0, 200);
+    page.until_state("aborted");
+    page.until_allowed("restore");
+    assert_eq!(page.order("restore").0, 200);
+    drop(page);
+    let ended = running.end();
+    assert_eq!((ended.code, &ended.json()["success"]), (Some(0), &Value::Bool(true)), "{ended}");
 }
 
 #[test]
@@ -86,6 +111,25 @@ fn what_a_mission_or_a_rule_file_lacks_is_said_before_anything_starts() {
         let ended = place.run("run mission.toml");
         assert_eq!(ended.code, Some(2), "{words}: {ended}");
         assert!(ended.err.contains(words), "{words}: {ended}");
+    }
+    // The floor is asked, too: a marker that was not there was driven for until the time ran out.
+    let floor = text.split('"').find(|word| word.ends_with(".floor.toml")).unwrap();
+    let plan = std::fs::read_to_string(place.files().join(floor)).unwrap();
+    std::fs::write(place.files().join("bare.floor.toml"), plan.split("[[marker]]").next().unwrap()).unwrap();
+    let ours = text.replace("method = \"qtc-b\"", "method = \"corridor\"");
+    for (mission, words) in [
+        (
+            text.replace(floor, "bare.floor.toml"),
+            "expected a floor with two [[marker]] tables or more for method = \"qtc-b\", found 0",
+        ),
+        (
+            ours.replace("metres = 7.0", "marker = 999"),
+            ".marker: expected the number of a marker of the floor, found 999; it has 1, 2",
+        ),
+    ] {
+        std::fs::write(&path, mission).unwrap();
+        let ended = place.run("run mission.toml");
+        assert!(ended.code == Some(2) && ended.err.contains(words), "{words}: {ended}");
     }
     // With a whole rule file of one's own it drives.
     std::fs::write(&path, with_file).unwrap();

@@ -1,5 +1,6 @@
 //! What `sketchnav run` and `sketchnav pad` share: from options to a configured run and its processes.
 
+use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -26,10 +27,18 @@ pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Fa
     if let Some(method) = &options.method {
         mission.navigator.given.insert("method".to_owned(), method.as_str().into());
     }
-    let navigator = sketchnav_navigators::of(&mission).map_err(Into::into);
-    let checked = navigator.and_then(|navigator| (navigator.check)(&mission, &robot));
-    checked.map_err(|error| anyhow!("{}: {error}", path.display())).or_input()?;
+    check(&mission, &robot).map_err(|error| anyhow!("{}: {error}", path.display())).or_input()?;
     Ok((mission, robot))
+}
+
+/// What the mission's navigator demands, of the world too.
+fn check(mission: &Mission, robot: &Robot) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let navigator = sketchnav_navigators::of(mission)?;
+    (navigator.check)(mission, robot)?;
+    match navigator.check_markers {
+        Some(check) => check(mission, &sketchnav_sim::files::world(&mission.world)?.markers),
+        None => Ok(()),
+    }
 }
 
 /// A run of `mission` with `robot`, recorded in `folder`.

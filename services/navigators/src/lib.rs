@@ -33,6 +33,7 @@ pub const SKETCH: Navigator = Navigator {
         planner::core::parameters(mission)?;
         Ok(())
     },
+    check_markers: None,
     sketcher,
     localizer: |run, _| Ok(Box::new(Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(Planner::new(run)?)),
@@ -44,6 +45,7 @@ pub const CORRIDOR: Navigator = Navigator {
     about: "drives along corridors by markers on their walls, by rules or through free space",
     methods: &corridor::mission::METHODS,
     check: |mission, robot| Ok(corridor::planner::check(mission, robot)?),
+    check_markers: Some(|mission, markers| Ok(corridor::planner::check_markers(mission, markers)?)),
     sketcher: |run, files| Ok(Box::new(corridor::sketcher::Sketcher::new(run, files)?)),
     localizer: |run, _| Ok(Box::new(corridor::localizer::Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(corridor::planner::Planner::new(run)?)),
@@ -55,6 +57,7 @@ pub const DIRECTIONS: Navigator = Navigator {
     about: "flies over a plane of identical dots by a custom map: which landmark to seek, and how to notice a wrong one",
     methods: &directions::mission::METHODS,
     check: |mission, robot| Ok(directions::mission::check(mission, robot)?),
+    check_markers: None,
     sketcher: |run, files| Ok(Box::new(directions::sketcher::Sketcher::new(run, files)?)),
     localizer: |run, _| Ok(Box::new(directions::localizer::Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(directions::planner::Planner::new(run)?)),

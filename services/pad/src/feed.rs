@@ -4,6 +4,7 @@
 //! small on a slow link.
 
 pub mod plane;
+pub mod scene;
 mod services;
 mod trail;
 mod warnings;
@@ -86,6 +87,9 @@ pub struct Feed {
     /// Where it is about to go.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plan: Option<PlanView>,
+    /// What lies around the robot, where there is no drawing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Vec<scene::Shape>>,
     /// The newest point of the way that it came.
     pub trail: Option<[f64; 2]>,
     /// What people should know.

@@ -62,8 +62,8 @@ pub struct Settings {
 pub enum PadError {
     /// The mission's navigator has no drawing.
     #[error(
-        "navigator.kind: the pad expects a mission of kind {KIND:?}, whose drawings its page shows and takes; \
-         found kind {0:?}"
+        "navigator.kind: expected a mission of kind {KIND:?}, which goes by what people draw on the page; found kind \
+         {0:?}. To watch it: sketchnav run MISSION --pad"
     )]
     Kind(String),
     /// Somebody could come from outside.
@@ -79,28 +79,13 @@ pub enum PadError {
     },
 }
 
-/// The kinds of navigators whose missions people can watch.
-const WATCHED: [&str; 2] = [KIND, "directions"];
-
-/// Checks that people can draw for the mission.
+/// Checks that the mission goes by what people draw.
 ///
 /// # Errors
 /// [`PadError::Kind`].
 pub fn check_kind(mission: &Mission) -> Result<(), PadError> {
-    check_among(mission, &[KIND])
-}
-
-/// Checks that the page can show the mission.
-///
-/// # Errors
-/// [`PadError::Kind`].
-pub fn check_watched(mission: &Mission) -> Result<(), PadError> {
-    check_among(mission, &WATCHED)
-}
-
-fn check_among(mission: &Mission, kinds: &[&str]) -> Result<(), PadError> {
     let kind = mission.navigator_kind();
-    if kinds.contains(&kind) { Ok(()) } else { Err(PadError::Kind(kind.to_owned())) }
+    if kind == KIND { Ok(()) } else { Err(PadError::Kind(kind.to_owned())) }
 }
 
 /// Runs the pad in `node`'s system until it is asked to end.
@@ -111,9 +96,7 @@ pub fn run(node: &Node, settings: Settings) -> anyhow::Result<()> {
     let Settings { bind, port, hosts, token, folder } = settings;
     let run = node.run_config()?;
     if run.pad.draws() {
-        check_kind(&run.mission)?
-    } else {
-        check_watched(&run.mission)?
+        check_kind(&run.mission)?;
     }
     if !bind.is_loopback() && token.is_none() {
         return Err(PadError::NoToken(bind).into());

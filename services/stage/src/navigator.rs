@@ -1,6 +1,7 @@
 //! A navigator: the stages that a mission names.
 
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::floor_plan::Marker;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
@@ -25,6 +26,8 @@ pub struct Navigator {
     /// What it demands of mission and robot, before anything starts. The files that a mission names are the loader's:
     /// see [`Mission::navigator_files_mut`].
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
+    /// What it demands of the markers of a floor; `None` for a navigator that needs none.
+    pub check_markers: Option<fn(&Mission, &[Marker]) -> Result<(), StageError>>,
     /// Takes in what a person gives.
     pub sketcher: Make,
     /// Says in what situation the robot is.

@@ -91,6 +91,31 @@ pub enum CorridorError {
         /// The robot's name.
         robot: String,
     },
+    /// A floor without markers, for a method that goes by them.
+    #[error(
+        "world: expected a floor with two [[marker]] tables or more for method = {method:?}, found {found}; \
+         method = \"corridor\" needs none"
+    )]
+    Unmarked {
+        /// The method.
+        method: &'static str,
+        /// How many there are.
+        found: usize,
+    },
+    /// A goal that is not there.
+    #[error(
+        "task {task} ({name}).marker: expected the number of a marker of the floor, found {found}; it has {known}"
+    )]
+    Marker {
+        /// Which task, from 1.
+        task: usize,
+        /// Its name.
+        name: String,
+        /// The number.
+        found: u32,
+        /// Those that there are.
+        known: String,
+    },
     /// A robot with neither of the sensors that this method can drive by.
     #[error("robot {robot:?}: expected one of the sensors [laser] and [camera] in its file, found neither")]
     Blind {

@@ -37,6 +37,13 @@ pub enum Method {
     Combined,
 }
 
+impl Method {
+    /// Its word of [`METHODS`].
+    pub fn word(self) -> &'static str {
+        METHODS[self as usize]
+    }
+}
+
 /// Which way to turn at a junction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_motion::mission::{Mission as Errands, Phase, TaskInfo};
 use sketchnav_schemas::channels::{COMMAND, MISSION, ODOMETRY, ORDERS, RELATIONS, RULES, SCAN, STATUS};
 use sketchnav_schemas::codes::{Process, TaskState};
+use sketchnav_schemas::floor_plan::Marker;
 use sketchnav_schemas::geometry::{Base, Odom, Pose};
 use sketchnav_schemas::message::{Relations, Text, Twist};
 use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
@@ -115,6 +116,39 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), CorridorError> {
         return Err(CorridorError::Blind { robot: robot.name.clone() });
     }
     Ok(())
+}
+
+/// What this kind demands of the markers of a floor.
+///
+/// # Errors
+/// [`CorridorError::Unmarked`], [`CorridorError::Marker`].
+pub fn check_markers(mission: &Mission, markers: &[Marker]) -> Result<(), CorridorError> {
+    let read = CorridorMission::of(mission)?;
+    // Rules go by pairs.
+    if read.method != Method::Corridor && markers.len() < 2 {
+        return Err(CorridorError::Unmarked { method: read.method.word(), found: markers.len() });
+    }
+    for (i, task) in read.tasks.iter().enumerate() {
+        if let Goal::Marker(found) = task.goal
+            && markers.iter().all(|marker| marker.id != found)
+        {
+            let name = task.name.clone();
+            return Err(CorridorError::Marker { task: i + 1, name, found, known: numbers(markers) });
+        }
+    }
+    Ok(())
+}
+
+/// For an error: the numbers of some markers.
+fn numbers(markers: &[Marker]) -> String {
+    let mut numbers: Vec<_> = markers.iter().map(|marker| marker.id).collect();
+    numbers.sort_unstable();
+    let shown: Vec<_> = numbers.iter().take(20).map(ToString::to_string).collect();
+    match (shown.is_empty(), numbers.len() > shown.len()) {
+        (true, _) => "none".to_owned(),
+        (_, true) => format!("{}, …", shown.join(", ")),
+        (_, false) => shown.join(", "),
+    }
 }
 
 fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {

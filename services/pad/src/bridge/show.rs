@@ -9,6 +9,7 @@ use sketchnav_schemas::codes::Tracking;
 
 use super::Bridge;
 use crate::board::{Call, Image, Picture, Welcome, put_image};
+use crate::feed::scene::{Around, SIDE_PX, Shape};
 use crate::feed::{self, Feed, PlanView, PoseView, TaskView, View};
 use crate::protocol::{Hello, Limits, SketchType};
 use crate::walls;
@@ -53,6 +54,7 @@ impl Bridge<'_> {
     fn canvas(&self) -> [u32; 2] {
         match &self.machine.memory().sketch {
             Some(sketch) => sketch.canvas,
+            None if !self.lookouts.is_empty() => [SIDE_PX; 2],
             None => self.inbox.size_px.unwrap_or(CANVAS),
         }
     }
@@ -136,16 +138,9 @@ impl Bridge<'_> {
         let located = view.filter(|_| pose.is_some());
         let status = self.machine.status().filter(|_| is_placed);
         let tracking = estimate.and_then(|e| Tracking::from_code(e.tracking)).filter(|_| pose.is_some());
+        let around = (!self.lookouts.is_empty()).then(|| Around::robot(robot));
         let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
         let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
-        let over_plane = self.over_plane();
-        if let Some((pose, ..)) = &over_plane {
-            self.trail.go_to([pose.x, pose.y]);
-        }
-        let (pose_over, seen, planned) = match over_plane {
-            Some((pose, seen, planned)) => (Some(pose), seen, Some(planned)),
-            None => (None, Vec::new(), None),
-        };
         Feed {
             t_ms: self.stamp_ns / 1_000_000,
             state: self.machine.state(),
@@ -155,27 +150,23 @@ impl Bridge<'_> {
             task: status.and_then(TaskView::new),
             speed_mps: status.map_or(0.0, |status| (status.speed_mps * 100.0).round() / 100.0),
             particles: located.zip(self.inbox.particles.take()).map(|(view, p)| feed::particles(&p, &view)),
-            scan: scan.map_or(seen, |((view, estimate), scan)| {
+            scan: scan.map_or_else(Vec::new, |((view, estimate), scan)| {
                 feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
             }),
-            plan: located
-                .zip(self.inbox.plan.as_deref())
-                .map(|(view, plan)| PlanView::new(plan, &view))
-                .or(planned),
+            plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)),
+            scene: around.as_ref().map(|around| self.scene(around)),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),
-            pose: pose.or(pose_over),
+            pose: around.map_or(pose, |around| Some(around.pose(robot))),
         }
     }
 
-    /// The window over a plane of dots, what it shows, and what is planned; `None` where there is no plane, or the
-    /// navigator has no landmark.
-    fn over_plane(&self) -> Option<(PoseView, Vec<[f64; 2]>, PlanView)> {
-        let ((ground, itinerary), journey) = (self.inbox.plane.as_ref()?, self.inbox.journey.as_ref()?);
-        let side_m = self.run.robot.view.as_ref()?.side_m;
-        let centre = feed::plane::centre(itinerary, journey)?;
-        let seen = self.inbox.description.as_deref().map_or_else(Vec::new, |all| ground.seen(all, centre));
-        Some((ground.pose(centre), seen, ground.plan(itinerary, journey, Some((centre, side_m)))))
+    fn scene(&self, around: &Around) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        for lookout in &self.lookouts {
+            lookout.draw(around, &self.run.robot, &mut shapes);
+        }
+        shapes
     }
 }

@@ -30,7 +30,7 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
     assert_eq!(messages("/view"), messages("/tick"), "{info}");
     assert_eq!(messages("/description"), messages("/journey"), "{info}");
     assert_eq!((messages("/directions"), messages("/itinerary")), (Some(1.into()), Some(1.into())), "{info}");
-    assert!(messages("/odometry").is_none() && messages("/contact").is_none());
+    assert_eq!((messages("/odometry"), messages("/contact")), (Some(0.into()), Some(0.into())), "{info}");
     place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
     let judged = place.fine(&format!("judge {recording} --json")).json();
     let kinds = judged.pointer("/0/journeys").and_then(Value::as_array).unwrap();
@@ -82,7 +82,8 @@ fn ended(map: &str, landmarks: &str, dots: &str) -> (Option<i32>, Value) {
              [[task]]\nname = 'there'\nlandmarks = [{landmarks}]\n"
         ),
     );
-    let ended = place.run("run mission.toml --out out --json");
+    // In real time: what holds is sent once, and a run of a few milliseconds may end before the recorder has it.
+    let ended = place.run("run mission.toml --speed 2 --out out --json");
     let recording = ended.json()["recording"].as_str().unwrap().to_owned();
     (ended.code, place.run(&format!("judge {recording} --json")).json()[0]["journeys"][0].clone())
 }

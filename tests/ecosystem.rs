@@ -99,4 +99,5 @@ macro_rules! sections {
 sections! {
     the_machine_is_checked: "A machine that does not run it",
     a_running_system_is_looked_at: "A running system",
+    an_experiment_is_driven_in_parts: "Experiments on many machines",
 }

@@ -4,6 +4,7 @@ mod system;
 mod tools;
 pub mod values;
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -15,6 +16,7 @@ use sketchnav_schemas::run::Pace;
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
 pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap};
 use self::values::{parse_served, parse_service, parse_speed};
+use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
 
 /// Drives a robot through a building by a hand-drawn map.
@@ -92,7 +94,7 @@ pub enum Command {
     },
     /// Run an experiment: drive every trial of a suite, count how the tasks ended.
     #[command(
-        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose"
+        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
         /// ablation, building, building-079, corridor, corridor-cost, corridor-person, corridor-turns, deformed, laboratory, people,
@@ -315,8 +317,20 @@ pub struct EvalOptions {
     /// Lists each task that failed, and why.
     #[arg(long)]
     pub verbose: bool,
-    /// Writes all figures, with some of the tasks as pictures, as one page of HTML.
-    #[arg(short, long, value_name = "HTML")]
+    /// Lists the jobs with their numbers and drives none.
+    #[arg(long, conflicts_with_all = ["job", "merge", "output"])]
+    pub list_jobs: bool,
+    /// Drives the job of this number, or a range as 3-10, and writes the outcomes to --output for --merge.
+    #[arg(long, value_name = "K", value_parser = parse_jobs, requires = "output", conflicts_with_all = ["merge", "check_processes", "pictures"])]
+    pub job: Option<RangeInclusive<usize>>,
+    /// Drives nothing: takes the outcomes of all jobs from the parts (.json) in this folder. Wants the options of the jobs.
+    #[arg(long, value_name = "DIR")]
+    pub merge: Option<PathBuf>,
+    /// Takes parts of another kind of machine or another build of the program, too.
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', requires = "merge")]
+    pub accept: Vec<Foreign>,
+    /// Writes all figures, with some of the tasks as pictures, as one page of HTML; with --job the part.
+    #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Draws each trial into this folder.
     #[arg(long, value_name = "DIR")]
@@ -342,6 +356,15 @@ impl EvalOptions {
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         self.jobs.unwrap_or_else(cores).max(1)
     }
+}
+
+/// What a part of an experiment may be of besides this program on this machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Foreign {
+    /// Another kind of machine: its outcomes may have other last bits.
+    Machine,
+    /// Another version or build.
+    Program,
 }
 
 /// Whom to kill, how and when.

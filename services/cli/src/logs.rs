@@ -33,19 +33,26 @@ pub fn logs(options: &LogsOptions) -> Result<Outcome, Failure> {
         log.tail(options.lines).with_context(|| log.path.display().to_string())?;
         log.print(options)?;
     }
-    while options.follow {
+    if options.follow {
+        follow(&system, &mut logs, options)?;
+    }
+    Ok(Outcome::Success)
+}
+
+/// Prints what comes until the system ends.
+fn follow(system: &System, logs: &mut [Log], options: &LogsOptions) -> anyhow::Result<()> {
+    loop {
         // What is written before the end is read after it.
         let has_ended = System::open(system.name()).is_err();
-        for log in &mut logs {
+        for log in &mut *logs {
             log.read().with_context(|| log.path.display().to_string())?;
             log.print(options)?;
         }
         if has_ended {
-            break;
+            return Ok(());
         }
         sleep(LOOK_EVERY);
     }
-    Ok(Outcome::Success)
 }
 
 /// The output of one process.

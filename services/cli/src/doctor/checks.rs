@@ -222,7 +222,7 @@ fn disk() -> Finding {
     let Ok(found) = statvfs(&here) else {
         return Finding::of("disk", Level::Error, "the current folder is gone", "change to another folder");
     };
-    let free_mib = (found.blocks_available() as u64 * found.fragment_size() as u64) >> 20;
+    let free_mib = (found.blocks_available() * found.fragment_size()) >> 20;
     let found = format!("{free_mib} MiB free in {}", here.display());
     if free_mib >= NEEDED_DISK_MIB {
         return Finding::fine("disk", found);

@@ -16,7 +16,7 @@ use sketchnav_evaluation::experiments::trial::Trial;
 use sketchnav_files::{DRAWING, PART};
 
 use super::machine::{self, Machine};
-use crate::args::{EvalOptions, Foreign};
+use crate::args::Foreign;
 use crate::output::out;
 
 /// How files of parts end.

@@ -76,6 +76,46 @@ fn the_room_itself_is_good_input() {
     }
 }
 
+/// Physics panicked at once where a number was far from anything indoors: after 13 s the mission was given up, with exit
+/// code 3.
+#[test]
+fn numbers_that_no_physics_holds_are_refused() {
+    are_refused(&[
+        Case {
+            story: "furniture in another galaxy",
+            spoil: |folder| with_furniture(folder, "center = [1e39, 1]\nsize = [1, 1]"),
+            says: &[
+                "room.floor.toml",
+                "furniture 1 \"chair\".center",
+                "expected -10000 to 10000 m, found 1e39",
+            ],
+        },
+        Case {
+            story: "furniture that is no atom",
+            spoil: |folder| with_furniture(folder, "center = [1, 1]\nsize = [1e-30, 1]"),
+            says: &["room.floor.toml", "furniture 1 \"chair\".size", "expected 0.001 to 1000 m, found 1e-30"],
+        },
+        Case {
+            story: "a wall that is longer than double precision",
+            spoil: |folder| {
+                room::replace(
+                    folder,
+                    room::FLOOR,
+                    "points = [[3, 0], [3, 4]]",
+                    "points = [[3, 0], [3, 1e308]]",
+                )
+            },
+            says: &["room.floor.toml", "wall 2.points", "expected -10000 to 10000 m, found 1e308"],
+        },
+    ]);
+}
+
+fn with_furniture(folder: &Path, keys: &str) {
+    let path = folder.join(room::FLOOR);
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(path, format!("{text}\n[[furniture]]\nname = \"chair\"\n{keys}\n")).unwrap();
+}
+
 #[test]
 fn a_bad_mission_file_is_refused() {
     are_refused(&[

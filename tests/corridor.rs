@@ -3,6 +3,7 @@
 mod support;
 
 use serde_json::Value;
+use support::page::{Page, free_port, wait_for};
 use support::{Place, repository};
 
 /// A place with the corridor missions that ship, shortened to their first task.
@@ -38,6 +39,30 @@ fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
     for words in ["the camera&#39;s view", "a person&#39;s way", "Distance of the pair", "True speed"] {
         assert!(page.contains(words) || page.contains(&words.replace("&#39;", "'")), "{words}");
     }
+}
+
+/// A page once was refused: what it showed came from a drawing.
+#[test]
+fn a_page_shows_the_markers_around_the_robot() {
+    let (place, port) = (place("corridor-qtc.toml"), free_port());
+    let mut running = place.start(&format!("run mission.toml --speed 6 --pad --port {port} --json"));
+    wait_for(&mut running, port);
+    let mut page = Page::open(port, None);
+    page.until("a pair in words", |feed| {
+        let scene = feed["scene"].as_array().map_or(&[][..], Vec::as_slice);
+        let is_told =
+            |words| scene.iter().any(|s| s["text"].as_str().is_some_and(|text| text.contains(words)));
+        is_told(" is near, ") || is_told(" is medium, ") || is_told(" is far, ")
+    });
+    assert_eq!((&page.hello["mode"], &page.hello["canvas"]), (&"watches".into(), &vec![1000, 1000].into()));
+    page.until_allowed("abort");
+    assert_eq!(page.order("abort").0, 200);
+    page.until_state("aborted");
+    page.until_allowed("restore");
+    assert_eq!(page.order("restore").0, 200);
+    drop(page);
+    let ended = running.end();
+    assert_eq!((ended.code, &ended.json()["success"]), (Some(0), &Value::Bool(true)), "{ended}");
 }
 
 #[test]

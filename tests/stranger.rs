@@ -3,6 +3,8 @@
 mod support;
 
 use nix::sys::signal::Signal;
+use serde_json::Value;
+use support::page::{Page, free_port, wait_for};
 use support::{Place, room};
 
 const MISSION: &str = r#"name = "along the wall"
@@ -86,22 +88,26 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
 
 /// The pad once began all the same, and ended with the shared memory library's word for a channel that is not there.
 #[test]
-fn the_pad_says_at_once_that_it_needs_a_mission_with_drawings() {
+fn people_cannot_draw_for_it_but_watch_and_stop_it() {
     let place = place();
-    let words = "navigator.kind: the pad expects a mission of kind \"sketch\"";
-    let must_refuse = |arguments: &str| {
-        let ended = place.run(arguments);
-        assert_eq!(ended.code, Some(2), "{arguments}: {ended}");
-        assert!(ended.err.contains(words) && ended.err.contains("found kind \"wall-follower\""), "{ended}");
-    };
-    for arguments in ["pad --mission wall.toml --system walls", "run wall.toml --pad --system walls"] {
-        must_refuse(arguments);
-        place.assert_nothing_left("walls");
-        assert!(!place.files().join("out/along-the-wall-001").exists(), "{arguments}");
+    let ended = place.run("pad --mission wall.toml --system walls");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    for words in
+        ["navigator.kind: expected a mission of kind \"sketch\"", "found kind \"wall-follower\"", "--pad"]
+    {
+        assert!(ended.err.contains(words), "{words}: {ended}");
     }
-    let mut running = place.start("run wall.toml --system walls --speed 1");
-    place.wait_until_joined(&mut running, "walls", &support::SERVICES);
-    must_refuse("serve pad --system walls");
+    place.assert_nothing_left("walls");
+    let port = free_port();
+    let mut running = place.start(&format!("run wall.toml --system walls --speed 1 --pad --port {port}"));
+    wait_for(&mut running, port);
+    let mut page = Page::open(port, None);
+    let is_echo = |shape: &Value| shape["shape"] == "line" && shape["color"] == "scan";
+    page.until("echoes", |feed| feed["scene"].as_array().is_some_and(|scene| scene.iter().any(is_echo)));
+    page.until_allowed("abort");
+    assert_eq!(page.order("abort").0, 200);
+    page.until_state("aborted");
+    drop(page);
     running.signal(Signal::SIGINT);
     running.end();
     place.assert_nothing_left("walls");

@@ -44,9 +44,37 @@ export function drawFeed(sheet, { feed, trail, cloud, walls }, shows, canvas) {
   if (shows.trail) line(context, trail, sheet.colors.trail, sheet.px(2.5));
   if (shows.plan && feed.plan) drawPlan(context, sheet, feed.plan);
   if (shows.scan && feed.scan) dots(context, feed.scan, sheet.colors.scan, sheet.px(3));
+  for (const shape of feed.scene ?? []) drawShape(context, sheet, shape);
   if (feed.pose) drawRobot(context, sheet, feed.pose);
   const particles = shows.particles && carried(cloud, feed.pose);
   if (particles) dots(context, particles, sheet.colors.particle, sheet.px(2.5));
+}
+
+/** A shape of what lies around a robot that has no drawing. */
+function drawShape(context, sheet, { shape, points, at, text, color }) {
+  const paint = sheet.colors[color];
+  if (shape === "line") line(context, points, paint, sheet.px(2.5));
+  else if (shape === "dots") dots(context, points, paint, sheet.px(3));
+  else if (shape === "area") area(context, points, paint);
+  else if (shape === "text") write(context, text, at, paint, sheet.px(14));
+}
+
+function area(context, points, color) {
+  context.beginPath();
+  for (const [x, y] of points) context.lineTo(x, y);
+  context.closePath();
+  context.globalAlpha = 0.25;
+  context.fillStyle = color;
+  context.fill();
+  context.globalAlpha = 1;
+}
+
+function write(context, text, [x, y], color, size) {
+  context.font = `600 ${size}px system-ui, sans-serif`;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillStyle = color;
+  context.fillText(text, x, y);
 }
 
 const tints = new WeakMap();

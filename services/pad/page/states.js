@@ -50,7 +50,7 @@ export function advice({ up, refusal, drives, watches, feed, map, path }) {
   if (!up && refusal) return `The robot does not let this page in: ${refusal}.`;
   if (!up) return "The page connects again by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
-  if (watches) return "The drawing and the tasks come from a mission file.";
+  if (watches) return "The tasks come from a mission file.";
   if (!drives && feed.wheel) return "Nobody drives. Take the wheel, and this page does.";
   if (!drives) return "Somebody else drives; this page watches.";
   const words = {

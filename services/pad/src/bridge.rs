@@ -3,6 +3,7 @@
 //! What it sends is in its checkpoint before it is sent: a drawing that the sketcher has not answered when this
 //! process dies is sent again by its successor, with the same number. An abort goes before everything that waits.
 
+mod lookout;
 mod receive;
 mod sendings;
 mod show;
@@ -18,6 +19,7 @@ use sketchnav_schemas::channels::{DRAWING, ORDERS};
 use sketchnav_schemas::codes::Order;
 use sketchnav_schemas::message::{Drawing, MissionCommand, Understood};
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::sketch_mission::KIND;
 use tokio::sync::oneshot;
 
 use crate::board::{Answer, Call, Caller, Calls, Request};
@@ -27,6 +29,7 @@ use crate::mission_file;
 use crate::protocol::{Refusal, Step};
 use crate::sessions::Sessions;
 
+use lookout::Lookout;
 use receive::{Inbox, News};
 use sendings::Sendings;
 
@@ -79,6 +82,8 @@ struct Bridge<'a> {
     drawings: Writer<Drawing>,
     orders: Writer<MissionCommand>,
     inbox: Inbox,
+    /// What there is to see where there is no drawing, the lowest layer first.
+    lookouts: Vec<Box<dyn Lookout>>,
     machine: Machine,
     sessions: Sessions,
     /// Who waits for the sketcher's answer.
@@ -100,6 +105,9 @@ struct Bridge<'a> {
 
 impl<'a> Bridge<'a> {
     fn open(node: &Node, run: &'a RunConfig, folder: PathBuf, caller: Caller) -> anyhow::Result<Self> {
+        let kind = run.mission.navigator_kind();
+        let is_drawn = kind == KIND;
+        let lookouts = if is_drawn { Vec::new() } else { lookout::open(node, kind, &run.robot)? };
         let (checkpoints, found) = Checkpoints::<State>::open(node, CHECKPOINT)?;
         found.report(node);
         let is_lost = found.is_lost();
@@ -113,8 +121,9 @@ impl<'a> Bridge<'a> {
             checkpoints,
             drawings: node.writer(DRAWING)?,
             orders,
-            inbox: Inbox::open(node, run.pad.draws())?,
-            machine: Machine::new(run.pad.draws()),
+            inbox: Inbox::open(node, kind, run.pad.draws())?,
+            lookouts,
+            machine: Machine::new(run.pad.draws(), is_drawn),
             sessions: Sessions::default(),
             reply: None,
             sendings: Sendings::default(),
@@ -227,6 +236,9 @@ impl<'a> Bridge<'a> {
 
     fn receive(&mut self) -> anyhow::Result<()> {
         let now = self.began.elapsed();
+        for lookout in &mut self.lookouts {
+            self.is_new |= lookout.receive()?;
+        }
         while let Some(news) = self.inbox.next()? {
             match news {
                 News::Status(status) => {

@@ -3,6 +3,7 @@
 //! Pure: messages go in, one JSON object comes out. Lists are thinned and numbers rounded, so that a feed stays
 //! small on a slow link.
 
+pub mod scene;
 mod services;
 mod trail;
 mod warnings;
@@ -85,6 +86,9 @@ pub struct Feed {
     /// Where it is about to go.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plan: Option<PlanView>,
+    /// What lies around the robot, where there is no drawing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Vec<scene::Shape>>,
     /// The newest point of the way that it came.
     pub trail: Option<[f64; 2]>,
     /// What people should know.

@@ -62,8 +62,8 @@ pub struct Settings {
 pub enum PadError {
     /// The mission's navigator has no drawing.
     #[error(
-        "navigator.kind: the pad expects a mission of kind {KIND:?}, whose drawings its page shows and takes; \
-         found kind {0:?}"
+        "navigator.kind: expected a mission of kind {KIND:?}, which goes by what people draw on the page; found kind \
+         {0:?}. To watch it: sketchnav run MISSION --pad"
     )]
     Kind(String),
     /// Somebody could come from outside.
@@ -79,7 +79,7 @@ pub enum PadError {
     },
 }
 
-/// Checks that the page can show the mission.
+/// Checks that the mission goes by what people draw.
 ///
 /// # Errors
 /// [`PadError::Kind`].
@@ -95,7 +95,9 @@ pub fn check_kind(mission: &Mission) -> Result<(), PadError> {
 pub fn run(node: &Node, settings: Settings) -> anyhow::Result<()> {
     let Settings { bind, port, hosts, token, folder } = settings;
     let run = node.run_config()?;
-    check_kind(&run.mission)?;
+    if run.pad.draws() {
+        check_kind(&run.mission)?;
+    }
     if !bind.is_loopback() && token.is_none() {
         return Err(PadError::NoToken(bind).into());
     }

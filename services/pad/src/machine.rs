@@ -140,6 +140,8 @@ pub struct Memory {
 #[derive(Debug)]
 pub struct Machine {
     draws: bool,
+    /// Whether the localizer says where in a drawing the robot is.
+    locates: bool,
     memory: Memory,
     status: Option<MissionStatus>,
     status_at: Duration,
@@ -151,10 +153,11 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// `draws`: the drawing and the tasks come from the page; otherwise it watches a mission from a file.
-    pub fn new(draws: bool) -> Self {
+    /// `draws`: the drawing and the tasks come from the page; otherwise it watches a mission from a file. `locates`:
+    /// whether the localizer says where in a drawing the robot is.
+    pub fn new(draws: bool, locates: bool) -> Self {
         let (memory, status_at) = (Memory::default(), Duration::ZERO);
-        Self { draws, memory, status: None, status_at, tracking: None, settling: 0, assumed: None }
+        Self { draws, locates, memory, status: None, status_at, tracking: None, settling: 0, assumed: None }
     }
 
     /// Goes on for a predecessor.
@@ -227,7 +230,7 @@ impl Machine {
     pub fn is_ready(&self, now: Duration) -> bool {
         let answers = self.status_at > Duration::ZERO && now.saturating_sub(self.status_at) < STALE;
         let located = self.tracking.is_some_and(|tracking| tracking != Tracking::Waiting);
-        let needs_pose = !self.draws || self.memory.path.is_some();
+        let needs_pose = self.locates && (!self.draws || self.memory.path.is_some());
         answers && (!needs_pose || located) && self.settling == 0
     }
 

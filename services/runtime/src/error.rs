@@ -250,3 +250,42 @@ fn explained(cause: &str) -> String {
     };
     format!("{advice} ({cause})")
 }
+
+#[cfg(test)]
+mod tests {
+    use iceoryx2::node::NodeCreationFailure;
+    use iceoryx2::port::LoanError;
+    use iceoryx2::port::ReceiveError;
+    use iceoryx2::port::subscriber::SubscriberCreateError;
+    use iceoryx2::service::builder::publish_subscribe::{
+        PublishSubscribeCreateError, PublishSubscribeOpenError,
+    };
+
+    use super::explained;
+
+    /// `ExceedsMaxSupportedSubscribers` alone once told a user that eight observers had taken all places.
+    #[test]
+    fn what_the_shared_memory_library_says_is_explained() {
+        let said = [
+            format!("{:?}", NodeCreationFailure::InternalError),
+            format!("{:?}", NodeCreationFailure::InsufficientPermissions),
+            format!("{:?}", PublishSubscribeCreateError::InternalFailure),
+            format!("{:?}", PublishSubscribeOpenError::DoesNotExist),
+            format!("{:?}", PublishSubscribeOpenError::ServiceInCorruptedState),
+            format!("{:?}", PublishSubscribeOpenError::HangsInCreation),
+            format!("{:?}", PublishSubscribeOpenError::ExceedsMaxNumberOfNodes),
+            format!("{:?}", SubscriberCreateError::ExceedsMaxSupportedSubscribers),
+            format!("{:?}", ReceiveError::ExceedsMaxBorrows),
+            format!("{:?}", LoanError::OutOfMemory),
+        ];
+        for word in said {
+            let words = explained(&word);
+            assert!(words.ends_with(&format!(" ({word})")), "{words}");
+        }
+    }
+
+    #[test]
+    fn other_words_are_passed_on() {
+        assert_eq!(explained("Interrupt"), "the shared memory library says Interrupt");
+    }
+}

@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use crate::{Error, Result, System};
+use crate::{Error, Result, System, signals};
 
 /// How often the supervisor looks for such files, beside whatever it waits for itself.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -24,6 +24,8 @@ const PERMISSIONS: u32 = 0o777;
 
 /// Making one takes microseconds. (A maker in another container cannot be asked what it has open.)
 const MAKING: Duration = Duration::from_millis(100);
+/// A supervisor asks for complaints several times a second: one that does not ask for so long hangs in shared memory.
+const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The file, where its maker has not finished it.
 pub(crate) fn is_unfinished(path: &Path) -> Option<Metadata> {
@@ -73,35 +75,78 @@ pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
 /// Watches a system's files for as long as it lives: those go that nobody finishes, those of others are complained about.
 pub(crate) struct Sweeper {
     stop: mpsc::Sender<()>,
-    complaint: Arc<Mutex<Option<Error>>>,
+    complaint: Arc<Mutex<Complaint>>,
     thread: Option<JoinHandle<()>>,
+}
+
+/// A file of somebody else's, until the supervisor asks.
+#[derive(Debug, Default)]
+enum Complaint {
+    #[default]
+    None,
+    Waits(Instant, Error),
+    Told,
+}
+
+impl Complaint {
+    fn found(&mut self, error: Error) {
+        if matches!(self, Self::None) {
+            *self = Self::Waits(Instant::now(), error);
+        }
+    }
+
+    fn take(&mut self) -> Option<Error> {
+        match std::mem::replace(self, Self::Told) {
+            Self::Waits(_, error) => Some(error),
+            other => {
+                *self = other;
+                None
+            }
+        }
+    }
+
+    /// The error, where nobody has asked for `patience`.
+    fn overdue(&mut self, patience: Duration) -> Option<Error> {
+        let is_overdue = matches!(self, Self::Waits(since, _) if since.elapsed() > patience);
+        is_overdue.then(|| self.take()).flatten()
+    }
 }
 
 impl Sweeper {
     /// Begins to watch.
     pub(crate) fn start(system: System) -> Self {
         let (stop, stopped) = mpsc::channel();
-        let complaint = Arc::new(Mutex::new(None));
-        let complain = complaint.clone();
+        let complaint: Arc<Mutex<Complaint>> = Arc::default();
+        let shared = complaint.clone();
         let thread = thread::spawn(move || {
             let mut ages = Ages::default();
             while stopped.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout) {
                 // What cannot be taken away now is tried again.
                 let _ = system.clear_half_made(&mut ages);
-                if let (Err(error @ Error::ForeignFile { .. }), Ok(mut first)) =
-                    (check(&system), complain.lock())
-                {
-                    first.get_or_insert(error);
+                let Ok(mut complaint) = shared.lock() else { return };
+                if let Err(error @ Error::ForeignFile { .. }) = check(&system) {
+                    complaint.found(error);
+                }
+                if let Some(error) = complaint.overdue(PATIENCE) {
+                    end_for_good(&system, &error);
                 }
             }
         });
         Self { stop, complaint, thread: Some(thread) }
     }
 
-    /// What it has found since it was asked last.
+    /// What it has found, once.
     pub(crate) fn complaint(&self) -> Option<Error> {
         self.complaint.lock().ok()?.take()
     }
+}
+
+/// Ends the supervisor's process where it does not ask any more: iceoryx2 0.10 waits for ever for whoever makes a file
+/// of the name that it needs itself. The kernel ends the other processes when the supervisor has gone.
+fn end_for_good(system: &System, error: &Error) -> ! {
+    system.abandon();
+    eprintln!("{error}");
+    std::process::exit(signals::FAILED)
 }
 
 fn check(system: &System) -> Result<()> {

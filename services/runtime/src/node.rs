@@ -98,7 +98,11 @@ impl Node {
         signals::install(bells.word(process));
         let presence = system.enter(process)?;
         let sweeper = (process == Process::Supervisor).then(|| Sweeper::start(system.view()));
-        let inner = shared_memory_node(&system, process)?;
+        let inner = shared_memory_node(&system, process).or_else(|error| {
+            // What somebody has put in the way is named first.
+            system.shared()?.check()?;
+            Err(error)
+        })?;
         system.shared()?.keep_others_out()?;
         Ok(Self {
             writers: RefCell::default(),

@@ -167,7 +167,7 @@ impl SharedFiles {
     }
 
     /// Removes those that are this user's.
-    fn remove_own(&self) -> Result<()> {
+    pub(crate) fn remove_own(&self) -> Result<()> {
         for path in self.all()? {
             if is_this_users(&path) {
                 unless_gone(&path, fs::remove_file(&path))?;

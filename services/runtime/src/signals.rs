@@ -50,7 +50,7 @@ const CUT: &str =
 /// A page, bytes: with less than that free, `/dev/shm` is full.
 const PAGE: u64 = 4096;
 /// The exit code of anything but success and bad input.
-const FAILED: libc::c_int = 3;
+pub(crate) const FAILED: libc::c_int = 3;
 
 extern "C" fn on_bus_error(_: libc::c_int) {
     // SAFETY: `statfs` is a system call that writes where it is told to; the texts live for ever; nothing else of
@@ -58,11 +58,16 @@ extern "C" fn on_bus_error(_: libc::c_int) {
     unsafe {
         let mut found: libc::statfs = std::mem::zeroed();
         let is_known = libc::statfs(c"/dev/shm".as_ptr(), &raw mut found) == 0;
-        let is_full = !is_known || (found.f_bavail as u64).saturating_mul(found.f_bsize as u64) < PAGE;
-        let words = if is_full { FULL } else { CUT };
+        let free = if is_known { (found.f_bavail as u64).saturating_mul(found.f_bsize as u64) } else { 0 };
+        let words = last_words(free);
         libc::write(libc::STDERR_FILENO, words.as_ptr().cast(), words.len());
         libc::_exit(FAILED);
     }
+}
+
+/// Why a page was not there, where `/dev/shm` has so many bytes free.
+fn last_words(free_bytes: u64) -> &'static str {
+    if free_bytes < PAGE { FULL } else { CUT }
 }
 
 /// Whether one of the signals has come.
@@ -90,4 +95,15 @@ extern "C" fn on_signal(_: libc::c_int) {
         wake(bell);
     }
     nix::errno::Errno::set_raw(errno);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_that_is_not_there_was_never_given_or_was_cut_off() {
+        assert!(last_words(PAGE - 1).contains("is full"));
+        assert!(last_words(PAGE).contains("somebody truncated a file"));
+    }
 }

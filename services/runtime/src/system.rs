@@ -365,6 +365,13 @@ impl System {
         }
         unless_gone(&self.folder, fs::remove_dir_all(&self.folder))
     }
+
+    /// Removes what is this user's, before the supervisor's process ends without another word. A foreign file stays: who
+    /// waits for it would go on when it goes.
+    pub(crate) fn abandon(&self) {
+        let _ = self.shared().and_then(SharedFiles::remove_own);
+        let _ = fs::remove_dir_all(&self.folder);
+    }
 }
 
 /// The length of the longest name that [`check_length`] lets pass.

@@ -5,6 +5,7 @@ use sketchnav_schemas::channels::{ESTIMATE, FAULTS, PARTICLES, PLAN, SCAN, SKETC
 use sketchnav_schemas::message::{
     Fault, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
 };
+use sketchnav_schemas::sketch_mission::KIND;
 
 use crate::walls;
 
@@ -24,11 +25,7 @@ pub(super) enum News {
 /// The pad's readers, and the newest of what they have read.
 pub(super) struct Inbox {
     statuses: Reader<MissionStatus>,
-    estimates: Reader<PoseEstimate>,
-    particle_sets: Reader<Particles>,
-    plans: Reader<Plan>,
-    scans: Reader<LaserScan>,
-    sketches: Reader<SketchMap>,
+    drawn: Option<DrawnReaders>,
     faults: Reader<Fault>,
     /// What the sketcher says to what was sent.
     pub(super) understood: Reader<Understood>,
@@ -45,15 +42,32 @@ pub(super) struct Inbox {
     pub(super) particles: Option<Box<Particles>>,
 }
 
-impl Inbox {
-    pub(super) fn open(node: &Node, draws: bool) -> anyhow::Result<Self> {
+/// Readers of what a navigator in drawings says.
+struct DrawnReaders {
+    estimates: Reader<PoseEstimate>,
+    particle_sets: Reader<Particles>,
+    plans: Reader<Plan>,
+    scans: Reader<LaserScan>,
+    sketches: Reader<SketchMap>,
+}
+
+impl DrawnReaders {
+    fn open(node: &Node) -> anyhow::Result<Self> {
         Ok(Self {
-            statuses: node.reader(STATUS)?,
             estimates: node.reader(ESTIMATE)?,
             particle_sets: node.reader(PARTICLES)?,
             plans: node.reader(PLAN)?,
             scans: node.reader(SCAN)?,
             sketches: node.reader(SKETCH)?,
+        })
+    }
+}
+
+impl Inbox {
+    pub(super) fn open(node: &Node, kind: &str, draws: bool) -> anyhow::Result<Self> {
+        Ok(Self {
+            statuses: node.reader(STATUS)?,
+            drawn: (kind == KIND).then(|| DrawnReaders::open(node)).transpose()?,
             faults: node.reader(FAULTS)?,
             understood: node.reader(UNDERSTOOD)?,
             draws,
@@ -77,8 +91,7 @@ impl Inbox {
         if let Some(fault) = self.faults.receive()? {
             return Ok(Some(News::Fault(*fault)));
         }
-        if let Some(estimate) = self.estimates.receive_valid()? {
-            let estimate: Box<PoseEstimate> = Box::new(*estimate);
+        if let Some(estimate) = self.next_estimate()? {
             match self.in_flight.checked_sub(1) {
                 Some(left) => self.in_flight = left,
                 None => self.estimate = Some(estimate.clone()),
@@ -92,21 +105,28 @@ impl Inbox {
         Ok(self.understood.receive()?.map(|answer| News::Understood(*answer)))
     }
 
+    fn next_estimate(&mut self) -> anyhow::Result<Option<Box<PoseEstimate>>> {
+        let Some(drawn) = &mut self.drawn else { return Ok(None) };
+        Ok(drawn.estimates.receive_valid()?.map(|estimate| Box::new(*estimate)))
+    }
+
     fn keep_newest(&mut self) -> anyhow::Result<()> {
-        while let Some(scan) = self.scans.receive_valid()? {
+        let Some(drawn) = &mut self.drawn else { return Ok(()) };
+        while let Some(scan) = drawn.scans.receive_valid()? {
             self.scan = Some(Box::new(*scan));
         }
-        while let Some(plan) = self.plans.receive()? {
+        while let Some(plan) = drawn.plans.receive()? {
             self.plan = Some(Box::new(*plan));
         }
-        while let Some(particles) = self.particle_sets.receive()? {
+        while let Some(particles) = drawn.particle_sets.receive()? {
             self.particles = Some(Box::new(*particles));
         }
         Ok(())
     }
 
     fn take_sketch(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
-        let Some(sketch) = self.sketches.receive()? else { return Ok(None) };
+        let Some(drawn) = &mut self.drawn else { return Ok(None) };
+        let Some(sketch) = drawn.sketches.receive()? else { return Ok(None) };
         let map = &*sketch;
         self.size_px = Some([map.width_px, map.height_px]);
         self.wall_direction_rad = map.wall_direction_rad;

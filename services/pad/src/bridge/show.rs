@@ -9,6 +9,7 @@ use sketchnav_schemas::codes::Tracking;
 
 use super::Bridge;
 use crate::board::{Call, Image, Picture, Welcome, put_image};
+use crate::feed::scene::{Around, SIDE_PX, Shape};
 use crate::feed::{self, Feed, PlanView, PoseView, TaskView, View};
 use crate::protocol::{Hello, Limits, SketchType};
 use crate::walls;
@@ -53,6 +54,7 @@ impl Bridge<'_> {
     fn canvas(&self) -> [u32; 2] {
         match &self.machine.memory().sketch {
             Some(sketch) => sketch.canvas,
+            None if !self.lookouts.is_empty() => [SIDE_PX; 2],
             None => self.inbox.size_px.unwrap_or(CANVAS),
         }
     }
@@ -136,6 +138,7 @@ impl Bridge<'_> {
         let located = view.filter(|_| pose.is_some());
         let status = self.machine.status().filter(|_| is_placed);
         let tracking = estimate.and_then(|e| Tracking::from_code(e.tracking)).filter(|_| pose.is_some());
+        let around = (!self.lookouts.is_empty()).then(|| Around::robot(robot));
         let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
         let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
         Feed {
@@ -151,10 +154,19 @@ impl Bridge<'_> {
                 feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
             }),
             plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)),
+            scene: around.as_ref().map(|around| self.scene(around)),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),
-            pose,
+            pose: around.map_or(pose, |around| Some(around.pose(robot))),
         }
+    }
+
+    fn scene(&self, around: &Around) -> Vec<Shape> {
+        let mut shapes = Vec::new();
+        for lookout in &self.lookouts {
+            lookout.draw(around, &self.run.robot, &mut shapes);
+        }
+        shapes
     }
 }

@@ -54,6 +54,7 @@ impl Actor {
     fn obey(&mut self, words: &[&str]) -> Result<String> {
         match *words {
             ["create", name] => self.create(name)?,
+            ["create-without-joining", name] => self.system = Some(System::create(&run_config(name))?),
             ["remove"] => self.remove()?,
             ["clear-dead"] => self.node().clear_dead(CLEARING),
             ["join", name, process] => {

@@ -110,6 +110,66 @@ fn a_link_among_the_files_of_a_system_is_named_and_not_followed() {
     assert_eq!(stage.leftovers("intruder"), Vec::<String>::new());
 }
 
+/// Where the next file of a system will lie that has its first one only.
+fn next_file(stage: &Stage, system: &str) -> PathBuf {
+    // Names in `/dev/shm` are all tests'.
+    let other = format!("{system}-before");
+    let mut supervisor = stage.system(&other);
+    let path = stage.shared_memory(&other, ".global_mgmt").remove(0).display().to_string();
+    supervisor.does("remove");
+    let (_, name) = path.split_once("-before_").and_then(|(_, rest)| rest.split_once('_')).unwrap();
+    let owner = stage.shared_memory(system, "_owner").remove(0).display().to_string();
+    PathBuf::from(owner.replace("_owner", &format!("_{name}")))
+}
+
+/// Whoever saw the first file of a system could make the next one: "UnableToGenerateUniqueNodeId" was all that one read.
+#[test]
+fn a_link_in_the_way_of_a_start_is_named() {
+    let stage = Stage::new();
+    let mut supervisor = stage.player();
+    supervisor.does("create-without-joining linked");
+    let link = next_file(&stage, "linked");
+    std::os::unix::fs::symlink("/nowhere", &link).unwrap();
+    let answer = supervisor.tell("join linked supervisor");
+    assert!(answer.starts_with(&format!("error {}: expected a file of user", link.display())), "{answer}");
+    supervisor.does("remove");
+    assert_eq!(stage.leftovers("linked"), Vec::<String>::new());
+}
+
+/// iceoryx2 0.10 waited for ever, as root, for another user to fill the file that it needed itself: no word, no end.
+#[test]
+fn a_file_of_another_user_in_the_way_of_a_start_ends_it() {
+    if !nix::unistd::getuid().is_root() {
+        println!("notice: skipped, for this user cannot make files of another one");
+        return;
+    }
+    let stage = Stage::new();
+    let mut supervisor = stage.player();
+    supervisor.does("create-without-joining late");
+    let file = next_file(&stage, "late");
+    std::fs::write(&file, "").unwrap();
+    std::os::unix::fs::chown(&file, Some(65534), Some(65534)).unwrap();
+    supervisor.begin("join late supervisor");
+    assert_eq!(supervisor.exit_code(), Some(3));
+    std::fs::remove_file(&file).unwrap();
+    assert_eq!(stage.leftovers("late"), Vec::<String>::new());
+}
+
+/// A writer whose history lost its pages died by SIGBUS, without a word.
+#[test]
+fn a_writer_whose_history_is_cut_off_ends_with_a_code() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("cut");
+    let mut world = stage.join("cut", Process::World, &["scan-writer"]);
+    world.does_as("send 1", "1");
+    let mut files = stage.shared_memory("cut", "");
+    files.retain(|path| path.to_string_lossy().contains("_history_scan_"));
+    assert_eq!(files.len(), 1, "{files:?}");
+    OpenOptions::new().write(true).open(&files[0]).unwrap().set_len(0).unwrap();
+    world.begin("send 1");
+    assert_eq!(world.exit_code(), Some(3));
+}
+
 #[test]
 fn sending_and_receiving_allocate_nothing() {
     let stage = Stage::new();

@@ -119,6 +119,16 @@ impl Player {
         assert_eq!(self.tell(order), answer, "{order}");
     }
 
+    /// The code that it ends with, instead of an answer.
+    pub fn exit_code(&mut self) -> Option<i32> {
+        let mut line = String::new();
+        while self.answers.read_line(&mut line).unwrap() > 0 {
+            assert!(!line.starts_with("> "), "expected an end, found the answer {line}");
+            line.clear();
+        }
+        self.child.wait().unwrap().code()
+    }
+
     pub fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();

@@ -1,8 +1,10 @@
 //! The command line.
 
 mod system;
+mod tools;
 pub mod values;
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -12,7 +14,9 @@ use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
+pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap};
 use self::values::{parse_served, parse_service, parse_speed};
+use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
 
 /// Drives a robot through a building by a hand-drawn map.
@@ -38,9 +42,13 @@ impl Cli {
             Some(Command::Deform { options, .. }) => options.json,
             Some(Command::Chaos { options, .. }) => options.json,
             Some(Command::Top { options }) => options.json,
+            Some(Command::Restart { options }) => options.json,
+            Some(Command::Send { options }) => options.json,
+            Some(Command::Graph { options }) => options.json,
             Some(
                 Command::Ps { json }
                 | Command::Clean { json }
+                | Command::Doctor { json }
                 | Command::Channels { json, .. }
                 | Command::Diff { json, .. }
                 | Command::Info { json, .. },
@@ -60,7 +68,7 @@ pub enum Command {
         after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json"
     )]
     Run {
-        /// The mission file (TOML); the README says how to write one.
+        /// The mission file (TOML), the README says how to write one; or `demo`.
         #[arg(required_unless_present = "resume", conflicts_with = "resume")]
         mission: Option<PathBuf>,
         /// Go on with the mission whose recording lies in this folder, after its supervisor was killed: with its
@@ -86,7 +94,7 @@ pub enum Command {
     },
     /// Run an experiment: drive every trial of a suite, count how the tasks ended.
     #[command(
-        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose"
+        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
         /// ablation, building, building-079, corridor, corridor-cost, corridor-person, corridor-turns, deformed, laboratory, people,
@@ -110,7 +118,7 @@ pub enum Command {
         after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not (or fewer kills than asked), 2 bad input, 3 anything else.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer"
     )]
     Chaos {
-        /// The mission file (TOML).
+        /// The mission file (TOML), or `demo`.
         mission: PathBuf,
         #[command(flatten)]
         options: ChaosOptions,
@@ -134,13 +142,36 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// List the channels with their messages, writers and readers, in the order of an instant.
-    #[command(after_help = "Example: sketchnav channels --kind sketch")]
+    /// List the channels with their messages, writers and readers, in the order of an instant; of a running system with
+    /// who is connected, what is kept, and the rates of a second.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input (no such system or kind), 3 anything else.\nExample: sketchnav channels --kind sketch\nExample: sketchnav channels lab --json"
+    )]
     Channels {
+        /// The name of a running system.
+        #[arg(conflicts_with = "kind")]
+        system: Option<String>,
         /// Only those that this kind of navigator has.
         #[arg(long)]
         kind: Option<String>,
         /// One JSON list instead of a table.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Draw the pipeline as SVG: processes, channels, who writes and who reads; of a running system with the rates of a second.
+    #[command(
+        after_help = "Exit codes: 0 drawn, 2 bad input, 3 anything else.\nExample: sketchnav graph --system lab -o lab.svg"
+    )]
+    Graph {
+        #[command(flatten)]
+        options: GraphOptions,
+    },
+    /// Check whether this machine can run a system: shared memory, permissions, limits, leftovers, versions, clock.
+    #[command(
+        after_help = "Each finding that is not fine says what to do.\nExit codes: 0 no error (there may be warnings), 1 an error: no system can run here.\nExample: sketchnav doctor --json"
+    )]
+    Doctor {
+        /// One JSON object instead of lines.
         #[arg(long)]
         json: bool,
     },
@@ -160,16 +191,42 @@ pub enum Command {
         options: TopOptions,
     },
     /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come.
-    #[command(after_help = "Example: sketchnav echo estimate --count 10")]
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input (no such channel or field), 3 anything else.\nExample: sketchnav echo estimate --count 10\nExample: sketchnav echo odometry --csv --field pose.pose.position.x --field pose.pose.position.y\nExample: sketchnav echo --regex 'scan|odo.*' --once"
+    )]
     Echo {
         #[command(flatten)]
-        tap: Tap,
+        options: EchoOptions,
     },
-    /// Measure the rate of a channel.
-    #[command(after_help = "Example: sketchnav hz scan")]
+    /// Measure the rate of a channel, its bandwidth, and percentiles of intervals and delays.
+    #[command(
+        after_help = "The delay of a message is the time since the tick that caused it, by the clock.\nExample: sketchnav hz estimate --json"
+    )]
     Hz {
         #[command(flatten)]
-        tap: Tap,
+        options: HzOptions,
+    },
+    /// Print what the processes of a running system have written.
+    #[command(after_help = "Example: sketchnav logs --follow localizer planner")]
+    Logs {
+        #[command(flatten)]
+        options: LogsOptions,
+    },
+    /// End a process of a running system and wait for its successor, which goes on where it was.
+    #[command(
+        after_help = "Exit codes: 0 the successor has joined, 2 bad input (no such process), 3 anything else.\nExample: sketchnav restart localizer --system lab"
+    )]
+    Restart {
+        #[command(flatten)]
+        options: RestartOptions,
+    },
+    /// Give a running mission one order by hand: start, abort, pause, resume or unattended.
+    #[command(
+        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab"
+    )]
+    Send {
+        #[command(flatten)]
+        options: SendOptions,
     },
     /// Compare two recordings, every message of every channel byte for byte (health, faults and latency are left out).
     #[command(
@@ -260,8 +317,20 @@ pub struct EvalOptions {
     /// Lists each task that failed, and why.
     #[arg(long)]
     pub verbose: bool,
-    /// Writes all figures, with some of the tasks as pictures, as one page of HTML.
-    #[arg(short, long, value_name = "HTML")]
+    /// Lists the jobs with their numbers and drives none.
+    #[arg(long, conflicts_with_all = ["job", "merge", "output"])]
+    pub list_jobs: bool,
+    /// Drives the job of this number, or a range as 3-10, and writes the outcomes to --output for --merge.
+    #[arg(long, value_name = "K", value_parser = parse_jobs, requires = "output", conflicts_with_all = ["merge", "check_processes", "pictures"])]
+    pub job: Option<RangeInclusive<usize>>,
+    /// Drives nothing: takes the outcomes of all jobs from the parts (.json) in this folder. Wants the options of the jobs.
+    #[arg(long, value_name = "DIR")]
+    pub merge: Option<PathBuf>,
+    /// Takes parts of another kind of machine or another build of the program, too.
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', requires = "merge")]
+    pub accept: Vec<Foreign>,
+    /// Writes all figures, with some of the tasks as pictures, as one page of HTML; with --job the part.
+    #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Draws each trial into this folder.
     #[arg(long, value_name = "DIR")]
@@ -287,6 +356,15 @@ impl EvalOptions {
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         self.jobs.unwrap_or_else(cores).max(1)
     }
+}
+
+/// What a part of an experiment may be of besides this program on this machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Foreign {
+    /// Another kind of machine: its outcomes may have other last bits.
+    Machine,
+    /// Another version or build.
+    Program,
 }
 
 /// Whom to kill, how and when.
@@ -342,19 +420,6 @@ pub struct TopOptions {
     /// As `--once`, one JSON object.
     #[arg(long)]
     pub json: bool,
-}
-
-/// A look at a channel of a running system.
-#[derive(Debug, Clone, Args)]
-pub struct Tap {
-    /// The channel, as the README's table lists it.
-    pub channel: String,
-    /// The system's name; may be left out where only one runs.
-    #[arg(long)]
-    pub system: Option<String>,
-    /// Stop after so many messages.
-    #[arg(long)]
-    pub count: Option<u64>,
 }
 
 #[cfg(test)]

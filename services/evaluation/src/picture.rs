@@ -18,6 +18,7 @@ use sketchnav_schemas::mission::Place;
 
 pub use floor::FloorShapes;
 use marks::Symbol;
+pub use svg::escape;
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};
 

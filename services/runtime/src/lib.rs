@@ -7,6 +7,7 @@
 //! - [`Checkpoints`]: a process's state, for the one that goes on when it was killed.
 //! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
 //! - [`Notices`]: what the supervisor is to tell everybody.
+//! - [`Room`], [`Peer`]: what a system needs of its machine, and who is connected; for tools.
 //! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
 //!
 //! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references
@@ -38,6 +39,7 @@ mod reader;
 mod root;
 mod shared;
 mod signals;
+mod survey;
 mod system;
 mod watch;
 mod writer;
@@ -53,6 +55,7 @@ pub use node::{Node, Wake, Waker};
 pub use notices::{Notice, Notices};
 pub use pacer::Pacer;
 pub use reader::{RawReader, RawSample, Reader, Sample};
+pub use survey::{Peer, Room};
 pub use system::System;
 pub use watch::{ProcessState, Watch};
 pub use writer::{Loan, RawLoan, RawWriter, Writer};

@@ -78,7 +78,7 @@ pub struct PadSite {
 #[derive(Debug, Clone, Args)]
 pub struct PadOptions {
     /// The world, the robot and its true start are this mission's; its drawing and its tasks are left out. Without
-    /// it, the demo's building.
+    /// it, or with `demo`, the demo's building.
     #[arg(long, value_name = "FILE")]
     pub mission: Option<PathBuf>,
     /// Simulated seconds a second (1 is real time).

@@ -12,14 +12,16 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use scenes::{PIXEL_M, Scene, scene_a, scene_b};
 use sketchnav_landmarks::extraction::{Parameters, extract};
-use sketchnav_landmarks::follower::{Event, Follower, Following, Sensed};
-use sketchnav_landmarks::guide::{Guide, Guiding, Outcome};
+use sketchnav_landmarks::file;
+use sketchnav_landmarks::follower::{Event, Follower, Following, Viewed};
+use sketchnav_landmarks::guide::{Guide, Guided, Guiding, Outcome};
 use sketchnav_landmarks::language;
+use sketchnav_landmarks::locator::{Locating, Locator, Returns};
 use sketchnav_landmarks::perception::{Perceiving, Perception};
 use sketchnav_landmarks::plane::{At, resample};
 use sketchnav_landmarks::route::Route;
-use sketchnav_landmarks::sketch::{Drawing, Reading, Sketch};
-use world::{Object, World};
+use sketchnav_landmarks::sketch::{Reading, Sketch};
+use world::{Object, RANGE_MAX_M, ROBOT_RADIUS_M, World};
 
 const CYCLE_S: f64 = 0.192;
 
@@ -45,14 +47,16 @@ struct Followed {
 }
 
 fn follow(objects: &[Object], scene: &Scene, route: &Route, seed: u64) -> Followed {
-    let perception = Perception::nomad(Perceiving::default()).unwrap();
-    let mut follower = Follower::new(route.clone(), perception, Following::default()).unwrap();
+    let mut perception = Perception::nomad(Perceiving::default()).unwrap();
+    let mut follower = Follower::new(route.clone(), Following::default()).unwrap();
     let mut world = World { objects, pose: scene.start, noise: Some(Pcg64Mcg::seed_from_u64(seed)) };
     let (mut moved, mut matched, mut end) = ([0.0; 2], 0, End::Nowhere);
     for _ in 0..2000 {
-        let ranges_m = world.ranges();
-        let sensed = Sensed { ranges_m: &ranges_m, time_s: CYCLE_S, moved_m: moved[0], turned_rad: moved[1] };
-        let (drive, event) = follower.step(&sensed).unwrap();
+        let sectors = sectors(world.ranges());
+        let seen = perception.see(&sectors).unwrap();
+        let [moved_m, turned_rad] = moved;
+        let (drive, event) =
+            follower.step(&Viewed { seen, sectors: &sectors, time_s: CYCLE_S, moved_m, turned_rad });
         match event {
             Some(Event::Matched(_)) => matched += 1,
             Some(Event::Arrived) => end = arrived(&world, scene),
@@ -73,17 +77,22 @@ fn arrived(world: &World<'_>, scene: &Scene) -> End {
 
 /// By our own way: how it ended, and the way that the robot went.
 fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End, Vec<At>) {
-    let angles: Vec<_> = (0..16).map(|i| f64::from(i) * FRAC_PI_8).collect();
-    let mut guide = Guide::new(sketch, &angles, Guiding::default(), seed).unwrap();
+    let angles_rad: [f64; 16] = std::array::from_fn(|i| i as f64 * FRAC_PI_8);
+    let mut locator = Locator::new(sketch, Locating::default(), seed).unwrap();
+    let mut guide = Guide::new(sketch, Guiding::default()).unwrap();
     let mut world = World { objects, pose: scene.start, noise: Some(Pcg64Mcg::seed_from_u64(seed + 100)) };
     let (mut moved, mut way) = ([0.0; 2], vec![scene.start.at]);
     for _ in 0..1000 {
-        let ranges_m = world.ranges();
-        let sensed = Sensed { ranges_m: &ranges_m, time_s: CYCLE_S, moved_m: moved[0], turned_rad: moved[1] };
-        let (drive, outcome) = guide.step(&sensed).unwrap();
+        let sectors = sectors(world.ranges());
+        let (ring_m, range_max_m) = (ROBOT_RADIUS_M, RANGE_MAX_M);
+        let [moved_m, turned_rad] = moved;
+        let returns = Returns { angles_rad: &angles_rad, ranges_m: &sectors, ring_m, range_max_m };
+        locator.step(moved_m, turned_rad, Some(&returns));
+        let guided = Guided { estimate: locator.estimate(), sectors: &sectors, moved_m };
+        let (drive, outcome) = guide.step(&guided);
         match outcome {
             Some(Outcome::Arrived) => return (arrived(&world, scene), way),
-            Some(Outcome::Lost) => return (End::Lost, way),
+            Some(Outcome::Lost | Outcome::NoGoal) => return (End::Lost, way),
             None => {}
         }
         moved = world.drive(drive, CYCLE_S);
@@ -92,9 +101,13 @@ fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End,
     (End::Nowhere, way)
 }
 
+/// No return is infinitely far.
+fn sectors(ranges_m: [f64; 16]) -> [f64; 16] {
+    ranges_m.map(|range| if range < RANGE_MAX_M { range } else { f64::INFINITY })
+}
+
 fn read(text: &str) -> Sketch {
-    let drawing: Drawing = serde_json::from_str(text).unwrap();
-    Sketch::read(&drawing, &Reading::default()).unwrap()
+    Sketch::read(&file::read(text.as_bytes()).unwrap(), &Reading::default()).unwrap()
 }
 
 /// How often drives ended so.

@@ -10,6 +10,7 @@ mod deform;
 mod eval;
 mod failure;
 mod folder;
+mod landmarks;
 mod launch;
 mod link;
 mod mission;
@@ -80,6 +81,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
         Some(Command::Info { file, json }) => tools::info(&file, json),
         Some(Command::Relations { file, options }) => relations::relations(&file, &options),
+        Some(Command::Landmarks { mission, table }) => landmarks::print(&mission, table),
         Some(Command::Recordings(tool)) => recordings::dispatch(tool),
     }
 }

@@ -140,19 +140,7 @@ fn by_belief(scene: &Scene, sketches: &[&str], runs: u64) -> BTreeMap<String, us
 }
 
 /// States of scene A, chosen by hand from what the sonars see where the command changes (Chronis 2007, 5.2.3).
-const BY_HAND: &str = "
-    At the start, move forward.
-    After 2.5 m, when the files is in direction 13 at proximity 50, and the crate is in direction 3 at proximity 70,
-      then turn left.
-    After 5.6 m, when the trash is in direction 0 at proximity 145, then move forward.
-    After 1 m, when the trash is in direction 1 at proximity 110, and the crate is in direction 6 at proximity 95,
-      then turn right.
-    After 5.6 m, when the cabinet is in direction 1 at proximity 130, and the boxes is in direction 4 at proximity 145,
-      and the trash is in direction 7 at proximity 150, or in direction 8 at proximity 150, then move forward.
-    After 2 m, when the cabinet is in direction 2 at proximity 85, then turn right.
-    After 5.6 m, when the desk is in direction 0 at proximity 150, and the table is in direction 13 at proximity 115,
-      then move forward.
-    At the end, after 3.3 m, stop.";
+const BY_HAND: &str = include_str!("../../../../../sim/missions/landmarks/route.txt");
 
 #[test]
 fn states_of_the_true_scene_lead_to_the_goal() {

@@ -373,7 +373,7 @@ fn yard(rng: &mut Pcg64Mcg) -> Option<Scene> {
         let before = scene.way[along - 1];
         let heading = (next[1] - before[1]).atan2(next[0] - before[0]);
         for side in [side(rng), side(rng)] {
-            let size = [rng.random_range(0.6..2.2), rng.random_range(0.6..1.6)];
+            let size: [f64; 2] = [rng.random_range(0.6..2.2), rng.random_range(0.6..1.6)];
             let across = side * (rng.random_range(1.0..2.0) + size[1].max(size[0]) / 2.0);
             let at = [at[0] - across * heading.sin(), at[1] + across * heading.cos()];
             let turned = heading + rng.random_range(-0.3..0.3);

@@ -128,12 +128,10 @@ pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     for (line, [proximity, width, neighbours, temporal], thickness_m) in versions() {
         for mut trial in sketched(folders)? {
-            let features = toml::toml! {
-                proximity = proximity
-                width = width
-                neighbours = neighbours
-                temporal = temporal
-            };
+            let names = ["proximity", "width", "neighbours", "temporal"];
+            let values = [proximity, width, neighbours, temporal];
+            let features = names.into_iter().zip(values).map(|(name, value)| (name.to_owned(), value.into()));
+            let features: toml::Table = features.collect();
             let states = toml::Table::from_iter([("features".to_owned(), features.into())]);
             let perception = toml::Table::from_iter([("thickness_m".to_owned(), thickness_m.into())]);
             let parameters = &mut trial.mission.parameters;

@@ -104,7 +104,7 @@ impl Planner {
         check(&run.mission, &run.robot)?;
         let mission = LandmarksMission::of(&run.mission)?;
         let mut parameters = Parameters::of(&run.mission)?.planner;
-        let limits = run.robot.limits.clone();
+        let limits = run.robot.limits;
         for control in [&mut parameters.states.control, &mut parameters.belief.control] {
             control.speed_mps = control.speed_mps.min(limits.speed_mps);
         }

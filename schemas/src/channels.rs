@@ -246,6 +246,9 @@ channels! {
     ROUTE: Instruction Route = "route", SKETCHER => [Planner], of "sketch";
     /// The rules for a corridor.
     RULES: Instruction Rules = "rules", SKETCHER => [Planner], of "corridor", behind it up to MAX_RULE_BYTES;
+    /// A route past landmarks.
+    LANDMARK_ROUTE: Instruction LandmarkRoute = "landmark_route", SKETCHER => [Localizer, Planner, Pad], of "landmarks",
+        behind it up to MAX_LANDMARK_BYTES;
     /// What became of what a person draws.
     UNDERSTOOD: Reply Understood = "understood", SKETCHER => [Pad];
     /// What the person at the pad wants.
@@ -274,6 +277,10 @@ channels! {
     ESTIMATE: Situation PoseEstimate = "estimate", LOCALIZER => [Planner, Pad], of "sketch";
     /// What markers tell of a corridor.
     RELATIONS: Situation Relations = "relations", LOCALIZER => [Planner, Pad], of "corridor";
+    /// What the robot sees of landmarks.
+    LANDMARK_VIEW: Situation LandmarkView = "landmark_view", LOCALIZER => [Planner, Pad], of "landmarks";
+    /// How far the robot has come along its landmarks.
+    LANDMARK_PROGRESS: Detail LandmarkProgress = "landmark_progress", PLANNER => [Pad], of "landmarks";
     /// What the planner is about to do.
     PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
     /// How the robot is to move.
@@ -485,8 +492,8 @@ mod tests {
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
         let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
-        let expected = "drawing sketch route rules understood orders mission contact truth people odometry scan sonar markers tick \
-                        particles estimate relations plan command status latency faults recorded";
+        let expected = "drawing sketch route rules landmark_route understood orders mission contact truth people odometry scan sonar markers tick \
+                        particles estimate relations landmark_view landmark_progress plan command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));
     }

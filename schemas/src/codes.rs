@@ -137,6 +137,30 @@ codes! {
         Stable = 3 "0",
     }
 
+    /// What a robot does along a route of landmark states (Chronis 2007).
+    pub enum RouteCommand {
+        /// Moves straight on.
+        Forward = 0 "move forward",
+        /// Turns left while it moves.
+        Left = 1 "turn left",
+        /// Turns right while it moves.
+        Right = 2 "turn right",
+        /// Stops.
+        Stop = 3 "stop",
+    }
+
+    /// What happens along a route of landmark states.
+    pub enum LandmarkEvent {
+        /// Nothing.
+        Nothing = 0 "nothing",
+        /// The state before the next one was matched.
+        Matched = 1 "matched",
+        /// The robot stopped at its goal.
+        Arrived = 2 "arrived",
+        /// The robot does not know where it is.
+        Lost = 3 "lost",
+    }
+
     /// What a person can order.
     pub enum Order {
         /// Begin with the first task.

@@ -25,6 +25,7 @@ pub mod raster;
 pub mod raycast;
 pub mod robots;
 pub mod ros_map;
+pub mod scenes;
 pub mod sensors;
 pub mod simulation;
 

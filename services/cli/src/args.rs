@@ -260,6 +260,17 @@ pub enum Command {
         #[command(flatten)]
         options: RelationsOptions,
     },
+    /// Print the landmark states of a mission's sketch in words: a file that `route_file` takes.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav landmarks sim/missions/landmarks/scene-a-states.toml > route.txt"
+    )]
+    Landmarks {
+        /// A mission of kind `landmarks`.
+        mission: PathBuf,
+        /// The states as a table (Chronis 2007, table 4.1) instead of words.
+        #[arg(long)]
+        table: bool,
+    },
     /// The tools for recordings.
     #[command(flatten)]
     Recordings(crate::recordings::args::Tool),

@@ -12,6 +12,7 @@ mod eval;
 mod failure;
 mod folder;
 mod graph;
+mod landmarks;
 mod launch;
 mod link;
 mod live;
@@ -92,6 +93,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
         Some(Command::Info { file, json }) => tools::info(&file, json),
         Some(Command::Relations { file, options }) => relations::relations(&file, &options),
+        Some(Command::Landmarks { mission, table }) => landmarks::print(&mission, table),
         Some(Command::Recordings(tool)) => recordings::dispatch(tool),
     }
 }

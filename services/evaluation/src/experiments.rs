@@ -15,6 +15,7 @@ pub mod cost;
 pub mod deformed;
 pub mod ground;
 pub mod jobs;
+pub mod landmarks;
 pub mod outcome;
 pub mod people;
 pub mod protocol;

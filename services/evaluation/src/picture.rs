@@ -8,7 +8,7 @@
 
 mod floor;
 mod marks;
-mod svg;
+pub mod svg;
 mod task;
 
 use image::ImageEncoder;

@@ -5,6 +5,7 @@
 use std::sync::OnceLock;
 
 use sketchnav_corridor as corridor;
+use sketchnav_landmarks as landmarks;
 use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Mission;
@@ -50,8 +51,19 @@ pub const CORRIDOR: Navigator = Navigator {
     planner: |run, _| Ok(Box::new(corridor::planner::Planner::new(run)?)),
 };
 
+/// Navigation past landmarks (Chronis 2007), and by a belief.
+pub const LANDMARKS: Navigator = Navigator {
+    kind: landmarks::mission::KIND,
+    about: "drives along a route that a person sketched past landmarks, or described in words",
+    methods: &landmarks::mission::METHODS,
+    check: |mission, robot| Ok(landmarks::planner::check(mission, robot)?),
+    sketcher: |run, files| Ok(Box::new(landmarks::sketcher::Sketcher::new(run, files)?)),
+    localizer: |run, _| Ok(Box::new(landmarks::localizer::Localizer::new(run)?)),
+    planner: |run, _| Ok(Box::new(landmarks::planner::Planner::new(run)?)),
+};
+
 /// The navigators of this project.
-const NAVIGATORS: [Navigator; 2] = [SKETCH, CORRIDOR];
+const NAVIGATORS: [Navigator; 3] = [SKETCH, CORRIDOR, LANDMARKS];
 
 static REGISTERED: OnceLock<&'static [Navigator]> = OnceLock::new();
 

@@ -1,6 +1,8 @@
 //! A recording as one page: the drawing and the floor, some moments, errors, scales and health over time, and
 //! the table of figures.
 
+mod landmarks;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -27,6 +29,7 @@ use super::judge::{self, Judged};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::report::{cloud, floor_picture, sketch_picture};
+use landmarks::Landmarks;
 
 /// Moments that are shown.
 const MOMENTS: usize = 4;
@@ -40,7 +43,8 @@ pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> R
     let judged = judge::of_log(&recording, log, rooms.as_ref())?;
     let folder = tempfile::tempdir().context("a folder for the files of the run")?;
     let run = judged.log.with_drawn_tasks(rerun::run_of(&recording, folder.path()).or_input()?);
-    let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log };
+    let landmarks = Landmarks::of(&recording).with_context(|| file.display().to_string()).or_input()?;
+    let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log, landmarks };
     let html = page.html().with_context(|| file.display().to_string())?;
     std::fs::write(output, html).with_context(|| output.display().to_string()).or_input()?;
     if judged.cut_off {
@@ -60,6 +64,7 @@ struct Page<'a> {
     run: &'a RunConfig,
     judged: &'a Judged,
     log: &'a Log,
+    landmarks: Option<Landmarks>,
 }
 
 impl Page<'_> {
@@ -69,6 +74,7 @@ impl Page<'_> {
             (self.tasks())
             (self.pictures()?)
             (self.moments()?)
+            @if let Some(landmarks) = &self.landmarks { (landmarks.section(self.run, &self.log.truth)) }
             (self.over_time())
             (self.health())
             (self.faults())
@@ -226,7 +232,8 @@ impl Page<'_> {
         let has_speed = self.run.system != LOG_SYSTEM && !self.log.truth.is_empty();
         let estimates = self.of_estimates();
         let relations = self.of_relations();
-        if estimates.is_empty() && relations.is_empty() && !has_speed {
+        let landmarks = self.landmarks.as_ref().map_or(Vec::new(), Landmarks::charts);
+        if estimates.is_empty() && relations.is_empty() && landmarks.is_empty() && !has_speed {
             return html! {};
         }
         html! {
@@ -235,7 +242,7 @@ impl Page<'_> {
                 @if !marks.is_empty() { "Dashed: a task begins." } @if !faults.is_empty() { " Red: a process died or fell silent." }
             } }
             div.cards {
-                @for (title, unit, series) in estimates.iter().chain(&relations) { (chart(title, unit, series)) }
+                @for (title, unit, series) in estimates.iter().chain(&relations).chain(&landmarks) { (chart(title, unit, series)) }
                 @if has_speed { (chart("True speed", "m/s", &speed)) }
             }
         }

@@ -173,6 +173,7 @@ impl Place {
             ends_with_contact: false,
             thinking_scans: 0,
             variant_of: None,
+            bytes: None,
         })
     }
 

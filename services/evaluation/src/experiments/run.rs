@@ -129,7 +129,7 @@ fn drive_from(trial: &Trial, method: &str, seed: u64, first_task: usize) -> Resu
         stops_at_failure,
         failed: false,
     };
-    let rehearsal = match sheet.and_then(|sheet| sheet.bytes.as_ref()) {
+    let rehearsal = match &trial.bytes {
         Some(bytes) => Rehearsal::by_bytes(&run, bytes),
         None => Rehearsal::new(&run),
     };

@@ -7,6 +7,7 @@
 mod arrival;
 pub mod core;
 mod driving;
+mod explorer;
 mod journey;
 mod reason;
 
@@ -36,7 +37,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 7";
+    const FORM: &'static str = "sketch planner 8";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {

@@ -46,6 +46,9 @@ pub enum PlannerError {
     /// A parameter that cannot be.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// The robot's laser cannot be mapped with.
+    #[error(transparent)]
+    Mapping(#[from] sketchnav_mapping::Error),
     /// The sketch does not hold what it says.
     #[error(transparent)]
     Cells(#[from] CellsError),
@@ -108,14 +111,15 @@ impl Core {
         let parameters = parameters(&config.mission)?;
         let robot = &config.robot;
         robot.odometry()?;
+        let laser = robot.laser()?;
         Ok(Self {
             nominal_dt_s: 1.0 / robot.tick_hz(),
-            base_from_laser: robot.laser()?.mount(),
+            base_from_laser: laser.mount(),
             wall_direction_rad: 0.0,
             pad: config.pad,
             tasks: None,
             tasks_sketch: 0,
-            driver: Driver::new(parameters, robot),
+            driver: Driver::new(parameters, robot, laser)?,
             mission: Mission::new(config.pad),
             drawing: DrawingSeq::default(),
         })
@@ -135,7 +139,7 @@ impl Core {
             self.mission.begin_anew();
             self.tasks.take_if(|_| self.tasks_sketch != map.header.seq);
         }
-        self.driver.on_sketch(&sketch);
+        self.driver.on_sketch(&sketch, map.start.pose());
         Ok(())
     }
 

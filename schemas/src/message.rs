@@ -5,6 +5,7 @@
 //! a fixed capacity and a count; what lies behind the count is zero.
 
 mod markers;
+mod outline;
 
 use bytemuck::{Pod, Zeroable};
 
@@ -14,6 +15,7 @@ use crate::geometry::{Odom, Point, Pose, Sketch, World};
 use crate::layout::Layout;
 use crate::valid;
 pub use markers::*;
+pub use outline::*;
 
 /// A message type: its name on the wire and a description of its layout.
 ///

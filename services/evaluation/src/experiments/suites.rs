@@ -13,7 +13,7 @@ use crate::experiments::{
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 12] = [
+const SUITES: [(&str, Loader); 13] = [
     ("ablation", ablation::suite),
     ("building-079", protocol::building_079),
     ("building", protocol::building),
@@ -24,6 +24,7 @@ const SUITES: [(&str, Loader); 12] = [
     ("deformed", deformed::suite),
     ("laboratory", protocol::laboratory),
     ("people", people::suite),
+    ("people-exam", people::exam),
     ("routes", routes::suite),
     ("sensitivity", sensitivity::suite),
 ];

@@ -20,8 +20,8 @@ use sketchnav_motion::mission::{Mission, Phase, TaskInfo};
 use sketchnav_schemas::codes::{Process, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Base, Pose};
 use sketchnav_schemas::message::{
-    LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, Text,
-    VelocityCommand,
+    Correspondence, LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap,
+    Text, VelocityCommand,
 };
 use sketchnav_schemas::mission::{self as missions, MissionError, overlaid};
 use sketchnav_schemas::robot::RobotError;
@@ -237,6 +237,17 @@ impl Core {
         plan.global_count = thin(global, &mut plan.global_px) as u32;
         let local = self.driver.local_path_px().map(|p| [p.x as f32, p.y as f32]);
         plan.local_count = thin(local, &mut plan.local_px) as u32;
+    }
+
+    /// Whether there is something new of what corresponds to what; once.
+    pub fn has_news(&mut self) -> bool {
+        self.driver.has_news()
+    }
+
+    /// Writes what of the drawing corresponds to what was seen, but for its header.
+    pub fn write_correspondence(&self, odometry: &Odometry, out: &mut Correspondence) {
+        out.odometry = odometry.pose;
+        self.driver.write_correspondence(out);
     }
 
     /// Writes the step's command.

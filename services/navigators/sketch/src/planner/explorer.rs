@@ -10,6 +10,7 @@
 //! give the same courses.
 
 mod chart;
+mod correspondence;
 mod course;
 mod paper;
 
@@ -48,6 +49,8 @@ const AT_GAP_M: f64 = 0.3;
 const AT_GOAL_M: f64 = 0.35;
 /// A rival's place is reached within this distance, metres.
 const AT_RIVAL_M: f64 = 0.6;
+/// A rival that has the goal within this distance of where another one had it is not looked at again, metres.
+const LOOKED_AT_M: f64 = 1.5;
 /// A look that shows no more than this is one that shows nothing, square metres.
 const SHOWS_M2: f64 = 0.08;
 /// What is shut of a gap lies within this distance of the robot, metres, ...
@@ -85,6 +88,13 @@ struct Job {
     search: Search,
 }
 
+/// What was asked about the best rival.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Rival {
+    margin: f64,
+    place: Place,
+}
+
 /// All that changes, but for the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
@@ -99,6 +109,10 @@ pub struct State {
     /// What is to be shut if the look shows nothing: its places, and how much was free before.
     looking: Option<(Vec<Place>, u32)>,
     looks: u32,
+    /// Where rivals had the goal, or the gaps behind which they had it, that the robot has looked at.
+    looked_at: Vec<Place>,
+    rival: Option<Rival>,
+    is_news: bool,
     /// The last alignment, with its outline.
     last: Option<(SeenOutline, Alignment)>,
 }
@@ -195,6 +209,7 @@ impl Explorer {
         self.state.goal = Some(goal);
         (self.state.job, self.state.course, self.state.taken_at) = (None, None, None);
         (self.state.looking, self.state.looks, self.field) = (None, 0, None);
+        (self.state.looked_at, self.state.rival) = (Vec::new(), None);
         self.weigh_goal();
     }
 
@@ -249,6 +264,11 @@ impl Explorer {
     /// What the robot is driving to.
     pub fn aim(&self) -> Option<Aim> {
         self.state.course.as_ref().map(|course| course.aim)
+    }
+
+    /// How often it has looked where a rival had the goal.
+    pub fn looks(&self) -> u32 {
+        self.state.looks
     }
 
     /// Where its course ends.
@@ -330,6 +350,7 @@ impl Explorer {
         let alignment = self.aligner.trace(start);
         match job.best {
             None => {
+                self.state.is_news = true;
                 self.state.last = Some((job.seen, alignment));
                 self.choose(left_s)
             }
@@ -429,13 +450,18 @@ impl Explorer {
             (_, Some(place)) => (place, Vec::new()),
             _ => return Advice::Arrived(Some(margin)),
         };
+        self.state.rival = Some(Rival { margin, place: target });
+        self.state.is_news = true;
+        if self.state.looked_at.iter().any(|at| distance(*at, target) < LOOKED_AT_M) {
+            return Advice::Arrived(Some(margin));
+        }
         let before = self.state.course.clone();
         let Some(way_m) = self.set_course(Aim::Rival, target, points.clone()) else {
             return Advice::Arrived(Some(margin));
         };
         let back_s = 2.0 * way_m / USUAL_MPS + 30.0;
         if way_m < AT_RIVAL_M && !points.is_empty() {
-            self.state.looks += 1;
+            self.look_at(target);
             let near = self.near_of(&points, target);
             self.shut(&near);
             self.begin_job(Vec::new(), None);
@@ -445,8 +471,13 @@ impl Explorer {
             self.state.course = before;
             return Advice::Arrived(Some(margin));
         }
-        self.state.looks += 1;
+        self.look_at(target);
         Advice::Drive
+    }
+
+    fn look_at(&mut self, target: Place) {
+        self.state.looks += 1;
+        self.state.looked_at.push(target);
     }
 
     /// Drives to the place in reach that is nearest to `target`; the way there, metres, or `None` where nothing is in reach.

@@ -9,6 +9,7 @@ use sketchnav_motion::progress::ProgressChecker;
 use sketchnav_motion::recovery::Recovery;
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Odom, Point, Pose};
+use sketchnav_schemas::message::Correspondence;
 
 use super::way::{LENGTH_SHARE, farthest_within, is_in_reach};
 use super::{Driver, TaskStatus};
@@ -43,7 +44,7 @@ impl Driver {
         }
         let left_s = self.attempt.limit_s - now_s;
         let Some(explorer) = &mut self.explorer else { return TaskStatus::Driving(Reason::None) };
-        let before = explorer.course_end();
+        let (before, aimed) = (explorer.course_end(), (explorer.aim(), explorer.looks()));
         match explorer.step(left_s) {
             Advice::Arrived(margin) => {
                 self.stop(dt_s);
@@ -59,6 +60,10 @@ impl Driver {
         };
         if explorer.course_end() != before {
             self.attempt.plan_due_s = now_s;
+        }
+        // Who goes to and fro between two places on purpose is not stuck.
+        if (explorer.aim(), explorer.looks()) != aimed {
+            self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
         }
         self.plan_when_due(chart, now_s);
         if self.is_stuck(chart, now_s) {
@@ -96,6 +101,18 @@ impl Driver {
         }
         self.attempt.recovery = Some(Recovery::begin(now_s, place));
         TaskStatus::Driving(Reason::Recovering(self.attempt.stuck.total))
+    }
+
+    /// Whether there is something new of what corresponds to what.
+    pub fn has_news(&mut self) -> bool {
+        self.explorer.as_mut().is_some_and(Explorer::has_news)
+    }
+
+    /// Writes what corresponds to what, but for its header.
+    pub fn write_correspondence(&self, out: &mut Correspondence) {
+        if let Some(explorer) = &self.explorer {
+            explorer.write(out);
+        }
     }
 
     /// The cost of the way that is left of the course, metres.

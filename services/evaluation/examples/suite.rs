@@ -9,7 +9,7 @@ use sketchnav_evaluation::experiments::jobs::Job;
 use sketchnav_evaluation::experiments::run;
 use sketchnav_evaluation::experiments::statistics::Tally;
 use sketchnav_evaluation::experiments::suite::Folders;
-use sketchnav_evaluation::experiments::suites;
+use sketchnav_evaluation::experiments::{suites, trial_picture};
 use sketchnav_schemas::time::seconds;
 
 /// Drive trials of a suite.
@@ -28,6 +28,9 @@ struct Options {
     only: Option<String>,
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Draws each trial into this folder.
+    #[arg(long)]
+    pictures: Option<PathBuf>,
     /// Parameters of the planner, `key = value`.
     #[arg(long)]
     set: Vec<String>,
@@ -56,6 +59,11 @@ fn main() -> anyhow::Result<()> {
         let job = Job::new(trial, &options.method, 1, options.seed);
         let runs = run::drive(trial, job.method, job.seed)?;
         for driven in &runs {
+            if let Some(folder) = &options.pictures {
+                for (what, svg) in trial_picture::draw(trial, driven)? {
+                    std::fs::write(folder.join(format!("{}-{what}.svg", trial.name.replace('/', "-"))), svg)?;
+                }
+            }
             if options.only.is_some() {
                 let mut last = String::new();
                 for (status, truth) in driven.log.status.iter().zip(&driven.log.truth) {

@@ -207,7 +207,7 @@ impl Driver {
         let start = task.points.first().copied().unwrap_or(task.end());
         let far = chart.distance_m(chart.robot_px().position(), start) > self.parameters.route_window_m;
         let guide = match (task.is_route(), far) {
-            (false, _) if self.explorer.is_some() => Guide::Outline,
+            (false, _) if self.explorer.as_ref().is_some_and(Explorer::is_in_charge) => Guide::Outline,
             (false, _) => Guide::Goal,
             (true, true) => Guide::ToRoute,
             (true, false) => Guide::Route,

@@ -190,8 +190,16 @@ impl Explorer {
         }
     }
 
+    /// Whether goals are to be found this way: where the drawing shows an open floor.
+    pub fn is_in_charge(&self) -> bool {
+        self.paper.as_ref().is_some_and(|paper| paper.open_share >= self.parameters.least_open_share)
+    }
+
     /// Takes in a scan of a robot that believes to be at `robot` by its wheels.
     pub fn observe(&mut self, robot: Pose<Odom>, base_from_laser: Pose<Base>, scan: &LaserScan) {
+        if !self.is_in_charge() {
+            return;
+        }
         let scan = Scan {
             ranges_m: &scan.ranges_m[..(scan.beam_count as usize).min(scan.ranges_m.len())],
             first_rad: scan.angle_min_rad.into(),

@@ -64,6 +64,8 @@ pub struct Parameters {
     pub doubt_above: f64,
     /// Whether goals are found by the outline of what was seen.
     pub by_outline: bool,
+    /// Only in drawings of open floors: of which so large a share hangs together where passages as wide as doors are shut.
+    pub least_open_share: f64,
     /// How large buildings are, metres: what the outline's proportions begin with.
     pub building_size_m: f64,
     /// A goal has been seen where less than this share of the outline around it lies behind gaps.
@@ -113,6 +115,7 @@ impl Default for Parameters {
             look_above: 0.6,
             doubt_above: 1.5,
             by_outline: false,
+            least_open_share: 0.8,
             building_size_m: 25.0,
             goal_hidden_share: 0.15,
             rival_margin: 6.0,
@@ -197,6 +200,7 @@ impl Parameters {
         let not_negative = [
             ("inflation_weight", self.inflation_weight),
             ("footprint_padding_m", self.footprint_padding_m),
+            ("least_open_share", self.least_open_share),
             ("goal_hidden_share", self.goal_hidden_share),
             ("rival_margin", self.rival_margin),
             ("map_clearance_m", self.map_clearance_m),

@@ -200,3 +200,57 @@ impl Field {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_mapping::outline::free_around;
+
+    use super::*;
+
+    /// A hall of 6 × 4 m, a wall across it with a door 1 m wide at the upper end.
+    fn hall() -> (CellGrid, Region) {
+        let mut grid = CellGrid::unknown(124, 84, 0.05, [0.0, 0.0]);
+        for (k, cell) in grid.cells.iter_mut().enumerate() {
+            let (x, y) = (k % 124, k / 124);
+            let is_inside = (2..122).contains(&x) && (2..82).contains(&y);
+            let is_wall = x == 60 && y < 62;
+            *cell = if is_inside && !is_wall { Cell::Free } else { Cell::Occupied };
+        }
+        let free = free_around(&grid, [1.0, 1.0], 0.5);
+        (grid, free)
+    }
+
+    #[test]
+    fn the_way_leads_through_the_door_and_keeps_off_the_walls() {
+        let (grid, free) = hall();
+        let mut chart = Chart::new(&grid, &free, 0.25);
+        let (cell, way_m) = chart.end_for([1.0, 1.0], [5.0, 1.0]).unwrap();
+        assert!(super::super::distance(chart.middle(cell), [5.0, 1.0]) < 0.15);
+        assert!((7.0..9.5).contains(&way_m), "{way_m}");
+        let field = Field::new(&chart, cell).unwrap();
+        let mut path = Vec::new();
+        field.descend([1.0, 1.0], &mut path);
+        assert!(path.iter().any(|at| (at.x - 3.0).abs() < 0.2 && at.y > 3.3));
+        assert!(path[1..].iter().all(|at| at.x > 0.3 && at.x < 5.9 && at.y > 0.3 && at.y < 3.9));
+        assert!(field.cost_m([1.0, 1.0]) > 7.0);
+    }
+
+    /// The target lies in a wall, 0.1 m behind which the robot does not fit.
+    #[test]
+    fn a_place_where_the_robot_does_not_fit_is_gone_to_as_near_as_can_be() {
+        let (grid, free) = hall();
+        let mut chart = Chart::new(&grid, &free, 0.25);
+        let (cell, _) = chart.end_for([1.0, 1.0], [0.12, 2.0]).unwrap();
+        assert!(super::super::distance(chart.middle(cell), [0.45, 2.0]) < 0.2, "{:?}", chart.middle(cell));
+        let gap: Vec<_> = (0..10).map(|k| [5.9, 1.0 + 0.1 * f64::from(k)]).collect();
+        let (cell, _) = chart.end_near([1.0, 1.0], [5.9, 1.5], &gap).unwrap();
+        assert!(super::super::distance(chart.middle(cell), [5.6, 1.5]) < 0.25, "{:?}", chart.middle(cell));
+    }
+
+    #[test]
+    fn a_robot_that_stands_too_near_to_a_wall_gets_away_from_it() {
+        let (grid, free) = hall();
+        let mut chart = Chart::new(&grid, &free, 0.25);
+        assert!(chart.end_for([0.2, 1.0], [2.0, 1.0]).is_some());
+    }
+}

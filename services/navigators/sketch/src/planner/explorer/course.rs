@@ -98,3 +98,42 @@ fn along_gap(shares: &[f64], alignment: &Alignment, gap: u16) -> f64 {
     let moment: f64 = stretch.iter().zip(0..).map(|(share, k)| share * (f64::from(k) + 0.5)).sum();
     if whole > 0.0 { moment / whole / stretch.len() as f64 } else { 0.5 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outline(gaps: usize) -> SeenOutline {
+        let gap = |k: usize| (0..10).map(|j| [k as f64, f64::from(j)]).collect();
+        SeenOutline { pieces: Vec::new(), gaps: (0..gaps).map(gap).collect() }
+    }
+
+    fn likely(shares: &[f64], partners: Vec<Partner>, gaps: usize) -> Likely {
+        Likely::new(shares, &outline(gaps), &Alignment { cost: 0.0, partners })
+    }
+
+    #[test]
+    fn a_goal_between_walls_that_were_seen_lies_at_their_mean() {
+        let walls = vec![Partner::Wall([0.0, 0.0]), Partner::Wall([4.0, 0.0]), Partner::Nothing];
+        let found = likely(&[0.25, 0.75, 0.0], walls, 0);
+        assert_eq!((found.place, found.gap, found.hidden), (Some([3.0, 0.0]), None, 0.0));
+    }
+
+    #[test]
+    fn a_goal_behind_two_gaps_lies_behind_the_one_with_more_of_it() {
+        let partners = vec![Partner::Gap(0), Partner::Wall([1.0, 1.0]), Partner::Gap(1), Partner::Gap(1)];
+        let found = likely(&[0.3, 0.1, 0.1, 0.5], partners, 2);
+        assert!((found.hidden - 0.9).abs() < 1e-12 && (found.seen - 0.1).abs() < 1e-12);
+        // Five sixths of its mass lie behind the second half of the gap.
+        assert_eq!(found.gap, Some((1, [1.0, 6.0])));
+    }
+
+    /// Samples behind a gap go round the drawing's first sample.
+    #[test]
+    fn how_far_along_a_gap_the_goal_lies_does_not_depend_on_where_the_samples_begin() {
+        let (gap, wall) = (Partner::Gap(0), Partner::Wall([0.0; 2]));
+        let found = likely(&[0.0, 0.8, 0.0, 0.1, 0.1], vec![gap, gap, wall, gap, gap], 1);
+        let turned = likely(&[0.1, 0.1, 0.0, 0.8, 0.0], vec![gap, gap, gap, gap, wall], 1);
+        assert_eq!(found.gap, turned.gap);
+    }
+}

@@ -12,6 +12,8 @@ use crate::sketch::SketchGrid;
 
 /// The outline is smoothed over as many pixels where the drawing is 512 pixels large.
 const SMOOTHING_PX: f64 = 4.0;
+/// Passages narrower than this are doors, metres, were the building as large as buildings are.
+const DOOR_M: f64 = 1.4;
 /// Cells of the grid on which Laplace's equation is solved, along the drawing's longer side.
 const INTERIOR_CELLS: usize = 128;
 
@@ -24,6 +26,8 @@ pub struct Paper {
     pub interior: Interior,
     /// The start.
     pub start: Pose<Sketch>,
+    /// The largest share of it that hangs together where passages as wide as doors are shut: 1 for an open floor.
+    pub open_share: f64,
     /// Metres a pixel, were the building as large as buildings are.
     pub scale_m: f64,
 }
@@ -42,8 +46,23 @@ impl Paper {
         let outline = Outline::of_region(&inside, SAMPLES, SMOOTHING_PX * size / 512.0);
         let interior = Interior::new(&inside, &outline, INTERIOR_CELLS);
         let scale_m = building_size_m / extent(&inside);
-        Some(Self { outline, interior, start, scale_m })
+        let open_share = open_share(&inside, DOOR_M / scale_m);
+        Some(Self { outline, interior, start, open_share, scale_m })
     }
+}
+
+/// The share of the largest part of a region that is left when passages narrower than `width` cells are shut; each part counts by
+/// what of it is farther than half of that from walls.
+fn open_share(region: &Region, width: f64) -> f64 {
+    let mut left = region.shrunk((width / 2.0).round() as usize);
+    let (mut largest, mut whole) = (0, 0);
+    while let Some(seed) = left.cells.iter().position(|cell| *cell) {
+        let part = left.connected(seed);
+        left.cells.iter_mut().zip(&part.cells).for_each(|(cell, taken)| *cell &= !taken);
+        let count = part.count();
+        (largest, whole) = (largest.max(count), whole + count);
+    }
+    if whole > 0 { largest as f64 / whole as f64 } else { 0.0 }
 }
 
 /// The longer side of the region's bounding box, at least 1.
@@ -58,4 +77,25 @@ fn extent(region: &Region) -> f64 {
     let rows: Vec<_> = rows.map(|(y, _)| y).collect();
     let across = span(columns.first().copied(), columns.last().copied());
     across.max(span(rows.first().copied(), rows.last().copied())) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 100 × 60 cells, parted by a wall with a passage of so many cells.
+    fn parted(passage: usize) -> Region {
+        Region::of(104, 64, |k| {
+            let (x, y) = (k % 104, k / 104);
+            let is_inside = (2..102).contains(&x) && (2..62).contains(&y);
+            is_inside && (x != 60 || (30..30 + passage).contains(&y))
+        })
+    }
+
+    #[test]
+    fn doors_part_a_floor_and_wide_passages_do_not() {
+        assert!((0.55..0.65).contains(&open_share(&parted(4), 6.0)));
+        assert!(open_share(&parted(12), 6.0) > 0.99);
+        assert_eq!(open_share(&parted(4), 200.0), 0.0);
+    }
 }

@@ -17,7 +17,7 @@ use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::mission::Place;
 
-pub use correspondence::{DrawnOutline, SeenOutline, drawn_outline, seen_outline};
+pub use correspondence::{DrawnOutline, SeenOutline, drawn_outline, origin_of, seen_outline};
 pub use floor::FloorShapes;
 use marks::Symbol;
 use svg::{Sheet, View};

@@ -18,7 +18,7 @@ use sketchnav_recordings::{Recording, import::LOG_SYSTEM};
 use sketchnav_rehearsal::rerun;
 use sketchnav_schemas::channels::PLAN;
 use sketchnav_schemas::codes::{Process, Trend};
-use sketchnav_schemas::geometry::{Point, Pose, Sketch};
+use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::message::{PairedMarker, Plan, Relations};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
@@ -172,12 +172,12 @@ impl Page<'_> {
         };
         let shapes = sketchnav_sim::files::world(&self.run.mission.world);
         let shapes = shapes.map(|world| picture::FloorShapes::of(&world)).unwrap_or_default();
-        let origin = self.log.truth.first().map_or(Pose::new(0.0, 0.0, 0.0), |truth| truth.pose());
         let mut shown = vec![last / 3, 2 * last / 3, last];
         shown.dedup();
         let mut figures = Vec::new();
         for found in shown.into_iter().map(|index| &self.log.correspondences[index]) {
             let until = found.header.stamp_ns;
+            let origin = picture::origin_of(found, &self.log.truth);
             let seen = self.log.truth.iter().take_while(|truth| truth.header.stamp_ns <= until);
             let trail: Vec<_> = seen.map(|truth| truth.pose().position()).collect();
             let route = self.log.route.as_ref();

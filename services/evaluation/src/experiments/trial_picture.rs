@@ -121,7 +121,7 @@ fn outline_sketch(
 
 fn outline_floor(driven: &Driven, found: &Correspondence) -> Result<String, EvalError> {
     let world = sketchnav_sim::files::world(&driven.run.mission.world)?;
-    let origin = driven.log.truth.first().map_or(Pose::new(0.0, 0.0, 0.0), |truth| truth.pose());
+    let origin = picture::origin_of(found, &driven.log.truth);
     let trail: Vec<_> = driven.log.truth.iter().map(|truth| truth.pose().position()).collect();
     Ok(picture::seen_outline(&SeenOutline {
         title: &title(driven, "its partners in what was seen"),

@@ -3,7 +3,7 @@
 
 use sketchnav_schemas::codes::{CourseAim, PartnerKind};
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
-use sketchnav_schemas::message::{Correspondence, OutlineSample};
+use sketchnav_schemas::message::{Correspondence, GroundTruth, OutlineSample};
 
 use super::svg::{Sheet, View};
 use super::{FloorShapes, PictureError, wall_png};
@@ -61,6 +61,15 @@ pub fn drawn_outline(picture: &DrawnOutline<'_>) -> Result<String, PictureError>
     Ok(sheet.finish())
 }
 
+/// Where the map's origin truly is, by where the robot truly is and where it is in the map.
+pub fn origin_of(found: &Correspondence, truth: &[GroundTruth]) -> Pose<World> {
+    let until = truth.partition_point(|truth| truth.header.stamp_ns <= found.header.stamp_ns);
+    let Some(truth) = truth[..until].last() else { return Pose::new(0.0, 0.0, 0.0) };
+    let robot = Pose::<World>::new(found.robot.x_m, found.robot.y_m, found.robot.yaw_rad());
+    let back = robot.motion_to(&Pose::new(0.0, 0.0, 0.0));
+    truth.pose().compose(&back)
+}
+
 /// The map's side as SVG.
 pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
     let found = picture.found;
@@ -107,8 +116,12 @@ fn bounds<'a>(points: impl Iterator<Item = &'a Point<World>>) -> ([f64; 2], [f64
 
 /// Round the outline once through the colours.
 fn colour(sample: usize, found: &Correspondence) -> String {
-    let turn = 360.0 * sample as f64 / f64::from(found.sample_count.max(1));
-    format!("hsl({turn:.0}, 75%, 42%)")
+    let turn = 6.0 * sample as f64 / f64::from(found.sample_count.max(1));
+    let channel = |shift: f64| {
+        let off = ((turn + shift) % 6.0 - 3.0).abs() - 1.0;
+        (40.0 + 160.0 * off.clamp(0.0, 1.0)) as u8
+    };
+    format!("#{:02x}{:02x}{:02x}", channel(0.0), channel(4.0), channel(2.0))
 }
 
 fn dot<F>(sheet: &mut Sheet, at: &Point<F>, colour: &str, sample: &OutlineSample) {

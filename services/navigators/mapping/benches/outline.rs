@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sketchnav_mapping::alignment::{Aligner, Anchor, Search, Weights};
+use sketchnav_mapping::alignment::{Aligner, Anchor, Problem, Search, Weights};
 use sketchnav_mapping::harmonic::Interior;
 use sketchnav_mapping::outline::{Outline, SeenOutline, Taking, free_around};
 use sketchnav_mapping::region::Region;
@@ -74,7 +74,9 @@ fn outlines(criterion: &mut Criterion) {
     let mut aligner = Aligner::default();
     criterion.bench_function("alignment of the two, whole", |bencher| {
         bencher.iter(|| {
-            aligner.set(&Weights::default(), &outline, black_box(&seen), &anchor, &[]);
+            let (drawn, seen) = (&outline, black_box(&seen));
+            let problem = Problem { drawn, seen, anchor: &anchor, emphasis: &[], forbidden: &[] };
+            aligner.set(&Weights::default(), &problem);
             Search::whole(&mut aligner)
         });
     });

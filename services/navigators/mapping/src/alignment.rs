@@ -82,6 +82,21 @@ pub struct Forbidden {
     pub place: Place,
 }
 
+/// Two outlines that are to be aligned.
+#[derive(Debug, Clone, Copy)]
+pub struct Problem<'a> {
+    /// The drawing's.
+    pub drawn: &'a Outline,
+    /// What was seen.
+    pub seen: &'a SeenOutline,
+    /// What both sides know.
+    pub anchor: &'a Anchor,
+    /// How many times as much each sample counts; empty: all the same.
+    pub emphasis: &'a [f64],
+    /// Places that samples are not to have as partners.
+    pub forbidden: &'a [Forbidden],
+}
+
 /// The partner of a sample of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Partner {
@@ -100,6 +115,8 @@ pub struct Alignment {
     pub cost: f64,
     /// The partner of each sample of the drawing.
     pub partners: Vec<Partner>,
+    /// How far the directions of a sample and of its partners differ: 1 − cos, the mean over its partners; 0 without any.
+    pub misfits: Vec<f32>,
 }
 
 const MATCH: u8 = 1;
@@ -114,6 +131,8 @@ pub struct Aligner {
     samples: usize,
     /// For each piece the cost of each sample, twice round; nothing for a gap.
     costs: Vec<f32>,
+    /// The directions of the samples, and of the pieces turned as the drawing is.
+    directions: [Vec<[f64; 2]>; 2],
     pieces: Vec<Piece>,
     column: Vec<f32>,
     steps: Vec<u8>,
@@ -129,15 +148,9 @@ struct Costs {
 }
 
 impl Aligner {
-    /// Takes two outlines. `forbidden`: places that samples are not to have as partners.
-    pub fn set(
-        &mut self,
-        weights: &Weights,
-        drawn: &Outline,
-        seen: &SeenOutline,
-        anchor: &Anchor,
-        forbidden: &[Forbidden],
-    ) {
+    /// Takes two outlines.
+    pub fn set(&mut self, weights: &Weights, problem: &Problem<'_>) {
+        let Problem { drawn, seen, anchor, emphasis, forbidden } = *problem;
         let Weights { stay, gap, unmatched, stride, .. } = *weights;
         let [stay, gap, unmatched] = [stay, gap, unmatched].map(|weight| weight as f32);
         self.weights = Costs { stay, gap, unmatched, stride };
@@ -147,12 +160,18 @@ impl Aligner {
         self.costs.clear();
         self.costs.resize(self.pieces.len() * 2 * self.samples, 0.0);
         let samples = from_start(drawn, anchor, weights);
+        let [sample_directions, piece_directions] = &mut self.directions;
+        sample_directions.clone_from(&drawn.directions);
+        piece_directions.clear();
         for (piece, row) in self.pieces.iter().zip(self.costs.chunks_mut((2 * self.samples).max(1))) {
+            let mut turned = [0.0; 2];
             if let Piece::Wall { place, direction } = piece {
                 let piece = Seen::new(*place, *direction, anchor, weights);
+                turned = piece.direction;
                 for (sample, cost) in samples.iter().zip(&mut *row) {
                     *cost = sample.cost(&piece, weights) as f32;
                 }
+                row.iter_mut().zip(emphasis).for_each(|(cost, emphasis)| *cost *= *emphasis as f32);
                 for forbidden in forbidden {
                     let off = [0, 1].map(|k| place[k] - forbidden.place[k]);
                     if off[0].hypot(off[1]) < weights.away_m {
@@ -162,6 +181,7 @@ impl Aligner {
                 let (first, second) = row.split_at_mut(self.samples);
                 second.copy_from_slice(first);
             }
+            piece_directions.push(turned);
         }
     }
 
@@ -185,7 +205,7 @@ impl Aligner {
         let cost = self.sweep::<true>(start);
         let (samples, rows) = (self.samples, self.samples + 1);
         let first = start * self.weights.stride;
-        let mut sums = vec![([0.0; 2], 0.0); samples];
+        let mut sums = vec![([0.0; 2], 0.0, 0.0); samples];
         let mut partners = vec![Partner::Nothing; samples];
         let (mut i, mut j) = (samples, self.pieces.len());
         while i > 0 || j > 0 {
@@ -194,8 +214,10 @@ impl Aligner {
             match (step, j.checked_sub(1).map(|j| self.pieces[j])) {
                 (BEHIND, Some(Piece::Gap(gap))) => partners[sample] = Partner::Gap(gap),
                 (_, Some(Piece::Wall { place, .. })) if i > 0 => {
-                    let (sum, count) = &mut sums[sample];
+                    let (sum, misfit, count) = &mut sums[sample];
                     (0..2).for_each(|k| sum[k] += place[k]);
+                    let [drawn, seen] = [self.directions[0][sample], self.directions[1][j - 1]];
+                    *misfit += 1.0 - (drawn[0] * seen[0] + drawn[1] * seen[1]);
                     *count += 1.0;
                 }
                 _ => {}
@@ -203,12 +225,14 @@ impl Aligner {
             i -= usize::from(matches!(step, MATCH | SAMPLE | BEHIND));
             j -= usize::from(matches!(step, MATCH | PIECE));
         }
-        for (partner, (sum, count)) in partners.iter_mut().zip(sums) {
+        let mut misfits = vec![0.0; samples];
+        for ((partner, misfit), (sum, off, count)) in partners.iter_mut().zip(&mut misfits).zip(sums) {
             if count > 0.0 {
                 *partner = Partner::Wall(sum.map(|part| part / count));
+                *misfit = (off / count) as f32;
             }
         }
-        Alignment { cost, partners }
+        Alignment { cost, partners, misfits }
     }
 
     /// The dynamic programme, a piece after the other: `column[i]` is the least cost of aligning the first i samples from the
@@ -399,7 +423,7 @@ mod tests {
 
     fn aligned(drawn: &Outline, seen: &SeenOutline, anchor: &Anchor) -> Alignment {
         let mut aligner = Aligner::default();
-        aligner.set(&Weights::default(), drawn, seen, anchor, &[]);
+        aligner.set(&Weights::default(), &Problem { drawn, seen, anchor, emphasis: &[], forbidden: &[] });
         Search::whole(&mut aligner).unwrap()
     }
 
@@ -514,7 +538,10 @@ mod tests {
             })
             .collect();
         let mut aligner = Aligner::default();
-        aligner.set(&Weights::default(), &drawn, &seen, &anchor(0.0), &forbidden);
+        let (anchor, emphasis) = (anchor(0.0), &[]);
+        let problem =
+            Problem { drawn: &drawn, seen: &seen, anchor: &anchor, emphasis, forbidden: &forbidden };
+        aligner.set(&Weights::default(), &problem);
         let rival = Search::whole(&mut aligner).unwrap();
         assert!(rival.cost > best.cost + 1.0, "{} {}", rival.cost, best.cost);
     }
@@ -524,7 +551,9 @@ mod tests {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let seen = pieces(&FLOOR, 160);
         let mut aligner = Aligner::default();
-        aligner.set(&Weights::default(), &drawn, &seen, &anchor(0.0), &[]);
+        let anchor = anchor(0.0);
+        let problem = Problem { drawn: &drawn, seen: &seen, anchor: &anchor, emphasis: &[], forbidden: &[] };
+        aligner.set(&Weights::default(), &problem);
         let whole = Search::whole(&mut aligner).unwrap();
         let mut search = Search::default();
         let mut steps = 1;

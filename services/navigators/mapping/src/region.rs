@@ -1,7 +1,5 @@
 //! Regions of cells: what hangs together, what lies near, and the border around it.
 
-use std::collections::VecDeque;
-
 /// A set of cells of a rectangle; row 0 is the lowest, cells of a row go along x.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Region {
@@ -46,12 +44,12 @@ impl Region {
     /// The cells that hang together with `seed` by their sides; none where it does not hold the seed.
     pub fn connected(&self, seed: usize) -> Self {
         let mut found = Self { cells: vec![false; self.cells.len()], ..*self };
-        let mut waiting = VecDeque::new();
+        let mut waiting = Vec::new();
         if self.cells.get(seed) == Some(&true) {
             found.cells[seed] = true;
-            waiting.push_back(seed);
+            waiting.push(seed);
         }
-        while let Some(index) = waiting.pop_front() {
+        while let Some(index) = waiting.pop() {
             let column = index % self.width;
             let beside = [
                 (column > 0).then(|| index - 1),
@@ -61,7 +59,7 @@ impl Region {
             ];
             for next in beside.into_iter().flatten() {
                 if self.cells[next] && !std::mem::replace(&mut found.cells[next], true) {
-                    waiting.push_back(next);
+                    waiting.push(next);
                 }
             }
         }
@@ -87,17 +85,22 @@ impl Region {
 
     /// With every cell that is at most `radius` columns and rows away.
     pub fn grown(&self, radius: usize) -> Self {
-        let mut along = vec![false; self.cells.len()];
+        if self.cells.is_empty() {
+            return self.clone();
+        }
+        let mut along = self.cells.clone();
         for (row, out) in self.cells.chunks(self.width).zip(along.chunks_mut(self.width)) {
-            spread(row, out, radius);
+            for shift in 1..=radius.min(self.width - 1) {
+                out[shift..].iter_mut().zip(row).for_each(|(cell, near)| *cell |= near);
+                out.iter_mut().zip(&row[shift..]).for_each(|(cell, near)| *cell |= near);
+            }
         }
-        let (mut column, mut spread_column) = (vec![false; self.height], vec![false; self.height]);
-        for x in 0..self.width {
-            column.iter_mut().enumerate().for_each(|(y, cell)| *cell = along[y * self.width + x]);
-            spread(&column, &mut spread_column, radius);
-            spread_column.iter().enumerate().for_each(|(y, cell)| along[y * self.width + x] = *cell);
+        let mut grown = along.clone();
+        for shift in (1..=radius.min(self.height - 1)).map(|rows| rows * self.width) {
+            grown[shift..].iter_mut().zip(&along).for_each(|(cell, near)| *cell |= near);
+            grown.iter_mut().zip(&along[shift..]).for_each(|(cell, near)| *cell |= near);
         }
-        Self { cells: along, ..*self }
+        Self { cells: grown, ..*self }
     }
 
     /// Without every cell that is at most `radius` columns or rows from one that it does not hold. Beside the rectangle
@@ -130,18 +133,6 @@ impl Region {
             heading = turn;
         }
         chain
-    }
-}
-
-/// Spreads what is set along a line.
-fn spread(line: &[bool], out: &mut [bool], radius: usize) {
-    out.fill(false);
-    for (k, _) in line.iter().enumerate().filter(|(_, cell)| **cell) {
-        let end = (k + radius + 1).min(line.len());
-        let from = k.saturating_sub(radius);
-        // Of a stretch that is set already only the end is new.
-        let first = if k > 0 && line[k - 1] { end.saturating_sub(1) } else { from };
-        out[first.max(from)..end].fill(true);
     }
 }
 

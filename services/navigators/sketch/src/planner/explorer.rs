@@ -16,7 +16,7 @@ mod paper;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{
-    Aligner, Alignment, Anchor, Forbidden, Partner, Search, Weights, turn_by_walls,
+    Aligner, Alignment, Anchor, Forbidden, Partner, Problem, Search, Weights, turn_by_walls,
 };
 use sketchnav_mapping::mapper::{self, Mapper};
 use sketchnav_mapping::outline::{Place, SeenOutline, Taking, free_around};
@@ -63,6 +63,8 @@ const USUAL_MPS: f64 = 0.42;
 const WINDING: f64 = 1.5;
 /// Time that is kept for the end, seconds.
 const SPARE_S: f64 = 25.0;
+/// A sample with this share of the goal has the whole emphasis.
+const WHOLE_SHARE: f64 = 0.05;
 /// A goal of which less than this was seen has no place.
 const LEAST_SEEN: f64 = 0.02;
 
@@ -73,8 +75,17 @@ pub enum Advice {
     Drive,
     /// Turn on the spot, to see what is all around.
     Look,
-    /// The goal is here. The best rival costs so much more; `None` where nobody asked.
-    Arrived(Option<f64>),
+    /// The goal is here.
+    Arrived(Evidence),
+}
+
+/// What an arrival is believed by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// What the best rival costs more; `None` where there was no time to ask.
+    pub margin: Option<f64>,
+    /// How far the walls around the goal differ in direction from what was seen.
+    pub misfit: f64,
 }
 
 /// An alignment that is being computed.
@@ -139,6 +150,8 @@ pub struct Explorer {
     mapper: Mapper,
     paper: Option<Paper>,
     shares: Vec<f64>,
+    /// How many times as much each sample of the drawing counts: walls around the goal say most about it.
+    emphasis: Vec<f64>,
     weights: Weights,
     aligner: Aligner,
     field: Option<Field>,
@@ -159,6 +172,7 @@ impl Explorer {
             mapper: Mapper::new(mapping)?,
             paper: None,
             shares: Vec::new(),
+            emphasis: Vec::new(),
             weights: Weights { away_m: parameters.rival_away_m, ..Weights::default() },
             aligner: Aligner::default(),
             field: None,
@@ -226,6 +240,8 @@ impl Explorer {
             (Some(paper), Some(goal)) => paper.interior.measure([goal.x, goal.y]),
             _ => Vec::new(),
         };
+        let more = |share: &f64| 1.0 + self.parameters.goal_emphasis * (share / WHOLE_SHARE).min(1.0);
+        self.emphasis = self.shares.iter().map(more).collect();
     }
 
     /// Takes a step: `left_s` seconds are left for the task.
@@ -349,7 +365,9 @@ impl Explorer {
 
     fn prepare_job(&mut self) {
         if let (Some(job), Some(paper)) = (&self.state.job, &self.paper) {
-            self.aligner.set(&self.weights, &paper.outline, &job.seen, &job.anchor, &job.forbidden);
+            let Job { seen, anchor, forbidden, .. } = job;
+            let (drawn, emphasis) = (&paper.outline, &self.emphasis[..]);
+            self.aligner.set(&self.weights, &Problem { drawn, seen, anchor, emphasis, forbidden });
         }
     }
 
@@ -395,11 +413,11 @@ impl Explorer {
                 if way_m >= AT_GOAL_M {
                     return Advice::Drive;
                 }
+                self.state.last = Some((seen.clone(), alignment.clone()));
                 if hurries || self.parameters.rival_margin <= 0.0 {
-                    return Advice::Arrived(None);
+                    return self.arrived(None);
                 }
                 let forbidden = self.goal_places(alignment);
-                self.state.last = Some((seen.clone(), alignment.clone()));
                 self.begin_job(forbidden, Some(alignment.cost));
                 Advice::Drive
             }
@@ -447,7 +465,7 @@ impl Explorer {
     fn weigh_rival(&mut self, seen: &SeenOutline, rival: &Alignment, margin: f64, left_s: f64) -> Advice {
         const LIKELY: f64 = 0.3;
         if margin > self.parameters.rival_margin || self.state.looks >= self.parameters.rival_looks {
-            return Advice::Arrived(Some(margin));
+            return self.arrived(Some(margin));
         }
         let likely = Likely::new(&self.shares, seen, rival);
         let (target, points) = match (likely.gap, likely.place) {
@@ -456,16 +474,16 @@ impl Explorer {
                 (points[points.len() / 2], points)
             }
             (_, Some(place)) => (place, Vec::new()),
-            _ => return Advice::Arrived(Some(margin)),
+            _ => return self.arrived(Some(margin)),
         };
         self.state.rival = Some(Rival { margin, place: target });
         self.state.is_news = true;
         if self.state.looked_at.iter().any(|at| distance(*at, target) < LOOKED_AT_M) {
-            return Advice::Arrived(Some(margin));
+            return self.arrived(Some(margin));
         }
         let before = self.state.course.clone();
         let Some(way_m) = self.set_course(Aim::Rival, target, points.clone()) else {
-            return Advice::Arrived(Some(margin));
+            return self.arrived(Some(margin));
         };
         let back_s = 2.0 * way_m / USUAL_MPS + 30.0;
         if way_m < AT_RIVAL_M && !points.is_empty() {
@@ -477,10 +495,18 @@ impl Explorer {
         }
         if way_m < AT_RIVAL_M || back_s > left_s {
             self.state.course = before;
-            return Advice::Arrived(Some(margin));
+            return self.arrived(Some(margin));
         }
         self.look_at(target);
         Advice::Drive
+    }
+
+    fn arrived(&self, margin: Option<f64>) -> Advice {
+        let misfit = self.state.last.as_ref().map_or(0.0, |(_, alignment)| {
+            let pairs = self.shares.iter().zip(&alignment.misfits);
+            pairs.map(|(share, misfit)| share * f64::from(*misfit)).sum()
+        });
+        Advice::Arrived(Evidence { margin, misfit })
     }
 
     fn look_at(&mut self, target: Place) {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use sketchnav_schemas::geometry::{Point, Sketch};
 
-use super::explorer::Aim;
+use super::explorer::{Aim, Evidence};
 
 /// Why the state is what it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ pub enum Reason {
     /// On a course that the comparison has set.
     Exploring(Aim),
     /// The walls seen have the goal here; by so much the next best comparison is worse, where it was asked for.
-    Matched(Option<f64>),
+    Matched(Evidence),
     /// So many seconds on a way for which the drawing shows so many metres.
     Astray(f64, f64),
 }
@@ -122,8 +122,8 @@ mod tests {
             Reason::Astray(99_999.0, 999.0),
             Reason::Comparing,
             Reason::Exploring(Aim::Rival),
-            Reason::Matched(Some(9999.0)),
-            Reason::Matched(None),
+            Reason::Matched(Evidence { margin: Some(9999.0), misfit: 2.0 }),
+            Reason::Matched(Evidence { margin: None, misfit: 2.0 }),
         ] {
             assert_eq!(Text::<96>::of(reason).as_str(), reason.to_string());
         }

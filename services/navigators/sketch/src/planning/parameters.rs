@@ -70,6 +70,8 @@ pub struct Parameters {
     pub building_size_m: f64,
     /// A goal has been seen where less than this share of the outline around it lies behind gaps.
     pub goal_hidden_share: f64,
+    /// So many times more count the walls around the goal where the outlines are aligned.
+    pub goal_emphasis: f64,
     /// An arrival is believed where the best alignment that has the goal elsewhere costs more than this in addition; 0: every
     /// arrival is.
     pub rival_margin: f64,
@@ -118,6 +120,7 @@ impl Default for Parameters {
             least_open_share: 0.8,
             building_size_m: 25.0,
             goal_hidden_share: 0.15,
+            goal_emphasis: 0.0,
             rival_margin: 6.0,
             rival_away_m: 2.5,
             rival_looks: 8,
@@ -202,6 +205,7 @@ impl Parameters {
             ("footprint_padding_m", self.footprint_padding_m),
             ("least_open_share", self.least_open_share),
             ("goal_hidden_share", self.goal_hidden_share),
+            ("goal_emphasis", self.goal_emphasis),
             ("rival_margin", self.rival_margin),
             ("map_clearance_m", self.map_clearance_m),
         ];

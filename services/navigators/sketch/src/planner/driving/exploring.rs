@@ -46,9 +46,9 @@ impl Driver {
         let Some(explorer) = &mut self.explorer else { return TaskStatus::Driving(Reason::None) };
         let (before, aimed) = (explorer.course_end(), (explorer.aim(), explorer.looks()));
         match explorer.step(left_s) {
-            Advice::Arrived(margin) => {
+            Advice::Arrived(evidence) => {
                 self.stop(dt_s);
-                return TaskStatus::Ended(TaskState::Reached, Reason::Matched(margin));
+                return TaskStatus::Ended(TaskState::Reached, Reason::Matched(evidence));
             }
             Advice::Look => return self.look(chart, now_s, dt_s),
             Advice::Drive => {}

@@ -109,7 +109,11 @@ mod tests {
     }
 
     fn likely(shares: &[f64], partners: Vec<Partner>, gaps: usize) -> Likely {
-        Likely::new(shares, &outline(gaps), &Alignment { cost: 0.0, partners })
+        Likely::new(
+            shares,
+            &outline(gaps),
+            &Alignment { cost: 0.0, partners, misfits: vec![0.0; shares.len()] },
+        )
     }
 
     #[test]

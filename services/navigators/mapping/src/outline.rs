@@ -34,6 +34,12 @@ impl Outline {
         Self::of_polygon(&smoothed(&middles, smoothing), samples)
     }
 
+    /// Makes it so many times as large.
+    pub fn scale(&mut self, times: f64) {
+        self.places.iter_mut().flatten().for_each(|part| *part *= times);
+        self.length *= times;
+    }
+
     /// Of a closed polygon, counter-clockwise.
     pub fn of_polygon(corners: &[Place], samples: usize) -> Self {
         if corners.is_empty() || samples == 0 {

@@ -103,6 +103,16 @@ impl Region {
         Self { cells: grown, ..*self }
     }
 
+    /// The same in cells that are so many times as long: held where all of their cells are. What remains at the ends is left out.
+    pub fn coarser(&self, times: usize) -> Self {
+        let (width, height) = (self.width / times, self.height / times);
+        Self::of(width, height, |k| {
+            let (column, row) = (k % width * times, k / width * times);
+            (row..row + times)
+                .all(|y| self.cells[y * self.width + column..][..times].iter().all(|cell| *cell))
+        })
+    }
+
     /// Without every cell that is at most `radius` columns or rows from one that it does not hold. Beside the rectangle
     /// counts as held.
     pub fn shrunk(&self, radius: usize) -> Self {
@@ -165,6 +175,12 @@ mod tests {
         assert_eq!(whole.count(), 16);
         assert_eq!(whole.border().len(), 16);
         assert_eq!(drawn(&["..", "#."]).border(), [[0, 0]]);
+    }
+
+    #[test]
+    fn a_coarser_region_keeps_thin_walls() {
+        let region = drawn(&["####.", "##.#.", "####.", "####."]);
+        assert_eq!(region.coarser(2), drawn(&["#.", "##"]));
     }
 
     #[test]

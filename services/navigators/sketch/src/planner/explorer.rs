@@ -237,7 +237,7 @@ impl Explorer {
 
     fn weigh_goal(&mut self) {
         self.shares = match (&self.paper, self.state.goal) {
-            (Some(paper), Some(goal)) => paper.interior.measure([goal.x, goal.y]),
+            (Some(paper), Some(goal)) => paper.shares(goal),
             _ => Vec::new(),
         };
         let more = |share: &f64| 1.0 + self.parameters.goal_emphasis * (share / WHOLE_SHARE).min(1.0);

@@ -3,7 +3,7 @@
 use sketchnav_mapping::harmonic::Interior;
 use sketchnav_mapping::outline::Outline;
 use sketchnav_mapping::region::Region;
-use sketchnav_schemas::geometry::{Pose, Sketch};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 
 use super::SAMPLES;
 use crate::localization::outline::enclosed;
@@ -14,6 +14,8 @@ use crate::sketch::SketchGrid;
 const SMOOTHING_PX: f64 = 4.0;
 /// Passages narrower than this are doors, metres, were the building as large as buildings are.
 const DOOR_M: f64 = 1.4;
+/// Most cells along the longer side of the drawing as it is looked at.
+const MOST_CELLS: usize = 1024;
 /// Cells of the grid on which Laplace's equation is solved, along the drawing's longer side.
 const INTERIOR_CELLS: usize = 128;
 
@@ -22,8 +24,9 @@ const INTERIOR_CELLS: usize = 128;
 pub struct Paper {
     /// The outline of what is free around the start, pixels.
     pub outline: Outline,
-    /// Its inside.
-    pub interior: Interior,
+    /// Its inside, in cells of `grain_px` pixels.
+    interior: Interior,
+    grain_px: f64,
     /// The start.
     pub start: Pose<Sketch>,
     /// The largest share of it that hangs together where passages as wide as doors are shut: 1 for an open floor.
@@ -41,13 +44,22 @@ impl Paper {
         let is_inside = (0.0..width as f64).contains(&start.x) && (0.0..height as f64).contains(&start.y);
         let closed = is_inside.then(|| enclosed(sketch, start.position(), gap_px as f32)).flatten();
         let walls = closed.as_ref().unwrap_or(sketch).walls();
-        let free = Region::of(width, height, |k| !walls[k]);
-        let inside = free.connected(free.nearest([start.x, start.y], size)?);
-        let outline = Outline::of_region(&inside, SAMPLES, SMOOTHING_PX * size / 512.0);
+        let times = width.max(height).div_ceil(MOST_CELLS);
+        let free = Region::of(width, height, |k| !walls[k]).coarser(times);
+        let grain_px = times as f64;
+        let at = [start.x, start.y].map(|px| px / grain_px);
+        let inside = free.connected(free.nearest(at, size)?);
+        let mut outline = Outline::of_region(&inside, SAMPLES, SMOOTHING_PX * size / 512.0 / grain_px);
         let interior = Interior::new(&inside, &outline, INTERIOR_CELLS);
-        let scale_m = building_size_m / extent(&inside);
-        let open_share = open_share(&inside, DOOR_M / scale_m);
-        Some(Self { outline, interior, start, open_share, scale_m })
+        let cell_m = building_size_m / extent(&inside);
+        let open_share = open_share(&inside, DOOR_M / cell_m);
+        outline.scale(grain_px);
+        Some(Self { outline, interior, grain_px, start, open_share, scale_m: cell_m / grain_px })
+    }
+
+    /// The goal's share of each sample of the outline: its harmonic measure.
+    pub fn shares(&self, goal: Point<Sketch>) -> Vec<f64> {
+        self.interior.measure([goal.x, goal.y].map(|px| px / self.grain_px))
     }
 }
 

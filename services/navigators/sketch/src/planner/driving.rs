@@ -455,9 +455,7 @@ impl Driver {
             }
             Next::Done => {
                 self.attempt.recovery = None;
-                if let Some(explorer) = self.explorer.as_mut().filter(|_| self.attempt.arrival.is_looking()) {
-                    explorer.end_look();
-                }
+                self.end_look();
                 self.attempt.arrival.end_look();
                 self.attempt.plan_due_s = now_s;
                 self.attempt.progress = ProgressChecker::new(now_s, robot.position());

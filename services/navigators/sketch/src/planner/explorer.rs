@@ -82,8 +82,8 @@ pub enum Advice {
 /// What an arrival is believed by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// What the best rival costs more; `None` where there was no time to ask.
-    pub margin: Option<f64>,
+    /// What the best rival costs more, and how far from here it has the goal, metres; `None` where there was no time to ask.
+    pub rival: Option<(f64, f64)>,
     /// How far the walls around the goal differ in direction from what was seen.
     pub misfit: f64,
 }
@@ -464,9 +464,6 @@ impl Explorer {
     /// The goal seems to be here, and the best rival costs `margin` more.
     fn weigh_rival(&mut self, seen: &SeenOutline, rival: &Alignment, margin: f64, left_s: f64) -> Advice {
         const LIKELY: f64 = 0.3;
-        if margin > self.parameters.rival_margin || self.state.looks >= self.parameters.rival_looks {
-            return self.arrived(Some(margin));
-        }
         let likely = Likely::new(&self.shares, seen, rival);
         let (target, points) = match (likely.gap, likely.place) {
             (Some((gap, _)), _) if likely.hidden > LIKELY => {
@@ -478,6 +475,9 @@ impl Explorer {
         };
         self.state.rival = Some(Rival { margin, place: target });
         self.state.is_news = true;
+        if margin > self.parameters.rival_margin || self.state.looks >= self.parameters.rival_looks {
+            return self.arrived(Some(margin));
+        }
         if self.state.looked_at.iter().any(|at| distance(*at, target) < LOOKED_AT_M) {
             return self.arrived(Some(margin));
         }
@@ -506,7 +506,10 @@ impl Explorer {
             let pairs = self.shares.iter().zip(&alignment.misfits);
             pairs.map(|(share, misfit)| share * f64::from(*misfit)).sum()
         });
-        Advice::Arrived(Evidence { margin, misfit })
+        let place = self.place();
+        let away_m = |rival: Rival| distance(rival.place, place);
+        let rival = margin.map(|margin| (margin, self.state.rival.map_or(f64::INFINITY, away_m)));
+        Advice::Arrived(Evidence { rival, misfit })
     }
 
     fn look_at(&mut self, target: Place) {

@@ -80,11 +80,14 @@ impl fmt::Display for Reason {
             Self::Exploring(Aim::Goal) => f.write_str("to where the walls seen have the goal"),
             Self::Exploring(Aim::Gap) => f.write_str("to a gap behind which the goal must lie"),
             Self::Exploring(Aim::Rival) => f.write_str("to where the goal may lie as well, to be sure"),
-            Self::Matched(Some(margin)) => {
-                write!(f, "the walls seen have the goal here, by a margin of {margin:.2}")
+            Self::Matched(Evidence { rival: Some((margin, away_m)), misfit }) => {
+                write!(
+                    f,
+                    "the walls seen have the goal here: margin {margin:.2} at {away_m:.1} m, misfit {misfit:.3}"
+                )
             }
-            Self::Matched(None) => {
-                f.write_str("the walls seen have the goal here; no time to look elsewhere")
+            Self::Matched(Evidence { rival: None, misfit }) => {
+                write!(f, "the walls seen have the goal here: no time to look elsewhere, misfit {misfit:.3}")
             }
             Self::Astray(on_way_s, drawn_m) => {
                 write!(
@@ -122,8 +125,8 @@ mod tests {
             Reason::Astray(99_999.0, 999.0),
             Reason::Comparing,
             Reason::Exploring(Aim::Rival),
-            Reason::Matched(Evidence { margin: Some(9999.0), misfit: 2.0 }),
-            Reason::Matched(Evidence { margin: None, misfit: 2.0 }),
+            Reason::Matched(Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0 }),
+            Reason::Matched(Evidence { rival: None, misfit: 2.0 }),
         ] {
             assert_eq!(Text::<96>::of(reason).as_str(), reason.to_string());
         }

@@ -64,7 +64,8 @@ pub struct Parameters {
     pub doubt_above: f64,
     /// Whether goals are found by the outline of what was seen.
     pub by_outline: bool,
-    /// Only in drawings of open floors: of which so large a share hangs together where passages as wide as doors are shut.
+    /// Only in drawings of open floors: of which so large a share hangs together where passages narrower than an eighth of the
+    /// drawing's longer side are shut.
     pub least_open_share: f64,
     /// How large buildings are, metres: what the outline's proportions begin with.
     pub building_size_m: f64,

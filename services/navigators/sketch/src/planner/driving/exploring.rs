@@ -12,7 +12,7 @@ use sketchnav_schemas::geometry::{Odom, Point, Pose};
 use sketchnav_schemas::message::Correspondence;
 
 use super::way::{LENGTH_SHARE, farthest_within, is_in_reach};
-use super::{Driver, TaskStatus};
+use super::{Driver, Guide, TaskStatus};
 use crate::planner::explorer::{Advice, Explorer};
 use crate::planner::reason::Reason;
 
@@ -86,6 +86,15 @@ impl Driver {
         let until_s = now_s + 2.0 * left_rad / self.turn_rate_radps + 2.0;
         self.attempt.recovery = Some(Recovery::Spin { left_rad, yaw_rad: chart.robot_m().yaw_rad, until_s });
         TaskStatus::Driving(Reason::LookingAround)
+    }
+
+    /// A maneuver has ended. If it was a look of the explorer's, it takes in what was seen; the filter's arrivals are doubted by
+    /// looks, too, in drawings that the explorer leaves alone.
+    pub(super) fn end_look(&mut self) {
+        let is_explorers = self.attempt.guide == Guide::Outline && self.attempt.arrival.is_looking();
+        if let Some(explorer) = self.explorer.as_mut().filter(|_| is_explorers) {
+            explorer.end_look();
+        }
     }
 
     /// A robot that gets no farther backs up, and takes another course at the second time.

@@ -12,8 +12,8 @@ use crate::sketch::SketchGrid;
 
 /// The outline is smoothed over as many pixels where the drawing is 512 pixels large.
 const SMOOTHING_PX: f64 = 4.0;
-/// Passages narrower than this are doors, metres, were the building as large as buildings are.
-const DOOR_M: f64 = 1.4;
+/// Passages narrower than this share of the drawing's longer side may be doors.
+const NARROW: f64 = 0.125;
 /// Most cells along the longer side of the drawing as it is looked at.
 const MOST_CELLS: usize = 1024;
 /// Cells of the grid on which Laplace's equation is solved, along the drawing's longer side.
@@ -29,7 +29,7 @@ pub struct Paper {
     grain_px: f64,
     /// The start.
     pub start: Pose<Sketch>,
-    /// The largest share of it that hangs together where passages as wide as doors are shut: 1 for an open floor.
+    /// The largest share of it that hangs together where narrow passages are shut: 1 for an open floor.
     pub open_share: f64,
     /// Metres a pixel, were the building as large as buildings are.
     pub scale_m: f64,
@@ -52,7 +52,7 @@ impl Paper {
         let mut outline = Outline::of_region(&inside, SAMPLES, SMOOTHING_PX * size / 512.0 / grain_px);
         let interior = Interior::new(&inside, &outline, INTERIOR_CELLS);
         let cell_m = building_size_m / extent(&inside);
-        let open_share = open_share(&inside, DOOR_M / cell_m);
+        let open_share = open_share(&inside, NARROW * extent(&inside));
         outline.scale(grain_px);
         Some(Self { outline, interior, grain_px, start, open_share, scale_m: cell_m / grain_px })
     }

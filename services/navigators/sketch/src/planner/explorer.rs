@@ -14,6 +14,8 @@ mod correspondence;
 mod course;
 mod paper;
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{
     Aligner, Alignment, Anchor, Forbidden, Partner, Problem, Search, Weights, turn_by_walls,
@@ -86,6 +88,26 @@ pub struct Evidence {
     pub rival: Option<(f64, f64)>,
     /// How far the walls around the goal differ in direction from what was seen.
     pub misfit: f64,
+}
+
+impl fmt::Display for Evidence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.rival {
+            Some((margin, away_m)) => write!(f, "margin {margin:.2} at {away_m:.1} m")?,
+            None => f.write_str("no rival asked")?,
+        }
+        write!(f, ", misfit {:.3}", self.misfit)
+    }
+}
+
+impl Evidence {
+    /// Whether it is too weak: the walls around the goal fit badly, or a rival far away fits as well.
+    pub fn is_weak(&self, parameters: &Parameters) -> bool {
+        let is_rivalled = self.rival.is_some_and(|(margin, away_m)| {
+            margin < parameters.doubt_margin && away_m > parameters.doubt_away_m
+        });
+        is_rivalled || self.misfit > parameters.doubt_misfit
+    }
 }
 
 /// An alignment that is being computed.

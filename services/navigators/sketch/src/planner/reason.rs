@@ -43,6 +43,8 @@ pub enum Reason {
     Exploring(Aim),
     /// The walls seen have the goal here; by so much the next best comparison is worse, where it was asked for.
     Matched(Evidence),
+    /// The same, but the evidence is weak.
+    Unsure(Evidence),
     /// So many seconds on a way for which the drawing shows so many metres.
     Astray(f64, f64),
 }
@@ -80,15 +82,8 @@ impl fmt::Display for Reason {
             Self::Exploring(Aim::Goal) => f.write_str("to where the walls seen have the goal"),
             Self::Exploring(Aim::Gap) => f.write_str("to a gap behind which the goal must lie"),
             Self::Exploring(Aim::Rival) => f.write_str("to where the goal may lie as well, to be sure"),
-            Self::Matched(Evidence { rival: Some((margin, away_m)), misfit }) => {
-                write!(
-                    f,
-                    "the walls seen have the goal here: margin {margin:.2} at {away_m:.1} m, misfit {misfit:.3}"
-                )
-            }
-            Self::Matched(Evidence { rival: None, misfit }) => {
-                write!(f, "the walls seen have the goal here: no time to look elsewhere, misfit {misfit:.3}")
-            }
+            Self::Matched(evidence) => write!(f, "the walls seen have the goal here: {evidence}"),
+            Self::Unsure(evidence) => write!(f, "the goal may be here, but the walls say little: {evidence}"),
             Self::Astray(on_way_s, drawn_m) => {
                 write!(
                     f,
@@ -124,6 +119,7 @@ mod tests {
             Reason::Doubted(1234, -12.0),
             Reason::Astray(99_999.0, 999.0),
             Reason::Comparing,
+            Reason::Unsure(Evidence { rival: Some((99.99, 99.0)), misfit: 2.0 }),
             Reason::Exploring(Aim::Rival),
             Reason::Matched(Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0 }),
             Reason::Matched(Evidence { rival: None, misfit: 2.0 }),

@@ -12,8 +12,10 @@ use crate::sketch::SketchGrid;
 
 /// The outline is smoothed over as many pixels where the drawing is 512 pixels large.
 const SMOOTHING_PX: f64 = 4.0;
-/// Passages narrower than this share of the drawing's longer side may be doors.
-const NARROW: f64 = 0.125;
+/// Widths of passages that are shut, as shares of the drawing's longer side: nobody knows how wide its doors are.
+const NARROW: [f64; 5] = [0.05, 0.08, 0.125, 0.175, 0.2];
+/// Most cells along the longer side of the drawing as its passages are shut.
+const SHUT_CELLS: usize = 256;
 /// Most cells along the longer side of the drawing as it is looked at.
 const MOST_CELLS: usize = 1024;
 /// Cells of the grid on which Laplace's equation is solved, along the drawing's longer side.
@@ -29,7 +31,7 @@ pub struct Paper {
     grain_px: f64,
     /// The start.
     pub start: Pose<Sketch>,
-    /// The largest share of it that hangs together where narrow passages are shut: 1 for an open floor.
+    /// The share of its largest part where passages up to some width are shut, for the worst width: about 1 for an open floor.
     pub open_share: f64,
     /// Metres a pixel, were the building as large as buildings are.
     pub scale_m: f64,
@@ -52,7 +54,7 @@ impl Paper {
         let mut outline = Outline::of_region(&inside, SAMPLES, SMOOTHING_PX * size / 512.0 / grain_px);
         let interior = Interior::new(&inside, &outline, INTERIOR_CELLS);
         let cell_m = building_size_m / extent(&inside);
-        let open_share = open_share(&inside, NARROW * extent(&inside));
+        let open_share = least_open_share(&inside);
         outline.scale(grain_px);
         Some(Self { outline, interior, grain_px, start, open_share, scale_m: cell_m / grain_px })
     }
@@ -61,6 +63,13 @@ impl Paper {
     pub fn shares(&self, goal: Point<Sketch>) -> Vec<f64> {
         self.interior.measure([goal.x, goal.y].map(|px| px / self.grain_px))
     }
+}
+
+/// The least share over all widths.
+fn least_open_share(inside: &Region) -> f64 {
+    let coarse = inside.coarser(inside.width.max(inside.height).div_ceil(SHUT_CELLS));
+    let extent = extent(&coarse);
+    NARROW.iter().map(|narrow| open_share(&coarse, narrow * extent)).fold(1.0, f64::min)
 }
 
 /// The share of the largest part of a region that is left when passages narrower than `width` cells are shut; each part counts by
@@ -74,7 +83,7 @@ fn open_share(region: &Region, width: f64) -> f64 {
         let count = part.count();
         (largest, whole) = (largest.max(count), whole + count);
     }
-    if whole > 0 { largest as f64 / whole as f64 } else { 0.0 }
+    if whole > 0 { largest as f64 / whole as f64 } else { 1.0 }
 }
 
 /// The longer side of the region's bounding box, at least 1.
@@ -108,6 +117,7 @@ mod tests {
     fn doors_part_a_floor_and_wide_passages_do_not() {
         assert!((0.55..0.65).contains(&open_share(&parted(4), 6.0)));
         assert!(open_share(&parted(12), 6.0) > 0.99);
-        assert_eq!(open_share(&parted(4), 200.0), 0.0);
+        assert_eq!(open_share(&parted(4), 200.0), 1.0, "nothing is left that could fall apart");
+        assert!(least_open_share(&parted(5)) < 0.65 && least_open_share(&parted(60)) > 0.99);
     }
 }

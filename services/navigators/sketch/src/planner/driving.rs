@@ -462,8 +462,12 @@ impl Driver {
                 self.stop(dt_s);
             }
         }
-        let looks = self.attempt.arrival.is_looking();
-        TaskStatus::Driving(if looks { Reason::LookingAround } else { Reason::Recovering(count) })
+        let reason = match (self.attempt.arrival.is_looking(), self.attempt.guide) {
+            (true, Guide::Outline) => Reason::Surveying,
+            (true, _) => Reason::LookingAround,
+            (false, _) => Reason::Recovering(count),
+        };
+        TaskStatus::Driving(reason)
     }
 }
 

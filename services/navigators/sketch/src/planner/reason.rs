@@ -37,6 +37,8 @@ pub enum Reason {
     NoDrawnWay(Point<Sketch>),
     /// The scans did not fit anywhere near for so many seconds.
     Lost(f64),
+    /// Turning on the spot to see what is all around.
+    Surveying,
     /// The walls that were seen are being compared with the drawing.
     Comparing,
     /// On a course that the comparison has set.
@@ -78,6 +80,7 @@ impl fmt::Display for Reason {
                 write!(f, "the drawing shows no way to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
             }
             Self::Lost(s) => write!(f, "the scans fit nowhere near for {s:.0} s"),
+            Self::Surveying => f.write_str("turning to see what is all around"),
             Self::Comparing => f.write_str("comparing the walls seen with the drawing"),
             Self::Exploring(Aim::Goal) => f.write_str("to where the walls seen have the goal"),
             Self::Exploring(Aim::Gap) => f.write_str("to a gap behind which the goal must lie"),

@@ -88,7 +88,7 @@ impl Driver {
         let left_rad = (TAU - self.field_of_view_rad).max(0.0) + LOOK_MORE_RAD;
         let until_s = now_s + 2.0 * left_rad / self.turn_rate_radps + 2.0;
         self.attempt.recovery = Some(Recovery::Spin { left_rad, yaw_rad: chart.robot_m().yaw_rad, until_s });
-        TaskStatus::Driving(Reason::LookingAround)
+        TaskStatus::Driving(Reason::Surveying)
     }
 
     /// A maneuver has ended. If it was a look of the explorer's, it takes in what was seen; the filter's arrivals are doubted by

@@ -283,6 +283,8 @@ channels! {
     LANDMARK_PROGRESS: Detail LandmarkProgress = "landmark_progress", PLANNER => [Pad], of "landmarks";
     /// What the planner is about to do.
     PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
+    /// What of the drawing corresponds to what the robot has seen.
+    CORRESPONDENCE: Detail Correspondence = "correspondence", PLANNER => [Pad], of "sketch";
     /// How the robot is to move.
     COMMAND: Command VelocityCommand = "command", PLANNER => [World];
     /// How the mission stands; the last message of an instant.
@@ -493,7 +495,7 @@ mod tests {
     fn an_instant_goes_from_what_people_say_to_the_status() {
         let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
         let expected = "drawing sketch route rules landmark_route understood orders mission contact truth people odometry scan sonar markers tick \
-                        particles estimate relations landmark_view landmark_progress plan command status latency faults recorded";
+                        particles estimate relations landmark_view landmark_progress plan correspondence command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));
     }

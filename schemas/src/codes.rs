@@ -161,6 +161,28 @@ codes! {
         Lost = 3 "lost",
     }
 
+    /// What a course of the method `outline` leads to.
+    pub enum CourseAim {
+        /// There is no course.
+        None = 0 "none",
+        /// Where the goal is.
+        Goal = 1 "goal",
+        /// A gap of what was seen, behind which the goal lies.
+        Gap = 2 "gap",
+        /// Where the best rival alignment has the goal.
+        Rival = 3 "rival",
+    }
+
+    /// What a sample of a drawing's outline corresponds to.
+    pub enum PartnerKind {
+        /// Nothing that was seen.
+        Nothing = 0 "nothing",
+        /// A wall that was seen.
+        Wall = 1 "wall",
+        /// It lies behind a gap of what was seen.
+        Gap = 2 "gap",
+    }
+
     /// What a person can order.
     pub enum Order {
         /// Begin with the first task.

@@ -6,6 +6,7 @@
 
 mod landmarks;
 mod markers;
+mod outline;
 
 use bytemuck::{Pod, Zeroable};
 
@@ -16,6 +17,7 @@ use crate::layout::Layout;
 use crate::valid;
 pub use landmarks::*;
 pub use markers::*;
+pub use outline::*;
 
 /// A message type: its name on the wire and a description of its layout.
 ///

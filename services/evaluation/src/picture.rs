@@ -6,6 +6,7 @@
 //! Both pictures are 1200 units wide and drawn in units, so that lines and letters look alike whatever
 //! the size of a canvas or a building.
 
+mod correspondence;
 mod floor;
 mod marks;
 pub mod svg;
@@ -16,6 +17,7 @@ use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::mission::Place;
 
+pub use correspondence::{DrawnOutline, SeenOutline, drawn_outline, origin_of, seen_outline};
 pub use floor::FloorShapes;
 use marks::Symbol;
 pub use svg::escape;

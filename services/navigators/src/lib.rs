@@ -15,8 +15,9 @@ use sketchnav_sketch::reading::Options;
 use sketchnav_sketch::sketcher::sketcher;
 use sketchnav_stage::Navigator;
 
-const METHODS: [&str; 4] = [
+const METHODS: [&str; 5] = [
     Method::Beam.word(),
+    Method::Outline.word(),
     Method::Boniardi2015.word(),
     Method::Boniardi2015FixedScale.word(),
     Method::Behzadian2015.word(),

@@ -75,6 +75,7 @@ impl Page<'_> {
             (self.pictures()?)
             (self.moments()?)
             @if let Some(landmarks) = &self.landmarks { (landmarks.section(self.run, &self.log.truth)) }
+            (self.correspondences()?)
             (self.over_time())
             (self.health())
             (self.faults())
@@ -164,6 +165,49 @@ impl Page<'_> {
         }
         Ok(html! {
             h2 { "Moments" }
+            div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
+        })
+    }
+
+    /// What of the drawing corresponded to what was seen, along the way and in the end.
+    fn correspondences(&self) -> anyhow::Result<Markup> {
+        let (Some((map, cells)), Some(last)) =
+            (&self.log.sketch, self.log.correspondences.len().checked_sub(1))
+        else {
+            return Ok(html! {});
+        };
+        let shapes = sketchnav_sim::files::world(&self.run.mission.world);
+        let shapes = shapes.map(|world| picture::FloorShapes::of(&world)).unwrap_or_default();
+        let mut shown = vec![last / 3, 2 * last / 3, last];
+        shown.dedup();
+        let mut figures = Vec::new();
+        for found in shown.into_iter().map(|index| &self.log.correspondences[index]) {
+            let until = found.header.stamp_ns;
+            let origin = picture::origin_of(found, &self.log.truth);
+            let seen = self.log.truth.iter().take_while(|truth| truth.header.stamp_ns <= until);
+            let trail: Vec<_> = seen.map(|truth| truth.pose().position()).collect();
+            let route = self.log.route.as_ref();
+            let goal = route.and_then(|route| route.points(route.tasks().last()?).last());
+            figures.push(picture::drawn_outline(&picture::DrawnOutline {
+                title: &format!("{:.0} s: the sketch's outline", seconds(until)),
+                width_px: map.width_px,
+                height_px: map.height_px,
+                cells,
+                start: map.start.pose(),
+                goal: goal.unwrap_or(Point::new(0.0, 0.0)),
+                found,
+            })?);
+            figures.push(picture::seen_outline(&picture::SeenOutline {
+                title: &format!("{:.0} s: its partners in what was seen", seconds(until)),
+                shapes: &shapes,
+                origin,
+                trail: &trail,
+                found,
+            }));
+        }
+        Ok(html! {
+            h2 { "What of the drawing corresponds to what was seen" }
+            p { "A piece of the drawing's outline and its partner have one colour. Green cross: the goal. Red cross: where the best rival has it." }
             div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
         })
     }

@@ -13,7 +13,7 @@ use crate::experiments::{
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 17] = [
+const SUITES: [(&str, Loader); 18] = [
     ("ablation", ablation::suite),
     ("building-079", protocol::building_079),
     ("building", protocol::building),
@@ -29,6 +29,7 @@ const SUITES: [(&str, Loader); 17] = [
     ("landmark-isolation", landmarks::isolation),
     ("landmark-scenes", landmarks::scenes),
     ("people", people::suite),
+    ("people-exam", people::exam),
     ("routes", routes::suite),
     ("sensitivity", sensitivity::suite),
 ];

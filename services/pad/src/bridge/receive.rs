@@ -1,9 +1,11 @@
 //! What comes in from the channels: the newest of everything, and each word that the machine has to hear.
 
 use sketchnav_runtime::{Node, Reader};
-use sketchnav_schemas::channels::{ESTIMATE, FAULTS, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD};
+use sketchnav_schemas::channels::{
+    CORRESPONDENCE, ESTIMATE, FAULTS, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
+};
 use sketchnav_schemas::message::{
-    Fault, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
+    Correspondence, Fault, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
 };
 use sketchnav_schemas::sketch_mission::KIND;
 
@@ -40,6 +42,7 @@ pub(super) struct Inbox {
     pub(super) scan: Option<Box<LaserScan>>,
     pub(super) plan: Option<Box<Plan>>,
     pub(super) particles: Option<Box<Particles>>,
+    pub(super) correspondence: Option<Box<Correspondence>>,
 }
 
 /// Readers of what a navigator in drawings says.
@@ -47,6 +50,7 @@ struct DrawnReaders {
     estimates: Reader<PoseEstimate>,
     particle_sets: Reader<Particles>,
     plans: Reader<Plan>,
+    correspondences: Reader<Correspondence>,
     scans: Reader<LaserScan>,
     sketches: Reader<SketchMap>,
 }
@@ -57,6 +61,7 @@ impl DrawnReaders {
             estimates: node.reader(ESTIMATE)?,
             particle_sets: node.reader(PARTICLES)?,
             plans: node.reader(PLAN)?,
+            correspondences: node.reader(CORRESPONDENCE)?,
             scans: node.reader(SCAN)?,
             sketches: node.reader(SKETCH)?,
         })
@@ -79,6 +84,7 @@ impl Inbox {
             scan: None,
             plan: None,
             particles: None,
+            correspondence: None,
         })
     }
 
@@ -118,6 +124,9 @@ impl Inbox {
         while let Some(plan) = drawn.plans.receive()? {
             self.plan = Some(Box::new(*plan));
         }
+        while let Some(found) = drawn.correspondences.receive()? {
+            self.correspondence = Some(Box::new(*found));
+        }
         while let Some(particles) = drawn.particle_sets.receive()? {
             self.particles = Some(Box::new(*particles));
         }
@@ -140,6 +149,6 @@ impl Inbox {
     /// What was known belongs to a sketch before the one with this number.
     pub(super) fn forget_pose(&mut self, sketch_seq: u64) {
         (self.sketch_seq, self.in_flight) = (sketch_seq, IN_FLIGHT);
-        (self.estimate, self.plan, self.particles) = (None, None, None);
+        (self.estimate, self.plan, self.particles, self.correspondence) = (None, None, None, None);
     }
 }

@@ -10,7 +10,7 @@ use sketchnav_schemas::codes::Tracking;
 use super::Bridge;
 use crate::board::{Call, Image, Picture, Welcome, put_image};
 use crate::feed::scene::{Around, SIDE_PX, Shape};
-use crate::feed::{self, Feed, PlanView, PoseView, TaskView, View};
+use crate::feed::{self, Feed, OutlineView, PlanView, PoseView, TaskView, View};
 use crate::protocol::{Hello, Limits, SketchType};
 use crate::walls;
 
@@ -155,6 +155,9 @@ impl Bridge<'_> {
             }),
             plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)),
             scene: around.as_ref().map(|around| self.scene(around)),
+            outline: located
+                .zip(self.inbox.correspondence.take())
+                .map(|(view, found)| OutlineView::new(&found, &view)),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),

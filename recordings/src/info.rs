@@ -192,7 +192,7 @@ impl Tally {
         let bytes = size.map_err(|source| RecordingError::File { path: path.to_owned(), source })?.len();
         let place = |name: &str| channels::all().position(|spec| spec.is_topic(name));
         let mut topics: Vec<_> = self.topics.into_iter().map(|(name, tally)| tally.finish(name)).collect();
-        topics.sort_by_key(|topic| place(&topic.topic).unwrap_or(channels::MAX_CHANNELS));
+        topics.sort_by_key(|topic| place(&topic.topic).unwrap_or(usize::MAX));
         let told =
             if self.process_restarts.is_empty() { self.lives.restarts() } else { self.process_restarts };
         Ok(Info {

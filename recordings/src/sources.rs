@@ -1,7 +1,7 @@
-//! The files that a run is made of, inside its recording: what its navigator is given, and the map or floor plan of
+//! The files that a run is made of, inside its recording: what its navigator is given, and the map, floor plan or plane of
 //! the world. With them a recording can be executed once more where those files are not, or have changed.
 //!
-//! A map's picture is found by the line `image:` of its YAML. What cannot be read is left out: a recording
+//! A map's picture is found by the line `image:` of its YAML, a plane's by its table `picture`. What cannot be read is left out: a recording
 //! is not refused for it.
 
 use std::path::{Component, Path, PathBuf};
@@ -29,10 +29,13 @@ pub fn read(mission: &Mission) -> Vec<Attachment> {
         given.navigator_files_mut().filter_map(|(_, path)| file(NAVIGATOR, Path::new(path))).collect();
     let world = &mission.world;
     files.extend(world.floor_plan.iter().filter_map(|path| file(WORLD, Path::new(path))));
-    for path in world.map.iter().map(Path::new) {
-        let Some(yaml) = file(WORLD, path) else { continue };
-        let picture = picture_of(&yaml.data);
-        files.push(yaml);
+    let pictured: [(_, fn(&[u8]) -> Option<String>); 2] =
+        [(&world.map, picture_of), (&world.plane, picture_of_plane)];
+    for (path, picture_of) in pictured {
+        let Some(path) = path.as_ref().map(Path::new) else { continue };
+        let Some(named) = file(WORLD, path) else { continue };
+        let picture = picture_of(&named.data);
+        files.push(named);
         files.extend(picture.and_then(|picture| {
             let bytes = file("", &path.with_file_name(&picture))?;
             Some(Attachment { name: format!("{WORLD}{picture}"), ..bytes })
@@ -67,6 +70,13 @@ fn picture_of(yaml: &[u8]) -> Option<String> {
     is_below(Path::new(name)).then(|| name.to_owned())
 }
 
+/// The picture that a plane's file names, where it lies beside it or below.
+fn picture_of_plane(plane: &[u8]) -> Option<String> {
+    let table: toml::Table = toml::from_str(std::str::from_utf8(plane).ok()?).ok()?;
+    let name = table.get("picture")?.get("file")?.as_str()?;
+    is_below(Path::new(name)).then(|| name.to_owned())
+}
+
 fn is_below(path: &Path) -> bool {
     let mut parts = path.components().peekable();
     parts.peek().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
@@ -95,6 +105,7 @@ pub fn unpack(recording: &Recording, mission: &mut Mission, folder: &Path) -> st
     mission.navigator_files_mut().for_each(|(_, path)| moved(NAVIGATOR, path));
     mission.world.floor_plan.iter_mut().for_each(|path| moved(WORLD, path));
     mission.world.map.iter_mut().for_each(|path| moved(WORLD, path));
+    mission.world.plane.iter_mut().for_each(|path| moved(WORLD, path));
     Ok(())
 }
 
@@ -108,6 +119,11 @@ mod tests {
         assert_eq!(picture_of(b"resolution: 1\nimage: parts/m.png"), Some("parts/m.png".into()));
         for outside in ["image: /etc/passwd", "image: ../m.png", "image:", "resolution: 1"] {
             assert_eq!(picture_of(outside.as_bytes()), None, "{outside}");
+        }
+        let plane = b"picture = { file = 'dots.png', pixels_per_m = 100.0 }";
+        assert_eq!(picture_of_plane(plane).as_deref(), Some("dots.png"));
+        for outside in ["picture = { file = '../dots.png' }", "picture = 'dots.png'", "dots = [[0, 0]]"] {
+            assert_eq!(picture_of_plane(outside.as_bytes()), None, "{outside}");
         }
     }
 }

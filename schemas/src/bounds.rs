@@ -109,6 +109,20 @@ bounds! {
     FURNITURE_SIZE_M: 0.001 to 1000 " m";
     /// Radius of a person.
     PERSON_RADIUS_M: 0.01 to 5 " m";
+    /// Side of the window of a camera that looks down on a plane of dots.
+    WINDOW_M: 0.001 to 1000 " m";
+    /// How far such a camera sees beyond each edge of its window.
+    WINDOW_MARGIN_M: 0 to 1000 " m";
+    /// Dots that a view shows and that are not there, on average.
+    FALSE_DOTS: 0 to 10 "";
+    /// Error of a place after a metre: it grows with the square root of the way.
+    TRANSLATION_NOISE_M: 0 to 10 " m";
+    /// Error of a heading after a metre: it grows with the square root of the way.
+    ROTATION_NOISE_RAD: 0 to 10 " rad";
+    /// Side of a plane of dots, or the spread of a cluster.
+    PLANE_SIDE_M: 0.001 to 10000 " m";
+    /// Pixels of a picture of a plane a metre.
+    PICTURE_PXPM: 0.01 to 1000000 " px/m";
     /// A place in a drawing, along each axis: a pen may slip off the sheet, but not out of the room.
     COORDINATE_PX: -100000 to 100000 " px";
 }
@@ -131,6 +145,8 @@ pub const MOST_PEOPLE: usize = crate::message::MAX_PEOPLE;
 pub const MOST_MARKERS: usize = 1000;
 /// Corners of a polygon, or waypoints of a person.
 pub const MOST_CORNERS: usize = 1000;
+/// Dots of a plane: a checkpoint of the world holds them all.
+pub const MOST_PLANE_DOTS: usize = crate::message::MAX_PLANE_DOTS;
 /// Pixels of a map's picture: 200 m by 200 m at 5 cm.
 pub const MOST_MAP_CELLS: u64 = 16_000_000;
 /// Solids that a map's picture is cut into: noise has one for every few pixels.

@@ -20,7 +20,7 @@ pub const RECORDED_EVERY: u64 = 16;
 const INSTANTS: usize = 128;
 /// Most cells of a sketch: the canvas of Boniardi et al. 2016, IV, 2540 × 1252, in either orientation.
 pub const MAX_SKETCH_CELLS: usize = 2540 * 1252;
-/// Most channels of a system, those of a foreign navigator included.
+/// Most channels of a run: those of all kinds of navigators, and those of its own.
 pub const MAX_CHANNELS: usize = 32;
 
 /// What a channel's messages are in the flow; how many of them are held follows from it.
@@ -249,6 +249,12 @@ channels! {
     /// A route past landmarks.
     LANDMARK_ROUTE: Instruction LandmarkRoute = "landmark_route", SKETCHER => [Localizer, Planner, Pad], of "landmarks",
         behind it up to MAX_LANDMARK_BYTES;
+    /// The custom maps.
+    DIRECTIONS: Instruction Directions = "directions", SKETCHER => [Planner], of "directions",
+        behind it up to MAX_DIRECTIONS_BYTES;
+    /// What the map-maker means by them; no navigator may open it.
+    ITINERARY: Instruction Itinerary = "itinerary", SKETCHER => [Pad], of "directions",
+        behind it up to 8 * MAX_PLANE_DOTS;
     /// What became of what a person draws.
     UNDERSTOOD: Reply Understood = "understood", SKETCHER => [Pad];
     /// What the person at the pad wants.
@@ -269,6 +275,8 @@ channels! {
     SONAR: Sensor SonarScan = "sonar", WORLD => [Localizer, Planner, Pad];
     /// The markers that the camera sees.
     MARKERS: Sensor MarkerView = "markers", WORLD => [Localizer, Planner, Pad], up to 8 a tick;
+    /// What the window shows of a plane of dots.
+    VIEW: Sensor DotView = "view", WORLD => [Localizer, Pad];
     /// The heartbeat, last of what the world sends in an instant.
     TICK: Tick Tick = "tick", WORLD => [Localizer, Planner, Pad];
     /// A sample of the particle set.
@@ -279,12 +287,16 @@ channels! {
     RELATIONS: Situation Relations = "relations", LOCALIZER => [Planner, Pad], of "corridor";
     /// What the robot sees of landmarks.
     LANDMARK_VIEW: Situation LandmarkView = "landmark_view", LOCALIZER => [Planner, Pad], of "landmarks";
+    /// What is in view, described.
+    DESCRIPTION: Situation Description = "description", LOCALIZER => [Planner, Pad], of "directions";
     /// How far the robot has come along its landmarks.
     LANDMARK_PROGRESS: Detail LandmarkProgress = "landmark_progress", PLANNER => [Pad], of "landmarks";
     /// What the planner is about to do.
     PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
     /// What of the drawing corresponds to what the robot has seen.
     CORRESPONDENCE: Detail Correspondence = "correspondence", PLANNER => [Pad], of "sketch";
+    /// How the journey stands.
+    JOURNEY: Detail Journey = "journey", PLANNER => [Pad], of "directions";
     /// How the robot is to move.
     COMMAND: Command VelocityCommand = "command", PLANNER => [World];
     /// How the mission stands; the last message of an instant.
@@ -314,8 +326,10 @@ pub enum RegisterError {
         name: &'static str,
     },
     /// Too many.
-    #[error("expected at most {MAX_CHANNELS} channels in all, found {found}")]
+    #[error("kind {kind:?}: expected at most {MAX_CHANNELS} channels, found {found}")]
     TooMany {
+        /// The kind.
+        kind: &'static str,
         /// How many there would be.
         found: usize,
     },
@@ -358,12 +372,15 @@ pub fn register(
 
 /// What a table must be.
 fn check(table: &[&ChannelSpec], kinds: impl IntoIterator<Item = &'static str>) -> Result<(), RegisterError> {
-    if table.len() > MAX_CHANNELS {
-        return Err(RegisterError::TooMany { found: table.len() });
-    }
     let found = table.iter().filter(|spec| spec.role == Role::Sensor).count();
     if found > MAX_SENSORS {
         return Err(RegisterError::TooManySensors { found });
+    }
+    for kind in table.iter().filter_map(|spec| spec.kind) {
+        let found = table.iter().filter(|spec| spec.belongs_to(kind)).count();
+        if found > MAX_CHANNELS {
+            return Err(RegisterError::TooMany { kind, found });
+        }
     }
     for kind in kinds {
         for role in [Role::Tick, Role::Situation, Role::Command, Role::Status] {
@@ -390,7 +407,7 @@ pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
 /// The place of a topic in an instant: its channel's in [`all`]; the last one for what belongs to none.
 pub fn place_of(topic: &str) -> usize {
     let place = all().position(|spec| spec.is_topic(topic) && spec.role != Role::Report);
-    place.unwrap_or(MAX_CHANNELS)
+    place.unwrap_or(usize::MAX)
 }
 
 /// The channels of a run of this kind of navigator.
@@ -494,8 +511,9 @@ mod tests {
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
         let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
-        let expected = "drawing sketch route rules landmark_route understood orders mission contact truth people odometry scan sonar markers tick \
-                        particles estimate relations landmark_view landmark_progress plan correspondence command status latency faults recorded";
+        let expected = "drawing sketch route rules landmark_route directions itinerary understood orders mission contact truth \
+                        people odometry scan sonar markers view tick particles estimate relations landmark_view description \
+                        landmark_progress plan correspondence journey command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));
     }
@@ -550,6 +568,17 @@ mod tests {
         let error = register(["wall-follower"], &[]).unwrap_err();
         let expected = "kind \"wall-follower\": expected one channel of role Situation, found 0";
         assert_eq!(error.to_string(), expected);
+    }
+
+    /// The limit was for the channels of all navigators together, so each new one left less room for the others.
+    #[test]
+    fn a_run_has_a_limit_of_channels_and_other_kinds_do_not_count() {
+        static OWN: ChannelSpec = ChannelSpec { kind: Some("own"), ..*RULES.spec };
+        static OTHER: ChannelSpec = ChannelSpec { kind: Some("other"), ..*RULES.spec };
+        let of_both = [[&OWN; MAX_CHANNELS], [&OTHER; MAX_CHANNELS]].concat();
+        assert_eq!(check(&of_both, []), Ok(()));
+        let many = [&OWN; MAX_CHANNELS + 1];
+        assert_eq!(check(&many, []), Err(RegisterError::TooMany { kind: "own", found: MAX_CHANNELS + 1 }));
     }
 
     #[test]

@@ -183,6 +183,22 @@ codes! {
         Gap = 2 "gap",
     }
 
+    /// What a navigator by landmarks is doing.
+    pub enum Activity {
+        /// It looks for the landmark that a word means.
+        Seek = 0 "seek",
+        /// It brings a pair of landmarks to the middle of its window, or slides along their line.
+        Slide = 1 "slide",
+        /// It looks around the landmark that it has attained.
+        Verify = 2 "verify",
+        /// It moves the landmark to the corner that the entry says.
+        Adjust = 3 "adjust",
+        /// It goes back from a wrong landmark.
+        Recover = 4 "recover",
+        /// It rests.
+        Rest = 5 "rest",
+    }
+
     /// What a person can order.
     pub enum Order {
         /// Begin with the first task.

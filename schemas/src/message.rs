@@ -4,6 +4,7 @@
 //! are its value: two runs that send the same bytes have sent the same messages. Text and lists have
 //! a fixed capacity and a count; what lies behind the count is zero.
 
+mod directions;
 mod landmarks;
 mod markers;
 mod outline;
@@ -15,6 +16,7 @@ use crate::declare::{layout, messages, parts};
 use crate::geometry::{Odom, Point, Pose, Sketch, World};
 use crate::layout::Layout;
 use crate::valid;
+pub use directions::*;
 pub use landmarks::*;
 pub use markers::*;
 pub use outline::*;

@@ -41,7 +41,7 @@ pub struct Mission {
     pub parameters: Parameters,
 }
 
-/// The true world: `floor_plan` or `map`, and what else stands and walks there.
+/// The true world: `floor_plan`, `map` or `plane`, and what else stands and walks there.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldSource {
@@ -51,6 +51,9 @@ pub struct WorldSource {
     /// A map of ROS's map_server (YAML beside a PGM or PNG).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map: Option<String>,
+    /// A plane of dots (TOML).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plane: Option<String>,
     /// Furniture beside what the floor plan has.
     #[serde(default)]
     pub furniture: Vec<Furniture>,
@@ -267,14 +270,24 @@ impl Mission {
     }
 
     fn check(&self) -> Result<(), MissionError> {
-        let sources = usize::from(self.world.floor_plan.is_some()) + usize::from(self.world.map.is_some());
-        check(sources == 1, || "world".into(), "one of floor_plan and map", || sources.to_string())?;
+        self.world.check()?;
         let tasks = self.task.len();
         check((1..=MAX_TASKS).contains(&tasks), || "task".into(), "1 to 64 tasks", || tasks.to_string())?;
         check_all(|| "start.world".into(), &self.start.world, bounds::COORDINATE_M)?;
         check_heading("start.world_heading_deg", self.start.world_heading_deg)?;
         check_name("name", &self.name)?;
         self.task.iter().enumerate().try_for_each(|(i, task)| task.check(i + 1))
+    }
+}
+
+impl WorldSource {
+    fn check(&self) -> Result<(), MissionError> {
+        let sources = [&self.floor_plan, &self.map, &self.plane].into_iter().flatten().count();
+        let expected = "one of floor_plan, map and plane";
+        check(sources == 1, || "world".into(), expected, || sources.to_string())?;
+        let others = self.furniture.len() + self.person.len() + self.marker.len();
+        let expected = "neither furniture nor person nor marker beside a plane";
+        check(self.plane.is_none() || others == 0, || "world".into(), expected, || others.to_string())
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::bounds::{self, Bound, LEAST_RANGE_SPAN_M, MOST_RADII_PER_S};
-use crate::channels::{Channel, MARKERS, ODOMETRY, SCAN, SONAR};
+use crate::channels::{Channel, MARKERS, ODOMETRY, SCAN, SONAR, VIEW};
 use crate::geometry::{Base, Pose};
 
 /// Ticks a second of a robot that says nothing of them and has no laser.
@@ -35,6 +35,10 @@ pub struct Robot {
     pub sonar: Option<Sonar>,
     /// Its camera that finds markers, where it has one.
     pub camera: Option<MarkerCamera>,
+    /// Its camera that looks down on a plane of dots, where it has one.
+    pub view: Option<DotCamera>,
+    /// How it strays from its commands: over a plane of dots alone.
+    pub motion_noise: Option<MotionNoise>,
     /// How its odometry errs, where it has one.
     pub odometry: Option<OdometryNoise>,
 }
@@ -199,6 +203,59 @@ impl MarkerCamera {
     }
 }
 
+/// A camera that looks straight down on a plane of dots (Park and Kender 1995, 3.1). It sees a square window, and a margin
+/// around it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DotCamera {
+    /// Model name.
+    pub model: String,
+    /// Side of the window, metres.
+    pub side_m: f64,
+    /// How far it sees beyond each edge of the window, metres.
+    pub margin_m: f64,
+    /// Views a second.
+    pub rate_hz: f64,
+    /// Standard deviation of a dot's position, on each axis, metres.
+    pub noise_m: f64,
+    /// Share of the dots in view that it misses.
+    pub miss: f64,
+    /// How many dots a view shows that are not there, on average.
+    pub false_dots: f64,
+}
+
+impl DotCamera {
+    fn check(&self) -> Result<(), RobotError> {
+        within(&[
+            ("view.side_m", self.side_m, bounds::WINDOW_M),
+            ("view.margin_m", self.margin_m, bounds::WINDOW_MARGIN_M),
+            ("view.rate_hz", self.rate_hz, bounds::RATE_HZ),
+            ("view.noise_m", self.noise_m, bounds::RANGE_NOISE_M),
+            ("view.miss", self.miss, bounds::DROPOUT),
+            ("view.false_dots", self.false_dots, bounds::FALSE_DOTS),
+        ])
+    }
+}
+
+/// How a robot strays from its commands. Errors are random and grow with the square root of the way.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionNoise {
+    /// Standard deviation of the place after a way of one metre, on each axis, metres.
+    pub translation_m: f64,
+    /// Standard deviation of the heading after a way of one metre, radians.
+    pub rotation_rad: f64,
+}
+
+impl MotionNoise {
+    fn check(&self) -> Result<(), RobotError> {
+        within(&[
+            ("motion_noise.translation_m", self.translation_m, bounds::TRANSLATION_NOISE_M),
+            ("motion_noise.rotation_rad", self.rotation_rad, bounds::ROTATION_NOISE_RAD),
+        ])
+    }
+}
+
 /// Noise of dead reckoning: the velocity motion model (Thrun, Burgard and Fox,
 /// *Probabilistic Robotics*, table 5.3) with a drift and slips on top.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -306,6 +363,14 @@ impl Robot {
         self.odometry.as_ref().ok_or_else(|| self.lacks("odometry"))
     }
 
+    /// The camera that looks down on a plane of dots, for those who cannot do without.
+    ///
+    /// # Errors
+    /// [`RobotError::Lacks`].
+    pub fn view(&self) -> Result<&DotCamera, RobotError> {
+        self.view.as_ref().ok_or_else(|| self.lacks("view"))
+    }
+
     fn lacks(&self, key: &'static str) -> RobotError {
         RobotError::Lacks { robot: self.name.clone(), key }
     }
@@ -334,6 +399,8 @@ impl Robot {
         self.laser.as_ref().map_or(Ok(()), Laser::check)?;
         self.sonar.as_ref().map_or(Ok(()), Sonar::check)?;
         self.camera.as_ref().map_or(Ok(()), MarkerCamera::check)?;
+        self.view.as_ref().map_or(Ok(()), DotCamera::check)?;
+        self.motion_noise.as_ref().map_or(Ok(()), MotionNoise::check)?;
         self.footprint.map_or(Ok(()), |footprint| footprint.check(self.radius_m))?;
         self.odometry.as_ref().map_or(Ok(()), OdometryNoise::check)?;
         within(&[("tick_hz, by laser.rate_hz", self.tick_hz(), bounds::TICK_HZ)])
@@ -341,15 +408,17 @@ impl Robot {
 
     /// A channel holds so many readings for each tick.
     fn check_rates(&self) -> Result<(), RobotError> {
-        let [laser, sonar, camera] = [
+        let [laser, sonar, camera, view] = [
             self.laser.as_ref().map(|laser| laser.rate_hz),
             self.sonar.as_ref().map(|sonar| sonar.rate_hz),
             self.camera.as_ref().map(|camera| camera.rate_hz),
+            self.view.as_ref().map(|view| view.rate_hz),
         ];
         let odometry = self.odometry.and_then(|odometry| odometry.rate_hz);
         self.check_rate("laser.rate_hz", laser, SCAN)?;
         self.check_rate("sonar.rate_hz", sonar, SONAR)?;
         self.check_rate("camera.rate_hz", camera, MARKERS)?;
+        self.check_rate("view.rate_hz", view, VIEW)?;
         self.check_rate("odometry.rate_hz", odometry, ODOMETRY)
     }
 

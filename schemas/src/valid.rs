@@ -7,9 +7,9 @@
 
 use crate::codes::{LandmarkEvent, RouteCommand};
 use crate::message::{
-    Header, LandmarkProgress, LandmarkView, LaserScan, MAX_KNOWN_MARKERS, MAX_MARKERS, MAX_MET_RELATIONS,
-    MAX_REMEMBERED_PLACES, MAX_SEEN_OBJECTS, MarkerView, Odometry, PoseEstimate, PoseM, PosePx, Relations,
-    SonarScan, Tick, Twist, VelocityCommand,
+    Description, DotView, Header, Journey, LandmarkProgress, LandmarkView, LaserScan, MAX_DOTS, MAX_KNOWN_MARKERS,
+    MAX_MARKERS, MAX_MET_RELATIONS, MAX_REMEMBERED_PLACES, MAX_SEEN_OBJECTS, MAX_WORDS, MarkerView, Odometry,
+    PoseEstimate, PoseM, PosePx, Relations, SonarScan, Tick, Twist, VelocityCommand,
 };
 
 /// Farther than any robot drives, metres or pixels.
@@ -67,6 +67,35 @@ pub(crate) fn markers(view: &MarkerView) -> bool {
         && view.range_min_m >= 0.0
         && view.range_max_m > view.range_min_m
         && view.markers().is_sorted_by(|a, b| a.id < b.id)
+}
+
+/// Dots as many as are counted, of a window that can exist.
+pub(crate) fn view(view: &DotView) -> bool {
+    let places = view.dots().iter().flat_map(|dot| [dot.x_m, dot.y_m]);
+    view.dot_count as usize <= MAX_DOTS
+        && timely(&view.header)
+        && [view.side_m, view.margin_m, view.frame_time_s]
+            .into_iter()
+            .chain(places)
+            .all(|v| v.abs() < FAR as f32)
+        && view.side_m > 0.0
+        && view.margin_m >= 0.0
+}
+
+/// Dots as many as are counted, and words that mean one of them or none.
+pub(crate) fn description(description: &Description) -> bool {
+    let places = description.dots().iter().flat_map(|dot| [dot.x_m, dot.y_m]);
+    let count = description.dot_count;
+    count as usize <= MAX_DOTS
+        && places.into_iter().all(|v| v.abs() < FAR as f32)
+        && description.meant[..MAX_WORDS].iter().all(|&dot| dot <= count)
+}
+
+/// A reference at a place that can be.
+pub(crate) fn journey(journey: &Journey) -> bool {
+    journey.has_reference <= 1
+        && journey.cannot_locate <= 1
+        && near([journey.reference_x_m, journey.reference_y_m])
 }
 
 /// Numbers that a driver can have reached by this tick: whoever reads a tick waits for them.
@@ -269,6 +298,35 @@ mod tests {
                 |view| view.camera_x_m = f32::NAN,
             ],
         );
+    }
+
+    #[test]
+    fn a_view_of_dots_has_as_many_as_it_counts_and_words_mean_one_of_them() {
+        let mut valid = DotView::zeroed();
+        (valid.side_m, valid.dot_count, valid.dots[1].x_m) = (0.1, 2, -0.05);
+        rejected(
+            valid,
+            &[
+                |view| view.dot_count = 65,
+                |view| view.side_m = 0.0,
+                |view| view.margin_m = -0.1,
+                |view| view.dots[1].y_m = f32::NAN,
+                |view| view.header.stamp_ns = u64::MAX,
+            ],
+        );
+        let mut valid = Description::zeroed();
+        (valid.dot_count, valid.meant[3]) = (2, 2);
+        rejected(
+            valid,
+            &[
+                |described| described.dot_count = 65,
+                |described| described.meant[0] = 3,
+                |described| described.dots[0].x_m = f32::INFINITY,
+            ],
+        );
+        let spoils: [Spoil<Journey>; 2] =
+            [|journey| journey.has_reference = 2, |journey| journey.reference_x_m = f64::NAN];
+        rejected(Journey::zeroed(), &spoils);
     }
 
     #[test]

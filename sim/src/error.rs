@@ -29,6 +29,9 @@ pub enum SimError {
     /// Not a picture that can be read.
     #[error("expected a PGM or PNG picture: {0}")]
     Picture(#[from] image::ImageError),
+    /// Dots, or a picture of them.
+    #[error("{0}")]
+    Dots(#[from] sketchnav_dots::DotsError),
     /// A robot file that does not hold.
     #[error("{0}")]
     Robot(#[from] RobotError),

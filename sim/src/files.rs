@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use sketchnav_files::{FLOOR_PLAN, MAP, MAP_PICTURE, ROBOT};
+use sketchnav_files::{FLOOR_PLAN, MAP, MAP_PICTURE, PLANE, ROBOT};
 use sketchnav_schemas::mission::WorldSource;
 use sketchnav_schemas::robot::Robot;
 
 use crate::description::WorldDescription;
 use crate::error::SimError;
+use crate::plane_file::{PlaneDescription, PlaneFile};
 use crate::ros_map::{MapInfo, OccupancyMap};
 use crate::{floor_plan, robots};
 
@@ -22,11 +23,8 @@ pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
         (None, Some(path)) => map_file(Path::new(path))?,
         _ => {
             let found = format!("{:?} and {:?}", source.floor_plan, source.map);
-            return Err(SimError::Value {
-                key: "world".into(),
-                expected: "one of floor_plan and map",
-                found,
-            });
+            let expected = "one of floor_plan and map for a floor";
+            return Err(SimError::Value { key: "world".into(), expected, found });
         }
     };
     world.add_furniture(&source.furniture)?;
@@ -71,6 +69,23 @@ pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
     }
     let picture = sketchnav_files::read(&picture_path, MAP_PICTURE).map_err(SimError::from);
     picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))
+}
+
+/// A plane of dots.
+///
+/// # Errors
+/// [`SimError::InFile`] with the file, or the picture that it names.
+pub fn plane_file(path: &Path) -> Result<PlaneDescription, SimError> {
+    let parse = |text: String| PlaneFile::parse(&text);
+    let text = sketchnav_files::read_to_string(path, PLANE).map_err(SimError::from);
+    let file = text.and_then(parse).map_err(|error| error.in_file(path))?;
+    let Some(picture) = file.picture() else {
+        return file.describe(&[]).map_err(|error| error.in_file(path));
+    };
+    let picture_path = path.with_file_name(&picture.file);
+    let bytes = sketchnav_files::read(&picture_path, MAP_PICTURE).map_err(SimError::from);
+    let described = bytes.and_then(|bytes| file.describe(&bytes));
+    described.map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
 /// The robot of that name, or the one in the file of that path.

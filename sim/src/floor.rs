@@ -17,7 +17,7 @@ use sketchnav_schemas::seed;
 use crate::convex::{Convex, Segment};
 use crate::description::WorldDescription;
 use crate::drive;
-use crate::error::{SimError, check_within};
+use crate::error::{SimError, check, check_within};
 use crate::people::Walker;
 use crate::physics::{Physics, Touching, TruePose};
 use crate::raycast::Faces;
@@ -26,10 +26,8 @@ use crate::sensors::laser::Scanner;
 use crate::sensors::odometry::{DeadReckoning, Odometer};
 use crate::sensors::sonar::SonarRing;
 use crate::sensors::{Disc, Scene, Schedule};
-use crate::simulation::{Senses, Simulation};
+use crate::simulation::{COMMAND_LIMIT_NS, Senses, Simulation};
 
-/// A command older than this stops the robot, nanoseconds of simulation time.
-pub const COMMAND_LIMIT_NS: u64 = 500_000_000;
 /// Physics steps a second, at least.
 const PHYSICS_HZ: f64 = 100.0;
 const STOP: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
@@ -133,6 +131,15 @@ fn check_within_walls(start: &Pose<World>, outline: &[Segment]) -> Result<(), Si
     Err(SimError::Value { key: "start.world".into(), expected: "a place within the walls", found: walls })
 }
 
+/// Keys for what only a plane of dots has.
+fn check_sensors(robot: &Robot) -> Result<(), SimError> {
+    for (key, is_there) in [("view", robot.view.is_some()), ("motion_noise", robot.motion_noise.is_some())] {
+        let expected = "a robot without that table on a floor: a plane of dots alone has it";
+        check(!is_there, format!("robot {:?}: [{key}]", robot.name), expected, key)?;
+    }
+    Ok(())
+}
+
 impl<S> Sensor<S> {
     fn new(model: S, schedule: Schedule, capacity: usize) -> Self {
         Self { model, schedule, readings: Vec::with_capacity(capacity) }
@@ -158,6 +165,7 @@ impl Floor {
         seed: u64,
     ) -> Result<Self, SimError> {
         robot.check_numbers()?;
+        check_sensors(robot)?;
         check_within("start", bounds::COORDINATE_M, &[start.x, start.y])?;
         check_within("start heading", bounds::ANGLE_DEG, &[start.yaw_rad.to_degrees()])?;
         check_within_walls(&start, &description.outline)?;

@@ -1,9 +1,11 @@
 //! The simulated physical world: a floor with walls, furniture and people, a round robot that drives
 //! on it, and the robot's sensors.
 //!
-//! [`Simulation`] is what any simulated world is; [`Floor`] is the one with walls and physics. It knows no clock
-//! and no file; the same description, robot, start, seed and commands give the same bits.
+//! [`Simulation`] is what any simulated world is. [`Floor`] is the one with walls and physics, [`DotPlane`] the one of
+//! identical dots; a [`World`] is either, as a mission says. It knows no clock and no file; the same description,
+//! robot, start, seed and commands give the same bits.
 //!
+//! - [`plane`], [`plane_file`]: the plane of dots, and its files;
 //! - [`description`]: what stands where; made by [`floor_plan`] or [`ros_map`].
 //! - [`floor`], [`physics`], [`drive`], [`people`]: how it moves.
 //! - [`sensors`], [`raycast`]: what the robot measures, and when.
@@ -21,6 +23,8 @@ pub mod floor_plan;
 pub mod mission_file;
 pub mod people;
 pub mod physics;
+pub mod plane;
+pub mod plane_file;
 pub mod raster;
 pub mod raycast;
 pub mod robots;
@@ -28,8 +32,11 @@ pub mod ros_map;
 pub mod scenes;
 pub mod sensors;
 pub mod simulation;
+pub mod world;
 
 pub use description::WorldDescription;
 pub use error::SimError;
 pub use floor::Floor;
+pub use plane::DotPlane;
 pub use simulation::{Senses, Simulation};
+pub use world::World;

@@ -31,6 +31,7 @@ fn read(path: &Path) -> Result<(Mission, Robot), SimError> {
     for (key, file) in [
         ("world.floor_plan", world.floor_plan.as_mut()),
         ("world.map", world.map.as_mut()),
+        ("world.plane", world.plane.as_mut()),
         ("robot", robot_is_file.then_some(&mut mission.robot)),
     ] {
         let Some(file) = file else { continue };

@@ -3,7 +3,8 @@
 use sketchnav_schemas::robot::{Robot, RobotError};
 
 /// Name and file of every robot.
-const ROBOTS: [(&str, &str); 4] = [
+const ROBOTS: [(&str, &str); 5] = [
+    ("helicopter", include_str!("../robots/helicopter.toml")),
     ("nomad200", include_str!("../robots/nomad200.toml")),
     ("robotino", include_str!("../robots/robotino.toml")),
     ("turtlebot3", include_str!("../robots/turtlebot3.toml")),

@@ -2,6 +2,7 @@
 //! random stream of its own, and it fills its message. [`Schedule`] says when it reads.
 
 pub mod camera;
+pub mod dots;
 pub mod laser;
 pub mod odometry;
 pub mod sonar;

@@ -10,6 +10,9 @@ use sketchnav_schemas::channels::Channel;
 use sketchnav_schemas::message::{GroundTruth, VelocityCommand};
 use sketchnav_schemas::ros2::Ros2;
 
+/// A command older than this stops the robot, nanoseconds of simulation time.
+pub const COMMAND_LIMIT_NS: u64 = 500_000_000;
+
 /// A world in which a robot moves and measures. Its whole state is stored and restored with serde; the same state
 /// and the same commands give the same bits.
 pub trait Simulation: Serialize + DeserializeOwned {

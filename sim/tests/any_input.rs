@@ -9,7 +9,8 @@ use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{Header, Twist, VelocityCommand};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::ros2::Ros2;
-use sketchnav_sim::{Floor, Senses, Simulation, floor_plan, robots};
+use sketchnav_sim::plane_file::PlaneFile;
+use sketchnav_sim::{DotPlane, Floor, Senses, Simulation, floor_plan, robots};
 
 const ROOM: &str = "name='room'\nwall_thickness_m=0.2\n\
     [[wall]]\nclosed=true\npoints=[[0,0],[40,0],[40,40],[0,40]]\n";
@@ -38,7 +39,7 @@ impl Senses for Invalid {
 }
 
 /// Drives for three instants; the channels on which something invalid was sent.
-fn drive(mut floor: Floor) -> Vec<&'static str> {
+fn drive(mut floor: impl Simulation) -> Vec<&'static str> {
     let mut invalid = Invalid(Vec::new());
     for _ in 0..3 {
         let Ok(()) = floor.sense(&mut invalid);
@@ -106,6 +107,18 @@ proptest! {
         if let Ok(robot) = Robot::parse(&changed(files[which], &changes)) {
             let floor = Floor::new(floor_plan::parse(ROOM).unwrap(), &robot, Pose::new(20.0, 20.0, 0.0), 1).unwrap();
             prop_assert_eq!(drive(floor), Vec::<&str>::new(), "{:?}", robot);
+        }
+    }
+
+    #[test]
+    fn whatever_helicopter_is_taken_flies_and_sees(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), number()), 1..4),
+    ) {
+        let text = changed(include_str!("../robots/helicopter.toml"), &changes);
+        if let Ok(robot) = Robot::parse(&text) {
+            let dots = PlaneFile::parse("random = { dots = 100, side_m = 1.0, seed = 4 }").unwrap().describe(&[]).unwrap();
+            let plane = DotPlane::new(dots, &robot, Pose::new(0.5, 0.5, 0.0), 1).unwrap();
+            prop_assert_eq!(drive(plane), Vec::<&str>::new(), "{:?}", robot);
         }
     }
 

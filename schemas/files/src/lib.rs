@@ -28,6 +28,8 @@ pub const FLOOR_PLAN: Limit = Limit { what: "a floor plan", bytes: 4 * MIB };
 pub const MAP: Limit = Limit { what: "a map's YAML", bytes: MIB };
 /// The picture of a map: PGM in text takes four bytes a pixel.
 pub const MAP_PICTURE: Limit = Limit { what: "a map's picture", bytes: 64 * MIB };
+/// A plane of dots: 20,000 places take some 800 kB.
+pub const PLANE: Limit = Limit { what: "a plane of dots", bytes: 4 * MIB };
 /// A drawing, or what else a navigator is given: a photograph of 50 megapixels.
 pub const DRAWING: Limit = Limit { what: "a drawing", bytes: 64 * MIB };
 /// The description of a run, JSON: a mission as large as its file may be, with an indented line for each number.

@@ -64,6 +64,7 @@ fields! {
     u64 as u64, "uint64", |value| *value, |form| *form;
     f32 as f32, "float32", |value| *value, |form| *form;
     f64 as f64, "float64", |value| *value, |form| *form;
+    [u32; 8] as [u32; 8], "uint32[8]", |value| *value, |form| *form;
     [u64; 16] as [u64; 16], "uint64[16]", |value| *value, |form| *form;
     // Square matrices, row by row; two numbers are a point.
     [f64; 4] as [f64; 4], "float64[4]", |value| *value, |form| *form;

@@ -3,6 +3,7 @@
 mod machine;
 mod parts;
 mod processes;
+mod study;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -15,7 +16,7 @@ use sketchnav_evaluation::experiments::jobs::{Job, run_all};
 use sketchnav_evaluation::experiments::report::{Report, examples};
 use sketchnav_evaluation::experiments::statistics::Tally;
 use sketchnav_evaluation::experiments::suite::{Folders, Suite};
-use sketchnav_evaluation::experiments::{TaskOutcome as Ended, run, suites, trial_picture};
+use sketchnav_evaluation::experiments::{TaskOutcome as Ended, run, studies, suites, trial_picture};
 
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
@@ -24,8 +25,11 @@ use parts::Origin;
 pub use parts::parse_jobs;
 use processes::Check;
 
-/// Runs the suite `name`.
+/// Runs the suite or the study `name`.
 pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
+    if let Some(study) = studies::find(name) {
+        return study::run(study, options);
+    }
     let folders = folders(options).or_input()?;
     let mut suite = suites::load(name, &folders).map_err(classify)?;
     suite.shows_costs |= options.cost;

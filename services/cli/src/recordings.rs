@@ -5,7 +5,7 @@ mod draft;
 mod import;
 mod judge;
 mod replay;
-mod report;
+pub mod report;
 mod rerun;
 mod rewrite;
 

@@ -13,13 +13,14 @@ use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::geometry::{Base, Point, Pose, Sketch, World};
-use sketchnav_schemas::message::{GroundTruth, MarkerView, Particles, People};
+use sketchnav_schemas::message::{MarkerView, Particles, People};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 use sketchnav_supervisor::Supervisor;
 
 use crate::failure::Failure;
 use crate::output::out;
+use crate::recordings::report::directions::plane_picture;
 
 /// A run's figures; `--json` prints just this.
 #[derive(Debug, Serialize)]
@@ -142,7 +143,8 @@ fn draw(run: &RunConfig, log: &Log, verdict: &Verdict, folder: &Path) -> anyhow:
     if let Some(svg) = sketch_picture(run, log, verdict)? {
         pictures.push(write(folder.join("sketch.svg"), &svg)?);
     }
-    pictures.push(write(folder.join("floor.svg"), &floor_picture(run, log, verdict)?)?);
+    let (name, svg) = ground_picture(run, log, verdict)?;
+    pictures.push(write(folder.join(name), &svg)?);
     Ok(pictures)
 }
 
@@ -165,9 +167,17 @@ pub fn sketch_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::
     Ok(Some(svg))
 }
 
-/// The true floor with the true trajectory.
-pub fn floor_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<String> {
-    floor(run, log, verdict, &judge::spans(run.mission.task.len(), &log.status))
+/// The true floor with the true trajectory, or the plane of dots; and the name of a file for it.
+pub fn ground_picture(
+    run: &RunConfig,
+    log: &Log,
+    verdict: &Verdict,
+) -> anyhow::Result<(&'static str, String)> {
+    if let Some(svg) = plane_picture(run, log, verdict)? {
+        return Ok(("plane.svg", svg));
+    }
+    let svg = floor(run, log, verdict, &judge::spans(run.mission.task.len(), &log.status))?;
+    Ok(("floor.svg", svg))
 }
 
 fn write(path: PathBuf, svg: &str) -> anyhow::Result<PathBuf> {
@@ -207,7 +217,8 @@ fn of<'a, T: sketchnav_schemas::message::Message>(span: &Option<TaskSpan>, messa
     span.as_ref().map_or(&[], |span| span.of(messages))
 }
 
-fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> TaskMark {
+/// How a task ended, as a picture shows it.
+pub fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> TaskMark {
     match (span, verdict.reached) {
         (None, _) => TaskMark::NotBegun,
         (Some(_), true) => TaskMark::Reached,
@@ -232,12 +243,7 @@ const VIEWS: usize = 5;
 fn views(log: &Log) -> Vec<Vec<Point<World>>> {
     let step = (log.markers.len() / VIEWS).max(1);
     let shown = log.markers.iter().step_by(step).take(VIEWS);
-    shown.filter_map(|view| Some(sector(view, &truth_of(log, view.header.stamp_ns)?.pose()))).collect()
-}
-
-fn truth_of(log: &Log, stamp_ns: u64) -> Option<&GroundTruth> {
-    let after = log.truth.partition_point(|truth| truth.header.stamp_ns <= stamp_ns);
-    log.truth[..after].last()
+    shown.filter_map(|view| Some(sector(view, &log.pose_at(view.header.stamp_ns)?))).collect()
 }
 
 /// The field of view between the camera's shortest and longest range.

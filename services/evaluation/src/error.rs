@@ -63,6 +63,9 @@ pub enum EvalError {
         /// Why.
         cause: toml::de::Error,
     },
+    /// What a map-maker or a navigator by landmarks cannot do.
+    #[error(transparent)]
+    Directions(#[from] sketchnav_directions::Error),
     /// The world, the robot or a mission file.
     #[error(transparent)]
     Sim(#[from] SimError),

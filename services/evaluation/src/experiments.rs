@@ -5,6 +5,8 @@
 //! suites::load → Suite ─jobs::run_all→ Vec<TaskOutcome> ─statistics→ table, report
 //! ```
 //!
+//! What drives no missions is a [`Study`](studies::Study).
+//!
 //! The same suite, method and seed give the same outcomes, whatever the number of threads: a trial's
 //! seed is derived from the suite's seed and the trial's name alone.
 
@@ -24,6 +26,7 @@ pub mod routes;
 pub mod run;
 pub mod sensitivity;
 pub mod statistics;
+pub mod studies;
 pub mod suite;
 pub mod suites;
 pub mod table;

@@ -7,6 +7,7 @@
 //! is what the judge needs of a recording, nothing here opens one, and nothing prints.
 
 pub mod anchors;
+pub mod directions;
 pub mod figures;
 pub mod homotopy;
 pub mod log;

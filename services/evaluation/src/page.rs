@@ -45,16 +45,16 @@ pub fn table(header: &[String], rows: &[Vec<String>]) -> Markup {
     }
 }
 
-/// A value over time.
+/// A value over time, or over something else.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// What it is.
     pub name: String,
-    /// Seconds and value; what is not finite is left out.
+    /// Where along the picture, seconds mostly, and value; what is not finite is left out.
     pub points: Vec<[f64; 2]>,
 }
 
-/// A picture of values over time.
+/// A picture of values over time, or over something else.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart<'a> {
     /// What it shows.
@@ -63,12 +63,14 @@ pub struct Chart<'a> {
     pub unit: &'a str,
     /// The values.
     pub series: &'a [Series],
-    /// From when to when, seconds.
-    pub span_s: [f64; 2],
-    /// When a task began, seconds.
-    pub marks_s: &'a [f64],
-    /// When a process died, seconds.
-    pub faults_s: &'a [f64],
+    /// Unit of what lies along the picture: `s` for time.
+    pub x_unit: &'a str,
+    /// From where to where along it: seconds.
+    pub span: [f64; 2],
+    /// When a task began.
+    pub marks: &'a [f64],
+    /// When a process died.
+    pub faults: &'a [f64],
 }
 
 /// Size of a chart, and what is left around the plot in it: left, top, right, below.
@@ -83,7 +85,7 @@ impl Chart<'_> {
     pub fn figure(&self) -> Markup {
         let top = self.top();
         let [left, rim_top, right, below] = RIM;
-        let [begin, end] = self.span_s;
+        let [begin, end] = self.span;
         let x = |s: f64| left + (s - begin) / (end - begin).max(1e-9) * (SIZE[0] - left - right);
         let y = |value: f64| rim_top + (1.0 - (value / top).clamp(0.0, 1.0)) * (SIZE[1] - rim_top - below);
         let path = |series: &Series| {
@@ -95,21 +97,21 @@ impl Chart<'_> {
             figure.card {
                 figcaption { (self.title) " " small { (self.unit) } }
                 svg viewBox={ "0 0 " (SIZE[0]) " " (SIZE[1]) } role="img" {
-                    title { (self.title) " over time" }
+                    title { (self.title) " over " (self.x_unit) }
                     @for i in 0..=LINES {
                         @let value = top * i as f64 / LINES as f64;
                         line.grid x1=(left) x2=(SIZE[0] - right) y1=(y(value)) y2=(y(value)) {}
                         text x=(left - 5.0) y=(y(value) + 4.0) text-anchor="end" { (short(value)) }
                     }
-                    @for &s in self.marks_s { line.mark x1=(fixed(x(s))) x2=(fixed(x(s))) y1=(high) y2=(low) {} }
+                    @for &s in self.marks { line.mark x1=(fixed(x(s))) x2=(fixed(x(s))) y1=(high) y2=(low) {} }
                     @for i in 0..=LINES {
                         @let s = begin + (end - begin) * i as f64 / LINES as f64;
-                        text x=(fixed(x(s))) y=(SIZE[1] - 12.0) text-anchor=(anchor(i)) { (short(s)) @if i == LINES { " s" } }
+                        text x=(fixed(x(s))) y=(SIZE[1] - 12.0) text-anchor=(anchor(i)) { (short(s)) @if i == LINES { " " (self.x_unit) } }
                     }
                     @for (style, series) in self.series.iter().enumerate() {
                         g class={ "m" (style % 4) } { polyline.curve points=(path(series)) {} }
                     }
-                    @for &s in self.faults_s { line.fault x1=(fixed(x(s))) x2=(fixed(x(s))) y1=(high) y2=(low) {} }
+                    @for &s in self.faults { line.fault x1=(fixed(x(s))) x2=(fixed(x(s))) y1=(high) y2=(low) {} }
                 }
                 @if self.series.len() > 1 {
                     p.legend {
@@ -173,9 +175,10 @@ mod tests {
             title: "t & u",
             unit: "m",
             series: &series,
-            span_s: [0.0, 999.0],
-            marks_s: &[5.0],
-            faults_s: &[9.0],
+            x_unit: "s",
+            span: [0.0, 999.0],
+            marks: &[5.0],
+            faults: &[9.0],
         };
         let rows = [vec!["<row>".to_owned(), "1".to_owned()]];
         let page = document("x < y", &html! { (chart.figure()) (table(&["h".to_owned()], &rows)) });

@@ -9,6 +9,7 @@
 mod correspondence;
 mod floor;
 mod marks;
+mod plane;
 pub mod svg;
 mod task;
 
@@ -20,6 +21,7 @@ use sketchnav_schemas::mission::Place;
 pub use correspondence::{DrawnOutline, SeenOutline, drawn_outline, origin_of, seen_outline};
 pub use floor::FloorShapes;
 use marks::Symbol;
+pub use plane::{PlanePicture, plane};
 pub use svg::escape;
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};
@@ -177,7 +179,7 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     marks::tasks(&mut sheet, picture.tasks);
     marks::start(&mut sheet, &picture.start);
     marks::contacts(&mut sheet, picture.contacts);
-    sheet.scale_bar();
+    sheet.scale_bar(1.0);
     let mut symbols = vec![Symbol::Start, Symbol::Goal, Symbol::Trail("true way")];
     symbols.extend([Symbol::Reached, Symbol::Failed]);
     symbols.extend((!picture.shapes.furniture.is_empty()).then_some(Symbol::Furniture));

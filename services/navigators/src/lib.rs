@@ -5,6 +5,7 @@
 use std::sync::OnceLock;
 
 use sketchnav_corridor as corridor;
+use sketchnav_directions::stages as directions;
 use sketchnav_landmarks as landmarks;
 use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
 use sketchnav_schemas::method::Method;
@@ -58,13 +59,26 @@ pub const LANDMARKS: Navigator = Navigator {
     about: "drives along a route that a person sketched past landmarks, or described in words",
     methods: &landmarks::mission::METHODS,
     check: |mission, robot| Ok(landmarks::planner::check(mission, robot)?),
+    check_markers: None,
     sketcher: |run, files| Ok(Box::new(landmarks::sketcher::Sketcher::new(run, files)?)),
     localizer: |run, _| Ok(Box::new(landmarks::localizer::Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(landmarks::planner::Planner::new(run)?)),
 };
 
+/// Directions from landmark to landmark (Park and Kender 1995).
+pub const DIRECTIONS: Navigator = Navigator {
+    kind: directions::mission::KIND,
+    about: "flies over a plane of identical dots by a custom map: which landmark to seek, and how to notice a wrong one",
+    methods: &directions::mission::METHODS,
+    check: |mission, robot| Ok(directions::mission::check(mission, robot)?),
+    check_markers: None,
+    sketcher: |run, files| Ok(Box::new(directions::sketcher::Sketcher::new(run, files)?)),
+    localizer: |run, _| Ok(Box::new(directions::localizer::Localizer::new(run)?)),
+    planner: |run, _| Ok(Box::new(directions::planner::Planner::new(run)?)),
+};
+
 /// The navigators of this project.
-const NAVIGATORS: [Navigator; 3] = [SKETCH, CORRIDOR, LANDMARKS];
+const NAVIGATORS: [Navigator; 4] = [SKETCH, CORRIDOR, LANDMARKS, DIRECTIONS];
 
 static REGISTERED: OnceLock<&'static [Navigator]> = OnceLock::new();
 

@@ -3,6 +3,7 @@
 //! Pure: messages go in, one JSON object comes out. Lists are thinned and numbers rounded, so that a feed stays
 //! small on a slow link.
 
+pub mod plane;
 pub mod scene;
 mod services;
 mod trail;

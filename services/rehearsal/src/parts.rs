@@ -8,14 +8,14 @@ use sketchnav_schemas::erased::Owned;
 use sketchnav_schemas::message::{Header, VelocityCommand};
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sim::{Floor, Senses, Simulation};
+use sketchnav_sim::{self as sim, Senses, Simulation};
 use sketchnav_stage::{Files, Heard, Hosted, Inputs, Instant, Memory, Outbox, Sink, StageError, Tap};
 
 use crate::RehearsalError;
 
 /// The world: its simulation, and what it says of an instant.
 pub(crate) struct World {
-    simulation: Floor,
+    simulation: sim::World,
     pub(crate) memory: Memory,
     tick: u64,
     /// How long it took so far.
@@ -24,7 +24,7 @@ pub(crate) struct World {
 
 impl World {
     pub(crate) fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
-        let simulation = sketchnav_world::build(run)?;
+        let simulation = sim::World::of_run(run)?;
         let memory = Memory::of_writer(Process::World, run.mission.navigator_kind());
         Ok(Self { simulation, memory, tick: 0, spent: Duration::ZERO })
     }

@@ -13,19 +13,18 @@ use sketchnav_runtime::{
 };
 use sketchnav_schemas::channels::{self, COMMAND, Channel, LOCKSTEP_WINDOW, MAX_CHANNELS, RECORDED, TICK};
 use sketchnav_schemas::erased;
-use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{Header, Recorded, Tick, VelocityCommand};
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
-use sketchnav_sim::{Floor, Senses, Simulation};
+use sketchnav_sim::{Senses, Simulation, World};
 
 /// How long to sleep at most before looking whether somebody new listens.
 const LOOK_UP: Duration = Duration::from_millis(20);
 /// How often to look for the first answer, and how long to wait for it.
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The form of [`Positions`] and [`Floor`].
-const CHECKPOINT: &str = "world 3";
+/// The form of [`Positions`] and [`World`].
+const CHECKPOINT: &str = "world 4";
 
 /// Where in its channels the world stands before its sensors speak: the last number that was given, or
 /// the one before the message that counts.
@@ -51,24 +50,13 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
     }
 }
 
-/// The world that a run describes, before its first instant.
-///
-/// # Errors
-/// [`sketchnav_sim::SimError`] with the file, the key or the place.
-pub fn build(run: &RunConfig) -> Result<Floor, sketchnav_sim::SimError> {
-    let description = sketchnav_sim::files::world(&run.mission.world)?;
-    let start = &run.mission.start;
-    let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());
-    Floor::new(description, &run.robot, pose, run.seed)
-}
-
 /// The world of the newest checkpoint, or a new one.
-fn resume(run: &RunConfig, found: Found<(Positions, Floor)>) -> anyhow::Result<(Option<Positions>, Floor)> {
+fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(Option<Positions>, World)> {
     let is_lost = found.is_lost();
     match found.state {
         Some((positions, world)) => Ok((Some(positions), world)),
         None if is_lost => anyhow::bail!("no checkpoint can be used: nobody knows where the robot is"),
-        None => Ok((None, build(run)?)),
+        None => Ok((None, World::of_run(run)?)),
     }
 }
 
@@ -88,7 +76,7 @@ struct Shell<'a, S> {
     recorded_tick: u64,
 }
 
-impl<'a> Shell<'a, Floor> {
+impl<'a> Shell<'a, World> {
     fn open(node: &'a Node, run: &RunConfig) -> anyhow::Result<Self> {
         let (checkpoints, found) = Checkpoints::open(node, CHECKPOINT)?;
         found.report(node);

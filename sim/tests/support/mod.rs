@@ -7,7 +7,8 @@ use std::convert::Infallible;
 
 use sketchnav_schemas::channels::Channel;
 use sketchnav_schemas::message::{
-    Contact, GroundTruth, Header, LaserScan, MarkerView, Odometry, People, SonarScan, Twist, VelocityCommand,
+    Contact, DotView, GroundTruth, Header, LaserScan, MarkerView, Odometry, People, SonarScan, Twist,
+    VelocityCommand,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_sim::{Senses, Simulation};
@@ -21,6 +22,7 @@ pub struct Readings {
     pub contact: Contact,
     pub people: People,
     pub markers: MarkerView,
+    pub view: Box<DotView>,
     /// Name of the channel and stamp of each reading, in order.
     pub log: Vec<(&'static str, u64)>,
     /// The bytes of all of them but the headers' numbers, where they are kept.
@@ -46,6 +48,7 @@ impl Readings {
             contact: bytemuck::Zeroable::zeroed(),
             people: bytemuck::Zeroable::zeroed(),
             markers: bytemuck::Zeroable::zeroed(),
+            view: bytemuck::zeroed_box(),
             log: Vec::with_capacity(100_000),
             bytes: None,
             contacts: Vec::with_capacity(1000),
@@ -78,8 +81,9 @@ impl Senses for Readings {
         fill: impl FnOnce(&mut T),
     ) -> Result<(), Infallible> {
         self.log.push((channel.spec.name, stamp_ns));
-        let Self { scan, sonar, odometry, truth, contact, people, markers, .. } = self;
-        let places: [&mut dyn Any; 7] = [&mut **scan, sonar, odometry, truth, contact, people, markers];
+        let Self { scan, sonar, odometry, truth, contact, people, markers, view, .. } = self;
+        let places: [&mut dyn Any; 8] =
+            [&mut **scan, sonar, odometry, truth, contact, people, markers, &mut **view];
         let place = places.into_iter().find_map(|place| place.downcast_mut::<T>());
         let place = place.expect("a place for every message");
         fill(place);

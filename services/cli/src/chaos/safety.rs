@@ -10,7 +10,7 @@ use sketchnav_schemas::channels::{CONTACT, NAVIGATORS, TRUTH, trigger_of};
 use sketchnav_schemas::codes::{BodyKind, Process};
 use sketchnav_schemas::message::{Contact, GroundTruth};
 use sketchnav_schemas::run::{Pace, RunConfig};
-use sketchnav_sim::floor::COMMAND_LIMIT_NS;
+use sketchnav_sim::simulation::COMMAND_LIMIT_NS;
 
 /// The mission's last status, by which faults are timed, is so much older than they are, at most, s.
 const LATE_S: f64 = 0.3;

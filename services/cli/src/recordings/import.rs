@@ -175,6 +175,8 @@ fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
         tick_hz: None,
         sonar: None,
         camera: None,
+        view: None,
+        motion_noise: None,
         laser: Some(Laser {
             model: "of a log".to_owned(),
             field_of_view_deg: (laser.angle_increment_rad * (beams - 1) as f64).to_degrees(),

@@ -7,6 +7,7 @@ use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 use sketchnav_evaluation::judge::anchors::Anchors;
+use sketchnav_evaluation::judge::directions::JourneyVerdict;
 use sketchnav_evaluation::judge::figures::{Figures, MetricMap, figures};
 use sketchnav_evaluation::judge::homotopy::Correspondence;
 use sketchnav_evaluation::judge::log::Log;
@@ -21,6 +22,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::sketch_mission::{SketchMission, method_word};
 
 use super::args::JudgeOptions;
+use super::report::directions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 
@@ -40,6 +42,9 @@ pub struct Judged {
     pub faults: Vec<FaultInfo>,
     /// By task with a drawn route: whether the way was homotopic to it, where the anchors are known.
     homotopic: Option<BTreeMap<String, bool>>,
+    /// How journeys by custom maps ended; empty for other kinds of navigators.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    journeys: Vec<JourneyVerdict>,
     #[serde(flatten)]
     pub figures: Figures,
     #[serde(skip)]
@@ -113,12 +118,23 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
         cut_off: !info.clean_end,
         missing: info.missing,
         homotopic: None,
+        journeys: journeys(recording, &log).or_input()?,
         faults: log.told_faults(),
         restarts: info.all_restarts(),
         figures: figures(&log, mission, map, rooms),
         log,
         map,
     })
+}
+
+/// How journeys by custom maps ended, by the plane inside the recording.
+fn journeys(recording: &Recording, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
+    if log.journeys.is_empty() {
+        return Ok(Vec::new());
+    }
+    let folder = tempfile::tempdir()?;
+    let run = sketchnav_rehearsal::rerun::run_of(recording, folder.path())?;
+    directions::verdicts(&run, log)
 }
 
 /// Of each task with a drawn route whether the true way was homotopic to it, with respect to what was drawn
@@ -245,6 +261,9 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
         let errors = Statistics::of(verdict.tasks.iter().filter_map(|task| task.final_error_m));
         row("final error, mean", errors.map_or("–".into(), |e| format!("{:.2} m", e.mean)));
         row("collisions", figures.collisions.to_string());
+    }
+    for (name, value) in directions::rows(&judged.journeys) {
+        row(&name, value);
     }
     if let Some(ways) = &judged.homotopic {
         let right = ways.values().filter(|homotopic| **homotopic).count();

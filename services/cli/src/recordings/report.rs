@@ -1,6 +1,7 @@
 //! A recording as one page: the drawing and the floor, some moments, errors, scales and health over time, and
 //! the table of figures.
 
+pub mod directions;
 mod landmarks;
 
 use std::collections::BTreeMap;
@@ -28,7 +29,7 @@ use sketchnav_schemas::time::seconds;
 use super::judge::{self, Judged};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
-use crate::report::{cloud, floor_picture, sketch_picture};
+use crate::report::{cloud, ground_picture, sketch_picture};
 use landmarks::Landmarks;
 
 /// Moments that are shown.
@@ -72,6 +73,7 @@ impl Page<'_> {
         let body = html! {
             (self.head())
             (self.tasks())
+            (directions::section(self.run, self.log)?)
             (self.pictures()?)
             (self.moments()?)
             @if let Some(landmarks) = &self.landmarks { (landmarks.section(self.run, &self.log.truth)) }
@@ -125,7 +127,7 @@ impl Page<'_> {
         let Some(verdict) = self.verdict() else { return Ok(html! {}) };
         let sketch = sketch_picture(self.run, self.log, verdict)?;
         // The map may be neither in the recording nor where it was.
-        let floor = floor_picture(self.run, self.log, verdict).ok();
+        let floor = ground_picture(self.run, self.log, verdict).ok().map(|(_, svg)| svg);
         Ok(html! {
             h2 { "Where the robot believed to be, and where it was" }
             div.pictures {
@@ -265,7 +267,7 @@ impl Page<'_> {
     fn over_time(&self) -> Markup {
         let (marks, faults, span_s) = (self.marks_s(), self.faults_s(), self.span_s());
         let chart = |title, unit, series: &[Series]| {
-            Chart { title, unit, series, span_s, marks_s: &marks, faults_s: &faults }.figure()
+            Chart { title, unit, x_unit: "s", series, span: span_s, marks: &marks, faults: &faults }.figure()
         };
         let speed = [Series {
             name: "speed".to_owned(),
@@ -277,7 +279,8 @@ impl Page<'_> {
         let estimates = self.of_estimates();
         let relations = self.of_relations();
         let landmarks = self.landmarks.as_ref().map_or(Vec::new(), Landmarks::charts);
-        if estimates.is_empty() && relations.is_empty() && landmarks.is_empty() && !has_speed {
+        let journeys = directions::over_time(self.log);
+        if [&estimates, &relations, &landmarks, &journeys].iter().all(|charts| charts.is_empty()) && !has_speed {
             return html! {};
         }
         html! {
@@ -286,7 +289,7 @@ impl Page<'_> {
                 @if !marks.is_empty() { "Dashed: a task begins." } @if !faults.is_empty() { " Red: a process died or fell silent." }
             } }
             div.cards {
-                @for (title, unit, series) in estimates.iter().chain(&relations).chain(&landmarks) { (chart(title, unit, series)) }
+                @for (title, unit, series) in estimates.iter().chain(&relations).chain(&landmarks).chain(&journeys) { (chart(title, unit, series)) }
                 @if has_speed { (chart("True speed", "m/s", &speed)) }
             }
         }
@@ -397,7 +400,7 @@ impl Page<'_> {
                 @if !log.latencies.is_empty() { (page::table(&of_latencies, &latencies.collect::<Vec<_>>())) }
                 (page::table(&header.map(str::to_owned), &stages.collect::<Vec<_>>()))
                 div.cards {
-                    (Chart { title: "Longest step", unit: "ms, by the clock", series: &series, span_s: self.span_s(), marks_s: &marks, faults_s: &faults }.figure())
+                    (Chart { title: "Longest step", unit: "ms, by the clock", x_unit: "s", series: &series, span: self.span_s(), marks: &marks, faults: &faults }.figure())
                 }
             }
         }

@@ -6,7 +6,7 @@
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, corridor, corridor_cost, deformed, landmarks, people, protocol, routes, sensitivity,
+    ablation, corridor, corridor_cost, deformed, landmarks, people, protocol, routes, sensitivity, studies,
 };
 
 /// Loads a suite.
@@ -45,7 +45,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// [`EvalError`]: an unknown name, data that are missing, a file that is there and cannot be read.
 pub fn load(name: &str, folders: &Folders) -> Result<Suite, EvalError> {
     let Some((_, load)) = SUITES.iter().find(|(known, _)| *known == name) else {
-        let known = names().collect::<Vec<_>>().join(", ");
+        let known = names().chain(studies::names()).collect::<Vec<_>>().join(", ");
         return Err(EvalError::Suite { found: name.to_owned(), known });
     };
     load(folders)

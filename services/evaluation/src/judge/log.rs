@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, CORRESPONDENCE, Channel, ChannelSpec, ESTIMATE, FAULTS, HEALTH, LATENCY, MARKERS,
-    ORDERS, PARTICLES, PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
+    COMMAND, CONTACT, CORRESPONDENCE, Channel, ChannelSpec, DIRECTIONS, ESTIMATE, FAULTS, HEALTH, ITINERARY, JOURNEY,
+    LATENCY, MARKERS, ORDERS, PARTICLES, PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
 };
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
 use sketchnav_schemas::message::{
-    Contact, Correspondence, Fault, GroundTruth, Health, Latency, MarkerView, Message, MissionStatus,
+    Contact, Correspondence, Fault, GroundTruth, Health, Itinerary, Journey, Latency, MarkerView, Message, MissionStatus,
     Particles, People, PoseEstimate, Relations, Route, RouteTask, SketchMap, VelocityCommand,
 };
 use sketchnav_schemas::mission::{Place, Task};
@@ -54,6 +54,14 @@ pub struct Log {
     pub markers: Vec<MarkerView>,
     /// The channel `relations`.
     pub relations: Vec<Relations>,
+    /// The channel `journey`.
+    pub journeys: Vec<Journey>,
+    /// What the map-maker meant.
+    pub itinerary: Option<Box<Itinerary>>,
+    /// The dots as the map-maker saw them: x and y, metres.
+    pub seen_dots: Vec<[f64; 2]>,
+    /// The custom maps.
+    pub directions: Option<String>,
     /// The channel `contact`.
     pub contacts: Vec<Contact>,
     /// The channel `estimate`, in the last drawing.
@@ -85,7 +93,10 @@ pub struct Log {
 }
 
 /// What a verdict and the figures need.
-const NEEDED: [&ChannelSpec; 15] = [
+const NEEDED: [&ChannelSpec; 18] = [
+    DIRECTIONS.spec,
+    ITINERARY.spec,
+    JOURNEY.spec,
     RELATIONS.spec,
     PEOPLE.spec,
     MARKERS.spec,
@@ -175,6 +186,12 @@ impl Log {
         run
     }
 
+    /// Where the robot truly was at that moment, or last before it.
+    pub fn pose_at(&self, stamp_ns: u64) -> Option<Pose<World>> {
+        let after = self.truth.partition_point(|truth| truth.header.stamp_ns <= stamp_ns);
+        self.truth[..after].last().map(GroundTruth::pose)
+    }
+
     /// The drawing without its cells.
     pub fn map(&self) -> Option<&SketchMap> {
         self.sketch.as_ref().map(|(map, _)| map)
@@ -195,6 +212,12 @@ impl Log {
             self.sketch = Some((sketch, cells));
         } else if let Some((route, _)) = from.channel(ROUTE)? {
             self.route = Some(Box::new(route));
+        } else if let Some((_, text)) = from.channel(DIRECTIONS)? {
+            self.directions = Some(String::from_utf8_lossy(&text).into_owned());
+        } else if let Some((itinerary, cells)) = from.channel(ITINERARY)? {
+            self.itinerary = Some(Box::new(itinerary));
+            self.seen_dots =
+                sketchnav_directions::stages::sketcher::dots_of(&cells).map(|at| [at.x, at.y]).collect();
         } else if let Some((order, _)) = from.channel(ORDERS)? {
             if Order::from_code(order.order) == Some(Order::Start) {
                 self.began_ns = Some(order.header.stamp_ns);
@@ -205,6 +228,7 @@ impl Log {
             from.put(PEOPLE, &mut self.people)?;
             from.put(MARKERS, &mut self.markers)?;
             from.put(RELATIONS, &mut self.relations)?;
+            from.put(JOURNEY, &mut self.journeys)?;
             from.put(CONTACT, &mut self.contacts)?;
             from.put(ESTIMATE, &mut self.estimates)?;
             from.put(PARTICLES, &mut self.particles)?;

@@ -41,6 +41,8 @@ pub enum Symbol {
     View,
     /// A person's way.
     Person,
+    /// A line of that name and colour.
+    Line(&'static str, &'static str),
 }
 
 fn colour(task: usize) -> &'static str {
@@ -71,18 +73,23 @@ pub fn tasks<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
             ring(sheet, sheet.view.at(goal), colour(i));
         }
     }
-    for task in tasks.iter().filter(|task| task.outcome != TaskMark::NotBegun) {
-        if let Some(end) = task.trail.last() {
-            let at = sheet.view.at(end);
-            if task.outcome == TaskMark::Reached { tick(sheet, at) } else { cross(sheet, at) }
-        }
-    }
+    ends(sheet, tasks);
     let mut taken: Vec<[f64; 2]> = Vec::new();
     for (i, task) in tasks.iter().enumerate() {
         if let Some(mark) = task.marks.last() {
             let at = free_spot(sheet.view.at(mark), &taken);
             taken.push(at);
             badge(sheet, at, i);
+        }
+    }
+}
+
+/// How each task ended, where it did.
+pub fn ends<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
+    for task in tasks.iter().filter(|task| task.outcome != TaskMark::NotBegun) {
+        if let Some(end) = task.trail.last() {
+            let at = sheet.view.at(end);
+            if task.outcome == TaskMark::Reached { tick(sheet, at) } else { cross(sheet, at) }
         }
     }
 }
@@ -164,6 +171,7 @@ fn draw_symbol(sheet: &mut Sheet, symbol: Symbol, [x, y]: [f64; 2]) -> &'static 
             "<path d=\"M{:.1} {y:.1}l18 -8v16z\" fill=\"#7a52cc\" fill-opacity=\"0.15\" stroke=\"#7a52cc\"/>",
             x - 9.0
         )),
+        Symbol::Line(_, colour) => sheet.raw(line(&format!("stroke=\"{colour}\" stroke-width=\"2.6\""))),
         Symbol::Person => sheet.raw(line("stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\"")),
     }
     match symbol {
@@ -179,6 +187,7 @@ fn draw_symbol(sheet: &mut Sheet, symbol: Symbol, [x, y]: [f64; 2]) -> &'static 
         Symbol::Marker => "marker",
         Symbol::View => "the camera's view",
         Symbol::Person => "a person's way",
+        Symbol::Line(name, _) => name,
     }
 }
 

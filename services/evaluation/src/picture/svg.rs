@@ -120,17 +120,17 @@ impl Sheet {
         self.raw(format_args!("<path d=\"{path}\" fill=\"none\" {style}/>"));
     }
 
-    /// A bar of one metre at the lower right, for frames in metres.
-    pub fn scale_bar(&mut self) {
+    /// A bar of so many metres at the lower right, for frames in metres.
+    pub fn scale_bar(&mut self, metres: f64) {
         let [x, y, width, height] = self.view.frame();
-        let (right, base, length) = (x + width - 16.0, y + height - 12.0, self.view.scale);
+        let (right, base, length) = (x + width - 16.0, y + height - 12.0, metres * self.view.scale);
         let left = right - length;
         self.raw(format_args!(
             "<path d=\"M{left:.1} {:.1}v10M{left:.1} {base:.1}H{right:.1}M{right:.1} {:.1}v10\" fill=\"none\" stroke=\"#20242c\" stroke-width=\"2\"/>",
             base - 5.0,
             base - 5.0,
         ));
-        self.text([left - 7.0, base + 4.5], 14.0, "end", "#20242c", "500", "1 m");
+        self.text([left - 7.0, base + 4.5], 14.0, "end", "#20242c", "500", &format!("{metres} m"));
     }
 
     /// The whole sheet as SVG.

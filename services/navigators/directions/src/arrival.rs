@@ -88,18 +88,23 @@ impl Tally {
         f64::from(self.arrivals() + 1) / f64::from(self.journeys() + 2)
     }
 
-    /// The interval that holds the true share with 95 % (Wilson 1927).
+    /// The interval that holds the true share with 95 %.
     pub fn interval(&self) -> (f64, f64) {
-        let n = f64::from(self.journeys());
-        if n == 0.0 {
-            return (0.0, 1.0);
-        }
-        let (share, z) = (f64::from(self.arrivals()) / n, 1.96);
-        let scale = 1.0 + z * z / n;
-        let middle = (share + z * z / (2.0 * n)) / scale;
-        let half = z / scale * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
-        ((middle - half).max(0.0), (middle + half).min(1.0))
+        interval(self.arrivals(), self.journeys())
     }
+}
+
+/// The interval that holds a true share with 95 %, after so many arrivals of so many journeys (Wilson 1927).
+pub fn interval(arrivals: u32, journeys: u32) -> (f64, f64) {
+    let n = f64::from(journeys);
+    if n == 0.0 {
+        return (0.0, 1.0);
+    }
+    let (share, z) = (f64::from(arrivals) / n, 1.96);
+    let scale = 1.0 + z * z / n;
+    let middle = (share + z * z / (2.0 * n)) / scale;
+    let half = z / scale * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
+    ((middle - half).max(0.0), (middle + half).min(1.0))
 }
 
 /// Simulates journeys by a plan. The same seed gives the same errors to every plan.

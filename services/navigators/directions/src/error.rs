@@ -98,10 +98,18 @@ pub enum Error {
         /// The window's centre.
         y: f64,
     },
+    /// A goal with no dot near it.
+    #[error("goal ({x}, {y}): expected a dot within a window around it, found none")]
+    NoGoal {
+        /// The place.
+        x: f64,
+        /// The place.
+        y: f64,
+    },
     /// A goal to which no path leads.
     #[error(
         "no path from dot {start} to dot {goal}: {reached} dots are reached from the start, {reaching} reach the goal; \
-         a path would have to lead from dot {from} to dot {to}, {gap:.1} apart"
+         a path would have to lead from dot {from} to dot {to}, {gap:.3} apart"
     )]
     Unreachable {
         /// The landmark at the start.

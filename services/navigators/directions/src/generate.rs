@@ -1,12 +1,13 @@
 //! Random planes, by seed.
 
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use sketchnav_dots::{DotsError, generate as places};
 
 use crate::error::Error;
 use crate::geometry::Point;
-use crate::plane::{LIMIT, Plane};
+use crate::plane::Plane;
 
 /// The stream of random numbers of a seed and a name.
 pub fn stream(seed: u64, name: u64) -> Pcg64Mcg {
@@ -23,71 +24,28 @@ pub fn error(rng: &mut Pcg64Mcg, sigma: f64) -> Point {
 
 /// Dots with equal probability everywhere on a square of this side.
 pub fn uniform(dots: usize, side: f64, seed: u64) -> Result<Plane, Error> {
-    let mut rng = generator(side, seed)?;
-    distinct(dots, || place(&mut rng, side))
+    plane(places::uniform(dots, side, seed))
 }
 
 /// Dots around so many centres on a square of this side, with normal distances of this spread. Dots beyond the square are
 /// drawn anew.
 pub fn clustered(dots: usize, side: f64, clusters: usize, spread: f64, seed: u64) -> Result<Plane, Error> {
-    let mut rng = generator(side, seed)?;
-    if clusters == 0 {
-        return Err(Error::Parameter { what: "clusters", expected: "at least 1", found: 0.0 });
-    }
-    if !(spread > 0.0 && spread <= side) {
-        return Err(Error::Parameter {
-            what: "spread",
-            expected: "a length from 0 to the side",
-            found: spread,
-        });
-    }
-    let centres: Vec<_> = (0..clusters).map(|_| place(&mut rng, side)).collect();
-    let is_inside = |dot: Point| (0.0..=side).contains(&dot.x) && (0.0..=side).contains(&dot.y);
-    distinct(dots, || {
-        let centre = centres[rng.random_range(0..clusters)];
-        loop {
-            let dot = centre + error(&mut rng, spread);
-            if is_inside(dot) {
-                return dot;
-            }
-        }
-    })
+    plane(places::clustered(dots, side, clusters, spread, seed))
 }
 
 /// Dots with equal probability everywhere on a square of this side, and more of them in a wall: an upright strip in the middle,
 /// a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
 pub fn walled(dots: usize, in_wall: usize, side: f64, seed: u64) -> Result<Plane, Error> {
-    let mut rng = generator(side, seed)?;
-    let mut drawn = 0;
-    distinct(dots + in_wall, || {
-        drawn += 1;
-        if drawn <= dots {
-            return place(&mut rng, side);
+    plane(places::walled(dots, in_wall, side, seed))
+}
+
+fn plane(places: Result<Vec<[f64; 2]>, DotsError>) -> Result<Plane, Error> {
+    match places {
+        Ok(places) => Plane::new(places.into_iter().map(|[x, y]| Point::new(x, y)).collect()),
+        Err(DotsError::Parameter { what, expected, found }) => {
+            Err(Error::Parameter { what, expected, found })
         }
-        Point::new(rng.random_range(0.45 * side..0.55 * side), rng.random_range(0.0..0.9 * side))
-    })
-}
-
-fn generator(side: f64, seed: u64) -> Result<Pcg64Mcg, Error> {
-    if side > 0.0 && side <= LIMIT {
-        Ok(Pcg64Mcg::seed_from_u64(seed))
-    } else {
-        Err(Error::Parameter { what: "side of the plane", expected: "a length above 0", found: side })
-    }
-}
-
-fn place(rng: &mut Pcg64Mcg, side: f64) -> Point {
-    Point::new(rng.random_range(0.0..side), rng.random_range(0.0..side))
-}
-
-/// Draws until no two dots lie in one place. With 53 bits a coordinate it seldom draws twice.
-fn distinct(dots: usize, mut draw: impl FnMut() -> Point) -> Result<Plane, Error> {
-    let mut places: Vec<_> = (0..dots).map(|_| draw()).collect();
-    loop {
-        match Plane::new(places.clone()) {
-            Err(Error::SamePlace { second, .. }) => places[second] = draw(),
-            result => return result,
-        }
+        Err(_) => Err(Error::NoDots),
     }
 }
 

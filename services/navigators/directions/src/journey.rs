@@ -159,6 +159,18 @@ impl Kind {
     pub const ALL: [Self; 6] =
         [Self::Direct, Self::Recovered, Self::Unaware, Self::CannotLocate, Self::Lost, Self::Astray];
 
+    /// The word for people.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Direct => "direct",
+            Self::Recovered => "recovered",
+            Self::Unaware => "unaware",
+            Self::CannotLocate => "cannot locate",
+            Self::Lost => "lost",
+            Self::Astray => "astray",
+        }
+    }
+
     /// Whether the navigator is at the goal and says so.
     pub fn is_success(self) -> bool {
         self < Self::CannotLocate

@@ -12,6 +12,8 @@
 //! - [`atlas`]: all of that together; [`path`], [`plan`]: costs and the best path;
 //! - [`arrival`]: the most probable path, by simulation; [`experiments`]: the paper's, and ours.
 //!
+//! The stages of the navigator `directions`: [`stages`].
+//!
 //! Both: [`custom_map`], the file that people read and write. The navigator: [`navigator`]. For trials: [`journey`].
 //!
 //! **Units and frames.** Lengths are in one unit that the caller chooses; the paper's is the millimetre. x points east, y
@@ -38,6 +40,7 @@ pub mod plane;
 pub mod recovery;
 pub mod reliability;
 pub mod signature;
+pub mod stages;
 pub mod trajectory;
 pub mod transitions;
 

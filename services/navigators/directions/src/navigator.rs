@@ -75,7 +75,7 @@ impl Settings {
         self.gate.min(self.window.margin)
     }
 
-    fn check(self) -> Result<Self, Error> {
+    pub(crate) fn check(self) -> Result<Self, Error> {
         let wrong = |what, expected, found| Err(Error::Parameter { what, expected, found });
         Window::new(self.window.side, self.window.margin)?;
         for (what, value) in [
@@ -245,19 +245,35 @@ impl Navigator {
     /// One step: what the window shows now, and how long ago the last step was. The first step has no time before it.
     pub fn step(&self, state: &mut State, view: &[Point], elapsed_s: f64) -> Output {
         steps::step(self, state, view, elapsed_s);
-        Output {
-            velocity: state.velocity,
-            activity: state.activity(),
-            entry: state.entry,
-            reference: state.reference.map(|mark| mark.place),
-            accepted: state.accepted,
-            recoveries: state.recoveries,
-            outcome: state.outcome(),
-        }
+        state.output()
+    }
+
+    /// One step after the journey: the window moves over the landmark that was attained. It has an outcome when it is there.
+    pub fn hover(&self, state: &mut State, view: &[Point], elapsed_s: f64) -> Output {
+        let is_there = steps::hover(&self.settings, state, view, elapsed_s);
+        Output { outcome: state.outcome().filter(|_| is_there), ..state.output() }
     }
 }
 
 impl State {
+    /// What the last step gave.
+    pub fn output(&self) -> Output {
+        Output {
+            velocity: self.velocity,
+            activity: self.activity(),
+            entry: self.entry,
+            reference: self.reference.map(|mark| mark.place),
+            accepted: self.accepted,
+            recoveries: self.recoveries,
+            outcome: self.outcome(),
+        }
+    }
+
+    /// Somebody stopped the window: it does not move until the next step.
+    pub fn stand_still(&mut self) {
+        self.velocity = Point::default();
+    }
+
     /// How the journey has ended, if it has.
     pub fn outcome(&self) -> Option<Outcome> {
         match self.phase {

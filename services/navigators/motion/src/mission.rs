@@ -55,6 +55,24 @@ pub struct TaskInfo {
     pub time_limit_s: f64,
 }
 
+/// What is known of a robot's motion.
+#[derive(Debug, Clone, Copy)]
+pub enum Motion<'a> {
+    /// By its odometry.
+    Odometry(&'a Odometry),
+    /// By what it was told to do: a robot without odometry.
+    Commanded {
+        /// Its speed since the last step, m/s.
+        speed_mps: f64,
+    },
+}
+
+impl<'a> From<&'a Odometry> for Motion<'a> {
+    fn from(odometry: &'a Odometry) -> Self {
+        Self::Odometry(odometry)
+    }
+}
+
 /// The course of a mission. It is part of a planner's state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Mission {
@@ -184,21 +202,38 @@ impl Mission {
         self.reached = last.reached_count;
     }
 
-    /// Takes over the time and the odometry of a step that `cause` belongs to. Returns the time since the last
+    /// Takes over the time and the motion of a step that `cause` belongs to. Returns the time since the last
     /// step, seconds; at the first one `nominal_dt_s`.
-    pub fn begin_step(&mut self, cause: &Header, odometry: &Odometry, nominal_dt_s: f64) -> f64 {
+    pub fn begin_step<'a>(
+        &mut self,
+        cause: &Header,
+        motion: impl Into<Motion<'a>>,
+        nominal_dt_s: f64,
+    ) -> f64 {
         let since = self.last_stamp_ns.map(|last| cause.stamp_ns.saturating_sub(last) as f64 * 1e-9);
         let dt_s = since.unwrap_or(nominal_dt_s);
-        let robot = odometry.pose();
-        let way = self.last_odometry.map_or(0.0, |last| last.position().distance(&robot.position()));
+        let way = match motion.into() {
+            Motion::Odometry(odometry) => self.way_to(odometry),
+            Motion::Commanded { speed_mps } => {
+                self.speed_mps = speed_mps;
+                speed_mps * since.unwrap_or(0.0)
+            }
+        };
         if self.phase == Phase::Driving && self.held.is_none() {
             self.elapsed_s += dt_s;
             self.path_m += way;
         }
-        (self.last_stamp_ns, self.last_odometry) = (Some(cause.stamp_ns), Some(robot));
+        self.last_stamp_ns = Some(cause.stamp_ns);
         (self.stamp_ns, self.source_seq) = (cause.stamp_ns, cause.source_seq);
-        self.speed_mps = odometry.twist.vx_mps.hypot(odometry.twist.vy_mps);
         dt_s
+    }
+
+    /// Takes over the odometry; the way since the last one.
+    fn way_to(&mut self, odometry: &Odometry) -> f64 {
+        let robot = odometry.pose();
+        self.speed_mps = odometry.twist.vx_mps.hypot(odometry.twist.vy_mps);
+        let last = self.last_odometry.replace(robot);
+        last.map_or(0.0, |last| last.position().distance(&robot.position()))
     }
 
     /// Whether a person or a lost link holds the robot; the status says so.

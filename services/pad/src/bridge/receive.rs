@@ -2,12 +2,17 @@
 
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{
-    CORRESPONDENCE, ESTIMATE, FAULTS, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
+    CORRESPONDENCE, Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, PARTICLES, PLAN, SCAN, SKETCH, STATUS,
+    UNDERSTOOD,
 };
 use sketchnav_schemas::message::{
-    Correspondence, Fault, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
+    Correspondence, Description, Fault, Itinerary, Journey, LaserScan, Message, MissionStatus, Particles, Plan, PoseEstimate,
+    SketchMap, Understood,
 };
-use sketchnav_schemas::sketch_mission::KIND;
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::RunConfig;
+
+use crate::feed::plane::Ground;
 
 use crate::walls;
 
@@ -18,6 +23,8 @@ const IN_FLIGHT: u32 = 2;
 pub(super) enum News {
     Status(MissionStatus),
     Estimate(Box<PoseEstimate>),
+    /// A navigator by landmarks has described what it sees.
+    Description,
     Understood(Understood),
     Fault(Fault),
     /// The walls of a mission from a file, as a picture.
@@ -27,7 +34,16 @@ pub(super) enum News {
 /// The pad's readers, and the newest of what they have read.
 pub(super) struct Inbox {
     statuses: Reader<MissionStatus>,
-    drawn: Option<DrawnReaders>,
+    // Of one kind of navigator each.
+    estimates: Option<Reader<PoseEstimate>>,
+    particle_sets: Option<Reader<Particles>>,
+    plans: Option<Reader<Plan>>,
+    correspondences: Option<Reader<Correspondence>>,
+    sketches: Option<Reader<SketchMap>>,
+    itineraries: Option<Reader<Itinerary>>,
+    descriptions: Option<Reader<Description>>,
+    journeys: Option<Reader<Journey>>,
+    scans: Option<Reader<LaserScan>>,
     faults: Reader<Fault>,
     /// What the sketcher says to what was sent.
     pub(super) understood: Reader<Understood>,
@@ -43,39 +59,34 @@ pub(super) struct Inbox {
     pub(super) plan: Option<Box<Plan>>,
     pub(super) particles: Option<Box<Particles>>,
     pub(super) correspondence: Option<Box<Correspondence>>,
+    /// The plane, and what the map-maker means.
+    pub(super) plane: Option<(Ground, Box<Itinerary>)>,
+    pub(super) description: Option<Box<Description>>,
+    pub(super) journey: Option<Journey>,
 }
 
-/// Readers of what a navigator in drawings says.
-struct DrawnReaders {
-    estimates: Reader<PoseEstimate>,
-    particle_sets: Reader<Particles>,
-    plans: Reader<Plan>,
-    correspondences: Reader<Correspondence>,
-    scans: Reader<LaserScan>,
-    sketches: Reader<SketchMap>,
-}
-
-impl DrawnReaders {
-    fn open(node: &Node) -> anyhow::Result<Self> {
-        Ok(Self {
-            estimates: node.reader(ESTIMATE)?,
-            particle_sets: node.reader(PARTICLES)?,
-            plans: node.reader(PLAN)?,
-            correspondences: node.reader(CORRESPONDENCE)?,
-            scans: node.reader(SCAN)?,
-            sketches: node.reader(SKETCH)?,
-        })
-    }
+/// A reader of a channel that runs of this kind of navigator have.
+fn open<T: Ros2>(node: &Node, kind: &str, channel: Channel<T>) -> anyhow::Result<Option<Reader<T>>> {
+    Ok(channel.spec.belongs_to(kind).then(|| node.reader(channel)).transpose()?)
 }
 
 impl Inbox {
-    pub(super) fn open(node: &Node, kind: &str, draws: bool) -> anyhow::Result<Self> {
+    pub(super) fn open(node: &Node, run: &RunConfig) -> anyhow::Result<Self> {
+        let kind = run.mission.navigator_kind();
         Ok(Self {
             statuses: node.reader(STATUS)?,
-            drawn: (kind == KIND).then(|| DrawnReaders::open(node)).transpose()?,
+            estimates: open(node, kind, ESTIMATE)?,
+            particle_sets: open(node, kind, PARTICLES)?,
+            plans: open(node, kind, PLAN)?,
+            correspondences: open(node, kind, CORRESPONDENCE)?,
+            sketches: open(node, kind, SKETCH)?,
+            itineraries: open(node, kind, ITINERARY)?,
+            descriptions: open(node, kind, DESCRIPTION)?,
+            journeys: open(node, kind, JOURNEY)?,
+            scans: ESTIMATE.spec.belongs_to(kind).then(|| node.reader(SCAN)).transpose()?,
             faults: node.reader(FAULTS)?,
             understood: node.reader(UNDERSTOOD)?,
-            draws,
+            draws: run.pad.draws(),
             size_px: None,
             sketch_seq: 0,
             wall_direction_rad: 0.0,
@@ -85,6 +96,9 @@ impl Inbox {
             plan: None,
             particles: None,
             correspondence: None,
+            plane: None,
+            description: None,
+            journey: None,
         })
     }
 
@@ -94,10 +108,17 @@ impl Inbox {
         if let Some(walls) = self.take_sketch()? {
             return Ok(Some(News::Walls(walls)));
         }
+        if let Some(dots) = self.take_itinerary()? {
+            return Ok(Some(News::Walls(dots)));
+        }
+        if let Some(description) = newest(&mut self.descriptions)? {
+            self.description = Some(description);
+            return Ok(Some(News::Description));
+        }
         if let Some(fault) = self.faults.receive()? {
             return Ok(Some(News::Fault(*fault)));
         }
-        if let Some(estimate) = self.next_estimate()? {
+        if let Some(estimate) = next(&mut self.estimates)? {
             match self.in_flight.checked_sub(1) {
                 Some(left) => self.in_flight = left,
                 None => self.estimate = Some(estimate.clone()),
@@ -111,31 +132,31 @@ impl Inbox {
         Ok(self.understood.receive()?.map(|answer| News::Understood(*answer)))
     }
 
-    fn next_estimate(&mut self) -> anyhow::Result<Option<Box<PoseEstimate>>> {
-        let Some(drawn) = &mut self.drawn else { return Ok(None) };
-        Ok(drawn.estimates.receive_valid()?.map(|estimate| Box::new(*estimate)))
-    }
-
     fn keep_newest(&mut self) -> anyhow::Result<()> {
-        let Some(drawn) = &mut self.drawn else { return Ok(()) };
-        while let Some(scan) = drawn.scans.receive_valid()? {
-            self.scan = Some(Box::new(*scan));
-        }
-        while let Some(plan) = drawn.plans.receive()? {
-            self.plan = Some(Box::new(*plan));
-        }
-        while let Some(found) = drawn.correspondences.receive()? {
-            self.correspondence = Some(Box::new(*found));
-        }
-        while let Some(particles) = drawn.particle_sets.receive()? {
-            self.particles = Some(Box::new(*particles));
-        }
+        self.scan = newest(&mut self.scans)?.or(self.scan.take());
+        self.plan = newest(&mut self.plans)?.or(self.plan.take());
+        self.correspondence = newest(&mut self.correspondences)?.or(self.correspondence.take());
+        self.particles = newest(&mut self.particle_sets)?.or(self.particles.take());
+        self.journey = newest(&mut self.journeys)?.map(|journey| *journey).or(self.journey);
         Ok(())
     }
 
+    /// The plane as the map-maker sees it, as a picture.
+    fn take_itinerary(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
+        let Some(readers) = &mut self.itineraries else { return Ok(None) };
+        let Some(itinerary) = readers.receive()? else { return Ok(None) };
+        let number = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
+        let dots = itinerary.cells().chunks_exact(8).map(|cell| [number(&cell[..4]), number(&cell[4..])]);
+        let Some(ground) = Ground::of(dots.collect()) else { return Ok(None) };
+        let picture = ground.picture();
+        self.size_px = Some(ground.size_px);
+        self.plane = Some((ground, Box::new(*itinerary)));
+        Ok(picture)
+    }
+
     fn take_sketch(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
-        let Some(drawn) = &mut self.drawn else { return Ok(None) };
-        let Some(sketch) = drawn.sketches.receive()? else { return Ok(None) };
+        let Some(readers) = &mut self.sketches else { return Ok(None) };
+        let Some(sketch) = readers.receive()? else { return Ok(None) };
         let map = &*sketch;
         self.size_px = Some([map.width_px, map.height_px]);
         self.wall_direction_rad = map.wall_direction_rad;
@@ -151,4 +172,19 @@ impl Inbox {
         (self.sketch_seq, self.in_flight) = (sketch_seq, IN_FLIGHT);
         (self.estimate, self.plan, self.particles, self.correspondence) = (None, None, None, None);
     }
+}
+
+/// The next message of a channel that the run has.
+fn next<T: Message>(reader: &mut Option<Reader<T>>) -> anyhow::Result<Option<Box<T>>> {
+    let Some(reader) = reader else { return Ok(None) };
+    Ok(reader.receive_valid()?.map(|message| Box::new(*message)))
+}
+
+/// The newest of those that have come.
+fn newest<T: Message>(reader: &mut Option<Reader<T>>) -> anyhow::Result<Option<Box<T>>> {
+    let mut newest = None;
+    while let Some(message) = next(reader)? {
+        newest = Some(message);
+    }
+    Ok(newest)
 }

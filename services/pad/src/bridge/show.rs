@@ -141,6 +141,14 @@ impl Bridge<'_> {
         let around = (!self.lookouts.is_empty()).then(|| Around::robot(robot));
         let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
         let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
+        let over_plane = self.over_plane();
+        if let Some((pose, ..)) = &over_plane {
+            self.trail.go_to([pose.x, pose.y]);
+        }
+        let (pose_over, seen, planned) = match over_plane {
+            Some((pose, seen, planned)) => (Some(pose), seen, Some(planned)),
+            None => (None, Vec::new(), None),
+        };
         Feed {
             t_ms: self.stamp_ns / 1_000_000,
             state: self.machine.state(),
@@ -150,10 +158,13 @@ impl Bridge<'_> {
             task: status.and_then(TaskView::new),
             speed_mps: status.map_or(0.0, |status| (status.speed_mps * 100.0).round() / 100.0),
             particles: located.zip(self.inbox.particles.take()).map(|(view, p)| feed::particles(&p, &view)),
-            scan: scan.map_or_else(Vec::new, |((view, estimate), scan)| {
+            scan: scan.map_or(seen, |((view, estimate), scan)| {
                 feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
             }),
-            plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)),
+            plan: located
+                .zip(self.inbox.plan.as_deref())
+                .map(|(view, plan)| PlanView::new(plan, &view))
+                .or(planned),
             scene: around.as_ref().map(|around| self.scene(around)),
             outline: located
                 .zip(self.inbox.correspondence.take())
@@ -161,7 +172,7 @@ impl Bridge<'_> {
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),
-            pose: around.map_or(pose, |around| Some(around.pose(robot))),
+            pose: around.map(|around| around.pose(robot)).or(pose).or(pose_over),
         }
     }
 
@@ -171,5 +182,15 @@ impl Bridge<'_> {
             lookout.draw(around, &self.run.robot, &mut shapes);
         }
         shapes
+    }
+
+    /// The window over a plane of dots, what it shows, and what is planned; `None` where there is no plane, or the
+    /// navigator has no landmark.
+    fn over_plane(&self) -> Option<(PoseView, Vec<[f64; 2]>, PlanView)> {
+        let ((ground, itinerary), journey) = (self.inbox.plane.as_ref()?, self.inbox.journey.as_ref()?);
+        let side_m = self.run.robot.view.as_ref()?.side_m;
+        let centre = feed::plane::centre(itinerary, journey)?;
+        let seen = self.inbox.description.as_deref().map_or_else(Vec::new, |all| ground.seen(all, centre));
+        Some((ground.pose(centre), seen, ground.plan(itinerary, journey, Some((centre, side_m)))))
     }
 }

@@ -1,7 +1,7 @@
 //! Experiments with journeys: figures 25, 26 and 28 over many worlds, the six kinds counted, and the calibration.
 
 use super::{DOTS, SIDE, Table, window};
-use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, most_probable};
+use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, interval, most_probable};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::{stream, uniform, walled};
@@ -280,12 +280,15 @@ pub struct Calibration {
 impl Calibration {
     /// The table of the bins that have journeys.
     pub fn table(&self) -> Table {
-        let head = ["stated", "mean stated", "observed", "journeys"];
+        let head = ["stated, %", "mean stated", "observed", "low", "high", "journeys"];
         let mut table = Table::new("Calibration of the probability of arrival", &head);
         for (bin, &(sum, arrived, journeys)) in (0..).zip(&self.bins) {
             if journeys > 0 {
                 let n = f64::from(journeys);
-                table.row(format!("{}-{} %", bin * 10, bin * 10 + 10), &[sum / n, f64::from(arrived) / n, n]);
+                let (low, high) = interval(arrived, journeys);
+                let shares = [sum / n, f64::from(arrived) / n, low, high].map(|share| 100.0 * share);
+                let values = [&shares[..], &[n]].concat();
+                table.row(format!("{}-{}", bin * 10, bin * 10 + 10), &values);
             }
         }
         table

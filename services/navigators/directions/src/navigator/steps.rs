@@ -45,6 +45,18 @@ pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], ela
     }
 }
 
+/// Brings the reference under the middle of the window. True, and at rest, when it is there or out of sight.
+pub(super) fn hover(settings: &Settings, state: &mut State, view: &[Point], elapsed_s: f64) -> bool {
+    let moved = state.velocity * elapsed_s;
+    let Some(mark) = &mut state.reference else { return true };
+    let is_seen = mark.follow(settings, view, moved);
+    let place = mark.place;
+    if !is_seen {
+        state.velocity = Point::default();
+    }
+    !is_seen || state.approaches(settings, place)
+}
+
 impl Mark {
     fn new(place: Point) -> Self {
         Self { place, missed: 0 }

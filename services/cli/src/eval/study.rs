@@ -1,0 +1,78 @@
+//! Runs a study, prints its tables.
+
+use std::time::Instant;
+
+use anyhow::{Context, anyhow};
+use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
+use sketchnav_evaluation::experiments::studies::{Figure, Size, Study, report};
+
+use super::{classify, command_line, refuse_missing_folder};
+use crate::args::EvalOptions;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::{out, say};
+
+/// Runs it; `--trials` says over how many worlds.
+pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
+    refuse_what_has_no_meaning(study, options).or_input()?;
+    refuse_missing_folder(options.output.as_deref())?;
+    let began = Instant::now();
+    let size = Size { worlds: options.trials.map_or(study.worlds, u64::from), seed: options.seed };
+    let figures = (study.run)(size).map_err(classify)?;
+    if let Some(path) = &options.output {
+        let page = report::page(study, &figures, &command_line());
+        std::fs::write(path, page).with_context(|| path.display().to_string()).or_input()?;
+        say!("report     {}", path.display());
+    }
+    if options.json {
+        out!("{}", json(study, size, &figures))?;
+        return Ok(Outcome::Success);
+    }
+    out!("{}: {}", study.name, study.title)?;
+    for figure in &figures {
+        out!("\n{}", figure.table.title)?;
+        out!("{}", table(figure))?;
+    }
+    out!("{} worlds, seed {}, in {:.0} s", size.worlds, size.seed, began.elapsed().as_secs_f64())?;
+    Ok(Outcome::Success)
+}
+
+/// Options of suites that a study has nothing for.
+fn refuse_what_has_no_meaning(study: &Study, options: &EvalOptions) -> anyhow::Result<()> {
+    let given = [
+        ("--method", !options.methods.is_empty()),
+        ("--drawings", !options.drawings.is_empty()),
+        ("--set", !options.parameters.is_empty()),
+        ("--cost", options.cost),
+        ("--sample", options.sample.is_some()),
+        ("--only", options.only.is_some()),
+        ("--pictures", options.pictures.is_some()),
+        ("--check-processes", options.check_processes.is_some()),
+    ];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => {
+            Err(anyhow!("{option}: {} drives no missions and has no such option", study.name))
+        }
+        None => Ok(()),
+    }
+}
+
+fn table(figure: &Figure) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_FULL_CONDENSED);
+    table.set_header(figure.table.head.clone());
+    table.add_rows(report::rows(figure));
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+fn json(study: &Study, size: Size, figures: &[Figure]) -> serde_json::Value {
+    let figure = |figure: &Figure| {
+        let rows = figure.table.rows.iter().map(|(name, values)| serde_json::json!([name, values]));
+        let (title, head) = (&figure.table.title, &figure.table.head);
+        serde_json::json!({ "title": title, "head": head, "rows": rows.collect::<Vec<_>>() })
+    };
+    let figures: Vec<_> = figures.iter().map(figure).collect();
+    serde_json::json!({ "study": study.name, "worlds": size.worlds, "seed": size.seed, "figures": figures })
+}

@@ -1,0 +1,129 @@
+//! The localizer: describes what is in view, once a tick. It says how isolated each dot is, what surrounds it, and which dot
+//! each word means (Park and Kender 1995, 5.6 and 6.3.1).
+//!
+//! It has no memory, so the word `New` means nothing to it.
+
+use arrayvec::ArrayVec;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels::{DESCRIPTION, VIEW};
+use sketchnav_schemas::message::{DescribedDot, Description, DotView, MAX_DOTS};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::{Instant, Outbox, Stage, StageError};
+
+use super::error::DirectionsError;
+use crate::description::Descriptor;
+use crate::geometry::{Corner, Point, Window};
+use crate::isolation::c_value;
+use crate::signature::Signature;
+
+/// What the localizer remembers.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct State {
+    views: u64,
+    stamp_ns: u64,
+}
+
+/// The localizer of a run.
+pub struct Localizer {
+    window: Window,
+    state: State,
+}
+
+impl Localizer {
+    /// With the window of the run's robot.
+    ///
+    /// # Errors
+    /// [`DirectionsError`] for a robot without one.
+    pub fn new(run: &RunConfig) -> Result<Self, DirectionsError> {
+        let view = run.robot.view()?;
+        let window = Window::new(view.side_m, view.margin_m).map_err(DirectionsError::Settings)?;
+        Ok(Self { window, state: State::default() })
+    }
+}
+
+/// Describes a view; all but the header and what says when it was taken.
+pub fn describe(view: &DotView, window: Window, description: &mut Description) {
+    let dots: ArrayVec<Point, MAX_DOTS> =
+        view.dots().iter().map(|dot| Point::new(dot.x_m.into(), dot.y_m.into())).collect();
+    let inside: ArrayVec<usize, MAX_DOTS> =
+        (0..dots.len()).filter(|&index| window.shows(dots[index])).collect();
+    let shown: ArrayVec<Point, MAX_DOTS> = inside.iter().map(|&index| dots[index]).collect();
+    description.dot_count = dots.len() as u32;
+    for (place, (&dot, seen)) in description.dots.iter_mut().zip(dots.iter().zip(view.dots())) {
+        let quadrants = signature(&dots, dot, window);
+        *place = DescribedDot { x_m: seen.x_m, y_m: seen.y_m, isolation: 0, quadrants };
+    }
+    for (rank, &index) in inside.iter().enumerate() {
+        description.dots[index].isolation = c_value(&shown, rank).unwrap_or(0);
+    }
+    for (meant, word) in description.meant.iter_mut().zip(Descriptor::ALL) {
+        let picked = if word == Descriptor::New { None } else { word.pick(&shown) };
+        *meant = picked.map_or(0, |rank| inside[rank] as u32 + 1);
+    }
+}
+
+/// The quadrants of a dot that hold another one in view, a bit each.
+fn signature(dots: &[Point], own: Point, window: Window) -> u32 {
+    let mut signature = Signature::default();
+    for relative in dots.iter().map(|&dot| dot - own).filter(|relative| *relative != Point::default()) {
+        let held = Corner::ALL.into_iter().filter(|quadrant| quadrant.covers(relative, window.side));
+        held.for_each(|quadrant| signature.occupy(quadrant));
+    }
+    (0..).zip(Corner::ALL).map(|(bit, corner)| u32::from(signature.has(corner)) << bit).sum()
+}
+
+impl Stage for Localizer {
+    const FORM: &'static str = "directions localizer 1";
+    type State = State;
+
+    fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        if let Some(view) = instant.fresh(VIEW) {
+            self.state = State { views: self.state.views + 1, stamp_ns: view.header.stamp_ns };
+        }
+        let (view, window, State { views, stamp_ns }) = (instant.newest(VIEW), self.window, self.state);
+        out.send(DESCRIPTION, |description| {
+            (description.views, description.view_stamp_ns) = (views, stamp_ns);
+            view.into_iter().for_each(|view| describe(view, window, description));
+        })?;
+        Ok(())
+    }
+
+    fn state(&self) -> impl Serialize {
+        self.state
+    }
+
+    fn restore(&mut self, state: State) -> Result<(), StageError> {
+        self.state = state;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+    use sketchnav_schemas::message::{Message, SeenDot};
+
+    /// A pair near the middle, one dot by itself, and one in the margin.
+    #[test]
+    fn a_view_is_described() {
+        let mut view = DotView::zeroed();
+        let dots = [[0.0, 0.0], [0.01, 0.0], [-0.04, -0.04], [0.06, 0.0]];
+        for (place, [x_m, y_m]) in view.dots.iter_mut().zip(dots) {
+            *place = SeenDot { x_m, y_m };
+        }
+        view.dot_count = 4;
+        let mut description = Description::zeroed();
+        describe(&view, Window::new(0.1, 0.015).unwrap(), &mut description);
+        assert!(description.is_valid());
+        let means =
+            |word: Descriptor| description.meant[Descriptor::ALL.iter().position(|w| *w == word).unwrap()];
+        assert_eq!(means(Descriptor::Any), 1, "the closest to the middle");
+        assert_eq!(means(Descriptor::Isolated), 3);
+        assert_eq!((means(Descriptor::Obvious), means(Descriptor::New)), (0, 0));
+        assert_eq!(description.dots[3].isolation, 0, "in the margin");
+        // South-west of the middle dot lies one, east of it two: on an axis, in two quadrants.
+        let own = |bit: u32| description.dots[0].quadrants >> bit & 1;
+        assert_eq!([own(0), own(1), own(2), own(3)], [0, 1, 1, 1]);
+    }
+}

@@ -1,0 +1,470 @@
+//! The keys of a mission of this kind.
+//!
+//! ```toml
+//! [navigator]
+//! kind = "directions"
+//! method = "arrival"               # or shortest, simplest, reliable, d-r: Park and Kender 1995
+//! plane_file = "plane.png"         # the plane as the global camera sees it
+//! calibration = [[101.5, 702.0, 0.0, 0.0], …]  # four known points or more: column, row; x, y in metres
+//! map_noise_m = 0.001              # error of the map-maker's positions; else by the calibration
+//! verify = "recoverable"           # or nothing, detectable; `arrival` chooses by itself
+//! words = ["Isol", "IsolPair", "*"] # what the navigator understands; else every word
+//!
+//! [[task]]
+//! name = "to the north"
+//! goal = [0.5, 0.9]                # metres: the dot nearest to it
+//! ```
+//! Somebody may write the custom map: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`. Its
+//! task may list `landmarks = [[x, y], …]`, one for each entry: those that the map means, for the judge.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_dots::camera::Known;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::message::MAX_PLANNED;
+use sketchnav_schemas::mission::{Mission, MissionError, Task, overlaid};
+use sketchnav_schemas::robot::Robot;
+
+use super::error::DirectionsError;
+use crate::arrival::{Effort, Pilot};
+use crate::description::{Descriptor, Vocabulary};
+use crate::geometry::{Point, Window};
+use crate::journey::Noise;
+use crate::navigator::Settings;
+use crate::path::Objective;
+use crate::plan::Verify;
+
+/// The word of `[navigator] kind`.
+pub const KIND: &str = "directions";
+/// The words of `[navigator] method`, the default first.
+pub const METHODS: [&str; 5] = ["arrival", "shortest", "simplest", "reliable", "d-r"];
+
+/// What a path is chosen by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+pub enum Method {
+    /// The probability of arrival, by simulation: this project's own.
+    #[default]
+    #[serde(rename = "arrival")]
+    Arrival,
+    /// The distance.
+    #[serde(rename = "shortest")]
+    Shortest,
+    /// The number of entries of the map.
+    #[serde(rename = "simplest")]
+    Simplest,
+    /// The product of reliabilities.
+    #[serde(rename = "reliable")]
+    Reliable,
+    /// The distance over the reliability.
+    #[serde(rename = "d-r")]
+    Ratio,
+}
+
+impl Method {
+    /// What the search minimises; none for simulation.
+    pub fn objective(self) -> Option<Objective> {
+        match self {
+            Self::Arrival => None,
+            Self::Shortest => Some(Objective::SHORTEST),
+            Self::Simplest => Some(Objective::FEWEST_ENTRIES),
+            Self::Reliable => Some(Objective::MOST_RELIABLE),
+            Self::Ratio => Some(Objective::Ratio),
+        }
+    }
+}
+
+/// Where the custom maps come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// The map-maker makes them from a picture.
+    Picture {
+        /// The picture.
+        file: String,
+        /// Its known points.
+        calibration: Vec<Known>,
+        /// The error of the map-maker's positions on each axis, where it is given, metres.
+        noise_m: Option<f64>,
+    },
+    /// Somebody has written one.
+    Map {
+        /// Its file.
+        file: String,
+    },
+}
+
+/// What belongs to this kind of a mission.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DirectionsMission {
+    /// What a path is chosen by.
+    pub method: Method,
+    /// Where the custom maps come from.
+    pub source: Source,
+    /// Which errors the paper's maps let the navigator notice.
+    pub verify: Verify,
+    /// What the navigator understands.
+    pub words: Vec<Descriptor>,
+    /// Where each task leads; empty with a custom map that somebody has written.
+    pub goals: Vec<Point>,
+    /// The landmarks that such a map means; empty where nobody says.
+    pub landmarks: Vec<Point>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NavigatorKeys {
+    #[serde(default)]
+    method: Method,
+    plane_file: Option<String>,
+    calibration: Option<Vec<[f64; 4]>>,
+    map_noise_m: Option<f64>,
+    map_file: Option<String>,
+    verify: Option<VerifyWord>,
+    words: Option<Vec<String>>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum VerifyWord {
+    Nothing,
+    Recoverable,
+    Detectable,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TaskKeys {
+    goal: Option<[f64; 2]>,
+    landmarks: Option<Vec<[f64; 2]>>,
+}
+
+impl DirectionsMission {
+    /// Reads and checks the keys of this kind.
+    ///
+    /// # Errors
+    /// [`MissionError`] with the key and what was expected.
+    pub fn of(mission: &Mission) -> Result<Self, MissionError> {
+        let keys: NavigatorKeys = keys("navigator", &mission.navigator.given)?;
+        if keys.verify.is_some() && keys.method == Method::Arrival {
+            let expected = "no such key for `arrival`, which verifies where that pays";
+            return Err(wrong("navigator.verify", expected, "it"));
+        }
+        let verify = match keys.verify {
+            Some(VerifyWord::Nothing) => Verify::Nothing,
+            Some(VerifyWord::Recoverable) | None => Verify::Recoverable,
+            Some(VerifyWord::Detectable) => Verify::Detectable,
+        };
+        let (method, words) = (keys.method, words(keys.words.as_deref())?);
+        let source = source(keys)?;
+        let is_written = matches!(source, Source::Map { .. });
+        if is_written && mission.task.len() != 1 {
+            let found = mission.task.len();
+            return Err(wrong("task", "one task beside navigator.map_file", &found.to_string()));
+        }
+        let (mut goals, mut landmarks) = (Vec::new(), Vec::new());
+        for (number, task) in (1..).zip(&mission.task) {
+            let (goal, listed) = task_places(number, task, is_written)?;
+            goals.extend(goal);
+            landmarks.extend(listed);
+        }
+        Ok(Self { method, source, verify, words, goals, landmarks })
+    }
+}
+
+fn wrong(key: &str, expected: &'static str, found: &str) -> MissionError {
+    MissionError::Value { key: key.to_owned(), expected, found: found.to_owned() }
+}
+
+fn words(given: Option<&[String]>) -> Result<Vec<Descriptor>, MissionError> {
+    let Some(given) = given else { return Ok(Descriptor::ALL.to_vec()) };
+    let word = |word: &String| {
+        let known = Descriptor::ALL.into_iter().find(|known| known.word().eq_ignore_ascii_case(word));
+        let words = || Descriptor::ALL.map(Descriptor::word).join(", ");
+        known.ok_or_else(|| MissionError::Key {
+            key: "navigator.words".into(),
+            reason: format!("expected some of {}, found {word:?}", words()),
+        })
+    };
+    given.iter().map(word).collect()
+}
+
+fn source(keys: NavigatorKeys) -> Result<Source, MissionError> {
+    let expected = "one of plane_file and map_file";
+    match (keys.plane_file, keys.map_file) {
+        (Some(file), None) => {
+            let Some(points) = keys.calibration else {
+                return Err(wrong(
+                    "navigator.calibration",
+                    "four known points or more beside plane_file",
+                    "none",
+                ));
+            };
+            if let Some(noise_m) = keys.map_noise_m.filter(|noise_m| !(0.0..=10.0).contains(noise_m)) {
+                return Err(wrong("navigator.map_noise_m", "0 to 10 m", &noise_m.to_string()));
+            }
+            let known = |[column, row, x, y]: [f64; 4]| Known { pixel: [column, row], place: [x, y] };
+            let calibration = points.into_iter().map(known).collect();
+            Ok(Source::Picture { file, calibration, noise_m: keys.map_noise_m })
+        }
+        (None, Some(_)) if keys.calibration.is_some() || keys.map_noise_m.is_some() => {
+            Err(wrong("navigator.map_file", "neither calibration nor map_noise_m beside it", "one of them"))
+        }
+        (None, Some(file)) => Ok(Source::Map { file }),
+        (None, None) => Err(wrong("navigator", expected, "none")),
+        (Some(_), Some(_)) => Err(wrong("navigator", expected, "both")),
+    }
+}
+
+fn task_places(
+    number: usize,
+    task: &Task,
+    is_written: bool,
+) -> Result<(Option<Point>, Vec<Point>), MissionError> {
+    let key = format!("task {number} ({})", task.name);
+    let TaskKeys { goal, landmarks } = keys(&key, &task.given)?;
+    let point = |[x, y]: [f64; 2]| Point::new(x, y);
+    match (is_written, goal, landmarks) {
+        (false, Some(goal), None) => Ok((Some(point(goal)), Vec::new())),
+        (true, None, landmarks) => {
+            let landmarks = landmarks.unwrap_or_default();
+            if landmarks.len() > MAX_PLANNED {
+                let found = landmarks.len().to_string();
+                return Err(wrong(&format!("{key}.landmarks"), "at most 512 landmarks", &found));
+            }
+            Ok((None, landmarks.into_iter().map(point).collect()))
+        }
+        (false, None, _) => Err(wrong(&format!("{key}.goal"), "a place in metres", "none")),
+        (false, ..) => {
+            Err(wrong(&format!("{key}.landmarks"), "no such key without navigator.map_file", "it"))
+        }
+        (true, ..) => Err(wrong(&format!("{key}.goal"), "no such key beside navigator.map_file", "it")),
+    }
+}
+
+fn keys<T: for<'de> Deserialize<'de>>(key: &str, given: &toml::Table) -> Result<T, MissionError> {
+    let read = given.clone().try_into();
+    read.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
+}
+
+/// What may be set of the navigator: a mission's table `parameters.planner`. See [`Settings`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlannerParameters {
+    /// How many views it takes where it stands before it decides.
+    pub looks: u8,
+    /// How often it looks again for a landmark that it cannot locate.
+    pub patience: u8,
+    /// How often it recovers within one entry.
+    pub most_recoveries: u8,
+    /// How long it works on an entry before it gives up, seconds.
+    pub longest_entry_s: f64,
+    /// How fast it removes an error of position, a second.
+    pub gain: f64,
+    /// The weight of a new position of a dot while the window moves, from 0 to 1.
+    pub weight: f64,
+}
+
+/// What may be set of the map-maker: a mission's table `parameters.sketcher`. See [`Effort`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SketcherParameters {
+    /// Simulations of each transition.
+    pub trials: u32,
+    /// Simulated journeys of each candidate.
+    pub trial_journeys: u32,
+    /// Simulated journeys for the stated probability.
+    pub journeys: u32,
+}
+
+/// Most simulations of each kind.
+const MOST_SIMULATIONS: u32 = 100_000;
+
+/// How much the map-maker simulates.
+///
+/// # Errors
+/// [`MissionError`] with the key.
+pub fn effort(mission: &Mission) -> Result<Effort, MissionError> {
+    let Effort { trials, trial_journeys, journeys } = Effort::USUAL;
+    let usual = SketcherParameters { trials, trial_journeys, journeys };
+    let given = overlaid(&usual, mission.parameters.of(Process::Sketcher));
+    let SketcherParameters { trials, trial_journeys, journeys } = given.map_err(|error| {
+        MissionError::Key { key: "parameters.sketcher".into(), reason: error.message().to_owned() }
+    })?;
+    for (key, count) in [("trials", trials), ("trial_journeys", trial_journeys), ("journeys", journeys)] {
+        if !(1..=MOST_SIMULATIONS).contains(&count) {
+            return Err(wrong(&format!("parameters.sketcher.{key}"), "1 to 100000", &count.to_string()));
+        }
+    }
+    Ok(Effort { trials, trial_journeys, journeys })
+}
+
+/// How the navigator of a mission sees and moves.
+///
+/// # Errors
+/// A robot without a view, or [`DirectionsError::Settings`].
+pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, DirectionsError> {
+    let view = robot.view()?;
+    let window = Window::new(view.side_m, view.margin_m).map_err(DirectionsError::Settings)?;
+    let usual = Settings::new(window, view.noise_m);
+    let parameters = PlannerParameters {
+        looks: usual.looks,
+        patience: usual.patience,
+        most_recoveries: usual.most_recoveries,
+        longest_entry_s: usual.longest_entry_s,
+        gain: usual.gain,
+        weight: usual.weight,
+    };
+    let given = overlaid(&parameters, mission.parameters.of(Process::Planner));
+    let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } = given
+        .map_err(|error| MissionError::Key {
+            key: "parameters.planner".into(),
+            reason: error.message().to_owned(),
+        })?;
+    let words = DirectionsMission::of(mission)?.words;
+    let settings = Settings {
+        vocabulary: Vocabulary::of(&words),
+        // A step is a tick: it never moves further in one than it may see.
+        speed: usual.speed.min(robot.limits.speed_mps),
+        looks,
+        patience,
+        most_recoveries,
+        longest_entry_s,
+        gain,
+        weight,
+        ..usual
+    };
+    settings.check().map_err(DirectionsError::Settings)
+}
+
+/// What the map-maker reckons with: the navigator, and the errors of both.
+///
+/// # Errors
+/// As [`settings`].
+pub fn pilot(mission: &Mission, robot: &Robot, map_noise_m: f64) -> Result<Pilot, DirectionsError> {
+    let (view, motion) = (robot.view()?, robot.motion_noise.unwrap_or_default());
+    let noise = Noise {
+        sigma: view.noise_m,
+        map_sigma: map_noise_m,
+        misses: view.miss,
+        false_dots: view.false_dots,
+        translation: motion.translation_m,
+        rotation_rad: motion.rotation_rad,
+    };
+    Ok(Pilot { settings: settings(mission, robot)?, noise })
+}
+
+/// What this kind demands of a mission and a robot.
+///
+/// # Errors
+/// [`DirectionsError`] with the key or the sensor.
+pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
+    let read = DirectionsMission::of(mission)?;
+    effort(mission)?;
+    settings(mission, robot)?;
+    if mission.start.world_heading_deg != 0.0 {
+        let found = mission.start.world_heading_deg.to_string();
+        let expected = "0: the window's axes are those of the plane";
+        return Err(wrong("start.world_heading_deg", expected, &found).into());
+    }
+    let plans = read.words.iter().any(|word| crate::arrival::WORDS.contains(word));
+    if matches!(read.source, Source::Picture { .. }) && !plans {
+        let found = read.words.iter().map(|word| word.word()).collect::<Vec<_>>().join(", ");
+        let expected = "Isol or IsolPair among them: the map-maker plans with those";
+        return Err(wrong("navigator.words", expected, &found).into());
+    }
+    if !mission.parameters.of(Process::Localizer).is_empty() {
+        return Err(wrong("parameters.localizer", "no key: it has no parameters", "some").into());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MISSION: &str = "name='m'\nrobot='helicopter'\nworld={plane='p.toml'}\nstart={world=[0,0],world_heading_deg=0}\n\
+        [navigator]\nkind='directions'\nplane_file='p.png'\ncalibration=[[0,0,0,0]]\n[[task]]\nname='on'\ngoal=[0.5, 0.9]\n";
+
+    fn read(text: &str) -> Result<DirectionsMission, MissionError> {
+        DirectionsMission::of(&Mission::parse(text).unwrap())
+    }
+
+    #[test]
+    fn a_mission_says_what_is_seen_and_where_to_go() {
+        let mission = read(MISSION).unwrap();
+        assert_eq!((mission.method, &mission.goals[..]), (Method::Arrival, &[Point::new(0.5, 0.9)][..]));
+        for method in METHODS {
+            let text = MISSION.replace("kind='directions'", &format!("kind='directions'\nmethod='{method}'"));
+            assert_eq!(read(&text).unwrap().method.objective().is_none(), method == METHODS[0]);
+        }
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        let navigator =
+            |keys: &str| MISSION.replace("kind='directions'", &format!("kind='directions'\n{keys}"));
+        let written =
+            MISSION.replace("plane_file='p.png'\ncalibration=[[0,0,0,0]]", "map_file='a.directions'");
+        for (text, words) in [
+            (
+                MISSION.replace("calibration=[[0,0,0,0]]", ""),
+                "navigator.calibration: expected four known points",
+            ),
+            (
+                MISSION.replace("plane_file='p.png'", ""),
+                "navigator: expected one of plane_file and map_file, found none",
+            ),
+            (navigator("map_file='a'"), "navigator: expected one of plane_file and map_file, found both"),
+            (navigator("map_noise_m=-1.0"), "navigator.map_noise_m: expected 0 to 10 m, found -1"),
+            (navigator("words=['Isol','Lonely']"), "navigator.words: expected some of Obvious, Isol"),
+            (navigator("verify='nothing'"), "navigator.verify: expected no such key for `arrival`"),
+            (navigator("method='fast'"), "navigator: unknown variant `fast`"),
+            (
+                MISSION.replace("goal=[0.5, 0.9]", ""),
+                "task 1 (on).goal: expected a place in metres, found none",
+            ),
+            (MISSION.replace("goal=", "goals="), "task 1 (on): unknown field `goals`"),
+            (written.clone(), "task 1 (on).goal: expected no such key beside navigator.map_file"),
+            (
+                format!("{}[[task]]\nname='two'\n", written.replace("goal=[0.5, 0.9]", "")),
+                "task: expected one task beside navigator.map_file, found 2",
+            ),
+        ] {
+            let error = read(&text).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_a_robot_lacks_or_a_parameter_cannot_be_is_said() {
+        let robot = |name: &str| sketchnav_sim::robots::find(name).unwrap().unwrap();
+        let checked = |text: &str, name: &str| {
+            check(&Mission::parse(text).unwrap(), &robot(name)).map_err(|error| error.to_string())
+        };
+        assert_eq!(checked(MISSION, "helicopter"), Ok(()));
+        assert!(checked(MISSION, "robotino").unwrap_err().contains("[view]"));
+        for (text, words) in [
+            (
+                format!("{MISSION}[parameters.planner]\nlooks = 0\n"),
+                "parameters.planner: looks: expected at least 1",
+            ),
+            (
+                format!("{MISSION}[parameters.planner]\nlook = 1\n"),
+                "parameters.planner: unknown field `look`",
+            ),
+            (
+                format!("{MISSION}[parameters.sketcher]\ntrials = 0\n"),
+                "parameters.sketcher.trials: expected 1 to",
+            ),
+            (
+                MISSION.replace("world_heading_deg=0", "world_heading_deg=90"),
+                "start.world_heading_deg: expected 0",
+            ),
+            (
+                MISSION.replace("kind='directions'", "kind='directions'\nwords=['*']"),
+                "navigator.words: expected Isol",
+            ),
+        ] {
+            let error = checked(&text, "helicopter").unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The global camera: a perspective transform from pixels to places of the plane, calibrated by known points (Park and
+//! Kender 1995, 7.1.1).
+//!
+//! Eight numbers join a plane and its picture (Hartley and Zisserman 2004, 4.1). They follow from four points, and from more
+//! by least squares.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+use crate::error::DotsError;
+
+/// A known point: where it is in the picture and on the plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// Column and row of the picture, from its upper left corner.
+    pub pixel: [f64; 2],
+    /// On the plane.
+    pub place: [f64; 2],
+}
+
+/// A perspective transform of a plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    place_from_pixel: Matrix3<f64>,
+    pixel_from_place: Matrix3<f64>,
+}
+
+impl Camera {
+    /// The camera that sees the known points where they are, as nearly as one can.
+    ///
+    /// # Errors
+    /// [`DotsError::Calibration`] where the points do not say enough.
+    pub fn calibrated(points: &[Known]) -> Result<Self, DotsError> {
+        let wrong = || DotsError::Calibration { found: points.len() };
+        if points.len() < 4 {
+            return Err(wrong());
+        }
+        // Coordinates about their mean and of size one keep the equations well conditioned.
+        let pixels = Normal::of(points.iter().map(|known| known.pixel)).ok_or_else(wrong)?;
+        let places = Normal::of(points.iter().map(|known| known.place)).ok_or_else(wrong)?;
+        let mut left = DMatrix::zeros(2 * points.len(), 8);
+        let mut right = DVector::zeros(2 * points.len());
+        for (i, known) in points.iter().enumerate() {
+            let ([u, v], [x, y]) = (pixels.apply(known.pixel), places.apply(known.place));
+            for (row, at, first) in [(2 * i, x, 0), (2 * i + 1, y, 3)] {
+                (left[(row, first)], left[(row, first + 1)], left[(row, first + 2)]) = (u, v, 1.0);
+                (left[(row, 6)], left[(row, 7)], right[row]) = (-u * at, -v * at, at);
+            }
+        }
+        let svd = left.svd(true, true);
+        if svd.singular_values.min() < 1e-9 * svd.singular_values.max() {
+            return Err(wrong());
+        }
+        let h = svd.solve(&right, 0.0).map_err(|_| wrong())?;
+        let normal = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0);
+        let place_from_pixel = places.matrix().try_inverse().ok_or_else(wrong)? * normal * pixels.matrix();
+        let pixel_from_place = place_from_pixel.try_inverse().ok_or_else(wrong)?;
+        Ok(Self { place_from_pixel, pixel_from_place })
+    }
+
+    /// Where on the plane a pixel is.
+    ///
+    /// # Errors
+    /// [`DotsError::Horizon`].
+    pub fn place(&self, [x, y]: [f64; 2]) -> Result<[f64; 2], DotsError> {
+        project(&self.place_from_pixel, [x, y]).ok_or(DotsError::Horizon { x, y })
+    }
+
+    /// Where a place is in the picture; none for one behind the camera.
+    pub fn pixel(&self, place: [f64; 2]) -> Option<[f64; 2]> {
+        project(&self.pixel_from_place, place)
+    }
+
+    /// The standard deviation of a place on each axis, by how far the known points lie off; none for four points, which
+    /// always fit.
+    pub fn spread(&self, points: &[Known]) -> Option<f64> {
+        // Eight numbers were fitted to two for each point.
+        let freedom = (2 * points.len()).checked_sub(8).filter(|&freedom| freedom > 0)?;
+        let squared = |known: &Known| {
+            let [x, y] = self.place(known.pixel).ok()?;
+            Some((x - known.place[0]).powi(2) + (y - known.place[1]).powi(2))
+        };
+        let sum: f64 = points.iter().map(squared).sum::<Option<f64>>()?;
+        Some((sum / freedom as f64).sqrt())
+    }
+}
+
+fn project(matrix: &Matrix3<f64>, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+    let at = matrix * Vector3::new(x, y, 1.0);
+    let projected = [at.x / at.z, at.y / at.z];
+    (at.z.abs() > 1e-12 && projected.iter().all(|v| v.is_finite())).then_some(projected)
+}
+
+/// Coordinates about their mean, of size one.
+struct Normal {
+    mean: [f64; 2],
+    scale: f64,
+}
+
+impl Normal {
+    fn of(points: impl Iterator<Item = [f64; 2]> + Clone) -> Option<Self> {
+        let count = points.clone().count() as f64;
+        let mean = [0, 1].map(|axis| points.clone().map(|point| point[axis]).sum::<f64>() / count);
+        let off = |point: [f64; 2]| (point[0] - mean[0]).hypot(point[1] - mean[1]);
+        let size = points.map(off).sum::<f64>() / count;
+        (size > 0.0 && size.is_finite()).then(|| Self { mean, scale: 1.0 / size })
+    }
+
+    fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [(x - self.mean[0]) * self.scale, (y - self.mean[1]) * self.scale]
+    }
+
+    fn matrix(&self) -> Matrix3<f64> {
+        let Self { mean: [x, y], scale } = *self;
+        Matrix3::new(scale, 0.0, -x * scale, 0.0, scale, -y * scale, 0.0, 0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn known(pixels: [[f64; 2]; 4], places: [[f64; 2]; 4]) -> Vec<Known> {
+        pixels.into_iter().zip(places).map(|(pixel, place)| Known { pixel, place }).collect()
+    }
+
+    const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+
+    #[test]
+    fn four_points_fit_and_a_square_seen_aslant_has_its_middle_where_the_diagonals_meet() {
+        let points = known([[100.0, 700.0], [900.0, 700.0], [700.0, 300.0], [300.0, 300.0]], SQUARE);
+        let camera = Camera::calibrated(&points).unwrap();
+        for point in &points {
+            let [x, y] = camera.place(point.pixel).unwrap();
+            assert!((x - point.place[0]).hypot(y - point.place[1]) < 1e-9);
+        }
+        // The diagonals of the picture meet at x = 500, a third of the way up from the near side of 800 px to the far one of 400.
+        let [x, y] = camera.pixel([0.5, 0.5]).unwrap();
+        assert!((x - 500.0).abs() < 1e-6 && (y - 1300.0 / 3.0).abs() < 1e-6, "{x} {y}");
+        assert!(camera.spread(&points).is_none());
+    }
+
+    #[test]
+    fn points_on_a_line_and_too_few_points_are_rejected() {
+        let line = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]];
+        let error = Camera::calibrated(&known(line, SQUARE)).unwrap_err().to_string();
+        assert!(error.contains("no three lie on one line, found 4 points"), "{error}");
+        assert!(Camera::calibrated(&known(SQUARE, SQUARE)[..3]).is_err());
+        assert!(Camera::calibrated(&known([[2.0, 2.0]; 4], SQUARE)).is_err());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn what_is_seen_is_placed_where_it_is(
+            near in 300.0..800.0_f64, far in 100.0..300.0_f64, x in 0.0..1.0_f64, y in 0.0..1.0_f64,
+        ) {
+            let pixels = [[400.0 - near / 2.0, 600.0], [400.0 + near / 2.0, 600.0],
+                [400.0 + far / 2.0, 100.0], [400.0 - far / 2.0, 100.0]];
+            let camera = Camera::calibrated(&known(pixels, SQUARE)).unwrap();
+            let again = camera.place(camera.pixel([x, y]).unwrap()).unwrap();
+            prop_assert!((again[0] - x).hypot(again[1] - y) < 1e-9);
+        }
+    }
+}

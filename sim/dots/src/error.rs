@@ -1,0 +1,59 @@
+//! What can be wrong with input.
+
+/// Why dots, a calibration or a picture are rejected.
+#[derive(Debug, thiserror::Error)]
+pub enum DotsError {
+    /// A parameter out of its range.
+    #[error("{what}: expected {expected}, found {found}")]
+    Parameter {
+        /// Which parameter.
+        what: &'static str,
+        /// Its range.
+        expected: &'static str,
+        /// The number.
+        found: f64,
+    },
+    /// A calibration from which no camera follows.
+    #[error("expected four points or more of which no three lie on one line, found {found} points")]
+    Calibration {
+        /// How many points there are.
+        found: usize,
+    },
+    /// A place behind the camera, or on its horizon.
+    #[error("pixel ({x}, {y}): expected a place on the plane, found one on the camera's horizon or beyond")]
+    Horizon {
+        /// The pixel.
+        x: f64,
+        /// The pixel.
+        y: f64,
+    },
+    /// A picture without a spot.
+    #[error("expected dots on a plain ground, found none in {width} × {height} pixels")]
+    NoDots {
+        /// Pixels.
+        width: u32,
+        /// Pixels.
+        height: u32,
+    },
+    /// More spots than a plane has dots.
+    #[error("expected at most {limit} dots, found {found}")]
+    TooManyDots {
+        /// The greatest number.
+        limit: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A picture with too many pixels.
+    #[error("expected a picture of at most {limit} pixels, found {width} × {height}")]
+    Size {
+        /// The greatest number of pixels.
+        limit: u64,
+        /// Pixels.
+        width: u32,
+        /// Pixels.
+        height: u32,
+    },
+    /// Not a picture that can be read.
+    #[error("expected a PNG, JPEG or PNM picture: {0}")]
+    Picture(#[from] image::ImageError),
+}

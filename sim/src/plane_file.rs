@@ -1,0 +1,171 @@
+//! Planes of dots as files (TOML), and the plane that a file describes.
+//!
+//! ```toml
+//! name = "a hundred dots"
+//! random = { dots = 100, side_m = 1.0, seed = 4 }   # or clustered, dots or picture
+//! ```
+//!
+//! - `dots = [[x, y], …]`: places, metres;
+//! - `random = { dots, side_m, seed }`: equal probability everywhere on a square;
+//! - `clustered = { dots, side_m, clusters, spread_m, seed }`: normal distances around random centres;
+//! - `picture = { file, pixels_per_m }`: the spots of a picture taken straight from above; x to its right, y upwards, from
+//!   its lower left corner.
+
+use serde::Deserialize;
+use sketchnav_dots::{generate, picture};
+use sketchnav_schemas::bounds;
+
+use crate::error::{SimError, check, check_within};
+
+/// A plane of dots: what a plane file describes.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlaneDescription {
+    /// Name, for people.
+    pub name: String,
+    /// Where the dots are, metres, frame `World`. No two lie in one place.
+    pub dots: Vec<[f64; 2]>,
+}
+
+/// A plane file.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneFile {
+    /// Name, for people.
+    #[serde(default)]
+    pub name: String,
+    dots: Option<Vec<[f64; 2]>>,
+    random: Option<Random>,
+    clustered: Option<Clustered>,
+    picture: Option<PictureSource>,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Random {
+    dots: usize,
+    side_m: f64,
+    seed: u64,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Clustered {
+    dots: usize,
+    side_m: f64,
+    clusters: usize,
+    spread_m: f64,
+    seed: u64,
+}
+
+/// A picture of a plane.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PictureSource {
+    /// Its file, beside the plane's.
+    pub file: String,
+    /// Pixels a metre.
+    pub pixels_per_m: f64,
+}
+
+impl PlaneFile {
+    /// Reads a plane file.
+    ///
+    /// # Errors
+    /// [`SimError::Toml`]; [`SimError::Value`] where it has no source of dots, or several.
+    pub fn parse(text: &str) -> Result<Self, SimError> {
+        let file: Self = toml::from_str(text)?;
+        let sources =
+            [file.dots.is_some(), file.random.is_some(), file.clustered.is_some(), file.picture.is_some()];
+        let count = sources.into_iter().filter(|&is_given| is_given).count();
+        check(count == 1, "plane", "one of dots, random, clustered and picture", count)?;
+        Ok(file)
+    }
+
+    /// The picture that it names, where it does.
+    pub fn picture(&self) -> Option<&PictureSource> {
+        self.picture.as_ref()
+    }
+
+    /// The plane that it describes; `picture` is what lies in the file that it names.
+    ///
+    /// # Errors
+    /// [`SimError`] with the key: too many dots or none, a number out of its bounds, two dots in one place.
+    pub fn describe(&self, picture: &[u8]) -> Result<PlaneDescription, SimError> {
+        let dots = self.places(picture)?;
+        let most = bounds::MOST_PLANE_DOTS;
+        check((1..=most).contains(&dots.len()), "dots", "1 to 20000 dots", dots.len())?;
+        check_within("dots", bounds::COORDINATE_M, dots.as_flattened())?;
+        if let Some((first, second)) = generate::same_place(&dots) {
+            let [x, y] = dots[first];
+            return Err(SimError::Value {
+                key: format!("dots {} and {}", first + 1, second + 1),
+                expected: "different places",
+                found: format!("both at ({x}, {y}) m"),
+            });
+        }
+        Ok(PlaneDescription { name: self.name.clone(), dots })
+    }
+
+    fn places(&self, bytes: &[u8]) -> Result<Vec<[f64; 2]>, SimError> {
+        let few = |count: usize| check(count <= bounds::MOST_PLANE_DOTS, "dots", "1 to 20000 dots", count);
+        if let Some(Random { dots, side_m, seed }) = self.random {
+            few(dots)?;
+            check_within("random.side_m", bounds::PLANE_SIDE_M, &[side_m])?;
+            return Ok(generate::uniform(dots, side_m, seed)?);
+        }
+        if let Some(Clustered { dots, side_m, clusters, spread_m, seed }) = self.clustered {
+            few(dots)?;
+            check_within("clustered.side_m", bounds::PLANE_SIDE_M, &[side_m])?;
+            return Ok(generate::clustered(dots, side_m, clusters, spread_m, seed)?);
+        }
+        if let Some(PictureSource { pixels_per_m, .. }) = self.picture {
+            check_within("picture.pixels_per_m", bounds::PICTURE_PXPM, &[pixels_per_m])?;
+            let (spots, height_px) = picture::read(bytes)?;
+            let place = |[x, y]: [f64; 2]| [x / pixels_per_m, (f64::from(height_px) - y) / pixels_per_m];
+            return Ok(spots.iter().map(|spot| place(spot.at)).collect());
+        }
+        Ok(self.dots.clone().unwrap_or_default())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<PlaneDescription, SimError> {
+        PlaneFile::parse(text)?.describe(&[])
+    }
+
+    #[test]
+    fn a_plane_is_listed_or_drawn_by_a_seed() {
+        assert_eq!(read("dots = [[0.5, 1.0], [2.0, 3.0]]").unwrap().dots, [[0.5, 1.0], [2.0, 3.0]]);
+        let random = read("random = { dots = 100, side_m = 1.0, seed = 4 }").unwrap();
+        assert_eq!(random.dots, generate::uniform(100, 1.0, 4).unwrap());
+        let crowded = "clustered = { dots = 50, side_m = 2.0, clusters = 5, spread_m = 0.1, seed = 1 }";
+        assert_eq!(read(crowded).unwrap().dots.len(), 50);
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        for (text, words) in [
+            ("name = 'p'", "plane: expected one of dots, random, clustered and picture, found 0"),
+            ("dots = [[0, 0]]\nrandom = { dots = 1, side_m = 1.0, seed = 4 }", "found 2"),
+            ("dots = []", "dots: expected 1 to 20000 dots, found 0"),
+            (
+                "dots = [[1, 2], [3, 4], [1, 2]]",
+                "dots 1 and 3: expected different places, found both at (1, 2) m",
+            ),
+            ("dots = [[1, nan]]", "dots: expected -10000 to 10000 m"),
+            ("random = { dots = 10, side_m = -1.0, seed = 4 }", "random.side_m: expected 0.001 to 10000 m"),
+            ("random = { dots = 1000000, side_m = 1.0, seed = 4 }", "dots: expected 1 to 20000 dots"),
+            ("random = { dots = 10, side = 1.0, seed = 4 }", "unknown field `side`"),
+            (
+                "clustered = { dots = 10, side_m = 1.0, clusters = 0, spread_m = 0.1, seed = 1 }",
+                "clusters: expected at least 1, found 0",
+            ),
+        ] {
+            let error = read(text).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

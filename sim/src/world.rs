@@ -1,0 +1,70 @@
+//! The world of a mission, in either form: what its hosts hold. The mission's `[world]` decides.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::Pose;
+use sketchnav_schemas::message::{GroundTruth, VelocityCommand};
+use sketchnav_schemas::run::RunConfig;
+
+use crate::error::SimError;
+use crate::files;
+use crate::floor::Floor;
+use crate::plane::DotPlane;
+use crate::simulation::{Senses, Simulation};
+
+/// A simulated world.
+#[derive(Serialize, Deserialize)]
+pub enum World {
+    /// A floor with walls.
+    Floor(Box<Floor>),
+    /// A plane of dots.
+    Plane(DotPlane),
+}
+
+impl World {
+    /// The world that a run describes, before its first instant.
+    ///
+    /// # Errors
+    /// [`SimError`] with the file, the key or the place.
+    pub fn of_run(run: &RunConfig) -> Result<Self, SimError> {
+        let (source, start) = (&run.mission.world, &run.mission.start);
+        let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());
+        if let Some(plane) = &source.plane {
+            let description = files::plane_file(plane.as_ref())?;
+            return Ok(Self::Plane(DotPlane::new(description, &run.robot, pose, run.seed)?));
+        }
+        let floor = Floor::new(files::world(source)?, &run.robot, pose, run.seed)?;
+        Ok(Self::Floor(Box::new(floor)))
+    }
+}
+
+/// Does the same with either form.
+macro_rules! either {
+    ($world:expr, $form:ident => $does:expr) => {
+        match $world {
+            World::Floor($form) => $does,
+            World::Plane($form) => $does,
+        }
+    };
+}
+
+impl Simulation for World {
+    fn step(&mut self, command: Option<&VelocityCommand>) {
+        either!(self, form => form.step(command));
+    }
+
+    fn sense<S: Senses>(&self, senses: &mut S) -> Result<(), S::Error> {
+        either!(self, form => form.sense(senses))
+    }
+
+    fn fill_truth(&self, truth: &mut GroundTruth) {
+        either!(self, form => form.fill_truth(truth));
+    }
+
+    fn steps(&self) -> u64 {
+        either!(self, form => form.steps())
+    }
+
+    fn period_ns(&self) -> u64 {
+        either!(self, form => form.period_ns())
+    }
+}

@@ -7,9 +7,9 @@
 
 use crate::codes::{LandmarkEvent, RouteCommand};
 use crate::message::{
-    Description, DotView, Header, Journey, LandmarkProgress, LandmarkView, LaserScan, MAX_DOTS, MAX_KNOWN_MARKERS,
-    MAX_MARKERS, MAX_MET_RELATIONS, MAX_REMEMBERED_PLACES, MAX_SEEN_OBJECTS, MAX_WORDS, MarkerView, Odometry,
-    PoseEstimate, PoseM, PosePx, Relations, SonarScan, Tick, Twist, VelocityCommand,
+    Description, DotView, Header, Journey, LandmarkProgress, LandmarkView, LaserScan, MAX_DOTS,
+    MAX_KNOWN_MARKERS, MAX_MARKERS, MAX_MET_RELATIONS, MAX_REMEMBERED_PLACES, MAX_SEEN_OBJECTS, MAX_WORDS,
+    MarkerView, Odometry, PoseEstimate, PoseM, PosePx, Relations, SonarScan, Tick, Twist, VelocityCommand,
 };
 
 /// Farther than any robot drives, metres or pixels.

@@ -280,7 +280,9 @@ impl Page<'_> {
         let relations = self.of_relations();
         let landmarks = self.landmarks.as_ref().map_or(Vec::new(), Landmarks::charts);
         let journeys = directions::over_time(self.log);
-        if [&estimates, &relations, &landmarks, &journeys].iter().all(|charts| charts.is_empty()) && !has_speed {
+        if [&estimates, &relations, &landmarks, &journeys].iter().all(|charts| charts.is_empty())
+            && !has_speed
+        {
             return html! {};
         }
         html! {

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, CORRESPONDENCE, Channel, ChannelSpec, DIRECTIONS, ESTIMATE, FAULTS, HEALTH, ITINERARY, JOURNEY,
-    LATENCY, MARKERS, ORDERS, PARTICLES, PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
+    COMMAND, CONTACT, CORRESPONDENCE, Channel, ChannelSpec, DIRECTIONS, ESTIMATE, FAULTS, HEALTH, ITINERARY,
+    JOURNEY, LATENCY, MARKERS, ORDERS, PARTICLES, PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
 };
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
 use sketchnav_schemas::message::{
-    Contact, Correspondence, Fault, GroundTruth, Health, Itinerary, Journey, Latency, MarkerView, Message, MissionStatus,
-    Particles, People, PoseEstimate, Relations, Route, RouteTask, SketchMap, VelocityCommand,
+    Contact, Correspondence, Fault, GroundTruth, Health, Itinerary, Journey, Latency, MarkerView, Message,
+    MissionStatus, Particles, People, PoseEstimate, Relations, Route, RouteTask, SketchMap, VelocityCommand,
 };
 use sketchnav_schemas::mission::{Place, Task};
 use sketchnav_schemas::ros2::Ros2;

@@ -99,7 +99,7 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
     if found.rival_margin >= 0.0 {
         cross(&mut sheet, &at(found.rival_m), "#c2410c");
     }
-    sheet.scale_bar();
+    sheet.scale_bar(1.0);
     words(&mut sheet, found);
     sheet.finish()
 }

@@ -2,12 +2,12 @@
 
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{
-    CORRESPONDENCE, Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, PARTICLES, PLAN, SCAN, SKETCH, STATUS,
-    UNDERSTOOD,
+    CORRESPONDENCE, Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, PARTICLES, PLAN, SCAN,
+    SKETCH, STATUS, UNDERSTOOD,
 };
 use sketchnav_schemas::message::{
-    Correspondence, Description, Fault, Itinerary, Journey, LaserScan, Message, MissionStatus, Particles, Plan, PoseEstimate,
-    SketchMap, Understood,
+    Correspondence, Description, Fault, Itinerary, Journey, LaserScan, Message, MissionStatus, Particles,
+    Plan, PoseEstimate, SketchMap, Understood,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;

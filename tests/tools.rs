@@ -62,7 +62,7 @@ fn once_is_the_newest_message() {
     let later = seq();
     assert!(first > 1 && later >= first && later >= newest.min(first + 1), "{first}, {newest}, {later}");
     // What is held as long as nothing new comes is the newest, too.
-    assert_eq!(lines(&place.fine("echo sketch --once --field info.width")).len(), 1);
+    assert_eq!(lines(&place.fine("echo sketch --once --field grid.info.width")).len(), 1);
     ended(running);
 }
 

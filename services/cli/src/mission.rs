@@ -163,7 +163,7 @@ fn link(run: &RunConfig, options: &RunOptions) -> Result<Option<Link>, Failure> 
     if run.pad.is_absent() {
         return Ok(None);
     }
-    sketchnav_pad::check_kind(&run.mission).or_input()?;
+    sketchnav_pad::check_watched(&run.mission).or_input()?;
     Link::new(&options.site, options.token.clone()).or_input().map(Some)
 }
 

@@ -113,7 +113,7 @@ impl<'a> Bridge<'a> {
             checkpoints,
             drawings: node.writer(DRAWING)?,
             orders,
-            inbox: Inbox::open(node, run.pad.draws())?,
+            inbox: Inbox::open(node, run.mission.navigator_kind(), run.pad.draws())?,
             machine: Machine::new(run.pad.draws()),
             sessions: Sessions::default(),
             reply: None,
@@ -236,6 +236,10 @@ impl<'a> Bridge<'a> {
                     self.is_new = true;
                 }
                 News::Estimate(estimate) => self.machine.on_estimate(&estimate),
+                News::View(view) => {
+                    let tracking = self.inbox.canvas.as_ref().map(|canvas| canvas.tracking(&view));
+                    self.machine.on_tracking(tracking);
+                }
                 News::Understood(answer) => {
                     let said = self.machine.on_understood(&answer).map(|said| said.map(|()| facts(&answer)));
                     if let Some(said) = &said {

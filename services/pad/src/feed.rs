@@ -3,6 +3,7 @@
 //! Pure: messages go in, one JSON object comes out. Lists are thinned and numbers rounded, so that a feed stays
 //! small on a slow link.
 
+pub mod landmarks;
 mod services;
 mod trail;
 mod warnings;
@@ -87,6 +88,9 @@ pub struct Feed {
     pub plan: Option<PlanView>,
     /// The newest point of the way that it came.
     pub trail: Option<[f64; 2]>,
+    /// How it stands on a route past landmarks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub landmarks: Option<landmarks::LandmarkFeed>,
     /// What people should know.
     pub warnings: Vec<Warning>,
     /// How the processes are.

@@ -31,6 +31,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::Context;
+use sketchnav_landmarks::mission::KIND as LANDMARKS;
 use sketchnav_runtime::Node;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::sketch_mission::KIND;
@@ -62,8 +63,8 @@ pub struct Settings {
 pub enum PadError {
     /// The mission's navigator has no drawing.
     #[error(
-        "navigator.kind: the pad expects a mission of kind {KIND:?}, whose drawings its page shows and takes; \
-         found kind {0:?}"
+        "navigator.kind: the pad expects a mission of kind {KIND:?}, whose drawings its page shows and takes, or, \
+         to watch it, {LANDMARKS:?}; found kind {0:?}"
     )]
     Kind(String),
     /// Somebody could come from outside.
@@ -79,13 +80,21 @@ pub enum PadError {
     },
 }
 
-/// Checks that the page can show the mission.
+/// Checks that the page can show the mission and take drawings for it.
 ///
 /// # Errors
 /// [`PadError::Kind`].
 pub fn check_kind(mission: &Mission) -> Result<(), PadError> {
     let kind = mission.navigator_kind();
     if kind == KIND { Ok(()) } else { Err(PadError::Kind(kind.to_owned())) }
+}
+
+/// Checks that the page can watch the mission.
+///
+/// # Errors
+/// [`PadError::Kind`].
+pub fn check_watched(mission: &Mission) -> Result<(), PadError> {
+    if mission.navigator_kind() == LANDMARKS { Ok(()) } else { check_kind(mission) }
 }
 
 /// Runs the pad in `node`'s system until it is asked to end.
@@ -95,7 +104,8 @@ pub fn check_kind(mission: &Mission) -> Result<(), PadError> {
 pub fn run(node: &Node, settings: Settings) -> anyhow::Result<()> {
     let Settings { bind, port, hosts, token, folder } = settings;
     let run = node.run_config()?;
-    check_kind(&run.mission)?;
+    let checked = if run.pad.draws() { check_kind(&run.mission) } else { check_watched(&run.mission) };
+    checked?;
     if !bind.is_loopback() && token.is_none() {
         return Err(PadError::NoToken(bind).into());
     }

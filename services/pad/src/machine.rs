@@ -189,7 +189,12 @@ impl Machine {
 
     /// The localizer has said where the robot is.
     pub fn on_estimate(&mut self, estimate: &PoseEstimate) {
-        self.tracking = Tracking::from_code(estimate.tracking);
+        self.on_tracking(Tracking::from_code(estimate.tracking));
+    }
+
+    /// How sure the localizer is.
+    pub fn on_tracking(&mut self, tracking: Option<Tracking>) {
+        self.tracking = tracking;
     }
 
     /// The planner's last word that counts.

@@ -24,6 +24,8 @@ const THERE_M: f64 = 1.15;
 /// Of the way and an object, and of two objects, metres: what a robot drives past with room.
 const BESIDE_WAY_M: f64 = 0.9;
 const BETWEEN_M: f64 = 0.9;
+/// Of the goal and an object.
+const BESIDE_GOAL_M: f64 = 0.8;
 
 /// A place, metres.
 pub type At = [f64; 2];
@@ -236,7 +238,8 @@ impl Scene {
     fn holds(&self) -> bool {
         let goal = &self.objects[self.goal].outline;
         let is_free = |object: &Object| self.clearance(&object.outline) >= BESIDE_WAY_M;
-        let is_apart = |object: &Object| apart(goal, &object.outline) >= 2.0;
+        // In a street, blocks are beside the goal.
+        let is_apart = |object: &Object| apart(goal, &object.outline) >= BESIDE_GOAL_M;
         let mut others = self.objects.iter().enumerate().filter(|(i, _)| *i != self.goal);
         let points: Vec<_> = self.way.iter().step_by(5).collect();
         let comes_back = points
@@ -424,7 +427,7 @@ fn streets(rng: &mut Pcg64Mcg) -> Option<Scene> {
             let is_near = scene.clearance(&object.outline) < 4.0;
             if is_near {
                 if scene.clearance(&object.outline) < BESIDE_WAY_M
-                    || apart(&object.outline, &scene.objects[0].outline) < 0.8
+                    || apart(&object.outline, &scene.objects[0].outline) < BESIDE_GOAL_M
                 {
                     return None;
                 }

@@ -5,6 +5,7 @@
 
 pub mod plane;
 pub mod scene;
+pub mod landmarks;
 mod services;
 mod trail;
 mod warnings;
@@ -95,6 +96,9 @@ pub struct Feed {
     pub outline: Option<OutlineView>,
     /// The newest point of the way that it came.
     pub trail: Option<[f64; 2]>,
+    /// How it stands on a route past landmarks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub landmarks: Option<landmarks::LandmarkFeed>,
     /// What people should know.
     pub warnings: Vec<Warning>,
     /// How the processes are.

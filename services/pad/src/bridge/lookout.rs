@@ -3,7 +3,7 @@
 //! A kind of its own shapes implements [`Lookout`] and has a line in [`open`]; any other shows its sensors.
 
 use sketchnav_runtime::{Node, Reader};
-use sketchnav_schemas::channels::{ITINERARY, RELATIONS, SCAN, SKETCH, SONAR};
+use sketchnav_schemas::channels::{ITINERARY, LANDMARK_ROUTE, RELATIONS, SCAN, SKETCH, SONAR};
 use sketchnav_schemas::message::{LaserScan, Relations, SonarScan};
 use sketchnav_schemas::robot::Robot;
 
@@ -21,9 +21,9 @@ pub(super) trait Lookout {
     fn draw(&self, around: &Around, robot: &Robot, shapes: &mut Vec<Shape>);
 }
 
-/// What there is to see of the navigator `kind`, the lowest layer first; nothing where a drawing or a plane is shown.
+/// What there is to see of the navigator `kind`, the lowest layer first; nothing where a drawing, a plane or a route is shown.
 pub(super) fn open(node: &Node, kind: &str, robot: &Robot) -> anyhow::Result<Vec<Box<dyn Lookout>>> {
-    if [SKETCH.spec, ITINERARY.spec].iter().any(|spec| spec.belongs_to(kind)) {
+    if [SKETCH.spec, ITINERARY.spec, LANDMARK_ROUTE.spec].iter().any(|spec| spec.belongs_to(kind)) {
         return Ok(Vec::new());
     }
     let mut layers: Vec<Box<dyn Lookout>> = vec![Box::new(Sensors::open(node, robot)?)];

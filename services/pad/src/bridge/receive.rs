@@ -1,19 +1,21 @@
 //! What comes in from the channels: the newest of everything, and each word that the machine has to hear.
 
+use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{
-    CORRESPONDENCE, Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, PARTICLES, PLAN, SCAN,
-    SKETCH, STATUS, UNDERSTOOD,
+    CORRESPONDENCE, Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, LANDMARK_PROGRESS, LANDMARK_ROUTE,
+    LANDMARK_VIEW, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
 };
 use sketchnav_schemas::message::{
-    Correspondence, Description, Fault, Itinerary, Journey, LaserScan, Message, MissionStatus, Particles,
-    Plan, PoseEstimate, SketchMap, Understood,
+    Correspondence, Description, Fault, Itinerary, Journey, LandmarkProgress, LandmarkRoute, LandmarkView, LaserScan,
+    Message, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::feed::plane::Ground;
 
+use crate::feed::landmarks::Canvas;
 use crate::walls;
 
 /// Estimates after another sketch that may still be about the one before: on their way, or at work.
@@ -27,6 +29,8 @@ pub(super) enum News {
     Description,
     Understood(Understood),
     Fault(Fault),
+    /// A robot has seen something of landmarks.
+    View,
     /// The walls of a mission from a file, as a picture.
     Walls(Vec<u8>),
 }
@@ -44,6 +48,9 @@ pub(super) struct Inbox {
     descriptions: Option<Reader<Description>>,
     journeys: Option<Reader<Journey>>,
     scans: Option<Reader<LaserScan>>,
+    routes: Option<Reader<LandmarkRoute>>,
+    views: Option<Reader<LandmarkView>>,
+    progresses: Option<Reader<LandmarkProgress>>,
     faults: Reader<Fault>,
     /// What the sketcher says to what was sent.
     pub(super) understood: Reader<Understood>,
@@ -63,6 +70,10 @@ pub(super) struct Inbox {
     pub(super) plane: Option<(Ground, Box<Itinerary>)>,
     pub(super) description: Option<Box<Description>>,
     pub(super) journey: Option<Journey>,
+    /// A route past landmarks, what is seen of them, and how far the robot has come.
+    pub(super) canvas: Option<Canvas>,
+    pub(super) view: Option<Box<LandmarkView>>,
+    pub(super) progress: Option<Box<LandmarkProgress>>,
 }
 
 /// A reader of a channel that runs of this kind of navigator have.
@@ -84,6 +95,9 @@ impl Inbox {
             descriptions: open(node, kind, DESCRIPTION)?,
             journeys: open(node, kind, JOURNEY)?,
             scans: ESTIMATE.spec.belongs_to(kind).then(|| node.reader(SCAN)).transpose()?,
+            routes: open(node, kind, LANDMARK_ROUTE)?,
+            views: open(node, kind, LANDMARK_VIEW)?,
+            progresses: open(node, kind, LANDMARK_PROGRESS)?,
             faults: node.reader(FAULTS)?,
             understood: node.reader(UNDERSTOOD)?,
             draws: run.pad.draws(),
@@ -99,6 +113,9 @@ impl Inbox {
             plane: None,
             description: None,
             journey: None,
+            canvas: None,
+            view: None,
+            progress: None,
         })
     }
 
@@ -114,6 +131,13 @@ impl Inbox {
         if let Some(description) = newest(&mut self.descriptions)? {
             self.description = Some(description);
             return Ok(Some(News::Description));
+        }
+        if let Some(walls) = self.take_route()? {
+            return Ok(Some(News::Walls(walls)));
+        }
+        if let Some(view) = newest(&mut self.views)? {
+            self.view = Some(view);
+            return Ok(Some(News::View));
         }
         if let Some(fault) = self.faults.receive()? {
             return Ok(Some(News::Fault(*fault)));
@@ -138,6 +162,7 @@ impl Inbox {
         self.correspondence = newest(&mut self.correspondences)?.or(self.correspondence.take());
         self.particles = newest(&mut self.particle_sets)?.or(self.particles.take());
         self.journey = newest(&mut self.journeys)?.map(|journey| *journey).or(self.journey);
+        self.progress = newest(&mut self.progresses)?.or(self.progress.take());
         Ok(())
     }
 
@@ -151,6 +176,17 @@ impl Inbox {
         let picture = ground.picture();
         self.size_px = Some(ground.size_px);
         self.plane = Some((ground, Box::new(*itinerary)));
+        Ok(picture)
+    }
+
+    /// The picture of a route past landmarks.
+    fn take_route(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
+        let Some(routes) = &mut self.routes else { return Ok(None) };
+        let Some(route) = routes.receive()? else { return Ok(None) };
+        let canvas = Canvas::of(&Instructions::read(route.cells())?);
+        let [width, height] = canvas.size_px;
+        let picture = walls::png(width, height, &canvas.cells());
+        (self.size_px, self.canvas) = (Some(canvas.size_px), Some(canvas));
         Ok(picture)
     }
 

@@ -28,7 +28,9 @@ const MOMENTS: usize = 6;
 const COLOURS: [&str; 6] = ["#2563eb", "#d97706", "#059669", "#7c3aed", "#dc2626", "#0891b2"];
 /// Around what is drawn, as a part of it; metres around the way in the true scene.
 const BORDER: f64 = 0.06;
-const AROUND_M: f64 = 3.0;
+const AROUND_M: f64 = 1.5;
+/// Objects from so near are in the picture.
+const SEEN_M: f64 = 6.5;
 
 /// What a recording says of landmarks.
 pub(super) struct Landmarks {
@@ -232,7 +234,9 @@ fn scene_picture(run: &RunConfig, truth: &[GroundTruth], moments: &[Moment<'_>])
     let way: Vec<_> = truth.iter().map(|truth| truth.pose().position()).collect();
     let around =
         way.iter().flat_map(|at| [[at.x - AROUND_M, at.y - AROUND_M], [at.x + AROUND_M, at.y + AROUND_M]]);
-    let mut sheet = sheet("The true scene: the path, and what matched", around);
+    let is_near = |corner: &&Point<World>| way.iter().any(|at| at.distance(corner) < SEEN_M);
+    let seen = shapes.furniture.iter().flatten().filter(is_near).map(|at| [at.x, at.y]);
+    let mut sheet = sheet("The true scene: the path, and what matched", around.chain(seen));
     for polygon in &shapes.furniture {
         sheet.polygon(polygon, "fill=\"#e6dccb\" stroke=\"#8a7a5c\" stroke-width=\"2\"");
     }

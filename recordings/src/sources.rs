@@ -29,8 +29,7 @@ pub fn read(mission: &Mission) -> Vec<Attachment> {
         given.navigator_files_mut().filter_map(|(_, path)| file(NAVIGATOR, Path::new(path))).collect();
     let world = &mission.world;
     files.extend(world.floor_plan.iter().filter_map(|path| file(WORLD, Path::new(path))));
-    let pictured: [(_, fn(&[u8]) -> Option<String>); 2] =
-        [(&world.map, picture_of), (&world.plane, picture_of_plane)];
+    let pictured: [(_, PictureOf); 2] = [(&world.map, picture_of), (&world.plane, picture_of_plane)];
     for (path, picture_of) in pictured {
         let Some(path) = path.as_ref().map(Path::new) else { continue };
         let Some(named) = file(WORLD, path) else { continue };
@@ -43,6 +42,9 @@ pub fn read(mission: &Mission) -> Vec<Attachment> {
     }
     files
 }
+
+/// Finds the picture that a file names.
+type PictureOf = fn(&[u8]) -> Option<String>;
 
 fn file(folder: &str, path: &Path) -> Option<Attachment> {
     let data = sketchnav_files::read(path, SOURCE).ok()?;

@@ -17,7 +17,7 @@ pub enum World {
     /// A floor with walls.
     Floor(Box<Floor>),
     /// A plane of dots.
-    Plane(DotPlane),
+    Plane(Box<DotPlane>),
 }
 
 impl World {
@@ -30,7 +30,8 @@ impl World {
         let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());
         if let Some(plane) = &source.plane {
             let description = files::plane_file(plane.as_ref())?;
-            return Ok(Self::Plane(DotPlane::new(description, &run.robot, pose, run.seed)?));
+            let plane = DotPlane::new(description, &run.robot, pose, run.seed)?;
+            return Ok(Self::Plane(Box::new(plane)));
         }
         let floor = Floor::new(files::world(source)?, &run.robot, pose, run.seed)?;
         Ok(Self::Floor(Box::new(floor)))

@@ -109,14 +109,14 @@ impl Chart<'_> {
                         text x=(fixed(x(s))) y=(SIZE[1] - 12.0) text-anchor=(anchor(i)) { (short(s)) @if i == LINES { " " (self.x_unit) } }
                     }
                     @for (style, series) in self.series.iter().enumerate() {
-                        g class={ "m" (style % 4) } { polyline.curve points=(path(series)) {} }
+                        g class={ "m" (style % 5) } { polyline.curve points=(path(series)) {} }
                     }
                     @for &s in self.faults { line.fault x1=(fixed(x(s))) x2=(fixed(x(s))) y1=(high) y2=(low) {} }
                 }
                 @if self.series.len() > 1 {
                     p.legend {
                         @for (style, series) in self.series.iter().enumerate() {
-                            span { span class={ "key m" (style % 4) } {} (series.name) }
+                            span { span class={ "key m" (style % 5) } {} (series.name) }
                         }
                     }
                 }

@@ -3,9 +3,9 @@
 //! Pure: messages go in, one JSON object comes out. Lists are thinned and numbers rounded, so that a feed stays
 //! small on a slow link.
 
+pub mod landmarks;
 pub mod plane;
 pub mod scene;
-pub mod landmarks;
 mod services;
 mod trail;
 mod warnings;

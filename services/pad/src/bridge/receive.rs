@@ -3,12 +3,12 @@
 use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{
-    CORRESPONDENCE, Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, LANDMARK_PROGRESS, LANDMARK_ROUTE,
-    LANDMARK_VIEW, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
+    CORRESPONDENCE, Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, LANDMARK_PROGRESS,
+    LANDMARK_ROUTE, LANDMARK_VIEW, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
 };
 use sketchnav_schemas::message::{
-    Correspondence, Description, Fault, Itinerary, Journey, LandmarkProgress, LandmarkRoute, LandmarkView, LaserScan,
-    Message, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
+    Correspondence, Description, Fault, Itinerary, Journey, LandmarkProgress, LandmarkRoute, LandmarkView,
+    LaserScan, Message, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;

@@ -266,7 +266,7 @@ fn scene_picture(run: &RunConfig, truth: &[GroundTruth], moments: &[Moment<'_>])
             mark(&mut sheet, &truth.position(), text, "#d97706");
         }
     }
-    sheet.scale_bar();
+    sheet.scale_bar(1.0);
     Some(sheet.finish())
 }
 

@@ -254,10 +254,10 @@ impl Aligner {
             }
             if matches!(piece, Piece::Gap(_)) {
                 let mut above = self.column[0];
-                for i in 1..rows {
-                    let (stays, behind) = (self.column[i], above + gap);
+                for (i, cell) in self.column.iter_mut().enumerate().skip(1) {
+                    let (stays, behind) = (*cell, above + gap);
                     above = if behind < stays { behind } else { stays };
-                    self.column[i] = above;
+                    *cell = above;
                     if TRACES {
                         steps[i] = if behind < stays { BEHIND } else { PIECE };
                     }

@@ -100,16 +100,6 @@ impl fmt::Display for Evidence {
     }
 }
 
-impl Evidence {
-    /// Whether it is too weak: the walls around the goal fit badly, or a rival far away fits as well.
-    pub fn is_weak(&self, parameters: &Parameters) -> bool {
-        let is_rivalled = self.rival.is_some_and(|(margin, away_m)| {
-            margin < parameters.doubt_margin && away_m > parameters.doubt_away_m
-        });
-        is_rivalled || self.misfit > parameters.doubt_misfit
-    }
-}
-
 /// An alignment that is being computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Job {

@@ -45,8 +45,6 @@ pub enum Reason {
     Exploring(Aim),
     /// The walls seen have the goal here; by so much the next best comparison is worse, where it was asked for.
     Matched(Evidence),
-    /// The same, but the evidence is weak.
-    Unsure(Evidence),
     /// So many seconds on a way for which the drawing shows so many metres.
     Astray(f64, f64),
 }
@@ -86,7 +84,6 @@ impl fmt::Display for Reason {
             Self::Exploring(Aim::Gap) => f.write_str("to a gap behind which the goal must lie"),
             Self::Exploring(Aim::Rival) => f.write_str("to where the goal may lie as well, to be sure"),
             Self::Matched(evidence) => write!(f, "the walls seen have the goal here: {evidence}"),
-            Self::Unsure(evidence) => write!(f, "the goal may be here, but the walls say little: {evidence}"),
             Self::Astray(on_way_s, drawn_m) => {
                 write!(
                     f,
@@ -122,7 +119,6 @@ mod tests {
             Reason::Doubted(1234, -12.0),
             Reason::Astray(99_999.0, 999.0),
             Reason::Comparing,
-            Reason::Unsure(Evidence { rival: Some((99.99, 99.0)), misfit: 2.0 }),
             Reason::Exploring(Aim::Rival),
             Reason::Matched(Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0 }),
             Reason::Matched(Evidence { rival: None, misfit: 2.0 }),

@@ -80,12 +80,6 @@ pub struct Parameters {
     pub rival_away_m: f64,
     /// How often to look where a rival has the goal.
     pub rival_looks: u32,
-    /// An arrival is not believed in the end where the best rival costs less than this more ...
-    pub doubt_margin: f64,
-    /// ... and has the goal farther away than this, metres, ...
-    pub doubt_away_m: f64,
-    /// ... or where the walls around the goal differ by more than this in direction: 1 − cos, on average.
-    pub doubt_misfit: f64,
     /// Room beside the footprint's padding that ways through the map keep from walls, metres.
     pub map_clearance_m: f64,
     /// A task has failed after the localizer was lost for this long, seconds.
@@ -131,9 +125,6 @@ impl Default for Parameters {
             rival_margin: 6.0,
             rival_away_m: 2.5,
             rival_looks: 8,
-            doubt_margin: 0.0,
-            doubt_away_m: 5.0,
-            doubt_misfit: 2.0,
             map_clearance_m: 0.2,
             lost_s: 20.0,
         }
@@ -216,9 +207,6 @@ impl Parameters {
             ("least_open_share", self.least_open_share),
             ("goal_hidden_share", self.goal_hidden_share),
             ("goal_emphasis", self.goal_emphasis),
-            ("doubt_margin", self.doubt_margin),
-            ("doubt_away_m", self.doubt_away_m),
-            ("doubt_misfit", self.doubt_misfit),
             ("rival_margin", self.rival_margin),
             ("map_clearance_m", self.map_clearance_m),
         ];

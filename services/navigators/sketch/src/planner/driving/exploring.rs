@@ -48,10 +48,7 @@ impl Driver {
         match explorer.step(left_s) {
             Advice::Arrived(evidence) => {
                 self.stop(dt_s);
-                return match evidence.is_weak(&self.parameters) {
-                    true => TaskStatus::Ended(TaskState::Lost, Reason::Unsure(evidence)),
-                    false => TaskStatus::Ended(TaskState::Reached, Reason::Matched(evidence)),
-                };
+                return TaskStatus::Ended(TaskState::Reached, Reason::Matched(evidence));
             }
             Advice::Look => return self.look(chart, now_s, dt_s),
             Advice::Drive => {}

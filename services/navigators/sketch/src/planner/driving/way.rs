@@ -137,8 +137,8 @@ mod tests {
 
     #[test]
     fn the_target_is_the_farthest_waypoint_before_the_path_leaves_the_window() {
-        let path =
-            [[0.0, 0.0], [3.0, 0.0], [5.0, 0.0], [9.0, 0.0], [0.0, 6.0]].map(|p| Point::new(p[0], p[1]));
+        let path = [[0.0, 0.0], [3.0, 0.0], [5.0, 0.0], [9.0, 0.0], [0.0, 6.0]]
+            .map(|p| Point::<Sketch>::new(p[0], p[1]));
         assert_eq!(farthest_within(&path, 7.0, |_| true), 2);
         assert_eq!(farthest_within(&path, 20.0, |_| true), 3);
     }

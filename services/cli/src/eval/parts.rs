@@ -117,12 +117,12 @@ fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
 
 /// Everything that decides what is driven and how, but for the contents of files.
 fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
-    let Trial { name, drawing, mission, robot, sheet, bytes, method, ends_with_contact, thinking_scans, .. } =
-        job.trial;
+    let Trial {
+        name, drawing, mission, robot, sheet, bytes, method, ends_with_contact, thinking_scans, ..
+    } = job.trial;
     let bytes = bytes.as_deref().map(crc32fast::hash);
-    let sheet = sheet
-        .as_ref()
-        .map(|sheet| (&sheet.restarts, sheet.start_error, sheet.correspondence.is_some()));
+    let sheet =
+        sheet.as_ref().map(|sheet| (&sheet.restarts, sheet.start_error, sheet.correspondence.is_some()));
     let how =
         (name, drawing, job.method, method, job.repetition, job.seed, ends_with_contact, thinking_scans);
     let what = serde_json::to_string(&(mission, robot))?;
@@ -132,7 +132,9 @@ fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
 /// The files that a job's mission names and that lie somewhere: the world, and what is given to the navigator.
 fn files_of(job: &Job<'_>) -> Vec<PathBuf> {
     let mut mission = job.trial.mission.clone();
-    let world = [mission.world.floor_plan.clone(), mission.world.map.clone(), mission.world.plane.clone()].into_iter().flatten();
+    let world = [mission.world.floor_plan.clone(), mission.world.map.clone(), mission.world.plane.clone()]
+        .into_iter()
+        .flatten();
     let given: Vec<_> = mission.navigator_files_mut().map(|(_, file)| file.clone()).collect();
     // What is drawn for a trial alone has a name and lies nowhere: its bytes are among the job's inputs.
     world.chain(given).map(PathBuf::from).filter(|file| file.is_file()).collect()

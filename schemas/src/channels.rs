@@ -407,7 +407,7 @@ pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
 /// The place of a topic in an instant: its channel's in [`all`]; the last one for what belongs to none.
 pub fn place_of(topic: &str) -> usize {
     let place = all().position(|spec| spec.is_topic(topic) && spec.role != Role::Report);
-    place.unwrap_or(usize::MAX)
+    place.unwrap_or_else(|| all().count())
 }
 
 /// The channels of a run of this kind of navigator.

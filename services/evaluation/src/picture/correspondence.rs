@@ -150,12 +150,15 @@ fn words(sheet: &mut Sheet, found: &Correspondence) {
         margin if margin >= 0.0 => format!("; the best rival costs {margin:.2} more"),
         _ => String::new(),
     };
-    let text = format!(
-        "Full: seen as wall. Hollow: behind a gap. Grey: no partner. Larger: more of the goal. {:.0} % of the goal seen, {:.0} % behind gaps; aim: {aim}{margin}.",
-        100.0 * found.seen_share,
-        100.0 * found.hidden_share,
+    let key = "Full: seen as wall. Hollow: behind a gap. Grey: no partner. Larger: more of the goal.";
+    let shares = [found.seen_share, found.hidden_share].map(|share| 100.0 * share);
+    let told = format!(
+        "{:.0} % of the goal's outline seen, {:.0} % behind gaps; aim: {aim}{margin}.",
+        shares[0], shares[1]
     );
-    let bottom = sheet.bottom;
-    sheet.text([24.0, bottom + 12.0], 15.0, "start", "#20242c", "400", &text);
-    sheet.bottom += 24.0;
+    for line in [key, &told] {
+        let bottom = sheet.bottom;
+        sheet.text([24.0, bottom + 12.0], 16.0, "start", "#20242c", "400", line);
+        sheet.bottom += 22.0;
+    }
 }

@@ -246,7 +246,6 @@ impl<'a> Bridge<'a> {
                     self.is_new = true;
                 }
                 News::Estimate(estimate) => self.machine.on_estimate(&estimate),
-                News::Description => self.is_new = true,
                 News::View => self.is_new = true,
                 News::Understood(answer) => {
                     let said = self.machine.on_understood(&answer).map(|said| said.map(|()| facts(&answer)));

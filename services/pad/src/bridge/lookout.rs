@@ -3,10 +3,13 @@
 //! A kind of its own shapes implements [`Lookout`] and has a line in [`open`]; any other shows its sensors.
 
 use sketchnav_runtime::{Node, Reader};
-use sketchnav_schemas::channels::{ITINERARY, LANDMARK_ROUTE, RELATIONS, SCAN, SKETCH, SONAR};
-use sketchnav_schemas::message::{LaserScan, Relations, SonarScan};
+use sketchnav_schemas::channels::{
+    DESCRIPTION, ITINERARY, JOURNEY, LANDMARK_ROUTE, RELATIONS, SCAN, SKETCH, SONAR,
+};
+use sketchnav_schemas::message::{Description, Itinerary, Journey, LaserScan, Relations, SonarScan};
 use sketchnav_schemas::robot::Robot;
 
+use crate::feed::plane::Plane;
 use crate::feed::scene::{Around, Shape};
 
 /// Reads what a kind of navigator says, and draws it around the robot.
@@ -21,14 +24,18 @@ pub(super) trait Lookout {
     fn draw(&self, around: &Around, robot: &Robot, shapes: &mut Vec<Shape>);
 }
 
-/// What there is to see of the navigator `kind`, the lowest layer first; nothing where a drawing, a plane or a route is shown.
+/// What there is to see of the navigator `kind`, the lowest layer first; nothing where a drawing or a
+/// sketch is shown.
 pub(super) fn open(node: &Node, kind: &str, robot: &Robot) -> anyhow::Result<Vec<Box<dyn Lookout>>> {
-    if [SKETCH.spec, ITINERARY.spec, LANDMARK_ROUTE.spec].iter().any(|spec| spec.belongs_to(kind)) {
+    if [SKETCH.spec, LANDMARK_ROUTE.spec].iter().any(|spec| spec.belongs_to(kind)) {
         return Ok(Vec::new());
     }
     let mut layers: Vec<Box<dyn Lookout>> = vec![Box::new(Sensors::open(node, robot)?)];
     if RELATIONS.spec.belongs_to(kind) {
         layers.push(Box::new(Corridor { reader: node.reader(RELATIONS)?, newest: None }));
+    }
+    if JOURNEY.spec.belongs_to(kind) {
+        layers.push(Box::new(Directions::open(node)?));
     }
     Ok(layers)
 }
@@ -85,5 +92,45 @@ impl Lookout for Corridor {
 
     fn draw(&self, around: &Around, _: &Robot, shapes: &mut Vec<Shape>) {
         shapes.extend(self.newest.iter().flat_map(|relations| around.relations(relations)));
+    }
+}
+
+/// A plane of dots with a journey by a custom map.
+struct Directions {
+    itineraries: Reader<Itinerary>,
+    descriptions: Reader<Description>,
+    journeys: Reader<Journey>,
+    plane: Plane,
+}
+
+impl Directions {
+    fn open(node: &Node) -> anyhow::Result<Self> {
+        Ok(Self {
+            itineraries: node.reader(ITINERARY)?,
+            descriptions: node.reader(DESCRIPTION)?,
+            journeys: node.reader(JOURNEY)?,
+            plane: Plane::default(),
+        })
+    }
+}
+
+impl Lookout for Directions {
+    fn receive(&mut self) -> anyhow::Result<bool> {
+        let mut is_new = false;
+        while let Some(itinerary) = self.itineraries.receive()? {
+            self.plane.intend(&itinerary, itinerary.cells());
+            is_new = true;
+        }
+        while let Some(description) = self.descriptions.receive_valid()? {
+            (self.plane.description, is_new) = (Some(Box::new(*description)), true);
+        }
+        while let Some(journey) = self.journeys.receive_valid()? {
+            (self.plane.journey, is_new) = (Some(*journey), true);
+        }
+        Ok(is_new)
+    }
+
+    fn draw(&self, _: &Around, robot: &Robot, shapes: &mut Vec<Shape>) {
+        shapes.extend(robot.view.iter().flat_map(|view| self.plane.shapes(view.side_m)));
     }
 }

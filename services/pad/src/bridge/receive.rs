@@ -3,17 +3,15 @@
 use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{
-    CORRESPONDENCE, Channel, DESCRIPTION, ESTIMATE, FAULTS, ITINERARY, JOURNEY, LANDMARK_PROGRESS,
-    LANDMARK_ROUTE, LANDMARK_VIEW, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
+    CORRESPONDENCE, Channel, ESTIMATE, FAULTS, LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, PARTICLES,
+    PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
 };
 use sketchnav_schemas::message::{
-    Correspondence, Description, Fault, Itinerary, Journey, LandmarkProgress, LandmarkRoute, LandmarkView,
-    LaserScan, Message, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
+    Correspondence, Fault, LandmarkProgress, LandmarkRoute, LandmarkView, LaserScan, Message, MissionStatus,
+    Particles, Plan, PoseEstimate, SketchMap, Understood,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
-
-use crate::feed::plane::Ground;
 
 use crate::feed::landmarks::Canvas;
 use crate::walls;
@@ -25,8 +23,6 @@ const IN_FLIGHT: u32 = 2;
 pub(super) enum News {
     Status(MissionStatus),
     Estimate(Box<PoseEstimate>),
-    /// A navigator by landmarks has described what it sees.
-    Description,
     Understood(Understood),
     Fault(Fault),
     /// A robot has seen something of landmarks.
@@ -44,9 +40,6 @@ pub(super) struct Inbox {
     plans: Option<Reader<Plan>>,
     correspondences: Option<Reader<Correspondence>>,
     sketches: Option<Reader<SketchMap>>,
-    itineraries: Option<Reader<Itinerary>>,
-    descriptions: Option<Reader<Description>>,
-    journeys: Option<Reader<Journey>>,
     scans: Option<Reader<LaserScan>>,
     routes: Option<Reader<LandmarkRoute>>,
     views: Option<Reader<LandmarkView>>,
@@ -66,10 +59,6 @@ pub(super) struct Inbox {
     pub(super) plan: Option<Box<Plan>>,
     pub(super) particles: Option<Box<Particles>>,
     pub(super) correspondence: Option<Box<Correspondence>>,
-    /// The plane, and what the map-maker means.
-    pub(super) plane: Option<(Ground, Box<Itinerary>)>,
-    pub(super) description: Option<Box<Description>>,
-    pub(super) journey: Option<Journey>,
     /// A route past landmarks, what is seen of them, and how far the robot has come.
     pub(super) canvas: Option<Canvas>,
     pub(super) view: Option<Box<LandmarkView>>,
@@ -91,9 +80,6 @@ impl Inbox {
             plans: open(node, kind, PLAN)?,
             correspondences: open(node, kind, CORRESPONDENCE)?,
             sketches: open(node, kind, SKETCH)?,
-            itineraries: open(node, kind, ITINERARY)?,
-            descriptions: open(node, kind, DESCRIPTION)?,
-            journeys: open(node, kind, JOURNEY)?,
             scans: ESTIMATE.spec.belongs_to(kind).then(|| node.reader(SCAN)).transpose()?,
             routes: open(node, kind, LANDMARK_ROUTE)?,
             views: open(node, kind, LANDMARK_VIEW)?,
@@ -110,9 +96,6 @@ impl Inbox {
             plan: None,
             particles: None,
             correspondence: None,
-            plane: None,
-            description: None,
-            journey: None,
             canvas: None,
             view: None,
             progress: None,
@@ -124,13 +107,6 @@ impl Inbox {
     pub(super) fn next(&mut self) -> anyhow::Result<Option<News>> {
         if let Some(walls) = self.take_sketch()? {
             return Ok(Some(News::Walls(walls)));
-        }
-        if let Some(dots) = self.take_itinerary()? {
-            return Ok(Some(News::Walls(dots)));
-        }
-        if let Some(description) = newest(&mut self.descriptions)? {
-            self.description = Some(description);
-            return Ok(Some(News::Description));
         }
         if let Some(walls) = self.take_route()? {
             return Ok(Some(News::Walls(walls)));
@@ -161,22 +137,8 @@ impl Inbox {
         self.plan = newest(&mut self.plans)?.or(self.plan.take());
         self.correspondence = newest(&mut self.correspondences)?.or(self.correspondence.take());
         self.particles = newest(&mut self.particle_sets)?.or(self.particles.take());
-        self.journey = newest(&mut self.journeys)?.map(|journey| *journey).or(self.journey);
         self.progress = newest(&mut self.progresses)?.or(self.progress.take());
         Ok(())
-    }
-
-    /// The plane as the map-maker sees it, as a picture.
-    fn take_itinerary(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
-        let Some(readers) = &mut self.itineraries else { return Ok(None) };
-        let Some(itinerary) = readers.receive()? else { return Ok(None) };
-        let number = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
-        let dots = itinerary.cells().chunks_exact(8).map(|cell| [number(&cell[..4]), number(&cell[4..])]);
-        let Some(ground) = Ground::of(dots.collect()) else { return Ok(None) };
-        let picture = ground.picture();
-        self.size_px = Some(ground.size_px);
-        self.plane = Some((ground, Box::new(*itinerary)));
-        Ok(picture)
     }
 
     /// The picture of a route past landmarks.

@@ -146,14 +146,6 @@ impl Bridge<'_> {
         let around = (!self.lookouts.is_empty()).then(|| Around::robot(robot));
         let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
         let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
-        let over_plane = self.over_plane();
-        if let Some((pose, ..)) = &over_plane {
-            self.trail.go_to([pose.x, pose.y]);
-        }
-        let (pose_over, seen, planned) = match over_plane {
-            Some((pose, seen, planned)) => (Some(pose), seen, Some(planned)),
-            None => (None, Vec::new(), None),
-        };
         Feed {
             t_ms: self.stamp_ns / 1_000_000,
             state: self.machine.state(),
@@ -168,12 +160,12 @@ impl Bridge<'_> {
                     feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
                 }
                 (None, Some((canvas, view))) => canvas.places(view),
-                (None, None) => seen,
+                (None, None) => Vec::new(),
             },
             plan: match (located.zip(self.inbox.plan.as_deref()), landmarks.zip(progress)) {
                 (Some((view, plan)), _) => Some(PlanView::new(plan, &view)),
                 (None, Some(((canvas, _), progress))) => canvas.plan(progress),
-                (None, None) => planned,
+                (None, None) => None,
             },
             landmarks: landmarks.zip(progress).map(|((canvas, view), said)| canvas.feed(view, said, robot)),
             scene: around.as_ref().map(|around| self.scene(around)),
@@ -183,7 +175,7 @@ impl Bridge<'_> {
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),
-            pose: around.map(|around| around.pose(robot)).or(pose).or(pose_over),
+            pose: around.map(|around| around.pose(robot)).or(pose),
         }
     }
 
@@ -193,15 +185,5 @@ impl Bridge<'_> {
             lookout.draw(around, &self.run.robot, &mut shapes);
         }
         shapes
-    }
-
-    /// The window over a plane of dots, what it shows, and what is planned; `None` where there is no plane, or the
-    /// navigator has no landmark.
-    fn over_plane(&self) -> Option<(PoseView, Vec<[f64; 2]>, PlanView)> {
-        let ((ground, itinerary), journey) = (self.inbox.plane.as_ref()?, self.inbox.journey.as_ref()?);
-        let side_m = self.run.robot.view.as_ref()?.side_m;
-        let centre = feed::plane::centre(itinerary, journey)?;
-        let seen = self.inbox.description.as_deref().map_or_else(Vec::new, |all| ground.seen(all, centre));
-        Some((ground.pose(centre), seen, ground.plan(itinerary, journey, Some((centre, side_m)))))
     }
 }

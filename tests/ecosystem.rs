@@ -100,4 +100,5 @@ sections! {
     the_machine_is_checked: "A machine that does not run it",
     a_running_system_is_looked_at: "A running system",
     an_experiment_is_driven_in_parts: "Experiments on many machines",
+    faults_are_planned_and_played_again: "Faults by plan",
 }

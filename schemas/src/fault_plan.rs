@@ -112,7 +112,7 @@ impl PlannedFault {
 
     /// Whether a message of the channel is the one.
     pub fn is_due(&self, seq: u64, stamp_ns: u64) -> bool {
-        let is_time = |time_s: f64| nanoseconds(time_s).is_ok_and(|time_ns| stamp_ns >= time_ns);
+        let is_time = |time_s: f64| stamp_ns >= nanoseconds(time_s);
         self.message.is_none_or(|message| message == seq) && self.time_s.is_none_or(is_time)
     }
 }
@@ -200,8 +200,9 @@ impl PlannedFault {
         if self.when == When::After && !self.action.is_for_the_process() {
             return wrong("when", "\"before\"", "\"after\"".to_owned());
         }
-        if self.action == Action::Reorder && spec.max_cells > 0 {
-            return wrong("do", "another word for a channel of large messages", "\"reorder\"".to_owned());
+        if matches!(self.action, Action::Reorder | Action::Duplicate) && spec.max_cells > 0 {
+            let found = format!("{:?}", self.action.word());
+            return wrong("do", "another word for a channel of large messages", found);
         }
         Ok(())
     }

@@ -73,7 +73,7 @@ pub enum Command {
         mission: Option<PathBuf>,
         /// Go on with the mission whose recording lies in this folder, after its supervisor was killed: with its
         /// own seed and pace and without the processes that it was without, from where its processes were.
-        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without"])]
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults"])]
         resume: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,
@@ -115,7 +115,7 @@ pub enum Command {
     },
     /// Run a mission twice, kill its processes the second time, and compare the two.
     #[command(
-        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not (or fewer kills than asked), 2 bad input, 3 anything else.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer"
+        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not (or fewer kills than asked), 2 bad input, 3 anything else.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
     )]
     Chaos {
         /// The mission file (TOML), or `demo`.
@@ -387,6 +387,12 @@ pub struct ChaosOptions {
     /// The mission's seed; when who is killed is drawn from it too.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Plays the faults of this file (TOML) instead of drawing kills: what chaos wrote, or a person.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["kills", "targets", "signal", "at_start_up", "at_messages"])]
+    pub schedule: Option<PathBuf>,
+    /// Draws messages before which processes are killed, instead of moments: the schedule then does exactly the same again.
+    #[arg(long, conflicts_with = "at_start_up")]
+    pub at_messages: bool,
     /// Who may be killed, separated by commas.
     #[arg(long, value_delimiter = ',', value_parser = parse_service, default_values_t = SERVICES)]
     pub targets: Vec<Process>,

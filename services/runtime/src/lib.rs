@@ -7,6 +7,7 @@
 //! - [`Checkpoints`]: a process's state, for the one that goes on when it was killed.
 //! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
 //! - [`Notices`]: what the supervisor is to tell everybody.
+//! - Faults by plan are at work in the writers (`trap.rs`); without a plan there is nothing.
 //! - [`Room`], [`Peer`]: what a system needs of its machine, and who is connected; for tools.
 //! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
 //!
@@ -41,6 +42,7 @@ mod shared;
 mod signals;
 mod survey;
 mod system;
+mod trap;
 mod watch;
 mod writer;
 

@@ -5,6 +5,7 @@
 //!               run.json          what every process is told
 //!               iceoryx2.toml     root-path and prefix of the shared memory
 //!               bells             a page that every process maps
+//!               faults            there where faults are planned; fault-N once the N-th has happened
 //!               notices           what processes and tools have the supervisor tell everybody
 //!               processes/<process>   held by the process as long as it lives; its id is inside
 //!               logs/<process>.log
@@ -265,6 +266,11 @@ impl System {
         Self { shared: self.shared.clone(), ..Self::at(self.root.clone(), &self.name) }
     }
 
+    /// There where faults are planned for the run; every writer looks for it once.
+    pub(crate) fn faults_file(&self) -> PathBuf {
+        self.folder.join("faults")
+    }
+
     pub(crate) fn bells(&self) -> PathBuf {
         self.folder.join("bells")
     }
@@ -324,6 +330,9 @@ impl System {
         };
         let path = self.folder.join("run.json");
         let wrong = |source| Error::RunConfig { path: path.clone(), source };
+        if !run.faults.is_empty() {
+            write(self.faults_file(), &[])?;
+        }
         let run = serde_json::to_vec_pretty(run).map_err(wrong)?;
         RUN.check(run.len() as u64).map_err(Error::file(&path, "writing"))?;
         write(path, &run)?;

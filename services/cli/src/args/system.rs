@@ -31,6 +31,9 @@ pub struct SystemOptions {
     /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
     #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
     pub without: Vec<Process>,
+    /// Have faults befall messages and processes as this file plans them (TOML; docs/ecosystem.md says how to write one).
+    #[arg(long, value_name = "FILE")]
+    pub faults: Option<PathBuf>,
     /// A process that is stopped (SIGSTOP) is killed and started again after so many seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = parse_seconds)]
     pub stopped_limit: f64,

@@ -30,11 +30,10 @@ export function carried(cloud, pose) {
 }
 
 /**
- * Draws a feed with the trail and the cloud of particles so far. `shows` says which parts; `outline` is which of the
- * drawn outline the robot has seen, and what lies behind gaps; `walls` is the
+ * Draws a feed with the trail and the cloud of particles so far. `shows` says which parts; `walls` is the
  * picture of the walls as the robot understood them, or `null`.
  */
-export function drawFeed(sheet, { feed, trail, cloud, outline, walls }, shows, canvas) {
+export function drawFeed(sheet, { feed, trail, cloud, walls }, shows, canvas) {
   const context = sheet.wipe("feed");
   // Half through, so that what was drawn can be seen under it.
   context.globalAlpha = 0.7;
@@ -43,10 +42,6 @@ export function drawFeed(sheet, { feed, trail, cloud, outline, walls }, shows, c
   if (!feed) return;
   context.lineCap = context.lineJoin = "round";
   if (shows.trail) line(context, trail, sheet.colors.trail, sheet.px(2.5));
-  if (shows.plan && outline) {
-    dots(context, outline.seen, sheet.colors.seen, sheet.px(5));
-    dots(context, outline.hidden, sheet.colors.hidden, sheet.px(5));
-  }
   if (shows.plan && feed.plan) drawPlan(context, sheet, feed.plan);
   if (shows.scan && feed.scan) dots(context, feed.scan, sheet.colors.scan, sheet.px(3));
   if (feed.pose) drawRobot(context, sheet, feed.pose);

@@ -12,9 +12,9 @@ pub use trail::Trail;
 pub use warnings::{Ends, Warning, warnings};
 
 use serde::Serialize;
-use sketchnav_schemas::codes::{PartnerKind, TaskState, Tracking};
+use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
-use sketchnav_schemas::message::{Correspondence, LaserScan, MissionStatus, Particles, Plan, PoseEstimate};
+use sketchnav_schemas::message::{LaserScan, MissionStatus, Particles, Plan, PoseEstimate};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_sketch::planning::chart::Chart;
 
@@ -85,9 +85,6 @@ pub struct Feed {
     /// Where it is about to go.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plan: Option<PlanView>,
-    /// What of the drawn outline it has seen, where it goes by that.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub outline: Option<OutlineView>,
     /// The newest point of the way that it came.
     pub trail: Option<[f64; 2]>,
     /// What people should know.
@@ -204,26 +201,6 @@ impl PlanView {
             global: list(&plan.global_px, plan.global_count),
             local: list(&plan.local_px, plan.local_count),
         }
-    }
-}
-
-/// What of the drawn outline the robot has seen.
-#[derive(Debug, Clone, Serialize)]
-pub struct OutlineView {
-    /// Walls that it has seen.
-    pub seen: Vec<[f64; 2]>,
-    /// Walls that lie behind gaps of what it has seen.
-    pub hidden: Vec<[f64; 2]>,
-}
-
-impl OutlineView {
-    /// Of an alignment.
-    pub fn new(found: &Correspondence, view: &View) -> Self {
-        let of = |kind: PartnerKind| {
-            let samples = found.samples().iter().filter(move |sample| sample.partner == kind.code());
-            samples.map(|sample| view.point(sample.x_px.into(), sample.y_px.into())).collect()
-        };
-        Self { seen: of(PartnerKind::Wall), hidden: of(PartnerKind::Gap) }
     }
 }
 

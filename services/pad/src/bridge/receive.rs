@@ -1,11 +1,9 @@
 //! What comes in from the channels: the newest of everything, and each word that the machine has to hear.
 
 use sketchnav_runtime::{Node, Reader};
-use sketchnav_schemas::channels::{
-    CORRESPONDENCE, ESTIMATE, FAULTS, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
-};
+use sketchnav_schemas::channels::{ESTIMATE, FAULTS, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD};
 use sketchnav_schemas::message::{
-    Correspondence, Fault, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
+    Fault, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
 };
 
 use crate::walls;
@@ -29,7 +27,6 @@ pub(super) struct Inbox {
     estimates: Reader<PoseEstimate>,
     particle_sets: Reader<Particles>,
     plans: Reader<Plan>,
-    correspondences: Reader<Correspondence>,
     scans: Reader<LaserScan>,
     sketches: Reader<SketchMap>,
     faults: Reader<Fault>,
@@ -46,7 +43,6 @@ pub(super) struct Inbox {
     pub(super) scan: Option<Box<LaserScan>>,
     pub(super) plan: Option<Box<Plan>>,
     pub(super) particles: Option<Box<Particles>>,
-    pub(super) correspondence: Option<Box<Correspondence>>,
 }
 
 impl Inbox {
@@ -56,7 +52,6 @@ impl Inbox {
             estimates: node.reader(ESTIMATE)?,
             particle_sets: node.reader(PARTICLES)?,
             plans: node.reader(PLAN)?,
-            correspondences: node.reader(CORRESPONDENCE)?,
             scans: node.reader(SCAN)?,
             sketches: node.reader(SKETCH)?,
             faults: node.reader(FAULTS)?,
@@ -70,7 +65,6 @@ impl Inbox {
             scan: None,
             plan: None,
             particles: None,
-            correspondence: None,
         })
     }
 
@@ -105,9 +99,6 @@ impl Inbox {
         while let Some(plan) = self.plans.receive()? {
             self.plan = Some(Box::new(*plan));
         }
-        while let Some(found) = self.correspondences.receive()? {
-            self.correspondence = Some(Box::new(*found));
-        }
         while let Some(particles) = self.particle_sets.receive()? {
             self.particles = Some(Box::new(*particles));
         }
@@ -129,6 +120,6 @@ impl Inbox {
     /// What was known belongs to a sketch before the one with this number.
     pub(super) fn forget_pose(&mut self, sketch_seq: u64) {
         (self.sketch_seq, self.in_flight) = (sketch_seq, IN_FLIGHT);
-        (self.estimate, self.plan, self.particles, self.correspondence) = (None, None, None, None);
+        (self.estimate, self.plan, self.particles) = (None, None, None);
     }
 }

@@ -9,7 +9,7 @@ use sketchnav_schemas::codes::Tracking;
 
 use super::Bridge;
 use crate::board::{Call, Image, Picture, Welcome, put_image};
-use crate::feed::{self, Feed, OutlineView, PlanView, PoseView, TaskView, View};
+use crate::feed::{self, Feed, PlanView, PoseView, TaskView, View};
 use crate::protocol::{Hello, Limits, SketchType};
 use crate::walls;
 
@@ -151,9 +151,6 @@ impl Bridge<'_> {
                 feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
             }),
             plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)),
-            outline: located
-                .zip(self.inbox.correspondence.take())
-                .map(|(view, found)| OutlineView::new(&found, &view)),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),

@@ -110,9 +110,9 @@ fn what_is_wrong_is_said_before_anything_starts() {
     let mission = read(&place, "mission.toml");
     let drawn = read(&place, SKETCH);
     let no_route = drawn.replacen("\"strokes\": [", "\"strokes\": [], \"goals\": [", 1);
-    let through = drawn.replacen(
+    let crossed = drawn.replacen(
         "\"labels\": [",
-        "\"obstacles\": [{ \"polygon\": [[1, 1], [159, 1], [159, 159], [1, 159]] }], \"labels\": [",
+        "\"obstacles\": [{ \"polygon\": [[56, 105], [68, 105], [68, 117], [56, 117]] }], \"labels\": [",
         1,
     );
     let blind = include_str!("../sim/robots/nomad200.toml");
@@ -140,7 +140,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
             "parameters.planner: unknown field `ahead`",
         ),
         (mission.clone(), &no_route, "a-04.json: expected an open line as the route"),
-        (mission.clone(), &through, "a-04.json: expected objects apart"),
+        (mission.clone(), &crossed, "a-04.json: expected objects apart"),
         (mission.clone(), &"{ \"canvas\": 3 }".to_owned(), "a-04.json: expected strokes in JSON"),
         (by_words.clone(), &drawn, "mine.txt: line 1, word 5: expected a direction"),
         (by_words, &drawn, "did you mean \"ahead\"?"),

@@ -148,7 +148,9 @@ fn the_command_line_shows_the_pipeline_as_it_is() {
     let wrong = place.run("channels --kind nonsense");
     assert_eq!(wrong.code, Some(2), "{wrong}");
     assert!(
-        wrong.err.contains("--kind: expected one of corridor, landmarks, sketch, found \"nonsense\""),
+        wrong
+            .err
+            .contains("--kind: expected one of corridor, directions, landmarks, sketch, found \"nonsense\""),
         "{wrong}"
     );
 }

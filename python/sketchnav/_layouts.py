@@ -67,6 +67,49 @@ Rules = np.dtype(
     ]
 )
 
+LandmarkRoute = np.dtype(
+    [
+        ("header", Header),
+        ("object_count", "<u4"),
+        ("state_count", "<u4"),
+        ("length_m", "<f8"),
+    ]
+)
+
+Directions = np.dtype(
+    [
+        ("header", Header),
+        ("map_count", "<u4"),
+        ("reserved", "<u4"),
+    ]
+)
+
+PlannedJourney = np.dtype(
+    [
+        ("distance_m", "<f8"),
+        ("probability", "<f8"),
+    ]
+)
+
+PlannedLandmark = np.dtype(
+    [
+        ("task", "<u4"),
+        ("dot", "<u4"),
+        ("x_m", "<f4"),
+        ("y_m", "<f4"),
+    ]
+)
+
+Itinerary = np.dtype(
+    [
+        ("header", Header),
+        ("journey_count", "<u4"),
+        ("landmark_count", "<u4"),
+        ("journeys", PlannedJourney, (64,)),
+        ("landmarks", PlannedLandmark, (512,)),
+    ]
+)
+
 Understood = np.dtype(
     [
         ("header", Header),
@@ -204,6 +247,24 @@ MarkerView = np.dtype(
     ]
 )
 
+SeenDot = np.dtype(
+    [
+        ("x_m", "<f4"),
+        ("y_m", "<f4"),
+    ]
+)
+
+DotView = np.dtype(
+    [
+        ("header", Header),
+        ("side_m", "<f4"),
+        ("margin_m", "<f4"),
+        ("frame_time_s", "<f4"),
+        ("dot_count", "<u4"),
+        ("dots", SeenDot, (64,)),
+    ]
+)
+
 Tick = np.dtype(
     [
         ("header", Header),
@@ -282,6 +343,76 @@ Relations = np.dtype(
     ]
 )
 
+SeenObject = np.dtype(
+    [
+        ("place", "<u4"),
+        ("first", "<u4"),
+        ("count", "<u4"),
+        ("reserved", "<u4"),
+        ("proximity_m", "<f8"),
+        ("width", "<f8"),
+    ]
+)
+
+LandmarkView = np.dtype(
+    [
+        ("header", Header),
+        ("odometry", PoseM),
+        ("in_sketch", PoseM),
+        ("stretch", "<f8"),
+        ("spread_m", "<f8"),
+        ("fit", "<f8"),
+        ("sectors_m", "<f8", (16,)),
+        ("object_count", "<u4"),
+        ("place_count", "<u4"),
+        ("objects", SeenObject, (16,)),
+        ("places_m", "<f4", (48, 2,)),
+    ]
+)
+
+DescribedDot = np.dtype(
+    [
+        ("x_m", "<f4"),
+        ("y_m", "<f4"),
+        ("isolation", "<u4"),
+        ("quadrants", "<u4"),
+    ]
+)
+
+Description = np.dtype(
+    [
+        ("header", Header),
+        ("view_stamp_ns", "<u8"),
+        ("views", "<u8"),
+        ("dot_count", "<u4"),
+        ("reserved", "<u4"),
+        ("meant", "<u4", (8,)),
+        ("dots", DescribedDot, (64,)),
+    ]
+)
+
+MetRelation = np.dtype(
+    [
+        ("relation", "<u4"),
+        ("object", "<u4"),
+    ]
+)
+
+LandmarkProgress = np.dtype(
+    [
+        ("header", Header),
+        ("along_m", "<f8"),
+        ("length_m", "<f8"),
+        ("next", "<u4"),
+        ("state_count", "<u4"),
+        ("command", "<u4"),
+        ("event", "<u4"),
+        ("met_count", "<u4"),
+        ("reserved", "<u4"),
+        ("met", MetRelation, (64,)),
+    ]
+)
+
 Plan = np.dtype(
     [
         ("header", Header),
@@ -292,6 +423,54 @@ Plan = np.dtype(
         ("target_px", "<f8", (2,)),
         ("global_px", "<f4", (1024, 2,)),
         ("local_px", "<f4", (256, 2,)),
+    ]
+)
+
+OutlineSample = np.dtype(
+    [
+        ("x_px", "<f4"),
+        ("y_px", "<f4"),
+        ("x_m", "<f4"),
+        ("y_m", "<f4"),
+        ("partner", "<u4"),
+        ("goal_share", "<f4"),
+    ]
+)
+
+Correspondence = np.dtype(
+    [
+        ("header", Header),
+        ("robot", PoseM),
+        ("odometry", PoseM),
+        ("goal_m", "<f8", (2,)),
+        ("seen_share", "<f8"),
+        ("hidden_share", "<f8"),
+        ("cost", "<f8"),
+        ("rival_margin", "<f8"),
+        ("rival_m", "<f8", (2,)),
+        ("target_m", "<f8", (2,)),
+        ("aim", "<u4"),
+        ("gap_count", "<u4"),
+        ("sample_count", "<u4"),
+        ("way_count", "<u4"),
+        ("samples", OutlineSample, (256,)),
+        ("way_m", "<f4", (128, 2,)),
+    ]
+)
+
+Journey = np.dtype(
+    [
+        ("header", Header),
+        ("activity", "<u4"),
+        ("task", "<u4"),
+        ("entry", "<u4"),
+        ("accepted", "<u4"),
+        ("recoveries", "<u4"),
+        ("has_reference", "<u4"),
+        ("cannot_locate", "<u4"),
+        ("reserved", "<u4"),
+        ("reference_x_m", "<f8"),
+        ("reference_y_m", "<f8"),
     ]
 )
 
@@ -372,6 +551,9 @@ CHANNELS = {
     "sketch": ("sketchnav/SketchMap/1/678448258de9be23", SketchMap, False, ("localizer", "planner", "pad", "recorder",)),
     "route": ("sketchnav/Route/1/0490aae0e488df01", Route, False, ("planner", "recorder",)),
     "rules": ("sketchnav/Rules/1/a6fe3a694e6b7b84", Rules, False, ("planner", "recorder",)),
+    "landmark_route": ("sketchnav/LandmarkRoute/1/ccee207c01927f1c", LandmarkRoute, False, ("localizer", "planner", "pad", "recorder",)),
+    "directions": ("sketchnav/Directions/1/6f64871dae83bea2", Directions, False, ("planner", "recorder",)),
+    "itinerary": ("sketchnav/Itinerary/1/1c577744a22642b1", Itinerary, False, ("pad", "recorder",)),
     "understood": ("sketchnav/Understood/1/cf0efb456e05d81e", Understood, False, ("pad", "recorder",)),
     "orders": ("sketchnav/MissionCommand/1/0c99fbc15d415825", MissionCommand, False, ("planner", "recorder",)),
     "mission": ("sketchnav/MissionCommand/1/0c99fbc15d415825", MissionCommand, False, ("planner", "recorder",)),
@@ -382,11 +564,17 @@ CHANNELS = {
     "scan": ("sketchnav/LaserScan/1/57adf6a34793cece", LaserScan, False, ("localizer", "planner", "pad", "recorder",)),
     "sonar": ("sketchnav/SonarScan/1/32fc87b10150e534", SonarScan, False, ("localizer", "planner", "pad", "recorder",)),
     "markers": ("sketchnav/MarkerView/1/0f2cb4da0d2eeb91", MarkerView, False, ("localizer", "planner", "pad", "recorder",)),
+    "view": ("sketchnav/DotView/1/f7346cf9e9d06a92", DotView, False, ("localizer", "pad", "recorder",)),
     "tick": ("sketchnav/Tick/1/cd5c8b58a800b493", Tick, False, ("localizer", "planner", "pad", "recorder",)),
     "particles": ("sketchnav/Particles/1/83328733bea235fe", Particles, False, ("pad", "recorder",)),
     "estimate": ("sketchnav/PoseEstimate/1/6fe39940e3453396", PoseEstimate, False, ("planner", "pad", "recorder",)),
     "relations": ("sketchnav/Relations/1/76abc44575759b47", Relations, False, ("planner", "pad", "recorder",)),
+    "landmark_view": ("sketchnav/LandmarkView/1/52c9caa1ce85e6e1", LandmarkView, False, ("planner", "pad", "recorder",)),
+    "description": ("sketchnav/Description/1/f6c6689657b8b137", Description, False, ("planner", "pad", "recorder",)),
+    "landmark_progress": ("sketchnav/LandmarkProgress/1/e6a61868204884b6", LandmarkProgress, False, ("pad", "recorder",)),
     "plan": ("sketchnav/Plan/1/948683b6daa21d2e", Plan, False, ("pad", "recorder",)),
+    "correspondence": ("sketchnav/Correspondence/1/04977d1d4f303caf", Correspondence, False, ("pad", "recorder",)),
+    "journey": ("sketchnav/Journey/1/f054905aa2292e8d", Journey, False, ("pad", "recorder",)),
     "command": ("sketchnav/VelocityCommand/1/45ef9b3c7d504529", VelocityCommand, False, ("world", "recorder",)),
     "status": ("sketchnav/MissionStatus/1/ed44629eb242885e", MissionStatus, False, ("supervisor", "pad", "recorder",)),
     "latency": ("sketchnav/Latency/2/6fd35d9cb700fb1d", Latency, False, ("recorder",)),

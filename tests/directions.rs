@@ -30,7 +30,9 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
     assert_eq!(messages("/view"), messages("/tick"), "{info}");
     assert_eq!(messages("/description"), messages("/journey"), "{info}");
     assert_eq!((messages("/directions"), messages("/itinerary")), (Some(1.into()), Some(1.into())), "{info}");
-    assert_eq!((messages("/odometry"), messages("/contact")), (Some(0.into()), Some(0.into())), "{info}");
+    for absent in ["/odometry", "/contact"] {
+        assert!(messages(absent).is_none_or(|count| count == 0), "{info}");
+    }
     place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
     let judged = place.fine(&format!("judge {recording} --json")).json();
     let kinds = judged.pointer("/0/journeys").and_then(Value::as_array).unwrap();

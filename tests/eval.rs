@@ -81,3 +81,82 @@ fn the_numbers_of_a_run_lose_no_bit_on_their_way_to_the_processes() {
         assert_eq!(serde_json::from_str::<f64>(&text).unwrap().to_bits(), number.to_bits(), "{text}");
     }
 }
+
+/// Some drives that take no time.
+const FEW: &str = "laboratory --drawings a --trials 3 --seed 3";
+
+/// Drives the jobs of [`FEW`] one by one, each as another machine would, into `parts`; how many there are.
+fn in_parts(place: &Place) -> usize {
+    std::fs::create_dir(place.files().join("parts")).unwrap();
+    let listed = eval(place, &format!("{FEW} --list-jobs --json")).json();
+    let jobs = listed["jobs"].as_array().unwrap().len();
+    for job in 1..=jobs {
+        let ended = eval(place, &format!("{FEW} --job {job} -o parts/{job}.json"));
+        assert_eq!(ended.code, Some(0), "{ended}");
+    }
+    jobs
+}
+
+/// Without what is measured by the clock.
+fn timeless(told: &Ended) -> serde_json::Value {
+    let mut told = told.json();
+    told["wall_seconds"] = 0.into();
+    told["outcomes"].as_array_mut().unwrap().iter_mut().for_each(|ended| ended["cost"]["busy_s"] = 0.into());
+    told
+}
+
+#[test]
+fn an_experiment_in_parts_has_the_report_of_one_machine_byte_for_byte() {
+    let place = Place::new();
+    let jobs = in_parts(&place);
+    assert_eq!(jobs, 3);
+    // A worker that was taken for dead delivers all the same; a range is a part, too.
+    let ended = eval(&place, &format!("{FEW} --job 2-3 -o parts/again.json"));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let local = eval(&place, &format!("{FEW} -o page.html --verbose"));
+    let page = || std::fs::read(place.files().join("page.html")).unwrap();
+    let local_page = page();
+    let merged = eval(&place, &format!("{FEW} -o page.html --verbose --merge parts"));
+    assert_eq!((merged.code, local.code), (Some(0), Some(0)), "{merged}");
+    assert_eq!(merged.out, local.out);
+    assert!(page() == local_page, "the pages differ");
+    let [local, merged] =
+        ["", "--merge=parts"].map(|options| timeless(&eval(&place, &format!("{FEW} --json {options}"))));
+    assert_eq!(local, merged);
+}
+
+#[test]
+fn parts_that_are_missing_or_of_something_else_are_refused() {
+    let place = Place::new();
+    let jobs = in_parts(&place);
+    let refused = |options: &str, words: &str| {
+        let ended = eval(&place, options);
+        assert_eq!(ended.code, Some(2), "{options}: {ended}");
+        assert!(ended.err.contains(words), "{options}: {ended}");
+    };
+    let other_seed = FEW.replace("--seed 3", "--seed 4");
+    refused(&format!("{other_seed} --merge parts"), "seed: expected 4, found 3");
+    refused("laboratory --drawings b --trials 3 --seed 3 --merge parts", "experiment: expected");
+    refused(&format!("{FEW} --set localizer.beams=30 --merge parts"), "merge with the options of the jobs");
+    refused(&format!("{FEW} --job {} -o parts/none.json", jobs + 1), "--job: expected numbers from 1 to");
+    refused(&format!("{FEW} --job 0 -o parts/none.json"), "expected the number of a job");
+    refused(&format!("{FEW} --merge nowhere"), "--merge nowhere");
+
+    let part = place.files().join("parts/1.json");
+    let text = std::fs::read_to_string(&part).unwrap();
+    let edited = |from: &str, to: &str| {
+        assert!(text.contains(from), "{text}");
+        std::fs::write(&part, text.replace(from, to)).unwrap();
+    };
+    let architecture = format!("\"architecture\":\"{}\"", std::env::consts::ARCH);
+    edited(&architecture, "\"architecture\":\"abacus\"");
+    refused(&format!("{FEW} --merge parts"), "--accept machine");
+    let taken = eval(&place, &format!("{FEW} --merge parts --accept machine"));
+    assert_eq!(taken.code, Some(0), "{taken}");
+    edited("\"program\":\"", "\"program\":\"9");
+    refused(&format!("{FEW} --merge parts --accept machine"), "--accept program");
+    edited("\"outcomes\"", "\"results\"");
+    refused(&format!("{FEW} --merge parts"), "expected a part that `eval --job` wrote");
+    std::fs::remove_file(&part).unwrap();
+    refused(&format!("{FEW} --merge parts"), "found none of 1");
+}

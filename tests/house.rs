@@ -147,7 +147,12 @@ fn the_command_line_shows_the_pipeline_as_it_is() {
     assert_eq!(shown, channels::all().map(|spec| spec.name).collect::<Vec<_>>());
     let wrong = place.run("channels --kind nonsense");
     assert_eq!(wrong.code, Some(2), "{wrong}");
-    assert!(wrong.err.contains("--kind: expected one of corridor, sketch, found \"nonsense\""), "{wrong}");
+    assert!(
+        wrong
+            .err
+            .contains("--kind: expected one of corridor, directions, landmarks, sketch, found \"nonsense\""),
+        "{wrong}"
+    );
 }
 
 /// Lists of channels that are not the pipeline: what the judge reads of a recording.

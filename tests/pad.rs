@@ -496,6 +496,25 @@ fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
     assert!(processes.contains(&&json!("pad")), "{report}");
 }
 
+/// The page of a route past landmarks: the matched state, the objects that meet it, and the place along the route.
+#[test]
+fn a_route_past_landmarks_is_watched() {
+    let (place, port) = (Place::new(), free_port());
+    let mission = repository().join("sim/missions/landmarks/scene-a.toml");
+    let line = format!("run {} --speed 4 --pad --port {port} --system landmarks --json", mission.display());
+    let mut running = place.start(&line);
+    wait_for(&mut running, port);
+    let mut page = Page::open(port, None);
+    page.until("walls", |feed| feed["walls"] != 0);
+    page.until("a matched state", |feed| feed["landmarks"]["next"].as_u64() > Some(3));
+    page.until("a place half-way", |feed| feed["landmarks"]["along"].as_f64() > Some(0.5));
+    page.until("objects", |feed| feed["landmarks"]["objects"].as_array().is_some_and(|all| !all.is_empty()));
+    page.until("a pose", |feed| feed["pose"]["tracking"] == "tracking");
+    drop(page);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+}
+
 /// A run that does not even begin once left an empty folder behind: only a system that could not be started had its
 /// folder taken away, not one whose page has no address to listen on. (192.0.2.1 is nobody's: RFC 5737.)
 #[test]

@@ -34,8 +34,6 @@ fuzz_target!(|text: &str| {
     (mission.world.floor_plan, mission.world.map) = (floor.to_str().map(str::to_owned), None);
     mission.start.world = [0.9, 6.15];
     let robot = robots::find("robotino").expect("a robot that holds").expect("a robot that ships");
-    let (system, pace) = ("fuzz".to_owned(), Pace::Lockstep);
-    let run =
-        RunConfig { system, mission, robot, seed: 1, pace, recording: None, pad: Pad::Absent, without: Vec::new() };
+    let run = RunConfig::lockstep("fuzz", mission, robot, 1);
     let _ = Rehearsal::by_bytes(&run, DRAWING).and_then(|rehearsal| rehearsal.run(&mut Once));
 });

@@ -246,6 +246,9 @@ channels! {
     ROUTE: Instruction Route = "route", SKETCHER => [Planner], of "sketch";
     /// The rules for a corridor.
     RULES: Instruction Rules = "rules", SKETCHER => [Planner], of "corridor", behind it up to MAX_RULE_BYTES;
+    /// A route past landmarks.
+    LANDMARK_ROUTE: Instruction LandmarkRoute = "landmark_route", SKETCHER => [Localizer, Planner, Pad], of "landmarks",
+        behind it up to MAX_LANDMARK_BYTES;
     /// The custom maps.
     DIRECTIONS: Instruction Directions = "directions", SKETCHER => [Planner], of "directions",
         behind it up to MAX_DIRECTIONS_BYTES;
@@ -282,10 +285,16 @@ channels! {
     ESTIMATE: Situation PoseEstimate = "estimate", LOCALIZER => [Planner, Pad], of "sketch";
     /// What markers tell of a corridor.
     RELATIONS: Situation Relations = "relations", LOCALIZER => [Planner, Pad], of "corridor";
+    /// What the robot sees of landmarks.
+    LANDMARK_VIEW: Situation LandmarkView = "landmark_view", LOCALIZER => [Planner, Pad], of "landmarks";
     /// What is in view, described.
     DESCRIPTION: Situation Description = "description", LOCALIZER => [Planner, Pad], of "directions";
+    /// How far the robot has come along its landmarks.
+    LANDMARK_PROGRESS: Detail LandmarkProgress = "landmark_progress", PLANNER => [Pad], of "landmarks";
     /// What the planner is about to do.
     PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
+    /// What of the drawing corresponds to what the robot has seen.
+    CORRESPONDENCE: Detail Correspondence = "correspondence", PLANNER => [Pad], of "sketch";
     /// How the journey stands.
     JOURNEY: Detail Journey = "journey", PLANNER => [Pad], of "directions";
     /// How the robot is to move.
@@ -502,8 +511,9 @@ mod tests {
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
         let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
-        let expected = "drawing sketch route rules directions itinerary understood orders mission contact truth people odometry scan sonar \
-                        markers view tick particles estimate relations description plan journey command status latency faults recorded";
+        let expected = "drawing sketch route rules landmark_route directions itinerary understood orders mission contact truth \
+                        people odometry scan sonar markers view tick particles estimate relations landmark_view description \
+                        landmark_progress plan correspondence journey command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));
     }

@@ -137,6 +137,52 @@ codes! {
         Stable = 3 "0",
     }
 
+    /// What a robot does along a route of landmark states (Chronis 2007).
+    pub enum RouteCommand {
+        /// Moves straight on.
+        Forward = 0 "move forward",
+        /// Turns left while it moves.
+        Left = 1 "turn left",
+        /// Turns right while it moves.
+        Right = 2 "turn right",
+        /// Stops.
+        Stop = 3 "stop",
+    }
+
+    /// What happens along a route of landmark states.
+    pub enum LandmarkEvent {
+        /// Nothing.
+        Nothing = 0 "nothing",
+        /// The state before the next one was matched.
+        Matched = 1 "matched",
+        /// The robot stopped at its goal.
+        Arrived = 2 "arrived",
+        /// The robot does not know where it is.
+        Lost = 3 "lost",
+    }
+
+    /// What a course of the method `outline` leads to.
+    pub enum CourseAim {
+        /// There is no course.
+        None = 0 "none",
+        /// Where the goal is.
+        Goal = 1 "goal",
+        /// A gap of what was seen, behind which the goal lies.
+        Gap = 2 "gap",
+        /// Where the best rival alignment has the goal.
+        Rival = 3 "rival",
+    }
+
+    /// What a sample of a drawing's outline corresponds to.
+    pub enum PartnerKind {
+        /// Nothing that was seen.
+        Nothing = 0 "nothing",
+        /// A wall that was seen.
+        Wall = 1 "wall",
+        /// It lies behind a gap of what was seen.
+        Gap = 2 "gap",
+    }
+
     /// What a navigator by landmarks is doing.
     pub enum Activity {
         /// It looks for the landmark that a word means.

@@ -122,7 +122,7 @@ impl Kind {
     }
 
     /// The struct that it is, or that an array is made of.
-    fn layout(&self) -> Option<&Layout> {
+    pub(crate) fn layout(&self) -> Option<&Layout> {
         match self {
             Self::Struct(layout) => Some(layout),
             Self::Array(element, _) => element.layout(),

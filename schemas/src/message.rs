@@ -5,7 +5,9 @@
 //! a fixed capacity and a count; what lies behind the count is zero.
 
 mod directions;
+mod landmarks;
 mod markers;
+mod outline;
 
 use bytemuck::{Pod, Zeroable};
 
@@ -15,7 +17,9 @@ use crate::geometry::{Odom, Point, Pose, Sketch, World};
 use crate::layout::Layout;
 use crate::valid;
 pub use directions::*;
+pub use landmarks::*;
 pub use markers::*;
+pub use outline::*;
 
 /// A message type: its name on the wire and a description of its layout.
 ///

@@ -13,6 +13,8 @@ pub enum Method {
     /// This project's own: beams are weighed by what the drawing lets them see.
     #[default]
     Beam,
+    /// This project's own: the outline of what was seen is aligned with the drawing's.
+    Outline,
     /// Boniardi et al. 2015: two local scales, tracked.
     Boniardi2015,
     /// Its special case without tracking: one scale for both directions, as the first scan says it.
@@ -23,13 +25,14 @@ pub enum Method {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 4] =
-        [Self::Beam, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
+    pub const ALL: [Self; 5] =
+        [Self::Beam, Self::Outline, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
 
     /// The word for people and files.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Beam => "beam",
+            Self::Outline => "outline",
             Self::Boniardi2015 => "boniardi-2015",
             Self::Boniardi2015FixedScale => "boniardi-2015-fixed-scale",
             Self::Behzadian2015 => "behzadian-2015",
@@ -80,7 +83,7 @@ mod tests {
         // The words of before are answered with those of now.
         for old in ["ours", "paper", "fixed-scale", "one-scale"] {
             let error = old.parse::<Method>().unwrap_err();
-            let words = "beam, boniardi-2015, boniardi-2015-fixed-scale, behzadian-2015";
+            let words = "beam, outline, boniardi-2015, boniardi-2015-fixed-scale, behzadian-2015";
             assert!(error.contains(words) && error.contains(old), "{error}");
         }
     }

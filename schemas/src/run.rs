@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::codes::Process;
+use crate::fault_plan::PlannedFault;
 use crate::mission::Mission;
 use crate::robot::Robot;
 
@@ -68,6 +69,9 @@ pub struct RunConfig {
     /// the world.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<Process>,
+    /// What is to befall its messages and processes, each fault once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<PlannedFault>,
 }
 
 impl RunConfig {
@@ -82,6 +86,7 @@ impl RunConfig {
             recording: None,
             pad: Pad::Absent,
             without: Vec::new(),
+            faults: Vec::new(),
         }
     }
 }

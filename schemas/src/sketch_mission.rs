@@ -299,7 +299,10 @@ mod tests {
         assert_eq!(parse(&mission("behzadian-2015")).unwrap().method, Method::Behzadian2015);
         for word in ["ours", "theirs"] {
             let error = parse(&mission(word)).unwrap_err().to_string();
-            assert!(error.starts_with("navigator.method: expected one of beam, boniardi-2015, "), "{error}");
+            assert!(
+                error.starts_with("navigator.method: expected one of beam, outline, boniardi-2015, "),
+                "{error}"
+            );
             assert!(error.contains(word), "{error}");
         }
         let mut other = Mission::parse(MISSION).unwrap();

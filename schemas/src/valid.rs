@@ -5,8 +5,10 @@
 //! Readers reject counts beyond the list, numbers that are not finite, and headings that are no rotation. A
 //! valid message can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
 
+use crate::codes::{LandmarkEvent, RouteCommand};
 use crate::message::{
-    Description, DotView, Header, Journey, LaserScan, MAX_DOTS, MAX_KNOWN_MARKERS, MAX_MARKERS, MAX_WORDS,
+    Description, DotView, Header, Journey, LandmarkProgress, LandmarkView, LaserScan, MAX_DOTS,
+    MAX_KNOWN_MARKERS, MAX_MARKERS, MAX_MET_RELATIONS, MAX_REMEMBERED_PLACES, MAX_SEEN_OBJECTS, MAX_WORDS,
     MarkerView, Odometry, PoseEstimate, PoseM, PosePx, Relations, SonarScan, Tick, Twist, VelocityCommand,
 };
 
@@ -127,6 +129,35 @@ pub(crate) fn relations(relations: &Relations) -> bool {
         && relations.markers().is_sorted_by(|a, b| a.id < b.id)
 }
 
+/// Two poses, ranges in sixteen directions, objects and places, as many as are counted.
+pub(crate) fn landmark_view(view: &LandmarkView) -> bool {
+    /// Greatest place of an object, and widest histogram.
+    const MOST: (u32, f64) = (63, 180.0);
+    let is_range = |range: &f64| *range == f64::INFINITY || (0.0..FAR).contains(range);
+    view.object_count as usize <= MAX_SEEN_OBJECTS
+        && view.place_count as usize <= MAX_REMEMBERED_PLACES
+        && metres(&view.odometry)
+        && metres(&view.in_sketch)
+        && [view.stretch, view.spread_m].iter().all(|v| (0.0..FAR).contains(v))
+        && (0.0..=1.0).contains(&view.fit)
+        && view.sectors_m.iter().all(is_range)
+        && view.objects().iter().all(|one| {
+            one.place <= MOST.0
+                && (0.0..FAR).contains(&one.proximity_m)
+                && (0.0..=MOST.1).contains(&one.width)
+        })
+        && view.places().as_flattened().iter().all(|v| v.abs() < FAR as f32)
+}
+
+/// Lengths, a state of the route, and relations, as many as are counted.
+pub(crate) fn landmark_progress(progress: &LandmarkProgress) -> bool {
+    progress.met_count as usize <= MAX_MET_RELATIONS
+        && near([progress.along_m, progress.length_m])
+        && progress.next <= progress.state_count
+        && RouteCommand::from_code(progress.command).is_some()
+        && LandmarkEvent::from_code(progress.event).is_some()
+}
+
 /// A velocity.
 pub(crate) fn command(command: &VelocityCommand) -> bool {
     twist(&command.twist)
@@ -205,6 +236,45 @@ mod tests {
                 |relations| relations.left.y_m = f64::INFINITY,
                 |relations| relations.pair_age_s = -1.0,
                 |relations| relations.odometry.orientation_w = 0.0,
+            ],
+        );
+    }
+
+    #[test]
+    fn a_view_of_landmarks_has_objects_at_places_that_exist() {
+        let mut valid = LandmarkView::zeroed();
+        (valid.odometry.orientation_w, valid.in_sketch.orientation_w) = (1.0, 1.0);
+        (valid.object_count, valid.place_count, valid.sectors_m[3]) = (1, 1, f64::INFINITY);
+        rejected(
+            valid,
+            &[
+                |view| view.object_count = 17,
+                |view| view.place_count = 49,
+                |view| view.objects[0].place = 64,
+                |view| view.objects[0].width = 181.0,
+                |view| view.objects[0].proximity_m = -1.0,
+                |view| view.places_m[0][1] = f32::NAN,
+                |view| view.sectors_m[0] = f64::NAN,
+                |view| view.sectors_m[0] = -0.5,
+                |view| view.in_sketch.orientation_w = 0.0,
+                |view| view.fit = 1.5,
+                |view| view.stretch = f64::NAN,
+            ],
+        );
+    }
+
+    #[test]
+    fn progress_along_landmarks_is_within_its_route() {
+        let mut valid = LandmarkProgress::zeroed();
+        (valid.next, valid.state_count) = (3, 3);
+        rejected(
+            valid,
+            &[
+                |progress| progress.next = 4,
+                |progress| progress.command = 4,
+                |progress| progress.event = 4,
+                |progress| progress.met_count = 65,
+                |progress| progress.along_m = f64::INFINITY,
             ],
         );
     }

@@ -29,6 +29,7 @@ pub mod raster;
 pub mod raycast;
 pub mod robots;
 pub mod ros_map;
+pub mod scenes;
 pub mod sensors;
 pub mod simulation;
 pub mod world;

@@ -43,7 +43,7 @@ impl ChannelVisitor for ReadSamples<'_> {
 #[test]
 fn every_message_of_every_channel_comes_back() {
     let folder = tempfile::tempdir().unwrap();
-    for kind in ["sketch", "corridor"] {
+    for kind in ["sketch", "corridor", "landmarks"] {
         let path = folder.path().join(format!("{kind}.mcap"));
         common::record_samples_of(kind, &path, 1, 5);
         let recording = Recording::open(&path).unwrap();

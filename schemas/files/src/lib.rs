@@ -38,6 +38,10 @@ pub const RUN: Limit = Limit { what: "the description of a run", bytes: 64 * MIB
 pub const TABLE: Limit = Limit { what: "a table", bytes: 4 * MIB };
 /// A table of positions over time: some million lines.
 pub const POSITIONS: Limit = Limit { what: "a table of positions", bytes: 256 * MIB };
+/// A plan of faults: ten thousand of them take some 800 kB.
+pub const FAULT_PLAN: Limit = Limit { what: "a plan of faults", bytes: 4 * MIB };
+/// Outcomes of a job of an experiment: some hundred bytes a task.
+pub const PART: Limit = Limit { what: "a part of an experiment", bytes: 16 * MIB };
 
 impl Limit {
     /// Whether so many bytes are allowed.

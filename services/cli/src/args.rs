@@ -1,8 +1,10 @@
 //! The command line.
 
 mod system;
+mod tools;
 pub mod values;
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -12,7 +14,9 @@ use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
+pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap};
 use self::values::{parse_served, parse_service, parse_speed};
+use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
 
 /// Drives a robot through a building by a hand-drawn map.
@@ -38,9 +42,13 @@ impl Cli {
             Some(Command::Deform { options, .. }) => options.json,
             Some(Command::Chaos { options, .. }) => options.json,
             Some(Command::Top { options }) => options.json,
+            Some(Command::Restart { options }) => options.json,
+            Some(Command::Send { options }) => options.json,
+            Some(Command::Graph { options }) => options.json,
             Some(
                 Command::Ps { json }
                 | Command::Clean { json }
+                | Command::Doctor { json }
                 | Command::Channels { json, .. }
                 | Command::Diff { json, .. }
                 | Command::Info { json, .. },
@@ -60,12 +68,12 @@ pub enum Command {
         after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json"
     )]
     Run {
-        /// The mission file (TOML); the README says how to write one.
+        /// The mission file (TOML), the README says how to write one; or `demo`.
         #[arg(required_unless_present = "resume", conflicts_with = "resume")]
         mission: Option<PathBuf>,
         /// Go on with the mission whose recording lies in this folder, after its supervisor was killed: with its
         /// own seed and pace and without the processes that it was without, from where its processes were.
-        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without"])]
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults"])]
         resume: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,
@@ -86,7 +94,7 @@ pub enum Command {
     },
     /// Run an experiment: drive every trial of a suite, count how the tasks ended.
     #[command(
-        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose"
+        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
         /// ablation, building, building-079, corridor, corridor-cost, corridor-person, corridor-turns, deformed, laboratory, people,
@@ -107,10 +115,10 @@ pub enum Command {
     },
     /// Run a mission twice, kill its processes the second time, and compare the two.
     #[command(
-        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not (or fewer kills than asked), 2 bad input, 3 anything else.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer"
+        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not (or fewer kills than asked), 2 bad input, 3 anything else.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
     )]
     Chaos {
-        /// The mission file (TOML).
+        /// The mission file (TOML), or `demo`.
         mission: PathBuf,
         #[command(flatten)]
         options: ChaosOptions,
@@ -134,13 +142,36 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// List the channels with their messages, writers and readers, in the order of an instant.
-    #[command(after_help = "Example: sketchnav channels --kind sketch")]
+    /// List the channels with their messages, writers and readers, in the order of an instant; of a running system with
+    /// who is connected, what is kept, and the rates of a second.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input (no such system or kind), 3 anything else.\nExample: sketchnav channels --kind sketch\nExample: sketchnav channels lab --json"
+    )]
     Channels {
+        /// The name of a running system.
+        #[arg(conflicts_with = "kind")]
+        system: Option<String>,
         /// Only those that this kind of navigator has.
         #[arg(long)]
         kind: Option<String>,
         /// One JSON list instead of a table.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Draw the pipeline as SVG: processes, channels, who writes and who reads; of a running system with the rates of a second.
+    #[command(
+        after_help = "Exit codes: 0 drawn, 2 bad input, 3 anything else.\nExample: sketchnav graph --system lab -o lab.svg"
+    )]
+    Graph {
+        #[command(flatten)]
+        options: GraphOptions,
+    },
+    /// Check whether this machine can run a system: shared memory, permissions, limits, leftovers, versions, clock.
+    #[command(
+        after_help = "Each finding that is not fine says what to do.\nExit codes: 0 no error (there may be warnings), 1 an error: no system can run here.\nExample: sketchnav doctor --json"
+    )]
+    Doctor {
+        /// One JSON object instead of lines.
         #[arg(long)]
         json: bool,
     },
@@ -160,16 +191,42 @@ pub enum Command {
         options: TopOptions,
     },
     /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come.
-    #[command(after_help = "Example: sketchnav echo estimate --count 10")]
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input (no such channel or field), 3 anything else.\nExample: sketchnav echo estimate --count 10\nExample: sketchnav echo odometry --csv --field pose.pose.position.x --field pose.pose.position.y\nExample: sketchnav echo --regex 'scan|odo.*' --once"
+    )]
     Echo {
         #[command(flatten)]
-        tap: Tap,
+        options: EchoOptions,
     },
-    /// Measure the rate of a channel.
-    #[command(after_help = "Example: sketchnav hz scan")]
+    /// Measure the rate of a channel, its bandwidth, and percentiles of intervals and delays.
+    #[command(
+        after_help = "The delay of a message is the time since the tick that caused it, by the clock.\nExample: sketchnav hz estimate --json"
+    )]
     Hz {
         #[command(flatten)]
-        tap: Tap,
+        options: HzOptions,
+    },
+    /// Print what the processes of a running system have written.
+    #[command(after_help = "Example: sketchnav logs --follow localizer planner")]
+    Logs {
+        #[command(flatten)]
+        options: LogsOptions,
+    },
+    /// End a process of a running system and wait for its successor, which goes on where it was.
+    #[command(
+        after_help = "Exit codes: 0 the successor has joined, 2 bad input (no such process), 3 anything else.\nExample: sketchnav restart localizer --system lab"
+    )]
+    Restart {
+        #[command(flatten)]
+        options: RestartOptions,
+    },
+    /// Give a running mission one order by hand: start, abort, pause, resume or unattended.
+    #[command(
+        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab"
+    )]
+    Send {
+        #[command(flatten)]
+        options: SendOptions,
     },
     /// Compare two recordings, every message of every channel byte for byte (health, faults and latency are left out).
     #[command(
@@ -202,6 +259,17 @@ pub enum Command {
         file: PathBuf,
         #[command(flatten)]
         options: RelationsOptions,
+    },
+    /// Print the landmark states of a mission's sketch in words: a file that `route_file` takes.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav landmarks sim/missions/landmarks/scene-a-states.toml > route.txt"
+    )]
+    Landmarks {
+        /// A mission of kind `landmarks`.
+        mission: PathBuf,
+        /// The states as a table (Chronis 2007, table 4.1) instead of words.
+        #[arg(long)]
+        table: bool,
     },
     /// The tools for recordings.
     #[command(flatten)]
@@ -260,8 +328,20 @@ pub struct EvalOptions {
     /// Lists each task that failed, and why.
     #[arg(long)]
     pub verbose: bool,
-    /// Writes all figures, with some of the tasks as pictures, as one page of HTML.
-    #[arg(short, long, value_name = "HTML")]
+    /// Lists the jobs with their numbers and drives none.
+    #[arg(long, conflicts_with_all = ["job", "merge", "output"])]
+    pub list_jobs: bool,
+    /// Drives the job of this number, or a range as 3-10, and writes the outcomes to --output for --merge.
+    #[arg(long, value_name = "K", value_parser = parse_jobs, requires = "output", conflicts_with_all = ["merge", "check_processes", "pictures"])]
+    pub job: Option<RangeInclusive<usize>>,
+    /// Drives nothing: takes the outcomes of all jobs from the parts (.json) in this folder. Wants the options of the jobs.
+    #[arg(long, value_name = "DIR")]
+    pub merge: Option<PathBuf>,
+    /// Takes parts of another kind of machine or another build of the program, too.
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', requires = "merge")]
+    pub accept: Vec<Foreign>,
+    /// Writes all figures, with some of the tasks as pictures, as one page of HTML; with --job the part.
+    #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Draws each trial into this folder.
     #[arg(long, value_name = "DIR")]
@@ -289,6 +369,15 @@ impl EvalOptions {
     }
 }
 
+/// What a part of an experiment may be of besides this program on this machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Foreign {
+    /// Another kind of machine: its outcomes may have other last bits.
+    Machine,
+    /// Another version or build.
+    Program,
+}
+
 /// Whom to kill, how and when.
 #[derive(Debug, Clone, Args)]
 pub struct ChaosOptions {
@@ -298,6 +387,12 @@ pub struct ChaosOptions {
     /// The mission's seed; when who is killed is drawn from it too.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Plays the faults of this file (TOML) instead of drawing kills: what chaos wrote, or a person.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["kills", "targets", "signal", "at_start_up", "at_messages"])]
+    pub schedule: Option<PathBuf>,
+    /// Draws messages before which processes are killed, instead of moments: the schedule then does exactly the same again.
+    #[arg(long, conflicts_with = "at_start_up")]
+    pub at_messages: bool,
     /// Who may be killed, separated by commas.
     #[arg(long, value_delimiter = ',', value_parser = parse_service, default_values_t = SERVICES)]
     pub targets: Vec<Process>,
@@ -342,19 +437,6 @@ pub struct TopOptions {
     /// As `--once`, one JSON object.
     #[arg(long)]
     pub json: bool,
-}
-
-/// A look at a channel of a running system.
-#[derive(Debug, Clone, Args)]
-pub struct Tap {
-    /// The channel, as the README's table lists it.
-    pub channel: String,
-    /// The system's name; may be left out where only one runs.
-    #[arg(long)]
-    pub system: Option<String>,
-    /// Stop after so many messages.
-    #[arg(long)]
-    pub count: Option<u64>,
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! Shows the pipeline: every channel with its message, its writer and its readers, in the order of an instant.
+//! Shows the pipeline: every channel with its message, its writer and its readers, in the order of an instant; of a running
+//! system also who is connected, what its history holds, and the rates.
 
 use anyhow::Context;
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
@@ -7,7 +8,9 @@ use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
 
 use crate::failure::{Failure, Outcome};
+use crate::live::{self, Connected, Figures};
 use crate::output::out;
+use crate::systems;
 
 #[derive(Serialize)]
 struct Row {
@@ -42,16 +45,57 @@ impl Row {
     }
 }
 
-/// Prints the channels that a kind of navigator has; without a kind, all.
-pub fn show(kind: Option<&str>, json: bool) -> Result<Outcome, Failure> {
+/// Prints who is connected to the channels of a running system, and how they get on.
+pub fn show_live(system: &str, json: bool) -> Result<Outcome, Failure> {
+    let (_, figures) = live::measure(systems::find(Some(system))?)?;
+    if json {
+        out!("{}", serde_json::to_string(&figures).context("the table as JSON")?)?;
+    } else {
+        out!("{}", live_table(&figures))?;
+    }
+    Ok(Outcome::Success)
+}
+
+fn live_table(all: &[Figures]) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_FULL_CONDENSED);
+    table.set_header(["channel", "rate", "kB/s", "sent", "kept", "writers", "readers"]);
+    for figures in all {
+        let count = |count: Option<u64>| count.map_or("–".to_owned(), |count| count.to_string());
+        table.add_row([
+            figures.channel.to_owned(),
+            format!("{:.1} Hz", figures.rate_hz),
+            format!("{:.1}", figures.bytes_per_second / 1e3),
+            count(figures.sent),
+            count(figures.kept),
+            names(&figures.writers),
+            names(&figures.readers),
+        ]);
+    }
+    table
+}
+
+fn names(all: &[Connected]) -> String {
+    all.iter().map(|connected| connected.process.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// Refuses a kind of navigator that there is none of.
+pub fn check_kind(kind: Option<&str>) -> Result<(), Failure> {
     let known = || channels::all().filter_map(|spec| spec.kind);
-    if let Some(kind) = kind.filter(|kind| known().all(|known| known != *kind)) {
+    let unknown = kind.filter(|kind| known().all(|known| known != *kind));
+    if let Some(kind) = unknown {
         let mut known: Vec<_> = known().collect();
         known.sort_unstable();
         known.dedup();
         let known = known.join(", ");
         return Err(Failure::Input(anyhow::anyhow!("--kind: expected one of {known}, found {kind:?}")));
     }
+    Ok(())
+}
+
+/// Prints the channels that a kind of navigator has; without a kind, all.
+pub fn show(kind: Option<&str>, json: bool) -> Result<Outcome, Failure> {
+    check_kind(kind)?;
     let of_kind = |spec: &&'static ChannelSpec| kind.is_none_or(|kind| spec.belongs_to(kind));
     let rows: Vec<_> = channels::all().filter(of_kind).map(Row::of).collect();
     if json {

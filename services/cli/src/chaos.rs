@@ -4,6 +4,7 @@
 
 mod injector;
 mod safety;
+mod schedule;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -42,6 +43,8 @@ struct Report {
     orphans: usize,
     leftover_files: Vec<PathBuf>,
     recording: PathBuf,
+    /// What `--schedule` plays again.
+    schedule: PathBuf,
 }
 
 impl Report {
@@ -69,23 +72,74 @@ struct Recovery {
 /// Runs the mission in the file `mission` undisturbed and disturbed.
 pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure> {
     let folder = create(&options.out, "chaos").or_input()?;
-    let undisturbed = report(start(mission, options, &folder.join("undisturbed"), "calm")?)?;
+    let undisturbed = report(start(mission, options, &folder.join("undisturbed"), "calm", None)?)?;
     let reference = recording(&undisturbed)?;
-    let mut run = start(mission, options, &folder.join("disturbed"), "chaos")?;
-    let plan = Plan { steps: world_messages(&reference)?, supervisor: run.id(), system: system("chaos") };
-    let hits = Injector::new(options, plan).disturb(&mut run).context("watching the run")?;
-    let disturbed = report(run)?;
-    let report = judge(options, &hits, &reference, &disturbed)?;
+    let path = folder.join("schedule.toml");
+    let report = match schedule::planned(options, &reference)? {
+        Some(plan) => {
+            schedule::write(&path, &plan)?;
+            let run = start(mission, options, &folder.join("disturbed"), "chaos", Some(&path))?;
+            let disturbed = report(run).map_err(|failure| schedule::told(failure, &path))?;
+            let kills = schedule::kills(&recording(&disturbed)?)?;
+            judge(options, &kills, plan.fault.len() as u32, &reference, &disturbed, &path)?
+        }
+        None => by_lot(mission, options, &folder, &reference, &path)?,
+    };
     print(&report, options.json)?;
     let good = report.is_good();
     Ok(if good { Outcome::Success } else { Outcome::Short })
+}
+
+/// Kills at moments drawn by lot; the schedule is what came of it.
+fn by_lot(
+    mission: &Path,
+    options: &ChaosOptions,
+    folder: &Path,
+    reference: &Path,
+    schedule: &Path,
+) -> Result<Report, Failure> {
+    let out = folder.join("disturbed");
+    let mut run = start(mission, options, &out, "chaos", None)?;
+    let plan = Plan { steps: world_messages(reference)?, supervisor: run.id(), system: system("chaos") };
+    let hits = Injector::new(options, plan).disturb(&mut run).context("watching the run")?;
+    let disturbed = report(run);
+    // Of a run that failed there is a recording, too, mostly.
+    let is_written = schedule::write_happened(schedule, &out);
+    let disturbed = disturbed.map_err(|failure| schedule::told(failure, schedule))?;
+    is_written?;
+    judge(
+        options,
+        &hits.iter().map(Kill::of).collect::<Vec<_>>(),
+        options.kills,
+        reference,
+        &disturbed,
+        schedule,
+    )
+}
+
+/// A kill, and how long it took until its process had done something new.
+struct Kill {
+    process: Process,
+    recovered_ms: Option<f64>,
+}
+
+impl Kill {
+    fn of(hit: &Hit) -> Self {
+        Self { process: hit.process, recovered_ms: hit.recovered.map(|time| time.as_secs_f64() * 1e3) }
+    }
 }
 
 fn system(word: &str) -> String {
     format!("{word}-{}", std::process::id())
 }
 
-fn start(mission: &Path, options: &ChaosOptions, out: &Path, word: &str) -> Result<Child, Failure> {
+fn start(
+    mission: &Path,
+    options: &ChaosOptions,
+    out: &Path,
+    word: &str,
+    faults: Option<&Path>,
+) -> Result<Child, Failure> {
     let program = std::env::current_exe().context("this program's own path")?;
     let speed = match options.speed {
         Pace::Lockstep => "max".to_owned(),
@@ -94,6 +148,7 @@ fn start(mission: &Path, options: &ChaosOptions, out: &Path, word: &str) -> Resu
     let mut command = Command::new(program);
     command.arg("run").arg(mission).arg("--out").arg(out).args(["--json", "--speed", &speed]);
     command.args(["--seed", &options.seed.to_string(), "--system", &system(word)]);
+    command.args(faults.iter().flat_map(|path| [Path::new("--faults"), path]));
     command.stdin(Stdio::null()).stdout(Stdio::piped());
     Ok(command.spawn().context("starting the mission")?)
 }
@@ -125,17 +180,18 @@ fn world_messages(recording: &Path) -> Result<u32, Failure> {
 
 fn judge(
     options: &ChaosOptions,
-    hits: &[Hit],
+    kills: &[Kill],
+    asked: u32,
     reference: &Path,
     disturbed: &Value,
+    schedule: &Path,
 ) -> Result<Report, Failure> {
     let recording = recording(disturbed)?;
     let mut by_process = BTreeMap::new();
     let mut times: BTreeMap<_, Vec<f64>> = BTreeMap::new();
-    for hit in hits {
-        *by_process.entry(hit.process.word()).or_default() += 1;
-        let recovered = hit.recovered.map(|time| time.as_secs_f64() * 1e3);
-        times.entry(hit.process.word()).or_default().extend(recovered);
+    for kill in kills {
+        *by_process.entry(kill.process.word()).or_default() += 1;
+        times.entry(kill.process.word()).or_default().extend(kill.recovered_ms);
     }
     times.retain(|_, times| !times.is_empty());
     let identical = match options.speed {
@@ -148,8 +204,8 @@ fn judge(
     };
     Ok(Report {
         safety,
-        kills: hits.len(),
-        asked: options.kills,
+        kills: kills.len(),
+        asked,
         by_process,
         success: disturbed["success"] == true,
         identical,
@@ -158,6 +214,7 @@ fn judge(
         orphans: injector::orphans(&system("chaos")),
         leftover_files: System::leftovers(&system("chaos")).context("looking for leftovers")?,
         recording,
+        schedule: schedule.to_owned(),
     })
 }
 
@@ -195,5 +252,6 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
     }
     out!("{orphans} orphans, {} files left", report.leftover_files.len())?;
     out!("recording  {}", report.recording.display())?;
+    out!("schedule   {}", report.schedule.display())?;
     Ok(())
 }

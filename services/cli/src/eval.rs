@@ -1,5 +1,7 @@
 //! Experiments: runs a suite, prints its table.
 
+mod machine;
+mod parts;
 mod processes;
 mod study;
 mod table;
@@ -19,6 +21,8 @@ use sketchnav_evaluation::experiments::{TaskOutcome as Ended, run, studies, suit
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
+use parts::Origin;
+pub use parts::parse_jobs;
 use processes::Check;
 
 /// Runs the suite or the study `name`.
@@ -26,7 +30,8 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     if let Some(study) = studies::find(name) {
         return study::run(study, options);
     }
-    let mut suite = suites::load(name, &folders(options).or_input()?).map_err(classify)?;
+    let folders = folders(options).or_input()?;
+    let mut suite = suites::load(name, &folders).map_err(classify)?;
     suite.shows_costs |= options.cost;
     choose(&mut suite, options)?;
     let methods = methods(&suite, options).or_input()?;
@@ -36,8 +41,27 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
         return Err(Failure::Input(anyhow!("suite {name}: {words}")));
     }
     refuse_missing_folder(options.output.as_deref())?;
+    let origin = || Origin::of(&suite, &jobs, options.seed, &folders).or_input();
+    if options.list_jobs {
+        parts::list(&origin()?, &jobs, options.json)?;
+        return Ok(Outcome::Success);
+    }
+    if let (Some(numbers), Some(path)) = (&options.job, &options.output) {
+        let chosen = parts::chosen(&jobs, numbers).or_input()?;
+        let driven = chosen.iter().map(|job| drive(std::slice::from_ref(job), options));
+        parts::write(path, origin()?, numbers, driven.collect::<Result<_, _>>()?)?;
+        if options.json {
+            out!("{}", serde_json::json!({ "part": path, "first": numbers.start(), "last": numbers.end() }))?;
+        } else {
+            say!("part       {}", path.display());
+        }
+        return Ok(Outcome::Success);
+    }
     let began = Instant::now();
-    let outcomes = drive(&jobs, options)?;
+    let outcomes = match &options.merge {
+        Some(parts) => parts::merge(parts, &origin()?, &options.accept).or_input()?,
+        None => drive(&jobs, options)?,
+    };
     let wall = began.elapsed();
     // What was driven is told in any case; it may have taken hours.
     let check = options.check_processes.map(|count| processes::check(&jobs, count));
@@ -217,12 +241,25 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// As it was typed, but for where the program lies.
+/// Options that say where the outcomes come from, each with its value: the page of a merged experiment is the same as that
+/// of one machine.
+const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
+
+/// As it was typed, but for where the program lies and where the outcomes come from.
 fn command_line() -> String {
-    let words = std::env::args().skip(1).map(|word| match word.contains(char::is_whitespace) {
-        true => format!("'{word}'"),
-        false => word,
-    });
+    let mut is_value = false;
+    let is_shown = |word: &String| {
+        let is_option = WHERE_FROM.contains(&word.as_str());
+        let is_both = WHERE_FROM.iter().any(|option| word.starts_with(&format!("{option}=")));
+        let is_shown = !(is_option || is_both || is_value);
+        is_value = is_option;
+        is_shown
+    };
+    let words =
+        std::env::args().skip(1).filter(is_shown).map(|word| match word.contains(char::is_whitespace) {
+            true => format!("'{word}'"),
+            false => word,
+        });
     std::iter::once("sketchnav".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
@@ -240,7 +277,9 @@ fn print(driven: &Driven<'_>, options: &EvalOptions, wall: Duration) -> anyhow::
     if options.verbose {
         print_failures(outcomes)?;
     }
-    out!("{} tasks in {:.0} s", outcomes.len(), wall.as_secs_f64())
+    // The time is the one thing that no two runs agree on.
+    say!("{:.0} s by the clock", wall.as_secs_f64());
+    out!("{} tasks", outcomes.len())
 }
 
 fn print_failures(outcomes: &[Ended]) -> anyhow::Result<()> {

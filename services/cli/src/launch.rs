@@ -4,8 +4,10 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
+use sketchnav_files::FAULT_PLAN;
 use sketchnav_schemas::channels::SERVICES;
+use sketchnav_schemas::fault_plan::FaultPlan;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
@@ -56,6 +58,10 @@ pub fn configure(
     let recording = folder.join(format!("{name}.mcap")).into_os_string().into_string();
     let recording =
         recording.map_err(|path| anyhow!("{}: expected a path in UTF-8", PathBuf::from(path).display()))?;
+    let faults = match &options.faults {
+        Some(path) => fault_plan(path, mission.navigator_kind())?.fault,
+        None => Vec::new(),
+    };
     Ok(RunConfig {
         system: options.system.clone().unwrap_or_else(|| format!("{name}-{}", std::process::id())),
         mission,
@@ -65,7 +71,18 @@ pub fn configure(
         recording: Some(recording),
         pad,
         without: options.without.clone(),
+        faults,
     })
+}
+
+/// Reads a plan of faults for a run of this kind of navigator.
+///
+/// # Errors
+/// The file, the fault and the key, and what was expected there.
+pub fn fault_plan(path: &Path, kind: &str) -> anyhow::Result<FaultPlan> {
+    let named = || path.display().to_string();
+    let text = sketchnav_files::read_to_string(path, FAULT_PLAN).with_context(named)?;
+    FaultPlan::parse(&text, kind).with_context(named)
 }
 
 /// How the processes of `run` are started, those that are left to the user left out; with a page, its own too.

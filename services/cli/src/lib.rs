@@ -7,11 +7,16 @@ mod args;
 mod channels;
 mod chaos;
 mod deform;
+mod doctor;
 mod eval;
 mod failure;
 mod folder;
+mod graph;
+mod landmarks;
 mod launch;
 mod link;
+mod live;
+mod logs;
 mod mission;
 mod output;
 mod pad;
@@ -19,6 +24,7 @@ mod recordings;
 mod relations;
 mod report;
 mod serve;
+mod step_in;
 mod systems;
 mod tap;
 mod tools;
@@ -63,6 +69,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Demo { options }) => mission::demo(&options),
         Some(Command::Run { resume: Some(folder), options, .. }) => mission::resume(&folder, &options),
         Some(Command::Run { mission, options, .. }) => match mission {
+            Some(mission) if mission::is_demo(&mission) => mission::demo(&options),
             Some(mission) => mission::run(&mission, &options),
             None => mission::demo(&options),
         },
@@ -72,14 +79,21 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),
         Some(Command::Serve { process, system, site }) => serve::serve(process, &system, site),
         Some(Command::Ps { json }) => systems::ps(json),
-        Some(Command::Channels { kind, json }) => channels::show(kind.as_deref(), json),
+        Some(Command::Channels { system: Some(system), json, .. }) => channels::show_live(&system, json),
+        Some(Command::Channels { kind, json, .. }) => channels::show(kind.as_deref(), json),
+        Some(Command::Graph { options }) => graph::graph(&options),
+        Some(Command::Doctor { json }) => doctor::doctor(json),
         Some(Command::Clean { json }) => systems::clean(json),
         Some(Command::Top { options }) => top::top(&options),
-        Some(Command::Echo { tap }) => tap::echo(&tap),
-        Some(Command::Hz { tap }) => tap::hz(&tap),
+        Some(Command::Echo { options }) => tap::echo(&options),
+        Some(Command::Hz { options }) => tap::hz(&options),
+        Some(Command::Logs { options }) => logs::logs(&options),
+        Some(Command::Restart { options }) => step_in::restart(&options),
+        Some(Command::Send { options }) => step_in::send(&options),
         Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
         Some(Command::Info { file, json }) => tools::info(&file, json),
         Some(Command::Relations { file, options }) => relations::relations(&file, &options),
+        Some(Command::Landmarks { mission, table }) => landmarks::print(&mission, table),
         Some(Command::Recordings(tool)) => recordings::dispatch(tool),
     }
 }

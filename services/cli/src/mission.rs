@@ -31,6 +31,14 @@ const DEMO: [(&str, &[u8]); 3] = [
     ("sketch-a.svg", include_bytes!("../../../sim/missions/building/sketch-a.svg")),
 ];
 
+/// The word that stands for the demo where a mission's file is expected.
+const DEMO_WORD: &str = "demo";
+
+/// Whether the demo is meant; a file of that name goes before it.
+pub fn is_demo(mission: &Path) -> bool {
+    mission == Path::new(DEMO_WORD) && !mission.exists()
+}
+
 /// Writes the demo's files beside its results, to be changed and run again, and runs it.
 pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
     let folder = create(&options.system.out, "demo").or_input()?;

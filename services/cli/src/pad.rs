@@ -15,7 +15,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::{create, plain_name};
 use crate::launch::{classify, configure, discard, grace, lines, load};
 use crate::link::Link;
-use crate::mission::load_demo;
+use crate::mission::{is_demo, load_demo};
 use crate::output::{out, say};
 
 /// How often to look for deaths and for the end.
@@ -49,7 +49,7 @@ pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
 
 /// Where the results go, the world and the robot.
 fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
-    match &options.mission {
+    match options.mission.as_ref().filter(|path| !is_demo(path)) {
         Some(path) => {
             let (mission, robot) = load(path, &options.system)?;
             let checked = sketchnav_pad::check_kind(&mission);

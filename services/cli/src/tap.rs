@@ -1,158 +1,124 @@
 //! Looks at the channels of a running system without disturbing it.
 
+mod echo;
+mod field;
+mod rate;
+
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use sketchnav_runtime::{Node, RawSample, System, Wake};
+use sketchnav_runtime::{Node, RawReader, RawSample, System, Wake};
 use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
 
 use crate::args::Tap;
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::{live, say};
 use crate::systems;
+
+pub use echo::echo;
+pub use rate::hz;
 
 /// How often to look: messages wake no observer.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// How often to see whether the system still runs, and to print a rate.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Prints each message as a JSON object: its number, time and cause, and its ROS 2 form.
-pub fn echo(tap: &Tap) -> Result<Outcome, Failure> {
-    if let Some(kept) = channels::find(&tap.channel).map(ChannelSpec::history) {
-        say!("first the history of {}: up to {kept} messages that were sent before", tap.channel);
-    }
-    follow(tap, &mut Echo)
-}
-
-/// Prints the rate once a second, and the whole at the end.
-pub fn hz(tap: &Tap) -> Result<Outcome, Failure> {
-    let mut rate = Rate::default();
-    let followed = follow(tap, &mut rate);
-    let outcome = followed?;
-    rate.print("in all")?;
-    Ok(outcome)
-}
-
 /// What is done with the messages of a channel.
 trait Listener {
     /// Whether the channel's history, which comes all at once, counts.
     const HISTORY: bool;
-    fn hear(&mut self, spec: &ChannelSpec, sample: &RawSample) -> anyhow::Result<()>;
-    /// Called once a second, with the messages lost so far.
-    fn tick(&mut self, lost: u64) -> anyhow::Result<()>;
+    /// Called once, before the first message, with the channels that are listened to.
+    fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure>;
+    fn hear(&mut self, spec: &'static ChannelSpec, sample: &RawSample) -> Result<(), Failure>;
+    /// Called once a second, with the messages of a channel that were lost so far.
+    fn tick(&mut self, spec: &'static ChannelSpec, lost: u64) -> Result<(), Failure>;
 }
 
-struct Echo;
-
-impl Listener for Echo {
-    const HISTORY: bool = true;
-
-    fn hear(&mut self, spec: &ChannelSpec, sample: &RawSample) -> anyhow::Result<()> {
-        let header = sample.header();
-        let form = spec.message.json(sample.message(), sample.cells()).map_err(anyhow::Error::from_boxed)?;
-        let line = serde_json::json!({
-            "seq": header.seq, "stamp_ns": header.stamp_ns, "source_seq": header.source_seq, "message": form,
-        });
-        live!("{line}")
-    }
-
-    fn tick(&mut self, _lost: u64) -> anyhow::Result<()> {
-        Ok(())
-    }
+/// How much is to be heard.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Amount {
+    /// So many messages, as they come.
+    Messages(u64),
+    /// One: the newest that there is, or the first.
+    Newest,
 }
 
-/// Messages, in wall-clock time and in simulation time.
-#[derive(Default)]
-struct Rate {
-    first: Option<(Instant, u64)>,
-    last: Option<(Instant, u64)>,
-    count: u64,
-    lost: u64,
-}
-
-impl Listener for Rate {
-    /// The times at which it is handed over tell no rate.
-    const HISTORY: bool = false;
-
-    fn hear(&mut self, _: &ChannelSpec, sample: &RawSample) -> anyhow::Result<()> {
-        let now = (Instant::now(), sample.header().stamp_ns);
-        self.first.get_or_insert(now);
-        self.last = Some(now);
-        self.count += 1;
-        Ok(())
-    }
-
-    fn tick(&mut self, lost: u64) -> anyhow::Result<()> {
-        self.lost = lost;
-        self.print("so far")
+impl Amount {
+    /// That many; without a number, all.
+    fn of(count: Option<u64>) -> Self {
+        Self::Messages(count.unwrap_or(u64::MAX))
     }
 }
 
-impl Rate {
-    fn print(&self, when: &str) -> anyhow::Result<()> {
-        let (Some((first, first_ns)), Some((last, last_ns))) = (self.first, self.last) else {
-            return live!("{when}: no message");
-        };
-        let intervals = self.count.saturating_sub(1) as f64;
-        let wall = intervals / (last - first).as_secs_f64().max(1e-9);
-        let simulated = intervals / (last_ns.saturating_sub(first_ns) as f64 / 1e9).max(1e-9);
-        let (count, lost) = (self.count, self.lost);
-        if intervals == 0.0 {
-            live!("{when}: 1 message")
-        } else {
-            live!(
-                "{when}: {wall:.1} messages a second, {simulated:.2} a simulated second; {count} seen, {lost} missed"
-            )
-        }
-    }
-}
-
-/// Hands on what comes until the count is full, the system is gone or the user has enough.
-fn follow<L: Listener>(tap: &Tap, listener: &mut L) -> Result<Outcome, Failure> {
-    let Some(spec) = channels::find(&tap.channel) else {
-        let (found, known) = (&tap.channel, channels::names());
-        return Err(Failure::Input(anyhow!("channel {found:?}: expected one of {known}")));
-    };
+/// Hands on what comes until that is enough, the system is gone or the user has enough.
+fn follow<L: Listener>(tap: &Tap, amount: Amount, listener: &mut L) -> Result<Outcome, Failure> {
+    let named = tap.channel.as_deref().map(known).transpose()?;
     let system = systems::find(tap.system.as_deref())?;
     let name = system.name().to_owned();
     let kind = system.run_config().or_input()?.mission.navigator_kind().to_owned();
-    if !spec.belongs_to(&kind) {
-        let (found, known) = (spec.name, channels::names_of_kind(&kind));
-        return Err(Failure::Input(anyhow!(
-            "channel {found:?}: expected one of {known} of navigator {kind:?}"
-        )));
-    }
+    let specs = chosen(tap, named, &kind)?;
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
-    listen(&node, spec, tap.count, listener)?;
+    listener.begin(&node, &specs)?;
+    listen(&node, &specs, amount, listener)?;
     Ok(Outcome::Success)
+}
+
+fn known(name: &str) -> Result<&'static ChannelSpec, Failure> {
+    let unknown = || anyhow!("channel {name:?}: expected one of {}", channels::names());
+    channels::find(name).ok_or_else(unknown).or_input()
+}
+
+fn chosen(
+    tap: &Tap,
+    named: Option<&'static ChannelSpec>,
+    kind: &str,
+) -> Result<Vec<&'static ChannelSpec>, Failure> {
+    let known = || channels::names_of_kind(kind);
+    if let Some(spec) = named {
+        if spec.belongs_to(kind) {
+            return Ok(vec![spec]);
+        }
+        let found = spec.name;
+        let error = anyhow!("channel {found:?}: expected one of {} of navigator {kind:?}", known());
+        return Err(Failure::Input(error));
+    }
+    let matches = |spec: &&ChannelSpec| tap.regex.as_ref().is_some_and(|regex| regex.is_match(spec.name));
+    let specs: Vec<_> = channels::of_kind(kind).filter(matches).collect();
+    match specs.is_empty() {
+        true => Err(Failure::Input(anyhow!("--regex: expected a match of {}, found none", known()))),
+        false => Ok(specs),
+    }
+}
+
+/// A channel that is listened to.
+struct Tapped {
+    reader: RawReader,
+    /// Whether what comes is to be heard: the history may not.
+    counts: bool,
 }
 
 fn listen<L: Listener>(
     node: &Node,
-    spec: &'static ChannelSpec,
-    count: Option<u64>,
+    specs: &[&'static ChannelSpec],
+    mut amount: Amount,
     listener: &mut L,
-) -> anyhow::Result<()> {
-    let mut reader = node.raw_reader(spec)?;
-    let (mut seen, mut tick) = (0, Instant::now());
-    let mut counts = L::HISTORY;
+) -> Result<(), Failure> {
+    let open = |&spec| Ok(Tapped { reader: node.raw_reader(spec)?, counts: L::HISTORY });
+    let tapped: anyhow::Result<Vec<_>> = specs.iter().map(open).collect();
+    let mut tapped = tapped?;
+    let mut tick = Instant::now();
     loop {
-        let mut came = false;
-        while let Some(sample) = reader.receive()? {
-            came = true;
-            if counts {
-                listener.hear(spec, &sample)?;
-                seen += 1;
-            }
-            if count == Some(seen) {
-                return Ok(());
-            }
+        for tapped in &mut tapped {
+            hear(tapped, &mut amount, listener)?;
         }
-        counts |= came;
+        if amount == Amount::Messages(0) {
+            return Ok(());
+        }
         if tick.elapsed() >= SECOND {
             tick = Instant::now();
-            listener.tick(reader.lost())?;
+            for Tapped { reader, .. } in &tapped {
+                listener.tick(reader.spec(), reader.lost())?;
+            }
             if System::open(node.system().name()).is_err() {
                 return Ok(());
             }
@@ -161,4 +127,29 @@ fn listen<L: Listener>(
             return Ok(());
         }
     }
+}
+
+/// Takes what has come, no more than is wanted.
+fn hear<L: Listener>(tapped: &mut Tapped, amount: &mut Amount, listener: &mut L) -> Result<(), Failure> {
+    let mut came = false;
+    let spec = tapped.reader.spec();
+    let mut newest = None;
+    while *amount != Amount::Messages(0) {
+        let Some(sample) = tapped.reader.receive().map_err(anyhow::Error::from)? else { break };
+        came = true;
+        match amount {
+            Amount::Newest => newest = Some(sample),
+            Amount::Messages(left) if tapped.counts => {
+                listener.hear(spec, &sample)?;
+                *left -= 1;
+            }
+            Amount::Messages(_) => {}
+        }
+    }
+    if let Some(newest) = newest {
+        listener.hear(spec, &newest)?;
+        *amount = Amount::Messages(0);
+    }
+    tapped.counts |= came;
+    Ok(())
 }

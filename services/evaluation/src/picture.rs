@@ -6,10 +6,11 @@
 //! Both pictures are 1200 units wide and drawn in units, so that lines and letters look alike whatever
 //! the size of a canvas or a building.
 
+mod correspondence;
 mod floor;
 mod marks;
 mod plane;
-mod svg;
+pub mod svg;
 mod task;
 
 use image::ImageEncoder;
@@ -17,9 +18,11 @@ use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::mission::Place;
 
+pub use correspondence::{DrawnOutline, SeenOutline, drawn_outline, origin_of, seen_outline};
 pub use floor::FloorShapes;
 use marks::Symbol;
 pub use plane::{PlanePicture, plane};
+pub use svg::escape;
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};
 

@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 
 use sketchnav_corridor as corridor;
 use sketchnav_directions::stages as directions;
+use sketchnav_landmarks as landmarks;
 use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Mission;
@@ -15,8 +16,9 @@ use sketchnav_sketch::reading::Options;
 use sketchnav_sketch::sketcher::sketcher;
 use sketchnav_stage::Navigator;
 
-const METHODS: [&str; 4] = [
+const METHODS: [&str; 5] = [
     Method::Beam.word(),
+    Method::Outline.word(),
     Method::Boniardi2015.word(),
     Method::Boniardi2015FixedScale.word(),
     Method::Behzadian2015.word(),
@@ -51,6 +53,18 @@ pub const CORRIDOR: Navigator = Navigator {
     planner: |run, _| Ok(Box::new(corridor::planner::Planner::new(run)?)),
 };
 
+/// Navigation past landmarks (Chronis 2007), and by a belief.
+pub const LANDMARKS: Navigator = Navigator {
+    kind: landmarks::mission::KIND,
+    about: "drives along a route that a person sketched past landmarks, or described in words",
+    methods: &landmarks::mission::METHODS,
+    check: |mission, robot| Ok(landmarks::planner::check(mission, robot)?),
+    check_markers: None,
+    sketcher: |run, files| Ok(Box::new(landmarks::sketcher::Sketcher::new(run, files)?)),
+    localizer: |run, _| Ok(Box::new(landmarks::localizer::Localizer::new(run)?)),
+    planner: |run, _| Ok(Box::new(landmarks::planner::Planner::new(run)?)),
+};
+
 /// Directions from landmark to landmark (Park and Kender 1995).
 pub const DIRECTIONS: Navigator = Navigator {
     kind: directions::mission::KIND,
@@ -64,7 +78,7 @@ pub const DIRECTIONS: Navigator = Navigator {
 };
 
 /// The navigators of this project.
-const NAVIGATORS: [Navigator; 3] = [SKETCH, CORRIDOR, DIRECTIONS];
+const NAVIGATORS: [Navigator; 4] = [SKETCH, CORRIDOR, LANDMARKS, DIRECTIONS];
 
 static REGISTERED: OnceLock<&'static [Navigator]> = OnceLock::new();
 

@@ -16,7 +16,7 @@ const MAX_RATIO = 2;
 /** Colours by name, as the style sheet has them for the sheet's element. */
 export function palette(element) {
   const style = getComputedStyle(element);
-  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "trail", "rubber", "walls"];
+  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 

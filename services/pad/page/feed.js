@@ -30,10 +30,11 @@ export function carried(cloud, pose) {
 }
 
 /**
- * Draws a feed with the trail and the cloud of particles so far. `shows` says which parts; `walls` is the
+ * Draws a feed with the trail and the cloud of particles so far. `shows` says which parts; `outline` is which of the
+ * drawn outline the robot has seen, and what lies behind gaps; `walls` is the
  * picture of the walls as the robot understood them, or `null`.
  */
-export function drawFeed(sheet, { feed, trail, cloud, walls }, shows, canvas) {
+export function drawFeed(sheet, { feed, trail, cloud, outline, walls }, shows, canvas) {
   const context = sheet.wipe("feed");
   // Half through, so that what was drawn can be seen under it.
   context.globalAlpha = 0.7;
@@ -42,9 +43,14 @@ export function drawFeed(sheet, { feed, trail, cloud, walls }, shows, canvas) {
   if (!feed) return;
   context.lineCap = context.lineJoin = "round";
   if (shows.trail) line(context, trail, sheet.colors.trail, sheet.px(2.5));
+  if (shows.plan && outline) {
+    dots(context, outline.seen, sheet.colors.seen, sheet.px(5));
+    dots(context, outline.hidden, sheet.colors.hidden, sheet.px(5));
+  }
   if (shows.plan && feed.plan) drawPlan(context, sheet, feed.plan);
   if (shows.scan && feed.scan) dots(context, feed.scan, sheet.colors.scan, sheet.px(3));
   for (const shape of feed.scene ?? []) drawShape(context, sheet, shape);
+  if (feed.landmarks) drawObjects(context, sheet, feed.landmarks.objects);
   if (feed.pose) drawRobot(context, sheet, feed.pose);
   const particles = shows.particles && carried(cloud, feed.pose);
   if (particles) dots(context, particles, sheet.colors.particle, sheet.px(2.5));
@@ -107,6 +113,18 @@ function line(context, points, color, width, dash = []) {
 function drawPlan(context, sheet, { global, local }) {
   line(context, global, sheet.colors.plan, sheet.px(2), [sheet.px(7), sheet.px(6)]);
   line(context, local, sheet.colors.plan, sheet.px(4));
+}
+
+/** What range sensors see of landmarks: rings, and discs where one meets the state that is waited for. */
+function drawObjects(context, sheet, objects) {
+  context.strokeStyle = context.fillStyle = sheet.colors.goal;
+  context.lineWidth = sheet.px(2);
+  for (const [x, y, met] of objects) {
+    context.beginPath();
+    context.arc(x, y, sheet.px(met ? 8 : 6), 0, 2 * Math.PI);
+    if (met) context.fill();
+    else context.stroke();
+  }
 }
 
 /** Small squares in one path: cheaper than as many discs, and nobody sees the corners. */

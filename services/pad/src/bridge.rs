@@ -15,11 +15,10 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sketchnav_runtime::{Checkpoints, HealthReporter, Node, Step as WorkStep, Wake, Writer};
-use sketchnav_schemas::channels::{DRAWING, ORDERS};
+use sketchnav_schemas::channels::{DRAWING, ESTIMATE, ORDERS};
 use sketchnav_schemas::codes::Order;
 use sketchnav_schemas::message::{Drawing, MissionCommand, Understood};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_schemas::sketch_mission::KIND;
 use tokio::sync::oneshot;
 
 use crate::board::{Answer, Call, Caller, Calls, Request};
@@ -106,8 +105,7 @@ struct Bridge<'a> {
 impl<'a> Bridge<'a> {
     fn open(node: &Node, run: &'a RunConfig, folder: PathBuf, caller: Caller) -> anyhow::Result<Self> {
         let kind = run.mission.navigator_kind();
-        let is_drawn = kind == KIND;
-        let lookouts = if is_drawn { Vec::new() } else { lookout::open(node, kind, &run.robot)? };
+        let lookouts = lookout::open(node, kind, &run.robot)?;
         let (checkpoints, found) = Checkpoints::<State>::open(node, CHECKPOINT)?;
         found.report(node);
         let is_lost = found.is_lost();
@@ -121,9 +119,9 @@ impl<'a> Bridge<'a> {
             checkpoints,
             drawings: node.writer(DRAWING)?,
             orders,
-            inbox: Inbox::open(node, kind, run.pad.draws())?,
+            inbox: Inbox::open(node, run)?,
             lookouts,
-            machine: Machine::new(run.pad.draws(), is_drawn),
+            machine: Machine::new(run.pad.draws(), ESTIMATE.spec.belongs_to(kind)),
             sessions: Sessions::default(),
             reply: None,
             sendings: Sendings::default(),
@@ -248,6 +246,7 @@ impl<'a> Bridge<'a> {
                     self.is_new = true;
                 }
                 News::Estimate(estimate) => self.machine.on_estimate(&estimate),
+                News::View => self.is_new = true,
                 News::Understood(answer) => {
                     let said = self.machine.on_understood(&answer).map(|said| said.map(|()| facts(&answer)));
                     if let Some(said) = &said {

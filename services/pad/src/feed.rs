@@ -3,6 +3,7 @@
 //! Pure: messages go in, one JSON object comes out. Lists are thinned and numbers rounded, so that a feed stays
 //! small on a slow link.
 
+pub mod landmarks;
 pub mod plane;
 pub mod scene;
 mod services;
@@ -14,9 +15,9 @@ pub use trail::Trail;
 pub use warnings::{Ends, Warning, warnings};
 
 use serde::Serialize;
-use sketchnav_schemas::codes::{TaskState, Tracking};
+use sketchnav_schemas::codes::{PartnerKind, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
-use sketchnav_schemas::message::{LaserScan, MissionStatus, Particles, Plan, PoseEstimate};
+use sketchnav_schemas::message::{Correspondence, LaserScan, MissionStatus, Particles, Plan, PoseEstimate};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_sketch::planning::chart::Chart;
 
@@ -90,8 +91,14 @@ pub struct Feed {
     /// What lies around the robot, where there is no drawing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene: Option<Vec<scene::Shape>>,
+    /// What of the drawn outline it has seen, where it goes by that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outline: Option<OutlineView>,
     /// The newest point of the way that it came.
     pub trail: Option<[f64; 2]>,
+    /// How it stands on a route past landmarks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub landmarks: Option<landmarks::LandmarkFeed>,
     /// What people should know.
     pub warnings: Vec<Warning>,
     /// How the processes are.
@@ -206,6 +213,26 @@ impl PlanView {
             global: list(&plan.global_px, plan.global_count),
             local: list(&plan.local_px, plan.local_count),
         }
+    }
+}
+
+/// What of the drawn outline the robot has seen.
+#[derive(Debug, Clone, Serialize)]
+pub struct OutlineView {
+    /// Walls that it has seen.
+    pub seen: Vec<[f64; 2]>,
+    /// Walls that lie behind gaps of what it has seen.
+    pub hidden: Vec<[f64; 2]>,
+}
+
+impl OutlineView {
+    /// Of an alignment.
+    pub fn new(found: &Correspondence, view: &View) -> Self {
+        let of = |kind: PartnerKind| {
+            let samples = found.samples().iter().filter(move |sample| sample.partner == kind.code());
+            samples.map(|sample| view.point(sample.x_px.into(), sample.y_px.into())).collect()
+        };
+        Self { seen: of(PartnerKind::Wall), hidden: of(PartnerKind::Gap) }
     }
 }
 

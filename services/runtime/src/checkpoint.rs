@@ -17,11 +17,12 @@ use std::sync::atomic::fence;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use sketchnav_schemas::codes::FaultKind;
+use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::message::fingerprint;
 
 use crate::mapping::{Mapping, WORD};
 use crate::node::Node;
+use crate::system::System;
 use crate::{Error, Result};
 
 /// A process whose inputs come by scans writes a checkpoint every so many steps.
@@ -33,6 +34,10 @@ const VERSION: usize = 0;
 const NUMBER: usize = 1;
 const LENGTH: usize = 2;
 const CHECKSUM: usize = 3;
+/// Where in a slot's file its number stands, bytes.
+pub(crate) const NUMBER_AT: u64 = (NUMBER * WORD) as u64;
+/// Where its state begins, bytes.
+pub(crate) const STATE_AT: u64 = (HEAD * WORD) as u64;
 /// Room for a small state, words; a slot grows with what it holds.
 const FIRST_LENGTH: usize = 1 << 13;
 
@@ -74,6 +79,13 @@ impl<T> Found<T> {
     }
 }
 
+/// The files of a process's slots.
+pub(crate) fn slots(system: &System, process: Process) -> Result<[PathBuf; 2]> {
+    let name = |slot| format!("checkpoint_{process}_{slot}");
+    let [first, second] = [0, 1].map(|slot| system.shared_memory(&name(slot)));
+    Ok([first?, second?])
+}
+
 impl<T: DeserializeOwned> Checkpoints<T> {
     /// Opens the slots of the node's process and reads what its predecessor left. `version` names the
     /// form of the state: whoever changes the form changes it.
@@ -97,9 +109,7 @@ impl<T> Checkpoints<T> {
         version: &str,
         parse: impl Fn(&[u8]) -> postcard::Result<T>,
     ) -> Result<(Self, Found<T>)> {
-        let name = |slot| format!("checkpoint_{}_{slot}", node.process());
-        let [first, second] = [0, 1].map(|slot| node.system().shared_memory(&name(slot)));
-        Self::open_slots([first?, second?], version, parse)
+        Self::open_slots(slots(node.system(), node.process())?, version, parse)
     }
 
     fn open_slots(

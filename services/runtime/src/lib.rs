@@ -7,6 +7,8 @@
 //! - [`Checkpoints`]: a process's state, for the one that goes on when it was killed.
 //! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
 //! - [`Notices`]: what the supervisor is to tell everybody.
+//! - Faults by plan are at work in the writers (`trap.rs`); without a plan there is nothing.
+//! - [`Room`], [`Peer`]: what a system needs of its machine, and who is connected; for tools.
 //! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
 //!
 //! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references
@@ -38,7 +40,9 @@ mod reader;
 mod root;
 mod shared;
 mod signals;
+mod survey;
 mod system;
+mod trap;
 mod watch;
 mod writer;
 
@@ -53,6 +57,7 @@ pub use node::{Node, Wake, Waker};
 pub use notices::{Notice, Notices};
 pub use pacer::Pacer;
 pub use reader::{RawReader, RawSample, Reader, Sample};
+pub use survey::{Peer, Room};
 pub use system::System;
 pub use watch::{ProcessState, Watch};
 pub use writer::{Loan, RawLoan, RawWriter, Writer};

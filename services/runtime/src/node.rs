@@ -123,6 +123,10 @@ impl Node {
         &self.system
     }
 
+    pub(crate) fn system_handle(&self) -> Rc<System> {
+        Rc::clone(&self.system)
+    }
+
     /// Which process this is.
     pub fn process(&self) -> Process {
         self.process

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::codes::{FaultKind, Process};
+use sketchnav_schemas::codes::{FaultKind, Order, Process};
 
 use crate::node::Node;
 use crate::system::System;
@@ -35,6 +35,8 @@ pub struct Notice {
     pub missing: u32,
     /// What there is to say.
     pub words: String,
+    /// What a tool has the supervisor order, and the task that it is about.
+    pub order: Option<(Order, u32)>,
 }
 
 /// A notice as it stands in the file.
@@ -46,6 +48,8 @@ struct Line {
     signal: u32,
     missing: u32,
     words: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    order: Option<(u32, u32)>,
 }
 
 impl Notice {
@@ -58,13 +62,20 @@ impl Notice {
             signal: self.signal,
             missing: self.missing,
             words: self.words[..end.unwrap_or(0)].to_owned(),
+            order: self.order.map(|(order, task)| (order.code(), task)),
         }
     }
 }
 
 impl Line {
     fn notice(self) -> Option<Notice> {
+        let order = |(code, task)| Some((Order::from_code(code)?, task));
         Some(Notice {
+            // An order that is none makes the line none.
+            order: match self.order {
+                Some(order_and_task) => Some(order(order_and_task)?),
+                None => None,
+            },
             kind: FaultKind::from_code(self.kind)?,
             process: Process::from_code(self.process)?,
             pid: self.pid,
@@ -89,9 +100,26 @@ impl System {
             signal: signal as u32,
             missing: 0,
             words: format!("{by}: {signal} sent"),
+            order: None,
         })?;
         let sent = kill(Pid::from_raw(pid as i32), signal);
         sent.map_err(|error| Error::Signal { process, pid, source: error.into() })
+    }
+
+    /// Has the supervisor give the planner an order, and tell everybody that somebody has it do so. `by`: who does it.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the system has gone.
+    pub fn order(&self, order: Order, task: u32, by: &str) -> Result<()> {
+        self.notify(&Notice {
+            kind: FaultKind::Injected,
+            process: Process::Planner,
+            pid: 0,
+            signal: 0,
+            missing: 0,
+            words: format!("{by}: ordered {order}"),
+            order: Some((order, task)),
+        })
     }
 
     /// Has the supervisor tell everybody.
@@ -120,6 +148,7 @@ impl Node {
             signal: 0,
             missing: u32::try_from(missing).unwrap_or(u32::MAX),
             words: words.to_owned(),
+            order: None,
         };
         if let Err(error) = self.system().notify(&notice) {
             eprintln!("the supervisor does not hear of it: {error}");
@@ -181,7 +210,17 @@ mod tests {
 
     fn notice(words: &str) -> Notice {
         let (kind, process) = (FaultKind::RecordingFailed, Process::Recorder);
-        Notice { kind, process, pid: 7, signal: 0, missing: 3, words: words.into() }
+        Notice { kind, process, pid: 7, signal: 0, missing: 3, words: words.into(), order: None }
+    }
+
+    #[test]
+    fn an_order_survives_the_file_and_one_that_is_none_is_passed_over() {
+        let ordered = Notice { order: Some((Order::Pause, 3)), ..notice("send: ordered pause") };
+        let text = serde_json::to_string(&ordered.line()).unwrap();
+        assert_eq!(serde_json::from_str::<Line>(&text).unwrap().notice(), Some(ordered));
+        let unknown = text.replace("[3,3]", "[99,3]");
+        assert_ne!(unknown, text);
+        assert_eq!(serde_json::from_str::<Line>(&unknown).unwrap().notice(), None);
     }
 
     #[test]

@@ -212,10 +212,19 @@ fn everybodys() -> Result<BTreeSet<SharedFiles>> {
     Ok(listed(Path::new(SHARED_MEMORY))?.into_iter().filter_map(prefix).collect())
 }
 
+/// The prefixes of what dead systems have left whose folders are gone.
+pub(crate) fn orphans() -> Result<Vec<String>> {
+    Ok(orphaned()?.map(|files| files.prefix).collect())
+}
+
+fn orphaned() -> Result<impl Iterator<Item = SharedFiles>> {
+    Ok(everybodys()?.into_iter().filter(SharedFiles::is_orphaned))
+}
+
 /// Removes what dead systems have left whose folders are gone. Returns the prefixes.
 pub(crate) fn clear_orphans() -> Result<Vec<String>> {
     let mut cleared = Vec::new();
-    for files in everybodys()?.into_iter().filter(SharedFiles::is_orphaned) {
+    for files in orphaned()? {
         let before = files.all()?.len();
         files.remove_own()?;
         if files.all()?.len() < before {

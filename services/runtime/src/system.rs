@@ -5,6 +5,7 @@
 //!               run.json          what every process is told
 //!               iceoryx2.toml     root-path and prefix of the shared memory
 //!               bells             a page that every process maps
+//!               faults            there where faults are planned; fault-N once the N-th has happened
 //!               notices           what processes and tools have the supervisor tell everybody
 //!               processes/<process>   held by the process as long as it lives; its id is inside
 //!               logs/<process>.log
@@ -23,20 +24,18 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use nix::sys::signal::{Signal, kill};
-use nix::sys::statvfs::statvfs;
 use nix::unistd::Pid;
 use sketchnav_files::RUN;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::lock::{self, Lock};
-use crate::shared::{self, SHARED_MEMORY, SharedFiles, listed, unless_gone};
+use crate::shared::{self, SharedFiles, listed, unless_gone};
+use crate::survey::Room;
 use crate::{Error, Result, half_made, root};
 
 /// How the names of the files begin, behind the prefix, that successors go on with.
 const SUCCESSORS: [&str; 3] = ["history_", "checkpoint_", "owner"];
-/// What a system may come to need of `/dev/shm`, bytes: twice what the demo's uses.
-const NEEDED_BYTES: u64 = 24 << 20;
 const MAX_NAME: usize = 32;
 /// Longest root plus twice the name, bytes: iceoryx2 0.10 builds paths of at most 255 bytes out of the
 /// system's folder and the prefix, each of which holds the name, and panics beyond (measured).
@@ -71,7 +70,7 @@ impl System {
         check_length(&root, &run.system)?;
         let _guard = root::guard(&root)?;
         sweep(&root)?;
-        check_room()?;
+        Room::now()?.check()?;
         let mut system = Self::at(root, &run.system);
         if system.folder.exists() {
             return Err(system.already_running());
@@ -267,6 +266,11 @@ impl System {
         Self { shared: self.shared.clone(), ..Self::at(self.root.clone(), &self.name) }
     }
 
+    /// There where faults are planned for the run; every writer looks for it once.
+    pub(crate) fn faults_file(&self) -> PathBuf {
+        self.folder.join("faults")
+    }
+
     pub(crate) fn bells(&self) -> PathBuf {
         self.folder.join("bells")
     }
@@ -326,6 +330,9 @@ impl System {
         };
         let path = self.folder.join("run.json");
         let wrong = |source| Error::RunConfig { path: path.clone(), source };
+        if !run.faults.is_empty() {
+            write(self.faults_file(), &[])?;
+        }
         let run = serde_json::to_vec_pretty(run).map_err(wrong)?;
         RUN.check(run.len() as u64).map_err(Error::file(&path, "writing"))?;
         write(path, &run)?;
@@ -376,23 +383,17 @@ impl System {
     }
 }
 
+/// The length of the longest name that [`check_length`] lets pass.
+pub(crate) fn longest_name(root: &Path) -> usize {
+    (MAX_ROOT_AND_NAMES.saturating_sub(root.as_os_str().len()) / 2).min(MAX_NAME)
+}
+
 fn check_length(root: &Path, name: &str) -> Result<()> {
     let excess = (root.as_os_str().len() + 2 * name.len()).saturating_sub(MAX_ROOT_AND_NAMES);
     if excess == 0 {
         return Ok(());
     }
     Err(Error::PathTooLong { root: root.to_path_buf(), name: name.into(), excess })
-}
-
-/// Pages of shared memory are handed out when they are first written, and a process that gets none is killed.
-fn check_room() -> Result<()> {
-    let found = statvfs(SHARED_MEMORY)
-        .map_err(|error| Error::file(SHARED_MEMORY, "asking how much room there is")(error.into()))?;
-    let free = found.blocks_available() as u64 * found.fragment_size() as u64;
-    if free < NEEDED_BYTES {
-        return Err(Error::NoRoom { needed_mib: NEEDED_BYTES >> 20, found_mib: free >> 20 });
-    }
-    Ok(())
 }
 
 fn check_name(name: &str) -> Result<()> {
@@ -408,6 +409,17 @@ fn all(root: &Path) -> Result<Vec<System>> {
     let names = listed(root)?.into_iter().filter(|path| path.is_dir());
     let names = names.filter_map(|path| Some(path.file_name()?.to_str()?.to_string()));
     Ok(names.filter(|name| check_name(name).is_ok()).map(|name| System::at(root.into(), &name)).collect())
+}
+
+/// The names of the systems of the root that are dead.
+pub(crate) fn dead(root: &Path) -> Result<Vec<String>> {
+    let mut dead = Vec::new();
+    for system in all(root)? {
+        if !system.is_alive()? {
+            dead.push(system.name);
+        }
+    }
+    Ok(dead)
 }
 
 fn sweep(root: &Path) -> Result<Vec<String>> {

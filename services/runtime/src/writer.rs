@@ -20,6 +20,7 @@ use crate::bells::Bells;
 use crate::channels::{open, writer_error};
 use crate::history::History;
 use crate::node::Node;
+use crate::trap::{Fate, Trap};
 use crate::{Error, Result};
 
 /// Samples that a writer fills at the same time.
@@ -42,6 +43,10 @@ pub struct RawWriter {
     process: Process,
     last_seq: Rc<Cell<u64>>,
     history: Option<History>,
+    /// What is planned to go wrong; mostly nothing.
+    trap: Option<Box<Trap>>,
+    /// A message that is to come behind the next one.
+    held: Option<Vec<u64>>,
 }
 
 impl RawWriter {
@@ -52,7 +57,9 @@ impl RawWriter {
         let port = port.map_err(|error| writer_error(node, spec, &service, error))?;
         let history = spec.writer.is_some().then(|| History::open(node, spec)).transpose()?;
         let (bells, process) = (node.bells(), node.process());
-        let mut writer = Self { port: Rc::new(port), spec, bells, process, last_seq: Rc::default(), history };
+        let (trap, held) = (Trap::of(node, spec)?.map(Box::new), None);
+        let (port, last_seq) = (Rc::new(port), Rc::default());
+        let mut writer = Self { port, spec, bells, process, last_seq, history, trap, held };
         writer.send_kept()?;
         Ok(writer)
     }
@@ -158,16 +165,38 @@ impl RawWriter {
         if self.was_sent(seq) {
             return Ok(seq);
         }
-        self.number(erased::header_mut(bytemuck::cast_slice_mut(sample.payload_mut())), seq);
+        let header = erased::header_mut(bytemuck::cast_slice_mut(sample.payload_mut()));
+        self.number(header, seq);
+        let stamp_ns = header.stamp_ns;
+        let fate = self.trap.as_mut().map_or(Ok(Fate::default()), |trap| trap.before(seq, stamp_ns))?;
         if let Some(history) = self.history.as_mut().filter(|history| seq > history.last_seq()) {
             history.keep(sample.payload());
         }
-        sample.send().map_err(self.failed())?;
+        if fate == Fate::default() && self.held.is_none() {
+            sample.send().map_err(self.failed())?;
+        } else {
+            self.meet(fate, sample)?;
+        }
         // A sign of life is no progress.
         if self.spec.writer.is_some() {
             self.bells.note_progress(self.process);
         }
+        self.trap.as_mut().map_or(Ok(()), |trap| trap.after(seq, stamp_ns))?;
         Ok(seq)
+    }
+
+    /// Sends a message as a plan of faults has it. A message that is lost on its way stays in the history.
+    fn meet(&mut self, fate: Fate, sample: Loaned) -> Result<()> {
+        let copy = (fate.is_doubled || fate.is_held).then(|| sample.payload().to_vec());
+        if fate.is_dropped || fate.is_held {
+            drop(sample);
+        } else {
+            sample.send().map_err(self.failed())?;
+        }
+        let before = self.held.take();
+        let (now, later) = if fate.is_held { (None, copy) } else { (copy, None) };
+        self.held = later;
+        before.iter().chain(&now).try_for_each(|message| self.send_copy(message))
     }
 
     fn failed<E: std::fmt::Debug>(&self) -> impl FnOnce(E) -> Error {

@@ -14,6 +14,9 @@ pub type Files<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + 'a;
 /// Makes a stage for a run.
 pub type Make = fn(&RunConfig, &Files<'_>) -> Result<Box<dyn Hosted>, StageError>;
 
+/// Checks a mission against the markers of its floor.
+pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
+
 /// Three stages under the name by which a mission chooses them.
 #[derive(Debug, Clone, Copy)]
 pub struct Navigator {
@@ -27,7 +30,7 @@ pub struct Navigator {
     /// see [`Mission::navigator_files_mut`].
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
     /// What it demands of the markers of a floor; `None` for a navigator that needs none.
-    pub check_markers: Option<fn(&Mission, &[Marker]) -> Result<(), StageError>>,
+    pub check_markers: Option<CheckMarkers>,
     /// Takes in what a person gives.
     pub sketcher: Make,
     /// Says in what situation the robot is.

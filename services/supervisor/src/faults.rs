@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use sketchnav_runtime::{Node, Notice, Notices, Writer};
 use sketchnav_schemas::channels::FAULTS;
-use sketchnav_schemas::codes::{FaultKind, Process};
+use sketchnav_schemas::codes::{FaultKind, Order, Process};
 use sketchnav_schemas::message::{Fault, Header, Text};
 
 use crate::{Death, Result};
@@ -18,6 +18,8 @@ pub(crate) struct Faults {
     /// Of the mission's last status.
     now: Header,
     recording_stands: bool,
+    /// What tools have it order, in turn.
+    orders: Vec<(Order, u32)>,
 }
 
 impl Faults {
@@ -25,7 +27,13 @@ impl Faults {
         let mut writer = (!is_ceded).then(|| node.writer(FAULTS)).transpose()?;
         writer.iter_mut().for_each(Writer::resume_behind_history);
         let now = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
-        Ok(Self { writer, notices: Notices::open(node.system())?, now, recording_stands: false })
+        Ok(Self {
+            writer,
+            notices: Notices::open(node.system())?,
+            now,
+            recording_stands: false,
+            orders: Vec::new(),
+        })
     }
 
     /// What is told from here on happened after the status with this header.
@@ -41,12 +49,18 @@ impl Faults {
     /// Tells what others have noticed.
     pub(crate) fn pass_on(&mut self) -> Result<()> {
         while let Some(notice) = self.notices.receive()? {
-            let Notice { kind, process, pid, signal, missing, words } = notice;
+            let Notice { kind, process, pid, signal, missing, words, order } = notice;
+            self.orders.extend(order);
             self.tell(kind, process, pid, |fault| {
                 (fault.signal, fault.missing, fault.words) = (signal, missing, Text::new(&words));
             })?;
         }
         Ok(())
+    }
+
+    /// What tools have the supervisor order since the last call, each with the task that it is about.
+    pub(crate) fn take_orders(&mut self) -> Vec<(Order, u32)> {
+        std::mem::take(&mut self.orders)
     }
 
     /// Tells something; `fill` adds to it.

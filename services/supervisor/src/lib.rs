@@ -29,7 +29,7 @@ mod watchdog;
 
 pub use child::ProcessLine;
 pub use error::{Death, Error};
-pub use supervisor::{Ceded, Grace, Progress, Supervisor};
+pub use supervisor::{Ceded, Grace, Progress, Supervisor, check_file_limit};
 
 /// What a function of this crate returns.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

@@ -175,6 +175,7 @@ impl Supervisor {
         let end = Instant::now() + timeout;
         loop {
             self.receive()?;
+            self.pass_on_orders()?;
             self.node.as_ref().map_or(Ok(()), Node::check_shared_memory)?;
             if self.mission_ended() {
                 return Ok(Progress::Ended);
@@ -309,6 +310,12 @@ impl Supervisor {
         Ok(())
     }
 
+    /// Gives the orders of tools.
+    fn pass_on_orders(&mut self) -> Result<()> {
+        let orders = self.ports.as_mut().map(|ports| ports.faults.take_orders()).unwrap_or_default();
+        orders.into_iter().try_for_each(|(order, task)| self.order(order, task))
+    }
+
     fn mission_ended(&self) -> bool {
         match self.status.and_then(|status| TaskState::from_code(status.state)) {
             Some(TaskState::Finished) => !self.pad.draws(),
@@ -428,7 +435,10 @@ impl Supervisor {
 }
 
 /// Whether files may be as large as the largest in shared memory; there the error would name a channel alone.
-fn check_file_limit() -> Result<()> {
+///
+/// # Errors
+/// [`Error::FileLimit`].
+pub fn check_file_limit() -> Result<()> {
     // Where it cannot be asked for there is none to be told.
     let found_mib = getrlimit(Resource::RLIMIT_FSIZE).map_or(u64::MAX, |(soft, _)| soft) >> 20;
     let needed_mib = LARGEST_FILE_MIB;

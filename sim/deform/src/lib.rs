@@ -19,6 +19,7 @@ mod hand;
 mod measure;
 mod outline;
 mod regions;
+pub mod scenes;
 mod trace;
 mod warp;
 

@@ -18,7 +18,7 @@ pub struct SystemOptions {
     /// The mission's seed.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// How the robot finds its way, over the mission's `navigator.method`. In drawings: beam, boniardi-2015,
+    /// How the robot finds its way, over the mission's `navigator.method`. In drawings: beam, outline, boniardi-2015,
     /// boniardi-2015-fixed-scale or behzadian-2015.
     #[arg(long)]
     pub method: Option<String>,
@@ -31,6 +31,9 @@ pub struct SystemOptions {
     /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
     #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
     pub without: Vec<Process>,
+    /// Have faults befall messages and processes as this file plans them (TOML; docs/ecosystem.md says how to write one).
+    #[arg(long, value_name = "FILE")]
+    pub faults: Option<PathBuf>,
     /// A process that is stopped (SIGSTOP) is killed and started again after so many seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = parse_seconds)]
     pub stopped_limit: f64,
@@ -78,7 +81,7 @@ pub struct PadSite {
 #[derive(Debug, Clone, Args)]
 pub struct PadOptions {
     /// The world, the robot and its true start are this mission's; its drawing and its tasks are left out. Without
-    /// it, the demo's building.
+    /// it, or with `demo`, the demo's building.
     #[arg(long, value_name = "FILE")]
     pub mission: Option<PathBuf>,
     /// Simulated seconds a second (1 is real time).

@@ -15,6 +15,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use sketchnav_runtime::{System, Watch};
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::fault_plan::Action;
 use sketchnav_schemas::run::Pace;
 use sketchnav_schemas::seed;
 
@@ -238,7 +239,20 @@ pub fn orphans(system: &str) -> usize {
 }
 
 impl crate::args::KillSignal {
-    fn signal(self) -> Signal {
+    /// All there are.
+    pub const ALL: [Self; 3] = [Self::Kill, Self::Stop, Self::Term];
+
+    /// The same in a schedule.
+    pub fn action(self) -> Action {
+        match self {
+            Self::Kill => Action::Kill,
+            Self::Stop => Action::Stop,
+            Self::Term => Action::Term,
+        }
+    }
+
+    /// The signal.
+    pub fn signal(self) -> Signal {
         match self {
             Self::Kill => Signal::SIGKILL,
             Self::Stop => Signal::SIGSTOP,

@@ -15,7 +15,6 @@ use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_schemas::sketch_mission::SketchMission;
 
 use crate::failure::Failure;
 use crate::output::say;
@@ -93,13 +92,8 @@ fn compare(job: &Job<'_>, place: &Path) -> anyhow::Result<Option<Difference>> {
     Ok(diff(&by_processes, &rehearsed)?)
 }
 
-/// The drawing's file where it lies in no folder.
-fn bytes<'a>(job: &Job<'a>) -> Option<&'a [u8]> {
-    job.trial.sheet.as_ref().and_then(|sheet| sheet.bytes.as_deref())
-}
-
 fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
-    let rehearsal = match bytes(job) {
+    let rehearsal = match job.trial.bytes.as_deref() {
         Some(bytes) => Rehearsal::by_bytes(run, bytes)?,
         None => Rehearsal::new(run)?,
     };
@@ -115,10 +109,10 @@ fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
 fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result<PathBuf> {
     let mut mission = Mission { robot: "robot.toml".into(), ..run.mission.clone() };
     std::fs::write(place.join("robot.toml"), toml::to_string(&run.robot)?)?;
-    if let Some(bytes) = bytes(job) {
-        let mut sketch = SketchMission::of(&mission)?;
-        sketch.drawing = "drawing".into();
-        sketch.write_to(&mut mission);
+    if let Some(bytes) = job.trial.bytes.as_deref() {
+        for (_, file) in mission.navigator_files_mut() {
+            *file = "drawing".into();
+        }
         std::fs::write(place.join("drawing"), bytes)?;
     }
     let path = place.join("mission.toml");

@@ -155,6 +155,7 @@ fn run(
         recording,
         pad: Pad::Absent,
         without: Vec::new(),
+        faults: Vec::new(),
     })
 }
 

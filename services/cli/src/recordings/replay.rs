@@ -84,6 +84,8 @@ fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<
         Some(name) => name.clone(),
         None => plain_name(&format!("replay-{}-{}", std::process::id(), run.mission.name)),
     };
+    // They have happened, and what came of them is recorded.
+    run.faults.clear();
     run.pace = match options.rate {
         Rate::Max => Pace::Lockstep,
         Rate::Times(speed) => Pace::RealTime { speed },

@@ -2,6 +2,7 @@
 //! the table of figures.
 
 pub mod directions;
+mod landmarks;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -29,6 +30,7 @@ use super::judge::{self, Judged};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::report::{cloud, ground_picture, sketch_picture};
+use landmarks::Landmarks;
 
 /// Moments that are shown.
 const MOMENTS: usize = 4;
@@ -42,7 +44,8 @@ pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> R
     let judged = judge::of_log(&recording, log, rooms.as_ref())?;
     let folder = tempfile::tempdir().context("a folder for the files of the run")?;
     let run = judged.log.with_drawn_tasks(rerun::run_of(&recording, folder.path()).or_input()?);
-    let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log };
+    let landmarks = Landmarks::of(&recording).with_context(|| file.display().to_string()).or_input()?;
+    let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log, landmarks };
     let html = page.html().with_context(|| file.display().to_string())?;
     std::fs::write(output, html).with_context(|| output.display().to_string()).or_input()?;
     if judged.cut_off {
@@ -62,6 +65,7 @@ struct Page<'a> {
     run: &'a RunConfig,
     judged: &'a Judged,
     log: &'a Log,
+    landmarks: Option<Landmarks>,
 }
 
 impl Page<'_> {
@@ -72,6 +76,8 @@ impl Page<'_> {
             (directions::section(self.run, self.log)?)
             (self.pictures()?)
             (self.moments()?)
+            @if let Some(landmarks) = &self.landmarks { (landmarks.section(self.run, &self.log.truth)) }
+            (self.correspondences()?)
             (self.over_time())
             (self.health())
             (self.faults())
@@ -165,6 +171,49 @@ impl Page<'_> {
         })
     }
 
+    /// What of the drawing corresponded to what was seen, along the way and in the end.
+    fn correspondences(&self) -> anyhow::Result<Markup> {
+        let (Some((map, cells)), Some(last)) =
+            (&self.log.sketch, self.log.correspondences.len().checked_sub(1))
+        else {
+            return Ok(html! {});
+        };
+        let shapes = sketchnav_sim::files::world(&self.run.mission.world);
+        let shapes = shapes.map(|world| picture::FloorShapes::of(&world)).unwrap_or_default();
+        let mut shown = vec![last / 3, 2 * last / 3, last];
+        shown.dedup();
+        let mut figures = Vec::new();
+        for found in shown.into_iter().map(|index| &self.log.correspondences[index]) {
+            let until = found.header.stamp_ns;
+            let origin = picture::origin_of(found, &self.log.truth);
+            let seen = self.log.truth.iter().take_while(|truth| truth.header.stamp_ns <= until);
+            let trail: Vec<_> = seen.map(|truth| truth.pose().position()).collect();
+            let route = self.log.route.as_ref();
+            let goal = route.and_then(|route| route.points(route.tasks().last()?).last());
+            figures.push(picture::drawn_outline(&picture::DrawnOutline {
+                title: &format!("{:.0} s: the sketch's outline", seconds(until)),
+                width_px: map.width_px,
+                height_px: map.height_px,
+                cells,
+                start: map.start.pose(),
+                goal: goal.unwrap_or(Point::new(0.0, 0.0)),
+                found,
+            })?);
+            figures.push(picture::seen_outline(&picture::SeenOutline {
+                title: &format!("{:.0} s: its partners in what was seen", seconds(until)),
+                shapes: &shapes,
+                origin,
+                trail: &trail,
+                found,
+            }));
+        }
+        Ok(html! {
+            h2 { "What of the drawing corresponds to what was seen" }
+            p { "A piece of the drawing's outline and its partner have one colour. Green cross: the goal. Red cross: where the best rival has it." }
+            div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
+        })
+    }
+
     /// The plan that held at that time: the last of the minute before it.
     fn plan_at(&self, stamp_ns: u64) -> anyhow::Result<Vec<Point<Sketch>>> {
         const LOOK_BACK_NS: u64 = 60_000_000_000;
@@ -229,8 +278,11 @@ impl Page<'_> {
         let has_speed = self.run.system != LOG_SYSTEM && !self.log.truth.is_empty();
         let estimates = self.of_estimates();
         let relations = self.of_relations();
+        let landmarks = self.landmarks.as_ref().map_or(Vec::new(), Landmarks::charts);
         let journeys = directions::over_time(self.log);
-        if estimates.is_empty() && relations.is_empty() && journeys.is_empty() && !has_speed {
+        if [&estimates, &relations, &landmarks, &journeys].iter().all(|charts| charts.is_empty())
+            && !has_speed
+        {
             return html! {};
         }
         html! {
@@ -239,7 +291,7 @@ impl Page<'_> {
                 @if !marks.is_empty() { "Dashed: a task begins." } @if !faults.is_empty() { " Red: a process died or fell silent." }
             } }
             div.cards {
-                @for (title, unit, series) in estimates.iter().chain(&relations).chain(&journeys) { (chart(title, unit, series)) }
+                @for (title, unit, series) in estimates.iter().chain(&relations).chain(&landmarks).chain(&journeys) { (chart(title, unit, series)) }
                 @if has_speed { (chart("True speed", "m/s", &speed)) }
             }
         }

@@ -176,6 +176,7 @@ pub(crate) fn trial(
         ends_with_contact: true,
         thinking_scans: 0,
         variant_of: None,
+        bytes: None,
     })
 }
 

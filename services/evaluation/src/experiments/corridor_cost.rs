@@ -80,8 +80,8 @@ fn by_map(folders: &Folders, corridor: &Corridor, drive: &Drive) -> Result<Trial
     trial.mission.task = sketch.tasks.iter().map(|task| task.with_place(there.clone())).collect();
     let share = BY_MAP_MPS / trial.robot.limits.speed_mps;
     trial.mission.parameters.of_mut(Process::Planner).insert("speed_share".into(), share.into());
-    let sheet = Sheet { bytes: Some(strokes.into_bytes().into()), ..Sheet::new(paper) };
-    Ok(Trial { name: "by-a-map".into(), method: Some("beam".into()), sheet: Some(sheet), ..trial })
+    let (sheet, bytes) = (Some(Sheet::new(paper)), Some(strokes.into_bytes().into()));
+    Ok(Trial { name: "by-a-map".into(), method: Some("beam".into()), sheet, bytes, ..trial })
 }
 
 #[cfg(test)]

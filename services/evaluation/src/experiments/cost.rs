@@ -4,7 +4,7 @@
 //! robot that is switched on takes [`IDLE_W`]. Rolling costs [`ROLLING`] of its weight a metre, speeding up costs its
 //! kinetic energy, and braking gives nothing back.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{GroundTruth, Twist, VelocityCommand};
 use sketchnav_schemas::time::seconds;
 use sketchnav_sim::WorldDescription;
@@ -20,7 +20,7 @@ pub const ROLLING: f64 = 0.05;
 const GRAVITY_MPS2: f64 = 9.81;
 
 /// What a task cost.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Cost {
     /// Velocity commands.
     pub commands: u64,

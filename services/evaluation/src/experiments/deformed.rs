@@ -159,11 +159,12 @@ impl Site {
             drawing: degree.to_string(),
             mission,
             robot: self.robot.clone(),
-            sheet: Some(Sheet { bytes: Some(bytes.clone()), ..Sheet::new(paper.clone()) }),
+            sheet: Some(Sheet::new(paper.clone())),
             method: None,
             ends_with_contact: false,
             thinking_scans: 0,
             variant_of: None,
+            bytes: Some(bytes.clone()),
         };
         Ok(tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS).map(trial).collect())
     }

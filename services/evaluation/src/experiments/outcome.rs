@@ -2,10 +2,10 @@
 
 use crate::experiments::cost::Cost;
 use crate::judge::TaskVerdict;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How a task ended. Only the first is a success.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// The robot said that it is there, and truly was.
@@ -67,7 +67,7 @@ impl Kind {
 }
 
 /// One task of one trial, driven once.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaskOutcome {
     /// The trial's name and which repetition: `00/a/2-5#1`; `--only` takes it.
     pub id: String,

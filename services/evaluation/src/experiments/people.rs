@@ -1,5 +1,6 @@
 //! Suite `people`: ten drawings of one environment by ten people, and what two annotators say which
-//! places of a drawing are which places of the environment.
+//! places of a drawing are which places of the environment. Suite `people-exam`: six more by other people. Parameters may be
+//! chosen by the first, never by the second.
 //!
 //! A trial drives from one matched place to another in another region, with the start marked as people
 //! mark it; where it counts as arrived is judged by region, since two annotators' marks in one hall lie
@@ -11,6 +12,7 @@
 pub mod matches;
 pub mod regions;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -35,6 +37,12 @@ const DRAWINGS: Datum = Datum {
     what: "ten people's drawings of one environment (M. Mielle et al., sketch_map_matching)",
     file: "sketches/kth/world.yaml",
 };
+const EXAM_TITLE: &str = "Six more people's drawings of the environment of suite people, by which nothing was chosen; pairs of places as there.";
+/// Drawings that nothing is chosen by.
+const EXAM: Datum = Datum {
+    what: "six more people's drawings of the same environment (M. Mielle et al., sketch_map_matching)",
+    file: "sketches/kth-validation/10.png",
+};
 /// Beyond its radius, how far from a wall the robot starts.
 const START_CLEARANCE_M: f64 = 0.1;
 /// The robot begins looking along its way, as far ahead.
@@ -42,7 +50,10 @@ const LOOK_AHEAD_M: f64 = 1.0;
 
 /// What all drawings of the suite share.
 struct Place {
+    /// Of the environment's map.
     folder: PathBuf,
+    /// Of the drawings and their marks.
+    drawings: PathBuf,
     map: OccupancyMap,
     ground: Ground,
     regions: Regions,
@@ -65,9 +76,21 @@ struct AnnotatedDrawing {
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite { name: "people".into(), title: TITLE.into(), repetitions: 1, ..Suite::default() };
     let place = Place::open(&folders.datum("people", DRAWINGS)?)?;
-    for number in 0..10 {
-        place.add_drawing(&format!("{number:02}"), &mut suite)?;
-    }
+    place.add_drawings(0..10, &mut suite)?;
+    Ok(suite)
+}
+
+/// Loads the drawings that nothing is chosen by.
+///
+/// # Errors
+/// As [`suite`].
+pub fn exam(folders: &Folders) -> Result<Suite, EvalError> {
+    const NAME: &str = "people-exam";
+    let mut suite = Suite { name: NAME.into(), title: EXAM_TITLE.into(), repetitions: 1, ..Suite::default() };
+    let mut place = Place::open(&folders.datum(NAME, DRAWINGS)?)?;
+    let first = folders.datum(NAME, EXAM)?;
+    place.drawings = first.parent().map(Path::to_path_buf).unwrap_or_default();
+    place.add_drawings(10..16, &mut suite)?;
     Ok(suite)
 }
 
@@ -77,14 +100,18 @@ impl Place {
         let map = sketchnav_sim::files::occupancy_map(world)?;
         let robot = sketchnav_sim::files::robot("robotino")?;
         let ground = Ground::new(&map, robot.radius_m + START_CLEARANCE_M);
-        Ok(Self { folder, map, ground, regions: Regions::shipped()?, robot })
+        Ok(Self { drawings: folder.clone(), folder, map, ground, regions: Regions::shipped()?, robot })
+    }
+
+    fn add_drawings(&self, mut numbers: Range<usize>, suite: &mut Suite) -> Result<(), EvalError> {
+        numbers.try_for_each(|number| self.add_drawing(&format!("{number:02}"), suite))
     }
 
     fn add_drawing(&self, number: &str, suite: &mut Suite) -> Result<(), EvalError> {
-        let path = self.folder.join(format!("{number}.png"));
+        let path = self.drawings.join(format!("{number}.png"));
         let paper = AnnotatedDrawing::read(number, &path)?;
         for annotator in ["a", "b"] {
-            let path = self.folder.join(format!("{number}.annotator-{annotator}.dat"));
+            let path = self.drawings.join(format!("{number}.annotator-{annotator}.dat"));
             let text = String::from_utf8_lossy(&read(&path)?).into_owned();
             let matches = matches::parse(&text).map_err(|error| error.in_file(&path))?;
             let reading = Reading::new(matches.into_iter().map(|m| self.in_metres(m)).collect());
@@ -173,6 +200,7 @@ impl Place {
             ends_with_contact: false,
             thinking_scans: 0,
             variant_of: None,
+            bytes: None,
         })
     }
 

@@ -198,6 +198,7 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
         ends_with_contact: false,
         thinking_scans: 0,
         variant_of: None,
+        bytes: None,
         mission,
     })
 }

@@ -63,6 +63,7 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
         ends_with_contact: false,
         thinking_scans: 0,
         variant_of: None,
+        bytes: None,
     })
 }
 

@@ -1,9 +1,11 @@
 //! Drives a trial by the services' own cores and judges it.
 
 use sketchnav_rehearsal::{Rehearsal, RehearsalError, Tap};
-use sketchnav_schemas::channels::{COMMAND, CONTACT, ChannelSpec, ESTIMATE, STATUS, TRUTH};
+use sketchnav_schemas::channels::{COMMAND, CONTACT, CORRESPONDENCE, ChannelSpec, ESTIMATE, STATUS, TRUTH};
 use sketchnav_schemas::codes::TaskState;
-use sketchnav_schemas::message::{Contact, GroundTruth, MissionStatus, PoseEstimate, VelocityCommand};
+use sketchnav_schemas::message::{
+    Contact, Correspondence, GroundTruth, MissionStatus, PoseEstimate, VelocityCommand,
+};
 use sketchnav_schemas::mission::{MissionError, Task};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::sketch_mission::SketchMission;
@@ -26,6 +28,8 @@ pub struct Log {
     pub contacts: Vec<Contact>,
     /// Where the robot believed to be, one a step.
     pub estimates: Vec<PoseEstimate>,
+    /// What of the drawing corresponded to what it had seen.
+    pub correspondences: Vec<Correspondence>,
     /// What it was told to do, one a step.
     pub commands: Vec<VelocityCommand>,
     /// The stamp of every message on any channel.
@@ -38,6 +42,7 @@ impl Tap for Log {
         self.status.extend(STATUS.message(spec, message));
         self.contacts.extend(CONTACT.message(spec, message));
         self.estimates.extend(ESTIMATE.message(spec, message));
+        self.correspondences.extend(CORRESPONDENCE.message(spec, message));
         self.commands.extend(COMMAND.message(spec, message));
         self.stamps_ns.push(sketchnav_schemas::erased::header(message).stamp_ns);
     }
@@ -129,7 +134,7 @@ fn drive_from(trial: &Trial, method: &str, seed: u64, first_task: usize) -> Resu
         stops_at_failure,
         failed: false,
     };
-    let rehearsal = match sheet.and_then(|sheet| sheet.bytes.as_ref()) {
+    let rehearsal = match &trial.bytes {
         Some(bytes) => Rehearsal::by_bytes(&run, bytes),
         None => Rehearsal::new(&run),
     };

@@ -6,14 +6,14 @@
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, corridor, corridor_cost, deformed, people, protocol, routes, sensitivity, studies,
+    ablation, corridor, corridor_cost, deformed, landmarks, people, protocol, routes, sensitivity, studies,
 };
 
 /// Loads a suite.
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 12] = [
+const SUITES: [(&str, Loader); 18] = [
     ("ablation", ablation::suite),
     ("building-079", protocol::building_079),
     ("building", protocol::building),
@@ -23,7 +23,13 @@ const SUITES: [(&str, Loader); 12] = [
     ("corridor-turns", corridor::turns),
     ("deformed", deformed::suite),
     ("laboratory", protocol::laboratory),
+    ("landmark-choice", landmarks::choice),
+    ("landmark-deformed", landmarks::deformed),
+    ("landmark-features", landmarks::features),
+    ("landmark-isolation", landmarks::isolation),
+    ("landmark-scenes", landmarks::scenes),
     ("people", people::suite),
+    ("people-exam", people::exam),
     ("routes", routes::suite),
     ("sensitivity", sensitivity::suite),
 ];

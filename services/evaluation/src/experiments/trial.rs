@@ -66,6 +66,8 @@ pub struct Trial {
     pub thinking_scans: u32,
     /// The trial of which this one is a variant: both get the same seeds.
     pub variant_of: Option<String>,
+    /// What a person gives, where it lies in no folder; `None`: the mission names the file.
+    pub bytes: Option<Arc<[u8]>>,
 }
 
 /// The drawing of a trial, and how people handle it.
@@ -78,8 +80,6 @@ pub struct Sheet {
     pub start_error: Option<StartError>,
     /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn anew.
     pub paper: Arc<DrawnMap>,
-    /// The drawing's file where it lies in no folder; `None`: the mission names it.
-    pub bytes: Option<Arc<[u8]>>,
     /// Which places of the drawing are which places of the floor: then the way, too, must be that of the
     /// drawn routes. `None` where any way will do.
     pub correspondence: Option<Arc<Correspondence>>,
@@ -109,7 +109,7 @@ impl Sheet {
     /// A drawing in a file that the mission names; poses are given once, with people's errors.
     pub fn new(paper: Arc<DrawnMap>) -> Self {
         let start_error = Some(StartError::OF_PEOPLE);
-        Self { restarts: Vec::new(), start_error, paper, bytes: None, correspondence: None }
+        Self { restarts: Vec::new(), start_error, paper, correspondence: None }
     }
 
     /// Marks the start of a run that begins with `first_task`, as a person does.

@@ -1,9 +1,12 @@
 //! A driven run as two pictures: the drawing with the estimated way, the true floor with the true way.
 
 use crate::judge::{self, TaskSpan};
-use crate::picture::{self, FloorPicture, FloorShapes, PictureError, SketchPicture, TaskMark, TaskPicture};
+use crate::picture::{
+    self, DrawnOutline, FloorPicture, FloorShapes, PictureError, SeenOutline, SketchPicture, TaskMark,
+    TaskPicture,
+};
 use sketchnav_schemas::geometry::{Point, Pose, World};
-use sketchnav_schemas::message::Message;
+use sketchnav_schemas::message::{Correspondence, Message};
 use sketchnav_schemas::sketch_mission::SketchMission;
 
 use crate::error::EvalError;
@@ -11,7 +14,8 @@ use crate::experiments::outcome::Kind;
 use crate::experiments::run::{Driven, kind_of};
 use crate::experiments::trial::{Sheet, Trial};
 
-/// The pictures of a run as SVG, each with what it shows: `sketch` where there is one, `floor`.
+/// The pictures of a run as SVG, each with what it shows: `sketch` where there is one, `floor`; by the method `outline` also
+/// `outline-sketch` and `outline-floor`, what corresponded to what in the end.
 ///
 /// # Errors
 /// [`EvalError`] where the world or the drawing cannot be drawn.
@@ -24,6 +28,10 @@ pub fn draw(trial: &Trial, driven: &Driven) -> Result<Vec<(&'static str, String)
         pictures.push(("sketch", sketch(trial, driven, (sheet, mission), spans)?));
     }
     pictures.push(("floor", floor(trial, driven, spans)?));
+    if let Some(((sheet, mission), found)) = drawn.zip(driven.log.correspondences.last()) {
+        pictures.push(("outline-sketch", outline_sketch(driven, (sheet, mission), found)?));
+        pictures.push(("outline-floor", outline_floor(driven, found)?));
+    }
     Ok(pictures)
 }
 
@@ -87,6 +95,40 @@ fn floor(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<S
         start: Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians()),
         tasks: &tasks,
         contacts: &contacts,
+    }))
+}
+
+fn outline_sketch(
+    driven: &Driven,
+    (sheet, mission): (&Sheet, &SketchMission),
+    found: &Correspondence,
+) -> Result<String, PictureError> {
+    let paper = &sheet.paper;
+    let place = |at: [f64; 2]| paper.from_image(at);
+    let start = mission.start.map(place).unwrap_or(Point::new(0.0, 0.0));
+    let heading_deg = mission.start_heading_deg.unwrap_or_default();
+    let goal = mission.tasks.last().and_then(|task| task.aim.points().last().copied()).map(place);
+    picture::drawn_outline(&DrawnOutline {
+        title: &title(driven, "the sketch's outline"),
+        width_px: paper.width_px,
+        height_px: paper.height_px,
+        cells: &paper.cells,
+        start: Pose::new(start.x, start.y, heading_deg.to_radians()),
+        goal: goal.unwrap_or(Point::new(0.0, 0.0)),
+        found,
+    })
+}
+
+fn outline_floor(driven: &Driven, found: &Correspondence) -> Result<String, EvalError> {
+    let world = sketchnav_sim::files::world(&driven.run.mission.world)?;
+    let origin = picture::origin_of(found, &driven.log.truth);
+    let trail: Vec<_> = driven.log.truth.iter().map(|truth| truth.pose().position()).collect();
+    Ok(picture::seen_outline(&SeenOutline {
+        title: &title(driven, "its partners in what was seen"),
+        shapes: &FloorShapes::of(&world),
+        origin,
+        trail: &trail,
+        found,
     }))
 }
 

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use sketchnav_schemas::channels::{
-    COMMAND, CONTACT, Channel, ChannelSpec, DIRECTIONS, ESTIMATE, FAULTS, HEALTH, ITINERARY, JOURNEY,
-    LATENCY, MARKERS, ORDERS, PARTICLES, PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
+    COMMAND, CONTACT, CORRESPONDENCE, Channel, ChannelSpec, DIRECTIONS, ESTIMATE, FAULTS, HEALTH, ITINERARY,
+    JOURNEY, LATENCY, MARKERS, ORDERS, PARTICLES, PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
 };
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Pose, Sketch, World};
 use sketchnav_schemas::message::{
-    Contact, Fault, GroundTruth, Health, Itinerary, Journey, Latency, MarkerView, Message, MissionStatus,
-    Particles, People, PoseEstimate, Relations, Route, RouteTask, SketchMap, VelocityCommand,
+    Contact, Correspondence, Fault, GroundTruth, Health, Itinerary, Journey, Latency, MarkerView, Message,
+    MissionStatus, Particles, People, PoseEstimate, Relations, Route, RouteTask, SketchMap, VelocityCommand,
 };
 use sketchnav_schemas::mission::{Place, Task};
 use sketchnav_schemas::ros2::Ros2;
@@ -68,6 +68,8 @@ pub struct Log {
     pub estimates: Vec<PoseEstimate>,
     /// The channel `particles`, in the last drawing; empty but after [`Log::with_particles`].
     pub particles: Vec<Particles>,
+    /// The channel `correspondence`, in the last drawing; empty but after [`Log::with_particles`].
+    pub correspondences: Vec<Correspondence>,
     /// The channel `health`.
     pub health: Vec<Health>,
     /// The channel `latency`.
@@ -121,12 +123,12 @@ impl Log {
         Self::of_channels(recording, &NEEDED)
     }
 
-    /// Reads it with the particles.
+    /// Reads it with the particles and what corresponds to what.
     ///
     /// # Errors
     /// [`RecordingError`].
     pub fn with_particles(recording: &Recording) -> Result<Self, RecordingError> {
-        Self::of_channels(recording, &[&NEEDED[..], &[PARTICLES.spec]].concat())
+        Self::of_channels(recording, &[&NEEDED[..], &[PARTICLES.spec, CORRESPONDENCE.spec]].concat())
     }
 
     fn of_channels(recording: &Recording, channels: &[&ChannelSpec]) -> Result<Self, RecordingError> {
@@ -148,6 +150,7 @@ impl Log {
         let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
         self.estimates.retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
         self.particles.retain(|set| set.header.stamp_ns >= drawn_ns);
+        self.correspondences.retain(|found| found.header.stamp_ns >= drawn_ns);
     }
 
     /// What was said of tasks before the last ones were begun: of others, or of these in an earlier drive. Nothing is
@@ -229,6 +232,7 @@ impl Log {
             from.put(CONTACT, &mut self.contacts)?;
             from.put(ESTIMATE, &mut self.estimates)?;
             from.put(PARTICLES, &mut self.particles)?;
+            from.put(CORRESPONDENCE, &mut self.correspondences)?;
             from.put(HEALTH, &mut self.health)?;
             from.put(LATENCY, &mut self.latencies)?;
             from.put(FAULTS, &mut self.faults)?;

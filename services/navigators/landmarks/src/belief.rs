@@ -94,6 +94,7 @@ pub struct Belief {
     settings: Believing,
     hypotheses: Vec<Hypothesis>,
     /// Resampled into here.
+    #[serde(skip)]
     spare: Vec<Hypothesis>,
     chance: Pcg64Mcg,
     fit: f64,

@@ -1,5 +1,8 @@
 //! What can be wrong with a drawing, a route in words, or a robot.
 
+use sketchnav_schemas::mission::MissionError;
+use sketchnav_schemas::robot::RobotError;
+
 use crate::route::Command;
 
 /// A place in a drawing, in pixels of its canvas: x to the right, y up.
@@ -17,6 +20,15 @@ pub enum Error {
         expected: &'static str,
         /// The number.
         found: f64,
+    },
+    /// A file that is no strokes in JSON.
+    #[error("expected strokes in JSON: {0}")]
+    Json(String),
+    /// Words in a file that is no text.
+    #[error("byte {}: expected UTF-8, found something else", at + 1)]
+    Text {
+        /// How many bytes before it are text.
+        at: usize,
     },
     /// No stroke of the drawing is a route.
     #[error("expected an open line as the route, found {objects} objects and {stray} stray marks")]
@@ -131,4 +143,50 @@ impl std::fmt::Display for WordPlace {
             Self::End => f.write_str("end of line"),
         }
     }
+}
+
+/// Why a mission of this kind cannot be driven.
+#[derive(Debug, thiserror::Error)]
+pub enum LandmarksError {
+    /// The mission's keys.
+    #[error(transparent)]
+    Mission(#[from] MissionError),
+    /// A sensor that the robot lacks.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// A robot without a sensor that sees objects.
+    #[error("robot {robot:?}: expected one of the sensors [sonar] and [laser] in its file, found neither")]
+    Blind {
+        /// The robot's name.
+        robot: String,
+    },
+    /// A ring of too few sonars.
+    #[error("robot {robot:?}: sonar.sonars: expected 8 or more, found {found}")]
+    Sonars {
+        /// The robot's name.
+        robot: String,
+        /// How many there are.
+        found: u32,
+    },
+    /// Reading the file of a sketch or of words failed.
+    #[error("{key}: {file}: {reason}")]
+    File {
+        /// The key.
+        key: &'static str,
+        /// The file.
+        file: String,
+        /// Why.
+        reason: String,
+    },
+    /// What is wrong with a sketch or with words.
+    #[error("{file}: {cause}")]
+    Input {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        cause: Error,
+    },
+    /// Instructions that no sketcher of this build has sent.
+    #[error("landmark_route: {0}")]
+    Instructions(String),
 }

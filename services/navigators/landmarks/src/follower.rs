@@ -11,11 +11,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::control::{self, Behaviour, Controlling, Drive};
+use crate::control::{self, Behaviour, Controlling, Drive, Sectors};
 use crate::error::Error;
 use crate::lost::{Patience, Waiting};
 use crate::matching::{Features, Memory};
-use crate::perception::{Perception, Seen};
+use crate::perception::Seen;
 use crate::route::{Command, INCH_M, Route, State};
 
 /// How a route is followed.
@@ -50,11 +50,13 @@ impl Default for Rhythm {
     }
 }
 
-/// What the robot measured since the last step.
+/// What the robot knows in a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Sensed<'a> {
-    /// The ranges of the ring, in metres.
-    pub ranges_m: &'a [f64],
+pub struct Viewed<'a> {
+    /// The objects that it sees: [`crate::perception`].
+    pub seen: &'a [Seen],
+    /// The nearest ranges in sixteen directions.
+    pub sectors: &'a Sectors,
     /// The time since the last step, in seconds.
     pub time_s: f64,
     /// The way since the last step by odometry, in metres.
@@ -110,7 +112,6 @@ impl Default for Progress {
 #[derive(Debug, Clone)]
 pub struct Follower {
     route: Route,
-    perception: Perception,
     settings: Following,
     progress: Progress,
 }
@@ -120,9 +121,9 @@ impl Follower {
     ///
     /// # Errors
     /// [`Error::States`] where the route cannot be driven.
-    pub fn new(route: Route, perception: Perception, settings: Following) -> Result<Self, Error> {
+    pub fn new(route: Route, settings: Following) -> Result<Self, Error> {
         route.check()?;
-        Ok(Self { route, perception, settings, progress: Progress::default() })
+        Ok(Self { route, settings, progress: Progress::default() })
     }
 
     /// Where it is along the route: all that it remembers.
@@ -148,9 +149,9 @@ impl Follower {
         &self.route
     }
 
-    /// What the robot saw in the last cycle of matching.
-    pub fn seen(&self) -> &[Seen] {
-        self.perception.last_seen()
+    /// Which features count in matching.
+    pub const fn features(&self) -> Features {
+        self.settings.features
     }
 
     /// The number of the state that the robot waits for.
@@ -176,36 +177,31 @@ impl Follower {
     }
 
     /// A step: what the robot is to do, and what happened.
-    ///
-    /// # Errors
-    /// [`Error::Sensor`] where the number of ranges is not that of the beams.
-    pub fn step(&mut self, sensed: &Sensed<'_>) -> Result<(Drive, Option<Event>), Error> {
-        let Self { route, perception, settings, progress } = self;
+    pub fn step(&mut self, viewed: &Viewed<'_>) -> (Drive, Option<Event>) {
+        let Self { route, settings, progress } = self;
         if progress.ended.is_some() {
-            return Ok((Drive::default(), None));
+            return (Drive::default(), None);
         }
-        progress.turned_rad += sensed.turned_rad;
-        progress.moved_m += sensed.moved_m;
-        progress.cycle_s += sensed.time_s;
-        let range_max_m = perception.settings().range_max_m;
-        let sectors = control::sectors(perception.angles_rad(), sensed.ranges_m, range_max_m);
+        let Viewed { seen, sectors, time_s, moved_m, turned_rad } = *viewed;
+        progress.turned_rad += turned_rad;
+        progress.moved_m += moved_m;
+        progress.cycle_s += time_s;
         let is_last = progress.next + 1 == route.states.len();
         let event = if is_last {
-            (control::front_m(&sectors) < settings.control.stop_m).then_some(Event::Arrived)
+            (control::front_m(sectors) < settings.control.stop_m).then_some(Event::Arrived)
         } else if progress.cycle_s + 1e-9 >= settings.rhythm.cycle_s {
             progress.cycle_s = 0.0;
-            progress.advance(&route.states, perception.see(sensed.ranges_m)?, settings)
+            progress.advance(&route.states, seen, settings)
         } else {
             None
         };
         let leg_m = route.states[progress.next].after_m;
-        let is_late =
-            progress.waiting.pass(sensed.time_s, leg_m, settings.control.speed_mps, &settings.patience);
+        let is_late = progress.waiting.pass(time_s, leg_m, settings.control.speed_mps, &settings.patience);
         let event = event.or_else(|| is_late.then_some(Event::Lost(progress.next)));
         progress.ended = event.filter(|event| !matches!(event, Event::Matched(_)));
         let command =
             if progress.ended.is_some() { Command::Stop } else { route.states[progress.next - 1].command };
-        Ok((progress.behaviour.fuse(command, &sectors, &settings.control), event))
+        (progress.behaviour.fuse(command, sectors, &settings.control), event)
     }
 }
 
@@ -234,13 +230,24 @@ impl Progress {
 mod tests {
     use super::*;
     use crate::language;
-    use crate::perception::Perceiving;
+    use crate::perception::{Perceiving, Perception};
 
     const CYCLE: f64 = 0.192;
 
     fn follower(text: &str) -> Follower {
-        let perception = Perception::nomad(Perceiving::default()).unwrap();
-        Follower::new(language::read(text).unwrap(), perception, Following::default()).unwrap()
+        Follower::new(language::read(text).unwrap(), Following::default()).unwrap()
+    }
+
+    fn step(
+        follower: &mut Follower,
+        ranges: &[f64; 16],
+        time_s: f64,
+        motion: [f64; 2],
+    ) -> (Drive, Option<Event>) {
+        let mut perception = Perception::nomad(Perceiving::default()).unwrap();
+        let seen = perception.see(ranges).unwrap();
+        let [moved_m, turned_rad] = motion;
+        follower.step(&Viewed { seen, sectors: ranges, time_s, moved_m, turned_rad })
     }
 
     /// A cycle with objects in these directions, in inches; the robot turns by so many degrees and goes 5 inches.
@@ -250,8 +257,7 @@ mod tests {
             ranges[*beam] = range * INCH_M;
         }
         let turned_rad = degrees.to_radians();
-        let sensed = Sensed { ranges_m: &ranges, time_s: CYCLE, moved_m: 5.0 * INCH_M, turned_rad };
-        follower.step(&sensed).unwrap()
+        step(follower, &ranges, CYCLE, [5.0 * INCH_M, turned_rad])
     }
 
     #[test]
@@ -315,9 +321,7 @@ mod tests {
         ranges[4] = 1.5;
         let mut matched = Vec::new();
         for i in 0..40 {
-            let sensed =
-                Sensed { ranges_m: &ranges, time_s: CYCLE / 4.0, moved_m: 1.25 * INCH_M, turned_rad: 0.0 };
-            if follower.step(&sensed).unwrap().1.is_some() {
+            if step(&mut follower, &ranges, CYCLE / 4.0, [1.25 * INCH_M, 0.0]).1.is_some() {
                 matched.push(i);
             }
         }

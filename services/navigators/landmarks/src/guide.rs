@@ -1,36 +1,24 @@
 //! Our own way along a sketched route: the robot drives by where it probably is in the drawing, and says how sure it is.
 //!
-//! [`crate::belief`] says where the robot is. From there it pursues the drawn route (Coulter 1992), while the reactive
+//! [`crate::locator`] says where the robot is. From there it pursues the drawn route (Coulter 1992), while the reactive
 //! controller of Chronis 2007 keeps it off objects. At the end it goes on to the object there and stops before it. It is
 //! lost where what it sees does not fit the drawing any more, or where the goal does not come.
 
 use serde::{Deserialize, Serialize};
 
-use crate::belief::{Belief, Believing, Estimate};
+use crate::belief::Estimate;
 use crate::control::{self, Controlling, Drive, Sectors};
 use crate::error::Error;
-use crate::extraction::track::headings;
-use crate::follower::Sensed;
-use crate::memory::{Memory, Relation, Remembering};
-use crate::outlines::Outlines;
 use crate::plane::{self, At};
-use crate::route::INCH_M;
+use crate::route::{Command, INCH_M};
 use crate::sketch::Sketch;
 
 /// How the robot is guided.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Guiding {
-    /// The belief.
-    pub belief: Believing,
-    /// The memory.
-    pub memory: Remembering,
     /// Speeds, and how objects are avoided.
     pub control: Controlling,
-    /// How far the sensors are from the robot's centre, in metres.
-    pub ring_m: f64,
-    /// Ranges from here on are no returns, in metres.
-    pub range_max_m: f64,
     /// How far ahead on the route the robot aims, in metres.
     pub ahead_m: f64,
     /// The greatest turn rate, in degrees a second.
@@ -50,11 +38,7 @@ pub struct Guiding {
 impl Default for Guiding {
     fn default() -> Self {
         Self {
-            belief: Believing::default(),
-            memory: Remembering::default(),
             control: Controlling::default(),
-            ring_m: 10.0 * INCH_M,
-            range_max_m: 255.0 * INCH_M,
             ahead_m: 1.2,
             turn_dps: 30.0,
             avoid: 2.0,
@@ -72,15 +56,15 @@ impl Default for Guiding {
 pub enum Outcome {
     /// It stopped before its goal.
     Arrived,
-    /// It does not know where it is.
+    /// The goal did not come: beyond the end of the drawn route, or after twice its length.
+    NoGoal,
+    /// What it sees does not fit the drawing.
     Lost,
 }
 
 /// What the guide remembers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Journey {
-    belief: Belief,
-    memory: Memory,
     /// How far along the drawn route the robot is, in drawn metres; above its length beyond the end.
     along_m: f64,
     /// How far the robot went, in drawn metres.
@@ -88,12 +72,21 @@ pub struct Journey {
     outcome: Option<Outcome>,
 }
 
+/// What the robot knows in a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Guided<'a> {
+    /// Where it probably is.
+    pub estimate: Estimate,
+    /// The nearest ranges in sixteen directions.
+    pub sectors: &'a Sectors,
+    /// The way since the last step by odometry, in metres.
+    pub moved_m: f64,
+}
+
 /// Guides a robot along a drawn route.
 #[derive(Debug, Clone)]
 pub struct Guide {
     settings: Guiding,
-    angles_rad: Vec<f64>,
-    outlines: Outlines,
     route: Vec<At>,
     /// How far each point of the route is from its start.
     lengths: Vec<f64>,
@@ -101,16 +94,13 @@ pub struct Guide {
 }
 
 impl Guide {
-    /// At the start of a sketch's route, with a ring of sensors by the angles of its beams.
+    /// At the start of a sketch's route.
     ///
     /// # Errors
-    /// [`Error::NoRoute`], and [`Error::Sensor`] where there are no beams.
-    pub fn new(sketch: &Sketch, angles_rad: &[f64], settings: Guiding, seed: u64) -> Result<Self, Error> {
+    /// [`Error::NoRoute`].
+    pub fn new(sketch: &Sketch, settings: Guiding) -> Result<Self, Error> {
         if sketch.route.len() < 2 {
             return Err(Error::NoRoute { objects: sketch.landmarks.len(), stray: 0 });
-        }
-        if angles_rad.is_empty() {
-            return Err(Error::Sensor { expected: "range sensors", found: "none".into() });
         }
         let route = sketch.route.clone();
         let mut along = 0.0;
@@ -119,23 +109,7 @@ impl Guide {
             along
         });
         let lengths = std::iter::once(0.0).chain(steps).collect();
-        // A hand trembles where it begins: the heading is that of the first steps together.
-        let heading_rad = headings(&route, 10.0 * INCH_M)[0];
-        let journey = Journey {
-            belief: Belief::new(route[0], heading_rad, settings.belief, seed),
-            memory: Memory::new(settings.memory),
-            along_m: 0.0,
-            gone_m: 0.0,
-            outcome: None,
-        };
-        Ok(Self {
-            settings,
-            angles_rad: angles_rad.to_vec(),
-            outlines: Outlines::of(sketch),
-            route,
-            lengths,
-            journey,
-        })
+        Ok(Self { settings, route, lengths, journey: Journey::default() })
     }
 
     /// What it remembers.
@@ -148,56 +122,44 @@ impl Guide {
         self.journey = journey;
     }
 
-    /// Where the robot probably is.
-    pub fn estimate(&self) -> Estimate {
-        self.journey.belief.estimate()
-    }
-
-    /// How far along the drawn route it is, in drawn metres.
+    /// How far along the drawn route the robot is, in drawn metres.
     pub const fn along_m(&self) -> f64 {
         self.journey.along_m
     }
 
-    /// A step: what the robot is to do, and how it fared where it ended.
-    ///
-    /// # Errors
-    /// [`Error::Sensor`] where the number of ranges is not that of the beams.
-    pub fn step(&mut self, sensed: &Sensed<'_>) -> Result<(Drive, Option<Outcome>), Error> {
-        if sensed.ranges_m.len() != self.angles_rad.len() {
-            let found = format!("{}", sensed.ranges_m.len());
-            return Err(Error::Sensor { expected: "as many ranges as beams", found });
-        }
-        if self.journey.outcome.is_some() {
-            return Ok((Drive::default(), None));
-        }
-        self.perceive(sensed);
-        let estimate = self.estimate();
-        self.journey.gone_m += sensed.moved_m.abs() / estimate.stretch;
-        self.advance(estimate.at, sensed.moved_m / estimate.stretch);
-        let sectors = control::sectors(&self.angles_rad, sensed.ranges_m, self.settings.range_max_m);
-        self.journey.outcome = self.outcome(&estimate, &sectors);
-        if self.journey.outcome.is_some() {
-            return Ok((Drive::default(), self.journey.outcome));
-        }
-        Ok((self.drive(&estimate, &sectors), None))
-    }
-
-    fn perceive(&mut self, sensed: &Sensed<'_>) {
-        let Self { settings, angles_rad, outlines, journey, .. } = self;
-        journey.belief.moved(sensed.moved_m, sensed.turned_rad);
-        journey.memory.moved(sensed.moved_m, sensed.turned_rad);
-        let returns = angles_rad
-            .iter()
-            .zip(sensed.ranges_m)
-            .filter(|(_, range)| range.is_finite() && (0.0..settings.range_max_m).contains(*range));
-        journey.memory.see(returns.map(|(angle, range)| Relation::polar(*angle, range + settings.ring_m)));
-        if sensed.moved_m != 0.0 || sensed.turned_rad != 0.0 {
-            journey.belief.seen(&journey.memory, outlines);
-        }
-    }
-
-    fn length(&self) -> f64 {
+    /// The length of the drawn route.
+    pub fn length_m(&self) -> f64 {
         self.lengths[self.lengths.len() - 1]
+    }
+
+    /// What the route does where the robot is, for people: it turns where it bends by 20° or more within the next metre.
+    pub fn command(&self) -> Command {
+        if self.journey.outcome.is_some() {
+            return Command::Stop;
+        }
+        let along = self.journey.along_m;
+        let [here, there] = [along, along + 1.0]
+            .map(|along| plane::direction(self.place(along - 0.3), self.place(along + 0.3)));
+        match plane::wrap(there - here).to_degrees() {
+            turn if turn > 20.0 => Command::Left,
+            turn if turn < -20.0 => Command::Right,
+            _ => Command::Forward,
+        }
+    }
+
+    /// A step: what the robot is to do, and how it fared where it ended.
+    pub fn step(&mut self, guided: &Guided<'_>) -> (Drive, Option<Outcome>) {
+        if self.journey.outcome.is_some() {
+            return (Drive::default(), None);
+        }
+        let Guided { estimate, sectors, moved_m } = guided;
+        self.journey.gone_m += moved_m.abs() / estimate.stretch;
+        self.advance(estimate.at, moved_m / estimate.stretch);
+        self.journey.outcome = self.outcome(estimate, sectors);
+        if self.journey.outcome.is_some() {
+            return (Drive::default(), self.journey.outcome);
+        }
+        (self.drive(estimate, sectors), None)
     }
 
     /// The place on the route at a distance from its start; beyond its end straight on.
@@ -221,14 +183,17 @@ impl Guide {
     }
 
     fn outcome(&self, estimate: &Estimate, sectors: &Sectors) -> Option<Outcome> {
-        let left = self.length() - self.journey.along_m;
+        let left = self.length_m() - self.journey.along_m;
         let settings = &self.settings;
         if left < settings.goal_m && control::front_m(sectors) < settings.control.stop_m {
             return Some(Outcome::Arrived);
         }
         let is_beyond = left < -settings.beyond_m;
-        let is_far = self.journey.gone_m > settings.most_way * self.length() + settings.beyond_m;
-        (is_beyond || is_far || estimate.fit < settings.least_fit).then_some(Outcome::Lost)
+        let is_far = self.journey.gone_m > settings.most_way * self.length_m() + settings.beyond_m;
+        if estimate.fit < settings.least_fit {
+            return Some(Outcome::Lost);
+        }
+        (is_beyond || is_far).then_some(Outcome::NoGoal)
     }
 
     /// Pure pursuit, with what the reactive controller avoids.
@@ -261,62 +226,79 @@ mod tests {
         Sketch { landmarks, route: plane::resample(&[[0.0, 0.0], [4.0, 0.0]], 0.5), metres_per_pixel: 0.1 }
     }
 
-    fn angles() -> [f64; 16] {
-        std::array::from_fn(|i| i as f64 * std::f64::consts::FRAC_PI_8)
+    /// The robot is where it believes to be.
+    struct Robot {
+        guide: Guide,
+        at: At,
     }
 
-    fn guide() -> Guide {
-        Guide::new(&sketch(), &angles(), Guiding::default(), 9).unwrap()
+    fn start() -> Robot {
+        Robot { guide: Guide::new(&sketch(), Guiding::default()).unwrap(), at: [0.2, 0.0] }
     }
 
-    /// A step at a distance from the wall, of which the front sensors see something.
-    fn step(guide: &mut Guide, left_m: f64) -> (Drive, Option<Outcome>) {
-        let ranges_m =
-            angles().map(|angle| if angle.cos() > 0.7 { left_m / angle.cos() } else { f64::INFINITY });
-        guide.step(&Sensed { ranges_m: &ranges_m, time_s: 0.2, moved_m: 0.1, turned_rad: 0.0 }).unwrap()
+    impl Robot {
+        /// A step of 0.1 m at a distance from the wall, of which the front sensors see something.
+        fn step(&mut self, left_m: f64) -> (Drive, Option<Outcome>) {
+            let mut sectors = [f64::INFINITY; 16];
+            for x in [15, 0, 1] {
+                sectors[x] = left_m / (x as f64 * std::f64::consts::FRAC_PI_8).cos();
+            }
+            self.at[0] += 0.1;
+            let estimate = Estimate { at: self.at, heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit: 0.8 };
+            self.guide.step(&Guided { estimate, sectors: &sectors, moved_m: 0.1 })
+        }
     }
 
     #[test]
     fn the_robot_stops_before_the_object_at_the_end() {
-        let mut guide = guide();
+        let mut robot = start();
         let mut left_m = 4.7;
         let outcome = loop {
             left_m -= 0.1;
-            if let (_, Some(outcome)) = step(&mut guide, left_m) {
+            if let (_, Some(outcome)) = robot.step(left_m) {
                 break outcome;
             }
         };
         assert_eq!(outcome, Outcome::Arrived);
         assert!((0.6..0.77).contains(&left_m), "{left_m}");
-        assert_eq!(step(&mut guide, left_m), (Drive::default(), None));
+        assert_eq!(robot.step(left_m), (Drive::default(), None));
+        assert_eq!(robot.guide.command(), Command::Stop);
     }
 
     #[test]
     fn an_object_in_the_middle_of_the_route_is_not_the_goal() {
-        let (drive, outcome) = step(&mut guide(), 0.5);
+        let (drive, outcome) = start().step(0.5);
         assert_eq!(outcome, None);
         assert!((drive.speed_mps - Controlling::default().slow_mps).abs() < 0.02, "{drive:?}");
     }
 
     #[test]
-    fn a_robot_that_finds_no_goal_is_lost() {
-        let mut guide = guide();
-        let lost = (0..400).find_map(|_| step(&mut guide, f64::INFINITY).1);
-        assert_eq!(lost, Some(Outcome::Lost));
+    fn a_robot_that_finds_no_goal_says_so() {
+        let mut robot = start();
+        let ended = (0..400).find_map(|_| robot.step(f64::INFINITY).1);
+        assert_eq!(ended, Some(Outcome::NoGoal));
+    }
+
+    #[test]
+    fn a_robot_that_sees_something_else_is_lost() {
+        let mut guide = start().guide;
+        let estimate = Estimate { at: [1.0, 0.0], heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit: 0.1 };
+        let sectors = [f64::INFINITY; 16];
+        assert_eq!(guide.step(&Guided { estimate, sectors: &sectors, moved_m: 0.1 }).1, Some(Outcome::Lost));
     }
 
     #[test]
     fn a_guide_goes_on_from_what_it_remembers() {
         let run = |restore_at: usize| {
-            let mut guide = guide();
+            let mut robot = start();
             let mut found = Vec::new();
             for i in 0..30 {
                 if i == restore_at {
-                    let text = serde_json::to_string(guide.journey()).unwrap();
-                    guide = self::guide();
-                    guide.restore(serde_json::from_str(&text).unwrap());
+                    let text = serde_json::to_string(robot.guide.journey()).unwrap();
+                    robot.guide = start().guide;
+                    robot.guide.restore(serde_json::from_str(&text).unwrap());
                 }
-                found.push(step(&mut guide, 4.7 - 0.1 * i as f64));
+                found.push(robot.step(4.7 - 0.1 * i as f64));
             }
             found
         };
@@ -327,9 +309,12 @@ mod tests {
     }
 
     #[test]
-    fn robots_without_sensors_are_rejected() {
-        assert!(matches!(Guide::new(&sketch(), &[], Guiding::default(), 1), Err(Error::Sensor { .. })));
-        let sensed = Sensed { ranges_m: &[1.0; 3], time_s: 0.2, moved_m: 0.0, turned_rad: 0.0 };
-        assert!(guide().step(&sensed).is_err());
+    fn the_command_is_what_the_route_does() {
+        let bend: Vec<At> = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 3.0]];
+        let sketch = Sketch { route: plane::resample(&bend, 0.25), ..sketch() };
+        let mut guide = Guide::new(&sketch, Guiding::default()).unwrap();
+        assert_eq!(guide.command(), Command::Forward);
+        guide.restore(Journey { along_m: 2.5, ..Journey::default() });
+        assert_eq!(guide.command(), Command::Left);
     }
 }

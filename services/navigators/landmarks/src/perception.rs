@@ -144,6 +144,12 @@ impl Perception {
         &self.seen
     }
 
+    /// The histograms of constant and of gravitational forces of the object that was seen last, counter-clockwise from
+    /// ahead: of the only one, where one alone is in the ranges.
+    pub fn histograms(&self) -> [&[Force]; 2] {
+        [&self.forces[0], &self.forces[1]]
+    }
+
     /// What is seen by these ranges, one for each beam, in metres from the sensor. A range that is not finite, or not
     /// below the greatest one, is no return.
     ///

@@ -58,7 +58,7 @@ impl Default for Reading {
 }
 
 /// A landmark in a sketch.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Landmark {
     /// Its label, or "object" and its number in the order of drawing.
     pub name: String,
@@ -67,7 +67,7 @@ pub struct Landmark {
 }
 
 /// A drawing that was read: in metres, x to the right, y up.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sketch {
     /// The landmarks, in the order of drawing.
     pub landmarks: Vec<Landmark>,

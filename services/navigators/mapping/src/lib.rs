@@ -1,19 +1,26 @@
-//! A map of what a robot has seen on its drive.
+//! A map of what a robot has seen on its drive, and where places of a drawing lie in it.
 //!
 //! - [`mapper`]: local mapping. Matches laser scans with the map so far and enters them.
 //! - [`occupancy`]: the map: cells that are free, occupied or unknown, of bounded size.
 //! - [`matching`]: where a scan fits the map best, within a window around the odometry's guess.
 //! - [`grid`]: the map as plain cells, for whoever reads it.
+//! - [`region`], [`outline`]: what of it is free, and the outline of that; the same of a drawing.
+//! - [`alignment`]: which piece of the one outline is which piece of the other.
+//! - [`harmonic`]: what that says of places inside.
 //!
 //! Nothing here knows a clock, a file or a channel, starts a thread or draws a random number.
 //! The same scans in the same order give the same bytes.
 
+pub mod alignment;
 pub mod error;
 pub mod grid;
+pub mod harmonic;
 pub mod mapper;
 pub mod matching;
 pub mod occupancy;
+pub mod outline;
 pub mod parameters;
+pub mod region;
 pub mod scan;
 
 pub use error::Error;

@@ -7,12 +7,13 @@
 mod arrival;
 pub mod core;
 mod driving;
+mod explorer;
 mod journey;
 mod reason;
 
 use serde::Serialize;
 use sketchnav_schemas::channels::{
-    COMMAND, ESTIMATE, MISSION, ODOMETRY, ORDERS, PLAN, ROUTE, SCAN, SKETCH, STATUS,
+    COMMAND, CORRESPONDENCE, ESTIMATE, MISSION, ODOMETRY, ORDERS, PLAN, ROUTE, SCAN, SKETCH, STATUS,
 };
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
@@ -36,7 +37,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 7";
+    const FORM: &'static str = "sketch planner 8";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
@@ -65,6 +66,9 @@ impl Stage for Planner {
         }
         if core.step(estimate, instant.fresh(SCAN), odometry).planned {
             out.send(PLAN, |plan| core.write_plan(plan))?;
+        }
+        if core.has_news() {
+            out.send(CORRESPONDENCE, |found| core.write_correspondence(odometry, found))?;
         }
         out.send(COMMAND, |command| core.write_command(command))?;
         out.send(STATUS, |status| core.write_status(status))?;

@@ -3,7 +3,9 @@
 //! A kind of its own shapes implements [`Lookout`] and has a line in [`open`]; any other shows its sensors.
 
 use sketchnav_runtime::{Node, Reader};
-use sketchnav_schemas::channels::{DESCRIPTION, ITINERARY, JOURNEY, RELATIONS, SCAN, SONAR};
+use sketchnav_schemas::channels::{
+    DESCRIPTION, ITINERARY, JOURNEY, LANDMARK_ROUTE, RELATIONS, SCAN, SKETCH, SONAR,
+};
 use sketchnav_schemas::message::{Description, Itinerary, Journey, LaserScan, Relations, SonarScan};
 use sketchnav_schemas::robot::Robot;
 
@@ -22,8 +24,12 @@ pub(super) trait Lookout {
     fn draw(&self, around: &Around, robot: &Robot, shapes: &mut Vec<Shape>);
 }
 
-/// What there is to see of the navigator `kind`, the lowest layer first.
+/// What there is to see of the navigator `kind`, the lowest layer first; nothing where a drawing or a
+/// sketch is shown.
 pub(super) fn open(node: &Node, kind: &str, robot: &Robot) -> anyhow::Result<Vec<Box<dyn Lookout>>> {
+    if [SKETCH.spec, LANDMARK_ROUTE.spec].iter().any(|spec| spec.belongs_to(kind)) {
+        return Ok(Vec::new());
+    }
     let mut layers: Vec<Box<dyn Lookout>> = vec![Box::new(Sensors::open(node, robot)?)];
     if RELATIONS.spec.belongs_to(kind) {
         layers.push(Box::new(Corridor { reader: node.reader(RELATIONS)?, newest: None }));

@@ -1,12 +1,19 @@
 //! What comes in from the channels: the newest of everything, and each word that the machine has to hear.
 
+use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_runtime::{Node, Reader};
-use sketchnav_schemas::channels::{ESTIMATE, FAULTS, PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD};
-use sketchnav_schemas::message::{
-    Fault, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
+use sketchnav_schemas::channels::{
+    CORRESPONDENCE, Channel, ESTIMATE, FAULTS, LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, PARTICLES,
+    PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
 };
-use sketchnav_schemas::sketch_mission::KIND;
+use sketchnav_schemas::message::{
+    Correspondence, Fault, LandmarkProgress, LandmarkRoute, LandmarkView, LaserScan, Message, MissionStatus,
+    Particles, Plan, PoseEstimate, SketchMap, Understood,
+};
+use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::run::RunConfig;
 
+use crate::feed::landmarks::Canvas;
 use crate::walls;
 
 /// Estimates after another sketch that may still be about the one before: on their way, or at work.
@@ -18,6 +25,8 @@ pub(super) enum News {
     Estimate(Box<PoseEstimate>),
     Understood(Understood),
     Fault(Fault),
+    /// A robot has seen something of landmarks.
+    View,
     /// The walls of a mission from a file, as a picture.
     Walls(Vec<u8>),
 }
@@ -25,7 +34,16 @@ pub(super) enum News {
 /// The pad's readers, and the newest of what they have read.
 pub(super) struct Inbox {
     statuses: Reader<MissionStatus>,
-    drawn: Option<DrawnReaders>,
+    // Of one kind of navigator each.
+    estimates: Option<Reader<PoseEstimate>>,
+    particle_sets: Option<Reader<Particles>>,
+    plans: Option<Reader<Plan>>,
+    correspondences: Option<Reader<Correspondence>>,
+    sketches: Option<Reader<SketchMap>>,
+    scans: Option<Reader<LaserScan>>,
+    routes: Option<Reader<LandmarkRoute>>,
+    views: Option<Reader<LandmarkView>>,
+    progresses: Option<Reader<LandmarkProgress>>,
     faults: Reader<Fault>,
     /// What the sketcher says to what was sent.
     pub(super) understood: Reader<Understood>,
@@ -40,37 +58,35 @@ pub(super) struct Inbox {
     pub(super) scan: Option<Box<LaserScan>>,
     pub(super) plan: Option<Box<Plan>>,
     pub(super) particles: Option<Box<Particles>>,
+    pub(super) correspondence: Option<Box<Correspondence>>,
+    /// A route past landmarks, what is seen of them, and how far the robot has come.
+    pub(super) canvas: Option<Canvas>,
+    pub(super) view: Option<Box<LandmarkView>>,
+    pub(super) progress: Option<Box<LandmarkProgress>>,
 }
 
-/// Readers of what a navigator in drawings says.
-struct DrawnReaders {
-    estimates: Reader<PoseEstimate>,
-    particle_sets: Reader<Particles>,
-    plans: Reader<Plan>,
-    scans: Reader<LaserScan>,
-    sketches: Reader<SketchMap>,
-}
-
-impl DrawnReaders {
-    fn open(node: &Node) -> anyhow::Result<Self> {
-        Ok(Self {
-            estimates: node.reader(ESTIMATE)?,
-            particle_sets: node.reader(PARTICLES)?,
-            plans: node.reader(PLAN)?,
-            scans: node.reader(SCAN)?,
-            sketches: node.reader(SKETCH)?,
-        })
-    }
+/// A reader of a channel that runs of this kind of navigator have.
+fn open<T: Ros2>(node: &Node, kind: &str, channel: Channel<T>) -> anyhow::Result<Option<Reader<T>>> {
+    Ok(channel.spec.belongs_to(kind).then(|| node.reader(channel)).transpose()?)
 }
 
 impl Inbox {
-    pub(super) fn open(node: &Node, kind: &str, draws: bool) -> anyhow::Result<Self> {
+    pub(super) fn open(node: &Node, run: &RunConfig) -> anyhow::Result<Self> {
+        let kind = run.mission.navigator_kind();
         Ok(Self {
             statuses: node.reader(STATUS)?,
-            drawn: (kind == KIND).then(|| DrawnReaders::open(node)).transpose()?,
+            estimates: open(node, kind, ESTIMATE)?,
+            particle_sets: open(node, kind, PARTICLES)?,
+            plans: open(node, kind, PLAN)?,
+            correspondences: open(node, kind, CORRESPONDENCE)?,
+            sketches: open(node, kind, SKETCH)?,
+            scans: ESTIMATE.spec.belongs_to(kind).then(|| node.reader(SCAN)).transpose()?,
+            routes: open(node, kind, LANDMARK_ROUTE)?,
+            views: open(node, kind, LANDMARK_VIEW)?,
+            progresses: open(node, kind, LANDMARK_PROGRESS)?,
             faults: node.reader(FAULTS)?,
             understood: node.reader(UNDERSTOOD)?,
-            draws,
+            draws: run.pad.draws(),
             size_px: None,
             sketch_seq: 0,
             wall_direction_rad: 0.0,
@@ -79,6 +95,10 @@ impl Inbox {
             scan: None,
             plan: None,
             particles: None,
+            correspondence: None,
+            canvas: None,
+            view: None,
+            progress: None,
         })
     }
 
@@ -88,10 +108,17 @@ impl Inbox {
         if let Some(walls) = self.take_sketch()? {
             return Ok(Some(News::Walls(walls)));
         }
+        if let Some(walls) = self.take_route()? {
+            return Ok(Some(News::Walls(walls)));
+        }
+        if let Some(view) = newest(&mut self.views)? {
+            self.view = Some(view);
+            return Ok(Some(News::View));
+        }
         if let Some(fault) = self.faults.receive()? {
             return Ok(Some(News::Fault(*fault)));
         }
-        if let Some(estimate) = self.next_estimate()? {
+        if let Some(estimate) = next(&mut self.estimates)? {
             match self.in_flight.checked_sub(1) {
                 Some(left) => self.in_flight = left,
                 None => self.estimate = Some(estimate.clone()),
@@ -105,28 +132,29 @@ impl Inbox {
         Ok(self.understood.receive()?.map(|answer| News::Understood(*answer)))
     }
 
-    fn next_estimate(&mut self) -> anyhow::Result<Option<Box<PoseEstimate>>> {
-        let Some(drawn) = &mut self.drawn else { return Ok(None) };
-        Ok(drawn.estimates.receive_valid()?.map(|estimate| Box::new(*estimate)))
-    }
-
     fn keep_newest(&mut self) -> anyhow::Result<()> {
-        let Some(drawn) = &mut self.drawn else { return Ok(()) };
-        while let Some(scan) = drawn.scans.receive_valid()? {
-            self.scan = Some(Box::new(*scan));
-        }
-        while let Some(plan) = drawn.plans.receive()? {
-            self.plan = Some(Box::new(*plan));
-        }
-        while let Some(particles) = drawn.particle_sets.receive()? {
-            self.particles = Some(Box::new(*particles));
-        }
+        self.scan = newest(&mut self.scans)?.or(self.scan.take());
+        self.plan = newest(&mut self.plans)?.or(self.plan.take());
+        self.correspondence = newest(&mut self.correspondences)?.or(self.correspondence.take());
+        self.particles = newest(&mut self.particle_sets)?.or(self.particles.take());
+        self.progress = newest(&mut self.progresses)?.or(self.progress.take());
         Ok(())
     }
 
+    /// The picture of a route past landmarks.
+    fn take_route(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
+        let Some(routes) = &mut self.routes else { return Ok(None) };
+        let Some(route) = routes.receive()? else { return Ok(None) };
+        let canvas = Canvas::of(&Instructions::read(route.cells())?);
+        let [width, height] = canvas.size_px;
+        let picture = walls::png(width, height, &canvas.cells());
+        (self.size_px, self.canvas) = (Some(canvas.size_px), Some(canvas));
+        Ok(picture)
+    }
+
     fn take_sketch(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
-        let Some(drawn) = &mut self.drawn else { return Ok(None) };
-        let Some(sketch) = drawn.sketches.receive()? else { return Ok(None) };
+        let Some(readers) = &mut self.sketches else { return Ok(None) };
+        let Some(sketch) = readers.receive()? else { return Ok(None) };
         let map = &*sketch;
         self.size_px = Some([map.width_px, map.height_px]);
         self.wall_direction_rad = map.wall_direction_rad;
@@ -140,6 +168,21 @@ impl Inbox {
     /// What was known belongs to a sketch before the one with this number.
     pub(super) fn forget_pose(&mut self, sketch_seq: u64) {
         (self.sketch_seq, self.in_flight) = (sketch_seq, IN_FLIGHT);
-        (self.estimate, self.plan, self.particles) = (None, None, None);
+        (self.estimate, self.plan, self.particles, self.correspondence) = (None, None, None, None);
     }
+}
+
+/// The next message of a channel that the run has.
+fn next<T: Message>(reader: &mut Option<Reader<T>>) -> anyhow::Result<Option<Box<T>>> {
+    let Some(reader) = reader else { return Ok(None) };
+    Ok(reader.receive_valid()?.map(|message| Box::new(*message)))
+}
+
+/// The newest of those that have come.
+fn newest<T: Message>(reader: &mut Option<Reader<T>>) -> anyhow::Result<Option<Box<T>>> {
+    let mut newest = None;
+    while let Some(message) = next(reader)? {
+        newest = Some(message);
+    }
+    Ok(newest)
 }

@@ -10,7 +10,7 @@ use sketchnav_schemas::codes::Tracking;
 use super::Bridge;
 use crate::board::{Call, Image, Picture, Welcome, put_image};
 use crate::feed::scene::{Around, SIDE_PX, Shape};
-use crate::feed::{self, Feed, PlanView, PoseView, TaskView, View};
+use crate::feed::{self, Feed, OutlineView, PlanView, PoseView, TaskView, View};
 use crate::protocol::{Hello, Limits, SketchType};
 use crate::walls;
 
@@ -132,12 +132,17 @@ impl Bridge<'_> {
         let is_placed = !self.run.pad.draws() || self.machine.memory().path.is_some();
         let estimate = self.inbox.estimate.as_deref().filter(|_| is_placed);
         let pose = view.zip(estimate).and_then(|(view, e)| PoseView::new(e, robot, &view));
+        let landmarks = self.inbox.canvas.as_ref().zip(self.inbox.view.as_deref());
+        let pose = pose.or_else(|| landmarks.and_then(|(canvas, view)| canvas.pose(view, robot)));
+        let progress = self.inbox.progress.as_deref();
         if let Some(pose) = &pose {
             self.trail.go_to([pose.x, pose.y]);
         }
         let located = view.filter(|_| pose.is_some());
         let status = self.machine.status().filter(|_| is_placed);
-        let tracking = estimate.and_then(|e| Tracking::from_code(e.tracking)).filter(|_| pose.is_some());
+        let tracking = estimate.and_then(|e| Tracking::from_code(e.tracking));
+        let tracking = tracking.or(landmarks.map(|(canvas, view)| canvas.tracking(view)));
+        let tracking = tracking.filter(|_| pose.is_some());
         let around = (!self.lookouts.is_empty()).then(|| Around::robot(robot));
         let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
         let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
@@ -150,15 +155,27 @@ impl Bridge<'_> {
             task: status.and_then(TaskView::new),
             speed_mps: status.map_or(0.0, |status| (status.speed_mps * 100.0).round() / 100.0),
             particles: located.zip(self.inbox.particles.take()).map(|(view, p)| feed::particles(&p, &view)),
-            scan: scan.map_or_else(Vec::new, |((view, estimate), scan)| {
-                feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
-            }),
-            plan: located.zip(self.inbox.plan.as_deref()).map(|(view, plan)| PlanView::new(plan, &view)),
+            scan: match (scan, landmarks) {
+                (Some(((view, estimate), scan)), _) => {
+                    feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
+                }
+                (None, Some((canvas, view))) => canvas.places(view),
+                (None, None) => Vec::new(),
+            },
+            plan: match (located.zip(self.inbox.plan.as_deref()), landmarks.zip(progress)) {
+                (Some((view, plan)), _) => Some(PlanView::new(plan, &view)),
+                (None, Some(((canvas, _), progress))) => canvas.plan(progress),
+                (None, None) => None,
+            },
+            landmarks: landmarks.zip(progress).map(|((canvas, view), said)| canvas.feed(view, said, robot)),
             scene: around.as_ref().map(|around| self.scene(around)),
+            outline: located
+                .zip(self.inbox.correspondence.take())
+                .map(|(view, found)| OutlineView::new(&found, &view)),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),
-            pose: around.map_or(pose, |around| Some(around.pose(robot))),
+            pose: around.map(|around| around.pose(robot)).or(pose),
         }
     }
 

@@ -229,7 +229,7 @@ impl Parameters {
     /// The set that a method begins with.
     pub fn of(method: Method) -> Self {
         match method {
-            Method::Beam => Self::default(),
+            Method::Beam | Method::Outline => Self::default(),
             Method::Boniardi2015 => Self::paper(),
             Method::Boniardi2015FixedScale => Self::fixed_scale(),
             Method::Behzadian2015 => Self::one_scale(),

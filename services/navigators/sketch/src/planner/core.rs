@@ -20,8 +20,8 @@ use sketchnav_motion::mission::{Mission, Phase, TaskInfo};
 use sketchnav_schemas::codes::{Process, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Base, Pose};
 use sketchnav_schemas::message::{
-    LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap, Text,
-    VelocityCommand,
+    Correspondence, LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap,
+    Text, VelocityCommand,
 };
 use sketchnav_schemas::mission::{self as missions, MissionError, overlaid};
 use sketchnav_schemas::robot::RobotError;
@@ -46,6 +46,9 @@ pub enum PlannerError {
     /// A parameter that cannot be.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// The robot's laser cannot be mapped with.
+    #[error(transparent)]
+    Mapping(#[from] sketchnav_mapping::Error),
     /// The sketch does not hold what it says.
     #[error(transparent)]
     Cells(#[from] CellsError),
@@ -108,14 +111,15 @@ impl Core {
         let parameters = parameters(&config.mission)?;
         let robot = &config.robot;
         robot.odometry()?;
+        let laser = robot.laser()?;
         Ok(Self {
             nominal_dt_s: 1.0 / robot.tick_hz(),
-            base_from_laser: robot.laser()?.mount(),
+            base_from_laser: laser.mount(),
             wall_direction_rad: 0.0,
             pad: config.pad,
             tasks: None,
             tasks_sketch: 0,
-            driver: Driver::new(parameters, robot),
+            driver: Driver::new(parameters, robot, laser)?,
             mission: Mission::new(config.pad),
             drawing: DrawingSeq::default(),
         })
@@ -135,7 +139,7 @@ impl Core {
             self.mission.begin_anew();
             self.tasks.take_if(|_| self.tasks_sketch != map.header.seq);
         }
-        self.driver.on_sketch(&sketch);
+        self.driver.on_sketch(&sketch, map.start.pose());
         Ok(())
     }
 
@@ -233,6 +237,17 @@ impl Core {
         plan.global_count = thin(global, &mut plan.global_px) as u32;
         let local = self.driver.local_path_px().map(|p| [p.x as f32, p.y as f32]);
         plan.local_count = thin(local, &mut plan.local_px) as u32;
+    }
+
+    /// Whether there is something new of what corresponds to what; once.
+    pub fn has_news(&mut self) -> bool {
+        self.driver.has_news()
+    }
+
+    /// Writes what of the drawing corresponds to what was seen, but for its header.
+    pub fn write_correspondence(&self, odometry: &Odometry, out: &mut Correspondence) {
+        out.odometry = odometry.pose;
+        self.driver.write_correspondence(out);
     }
 
     /// Writes the step's command.

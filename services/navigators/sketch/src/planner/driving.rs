@@ -3,6 +3,7 @@
 //! A step keeps to the drawn route, looks whether the task has ended or the robot gets no farther, plans where that
 //! is due, and follows the local path.
 
+mod exploring;
 mod memory;
 mod way;
 
@@ -13,6 +14,7 @@ use crate::planning::route::DrawnRoute;
 use crate::sketch::SketchGrid;
 use crate::task::Task;
 use serde::{Deserialize, Serialize};
+use sketchnav_mapping::Map;
 use sketchnav_motion::local::{self, LocalPlanner, Room};
 use sketchnav_motion::obstacles::Obstacles;
 use sketchnav_motion::progress::{ProgressChecker, StuckCounter};
@@ -21,9 +23,10 @@ use sketchnav_motion::recovery::{Next, Recovery};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::{LaserScan, Twist};
-use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::robot::{Laser, Robot};
 
 use super::arrival::{Arrival, Belief};
+use super::explorer::Explorer;
 use super::journey::Journey;
 use super::reason::Reason;
 pub use memory::{Memory, MemoryView};
@@ -49,6 +52,8 @@ enum Guide {
     ToRoute,
     /// The drawn route.
     Route,
+    /// The explorer, to where the goal must lie in what was seen.
+    Outline,
 }
 
 /// How a step ended.
@@ -74,6 +79,7 @@ struct Attempt {
     /// Whether the drawing shows a way.
     drawn: bool,
     lost_s: f64,
+    limit_s: f64,
     plan_due_s: f64,
     planned_s: f64,
     detour: bool,
@@ -108,16 +114,29 @@ pub struct Driver {
     local_path: Vec<Point<Odom>>,
     chart: Option<Chart>,
     planned: bool,
+    explorer: Option<Explorer>,
+    field_of_view_rad: f64,
+    map_path: Vec<Point<Map>>,
+    course_path: Vec<Point<Odom>>,
 }
 
 impl Driver {
     /// At rest, without a drawing.
-    pub fn new(parameters: Parameters, robot: &Robot) -> Self {
+    ///
+    /// # Errors
+    /// A robot whose laser cannot be mapped with.
+    pub fn new(
+        parameters: Parameters,
+        robot: &Robot,
+        laser: &Laser,
+    ) -> Result<Self, sketchnav_mapping::Error> {
         let mut limits = robot.limits;
         limits.yaw_rate_radps *= parameters.turn_share;
         let hard_m = robot.radius_m + parameters.footprint_padding_m;
         let nowhere = Point::new(0.0, 0.0);
-        Self {
+        let explorer = || Explorer::new(&parameters, laser.range_max_m);
+        let explorer = parameters.by_outline.then(explorer).transpose()?;
+        Ok(Self {
             room: Room { hard_m, soft_m: hard_m + parameters.local_inflation_radius_m },
             speed_mps: limits.speed_mps * parameters.speed_share,
             turn_rate_radps: limits.yaw_rate_radps,
@@ -138,13 +157,20 @@ impl Driver {
             local_path: Vec::with_capacity(local::MAX_PATH + 1),
             chart: None,
             planned: false,
+            explorer,
+            field_of_view_rad: laser.field_of_view_deg.to_radians(),
+            map_path: Vec::new(),
+            course_path: Vec::new(),
             parameters,
-        }
+        })
     }
 
-    /// Takes over the drawing.
-    pub fn on_sketch(&mut self, sketch: &SketchGrid) {
+    /// Takes over the drawing, and the start in it.
+    pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
         self.field = Some(CostField::new(sketch));
+        if let Some(explorer) = &mut self.explorer {
+            explorer.on_sketch(sketch, start);
+        }
     }
 
     /// Forgets the attempt and its ways: they belong to another drawing.
@@ -171,6 +197,9 @@ impl Driver {
     /// Takes in a scan made at `sensor` by a robot at `robot`.
     pub fn observe(&mut self, robot: &Pose<Odom>, sensor: &Pose<Odom>, scan: &LaserScan) {
         self.obstacles.observe(robot, self.radius_m, sensor, scan);
+        if let Some(explorer) = &mut self.explorer {
+            explorer.observe(*robot, robot.motion_to(sensor), scan);
+        }
     }
 
     /// Begins a task from where `chart` says that the robot is.
@@ -178,6 +207,7 @@ impl Driver {
         let start = task.points.first().copied().unwrap_or(task.end());
         let far = chart.distance_m(chart.robot_px().position(), start) > self.parameters.route_window_m;
         let guide = match (task.is_route(), far) {
+            (false, _) if self.explorer.as_ref().is_some_and(Explorer::is_in_charge) => Guide::Outline,
             (false, _) => Guide::Goal,
             (true, true) => Guide::ToRoute,
             (true, false) => Guide::Route,
@@ -188,6 +218,10 @@ impl Driver {
         let goal = if guide == Guide::ToRoute { start } else { task.end() };
         let blocked = std::mem::take(&mut self.attempt.blocked);
         self.attempt = Attempt::new(guide, goal, chart.robot_m().position(), blocked);
+        self.attempt.limit_s = task.time_limit_s;
+        if let Some(explorer) = self.explorer.as_mut().filter(|_| guide == Guide::Outline) {
+            explorer.begin(goal);
+        }
         self.solve(chart);
         let robot = chart.robot_px().position();
         self.attempt.drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));
@@ -204,6 +238,9 @@ impl Driver {
         self.chart = Some(*chart);
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
         self.attempt.arrival.follow(chart, fit, dt_s);
+        if self.attempt.guide == Guide::Outline {
+            return self.explore(chart, now_s, dt_s);
+        }
         if self.attempt.guide != Guide::Goal {
             self.keep_to_route(chart, now_s);
         }
@@ -238,7 +275,7 @@ impl Driver {
 
     /// Whether the task follows a drawn route.
     pub fn follows_route(&self) -> bool {
-        self.attempt.guide != Guide::Goal
+        matches!(self.attempt.guide, Guide::Route | Guide::ToRoute)
     }
 
     /// The place in the drawing that the local path leads to.
@@ -314,7 +351,7 @@ impl Driver {
     /// between.
     fn goal_within(&self, chart: &Chart, radius_m: f64) -> Option<f64> {
         let on_last_piece = match self.attempt.guide {
-            Guide::Goal => true,
+            Guide::Goal | Guide::Outline => true,
             Guide::ToRoute => false,
             Guide::Route => self.route.is_last_piece(chart, self.parameters.route_window_m.max(radius_m)),
         };
@@ -339,6 +376,7 @@ impl Driver {
     fn is_stuck(&mut self, chart: &Chart, now_s: f64) -> bool {
         let robot = chart.robot_px().position();
         let cost_px = match (self.attempt.guide, &self.field) {
+            (Guide::Outline, _) => self.course_cost_m() * chart.mean_scale_pxpm(),
             (Guide::Route, _) => self.route.remaining_px(),
             (_, Some(field)) => field.cost_px(robot),
             (_, None) => f64::INFINITY,
@@ -417,14 +455,19 @@ impl Driver {
             }
             Next::Done => {
                 self.attempt.recovery = None;
+                self.end_look();
                 self.attempt.arrival.end_look();
                 self.attempt.plan_due_s = now_s;
                 self.attempt.progress = ProgressChecker::new(now_s, robot.position());
                 self.stop(dt_s);
             }
         }
-        let looks = self.attempt.arrival.is_looking();
-        TaskStatus::Driving(if looks { Reason::LookingAround } else { Reason::Recovering(count) })
+        let reason = match (self.attempt.arrival.is_looking(), self.attempt.guide) {
+            (true, Guide::Outline) => Reason::Surveying,
+            (true, _) => Reason::LookingAround,
+            (false, _) => Reason::Recovering(count),
+        };
+        TaskStatus::Driving(reason)
     }
 }
 
@@ -443,6 +486,7 @@ impl Attempt {
             blocked,
             drawn: false,
             lost_s: 0.0,
+            limit_s: f64::INFINITY,
             plan_due_s: 0.0,
             planned_s: 0.0,
             detour: false,

@@ -4,6 +4,8 @@ use std::fmt;
 
 use sketchnav_schemas::geometry::{Point, Sketch};
 
+use super::explorer::{Aim, Evidence};
+
 /// Why the state is what it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reason {
@@ -35,6 +37,14 @@ pub enum Reason {
     NoDrawnWay(Point<Sketch>),
     /// The scans did not fit anywhere near for so many seconds.
     Lost(f64),
+    /// Turning on the spot to see what is all around.
+    Surveying,
+    /// The walls that were seen are being compared with the drawing.
+    Comparing,
+    /// On a course that the comparison has set.
+    Exploring(Aim),
+    /// The walls seen have the goal here; by so much the next best comparison is worse, where it was asked for.
+    Matched(Evidence),
     /// So many seconds on a way for which the drawing shows so many metres.
     Astray(f64, f64),
 }
@@ -68,6 +78,12 @@ impl fmt::Display for Reason {
                 write!(f, "the drawing shows no way to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
             }
             Self::Lost(s) => write!(f, "the scans fit nowhere near for {s:.0} s"),
+            Self::Surveying => f.write_str("turning to see what is all around"),
+            Self::Comparing => f.write_str("comparing the walls seen with the drawing"),
+            Self::Exploring(Aim::Goal) => f.write_str("to where the walls seen have the goal"),
+            Self::Exploring(Aim::Gap) => f.write_str("to a gap behind which the goal must lie"),
+            Self::Exploring(Aim::Rival) => f.write_str("to where the goal may lie as well, to be sure"),
+            Self::Matched(evidence) => write!(f, "the walls seen have the goal here: {evidence}"),
             Self::Astray(on_way_s, drawn_m) => {
                 write!(
                     f,
@@ -102,6 +118,10 @@ mod tests {
             Reason::LookingAround,
             Reason::Doubted(1234, -12.0),
             Reason::Astray(99_999.0, 999.0),
+            Reason::Comparing,
+            Reason::Exploring(Aim::Rival),
+            Reason::Matched(Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0 }),
+            Reason::Matched(Evidence { rival: None, misfit: 2.0 }),
         ] {
             assert_eq!(Text::<96>::of(reason).as_str(), reason.to_string());
         }

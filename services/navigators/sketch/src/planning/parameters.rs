@@ -62,6 +62,26 @@ pub struct Parameters {
     pub look_above: f64,
     /// Above this, having looked around, it is lost.
     pub doubt_above: f64,
+    /// Whether goals are found by the outline of what was seen.
+    pub by_outline: bool,
+    /// Only in drawings of open floors: their largest part has so large a share of the area where passages are shut that are
+    /// narrower than a width, whatever width up to a fifth of the drawing's longer side.
+    pub least_open_share: f64,
+    /// How large buildings are, metres: what the outline's proportions begin with.
+    pub building_size_m: f64,
+    /// A goal has been seen where less than this share of the outline around it lies behind gaps.
+    pub goal_hidden_share: f64,
+    /// So many times more count the walls around the goal where the outlines are aligned.
+    pub goal_emphasis: f64,
+    /// An arrival is believed where the best alignment that has the goal elsewhere costs more than this in addition; 0: every
+    /// arrival is.
+    pub rival_margin: f64,
+    /// Elsewhere is farther than this, metres.
+    pub rival_away_m: f64,
+    /// How often to look where a rival has the goal.
+    pub rival_looks: u32,
+    /// Room beside the footprint's padding that ways through the map keep from walls, metres.
+    pub map_clearance_m: f64,
     /// A task has failed after the localizer was lost for this long, seconds.
     pub lost_s: f64,
 }
@@ -97,6 +117,15 @@ impl Default for Parameters {
             astray_m: 5.0,
             look_above: 0.6,
             doubt_above: 1.5,
+            by_outline: false,
+            least_open_share: 0.82,
+            building_size_m: 25.0,
+            goal_hidden_share: 0.15,
+            goal_emphasis: 2.0,
+            rival_margin: 6.0,
+            rival_away_m: 2.5,
+            rival_looks: 8,
+            map_clearance_m: 0.2,
             lost_s: 20.0,
         }
     }
@@ -119,6 +148,7 @@ impl Parameters {
     pub fn of(method: Method) -> Self {
         match method {
             Method::Beam => Self::default(),
+            Method::Outline => Self { by_outline: true, ..Self::default() },
             Method::Boniardi2015 | Method::Boniardi2015FixedScale | Method::Behzadian2015 => Self::paper(),
         }
     }
@@ -168,9 +198,18 @@ impl Parameters {
             ("look_above", self.look_above),
             ("doubt_above", self.doubt_above),
             ("lost_s", self.lost_s),
+            ("building_size_m", self.building_size_m),
+            ("rival_away_m", self.rival_away_m),
         ];
-        let not_negative =
-            [("inflation_weight", self.inflation_weight), ("footprint_padding_m", self.footprint_padding_m)];
+        let not_negative = [
+            ("inflation_weight", self.inflation_weight),
+            ("footprint_padding_m", self.footprint_padding_m),
+            ("least_open_share", self.least_open_share),
+            ("goal_hidden_share", self.goal_hidden_share),
+            ("goal_emphasis", self.goal_emphasis),
+            ("rival_margin", self.rival_margin),
+            ("map_clearance_m", self.map_clearance_m),
+        ];
         let shares = [("speed_share", self.speed_share), ("turn_share", self.turn_share)];
         for (key, found) in positive {
             expect(key, "a number above 0", found, found > 0.0)?;

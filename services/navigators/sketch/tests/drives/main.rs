@@ -1,6 +1,7 @@
 //! The planner drives a kinematic robot, with a perfect estimate, in small buildings.
 
 mod driving;
+mod exploring;
 mod frugal;
 mod pad;
 mod support;

@@ -87,7 +87,9 @@ impl Scene {
                 }
             }
         }
-        let map = SketchMap { width_px: width as u32, height_px: height as u32, ..Zeroable::zeroed() };
+        let ([x, y], _) = (self.warp)(self.start.x, self.start.y);
+        let start = PosePx::new(&Pose::new(x, y, self.start.yaw_rad));
+        let map = SketchMap { width_px: width as u32, height_px: height as u32, start, ..Zeroable::zeroed() };
         (map, cells)
     }
 

@@ -11,6 +11,7 @@ use sketchnav_motion::obstacles::Obstacles;
 use sketchnav_motion::pursuit::Pursuit;
 use sketchnav_schemas::geometry::{Odom, Point, Sketch};
 
+use super::super::explorer::{self, Explorer};
 use super::{Attempt, Driver, MAX_BLOCKAGES, Solved};
 
 /// The driver's state, as it is read back.
@@ -26,6 +27,7 @@ pub struct Memory {
     local_path: Vec<Point<Odom>>,
     chart: Option<Chart>,
     planned: bool,
+    explorer: Option<explorer::Memory>,
 }
 
 /// The same where it lies, to be written: field by field a [`Memory`].
@@ -41,6 +43,7 @@ pub struct MemoryView<'a> {
     local_path: &'a [Point<Odom>],
     chart: Option<Chart>,
     planned: bool,
+    explorer: Option<explorer::MemoryView<'a>>,
 }
 
 impl Driver {
@@ -57,6 +60,7 @@ impl Driver {
             local_path: &self.local_path,
             chart: self.chart,
             planned: self.planned,
+            explorer: self.explorer.as_ref().map(Explorer::memory),
         }
     }
 
@@ -72,6 +76,9 @@ impl Driver {
         refill(&mut self.global_path, &memory.global_path);
         refill(&mut self.local_path, &memory.local_path);
         self.solve_again();
+        if let (Some(explorer), Some(memory)) = (&mut self.explorer, memory.explorer) {
+            explorer.restore(memory);
+        }
     }
 }
 

@@ -18,10 +18,10 @@ const DETOUR_FACTOR: f64 = 1.5;
 /// ... and so much longer, metres, before the rest of the way is weighed against it.
 const DETOUR_M: f64 = 1.5;
 /// A waypoint nearer than this does not get the robot on, metres.
-const LEAST_STEP_M: f64 = 0.4;
+pub(super) const LEAST_STEP_M: f64 = 0.4;
 /// What the length of a local way counts for against the rest of the way. Less than 1: where the
 /// estimated scale is too large, the rest is undervalued, and going on must still pay.
-const LENGTH_SHARE: f64 = 0.7;
+pub(super) const LENGTH_SHARE: f64 = 0.7;
 /// What a straight line to the next waypoint counts for where the waypoint is out of reach.
 const STRAIGHT_WEIGHT: f64 = 2.0;
 /// The shortest time between two plans, seconds.
@@ -51,10 +51,10 @@ impl Driver {
 
     fn plan(&mut self, chart: &Chart) {
         self.local.prepare(&self.obstacles, chart.robot_m().position(), self.room);
-        if self.attempt.guide == Guide::Route {
-            self.plan_on_route(chart)
-        } else {
-            self.plan_to_goal(chart)
+        match self.attempt.guide {
+            Guide::Route => self.plan_on_route(chart),
+            Guide::Outline => self.plan_on_course(chart),
+            Guide::Goal | Guide::ToRoute => self.plan_to_goal(chart),
         }
         self.attempt.journey.plan(self.attempt.remaining_m);
     }
@@ -64,7 +64,7 @@ impl Driver {
         field.descend(chart.robot_px().position(), &mut self.global_path);
         let window_px = self.parameters.window_radius_m * chart.mean_scale_pxpm();
         let inside = |p: Point<Sketch>| self.local.contains(chart.to_odom(p));
-        let index = farthest_in_window(&self.global_path, window_px, inside);
+        let index = farthest_within(&self.global_path, window_px, inside);
         let scale = chart.mean_scale_pxpm();
         self.attempt.remaining_m = length(&self.global_path) / scale;
         let robot = chart.robot_m().position();
@@ -104,7 +104,7 @@ impl Driver {
 
 /// Whether the local planner found a way to `target`, `drawn_m` away by the drawing, that is not much
 /// longer than the drawing's.
-fn is_in_reach(local: &LocalPlanner, target: Point<Odom>, drawn_m: f64) -> bool {
+pub(super) fn is_in_reach(local: &LocalPlanner, target: Point<Odom>, drawn_m: f64) -> bool {
     let most_m = DETOUR_FACTOR * drawn_m + DETOUR_M;
     local.is_free(target) && local.length_m(target).is_some_and(|length| length <= most_m)
 }
@@ -112,12 +112,11 @@ fn is_in_reach(local: &LocalPlanner, target: Point<Odom>, drawn_m: f64) -> bool 
 /// The farthest waypoint of the path in the window around its first point, the first one where
 /// several are as far (Boniardi et al. 2015, III-C). The path counts only until it first leaves the window:
 /// where it comes back, behind a wall, the laser sees no way to it.
-fn farthest_in_window(
-    path: &[Point<Sketch>],
-    window_px: f64,
-    inside: impl Fn(Point<Sketch>) -> bool,
-) -> usize {
-    let in_window = |p: &&Point<Sketch>| path[0].distance(p) <= window_px && inside(**p);
+pub(super) fn farthest_within<F>(path: &[Point<F>], window: f64, inside: impl Fn(Point<F>) -> bool) -> usize
+where
+    Point<F>: Copy,
+{
+    let in_window = |p: &&Point<F>| path[0].distance(p) <= window && inside(**p);
     let mut best = (0, 0.0);
     for (index, point) in path.iter().take_while(in_window).enumerate() {
         let distance = path[0].distance(point);
@@ -138,9 +137,9 @@ mod tests {
 
     #[test]
     fn the_target_is_the_farthest_waypoint_before_the_path_leaves_the_window() {
-        let path =
-            [[0.0, 0.0], [3.0, 0.0], [5.0, 0.0], [9.0, 0.0], [0.0, 6.0]].map(|p| Point::new(p[0], p[1]));
-        assert_eq!(farthest_in_window(&path, 7.0, |_| true), 2);
-        assert_eq!(farthest_in_window(&path, 20.0, |_| true), 3);
+        let path = [[0.0, 0.0], [3.0, 0.0], [5.0, 0.0], [9.0, 0.0], [0.0, 6.0]]
+            .map(|p| Point::<Sketch>::new(p[0], p[1]));
+        assert_eq!(farthest_within(&path, 7.0, |_| true), 2);
+        assert_eq!(farthest_within(&path, 20.0, |_| true), 3);
     }
 }

@@ -1,0 +1,88 @@
+"""Recordings as pandas frames. The schemas inside the file are all that is needed to read it."""
+
+import collections
+import pathlib
+
+
+def open_recording(path):
+    """A recording (.mcap) that sketchnav or anybody else has written."""
+    return Recording(path)
+
+
+class Recording:
+    """A recording: topics as frames."""
+
+    def __init__(self, path):
+        self.path = pathlib.Path(path)
+        with self._reader() as reader:
+            summary = reader.get_summary()
+        if summary is None:
+            raise ValueError(f"{path}: expected a recording with a summary, found none; see `sketchnav recover`")
+        counts = summary.statistics.channel_message_counts if summary.statistics else {}
+        #: How many messages each topic has.
+        self.topics = {channel.topic: counts.get(id, 0) for id, channel in sorted(summary.channels.items())}
+
+    def _reader(self):
+        return _Reader(self.path)
+
+    def messages(self, topic):
+        """Time of the message in nanoseconds, and the message, in the order of time."""
+        topic = self._known(topic)
+        with self._reader() as reader:
+            for found in reader.iter_decoded_messages(topics=[topic]):
+                yield found.message.log_time, found.decoded_message
+
+    def frame(self, topic):
+        """A row for each message, by its time in seconds; a column for each field, as `pose.position.x`.
+
+        A field that is a list is a cell with an array.
+        """
+        import pandas
+
+        columns = collections.defaultdict(list)
+        times = []
+        for time_ns, message in self.messages(topic):
+            times.append(time_ns / 1e9)
+            for name, value in _fields(message, ""):
+                columns[name].append(value)
+        return pandas.DataFrame(columns, index=pandas.Index(times, name="time_s"))
+
+    def _known(self, topic):
+        topic = topic if topic.startswith("/") else f"/{topic}"
+        if topic not in self.topics:
+            raise KeyError(f"topic {topic}: expected one of {', '.join(sorted(self.topics))}")
+        return topic
+
+
+class _Reader:
+    """A file that is open as long as it is read."""
+
+    def __init__(self, path):
+        self._path = path
+
+    def __enter__(self):
+        from mcap.reader import make_reader
+        from mcap_ros2.decoder import DecoderFactory
+
+        self._file = self._path.open("rb")
+        return make_reader(self._file, decoder_factories=[DecoderFactory()])
+
+    def __exit__(self, *_):
+        self._file.close()
+
+
+def _fields(message, prefix):
+    """Names and values of a message's fields, those of its parts with a dot between."""
+    import numpy
+
+    for slot in message.__slots__:
+        value = getattr(message, slot)
+        name = f"{prefix}{slot}"
+        if hasattr(value, "__slots__") and type(value).__module__ != "builtins":
+            yield from _fields(value, f"{name}.")
+        elif isinstance(value, (list, tuple)) and value and hasattr(value[0], "__slots__"):
+            yield name, list(value)
+        elif isinstance(value, (list, tuple, bytes, bytearray, memoryview)):
+            yield name, numpy.asarray(value if isinstance(value, (list, tuple)) else bytearray(value))
+        else:
+            yield name, value

@@ -1,0 +1,32 @@
+"""A recording, named by SKETCHNAV_RECORDING. tests/python_package.rs makes it and runs this."""
+
+import os
+
+import numpy as np
+import pytest
+
+import sketchnav
+
+pytest.importorskip("pandas")
+pytest.importorskip("mcap_ros2")
+RECORDING = os.environ.get("SKETCHNAV_RECORDING")
+pytestmark = pytest.mark.skipif(RECORDING is None, reason="SKETCHNAV_RECORDING names no recording")
+
+
+def test_every_topic_is_a_frame():
+    run = sketchnav.open(RECORDING)
+    for topic, count in run.topics.items():
+        assert len(run.frame(topic)) == count, topic
+
+
+def test_fields_are_columns():
+    estimates = sketchnav.open(RECORDING).frame("estimate")
+    assert estimates.index.is_monotonic_increasing and estimates.index.name == "time_s"
+    assert estimates["pose.position.x"].dtype == np.float64
+    scans = sketchnav.open(RECORDING).frame("/scan")
+    assert isinstance(scans["ranges"].iloc[0], np.ndarray)
+
+
+def test_a_topic_that_is_not_there_is_told():
+    with pytest.raises(KeyError, match="expected one of"):
+        sketchnav.open(RECORDING).frame("wind")

@@ -1,0 +1,257 @@
+//! Faults by plan: what is to happen to which message, as a file that people and `sketchnav chaos` write.
+//!
+//! ```toml
+//! [[fault]]
+//! channel = "estimate"   # of whose writer or messages
+//! message = 120          # its number, from 1; or time_s = 11.9: the first one at or after that simulated time
+//! do = "kill"            # kill, stop, term, drop, duplicate, delay, reorder or corrupt-checkpoint
+//! when = "before"        # or "after" it was sent: kill, stop and term
+//! ```
+//! The moment is one of the mission, not of the clock, so that the same plan does the same thing again.
+
+use serde::{Deserialize, Serialize};
+
+use crate::channels;
+use crate::codes::Process;
+use crate::time::nanoseconds;
+
+/// Most faults of a plan.
+pub const MAX_FAULTS: usize = 10_000;
+/// Longest delay, milliseconds.
+pub const MAX_DELAY_MS: u64 = 60_000;
+
+/// What is done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Action {
+    /// The writer gets SIGKILL.
+    Kill,
+    /// The writer gets SIGSTOP.
+    Stop,
+    /// The writer gets SIGTERM.
+    Term,
+    /// The message is not sent.
+    Drop,
+    /// The message is sent twice.
+    Duplicate,
+    /// The writer waits before it sends.
+    Delay,
+    /// The message is sent behind the next one of its channel.
+    Reorder,
+    /// The newest good checkpoint of the writer is damaged, and the writer gets SIGKILL.
+    CorruptCheckpoint,
+}
+
+impl Action {
+    /// Whether it ends or stops the writer.
+    pub const fn is_for_the_process(self) -> bool {
+        matches!(self, Self::Kill | Self::Stop | Self::Term | Self::CorruptCheckpoint)
+    }
+
+    /// The word for people and files.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Kill => "kill",
+            Self::Stop => "stop",
+            Self::Term => "term",
+            Self::Drop => "drop",
+            Self::Duplicate => "duplicate",
+            Self::Delay => "delay",
+            Self::Reorder => "reorder",
+            Self::CorruptCheckpoint => "corrupt-checkpoint",
+        }
+    }
+}
+
+/// When a process is hit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum When {
+    /// Before the message is sent.
+    #[default]
+    Before,
+    /// After it was.
+    After,
+}
+
+impl When {
+    fn is_before(&self) -> bool {
+        *self == Self::Before
+    }
+}
+
+/// A fault.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlannedFault {
+    /// The channel of the message.
+    pub channel: String,
+    /// The number of the message, from 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<u64>,
+    /// Instead: simulated seconds; the first message at or after them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// What is done.
+    #[serde(rename = "do")]
+    pub action: Action,
+    /// When a process is hit.
+    #[serde(default, skip_serializing_if = "When::is_before")]
+    pub when: When,
+    /// How long a delay is, by the clock.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay_ms: Option<u64>,
+}
+
+impl PlannedFault {
+    /// Something that befalls the writer of a channel before it sends this message.
+    pub fn at_message(channel: &str, message: u64, action: Action) -> Self {
+        let (time_s, when, delay_ms) = (None, When::Before, None);
+        Self { channel: channel.to_owned(), message: Some(message), time_s, action, when, delay_ms }
+    }
+
+    /// Whether a message of the channel is the one.
+    pub fn is_due(&self, seq: u64, stamp_ns: u64) -> bool {
+        let is_time = |time_s: f64| stamp_ns >= nanoseconds(time_s);
+        self.message.is_none_or(|message| message == seq) && self.time_s.is_none_or(is_time)
+    }
+}
+
+/// Faults in the order of a file. Several of one message happen in turn, each in the next life of the writer.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FaultPlan {
+    /// The faults.
+    #[serde(default)]
+    pub fault: Vec<PlannedFault>,
+}
+
+/// What is wrong with a plan.
+#[derive(Debug, thiserror::Error)]
+pub enum FaultPlanError {
+    /// It is no such TOML.
+    #[error("{0}")]
+    Toml(#[from] toml::de::Error),
+    /// A value that cannot be.
+    #[error("fault {number}: {key}: expected {expected}, found {found}")]
+    Value {
+        /// Which fault, from 1.
+        number: usize,
+        /// Where.
+        key: &'static str,
+        /// What was expected.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// More than a plan may have.
+    #[error("fault: expected at most {MAX_FAULTS}, found {0}")]
+    TooMany(usize),
+}
+
+impl FaultPlan {
+    /// Reads a plan for runs of this kind of navigator.
+    ///
+    /// # Errors
+    /// [`FaultPlanError`] names the fault, the key, and what was expected there.
+    pub fn parse(text: &str, kind: &str) -> Result<Self, FaultPlanError> {
+        let plan: Self = toml::from_str(text)?;
+        if plan.fault.len() > MAX_FAULTS {
+            return Err(FaultPlanError::TooMany(plan.fault.len()));
+        }
+        for (i, fault) in plan.fault.iter().enumerate() {
+            fault.check(i + 1, kind)?;
+        }
+        Ok(plan)
+    }
+}
+
+impl PlannedFault {
+    fn check(&self, number: usize, kind: &str) -> Result<(), FaultPlanError> {
+        let wrong = |key, expected: &str, found: String| {
+            Err(FaultPlanError::Value { number, key, expected: expected.to_owned(), found })
+        };
+        // The supervisor owns the others, and of a channel with many writers no message has a number.
+        let has_writer = |spec: &&channels::ChannelSpec| {
+            spec.belongs_to(kind) && spec.writer.is_some_and(|writer| writer != Process::Supervisor)
+        };
+        let Some(spec) = channels::find(&self.channel).filter(has_writer) else {
+            let known: Vec<_> = channels::all().filter(has_writer).map(|spec| spec.name).collect();
+            return wrong("channel", &format!("one of {}", known.join(", ")), format!("{:?}", self.channel));
+        };
+        match (self.message, self.time_s) {
+            (Some(0), None) => return wrong("message", "a number from 1", "0".to_owned()),
+            (None, Some(time_s)) if !(0.0..=1e9).contains(&time_s) => {
+                return wrong("time_s", "seconds from 0 to 1e9", time_s.to_string());
+            }
+            (Some(_), None) | (None, Some(_)) => {}
+            (Some(_), Some(_)) => return wrong("message", "message or time_s", "both".to_owned()),
+            (None, None) => return wrong("message", "message or time_s", "none of them".to_owned()),
+        }
+        match (self.action, self.delay_ms) {
+            (Action::Delay, Some(1..=MAX_DELAY_MS)) => {}
+            (Action::Delay, found) => {
+                let found = found.map_or("none".to_owned(), |ms| ms.to_string());
+                return wrong("delay_ms", &format!("1 to {MAX_DELAY_MS}"), found);
+            }
+            (_, Some(ms)) => return wrong("delay_ms", "none, for only a delay has one", ms.to_string()),
+            (_, None) => {}
+        }
+        if self.when == When::After && !self.action.is_for_the_process() {
+            return wrong("when", "\"before\"", "\"after\"".to_owned());
+        }
+        if matches!(self.action, Action::Reorder | Action::Duplicate) && spec.max_cells > 0 {
+            let found = format!("{:?}", self.action.word());
+            return wrong("do", "another word for a channel of large messages", found);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const GOOD: &str = "[[fault]]\nchannel = \"estimate\"\nmessage = 120\ndo = \"kill\"\nwhen = \"after\"\n\
+                        [[fault]]\nchannel = \"scan\"\ntime_s = 2.5\ndo = \"delay\"\ndelay_ms = 200\n";
+
+    #[test]
+    fn a_plan_is_read_and_written() {
+        let plan = FaultPlan::parse(GOOD, "sketch").unwrap();
+        assert_eq!((plan.fault.len(), plan.fault[0].action), (2, Action::Kill));
+        assert!(plan.fault[0].is_due(120, 0) && !plan.fault[0].is_due(121, 0));
+        assert!(plan.fault[1].is_due(7, 2_500_000_000) && !plan.fault[1].is_due(7, 2_499_999_999));
+        let again = FaultPlan::parse(&toml::to_string(&plan).unwrap(), "sketch").unwrap();
+        assert_eq!(again, plan);
+    }
+
+    #[test]
+    fn a_word_says_which_fault_and_key_is_wrong() {
+        let told = |from: &str, to: &str| {
+            assert!(GOOD.contains(from));
+            FaultPlan::parse(&GOOD.replacen(from, to, 1), "sketch").unwrap_err().to_string()
+        };
+        for (from, to, words) in [
+            ("\"estimate\"", "\"mission\"", "fault 1: channel: expected one of"),
+            ("\"estimate\"", "\"relations\"", "found \"relations\""),
+            ("message = 120", "message = 0", "fault 1: message: expected a number from 1, found 0"),
+            ("message = 120", "", "fault 1: message: expected message or time_s, found none of them"),
+            ("time_s = 2.5", "time_s = -1.0", "fault 2: time_s: expected seconds"),
+            ("delay_ms = 200", "", "fault 2: delay_ms: expected 1 to 60000, found none"),
+            ("delay_ms = 200", "when = \"after\"\ndelay_ms = 2", "fault 2: when: expected \"before\""),
+            ("\"kill\"", "\"hug\"", "unknown variant"),
+        ] {
+            let error = told(from, to);
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_a_plan_or_an_error(text in "(\\[\\[fault\\]\\]\n)?(channel = \"scan\"\n)?(message = [0-9]{0,20}\n)?(do = \"(kill|delay|x)\"\n)?.{0,20}") {
+            let _ = FaultPlan::parse(&text, "sketch");
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! The options of the tools that look at a running system, and of those that step in.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use regex_lite::Regex;
+use sketchnav_schemas::codes::{Order, Process};
+
+use super::values::parse_served;
+
+/// Which channels of which system.
+#[derive(Debug, Clone, Args)]
+pub struct Tap {
+    /// The channel, as `sketchnav channels` lists it.
+    #[arg(required_unless_present = "regex", conflicts_with = "regex")]
+    pub channel: Option<String>,
+    /// Every channel whose whole name this regular expression matches, instead of one.
+    #[arg(long, value_name = "PATTERN", value_parser = parse_pattern)]
+    pub regex: Option<Regex>,
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// Stop after so many messages.
+    #[arg(long)]
+    pub count: Option<u64>,
+}
+
+/// What to print of the messages.
+#[derive(Debug, Clone, Args)]
+pub struct EchoOptions {
+    #[command(flatten)]
+    pub tap: Tap,
+    /// Only this field, as `pose.pose.position.x` or `ranges[3]`; may be repeated.
+    #[arg(long = "field", value_name = "PATH")]
+    pub fields: Vec<String>,
+    /// Print one message: the newest that there is, or the first that comes.
+    #[arg(long, conflicts_with = "count")]
+    pub once: bool,
+    /// A table with commas instead of JSON: number, time, cause and the fields; without --field all that are in no list.
+    #[arg(long, conflicts_with = "regex")]
+    pub csv: bool,
+}
+
+/// How to tell the rate.
+#[derive(Debug, Clone, Args)]
+pub struct HzOptions {
+    #[command(flatten)]
+    pub tap: Tap,
+    /// One JSON object a line instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which processes' output to print.
+#[derive(Debug, Clone, Args)]
+pub struct LogsOptions {
+    /// Only these processes; without any, all.
+    #[arg(value_parser = parse_served)]
+    pub processes: Vec<Process>,
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// Go on until the system ends.
+    #[arg(short, long)]
+    pub follow: bool,
+    /// Begin with so many of the last lines of each process.
+    #[arg(short = 'n', long, default_value_t = 100)]
+    pub lines: usize,
+    /// Only lines in which this regular expression is found.
+    #[arg(long, value_name = "PATTERN", value_parser = parse_part)]
+    pub grep: Option<Regex>,
+    /// One JSON object a line instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which process to start anew.
+#[derive(Debug, Clone, Args)]
+pub struct RestartOptions {
+    /// The process.
+    #[arg(value_parser = parse_served)]
+    pub process: Process,
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// Kill it at once (SIGKILL) instead of asking it to end (SIGTERM).
+    #[arg(long)]
+    pub kill: bool,
+    /// How long its successor may take, seconds.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = parse_patience)]
+    pub timeout: Duration,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What to order.
+#[derive(Debug, Clone, Args)]
+pub struct SendOptions {
+    /// The order.
+    #[arg(value_parser = parse_order)]
+    pub order: Order,
+    /// The task that it is about, from 1, where the order names one.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub task: u32,
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// How long it may take until the order is on its channel, seconds.
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = parse_patience)]
+    pub timeout: Duration,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What to draw.
+#[derive(Debug, Clone, Args)]
+pub struct GraphOptions {
+    /// A running system: its channels, with their rates now.
+    #[arg(long, conflicts_with = "kind")]
+    pub system: Option<String>,
+    /// The channels of this kind of navigator.
+    #[arg(long)]
+    pub kind: Option<String>,
+    /// Where to write the picture.
+    #[arg(short, long, value_name = "SVG", default_value = "pipeline.svg")]
+    pub output: PathBuf,
+    /// One JSON object with the figures on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A regular expression for whole names.
+fn parse_pattern(text: &str) -> Result<Regex, String> {
+    Regex::new(&format!("^(?:{text})$")).map_err(|error| format!("expected a regular expression: {error}"))
+}
+
+fn parse_part(text: &str) -> Result<Regex, String> {
+    Regex::new(text).map_err(|error| format!("expected a regular expression: {error}"))
+}
+
+fn parse_order(text: &str) -> Result<Order, String> {
+    text.parse()
+}
+
+fn parse_patience(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.0..=3600.0).contains(seconds));
+    let seconds = seconds.ok_or("expected a number of seconds, from 0 to 3600")?;
+    Ok(Duration::from_secs_f64(seconds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pattern_matches_whole_names() {
+        let pattern = parse_pattern("scan|odo.*").unwrap();
+        assert!(pattern.is_match("scan") && pattern.is_match("odometry"));
+        assert!(!pattern.is_match("scanner") && !pattern.is_match("a-scan"));
+        assert!(parse_pattern("(").unwrap_err().contains("expected a regular expression"));
+    }
+
+    #[test]
+    fn patience_is_finite() {
+        assert_eq!(parse_patience("0.5"), Ok(Duration::from_millis(500)));
+        for wrong in ["-1", "inf", "nan", "soon", "4000"] {
+            assert!(parse_patience(wrong).is_err(), "{wrong}");
+        }
+    }
+}

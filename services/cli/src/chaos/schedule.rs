@@ -1,0 +1,196 @@
+//! Schedules of faults: drawn, read, written, played.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use rand::RngExt;
+use sketchnav_recordings::faults::{FaultInfo, faults};
+use sketchnav_recordings::{Recording, info};
+use sketchnav_schemas::channels::{self, ChannelSpec};
+use sketchnav_schemas::codes::{FaultKind, Process};
+use sketchnav_schemas::fault_plan::{FaultPlan, PlannedFault};
+use sketchnav_schemas::seed;
+
+use super::Kill;
+use crate::args::{ChaosOptions, KillSignal};
+use crate::failure::{Failure, OrInput};
+use crate::launch::fault_plan;
+
+/// After this share of its messages a process is hit no more: nothing would be left to recover.
+const LAST_SHARE: f64 = 0.9;
+/// A process is hit so many times at one message: after some more it would be given up.
+const MOST_AT_ONE: usize = 3;
+/// How a schedule that was not planned says what it is.
+const HAPPENED: &str = "# What happened, each fault at the first message at or after its time.\n";
+const PLANNED: &str =
+    "# Played by `sketchnav chaos MISSION --schedule FILE` and `sketchnav run MISSION --faults FILE`.\n";
+
+/// The schedule that somebody names, or has drawn; `None` where kills come by lot.
+pub fn planned(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPlan>, Failure> {
+    let run = Recording::open(reference).and_then(|recording| recording.run());
+    let run = run.context("the undisturbed recording")?;
+    let kind = run.mission.navigator_kind();
+    if let Some(path) = &options.schedule {
+        return Ok(Some(fault_plan(path, kind).or_input()?));
+    }
+    if !options.at_messages {
+        return Ok(None);
+    }
+    let info = info::info(reference).context("the undisturbed recording")?;
+    let counts: BTreeMap<_, _> = info
+        .topics
+        .iter()
+        .filter_map(|topic| Some((channels::of_topic(&topic.topic)?.name, topic.messages)))
+        .collect();
+    Ok(Some(draw(options, kind, &counts)?))
+}
+
+/// Draws so many faults, each before a message of one of the targets.
+fn draw(options: &ChaosOptions, kind: &str, counts: &BTreeMap<&str, u64>) -> anyhow::Result<FaultPlan> {
+    let places: Vec<(&str, u64)> = options
+        .targets
+        .iter()
+        .filter_map(|&process| {
+            let spec = mouth(process, kind, |spec| counts.get(spec.name).is_some_and(|&count| count > 0))?;
+            let count = counts.get(spec.name).copied().unwrap_or(0);
+            Some((spec.name, ((count as f64 * LAST_SHARE) as u64).max(1)))
+        })
+        .collect();
+    let room: u64 = places.iter().map(|(_, last)| last * MOST_AT_ONE as u64).sum();
+    if room < u64::from(options.kills) {
+        return Err(anyhow!(
+            "--kills: expected at most {room} for messages of this mission, found {}",
+            options.kills
+        ));
+    }
+    let mut rng = seed::stream(options.seed, "chaos/messages");
+    let mut plan: Vec<PlannedFault> = Vec::new();
+    while plan.len() < options.kills as usize {
+        let (channel, last) = places[rng.random_range(0..places.len())];
+        let fault = PlannedFault::at_message(channel, rng.random_range(1..=last), options.signal.action());
+        if plan.iter().filter(|other| **other == fault).count() < MOST_AT_ONE {
+            plan.push(fault);
+        }
+    }
+    plan.sort_by_key(|fault| fault.message);
+    Ok(FaultPlan { fault: plan })
+}
+
+/// The channel by whose messages a process is hit: its last word in an instant, or what it writes last of all.
+fn mouth(
+    process: Process,
+    kind: &str,
+    speaks: impl Fn(&&'static ChannelSpec) -> bool,
+) -> Option<&'static ChannelSpec> {
+    channels::last_word_of(process, kind).or_else(|| {
+        channels::written_by(process, kind).filter(|spec| spec.is_recorded()).filter(speaks).last()
+    })
+}
+
+/// Writes a schedule that is to be played.
+pub fn write(path: &Path, plan: &FaultPlan) -> anyhow::Result<()> {
+    write_with(path, PLANNED, plan)
+}
+
+fn write_with(path: &Path, heading: &str, plan: &FaultPlan) -> anyhow::Result<()> {
+    let text = toml::to_string(plan).context("the schedule as TOML")?;
+    std::fs::write(path, format!("{heading}{text}")).with_context(|| path.display().to_string())
+}
+
+/// Writes what befell the run whose results lie below `out`, as its recording tells.
+pub fn write_happened(path: &Path, out: &Path) -> anyhow::Result<()> {
+    let mut plan = FaultPlan::default();
+    if let Some(recording) = recording_below(out) {
+        let run = Recording::open(&recording)
+            .and_then(|recording| recording.run())
+            .context("the disturbed recording")?;
+        let happened = faults(&recording).context("the disturbed recording")?;
+        plan.fault = happened.iter().filter_map(|fault| again(fault, run.mission.navigator_kind())).collect();
+    }
+    write_with(path, HAPPENED, &plan)
+}
+
+fn again(fault: &FaultInfo, kind: &str) -> Option<PlannedFault> {
+    let sent = KillSignal::ALL.into_iter().find(|signal| fault.words.contains(signal.signal().as_str()));
+    let action = sent.filter(|_| fault.kind == FaultKind::Injected.word())?.action();
+    let channel = mouth(fault.process.parse().ok()?, kind, |_| true)?.name;
+    Some(PlannedFault {
+        message: None,
+        time_s: Some(fault.stamp_s),
+        ..PlannedFault::at_message(channel, 1, action)
+    })
+}
+
+/// The first recording in the folders of a folder.
+fn recording_below(out: &Path) -> Option<PathBuf> {
+    let folders = std::fs::read_dir(out).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+    let files = folders.filter_map(|folder| std::fs::read_dir(folder).ok()).flatten();
+    let files = files.filter_map(|entry| Some(entry.ok()?.path()));
+    files.filter(|path| path.extension().is_some_and(|extension| extension == "mcap")).min()
+}
+
+/// The planned faults that happened, by a recording, and how long each recovery took.
+pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
+    let mut kills: Vec<Kill> = Vec::new();
+    for fault in faults(recording).context("the disturbed recording")? {
+        let Ok(process) = fault.process.parse() else { continue };
+        if fault.kind == FaultKind::Injected.word() {
+            kills.push(Kill { process, recovered_ms: None });
+        } else if fault.kind == FaultKind::Recovered.word() {
+            let open =
+                kills.iter_mut().rev().find(|kill| kill.process == process && kill.recovered_ms.is_none());
+            open.into_iter().for_each(|kill| kill.recovered_ms = Some(fault.duration_ms));
+        }
+    }
+    Ok(kills)
+}
+
+/// A failure of the disturbed run, with what plays it again.
+pub fn told(failure: Failure, schedule: &Path) -> Failure {
+    let words = |error: anyhow::Error| anyhow!("{error:#}; --schedule {} plays it again", schedule.display());
+    match failure {
+        Failure::Other(error) => Failure::Other(words(error)),
+        failure => failure,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: ChaosOptions,
+    }
+
+    #[test]
+    fn the_seed_decides_before_which_messages_who_is_hit() {
+        let counts = BTreeMap::from([
+            ("tick", 1000),
+            ("estimate", 1000),
+            ("status", 1000),
+            ("route", 1),
+            ("latency", 1000),
+        ]);
+        let options = |seed: &str| Line::parse_from(["chaos", "--kills", "40", "--seed", seed]).options;
+        let drawn = draw(&options("7"), "sketch", &counts).unwrap();
+        assert_eq!(drawn, draw(&options("7"), "sketch", &counts).unwrap());
+        assert_ne!(drawn, draw(&options("8"), "sketch", &counts).unwrap());
+        assert_eq!(drawn.fault.len(), 40);
+        assert!(drawn.fault.iter().all(|fault| fault.message.is_some_and(|message| message <= 900)));
+        assert!(drawn.fault.iter().filter(|fault| fault.channel == "route").count() <= MOST_AT_ONE);
+        let text = toml::to_string(&drawn).unwrap();
+        assert_eq!(FaultPlan::parse(&text, "sketch").unwrap(), drawn);
+    }
+
+    #[test]
+    fn more_kills_than_messages_are_refused() {
+        let options = Line::parse_from(["chaos", "--kills", "4", "--targets", "sketcher"]).options;
+        let error = draw(&options, "sketch", &BTreeMap::from([("route", 1)])).unwrap_err().to_string();
+        assert!(error.contains("--kills: expected at most 3"), "{error}");
+    }
+}

@@ -1,0 +1,82 @@
+//! Looks whether this machine can run a system, and says what to do where it cannot: `sketchnav doctor`.
+//!
+//! Changes nothing but files of its own, which it removes.
+
+mod checks;
+
+use anyhow::Context;
+use serde::Serialize;
+
+use crate::failure::{Failure, Outcome};
+use crate::output::out;
+
+/// How a check ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Level {
+    /// As it should be.
+    Fine,
+    /// A system runs, but not as well as it could.
+    Warning,
+    /// No system can run, or what it measures is wrong.
+    Error,
+}
+
+impl Level {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Fine => "fine",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
+}
+
+/// What a check has found.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// What was looked at.
+    check: &'static str,
+    level: Level,
+    /// What there is.
+    found: String,
+    /// What to do; nothing where all is well.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    advice: Option<String>,
+}
+
+impl Finding {
+    /// All is well.
+    pub fn fine(check: &'static str, found: impl Into<String>) -> Self {
+        Self { check, level: Level::Fine, found: found.into(), advice: None }
+    }
+
+    /// All is not well; `advice` says what to do.
+    pub fn of(
+        check: &'static str,
+        level: Level,
+        found: impl Into<String>,
+        advice: impl Into<String>,
+    ) -> Self {
+        Self { check, level, found: found.into(), advice: Some(advice.into()) }
+    }
+}
+
+/// Makes every check and tells what was found: exit code 1 where there is an error.
+pub fn doctor(json: bool) -> Result<Outcome, Failure> {
+    let findings: Vec<_> = checks::all().collect();
+    let worst = findings.iter().map(|finding| finding.level).max().unwrap_or(Level::Fine);
+    if json {
+        let object = serde_json::json!({ "worst": worst, "findings": findings });
+        out!("{}", serde_json::to_string(&object).context("the findings as JSON")?)?;
+    } else {
+        findings.iter().try_for_each(print)?;
+    }
+    Ok(if worst == Level::Error { Outcome::Short } else { Outcome::Success })
+}
+
+fn print(finding: &Finding) -> anyhow::Result<()> {
+    let Finding { check, level, found, advice } = finding;
+    out!("{:<8} {check:<14} {found}", level.word())?;
+    advice.iter().try_for_each(|advice| out!("{:<8} {:<14} → {advice}", "", ""))
+}

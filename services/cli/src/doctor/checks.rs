@@ -1,0 +1,280 @@
+//! The checks of `sketchnav doctor`.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
+use std::thread::{available_parallelism, sleep};
+use std::time::{Duration, Instant};
+
+use nix::sys::resource::{Resource, getrlimit};
+use nix::sys::statvfs::statvfs;
+use sketchnav_runtime::{Room, System};
+use sketchnav_supervisor::check_file_limit;
+
+use super::{Finding, Level};
+
+/// Where POSIX shared memory lies.
+const SHARED_MEMORY: &str = "/dev/shm";
+/// Names that the program makes itself are at most so long: a mission's of 24 characters, a hyphen, a process id.
+const USUAL_NAME: usize = 32;
+/// Files that a process has open: twice what the supervisor of the demo has.
+const NEEDED_FILES: u64 = 256;
+/// `pidfd_open`, by which the supervisor waits for its processes, came with this version of Linux.
+const OLDEST_KERNEL: (u32, u32) = (5, 3);
+/// Room for a recording: some ten of the demo's.
+const NEEDED_DISK_MIB: u64 = 100;
+/// A nap of a millisecond that takes longer than this in the median makes real time late.
+const LATE: Duration = Duration::from_millis(3);
+/// So many naps are taken.
+const NAPS: usize = 21;
+
+/// Every check, in order.
+pub fn all() -> impl Iterator<Item = Finding> {
+    let checks: [fn() -> Finding; 12] = [
+        version,
+        kernel,
+        shared_memory,
+        shared_memory_kind,
+        folder,
+        name_length,
+        file_size,
+        open_files,
+        processors,
+        clock,
+        disk,
+        leftovers,
+    ];
+    checks.into_iter().map(|check| check()).chain(other_builds())
+}
+
+fn version() -> Finding {
+    let program = std::env::current_exe().map_or_else(|_| "?".into(), |path| path.display().to_string());
+    Finding::fine("version", format!("{} {} ({program})", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")))
+}
+
+fn kernel() -> Finding {
+    let release = fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
+    kernel_finding(release.trim())
+}
+
+fn kernel_finding(release: &str) -> Finding {
+    let mut numbers = release.split(|c: char| !c.is_ascii_digit()).map(|number| number.parse().ok());
+    let found = numbers.next().flatten().zip(numbers.next().flatten());
+    let (major, minor) = OLDEST_KERNEL;
+    let advice =
+        format!("use Linux {major}.{minor} or later: the supervisor waits for its processes by pidfd_open");
+    match found {
+        Some(found) if found >= OLDEST_KERNEL => Finding::fine("kernel", format!("Linux {release}")),
+        Some(_) => Finding::of("kernel", Level::Error, format!("Linux {release}"), advice),
+        None => Finding::of("kernel", Level::Warning, "a version that /proc does not tell", advice),
+    }
+}
+
+fn shared_memory() -> Finding {
+    let check = "shared memory";
+    let room = match Room::now() {
+        Ok(room) => room,
+        Err(error) => {
+            return Finding::of(
+                check,
+                Level::Error,
+                error.to_string(),
+                "mount a tmpfs on /dev/shm, mode 1777",
+            );
+        }
+    };
+    let Room { needed_mib, free_mib } = room;
+    let found = format!("{free_mib} MiB free in {SHARED_MEMORY}, {needed_mib} needed");
+    let advice = "run `sketchnav clean`, remove files of others, or give it more room: `mount -o remount,size=256M /dev/shm`, \
+                  for a container `docker run --shm-size=256m`";
+    if room.check().is_err() {
+        return Finding::of(check, Level::Error, found, advice);
+    }
+    let probe = Path::new(SHARED_MEMORY).join(format!("sketchnav-doctor-{}", std::process::id()));
+    let written = fs::write(&probe, [0; 4096]);
+    let _ = fs::remove_file(&probe);
+    match written {
+        Ok(()) => Finding::fine(check, found),
+        Err(error) => {
+            let found = format!("{SHARED_MEMORY} cannot be written: {error}");
+            Finding::of(
+                check,
+                Level::Error,
+                found,
+                "give /dev/shm the mode 1777, or run as a user who may write there",
+            )
+        }
+    }
+}
+
+/// On a disk, messages would be written to the disk.
+fn shared_memory_kind() -> Finding {
+    let mounts = fs::read_to_string("/proc/mounts").unwrap_or_default();
+    let kind = mounts.lines().rev().find_map(|line| {
+        let mut words = line.split(' ').skip(1);
+        (words.next() == Some(SHARED_MEMORY)).then(|| words.next().unwrap_or_default().to_owned())
+    });
+    match kind.as_deref() {
+        Some(kind @ ("tmpfs" | "ramfs" | "shm")) => {
+            Finding::fine("mount", format!("{SHARED_MEMORY} is a {kind}"))
+        }
+        kind => {
+            let found = format!("{SHARED_MEMORY} is {}", kind.unwrap_or("a folder of another file system"));
+            Finding::of(
+                "mount",
+                Level::Warning,
+                found,
+                "mount a tmpfs there: `mount -t tmpfs -o mode=1777 shm /dev/shm`",
+            )
+        }
+    }
+}
+
+fn folder() -> Finding {
+    let variable = std::env::var("XDG_RUNTIME_DIR").ok().filter(|value| !value.is_empty());
+    match System::root_folder() {
+        // The error itself says what to do.
+        Err(error) => {
+            Finding::of("folder", Level::Error, error.to_string(), "see XDG_RUNTIME_DIR in the line above")
+        }
+        Ok(root) if variable.is_none() => {
+            let found = format!("{}, for XDG_RUNTIME_DIR is not set", root.display());
+            let advice = "set XDG_RUNTIME_DIR to a folder of yours (mode 0700), as /run/user/1000, the same in every shell: \
+                          a shell with another one does not see your systems";
+            Finding::of("folder", Level::Warning, found, advice)
+        }
+        Ok(root) => Finding::fine("folder", root.display().to_string()),
+    }
+}
+
+fn name_length() -> Finding {
+    // Where the folder is no good, the check before this one has said so.
+    let longest = System::longest_name().unwrap_or(USUAL_NAME);
+    let found = format!("names of systems may have {longest} characters");
+    if longest >= USUAL_NAME {
+        return Finding::fine("names", found);
+    }
+    let level = if longest == 0 { Level::Error } else { Level::Warning };
+    Finding::of("names", level, found, "set XDG_RUNTIME_DIR to a shorter path, or name systems by --system")
+}
+
+fn file_size() -> Finding {
+    match check_file_limit() {
+        Ok(()) => Finding::fine("file size", "files may be as large as the largest channel"),
+        Err(error) => Finding::of("file size", Level::Error, error.to_string(), "run `ulimit -f unlimited`"),
+    }
+}
+
+fn open_files() -> Finding {
+    let soft = getrlimit(Resource::RLIMIT_NOFILE).map_or(u64::MAX, |(soft, _)| soft);
+    let found = format!("{soft} open files a process, {NEEDED_FILES} needed");
+    if soft >= NEEDED_FILES {
+        return Finding::fine("open files", found);
+    }
+    Finding::of("open files", Level::Error, found, format!("run `ulimit -n {NEEDED_FILES}`"))
+}
+
+fn processors() -> Finding {
+    let cores = available_parallelism().map_or(1, usize::from);
+    let found = format!("{cores} for this program");
+    if cores >= 2 {
+        return Finding::fine("processors", found);
+    }
+    let advice =
+        "expect late commands in real time: world, localizer and planner share one; lockstep is not affected";
+    Finding::of("processors", Level::Warning, found, advice)
+}
+
+fn clock() -> Finding {
+    let mut naps: Vec<_> = (0..NAPS).map(|_| nap()).collect();
+    naps.sort_unstable();
+    let median = naps[NAPS / 2];
+    let found = format!("a nap of 1 ms takes {:.2} ms", median.as_secs_f64() * 1e3);
+    if median <= LATE {
+        return Finding::fine("clock", found);
+    }
+    let advice =
+        "end what else computes on this machine, or give it more processors: in real time commands come late";
+    Finding::of("clock", Level::Warning, found, advice)
+}
+
+fn nap() -> Duration {
+    let began = Instant::now();
+    sleep(Duration::from_millis(1));
+    began.elapsed()
+}
+
+fn disk() -> Finding {
+    let here = std::env::current_dir().unwrap_or_else(|_| ".".into());
+    let Ok(found) = statvfs(&here) else {
+        return Finding::of("disk", Level::Error, "the current folder is gone", "change to another folder");
+    };
+    let free_mib = (found.blocks_available() * found.fragment_size()) >> 20;
+    let found = format!("{free_mib} MiB free in {}", here.display());
+    if free_mib >= NEEDED_DISK_MIB {
+        return Finding::fine("disk", found);
+    }
+    let advice = "make room, or write elsewhere by --out DIR: a recorder without room stops the mission";
+    Finding::of("disk", Level::Warning, found, advice)
+}
+
+fn leftovers() -> Finding {
+    match System::dead() {
+        Ok(dead) if dead.is_empty() => Finding::fine("leftovers", "nothing of dead systems"),
+        Ok(dead) => {
+            let advice = "run `sketchnav clean`; one that is to go on is taken over by `sketchnav run --resume DIR` first";
+            Finding::of("leftovers", Level::Warning, format!("of dead systems: {}", dead.join(", ")), advice)
+        }
+        Err(error) => Finding::of("leftovers", Level::Warning, error.to_string(), "see the checks above"),
+    }
+}
+
+/// Systems whose processes run another program than this one: their messages may have other layouts.
+fn other_builds() -> Option<Finding> {
+    let own = identity("/proc/self/exe")?;
+    let is_other = |pid: u32| identity(&format!("/proc/{pid}/exe")).is_some_and(|found| found != own);
+    let mut others = BTreeSet::new();
+    for system in System::list().ok()? {
+        let processes = system.processes().unwrap_or_default();
+        // A driver and an observer are programs of their own.
+        let supervisor = processes.iter().find(|(name, _)| name == "supervisor");
+        if supervisor.is_some_and(|(_, pid)| is_other(*pid)) {
+            others.insert(system.name().to_owned());
+        }
+    }
+    if others.is_empty() {
+        return None;
+    }
+    let names = others.into_iter().collect::<Vec<_>>().join(", ");
+    let advice = "look at them with the program that started them, or end them: builds with other layouts cannot connect";
+    Some(Finding::of("other builds", Level::Warning, format!("another program runs {names}"), advice))
+}
+
+/// Which file a program is; it may have been replaced on disk since.
+fn identity(path: &str) -> Option<(u64, u64)> {
+    let found = fs::metadata(path).ok()?;
+    Some((found.dev(), found.ino()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_old_kernel_is_told() {
+        let level = |release| kernel_finding(release).level;
+        assert_eq!(level("5.3.0-generic"), Level::Fine);
+        assert_eq!(level("6.1"), Level::Fine);
+        assert_eq!(level("4.19.0"), Level::Error);
+        assert_eq!(level("5.2.99"), Level::Error);
+        assert_eq!(level("odd"), Level::Warning);
+    }
+
+    #[test]
+    fn whatever_is_not_fine_says_what_to_do() {
+        for finding in all() {
+            assert_eq!(finding.level == Level::Fine, finding.advice.is_none(), "{finding:?}");
+        }
+    }
+}

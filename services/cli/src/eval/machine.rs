@@ -1,0 +1,82 @@
+//! Which machine and which program drive: what the bits of an outcome depend on besides its inputs.
+//!
+//! The motion of the particles takes sines and exponentials from the C library, which chooses their code by the
+//! processor's features; so machines of one kind have the same library and the same such features.
+
+use std::ffi::CStr;
+
+use nix::libc;
+use serde::{Deserialize, Serialize};
+
+/// A kind of machine.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Machine {
+    /// `x86_64`, `aarch64`.
+    pub architecture: String,
+    /// The C library with its version.
+    pub library: String,
+    /// The processor's features by which that library chooses.
+    pub features: Vec<String>,
+}
+
+impl Machine {
+    /// This one.
+    pub fn this() -> Self {
+        let features = features().into_iter().filter(|(_, is_there)| *is_there);
+        Self {
+            architecture: std::env::consts::ARCH.to_owned(),
+            library: library(),
+            features: features.map(|(name, _)| name.to_owned()).collect(),
+        }
+    }
+}
+
+impl std::fmt::Display for Machine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { architecture, library, features } = self;
+        write!(f, "{architecture}, {library}, {}", features.join(" "))
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn features() -> Vec<(&'static str, bool)> {
+    vec![
+        ("sse4.1", std::arch::is_x86_feature_detected!("sse4.1")),
+        ("avx2", std::arch::is_x86_feature_detected!("avx2")),
+        ("fma", std::arch::is_x86_feature_detected!("fma")),
+        ("fma4", is_listed("fma4")),
+    ]
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn features() -> Vec<(&'static str, bool)> {
+    Vec::new()
+}
+
+/// Whether the kernel lists a feature: the standard library asks for some only.
+#[cfg(target_arch = "x86_64")]
+fn is_listed(feature: &str) -> bool {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let flags = info.lines().find(|line| line.starts_with("flags")).unwrap_or_default();
+    flags.split_whitespace().any(|flag| flag == feature)
+}
+
+#[cfg(target_env = "gnu")]
+fn library() -> String {
+    // SAFETY: the library hands out a text of its own that lives as long as the program.
+    let version = unsafe { CStr::from_ptr(libc::gnu_get_libc_version()) };
+    format!("glibc {}", version.to_string_lossy())
+}
+
+#[cfg(not(target_env = "gnu"))]
+fn library() -> String {
+    format!("{} C library", if cfg!(target_env = "musl") { "musl" } else { "another" })
+}
+
+/// Version of this program, and a checksum of its file: two builds of one version may differ.
+pub fn program() -> anyhow::Result<String> {
+    use anyhow::Context;
+    let bytes = std::fs::read("/proc/self/exe").context("this program's own file")?;
+    Ok(format!("{} {}", env!("CARGO_PKG_VERSION"), crc32fast::hash(&bytes)))
+}

@@ -1,0 +1,334 @@
+//! Experiments in parts: one job on any machine, and all parts together as if one machine had driven them all.
+//!
+//! A part says which experiment it belongs to by a fingerprint of everything that decides its outcomes. Parts of another
+//! experiment are refused, and those of another kind of machine or another build, unless somebody asks for them.
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow, ensure};
+use serde::{Deserialize, Serialize};
+use sketchnav_evaluation::experiments::TaskOutcome as Ended;
+use sketchnav_evaluation::experiments::jobs::Job;
+use sketchnav_evaluation::experiments::suite::{Folders, Suite};
+use sketchnav_evaluation::experiments::trial::Trial;
+use sketchnav_files::{DRAWING, PART};
+
+use super::machine::{self, Machine};
+use crate::args::Foreign;
+use crate::output::out;
+
+/// How files of parts end.
+const EXTENSION: &str = "json";
+/// How a part's file is called while it is written.
+const UNFINISHED: &str = "unfinished";
+
+/// An experiment, and where it is driven.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    suite: String,
+    seed: u64,
+    /// How many jobs it has.
+    jobs: usize,
+    /// Of what decides the outcomes: trials, methods, seeds, parameters, files.
+    fingerprint: u32,
+    program: String,
+    machine: Machine,
+}
+
+/// Outcomes of some of an experiment's jobs.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Part {
+    #[serde(rename = "experiment")]
+    origin: Origin,
+    /// By the number of their job, from 1.
+    outcomes: BTreeMap<usize, Vec<Ended>>,
+}
+
+impl Origin {
+    /// Of these jobs on this machine.
+    pub fn of(suite: &Suite, jobs: &[Job<'_>], seed: u64, folders: &Folders) -> anyhow::Result<Self> {
+        Ok(Self {
+            suite: suite.name.clone(),
+            seed,
+            jobs: jobs.len(),
+            fingerprint: fingerprint(jobs, folders)?,
+            program: machine::program()?,
+            machine: Machine::this(),
+        })
+    }
+
+    /// Why a part of `other` does not belong to this experiment as it is driven here; `None` where it does.
+    fn refuses(&self, other: &Self, accepted: &[Foreign]) -> Option<String> {
+        let differs = |key: &str, own: &dyn std::fmt::Display, found: &dyn std::fmt::Display| {
+            format!("{key}: expected {own}, found {found}")
+        };
+        if self.suite != other.suite {
+            return Some(differs("suite", &self.suite, &other.suite));
+        }
+        if self.seed != other.seed {
+            return Some(differs("seed", &self.seed, &other.seed));
+        }
+        if (self.jobs, self.fingerprint) != (other.jobs, other.fingerprint) {
+            let words =
+                "other trials, methods, parameters, data or missions: merge with the options of the jobs";
+            return Some(format!(
+                "experiment: expected {} jobs as they are here, found {} of {words}",
+                self.jobs, other.jobs
+            ));
+        }
+        if self.program != other.program && !accepted.contains(&Foreign::Program) {
+            let told = differs("program", &self.program, &other.program);
+            return Some(format!("{told}; --accept program takes it all the same"));
+        }
+        if self.machine != other.machine && !accepted.contains(&Foreign::Machine) {
+            let told = differs("machine", &self.machine, &other.machine);
+            return Some(format!("{told}; --accept machine takes it all the same, with other last bits"));
+        }
+        None
+    }
+}
+
+/// Files lie elsewhere on another machine: their folders are left out, their contents are in.
+fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
+    let mut hasher = crc32fast::Hasher::new();
+    let mut files = BTreeMap::new();
+    for job in jobs {
+        let mut text = inputs(job)?;
+        for (folder, word) in [(Some(&folders.project), "<project>"), (folders.data.as_ref(), "<data>")] {
+            if let Some(folder) = folder.and_then(|folder| folder.to_str()) {
+                text = text.replace(folder, word);
+            }
+        }
+        hasher.update(text.as_bytes());
+        for file in files_of(job) {
+            let sum = match files.get(&file) {
+                Some(&sum) => sum,
+                None => *files.entry(file.clone()).or_insert(checksum(&file)?),
+            };
+            hasher.update(&sum.to_le_bytes());
+        }
+    }
+    Ok(hasher.finalize())
+}
+
+/// Everything that decides what is driven and how, but for the contents of files.
+fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
+    let Trial {
+        name, drawing, mission, robot, sheet, bytes, method, ends_with_contact, thinking_scans, ..
+    } = job.trial;
+    let bytes = bytes.as_deref().map(crc32fast::hash);
+    let sheet =
+        sheet.as_ref().map(|sheet| (&sheet.restarts, sheet.start_error, sheet.correspondence.is_some()));
+    let how =
+        (name, drawing, job.method, method, job.repetition, job.seed, ends_with_contact, thinking_scans);
+    let what = serde_json::to_string(&(mission, robot))?;
+    Ok(format!("{how:?} {sheet:?} {bytes:?} {what}"))
+}
+
+/// The files that a job's mission names and that lie somewhere: the world, and what is given to the navigator.
+fn files_of(job: &Job<'_>) -> Vec<PathBuf> {
+    let mut mission = job.trial.mission.clone();
+    let world = [mission.world.floor_plan.clone(), mission.world.map.clone(), mission.world.plane.clone()]
+        .into_iter()
+        .flatten();
+    let given: Vec<_> = mission.navigator_files_mut().map(|(_, file)| file.clone()).collect();
+    // What is drawn for a trial alone has a name and lies nowhere: its bytes are among the job's inputs.
+    world.chain(given).map(PathBuf::from).filter(|file| file.is_file()).collect()
+}
+
+fn checksum(file: &Path) -> anyhow::Result<u32> {
+    let bytes = sketchnav_files::read(file, DRAWING).with_context(|| file.display().to_string())?;
+    Ok(crc32fast::hash(&bytes))
+}
+
+/// Prints the jobs by their numbers.
+pub fn list(origin: &Origin, jobs: &[Job<'_>], json: bool) -> anyhow::Result<()> {
+    let row = |(i, job): (usize, &Job<'_>)| {
+        let (method, repetition) = (job.trial.method.as_deref().unwrap_or(job.method), job.repetition);
+        (i + 1, format!("{}#{repetition}", job.trial.name), method.to_owned(), job.seed)
+    };
+    let rows = jobs.iter().enumerate().map(row);
+    if json {
+        let object = |(job, trial, method, seed)| serde_json::json!({ "job": job, "trial": trial, "method": method, "seed": seed });
+        let jobs: Vec<_> = rows.map(object).collect();
+        return out!("{}", serde_json::json!({ "experiment": origin, "jobs": jobs }));
+    }
+    for (job, trial, method, seed) in rows {
+        out!("{job:>5}  {trial}  {method}  seed {seed}")?;
+    }
+    Ok(())
+}
+
+/// The jobs of these numbers.
+///
+/// # Errors
+/// Where there are none such.
+pub fn chosen<'a>(jobs: &[Job<'a>], numbers: &RangeInclusive<usize>) -> anyhow::Result<Vec<Job<'a>>> {
+    let (first, last) = (*numbers.start(), *numbers.end());
+    let found = jobs.get(first - 1..last);
+    let found = found
+        .ok_or_else(|| anyhow!("--job: expected numbers from 1 to {}, found {first}-{last}", jobs.len()))?;
+    Ok(found.to_vec())
+}
+
+/// Writes the outcomes of some jobs; the file is there whole or not at all.
+pub fn write(
+    path: &Path,
+    origin: Origin,
+    numbers: &RangeInclusive<usize>,
+    outcomes: Vec<Vec<Ended>>,
+) -> anyhow::Result<()> {
+    let part = Part { origin, outcomes: numbers.clone().zip(outcomes).collect() };
+    let unfinished = path.with_extension(UNFINISHED);
+    let named = || path.display().to_string();
+    std::fs::write(&unfinished, serde_json::to_vec(&part)?).with_context(named)?;
+    std::fs::rename(&unfinished, path).with_context(named)
+}
+
+/// The outcomes of all jobs, in their order, out of the parts in `folder`.
+///
+/// # Errors
+/// A part that is none or of something else, a job that is missing, a job with two outcomes that differ.
+pub fn merge(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Result<Vec<Ended>> {
+    let mut found: BTreeMap<usize, (PathBuf, Vec<Ended>)> = BTreeMap::new();
+    for path in files_in(folder)? {
+        let part = read(&path)?;
+        if let Some(why) = origin.refuses(&part.origin, accepted) {
+            return Err(anyhow!("{}: {why}", path.display()));
+        }
+        for (job, outcomes) in part.outcomes {
+            let range = 1..=origin.jobs;
+            ensure!(
+                range.contains(&job),
+                "{}: expected jobs from 1 to {}, found {job}",
+                path.display(),
+                origin.jobs
+            );
+            match found.get(&job) {
+                // A job that was driven twice, by a worker that was lost and another one, is the same.
+                Some((_, before)) if is_same(before, &outcomes) => {}
+                Some((other, _)) => {
+                    let (path, other) = (path.display(), other.display());
+                    return Err(anyhow!(
+                        "{path}: expected the outcomes of job {job} as in {other}, found others"
+                    ));
+                }
+                None => drop(found.insert(job, (path.clone(), outcomes))),
+            }
+        }
+    }
+    let missing: Vec<_> = (1..=origin.jobs).filter(|job| !found.contains_key(job)).collect();
+    ensure!(
+        missing.is_empty(),
+        "{}: expected all jobs from 1 to {}, found none of {}",
+        folder.display(),
+        origin.jobs,
+        ranges(&missing)
+    );
+    Ok(found.into_values().flat_map(|(_, outcomes)| outcomes).collect())
+}
+
+/// Whether two outcomes of one job agree in what does not depend on the clock.
+fn is_same(a: &[Ended], b: &[Ended]) -> bool {
+    let timeless = |all: &[Ended]| -> Vec<Ended> {
+        let mut all = all.to_vec();
+        all.iter_mut().for_each(|ended| ended.cost.busy_s = 0.0);
+        all
+    };
+    timeless(a) == timeless(b)
+}
+
+fn read(path: &Path) -> anyhow::Result<Part> {
+    let bytes = sketchnav_files::read(path, PART).with_context(|| path.display().to_string())?;
+    serde_json::from_slice(&bytes)
+        .with_context(|| format!("{}: expected a part that `eval --job` wrote", path.display()))
+}
+
+fn files_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let named = || format!("--merge {}", folder.display());
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).with_context(named)? {
+        let path = entry.with_context(named)?.path();
+        if path.extension().is_some_and(|extension| extension == EXTENSION) {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// `1, 4-6`.
+fn ranges(numbers: &[usize]) -> String {
+    let mut ranges: Vec<(usize, usize)> = Vec::new();
+    for &number in numbers {
+        match ranges.last_mut() {
+            Some((_, last)) if *last + 1 == number => *last = number,
+            _ => ranges.push((number, number)),
+        }
+    }
+    let word = |(first, last): (usize, usize)| {
+        if first == last { first.to_string() } else { format!("{first}-{last}") }
+    };
+    ranges.into_iter().map(word).collect::<Vec<_>>().join(", ")
+}
+
+/// `K` or `A-B`.
+pub fn parse_jobs(text: &str) -> Result<RangeInclusive<usize>, String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let number = |text: &str| text.parse::<usize>().ok().filter(|number| *number >= 1);
+    match (number(first), number(last)) {
+        (Some(first), Some(last)) if first <= last => Ok(first..=last),
+        _ => Err("expected the number of a job, from 1, or a range as 3-10".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn origin() -> Origin {
+        let machine = Machine::this();
+        let program = "0.1.0 7".to_owned();
+        Origin { suite: "people".into(), seed: 1, jobs: 3, fingerprint: 9, program, machine }
+    }
+
+    fn refused(change: impl Fn(&mut Origin), accepted: &[Foreign]) -> Option<String> {
+        let mut other = origin();
+        change(&mut other);
+        origin().refuses(&other, accepted)
+    }
+
+    #[test]
+    fn parts_of_something_else_are_refused_with_a_word() {
+        assert_eq!(refused(|_| {}, &[]), None);
+        type Change = fn(&mut Origin);
+        let changes: [(Change, &str); 6] = [
+            (|o| o.suite = "routes".into(), "suite: expected people, found routes"),
+            (|o| o.seed = 2, "seed: expected 1, found 2"),
+            (|o| o.jobs = 4, "experiment: expected 3 jobs"),
+            (|o| o.fingerprint = 8, "merge with the options of the jobs"),
+            (|o| o.program = "0.1.0 8".into(), "--accept program"),
+            (|o| o.machine.library = "glibc 2.17".into(), "--accept machine"),
+        ];
+        let both = [Foreign::Machine, Foreign::Program];
+        for (change, words) in changes {
+            let why = refused(change, &[]).unwrap();
+            assert!(why.contains(words), "{why}");
+            let is_taken = words.starts_with("--accept");
+            assert_eq!(refused(change, &both).is_none(), is_taken, "{words}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_jobs_are_read_and_told_in_ranges() {
+        assert_eq!((parse_jobs("3"), parse_jobs("3-10")), (Ok(3..=3), Ok(3..=10)));
+        for wrong in ["0", "", "-", "5-3", "a", "1-2-3", "-1"] {
+            assert!(parse_jobs(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(ranges(&[1, 3, 4, 5, 9]), "1, 3-5, 9");
+    }
+}

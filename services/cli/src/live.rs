@@ -1,0 +1,131 @@
+//! What goes on on the channels of a running system: rates, sizes, and who is connected.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use serde::Serialize;
+use sketchnav_runtime::{Node, Peer, RawReader, SendTimes, System, Wake};
+use sketchnav_schemas::channels::{self, ChannelSpec};
+use sketchnav_schemas::codes::Process;
+
+use crate::failure::{Failure, OrInput};
+
+/// How often to look: a channel's buffer holds what comes meanwhile.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
+/// Rates are those of this time.
+const LOOK_FOR: Duration = Duration::from_secs(1);
+/// Before it: writers look up from their work within a quarter of a second, and hand over their histories then.
+const WARM_UP: Duration = Duration::from_millis(300);
+
+/// A channel now.
+#[derive(Debug, Serialize)]
+pub struct Figures {
+    /// The channel's name.
+    pub channel: &'static str,
+    /// Messages a second, by the wall clock.
+    pub rate_hz: f64,
+    /// Bytes of shared memory a second.
+    pub bytes_per_second: f64,
+    /// Messages that were sent so far; `None` on the channel of many writers.
+    pub sent: Option<u64>,
+    /// Those of them that its history holds.
+    pub kept: Option<u64>,
+    /// Who has it open to write.
+    pub writers: Vec<Connected>,
+    /// Who has it open to read.
+    pub readers: Vec<Connected>,
+}
+
+/// A process that has a channel open.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Connected {
+    /// Its name; an observer's has its process id, and the dead are called so.
+    pub process: String,
+    /// Its process id; `None` where it is dead.
+    pub pid: Option<u32>,
+}
+
+/// Looks at the channels of a system for a second.
+pub fn measure(system: System) -> Result<(String, Vec<Figures>), Failure> {
+    let kind = system.run_config().or_input()?.mission.navigator_kind().to_owned();
+    let name = system.name().to_owned();
+    let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
+    let specs: Vec<_> = channels::of_kind(&kind).collect();
+    // Who is connected is asked before this observer is.
+    let peers = specs.iter().map(|spec| node.peers(spec)).collect::<Result<Vec<_>, _>>();
+    let peers = peers.context("looking who is connected")?;
+    let mut counted = open(&node, &specs)?;
+    look_for(&node, &mut counted, WARM_UP)?;
+    counted.iter_mut().for_each(|counted| (counted.messages, counted.bytes) = (0, 0));
+    let took_s = look_for(&node, &mut counted, LOOK_FOR)?.as_secs_f64();
+    let names = node.system().processes().context("the system's processes")?;
+    let names: BTreeMap<_, _> = names.into_iter().map(|(name, pid)| (pid, name)).collect();
+    let all =
+        counted.iter().zip(peers).map(|(counted, peers)| counted.figures(&node, took_s, &peers, &names));
+    Ok((kind, all.collect::<anyhow::Result<_>>()?))
+}
+
+/// Counts what comes; how long it took.
+fn look_for(node: &Node, counted: &mut [Counted], time: Duration) -> anyhow::Result<Duration> {
+    let began = Instant::now();
+    while began.elapsed() < time && node.nap(LOOK_EVERY) != Wake::Terminate {
+        counted.iter_mut().try_for_each(Counted::look).context("reading")?;
+    }
+    Ok(began.elapsed())
+}
+
+fn open(node: &Node, specs: &[&'static ChannelSpec]) -> anyhow::Result<Vec<Counted>> {
+    let open = |&spec| Ok(Counted { reader: node.raw_reader(spec)?, messages: 0, bytes: 0 });
+    let all: sketchnav_runtime::Result<_> = specs.iter().map(open).collect();
+    all.context("opening the channels")
+}
+
+struct Counted {
+    reader: RawReader,
+    messages: u64,
+    bytes: u64,
+}
+
+impl Counted {
+    fn look(&mut self) -> sketchnav_runtime::Result<()> {
+        while let Some(sample) = self.reader.receive()? {
+            self.messages += 1;
+            self.bytes += (sample.message().len() + sample.cells().len()) as u64;
+        }
+        Ok(())
+    }
+
+    fn figures(
+        &self,
+        node: &Node,
+        took_s: f64,
+        peers: &[Peer],
+        names: &BTreeMap<u32, String>,
+    ) -> anyhow::Result<Figures> {
+        let spec = self.reader.spec();
+        let sent = spec.writer.is_some().then(|| SendTimes::open(node, spec)).transpose()?;
+        let sent = sent.map(|times| times.newest());
+        let connected = |writes: bool| {
+            let of_kind = peers.iter().filter(move |peer| peer.writes == writes);
+            of_kind
+                .filter(|peer| peer.pid != Some(std::process::id()))
+                .map(|peer| connected(peer, names))
+                .collect()
+        };
+        Ok(Figures {
+            channel: spec.name,
+            rate_hz: self.messages as f64 / took_s,
+            bytes_per_second: self.bytes as f64 / took_s,
+            sent,
+            kept: sent.map(|sent| sent.min(spec.history() as u64)),
+            writers: connected(true),
+            readers: connected(false),
+        })
+    }
+}
+
+fn connected(peer: &Peer, names: &BTreeMap<u32, String>) -> Connected {
+    let name = peer.pid.map(|pid| names.get(&pid).cloned().unwrap_or_else(|| format!("process {pid}")));
+    Connected { process: name.unwrap_or_else(|| "dead".to_owned()), pid: peer.pid }
+}

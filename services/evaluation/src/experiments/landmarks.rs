@@ -1,0 +1,337 @@
+//! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`,
+//! `landmark-isolation`, `landmark-deformed`.
+//!
+//! The scenes and sketches are not those of the thesis, whose figures are lost: see [`sketchnav_sim::scenes`]. A drive
+//! succeeds where the robot stops before the object at the route's end.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::json;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::floor_plan::FloorPlan;
+use sketchnav_schemas::mission::{Mission, NavigatorChoice, Parameters, Task, WorldSource};
+use sketchnav_sim::files;
+use sketchnav_sim::scenes::{At, Scene};
+
+use crate::error::EvalError;
+use crate::experiments::run;
+use crate::experiments::suite::{Curve, Folders, Published, Suite};
+use crate::experiments::trial::Trial;
+
+const KIND: &str = "landmarks";
+const ROBOT: &str = "nomad200";
+const STATES: &str = "chronis-2007";
+const BELIEF: &str = "belief";
+const FOLDER: &str = "sim/missions/landmarks";
+const REPETITIONS: u32 = 5;
+/// Sketches of each scene and degree.
+const SKETCHES: u64 = 10;
+const DEGREES: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
+
+const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.5: 11 and 9 people's sketches of two other scenes, in another simulator. Here both scenes are rebuilt from the text, and the sketches are drawn by a program.";
+
+/// A mission in a scene.
+fn mission(folders: &Folders, scene: &Scene, given: toml::Table) -> Mission {
+    let goal = &scene.objects[scene.goal].name;
+    Mission {
+        name: format!("landmarks/{}", scene.name),
+        description: String::new(),
+        robot: ROBOT.into(),
+        navigator: NavigatorChoice { kind: KIND.into(), given },
+        world: source(folders, scene),
+        start: scene.start(),
+        task: vec![Task {
+            name: format!("to the {goal}"),
+            there: scene.there(),
+            time_limit_s: 60.0 + scene.way_m() / 0.1,
+            given: toml::Table::new(),
+        }],
+        parameters: Parameters::default(),
+    }
+}
+
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
+fn trial(name: String, line: String, mission: Mission) -> Result<Trial, EvalError> {
+    Ok(Trial {
+        name,
+        drawing: line,
+        mission,
+        robot: files::robot(ROBOT)?,
+        sheet: None,
+        method: None,
+        ends_with_contact: false,
+        thinking_scans: 0,
+        variant_of: None,
+        bytes: None,
+    })
+}
+
+/// The trials by the sketches that ship: 11 of scene A, 9 of scene B.
+fn sketched(folders: &Folders) -> Result<Vec<Trial>, EvalError> {
+    let mut trials = Vec::new();
+    for (scene, count) in [(Scene::a(), 11), (Scene::b(), 9)] {
+        for i in 1..=count {
+            let file = folders.project.join(FOLDER).join(format!("sketches/{}-{i:02}.json", scene.name));
+            let given = toml::Table::from_iter([("drawing".to_owned(), text(&file).into())]);
+            let line = format!("scene {}", scene.name.to_uppercase());
+            trials.push(trial(format!("{}/{i:02}", scene.name), line, mission(folders, &scene, given))?);
+        }
+    }
+    Ok(trials)
+}
+
+/// Loads the suite `landmark-scenes`.
+///
+/// # Errors
+/// [`EvalError`] with the file that is missing.
+pub fn scenes(folders: &Folders) -> Result<Suite, EvalError> {
+    let published = |name: &str, reached, attempts| Published { name: name.into(), reached, attempts };
+    Ok(Suite {
+        name: "landmark-scenes".into(),
+        title: "Two scenes of Chronis 2007 by 11 and 9 sketches, five runs each.".into(),
+        notices: vec![NOTICE.into()],
+        trials: sketched(folders)?,
+        lines: Some("scene"),
+        repetitions: REPETITIONS,
+        paper: vec![
+            published("paper A", 27, 55),
+            published("paper B", 32, 45),
+            published("paper A, with additional states", 48, 55),
+            published("paper B, with additional states", 32, 45),
+        ],
+        ..Suite::default()
+    })
+}
+
+/// Versions of the method: the features of Chronis 2007, table 5.1, one after the other.
+fn versions() -> [(&'static str, [bool; 4], f64); 6] {
+    const ROBOT_M: f64 = 0.508;
+    [
+        ("1 main direction", [false, false, false, false], ROBOT_M),
+        ("2 and proximity", [true, false, false, false], ROBOT_M),
+        ("3 and histogram width", [true, true, false, false], ROBOT_M),
+        ("4 and larger objects", [true, true, false, false], 2.0 * ROBOT_M),
+        ("5 and neighbour directions", [true, true, true, false], ROBOT_M),
+        ("6 and temporal objects", [true, true, true, true], ROBOT_M),
+    ]
+}
+
+/// Loads the suite `landmark-features`.
+///
+/// # Errors
+/// As [`scenes`].
+pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
+    let mut trials = Vec::new();
+    for (line, [proximity, width, neighbours, temporal], thickness_m) in versions() {
+        for mut trial in sketched(folders)? {
+            let names = ["proximity", "width", "neighbours", "temporal"];
+            let values = [proximity, width, neighbours, temporal];
+            let features = names.into_iter().zip(values).map(|(name, value)| (name.to_owned(), value.into()));
+            let features: toml::Table = features.collect();
+            let states = toml::Table::from_iter([("features".to_owned(), features.into())]);
+            let perception = toml::Table::from_iter([("thickness_m".to_owned(), thickness_m.into())]);
+            let parameters = &mut trial.mission.parameters;
+            parameters.of_mut(Process::Planner).insert("states".into(), states.into());
+            parameters.of_mut(Process::Localizer).insert("perception".into(), perception.into());
+            let name = format!("{}/{}", &line[..1], trial.name);
+            let method = Some(STATES.into());
+            trials.push(Trial { drawing: line.into(), variant_of: Some(trial.name), name, method, ..trial });
+        }
+    }
+    Ok(Suite {
+        name: "landmark-features".into(),
+        title: "Landmark states with more and more features (Chronis 2007, table 5.1), by all sketches."
+            .into(),
+        notices: vec![NOTICE.into()],
+        trials,
+        lines: Some("features"),
+        repetitions: 1,
+        ..Suite::default()
+    })
+}
+
+/// Scene A as a sketch file, with another route, and without some objects.
+fn true_sketch(scene: &Scene, route: &[At]) -> Arc<[u8]> {
+    const SIDE: f64 = 1000.0;
+    const ORIGIN: At = [100.0, 600.0];
+    let pixel = |at: &At| [at[0] * SIDE / 20.0 + ORIGIN[0], ORIGIN[1] - at[1] * SIDE / 20.0];
+    let obstacles: Vec<_> = scene
+        .objects
+        .iter()
+        .map(|object| {
+            let polygon: Vec<_> = object.outline.iter().map(pixel).collect();
+            json!({ "polygon": polygon, "label": object.name })
+        })
+        .collect();
+    let route: Vec<_> = route.iter().map(pixel).collect();
+    let page = json!({ "canvas": [SIDE, SIDE], "strokes": [], "obstacles": obstacles, "route": route });
+    page.to_string().into_bytes().into()
+}
+
+fn by_bytes(method: &str) -> toml::Table {
+    toml::Table::from_iter([
+        ("method".to_owned(), method.into()),
+        ("drawing".to_owned(), "sketch".into()),
+        ("canvas_m".to_owned(), 20.0.into()),
+    ])
+}
+
+/// Loads the suite `landmark-isolation` (Chronis 2007, 5.2.3 and 5.3.1).
+///
+/// # Errors
+/// As [`scenes`].
+pub fn isolation(folders: &Folders) -> Result<Suite, EvalError> {
+    let scene = Scene::a();
+    let words = text(&folders.project.join(FOLDER).join("route.txt"));
+    let given = toml::Table::from_iter([("route_file".to_owned(), words.into())]);
+    let method = Some(STATES.to_owned());
+    let mut trials = Vec::new();
+    for i in 1..=4 {
+        let one = trial(
+            format!("words/{i}"),
+            "states of the true scene".into(),
+            mission(folders, &scene, given.clone()),
+        )?;
+        trials.push(Trial { method: method.clone(), ..one });
+    }
+    let by_true = mission(folders, &scene, by_bytes(STATES));
+    for (i, way) in driven_ways(folders, &scene)?.iter().enumerate() {
+        let one = trial(format!("driven/{}", i + 1), "routes that the robot drove".into(), by_true.clone())?;
+        trials.push(Trial { method: method.clone(), bytes: Some(true_sketch(&scene, way)), ..one });
+    }
+    for gone in [&["trash"][..], &["trash", "cabinet"], &["trash", "boxes", "table"]] {
+        let mut without = scene.clone();
+        without.objects.retain(|object| !gone.contains(&object.name.as_str()));
+        let mut one =
+            trial(format!("gone/{}", gone.join("-")), "objects removed: to be lost".into(), by_true.clone())?;
+        one.mission.world = source(folders, &without);
+        trials.push(Trial { method: method.clone(), bytes: Some(true_sketch(&scene, &scene.way)), ..one });
+    }
+    for method in [STATES, BELIEF] {
+        let mut moved = scene.clone();
+        for object in moved
+            .objects
+            .iter_mut()
+            .filter(|object| ["cabinet", "desk", "table"].contains(&object.name.as_str()))
+        {
+            object.outline.iter_mut().for_each(|at| at[0] += 1.0);
+        }
+        moved.goal = scene.goal;
+        let line = format!("objects on the right moved, by {method}");
+        let mut one = trial(format!("moved/{method}"), line, by_true.clone())?;
+        one.mission.world = source(folders, &moved);
+        one.mission.task[0].there = moved.there();
+        trials.push(Trial {
+            method: Some(method.into()),
+            bytes: Some(true_sketch(&scene, &scene.way)),
+            ..one
+        });
+    }
+    let published = |name: &str, reached| Published { name: name.into(), reached, attempts: reached };
+    Ok(Suite {
+        name: "landmark-isolation".into(),
+        title: "Landmark states without people's errors, in scene A (Chronis 2007, 5.2.3 and 5.3.1).".into(),
+        notices: vec!["Where objects are removed, the robot is to know that it is lost: none of these runs is to reach the goal.".into()],
+        trials,
+        lines: Some("what"),
+        repetitions: REPETITIONS,
+        paper: vec![published("paper: states of the true scene", 20), published("paper: routes that the robot drove", 25)],
+        ..Suite::default()
+    })
+}
+
+/// The objects of a scene, in a wide place.
+fn source(folders: &Folders, scene: &Scene) -> WorldSource {
+    let FloorPlan { furniture, .. } = scene.plan();
+    let open = folders.project.join(FOLDER).join("open.floor.toml");
+    WorldSource { floor_plan: Some(text(&open)), furniture, ..WorldSource::default() }
+}
+
+/// Where a robot went that was guided along the true way, five times.
+fn driven_ways(folders: &Folders, scene: &Scene) -> Result<Vec<Vec<At>>, EvalError> {
+    let guided = trial("guided".into(), String::new(), mission(folders, scene, by_bytes(BELIEF)))?;
+    let guided = Trial { bytes: Some(true_sketch(scene, &scene.way)), ..guided };
+    (1..=5)
+        .map(|seed| {
+            let runs = run::drive(&guided, BELIEF, seed)?;
+            let truth = runs.iter().flat_map(|run| &run.log.truth);
+            let mut way: Vec<At> = truth.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y]).collect();
+            way.dedup_by(|a, b| sketchnav_sim::scenes::distance(*a, *b) < 0.1);
+            Ok(way)
+        })
+        .collect()
+}
+
+/// Loads the suite `landmark-deformed`.
+///
+/// # Errors
+/// As [`scenes`].
+pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
+    let mut trials = Vec::new();
+    for degree in DEGREES {
+        for scene in Scene::twelve(1) {
+            for number in 1..=SKETCHES {
+                trials.push(by_deformed(folders, &scene, degree, number, format!("degree {degree:.1}"))?);
+            }
+        }
+    }
+    let points = DEGREES.map(|degree| (degree, format!("degree {degree:.1}"))).into();
+    Ok(Suite {
+        name: "landmark-deformed".into(),
+        title: "Twelve scenes by ten sketches of each degree, deformed as people deform them.".into(),
+        notices: vec![
+            "Parameters were chosen on the suite landmark-choice: other scenes, other sketches.".into(),
+        ],
+        trials,
+        lines: Some("sketches"),
+        repetitions: 1,
+        curves: vec![Curve { title: "Deformation".into(), unit: "degree".into(), points }],
+        ..Suite::default()
+    })
+}
+
+/// Loads the suite `landmark-choice`: what the belief's parameters were chosen on.
+///
+/// # Errors
+/// As [`scenes`].
+pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
+    const FIRST: u64 = 101;
+    let mut trials = Vec::new();
+    for scene in Scene::ten(FIRST) {
+        let line = scene.name.split('-').next().unwrap_or_default().to_owned();
+        for number in FIRST..FIRST + SKETCHES {
+            trials.push(by_deformed(folders, &scene, 1.0, number, line.clone())?);
+        }
+    }
+    Ok(Suite {
+        name: "landmark-choice".into(),
+        title: "Ten scenes by ten sketches of degree 1, on which parameters are chosen.".into(),
+        trials,
+        lines: Some("kind of scene"),
+        repetitions: 1,
+        ..Suite::default()
+    })
+}
+
+/// A trial by a sketch that is drawn by chance.
+fn by_deformed(
+    folders: &Folders,
+    scene: &Scene,
+    degree: f64,
+    number: u64,
+    line: String,
+) -> Result<Trial, EvalError> {
+    let seed = number + 1000 * (degree * 10.0) as u64;
+    let sketch = sketchnav_deform::scenes::sketch(scene, degree, seed);
+    let given = toml::Table::from_iter([
+        ("drawing".to_owned(), "sketch".into()),
+        ("canvas_m".to_owned(), sketch.canvas_m().into()),
+    ]);
+    let name = format!("{}/{degree:.1}/{number}", scene.name);
+    let one = trial(name, line, mission(folders, scene, given))?;
+    Ok(Trial { bytes: Some(sketch.file().into_bytes().into()), ..one })
+}

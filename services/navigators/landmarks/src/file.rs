@@ -1,0 +1,132 @@
+//! Sketches as files: strokes in JSON, as the project's drawing pad writes them, with labels.
+//!
+//! ```json
+//! { "canvas": [160, 160],
+//!   "strokes": [ { "points": [[10, 80], [60, 82], [90, 40]] } ],
+//!   "labels": [ { "text": "desk", "at": [100, 30] } ],
+//!   "obstacles": [ { "polygon": [[20, 60], [30, 60], [30, 70]], "label": "table" } ] }
+//! ```
+//!
+//! All coordinates are pixels of the canvas: column, row, row 0 at the top. `canvas` and `strokes` are required. A polygon
+//! of `obstacles` is a closed stroke with a label; a `route` is a stroke more. What else a pad writes (`start`, `goals`, the
+//! width of its pen) does not matter here: the form of a stroke tells what it is (see [`crate::sketch::strokes`]).
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use crate::error::{Error, Pixel};
+use crate::sketch::{Drawing, Label, Stroke};
+
+/// Most strokes of a drawing, and most points of them all.
+const MOST_STROKES: usize = 500;
+const MOST_POINTS: usize = 50_000;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Page {
+    canvas: Pixel,
+    strokes: Vec<Pen>,
+    #[serde(default)]
+    obstacles: Vec<Obstacle>,
+    #[serde(default)]
+    labels: Vec<Label>,
+    #[serde(default)]
+    route: Vec<Pixel>,
+    #[serde(default, rename = "start")]
+    _start: IgnoredAny,
+    #[serde(default, rename = "goals")]
+    _goals: IgnoredAny,
+    #[serde(default, rename = "pad")]
+    _pad: IgnoredAny,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Pen {
+    points: Vec<Pixel>,
+    #[serde(default, rename = "width_px")]
+    _width_px: IgnoredAny,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Obstacle {
+    polygon: Vec<Pixel>,
+    #[serde(default)]
+    label: String,
+}
+
+/// Reads a file of strokes.
+///
+/// # Errors
+/// [`Error::Json`] with line and column; [`Error::Number`] where there are too many strokes or points.
+pub fn read(bytes: &[u8]) -> Result<Drawing, Error> {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let page: Page = serde_json::from_slice(text).map_err(|error| Error::Json(error.to_string()))?;
+    let height = page.canvas[1];
+    let up = |[x, y]: Pixel| [x, height - y];
+    let line = |points: Vec<Pixel>| Stroke { points: points.into_iter().map(up).collect() };
+    let mut strokes: Vec<_> = page.strokes.into_iter().map(|pen| line(pen.points)).collect();
+    let mut labels: Vec<_> =
+        page.labels.into_iter().map(|label| Label { at: up(label.at), ..label }).collect();
+    for Obstacle { mut polygon, label } in page.obstacles {
+        let Some(first) = polygon.first().copied() else { continue };
+        labels.push(Label { text: label, at: up(first) });
+        polygon.push(first);
+        strokes.push(line(polygon));
+    }
+    if !page.route.is_empty() {
+        strokes.push(line(page.route));
+    }
+    check("strokes", "at most 500", strokes.len(), MOST_STROKES)?;
+    let points = strokes.iter().map(|stroke| stroke.points.len()).sum();
+    check("points of all strokes", "at most 50000", points, MOST_POINTS)?;
+    check("labels", "at most 500", labels.len(), MOST_STROKES)?;
+    Ok(Drawing { canvas: page.canvas, strokes, labels })
+}
+
+fn check(what: &str, expected: &'static str, found: usize, most: usize) -> Result<(), Error> {
+    if found <= most {
+        return Ok(());
+    }
+    Err(Error::Number { what: what.into(), expected, found: found as f64 })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn rows_go_down_and_drawings_go_up() {
+        let drawing = read(
+            br#"{ "canvas": [100, 50], "strokes": [{ "points": [[1, 2], [3, 50]], "width_px": 5 }],
+                "labels": [{ "text": "desk", "at": [10, 0] }], "start": { "at": [1, 2] },
+                "obstacles": [{ "polygon": [[0, 0], [9, 0], [9, 9]], "label": "table" }], "route": [[5, 5], [6, 6]] }"#,
+        )
+        .unwrap();
+        assert_eq!(drawing.strokes[0].points, [[1.0, 48.0], [3.0, 0.0]]);
+        assert_eq!(drawing.strokes[1].points, [[0.0, 50.0], [9.0, 50.0], [9.0, 41.0], [0.0, 50.0]]);
+        assert_eq!(drawing.strokes[2].points, [[5.0, 45.0], [6.0, 44.0]]);
+        let names: Vec<_> = drawing.labels.iter().map(|label| (label.text.as_str(), label.at)).collect();
+        assert_eq!(names, [("desk", [10.0, 50.0]), ("table", [0.0, 50.0])]);
+    }
+
+    #[test]
+    fn what_is_no_drawing_is_rejected_with_its_place() {
+        let error = read(b"{ \"canvas\": [9, 9],\n \"stroke\": [] }").unwrap_err().to_string();
+        assert!(error.contains("unknown field `stroke`") && error.contains("line 2"), "{error}");
+        let many =
+            format!("{{ \"canvas\": [9, 9], \"strokes\": [{}] }}", ["{ \"points\": [] }"; 501].join(","));
+        let error = read(many.as_bytes()).unwrap_err().to_string();
+        assert_eq!(error, "strokes: expected at most 500, found 501");
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_do_harm(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+            let _ = read(&bytes);
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The localizer for landmarks as a stage: once a tick, what the robot sees, and where it probably is in the sketch.
+
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels::{LANDMARK_ROUTE, LANDMARK_VIEW, ODOMETRY, SCAN, SONAR};
+use sketchnav_schemas::message::{LandmarkView, PoseM};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::seed;
+use sketchnav_stage::{Heard, Instant, Outbox, Stage, StageError};
+
+use crate::error::LandmarksError;
+use crate::instructions::Instructions;
+use crate::locator::{Located, Locating, Locator};
+use crate::mission::Parameters;
+use crate::motion::Motion;
+use crate::perception::{Perceiving, Perception};
+use crate::ring::Ring;
+use crate::view;
+
+/// The name of the belief's random stream.
+const STREAM: &str = "landmarks/belief";
+
+/// The localizer of a run.
+pub struct Localizer {
+    locating: Locating,
+    seed: u64,
+    ring: Ring,
+    perception: Perception,
+    motion: Motion,
+    /// Whether the route was heard.
+    is_told: bool,
+    locator: Option<Locator>,
+}
+
+/// The localizer's state, as it is read back from a checkpoint.
+#[derive(Debug, Deserialize)]
+pub struct State {
+    motion: Motion,
+    located: Option<Located>,
+}
+
+/// The same where it lies: field by field a [`State`].
+#[derive(Debug, Serialize)]
+struct StateView<'a> {
+    motion: &'a Motion,
+    located: Option<&'a Located>,
+}
+
+impl Localizer {
+    /// For a run: its robot, and the parameters of its mission.
+    ///
+    /// # Errors
+    /// [`LandmarksError`] with the key.
+    pub fn new(run: &RunConfig) -> Result<Self, LandmarksError> {
+        let parameters = Parameters::of(&run.mission)?.localizer;
+        let ring = Ring::of(&run.robot)?;
+        let settings = Perceiving {
+            robot_m: 2.0 * run.robot.radius_m,
+            ring_m: ring.ring_m(),
+            range_max_m: ring.range_max_m(),
+            ..parameters.perception
+        };
+        let perception = Perception::nomad(settings)
+            .map_err(|cause| LandmarksError::Input { file: "parameters.localizer".into(), cause })?;
+        let (locating, motion) = (parameters.locating(), Motion::default());
+        Ok(Self { locating, seed: run.seed, ring, perception, motion, is_told: false, locator: None })
+    }
+
+    fn write(&self, view: &mut LandmarkView) {
+        view.sectors_m = self.ring.sectors();
+        view::write_objects(self.perception.last_seen(), view);
+        match &self.locator {
+            Some(locator) => {
+                view::write_estimate(&locator.estimate(), view);
+                let places = locator.relations();
+                view.place_count = places.len().min(view.places_m.len()) as u32;
+                for (at, place) in view.places_m.iter_mut().zip(places) {
+                    *at = [place.ahead_m as f32, place.left_m as f32];
+                }
+            }
+            None => {
+                view.in_sketch = PoseM { orientation_w: 1.0, ..view.in_sketch };
+                view.stretch = 1.0;
+            }
+        }
+    }
+}
+
+impl Stage for Localizer {
+    const FORM: &'static str = "landmarks localizer 1";
+    type State = State;
+
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+        if message.on(LANDMARK_ROUTE).is_some() {
+            let instructions = Instructions::read(message.cells())?;
+            let seed = seed::stream(self.seed, STREAM).random();
+            let locator = instructions.sketch.map(|sketch| Locator::new(&sketch, self.locating, seed));
+            (self.locator, self.is_told) = (locator.transpose()?, true);
+        }
+        Ok(())
+    }
+
+    fn is_ready(&self) -> bool {
+        self.is_told
+    }
+
+    fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        let Some(odometry) = instant.newest(ODOMETRY) else { return Ok(()) };
+        let [moved_m, turned_rad] = self.motion.to(&odometry.pose());
+        if let Some(sonar) = instant.newest(SONAR) {
+            self.ring.hear(sonar);
+        }
+        if let Some(scan) = instant.newest(SCAN) {
+            self.ring.see(scan);
+        }
+        self.perception.see(&self.ring.sectors())?;
+        let is_fresh = instant.fresh(SONAR).is_some() || instant.fresh(SCAN).is_some();
+        if let Some(locator) = &mut self.locator {
+            let returns = self.ring.returns();
+            locator.step(moved_m, turned_rad, is_fresh.then_some(&returns));
+        }
+        let odometry = odometry.pose;
+        out.send(LANDMARK_VIEW, |view| {
+            view.odometry = odometry;
+            self.write(view);
+        })?;
+        Ok(())
+    }
+
+    fn state(&self) -> impl Serialize {
+        StateView { motion: &self.motion, located: self.locator.as_ref().map(Locator::located) }
+    }
+
+    fn restore(&mut self, state: State) -> Result<(), StageError> {
+        self.motion = state.motion;
+        if let (Some(locator), Some(located)) = (&mut self.locator, state.located) {
+            locator.restore(located);
+        }
+        Ok(())
+    }
+}

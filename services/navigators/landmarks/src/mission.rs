@@ -1,0 +1,328 @@
+//! The keys of a mission of this kind.
+//!
+//! ```toml
+//! [navigator]
+//! kind = "landmarks"
+//! method = "belief"              # or chronis-2007
+//! drawing = "sketch.json"        # strokes: see `file`
+//! canvas_m = 20.32               # what the longer side of the canvas stands for, in metres
+//! # route_file = "route.txt"     # for chronis-2007, in place of a drawing: see `language`
+//! ```
+//!
+//! The mission has one task: the route. `[parameters.sketcher]` are those of [`extraction`](crate::extraction::Parameters),
+//! `[parameters.localizer]` those of [`Locating`] and, in a table `perception`, of [`Perceiving`]; `[parameters.planner]`
+//! has the tables `states` ([`Following`]) and `belief` ([`Guiding`]).
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+
+use crate::belief::Believing;
+use crate::extraction;
+use crate::follower::Following;
+use crate::guide::Guiding;
+use crate::locator::Locating;
+use crate::memory::Remembering;
+use crate::perception::Perceiving;
+use crate::sketch::Reading;
+
+/// The word of `[navigator] kind`.
+pub const KIND: &str = "landmarks";
+/// The words of `[navigator] method`, the default first.
+pub const METHODS: [&str; 2] = ["belief", "chronis-2007"];
+
+/// Most hypotheses of a belief.
+const MOST_HYPOTHESES: usize = 20_000;
+/// Parameters that are above 0: something is divided by them, or nothing goes on without.
+const POSITIVE: [&str; 12] = [
+    "hypotheses",
+    "outline_sd_m",
+    "independent",
+    "ahead_m",
+    "speed_mps",
+    "range_m",
+    "normalization",
+    "joining",
+    "thickness_m",
+    "robot_m",
+    "ring_m",
+    "range_max_m",
+];
+/// The greatest parameter.
+const MOST: f64 = 1e6;
+
+/// How a route is driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// This project's own: by where the robot probably is in the sketch.
+    #[default]
+    Belief,
+    /// Chronis 2007: by matching landmark states.
+    #[serde(rename = "chronis-2007")]
+    Chronis2007,
+}
+
+/// What a person gives.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Given {
+    /// The file of a sketch, and how it is read.
+    Drawing(String, Reading),
+    /// The file of a route in words.
+    Words(String),
+}
+
+/// What belongs to this kind of a mission.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LandmarksMission {
+    /// How it is driven.
+    pub method: Method,
+    /// By what.
+    pub given: Given,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NavigatorKeys {
+    #[serde(default)]
+    method: Method,
+    drawing: Option<String>,
+    canvas_m: Option<f64>,
+    route_file: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TaskKeys {}
+
+impl LandmarksMission {
+    /// Reads and checks the keys of this kind.
+    ///
+    /// # Errors
+    /// [`MissionError`] with the key and what was expected.
+    pub fn of(mission: &Mission) -> Result<Self, MissionError> {
+        let NavigatorKeys { method, drawing, canvas_m, route_file } =
+            keys("navigator", &mission.navigator.given)?;
+        let wrong = |key: &str, expected, found: String| {
+            Err(MissionError::Value { key: format!("navigator.{key}"), expected, found })
+        };
+        if mission.task.len() != 1 {
+            let (expected, found) = ("one task, which is the route", mission.task.len().to_string());
+            return Err(MissionError::Value { key: "task".into(), expected, found });
+        }
+        let task = &mission.task[0];
+        let _: TaskKeys = keys(&format!("task 1 ({})", task.name), &task.given)?;
+        let reading = Reading::default();
+        let given = match (drawing, route_file) {
+            (Some(file), None) => {
+                let canvas_m = canvas_m.unwrap_or(reading.canvas_m);
+                if !(0.1..=1e4).contains(&canvas_m) {
+                    return wrong("canvas_m", "0.1 to 10000", canvas_m.to_string());
+                }
+                Given::Drawing(file, Reading { canvas_m, ..reading })
+            }
+            (None, Some(file)) if method == Method::Belief => {
+                let expected = "a drawing for method \"belief\"; words are driven by \"chronis-2007\"";
+                return wrong("route_file", expected, format!("{file:?}"));
+            }
+            (None, Some(_)) if canvas_m.is_some() => {
+                return wrong("canvas_m", "it beside a drawing only", "it beside route_file".into());
+            }
+            (None, Some(file)) => Given::Words(file),
+            (None, None) => return wrong("drawing", "it or route_file", "neither".into()),
+            (Some(_), Some(_)) => return wrong("drawing", "it or route_file", "both".into()),
+        };
+        Ok(Self { method, given })
+    }
+}
+
+/// What may be set of the localizer.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LocalizerParameters {
+    /// The belief.
+    pub belief: Believing,
+    /// The memory.
+    pub memory: Remembering,
+    /// How objects are made of ranges. Sizes of the robot and its sensors are the robot's, whatever stands here.
+    pub perception: Perceiving,
+}
+
+impl LocalizerParameters {
+    /// How the robot locates itself.
+    pub const fn locating(&self) -> Locating {
+        Locating { belief: self.belief, memory: self.memory }
+    }
+}
+
+/// What may be set of the planner.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlannerParameters {
+    /// How states are followed (`chronis-2007`).
+    pub states: Following,
+    /// How a robot is guided by its belief.
+    pub belief: Guiding,
+    /// After so long without getting anywhere, the way is blocked, in seconds.
+    pub blocked_s: f64,
+}
+
+impl Default for PlannerParameters {
+    fn default() -> Self {
+        Self { states: Following::default(), belief: Guiding::default(), blocked_s: 20.0 }
+    }
+}
+
+/// All parameters of a mission.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    /// Of the sketcher.
+    pub extraction: extraction::Parameters,
+    /// Of the localizer.
+    pub localizer: LocalizerParameters,
+    /// Of the planner.
+    pub planner: PlannerParameters,
+}
+
+impl Parameters {
+    /// Reads and checks them.
+    ///
+    /// # Errors
+    /// [`MissionError`] with the key.
+    pub fn of(mission: &Mission) -> Result<Self, MissionError> {
+        let extraction: extraction::Parameters = table(mission, Process::Sketcher)?;
+        let localizer: LocalizerParameters = table(mission, Process::Localizer)?;
+        extraction.check().map_err(|error| wrong(Process::Sketcher, error.to_string()))?;
+        let found = localizer.belief.hypotheses;
+        if found > MOST_HYPOTHESES {
+            let reason = format!("belief.hypotheses: expected at most {MOST_HYPOTHESES}, found {found}");
+            return Err(wrong(Process::Localizer, reason));
+        }
+        Ok(Self { extraction, localizer, planner: table(mission, Process::Planner)? })
+    }
+}
+
+fn wrong(process: Process, reason: String) -> MissionError {
+    MissionError::Key { key: format!("parameters.{process}"), reason }
+}
+
+/// The parameters of a process: the defaults, and what the mission has in their place.
+fn table<T: Default + Serialize + DeserializeOwned>(
+    mission: &Mission,
+    process: Process,
+) -> Result<T, MissionError> {
+    let given = mission.parameters.of(process);
+    let parameters = overlaid(&T::default(), given);
+    let parameters = parameters.map_err(|error| wrong(process, error.message().to_owned()))?;
+    check_numbers("", given).map_err(|reason| wrong(process, reason))?;
+    Ok(parameters)
+}
+
+/// Every number is from 0 on, or above it, and none is huge.
+fn check_numbers(prefix: &str, table: &toml::Table) -> Result<(), String> {
+    for (key, value) in table {
+        let number = match value {
+            toml::Value::Table(inner) => {
+                check_numbers(&format!("{prefix}{key}."), inner)?;
+                continue;
+            }
+            toml::Value::Float(number) => *number,
+            toml::Value::Integer(number) => *number as f64,
+            _ => continue,
+        };
+        let is_positive = POSITIVE.contains(&key.as_str());
+        if !(0.0..=MOST).contains(&number) || is_positive && number == 0.0 {
+            let least = if is_positive { "above 0" } else { "from 0 on" };
+            return Err(format!("{prefix}{key}: expected a number {least}, at most {MOST}, found {number}"));
+        }
+    }
+    Ok(())
+}
+
+fn keys<T: for<'de> Deserialize<'de>>(key: &str, given: &toml::Table) -> Result<T, MissionError> {
+    let read = given.clone().try_into();
+    read.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MISSION: &str = "name='m'\nrobot='nomad200'\nworld={floor_plan='f.toml'}\nstart={world=[0,0],world_heading_deg=0}\n\
+        [navigator]\nkind='landmarks'\ndrawing='s.json'\n[[task]]\nname='to the desk'\n";
+
+    fn read(text: &str) -> Result<LandmarksMission, MissionError> {
+        LandmarksMission::of(&Mission::parse(text).unwrap())
+    }
+
+    #[test]
+    fn a_mission_has_a_sketch_or_words() {
+        let mission = read(MISSION).unwrap();
+        assert_eq!(
+            (mission.method, mission.given),
+            (Method::Belief, Given::Drawing("s.json".into(), Reading::default()))
+        );
+        let words = MISSION.replace("drawing='s.json'", "method='chronis-2007'\nroute_file='r.txt'");
+        assert_eq!(read(&words).unwrap().given, Given::Words("r.txt".into()));
+        for (i, method) in METHODS.into_iter().enumerate() {
+            let found = read(&MISSION.replace("drawing", &format!("method='{method}'\ndrawing"))).unwrap();
+            assert_eq!(found.method, [Method::Belief, Method::Chronis2007][i]);
+        }
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        for (change, words) in [
+            (("drawing='s.json'", ""), "navigator.drawing: expected it or route_file, found neither"),
+            (
+                ("drawing=", "route_file='r.txt'\ndrawing="),
+                "navigator.drawing: expected it or route_file, found both",
+            ),
+            (
+                ("drawing='s.json'", "route_file='r.txt'"),
+                "navigator.route_file: expected a drawing for method \"belief\"",
+            ),
+            (("drawing=", "canvas_m=0.0\ndrawing="), "navigator.canvas_m: expected 0.1 to 10000, found 0"),
+            (("drawing=", "method='best'\ndrawing="), "navigator: unknown variant `best`"),
+            (("drawing=", "metres=1\ndrawing="), "navigator: unknown field `metres`"),
+            (("[[task]]\n", "[[task]]\ngoal=[1,2]\n"), "task 1 (to the desk): unknown field `goal`"),
+            (
+                ("[[task]]\n", "[[task]]\nname='a'\n[[task]]\n"),
+                "task: expected one task, which is the route, found 2",
+            ),
+        ] {
+            let error = read(&MISSION.replace(change.0, change.1)).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn parameters_are_checked_by_process_and_key() {
+        let with = |text: &str| Parameters::of(&Mission::parse(&format!("{MISSION}{text}")).unwrap());
+        let set = with("[parameters.localizer.belief]\nhypotheses=50\n[parameters.planner]\nblocked_s=5.0\n")
+            .unwrap();
+        assert_eq!((set.localizer.belief.hypotheses, set.planner.blocked_s), (50, 5.0));
+        assert_eq!(set.localizer.belief.cone, Believing::default().cone);
+        for (text, words) in [
+            ("[parameters.localizer]\nbeams=3\n", "parameters.localizer: unknown field `beams`"),
+            ("[parameters.localizer.belief]\nhypotheses=0\n", "belief.hypotheses: expected a number above 0"),
+            (
+                "[parameters.localizer.belief]\nhypotheses=100000\n",
+                "belief.hypotheses: expected at most 20000",
+            ),
+            (
+                "[parameters.planner.states.control]\nspeed_mps=-1.0\n",
+                "states.control.speed_mps: expected a number above 0",
+            ),
+            (
+                "[parameters.planner.belief]\nahead_m=0.0\n",
+                "parameters.planner: belief.ahead_m: expected a number above 0",
+            ),
+            ("[parameters.sketcher]\nrobot_m=0.0\n", "parameters.sketcher: robot_m"),
+        ] {
+            let error = with(text).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

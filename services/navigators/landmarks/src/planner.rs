@@ -1,0 +1,414 @@
+//! The planner for landmarks as a stage: follows landmark states, or the drawn route by where the robot probably is.
+//!
+//! It answers every view with how far the robot has come, one command and one status.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_motion::mission::{Mission as Errands, Phase, TaskInfo};
+use sketchnav_schemas::channels::{
+    COMMAND, LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, MISSION, ODOMETRY, ORDERS, STATUS,
+};
+use sketchnav_schemas::codes::{LandmarkEvent, RouteCommand, TaskState};
+use sketchnav_schemas::message::{LandmarkProgress, LandmarkView, MetRelation, Text, Twist};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::{Limits, Robot};
+use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
+
+use crate::control::{self, Drive};
+use crate::error::{Error, LandmarksError};
+use crate::follower::{Event, Follower, Progress, Viewed};
+use crate::guide::{Guide, Guided, Journey, Outcome};
+use crate::instructions::Instructions;
+use crate::matching::{self, Features};
+use crate::mission::{LandmarksMission, Method, Parameters, PlannerParameters};
+use crate::motion::Motion;
+use crate::perception::Seen;
+use crate::ring::Ring;
+use crate::route::{Command, Route};
+use crate::view;
+
+/// A robot that goes slower than this gets nowhere, in metres a second.
+const STANDING_MPS: f64 = 0.02;
+
+/// What drives.
+enum Driver {
+    /// By landmark states.
+    States(Follower),
+    /// By a belief; with the states, where there are any.
+    Belief { guide: Guide, route: Option<Route> },
+}
+
+/// What drives, as far as it changes.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+enum Driven {
+    States(Progress),
+    Belief(Journey),
+}
+
+/// The planner of a run.
+pub struct Planner {
+    method: Method,
+    task: TaskInfo,
+    parameters: PlannerParameters,
+    limits: Limits,
+    nominal_dt_s: f64,
+    waits_for_order: bool,
+    driver: Option<Driver>,
+    /// How far along the route each state is, as far as it is known.
+    along_m: Vec<f64>,
+    seen: Vec<Seen>,
+    mission: Errands,
+    motion: Motion,
+    course: Course,
+}
+
+/// What changes in a drive beside the driver's own.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct Course {
+    /// For so long the robot gets nowhere, in seconds.
+    standing_s: f64,
+    /// Speed and turn rate.
+    command: [f64; 2],
+    /// The number of the state that is waited for.
+    next: usize,
+    /// What has just happened: a number of [`LandmarkEvent`].
+    event: u32,
+}
+
+/// The planner's state.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct State {
+    mission: Errands,
+    motion: Motion,
+    course: Course,
+    driven: Option<Driven>,
+}
+
+/// What this kind demands of a mission and a robot.
+///
+/// # Errors
+/// [`LandmarksError`] with the key or the sensor.
+pub fn check(mission: &Mission, robot: &Robot) -> Result<(), LandmarksError> {
+    LandmarksMission::of(mission)?;
+    Parameters::of(mission)?;
+    robot.odometry()?;
+    Ring::of(robot).map(drop)
+}
+
+impl Planner {
+    /// For a run: its robot, its task, and the parameters of its mission.
+    ///
+    /// # Errors
+    /// [`LandmarksError`] with the key.
+    pub fn new(run: &RunConfig) -> Result<Self, LandmarksError> {
+        check(&run.mission, &run.robot)?;
+        let mission = LandmarksMission::of(&run.mission)?;
+        let mut parameters = Parameters::of(&run.mission)?.planner;
+        let limits = run.robot.limits;
+        for control in [&mut parameters.states.control, &mut parameters.belief.control] {
+            control.speed_mps = control.speed_mps.min(limits.speed_mps);
+        }
+        let task = &run.mission.task[0];
+        Ok(Self {
+            method: mission.method,
+            task: TaskInfo { name: Text::new(&task.name), time_limit_s: task.time_limit_s },
+            parameters,
+            limits,
+            nominal_dt_s: 1.0 / run.robot.tick_hz(),
+            waits_for_order: run.pace == Pace::Lockstep,
+            driver: None,
+            along_m: Vec::new(),
+            seen: Vec::with_capacity(sketchnav_schemas::message::MAX_SEEN_OBJECTS),
+            mission: Errands::new(run.pad),
+            motion: Motion::default(),
+            course: Course::default(),
+        })
+    }
+
+    fn go_on(&mut self, view: &LandmarkView, motion: [f64; 2], dt_s: f64) {
+        let is_ready = self.mission.is_ordered() && self.driver.is_some();
+        if let Some(next) = self.mission.due(is_ready, 1) {
+            self.mission.begin(next);
+            self.course = Course { next: 1, ..Course::default() };
+        }
+        match self.mission.phase() {
+            Phase::Driving => self.drive(view, motion, dt_s),
+            Phase::Waiting => {
+                let reason = if self.driver.is_some() {
+                    "waiting for the order to start"
+                } else {
+                    "waiting for the route"
+                };
+                self.mission.report(TaskState::Waiting, reason);
+                self.stop();
+            }
+            Phase::Ended | Phase::Over => self.stop(),
+        }
+    }
+
+    fn drive(&mut self, view: &LandmarkView, [moved_m, turned_rad]: [f64; 2], dt_s: f64) {
+        self.seen.clear();
+        self.seen.extend(view::objects(view));
+        let Some(driver) = &mut self.driver else { return };
+        let viewed = Viewed { seen: &self.seen, sectors: &view.sectors_m, time_s: dt_s, moved_m, turned_rad };
+        let (drive, ended) = match driver {
+            Driver::States(follower) => by_states(follower, &viewed, &mut self.course),
+            Driver::Belief { guide, .. } => by_belief(guide, &self.along_m, view, &viewed, &mut self.course),
+        };
+        self.command(drive);
+        let stands = moved_m.abs() < STANDING_MPS * dt_s;
+        self.course.standing_s = if stands { self.course.standing_s + dt_s } else { 0.0 };
+        let front_m = control::front_m(&view.sectors_m);
+        match ended {
+            Some(End::Arrived) => {
+                self.mission.end(
+                    TaskState::Reached,
+                    format_args!("{front_m:.1} m before what is at the route's end"),
+                );
+            }
+            Some(End::Lost(why)) => self.mission.end(TaskState::Lost, why),
+            None if self.course.standing_s > self.parameters.blocked_s => {
+                self.mission.end(TaskState::Blocked, "no way past what is in front");
+            }
+            None => {
+                let about = About { next: self.course.next, command: self.about() };
+                if self.mission.go_on(&self.task, about) {
+                    return;
+                }
+            }
+        }
+        self.stop();
+    }
+
+    fn stop(&mut self) {
+        self.course.command = [0.0; 2];
+    }
+
+    /// What the robot can do of what it is to do.
+    fn command(&mut self, drive: Drive) {
+        let Limits { speed_mps, yaw_rate_radps, .. } = self.limits;
+        self.course.command = [
+            drive.speed_mps.clamp(-speed_mps, speed_mps),
+            drive.yaw_rate_radps.clamp(-yaw_rate_radps, yaw_rate_radps),
+        ];
+    }
+
+    /// What the route does where the robot is.
+    fn about(&self) -> Command {
+        match &self.driver {
+            Some(Driver::States(follower)) => follower.command(),
+            Some(Driver::Belief { guide, .. }) => guide.command(),
+            None => Command::Stop,
+        }
+    }
+
+    fn route(&self) -> Option<(&Route, Features)> {
+        match self.driver.as_ref()? {
+            Driver::States(follower) => Some((follower.route(), follower.features())),
+            Driver::Belief { route, .. } => Some((route.as_ref()?, Features::default())),
+        }
+    }
+
+    fn remaining_m(&self, view: &LandmarkView) -> f64 {
+        match &self.driver {
+            Some(Driver::Belief { guide, .. }) => {
+                (guide.length_m() - guide.along_m()).max(0.0) * view.stretch
+            }
+            Some(Driver::States(_)) => {
+                let here = self.along_m.get(self.course.next.saturating_sub(1));
+                here.zip(self.along_m.last()).map_or(0.0, |(here, end)| end - here)
+            }
+            None => 0.0,
+        }
+    }
+
+    fn write(&self, progress: &mut LandmarkProgress) {
+        progress.command = match self.about() {
+            Command::Forward => RouteCommand::Forward,
+            Command::Left => RouteCommand::Left,
+            Command::Right => RouteCommand::Right,
+            Command::Stop => RouteCommand::Stop,
+        }
+        .code();
+        progress.event = self.course.event;
+        if let Some(Driver::Belief { guide, .. }) = &self.driver {
+            (progress.along_m, progress.length_m) = (guide.along_m(), guide.length_m());
+        }
+        let Some((route, features)) = self.route() else { return };
+        progress.state_count = route.states.len() as u32;
+        progress.next = self.course.next.min(route.states.len()) as u32;
+        let is_matched = self.course.event == LandmarkEvent::Matched.code();
+        let Some(state) =
+            route.states.get(self.course.next - usize::from(is_matched && self.course.next > 0))
+        else {
+            return;
+        };
+        let met = matching::witnesses(state, &self.seen, features).take(progress.met.len());
+        for (place, (relation, object)) in progress.met.iter_mut().zip(met) {
+            *place = MetRelation { relation: relation as u32, object: object as u32 };
+            progress.met_count += 1;
+        }
+    }
+}
+
+/// How a drive ends.
+enum End {
+    Arrived,
+    Lost(Lost),
+}
+
+/// Why a robot is lost, for people.
+enum Lost {
+    State(usize),
+    NoGoal,
+    Fit(f64),
+}
+
+impl std::fmt::Display for Lost {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::State(number) => write!(f, "state {} did not come in twice the time", number + 1),
+            Self::NoGoal => f.write_str("no object where the route ends"),
+            Self::Fit(fit) => write!(f, "only {:.0} % of what is seen fits the sketch", 100.0 * fit),
+        }
+    }
+}
+
+/// What the robot is about, for people.
+struct About {
+    next: usize,
+    command: Command,
+}
+
+impl std::fmt::Display for About {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, until state {}", self.command, self.next + 1)
+    }
+}
+
+fn by_states(follower: &mut Follower, viewed: &Viewed<'_>, course: &mut Course) -> (Drive, Option<End>) {
+    let (drive, event) = follower.step(viewed);
+    course.next = follower.next();
+    let (event, end) = match event {
+        None => (LandmarkEvent::Nothing, None),
+        Some(Event::Matched(_)) => (LandmarkEvent::Matched, None),
+        Some(Event::Arrived) => (LandmarkEvent::Arrived, Some(End::Arrived)),
+        Some(Event::Lost(state)) => (LandmarkEvent::Lost, Some(End::Lost(Lost::State(state)))),
+    };
+    course.event = event.code();
+    (drive, end)
+}
+
+fn by_belief(
+    guide: &mut Guide,
+    along_m: &[f64],
+    view: &LandmarkView,
+    viewed: &Viewed<'_>,
+    course: &mut Course,
+) -> (Drive, Option<End>) {
+    let estimate = view::estimate(view);
+    let (drive, outcome) = guide.step(&Guided { estimate, sectors: viewed.sectors, moved_m: viewed.moved_m });
+    // The last state is where the robot arrives.
+    let is_passed = along_m.get(course.next).is_some_and(|at| *at <= guide.along_m());
+    let is_matched = is_passed && course.next + 1 < along_m.len();
+    course.next += usize::from(is_matched);
+    let (event, end) = match outcome {
+        None if is_matched => (LandmarkEvent::Matched, None),
+        None => (LandmarkEvent::Nothing, None),
+        Some(Outcome::Arrived) => (LandmarkEvent::Arrived, Some(End::Arrived)),
+        Some(Outcome::NoGoal) => (LandmarkEvent::Lost, Some(End::Lost(Lost::NoGoal))),
+        Some(Outcome::Lost) => (LandmarkEvent::Lost, Some(End::Lost(Lost::Fit(estimate.fit)))),
+    };
+    course.event = event.code();
+    (drive, end)
+}
+
+impl Driver {
+    fn new(
+        method: Method,
+        instructions: &Instructions,
+        parameters: &PlannerParameters,
+    ) -> Result<Self, Error> {
+        let route = instructions.route()?;
+        if method == Method::Chronis2007 {
+            let missing = || Error::States { expected: "landmark states", found: "none".into() };
+            return Ok(Self::States(Follower::new(route.ok_or_else(missing)?, parameters.states)?));
+        }
+        let sketch = instructions.sketch.as_ref().ok_or(Error::NoRoute { objects: 0, stray: 0 })?;
+        Ok(Self::Belief { guide: Guide::new(sketch, parameters.belief)?, route })
+    }
+}
+
+impl Stage for Planner {
+    const FORM: &'static str = "landmarks planner 1";
+    type State = State;
+
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+        if message.on(LANDMARK_ROUTE).is_some() {
+            let instructions = Instructions::read(message.cells())?;
+            let driver = Driver::new(self.method, &instructions, &self.parameters)?;
+            self.driver = Some(driver);
+            let along_m = self.route().map_or(Vec::new(), |(route, _)| route.along_m());
+            self.along_m = along_m.into_iter().map_while(|along| along).collect();
+        } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
+            self.mission.on_order(order);
+        }
+        Ok(())
+    }
+
+    fn is_ready(&self) -> bool {
+        self.mission.is_ordered() && self.driver.is_some() || !self.waits_for_order
+    }
+
+    fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        let (Some(view), Some(odometry)) = (instant.newest(LANDMARK_VIEW), instant.newest(ODOMETRY)) else {
+            return Ok(());
+        };
+        let dt_s = self.mission.begin_step(&view.header, odometry, self.nominal_dt_s);
+        let motion = self.motion.to(&view.odometry());
+        self.course.event = LandmarkEvent::Nothing.code();
+        if self.mission.is_held() {
+            self.stop();
+        } else {
+            self.go_on(view, motion, dt_s);
+        }
+        out.send(LANDMARK_PROGRESS, |progress| self.write(progress))?;
+        let [vx_mps, yaw_rate_radps] = self.course.command;
+        out.send(COMMAND, |command| {
+            command.twist = Twist { vx_mps, vy_mps: 0.0, yaw_rate_radps };
+            command.last = self.mission.is_last().into();
+        })?;
+        let remaining_m = self.remaining_m(view);
+        out.send(STATUS, |status| {
+            let header = status.header;
+            self.mission.write_status(Some(&self.task), 1, remaining_m, status);
+            status.header = header;
+        })?;
+        Ok(())
+    }
+
+    fn state(&self) -> impl Serialize {
+        let driven = self.driver.as_ref().map(|driver| match driver {
+            Driver::States(follower) => Driven::States(*follower.progress()),
+            Driver::Belief { guide, .. } => Driven::Belief(*guide.journey()),
+        });
+        State { mission: self.mission.clone(), motion: self.motion, course: self.course, driven }
+    }
+
+    fn restore(&mut self, state: State) -> Result<(), StageError> {
+        let State { mission, motion, course, driven } = state;
+        (self.mission, self.motion, self.course) = (mission, motion, course);
+        match (&mut self.driver, driven) {
+            (Some(Driver::States(follower)), Some(Driven::States(progress))) => follower.restore(progress)?,
+            (Some(Driver::Belief { guide, .. }), Some(Driven::Belief(journey))) => guide.restore(journey),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn recover(&mut self, remains: &dyn Remains) {
+        if let Some(last) = remains.of(STATUS) {
+            self.mission.resume_behind(&last);
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! What is seen, as messages and back.
+
+use sketchnav_qualitative::hof::Surround;
+use sketchnav_schemas::geometry::{Pose, Sketch};
+use sketchnav_schemas::message::{LandmarkView, MAX_SEEN_OBJECTS, PoseM, SeenObject};
+
+use crate::belief::Estimate;
+use crate::perception::Seen;
+use crate::route::{DIRECTIONS, Place};
+
+/// Codes of places that surround the robot: see [`SeenObject::place`].
+const COMPLETELY: u32 = 16;
+const FROM: u32 = 32;
+const OPENING_AT: u32 = 48;
+
+/// The code of a place.
+pub fn code(place: Place) -> u32 {
+    match place {
+        Place::Direction(direction) => u32::from(direction),
+        Place::Surrounds(Surround::Completely) => COMPLETELY,
+        Place::Surrounds(Surround::From(direction)) => FROM + direction as u32,
+        Place::Surrounds(Surround::OpeningAt(direction)) => OPENING_AT + direction as u32,
+    }
+}
+
+/// The place of a code; codes between those of a kind are taken around.
+pub fn place(code: u32) -> Place {
+    let direction = code % u32::from(DIRECTIONS);
+    match code / u32::from(DIRECTIONS) {
+        0 => Place::Direction(direction as u8),
+        1 => Place::Surrounds(Surround::Completely),
+        2 => Place::Surrounds(Surround::From(direction as usize)),
+        _ => Place::Surrounds(Surround::OpeningAt(direction as usize)),
+    }
+}
+
+/// Writes what is seen.
+pub fn write_objects(seen: &[Seen], view: &mut LandmarkView) {
+    let seen = &seen[..seen.len().min(MAX_SEEN_OBJECTS)];
+    view.object_count = seen.len() as u32;
+    for (object, seen) in view.objects.iter_mut().zip(seen) {
+        let [first, count] = seen.beams.map(u32::from);
+        let (proximity_m, width) = (seen.proximity_m, seen.width);
+        *object = SeenObject { place: code(seen.place), first, count, reserved: 0, proximity_m, width };
+    }
+}
+
+/// What was seen.
+pub fn objects(view: &LandmarkView) -> impl Iterator<Item = Seen> + '_ {
+    view.objects().iter().map(|object| Seen {
+        place: place(object.place),
+        proximity_m: object.proximity_m,
+        width: object.width,
+        beams: [object.first as u16, object.count as u16],
+    })
+}
+
+/// Writes where the robot probably is.
+pub fn write_estimate(estimate: &Estimate, view: &mut LandmarkView) {
+    let [x, y] = estimate.at;
+    view.in_sketch = PoseM::new(&Pose::<Sketch>::new(x, y, estimate.heading_rad));
+    (view.stretch, view.spread_m, view.fit) =
+        (estimate.stretch, estimate.spread_m, estimate.fit.clamp(0.0, 1.0));
+}
+
+/// Where the robot probably is.
+pub fn estimate(view: &LandmarkView) -> Estimate {
+    let pose = view.in_sketch();
+    Estimate {
+        at: [pose.x, pose.y],
+        heading_rad: pose.yaw_rad,
+        stretch: view.stretch,
+        spread_m: view.spread_m,
+        fit: view.fit,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    #[test]
+    fn places_survive_the_way() {
+        let directions = (0..16).map(Place::Direction);
+        let around = (0..16).flat_map(|d| [Surround::From(d), Surround::OpeningAt(d)]);
+        let all = directions.chain(around.chain([Surround::Completely]).map(Place::Surrounds));
+        for one in all {
+            assert_eq!(place(code(one)), one);
+        }
+    }
+
+    #[test]
+    fn what_is_seen_survives_the_way() {
+        let one = |direction| Seen {
+            place: Place::Direction(direction),
+            proximity_m: 1.5,
+            width: 20.0,
+            beams: [14, 3],
+        };
+        let seen = [one(15), one(3)];
+        let mut view = LandmarkView::zeroed();
+        write_objects(&seen, &mut view);
+        assert_eq!(objects(&view).collect::<Vec<_>>(), seen);
+        write_objects(&[one(0); 40], &mut view);
+        assert_eq!(objects(&view).count(), MAX_SEEN_OBJECTS);
+    }
+}

@@ -1,0 +1,566 @@
+//! Which piece of a seen outline is which piece of a drawing's: a cyclic alignment of the two by dynamic programming.
+//!
+//! What is compared is the direction of the wall, as in the matching of closed contours (Schmidt, Farin and Cremers 2007; Sebastian,
+//! Klein and Kimia 2003), and, the more the nearer, bearing and distance from where the robot started. Scale does not
+//! enter: either side may go on where the other one stays, at a cost. A gap of the seen outline stands for
+//! any stretch of the drawing, at a small cost a sample. Both outlines go round counter-clockwise, so no alignment is a mirror image.
+//!
+//! The drawing has no first sample: each of several is tried as the partner of the first piece. [`Search`] spreads
+//! these trials over as many steps as the caller likes.
+
+use serde::{Deserialize, Serialize};
+
+use crate::outline::{Outline, Piece, Place, SeenOutline};
+
+/// What the alignment weighs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights {
+    /// One side goes on where the other one stays: this, beside what the two cost.
+    pub stay: f64,
+    /// A sample of the drawing that lies behind a gap.
+    pub gap: f64,
+    /// A sample of the drawing before the first piece.
+    pub unmatched: f64,
+    /// Bearings from the start that differ: this times 1 − cos of the difference, at the start.
+    pub bearing: f64,
+    /// Distances from the start that differ: this times the square of the logarithm of their ratio, at the start.
+    pub distance: f64,
+    /// The square of that logarithm counts up to this.
+    pub most_distance: f64,
+    /// Over this distance from the start both fall to 1/e, ...
+    pub reach_m: f64,
+    /// ... and to this share of their weight in the end.
+    pub share_afar: f64,
+    /// So much is added to distances before they are compared.
+    pub near_m: f64,
+    /// A place that is forbidden to a sample costs so much there.
+    pub forbidden: f64,
+    /// Places nearer than this to a forbidden one are forbidden, too.
+    pub away_m: f64,
+    /// Each so-manieth sample of the drawing is tried as the first.
+    pub stride: usize,
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Self {
+            stay: 0.15,
+            gap: 0.03,
+            unmatched: 1.0,
+            bearing: 0.5,
+            distance: 0.1,
+            most_distance: 4.0,
+            reach_m: 4.0,
+            share_afar: 0.15,
+            near_m: 0.3,
+            forbidden: 5.0,
+            away_m: 2.5,
+            stride: 5,
+        }
+    }
+}
+
+/// What both sides know: where the robot started, how the two frames are turned, and how large the drawing about is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Anchor {
+    /// The start in the drawing.
+    pub drawn: Place,
+    /// The start in the map.
+    pub seen: Place,
+    /// A direction in the drawing is the one in the map turned by this, counter-clockwise.
+    pub turn_rad: f64,
+    /// Metres that a unit of the drawing about is.
+    pub scale_m: f64,
+}
+
+/// A place of the map that is not to be the partner of a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Forbidden {
+    /// The sample of the drawing.
+    pub sample: u16,
+    /// The place.
+    pub place: Place,
+}
+
+/// Two outlines that are to be aligned.
+#[derive(Debug, Clone, Copy)]
+pub struct Problem<'a> {
+    /// The drawing's.
+    pub drawn: &'a Outline,
+    /// What was seen.
+    pub seen: &'a SeenOutline,
+    /// What both sides know.
+    pub anchor: &'a Anchor,
+    /// How many times as much each sample counts; empty: all the same.
+    pub emphasis: &'a [f64],
+    /// Places that samples are not to have as partners.
+    pub forbidden: &'a [Forbidden],
+}
+
+/// The partner of a sample of the drawing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Partner {
+    /// None: the map has nothing of it.
+    Nothing,
+    /// A place of the map's walls.
+    Wall(Place),
+    /// It lies behind this gap.
+    Gap(u16),
+}
+
+/// An alignment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Alignment {
+    /// What it costs: less is better.
+    pub cost: f64,
+    /// The partner of each sample of the drawing.
+    pub partners: Vec<Partner>,
+    /// How far the directions of a sample and of its partners differ: 1 − cos, the mean over its partners; 0 without any.
+    pub misfits: Vec<f32>,
+}
+
+const MATCH: u8 = 1;
+const SAMPLE: u8 = 2;
+const PIECE: u8 = 3;
+const BEHIND: u8 = 4;
+
+/// Aligns a drawing's outline with seen ones; keeps its working memory.
+#[derive(Debug, Clone, Default)]
+pub struct Aligner {
+    weights: Costs,
+    samples: usize,
+    /// For each piece the cost of each sample, twice round; nothing for a gap.
+    costs: Vec<f32>,
+    /// The directions of the samples, and of the pieces turned as the drawing is.
+    directions: [Vec<[f64; 2]>; 2],
+    pieces: Vec<Piece>,
+    column: Vec<f32>,
+    steps: Vec<u8>,
+}
+
+/// The weights that the dynamic programme itself uses.
+#[derive(Debug, Clone, Copy, Default)]
+struct Costs {
+    stay: f32,
+    gap: f32,
+    unmatched: f32,
+    stride: usize,
+}
+
+impl Aligner {
+    /// Takes two outlines.
+    pub fn set(&mut self, weights: &Weights, problem: &Problem<'_>) {
+        let Problem { drawn, seen, anchor, emphasis, forbidden } = *problem;
+        let Weights { stay, gap, unmatched, stride, .. } = *weights;
+        let [stay, gap, unmatched] = [stay, gap, unmatched].map(|weight| weight as f32);
+        self.weights = Costs { stay, gap, unmatched, stride };
+        self.samples = drawn.places.len();
+        self.pieces.clear();
+        self.pieces.extend(&seen.pieces);
+        self.costs.clear();
+        self.costs.resize(self.pieces.len() * 2 * self.samples, 0.0);
+        let samples = from_start(drawn, anchor, weights);
+        let [sample_directions, piece_directions] = &mut self.directions;
+        sample_directions.clone_from(&drawn.directions);
+        piece_directions.clear();
+        for (piece, row) in self.pieces.iter().zip(self.costs.chunks_mut((2 * self.samples).max(1))) {
+            let mut turned = [0.0; 2];
+            if let Piece::Wall { place, direction } = piece {
+                let piece = Seen::new(*place, *direction, anchor, weights);
+                turned = piece.direction;
+                for (sample, cost) in samples.iter().zip(&mut *row) {
+                    *cost = sample.cost(&piece, weights) as f32;
+                }
+                row.iter_mut().zip(emphasis).for_each(|(cost, emphasis)| *cost *= *emphasis as f32);
+                for forbidden in forbidden {
+                    let off = [0, 1].map(|k| place[k] - forbidden.place[k]);
+                    if off[0].hypot(off[1]) < weights.away_m {
+                        row[usize::from(forbidden.sample)] += weights.forbidden as f32;
+                    }
+                }
+                let (first, second) = row.split_at_mut(self.samples);
+                second.copy_from_slice(first);
+            }
+            piece_directions.push(turned);
+        }
+    }
+
+    /// How many samples are tried as the first piece's partner.
+    pub fn starts(&self) -> usize {
+        self.samples.div_ceil(self.weights.stride.max(1))
+    }
+
+    /// Steps of the dynamic programme that one start takes.
+    pub fn work(&self) -> usize {
+        self.samples * self.pieces.len()
+    }
+
+    /// The cost of the best alignment with this start.
+    pub fn cost(&mut self, start: usize) -> f64 {
+        self.sweep::<false>(start)
+    }
+
+    /// The best alignment with this start.
+    pub fn trace(&mut self, start: usize) -> Alignment {
+        let cost = self.sweep::<true>(start);
+        let (samples, rows) = (self.samples, self.samples + 1);
+        let first = start * self.weights.stride;
+        let mut sums = vec![([0.0; 2], 0.0, 0.0); samples];
+        let mut partners = vec![Partner::Nothing; samples];
+        let (mut i, mut j) = (samples, self.pieces.len());
+        while i > 0 || j > 0 {
+            let step = if j > 0 { self.steps[j * rows + i] } else { SAMPLE };
+            let sample = (i + samples - 1 + first) % samples.max(1);
+            match (step, j.checked_sub(1).map(|j| self.pieces[j])) {
+                (BEHIND, Some(Piece::Gap(gap))) => partners[sample] = Partner::Gap(gap),
+                (_, Some(Piece::Wall { place, .. })) if i > 0 => {
+                    let (sum, misfit, count) = &mut sums[sample];
+                    (0..2).for_each(|k| sum[k] += place[k]);
+                    let [drawn, seen] = [self.directions[0][sample], self.directions[1][j - 1]];
+                    *misfit += 1.0 - (drawn[0] * seen[0] + drawn[1] * seen[1]);
+                    *count += 1.0;
+                }
+                _ => {}
+            }
+            i -= usize::from(matches!(step, MATCH | SAMPLE | BEHIND));
+            j -= usize::from(matches!(step, MATCH | PIECE));
+        }
+        let mut misfits = vec![0.0; samples];
+        for ((partner, misfit), (sum, off, count)) in partners.iter_mut().zip(&mut misfits).zip(sums) {
+            if count > 0.0 {
+                *partner = Partner::Wall(sum.map(|part| part / count));
+                *misfit = (off / count) as f32;
+            }
+        }
+        Alignment { cost, partners, misfits }
+    }
+
+    /// The dynamic programme, a piece after the other: `column[i]` is the least cost of aligning the first i samples from the
+    /// start on with the pieces so far.
+    fn sweep<const TRACES: bool>(&mut self, start: usize) -> f64 {
+        let (samples, first) = (self.samples, start * self.weights.stride);
+        let Costs { stay, gap, unmatched, .. } = self.weights;
+        let rows = samples + 1;
+        self.column.clear();
+        self.column.extend((0..rows).map(|i| i as f32 * unmatched));
+        if TRACES {
+            self.steps.clear();
+            self.steps.resize((self.pieces.len() + 1) * rows, SAMPLE);
+        }
+        for (j, piece) in self.pieces.iter().enumerate() {
+            let steps = if TRACES { &mut self.steps[(j + 1) * rows..][..rows] } else { &mut [][..] };
+            if TRACES {
+                steps[0] = PIECE;
+            }
+            if matches!(piece, Piece::Gap(_)) {
+                let mut above = self.column[0];
+                for (i, cell) in self.column.iter_mut().enumerate().skip(1) {
+                    let (stays, behind) = (*cell, above + gap);
+                    above = if behind < stays { behind } else { stays };
+                    *cell = above;
+                    if TRACES {
+                        steps[i] = if behind < stays { BEHIND } else { PIECE };
+                    }
+                }
+                continue;
+            }
+            let costs = &self.costs[j * 2 * samples + first..][..samples];
+            let mut diagonal = self.column[0];
+            let mut above = diagonal + costs.first().copied().unwrap_or_default() + stay;
+            self.column[0] = above;
+            for (i, (cell, cost)) in self.column[1..].iter_mut().zip(costs).enumerate() {
+                let (both, one) = (diagonal + 2.0 * cost, cost + stay);
+                let (sample, piece) = (above + one, *cell + one);
+                diagonal = *cell;
+                let lesser = if sample < both { sample } else { both };
+                above = if piece < lesser { piece } else { lesser };
+                *cell = above;
+                if TRACES {
+                    let less = if sample < both { SAMPLE } else { MATCH };
+                    steps[i + 1] = if piece < lesser { PIECE } else { less };
+                }
+            }
+        }
+        f64::from(self.column[samples])
+    }
+}
+
+/// A sample of the drawing as the start sees it.
+struct Drawn {
+    direction: [f64; 2],
+    bearing: [f64; 2],
+    ln_distance: f64,
+}
+
+/// A piece of the seen outline as the start sees it, turned as the drawing is.
+struct Seen {
+    direction: [f64; 2],
+    bearing: [f64; 2],
+    ln_distance: f64,
+    nearness: f64,
+}
+
+fn from_start(drawn: &Outline, anchor: &Anchor, weights: &Weights) -> Vec<Drawn> {
+    let sample = |(place, direction): (&Place, &[f64; 2])| {
+        let off = [0, 1].map(|k| (place[k] - anchor.drawn[k]) * anchor.scale_m);
+        let distance = off[0].hypot(off[1]);
+        let ln_distance = (distance + weights.near_m).ln();
+        Drawn { direction: *direction, bearing: off.map(|part| part / distance.max(1e-9)), ln_distance }
+    };
+    drawn.places.iter().zip(&drawn.directions).map(sample).collect()
+}
+
+impl Seen {
+    fn new(place: Place, direction: [f64; 2], anchor: &Anchor, weights: &Weights) -> Self {
+        let (sin, cos) = anchor.turn_rad.sin_cos();
+        let turned = |v: [f64; 2]| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1]];
+        let off = turned([0, 1].map(|k| place[k] - anchor.seen[k]));
+        let distance = off[0].hypot(off[1]);
+        Self {
+            direction: turned(direction),
+            bearing: off.map(|part| part / distance.max(1e-9)),
+            ln_distance: (distance + weights.near_m).ln(),
+            nearness: (-distance / weights.reach_m).exp() + weights.share_afar,
+        }
+    }
+}
+
+impl Drawn {
+    fn cost(&self, seen: &Seen, weights: &Weights) -> f64 {
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let ratio = self.ln_distance - seen.ln_distance;
+        let bearing = weights.bearing * (1.0 - dot(self.bearing, seen.bearing));
+        let distance = weights.distance * (ratio * ratio).min(weights.most_distance);
+        1.0 - dot(self.direction, seen.direction) + (bearing + distance) * seen.nearness
+    }
+}
+
+/// A search for the best alignment that can be interrupted after each start.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Search {
+    next: u32,
+    best: Option<(f64, u32)>,
+}
+
+impl Search {
+    /// Tries starts until about so many steps of the dynamic programme are taken, one at least. Whether it has tried all.
+    pub fn advance(&mut self, aligner: &mut Aligner, work: usize) -> bool {
+        let count = (work / aligner.work().max(1)).max(1);
+        for start in (self.next as usize..aligner.starts()).take(count) {
+            let cost = aligner.cost(start);
+            if self.best.is_none_or(|(least, _)| cost < least) {
+                self.best = Some((cost, start as u32));
+            }
+            self.next = start as u32 + 1;
+        }
+        self.next as usize >= aligner.starts()
+    }
+
+    /// The best start so far.
+    pub fn best(&self) -> Option<usize> {
+        self.best.map(|(_, start)| start as usize)
+    }
+
+    /// The whole search at once.
+    pub fn whole(aligner: &mut Aligner) -> Option<Alignment> {
+        let mut search = Self::default();
+        while !search.advance(aligner, usize::MAX) {}
+        search.best().map(|start| aligner.trace(start))
+    }
+}
+
+/// The turn from the map to the drawing that is nearest to `guess_rad` and makes their walls parallel: walls of buildings mostly
+/// stand at right angles. `guess_rad` itself where either outline has no such directions.
+pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64 {
+    const LEAST_COHERENCE: f64 = 0.3;
+    let walls = seen.pieces.iter().filter_map(|piece| match piece {
+        Piece::Wall { direction, .. } => Some(*direction),
+        Piece::Gap(_) => None,
+    });
+    let quarter = std::f64::consts::FRAC_PI_2;
+    match (main_direction(drawn.directions.iter().copied()), main_direction(walls)) {
+        (Some((drawn_rad, drawn)), Some((seen_rad, seen))) if drawn.min(seen) > LEAST_COHERENCE => {
+            let off = drawn_rad - seen_rad - guess_rad;
+            guess_rad + off - quarter * (off / quarter).round()
+        }
+        _ => guess_rad,
+    }
+}
+
+/// The direction of most walls, modulo a right angle, and how many agree, from 0 to 1.
+fn main_direction(directions: impl Iterator<Item = [f64; 2]>) -> Option<(f64, f64)> {
+    let (mut sum, mut count) = ([0.0; 2], 0.0);
+    for [x, y] in directions {
+        // The fourth power of x + iy.
+        let (real, imaginary) = (x * x - y * y, 2.0 * x * y);
+        sum = [sum[0] + real * real - imaginary * imaginary, sum[1] + 2.0 * real * imaginary];
+        count += 1.0;
+    }
+    (count > 0.0).then(|| (sum[1].atan2(sum[0]) / 4.0, sum[0].hypot(sum[1]) / count))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An L with arms of unequal length, counter-clockwise; and the same with other proportions, as a person may draw it.
+    const FLOOR: [Place; 6] = [[0.0, 0.0], [12.0, 0.0], [12.0, 3.0], [4.0, 3.0], [4.0, 8.0], [0.0, 8.0]];
+    const DRAWN: [Place; 6] =
+        [[0.0, 0.0], [150.0, 0.0], [150.0, 60.0], [70.0, 60.0], [70.0, 130.0], [0.0, 130.0]];
+    const START: [Place; 2] = [[35.0, 65.0], [2.0, 4.0]];
+
+    fn pieces(corners: &[Place], count: usize) -> SeenOutline {
+        let outline = Outline::of_polygon(corners, count);
+        let piece =
+            |(place, direction): (&Place, &[f64; 2])| Piece::Wall { place: *place, direction: *direction };
+        let pieces = outline.places.iter().zip(&outline.directions).map(piece).collect();
+        SeenOutline { pieces, gaps: Vec::new() }
+    }
+
+    fn anchor(turn_rad: f64) -> Anchor {
+        Anchor { drawn: START[0], seen: START[1], turn_rad, scale_m: 0.08 }
+    }
+
+    fn aligned(drawn: &Outline, seen: &SeenOutline, anchor: &Anchor) -> Alignment {
+        let mut aligner = Aligner::default();
+        aligner.set(&Weights::default(), &Problem { drawn, seen, anchor, emphasis: &[], forbidden: &[] });
+        Search::whole(&mut aligner).unwrap()
+    }
+
+    /// How far the partners of the drawing's corners are from the floor's corners, metres.
+    fn off_m(drawn: &Outline, alignment: &Alignment, floor: &[Place]) -> f64 {
+        let nearest = |corner: &Place| {
+            let off = |k: &usize| {
+                let place = drawn.places[*k];
+                (place[0] - corner[0]).hypot(place[1] - corner[1])
+            };
+            (0..drawn.places.len()).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap()
+        };
+        let off = |(drawn_corner, corner): (&Place, &Place)| match alignment.partners[nearest(drawn_corner)] {
+            Partner::Wall(place) => (place[0] - corner[0]).hypot(place[1] - corner[1]),
+            _ => f64::INFINITY,
+        };
+        DRAWN.iter().zip(floor).map(off).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn corners_find_their_partners_in_other_proportions() {
+        let drawn = Outline::of_polygon(&DRAWN, 220);
+        let found = aligned(&drawn, &pieces(&FLOOR, 160), &anchor(0.0));
+        assert!(off_m(&drawn, &found, &FLOOR) < 0.8, "{}", off_m(&drawn, &found, &FLOOR));
+    }
+
+    #[test]
+    fn where_the_outlines_begin_does_not_matter() {
+        let drawn = Outline::of_polygon(&DRAWN, 220);
+        let whole = pieces(&FLOOR, 160);
+        let cost = aligned(&drawn, &whole, &anchor(0.0)).cost;
+        for shift in [7, 40, 111] {
+            let mut turned = whole.clone();
+            turned.pieces.rotate_left(shift);
+            let found = aligned(&drawn, &turned, &anchor(0.0));
+            assert!((found.cost - cost).abs() < 0.1 * cost, "{shift}: {} {cost}", found.cost);
+            assert!(off_m(&drawn, &found, &FLOOR) < 0.8);
+        }
+    }
+
+    #[test]
+    fn a_map_turned_against_the_drawing_aligns_as_well() {
+        let drawn = Outline::of_polygon(&DRAWN, 220);
+        let cost = aligned(&drawn, &pieces(&FLOOR, 160), &anchor(0.0)).cost;
+        let turn = 2.0_f64;
+        let (sin, cos) = turn.sin_cos();
+        let turned = FLOOR.map(|p| {
+            let off = [p[0] - START[1][0], p[1] - START[1][1]];
+            [START[1][0] + cos * off[0] - sin * off[1], START[1][1] + sin * off[0] + cos * off[1]]
+        });
+        let seen = pieces(&turned, 160);
+        let by_walls = turn_by_walls(&drawn, &seen, -turn + 0.2);
+        assert!((by_walls + turn).abs() < 0.02, "{by_walls}");
+        let found = aligned(&drawn, &seen, &anchor(by_walls));
+        assert!((found.cost - cost).abs() < 0.1 * cost, "{} {cost}", found.cost);
+        assert!(off_m(&drawn, &found, &turned) < 0.8);
+    }
+
+    /// The L's mirror image has its arms the other way round.
+    #[test]
+    fn a_mirror_image_is_never_preferred() {
+        let mirror = |p: Place| [-p[0], p[1]];
+        let mut mirrored = DRAWN.map(mirror);
+        mirrored.reverse();
+        let seen = pieces(&FLOOR, 160);
+        let right = aligned(&Outline::of_polygon(&DRAWN, 220), &seen, &anchor(0.0));
+        let wrong = Anchor { drawn: mirror(START[0]), ..anchor(0.0) };
+        for turn in 0..4 {
+            let turn_rad = f64::from(turn) * std::f64::consts::FRAC_PI_2;
+            let anchor = Anchor { turn_rad, ..wrong };
+            let found = aligned(&Outline::of_polygon(&mirrored, 220), &seen, &anchor);
+            assert!(found.cost > 1.5 * right.cost, "{turn}: {} {}", found.cost, right.cost);
+        }
+    }
+
+    /// The robot has seen the upper arm and none of the right one.
+    #[test]
+    fn what_was_not_seen_lies_behind_the_gap() {
+        let drawn = Outline::of_polygon(&DRAWN, 220);
+        let mut seen = pieces(&FLOOR, 160);
+        seen.pieces.retain(|piece| matches!(piece, Piece::Wall { place, .. } if place[0] < 5.0));
+        let gap = seen.pieces.windows(2).position(|pair| {
+            let place = |piece: Piece| match piece {
+                Piece::Wall { place, .. } => place,
+                Piece::Gap(_) => [0.0; 2],
+            };
+            place(pair[1])[1] - place(pair[0])[1] > 2.0
+        });
+        seen.pieces.insert(gap.unwrap() + 1, Piece::Gap(0));
+        seen.gaps.push(vec![[5.0, 1.5]]);
+        let found = aligned(&drawn, &seen, &anchor(0.0));
+        for (place, partner) in drawn.places.iter().zip(&found.partners) {
+            if place[0] > 100.0 {
+                assert_eq!(*partner, Partner::Gap(0), "{place:?}");
+            } else if place[0] < 50.0 {
+                assert!(matches!(partner, Partner::Wall(_)), "{place:?} {partner:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_rival_keeps_away_from_what_is_forbidden() {
+        let drawn = Outline::of_polygon(&DRAWN, 220);
+        let seen = pieces(&FLOOR, 160);
+        let best = aligned(&drawn, &seen, &anchor(0.0));
+        let forbidden: Vec<_> = best.partners[30..50]
+            .iter()
+            .zip(30..)
+            .filter_map(|(partner, sample)| match partner {
+                Partner::Wall(place) => Some(Forbidden { sample, place: *place }),
+                _ => None,
+            })
+            .collect();
+        let mut aligner = Aligner::default();
+        let (anchor, emphasis) = (anchor(0.0), &[]);
+        let problem =
+            Problem { drawn: &drawn, seen: &seen, anchor: &anchor, emphasis, forbidden: &forbidden };
+        aligner.set(&Weights::default(), &problem);
+        let rival = Search::whole(&mut aligner).unwrap();
+        assert!(rival.cost > best.cost + 1.0, "{} {}", rival.cost, best.cost);
+    }
+
+    #[test]
+    fn a_search_in_small_steps_finds_the_same() {
+        let drawn = Outline::of_polygon(&DRAWN, 220);
+        let seen = pieces(&FLOOR, 160);
+        let mut aligner = Aligner::default();
+        let anchor = anchor(0.0);
+        let problem = Problem { drawn: &drawn, seen: &seen, anchor: &anchor, emphasis: &[], forbidden: &[] };
+        aligner.set(&Weights::default(), &problem);
+        let whole = Search::whole(&mut aligner).unwrap();
+        let mut search = Search::default();
+        let mut steps = 1;
+        while !search.advance(&mut aligner, 100_000) {
+            steps += 1;
+        }
+        assert!(steps > 10);
+        assert_eq!(aligner.trace(search.best().unwrap()), whole);
+    }
+}

@@ -1,0 +1,178 @@
+//! Harmonic measure: which share of each piece of an outline a place inside has.
+//!
+//! A map between two outlines is extended to the inside by Laplace's equation: the image of a place is the mean of the
+//! images of the outline, each weighted by the place's harmonic measure there (the chance that a random walk
+//! from the place first meets the outline there). The equation is solved on a coarse grid by conjugate gradients (Hestenes and Stiefel 1952).
+
+use crate::outline::{Outline, Place};
+use crate::region::Region;
+
+/// The inside of a drawing's outline on a coarse grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interior {
+    /// Cells of the region along a cell of the grid.
+    step: f64,
+    /// With an empty cell all around.
+    grid: Region,
+    /// The sample of the outline that is nearest to each side of a cell beyond which the outside lies.
+    sides: Vec<(u32, u16)>,
+    samples: usize,
+}
+
+/// A coarse cell is inside where the region covers at least this share of it.
+const COVERED: f64 = 0.4;
+const TOLERANCE: f64 = 1e-7;
+const MOST_ROUNDS: usize = 4000;
+
+impl Interior {
+    /// Of a region and its outline: at most about `cells` coarse cells along its longer side.
+    pub fn new(region: &Region, outline: &Outline, cells: usize) -> Self {
+        let step = (region.width.max(region.height) as f64 / cells as f64).max(1.0);
+        let along = |length: usize| (length as f64 / step).ceil() as usize;
+        let [width, height] = [along(region.width), along(region.height)].map(|count| count + 2);
+        let (mut free, mut all) = (vec![0.0; width * height], vec![0.0; width * height]);
+        for (index, is_free) in region.cells.iter().enumerate() {
+            let [column, row] = region.at(index).map(|at| (at as f64 / step) as usize + 1);
+            all[row * width + column] += 1.0;
+            free[row * width + column] += f64::from(u8::from(*is_free));
+        }
+        let inside = Region::of(width, height, |k| free[k] > 0.0 && free[k] >= COVERED * all[k]);
+        let parts = largest(&inside);
+        let mut interior = Self { step, grid: parts, sides: Vec::new(), samples: outline.places.len() };
+        interior.find_sides(outline);
+        interior
+    }
+
+    fn find_sides(&mut self, outline: &Outline) {
+        let nearest = |place: Place| {
+            let square = |k: &usize| {
+                let off = [0, 1].map(|axis| outline.places[*k][axis] - place[axis]);
+                off[0] * off[0] + off[1] * off[1]
+            };
+            (0..outline.places.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or_default()
+        };
+        for cell in (0..self.grid.cells.len()).filter(|cell| self.grid.cells[*cell]) {
+            for beside in self.beside(cell) {
+                if !self.grid.cells[beside] {
+                    self.sides.push((cell as u32, nearest(self.middle(beside)) as u16));
+                }
+            }
+        }
+    }
+
+    fn beside(&self, cell: usize) -> [usize; 4] {
+        [cell + 1, cell - 1, cell + self.grid.width, cell - self.grid.width]
+    }
+
+    /// The middle of a coarse cell, in cells of the region.
+    fn middle(&self, cell: usize) -> Place {
+        self.grid.at(cell).map(|at| (at as f64 - 0.5) * self.step)
+    }
+
+    /// The harmonic measure of a place: a share for each sample of the outline, together 1. A place outside has that of the
+    /// nearest one inside.
+    pub fn measure(&self, at: Place) -> Vec<f64> {
+        let mut shares = vec![0.0; self.samples];
+        let place = at.map(|part| part / self.step + 1.0);
+        let reach = (self.grid.width + self.grid.height) as f64;
+        let Some(cell) = self.grid.nearest(place, reach) else { return shares };
+        let visits = self.solve(cell);
+        for &(cell, sample) in &self.sides {
+            shares[usize::from(sample)] += visits[cell as usize];
+        }
+        let sum: f64 = shares.iter().sum();
+        if sum > 0.0 {
+            shares.iter_mut().for_each(|share| *share /= sum);
+        }
+        shares
+    }
+
+    /// Solves Laplace's equation with zero outside and a source in a cell.
+    fn solve(&self, source: usize) -> Vec<f64> {
+        let inside: Vec<usize> = (0..self.grid.cells.len()).filter(|cell| self.grid.cells[*cell]).collect();
+        let mut found = vec![0.0; self.grid.cells.len()];
+        let mut residual = found.clone();
+        residual[source] = 1.0;
+        let (mut direction, mut image) = (residual.clone(), found.clone());
+        let mut square = 1.0;
+        for _ in 0..MOST_ROUNDS {
+            let mut along = 0.0;
+            for &cell in &inside {
+                let beside: f64 = self.beside(cell).iter().map(|beside| direction[*beside]).sum();
+                image[cell] = 4.0 * direction[cell] - beside;
+                along += direction[cell] * image[cell];
+            }
+            let step = square / along;
+            let mut next = 0.0;
+            for &cell in &inside {
+                found[cell] += step * direction[cell];
+                residual[cell] -= step * image[cell];
+                next += residual[cell] * residual[cell];
+            }
+            if next < TOLERANCE * TOLERANCE {
+                break;
+            }
+            let share = next / square;
+            square = next;
+            inside.iter().for_each(|&cell| direction[cell] = residual[cell] + share * direction[cell]);
+        }
+        found
+    }
+}
+
+/// The largest part that hangs together.
+fn largest(region: &Region) -> Region {
+    let mut left = region.clone();
+    let mut largest = Region { cells: vec![false; region.cells.len()], ..*region };
+    let mut most = 0;
+    while let Some(seed) = left.cells.iter().position(|cell| *cell) {
+        let part = left.connected(seed);
+        left.cells.iter_mut().zip(&part.cells).for_each(|(cell, taken)| *cell &= !taken);
+        let count = part.count();
+        if count > most {
+            (largest, most) = (part, count);
+        }
+    }
+    largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rectangle(width: usize, height: usize) -> (Region, Outline) {
+        let region = Region::of(width + 20, height + 20, |k| {
+            let (x, y) = (k % (width + 20), k / (width + 20));
+            (10..width + 10).contains(&x) && (10..height + 10).contains(&y)
+        });
+        let outline = Outline::of_region(&region, 200, 1.0);
+        (region, outline)
+    }
+
+    /// Coordinates are harmonic: the mean of the outline's places by the measure is the place itself.
+    #[test]
+    fn the_identity_on_the_outline_is_the_identity_inside() {
+        let (region, outline) = rectangle(200, 120);
+        let interior = Interior::new(&region, &outline, 128);
+        for at in [[110.0, 70.0], [30.0, 30.0], [200.0, 120.0]] {
+            let shares = interior.measure(at);
+            assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+            let image =
+                [0, 1].map(|k| shares.iter().zip(&outline.places).map(|(w, p)| w * p[k]).sum::<f64>());
+            assert!((image[0] - at[0]).hypot(image[1] - at[1]) < 3.0, "{at:?} {image:?}");
+        }
+    }
+
+    #[test]
+    fn a_place_in_an_arm_has_the_arms_walls() {
+        let region = Region::of(300, 300, |k| {
+            let (x, y) = (k % 300, k / 300);
+            (20..280).contains(&x) && (20..80).contains(&y) || (20..80).contains(&x) && (20..280).contains(&y)
+        });
+        let outline = Outline::of_region(&region, 220, 2.0);
+        let shares = Interior::new(&region, &outline, 128).measure([50.0, 240.0]);
+        let upper: f64 =
+            shares.iter().zip(&outline.places).filter(|(_, p)| p[1] > 150.0).map(|(w, _)| w).sum();
+        assert!(upper > 0.97, "{upper}");
+    }
+}

@@ -1,0 +1,163 @@
+//! Driving by what the outline of the seen space says: the explorer sets courses through its map, and the local planner
+//! follows them around what the laser sees.
+
+use std::f64::consts::TAU;
+
+use crate::planning::chart::Chart;
+use sketchnav_mapping::Map;
+use sketchnav_motion::progress::ProgressChecker;
+use sketchnav_motion::recovery::Recovery;
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::geometry::{Odom, Point, Pose};
+use sketchnav_schemas::message::Correspondence;
+
+use super::way::{LENGTH_SHARE, farthest_within, is_in_reach};
+use super::{Driver, Guide, TaskStatus};
+use crate::planner::explorer::{Advice, Explorer};
+use crate::planner::reason::Reason;
+
+/// A look turns by what the laser leaves out, and so much more, radians.
+const LOOK_MORE_RAD: f64 = 0.3;
+
+/// Joins the map and the odometry frame where the robot is now.
+#[derive(Debug, Clone, Copy)]
+struct Join {
+    map: Pose<Map>,
+    odom: Pose<Odom>,
+}
+
+impl Join {
+    fn to_odom(self, place: Point<Map>) -> Point<Odom> {
+        self.odom.compose(&self.map.motion_to(&Pose::new(place.x, place.y, 0.0))).position()
+    }
+
+    fn to_map(self, place: Point<Odom>) -> Point<Map> {
+        self.map.compose(&self.odom.motion_to(&Pose::new(place.x, place.y, 0.0))).position()
+    }
+}
+
+impl Driver {
+    /// A step by the explorer's advice.
+    pub(super) fn explore(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
+        if self.attempt.recovery.is_some() {
+            return self.recover(chart, now_s, dt_s);
+        }
+        let left_s = self.attempt.limit_s - now_s;
+        let Some(explorer) = &mut self.explorer else { return TaskStatus::Driving(Reason::None) };
+        let (before, aimed) = (explorer.course_end(), (explorer.aim(), explorer.looks()));
+        match explorer.step(left_s) {
+            Advice::Arrived(evidence) => {
+                self.stop(dt_s);
+                return TaskStatus::Ended(TaskState::Reached, Reason::Matched(evidence));
+            }
+            Advice::Look => return self.look(chart, now_s, dt_s),
+            Advice::Drive => {}
+        }
+        let Some(aim) = explorer.aim() else {
+            self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
+            self.stop(dt_s);
+            return TaskStatus::Driving(Reason::Comparing);
+        };
+        if explorer.course_end() != before {
+            self.attempt.plan_due_s = now_s;
+        }
+        // Who goes to and fro between two places on purpose is not stuck.
+        if (explorer.aim(), explorer.looks()) != aimed {
+            self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
+        }
+        self.plan_when_due(chart, now_s);
+        if self.is_stuck(chart, now_s) {
+            return self.give_way(chart, now_s, dt_s);
+        }
+        self.pursuit.follow(
+            &self.local_path,
+            &chart.robot_m(),
+            &self.obstacles,
+            self.parameters.speed_share,
+            dt_s,
+        );
+        TaskStatus::Driving(Reason::Exploring(aim))
+    }
+
+    fn look(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
+        self.stop(dt_s);
+        self.attempt.arrival.begin_look();
+        let left_rad = (TAU - self.field_of_view_rad).max(0.0) + LOOK_MORE_RAD;
+        let until_s = now_s + 2.0 * left_rad / self.turn_rate_radps + 2.0;
+        self.attempt.recovery = Some(Recovery::Spin { left_rad, yaw_rad: chart.robot_m().yaw_rad, until_s });
+        TaskStatus::Driving(Reason::Surveying)
+    }
+
+    /// A maneuver has ended. If it was a look of the explorer's, it takes in what was seen; the filter's arrivals are doubted by
+    /// looks, too, in drawings that the explorer leaves alone.
+    pub(super) fn end_look(&mut self) {
+        let is_explorers = self.attempt.guide == Guide::Outline && self.attempt.arrival.is_looking();
+        if let Some(explorer) = self.explorer.as_mut().filter(|_| is_explorers) {
+            explorer.end_look();
+        }
+    }
+
+    /// A robot that gets no farther backs up, and takes another course at the second time.
+    fn give_way(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
+        self.stop(dt_s);
+        let place = chart.robot_m().position();
+        if !self.attempt.stuck.count(place, &self.parameters.progress()) {
+            let here = chart.robot_px().position();
+            return TaskStatus::Ended(TaskState::Blocked, Reason::Shut(here, self.attempt.stuck.total));
+        }
+        if let Some(explorer) = self.explorer.as_mut().filter(|_| self.attempt.stuck.here > 1) {
+            explorer.give_way();
+        }
+        self.attempt.recovery = Some(Recovery::begin(now_s, place));
+        TaskStatus::Driving(Reason::Recovering(self.attempt.stuck.total))
+    }
+
+    /// Whether there is something new of what corresponds to what.
+    pub fn has_news(&mut self) -> bool {
+        self.explorer.as_mut().is_some_and(Explorer::has_news)
+    }
+
+    /// Writes what corresponds to what, but for its header.
+    pub fn write_correspondence(&self, out: &mut Correspondence) {
+        if let Some(explorer) = &self.explorer {
+            explorer.write(out);
+        }
+    }
+
+    /// The cost of the way that is left of the course, metres.
+    pub(super) fn course_cost_m(&self) -> f64 {
+        let of = |explorer: &Explorer| explorer.cost_m(explorer.robot().position());
+        self.explorer.as_ref().map_or(f64::INFINITY, of)
+    }
+
+    /// Plans to the farthest waypoint of the course in the local window that is in reach; else to where the least is left.
+    pub(super) fn plan_on_course(&mut self, chart: &Chart) {
+        let Some(explorer) = &self.explorer else { return };
+        let join = Join { map: explorer.robot(), odom: chart.robot_m() };
+        explorer.descend(&mut self.map_path);
+        self.course_path.clear();
+        self.course_path.extend(self.map_path.iter().map(|&place| join.to_odom(place)));
+        self.global_path.clear();
+        let room = self.global_path.capacity();
+        self.global_path.extend(self.course_path.iter().take(room).map(|&place| chart.to_sketch(place)));
+        let robot = chart.robot_m().position();
+        let path = &self.course_path;
+        self.attempt.remaining_m = length_m(path);
+        let window_m = self.parameters.window_radius_m;
+        let index = farthest_within(path, window_m, |place| self.local.contains(place));
+        self.local.search(robot, path.get(index).copied());
+        let reached = |i: &usize| is_in_reach(&self.local, path[*i], length_m(&path[..=*i]));
+        let gets_on = |i: &usize| path[*i].distance(&robot) > super::way::LEAST_STEP_M;
+        let all = std::iter::once(index).chain((0..index).rev().take_while(gets_on));
+        let found = all.into_iter().find(reached);
+        let rest_m = |place| explorer.cost_m(join.to_map(place));
+        self.attempt.detour = found != Some(index);
+        let end = found.map(|i| path[i]).or_else(|| self.local.best(LENGTH_SHARE, rest_m)).unwrap_or(robot);
+        self.attempt.target_px = chart.to_sketch(end);
+        self.local.path(end, &mut self.local_path);
+    }
+}
+
+fn length_m(path: &[Point<Odom>]) -> f64 {
+    path.windows(2).map(|pair| pair[0].distance(&pair[1])).sum()
+}

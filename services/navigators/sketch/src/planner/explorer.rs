@@ -1,0 +1,581 @@
+//! Where the goal must lie in what the robot has seen, and where to look for it.
+//!
+//! The explorer maps the whole drive ([`sketchnav_mapping`]), takes the outline of what it has seen, and aligns it with the drawing's.
+//! The goal has a share of each piece of the drawing's outline (its harmonic measure). Where these pieces
+//! were seen, their places in the map say where the goal is. Where they lie behind a gap, the robot drives to that gap and
+//! looks; a gap that shows nothing is shut. Before it believes an arrival it asks for the best *rival*: the best
+//! alignment by which the goal lies elsewhere. If the rival costs hardly more, it looks there first.
+//!
+//! An alignment is spread over steps: each takes a fixed part of the work. The explorer knows no clock and no channel; the same scans
+//! give the same courses.
+
+mod chart;
+mod correspondence;
+mod course;
+mod paper;
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use sketchnav_mapping::alignment::{
+    Aligner, Alignment, Anchor, Forbidden, Partner, Problem, Search, Weights, turn_by_walls,
+};
+use sketchnav_mapping::mapper::{self, Mapper};
+use sketchnav_mapping::outline::{Place, SeenOutline, Taking, free_around};
+use sketchnav_mapping::region::Region;
+use sketchnav_mapping::scan::Scan;
+use sketchnav_mapping::{CellGrid, Map};
+use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
+use sketchnav_schemas::message::LaserScan;
+
+use crate::planning::parameters::Parameters;
+use crate::sketch::SketchGrid;
+use chart::{Chart, Field};
+pub use course::Aim;
+use course::{Course, Likely};
+use paper::Paper;
+
+/// Samples of the drawing's outline.
+const SAMPLES: usize = 220;
+/// Steps of the dynamic programme that are taken in a step.
+const WORK: usize = 600_000;
+/// Most pieces of a seen outline.
+const MOST_PIECES: usize = 900;
+/// Most places of gaps that are shut.
+const MOST_SHUT: usize = 4096;
+/// The outline is aligned anew after so many metres on the way to a gap or the goal.
+const ANEW_M: f64 = 0.9;
+/// A gap is reached within this distance of the nearest place, metres.
+const AT_GAP_M: f64 = 0.3;
+/// The goal is reached within this distance of the nearest place, metres.
+const AT_GOAL_M: f64 = 0.35;
+/// A rival's place is reached within this distance, metres.
+const AT_RIVAL_M: f64 = 0.6;
+/// A rival that has the goal within this distance of where another one had it is not looked at again, metres.
+const LOOKED_AT_M: f64 = 1.5;
+/// A look that shows no more than this is one that shows nothing, square metres.
+const SHOWS_M2: f64 = 0.08;
+/// What is shut of a gap lies within this distance of the robot, metres, ...
+const SHUT_M: f64 = 0.8;
+/// ... or so much farther than the robot is from the middle of the gap.
+const SHUT_BEYOND_M: f64 = 0.3;
+/// The speed that one may count on, m/s.
+const USUAL_MPS: f64 = 0.42;
+/// Ways are so many times as long as the straight line.
+const WINDING: f64 = 1.5;
+/// Time that is kept for the end, seconds.
+const SPARE_S: f64 = 25.0;
+/// A sample with this share of the goal has the whole emphasis.
+const WHOLE_SHARE: f64 = 0.05;
+/// A goal of which less than this was seen has no place.
+const LEAST_SEEN: f64 = 0.02;
+
+/// What the robot is to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Advice {
+    /// Go on along the course; wait where there is none.
+    Drive,
+    /// Turn on the spot, to see what is all around.
+    Look,
+    /// The goal is here.
+    Arrived(Evidence),
+}
+
+/// What an arrival is believed by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// What the best rival costs more, and how far from here it has the goal, metres; `None` where there was no time to ask.
+    pub rival: Option<(f64, f64)>,
+    /// How far the walls around the goal differ in direction from what was seen.
+    pub misfit: f64,
+}
+
+impl fmt::Display for Evidence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.rival {
+            Some((margin, away_m)) => write!(f, "margin {margin:.2} at {away_m:.1} m")?,
+            None => f.write_str("no rival asked")?,
+        }
+        write!(f, ", misfit {:.3}", self.misfit)
+    }
+}
+
+/// An alignment that is being computed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Job {
+    seen: SeenOutline,
+    anchor: Anchor,
+    forbidden: Vec<Forbidden>,
+    /// What the best alignment costs, where this is one for its rival.
+    best: Option<f64>,
+    search: Search,
+}
+
+/// What was asked about the best rival.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Rival {
+    margin: f64,
+    place: Place,
+}
+
+/// All that changes, but for the map.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct State {
+    /// The heading at the first scan by the drawing is that of the start.
+    goal: Option<Point<Sketch>>,
+    has_looked: bool,
+    job: Option<Job>,
+    course: Option<Course>,
+    /// Where the robot was when the outline was taken last.
+    taken_at: Option<Place>,
+    shut: Vec<Place>,
+    /// What is to be shut if the look shows nothing: its places, and how much was free before.
+    looking: Option<(Vec<Place>, u32)>,
+    looks: u32,
+    /// Where rivals had the goal, or the gaps behind which they had it, that the robot has looked at.
+    looked_at: Vec<Place>,
+    rival: Option<Rival>,
+    is_news: bool,
+    /// The last alignment, with its outline.
+    last: Option<(SeenOutline, Alignment)>,
+}
+
+/// The explorer's memory as it is read back from a checkpoint.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Memory {
+    state: State,
+    mapper: mapper::State,
+}
+
+/// The same where it lies.
+#[derive(Debug, Serialize)]
+pub struct MemoryView<'a> {
+    state: &'a State,
+    mapper: &'a mapper::State,
+}
+
+/// See the module.
+#[derive(Debug)]
+pub struct Explorer {
+    parameters: Parameters,
+    mapping: sketchnav_mapping::Parameters,
+    mapper: Mapper,
+    paper: Option<Paper>,
+    shares: Vec<f64>,
+    /// How many times as much each sample of the drawing counts: walls around the goal say most about it.
+    emphasis: Vec<f64>,
+    weights: Weights,
+    aligner: Aligner,
+    field: Option<Field>,
+    state: State,
+}
+
+impl Explorer {
+    /// For a robot whose laser sees so far. It has seen nothing.
+    ///
+    /// # Errors
+    /// A parameter of the mapper that cannot be.
+    pub fn new(parameters: &Parameters, range_max_m: f64) -> Result<Self, sketchnav_mapping::Error> {
+        let mut mapping = sketchnav_mapping::Parameters::default();
+        mapping.open_range_m = range_max_m.min(mapping.mapping_range_m);
+        Ok(Self {
+            parameters: parameters.clone(),
+            mapping,
+            mapper: Mapper::new(mapping)?,
+            paper: None,
+            shares: Vec::new(),
+            emphasis: Vec::new(),
+            weights: Weights { away_m: parameters.rival_away_m, ..Weights::default() },
+            aligner: Aligner::default(),
+            field: None,
+            state: State::default(),
+        })
+    }
+
+    /// Takes over the drawing and the start in it. What was seen before belongs to another drawing.
+    pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
+        self.paper = Paper::new(sketch, start, self.parameters.building_size_m);
+        self.state = State::default();
+        if let Ok(mapper) = Mapper::new(self.mapping) {
+            self.mapper = mapper;
+        }
+    }
+
+    /// What it remembers; nothing is copied.
+    pub fn memory(&self) -> MemoryView<'_> {
+        MemoryView { state: &self.state, mapper: self.mapper.state() }
+    }
+
+    /// Goes on from the memory of an explorer with the same drawing and parameters; from nothing where it is of others.
+    pub fn restore(&mut self, memory: Memory) {
+        if let Ok(mapper) = Mapper::restore(self.mapping, memory.mapper) {
+            (self.mapper, self.state) = (mapper, memory.state);
+            self.weigh_goal();
+            self.field = self.state.course.as_ref().and_then(|course| Field::new(&course.chart, course.cell));
+            self.prepare_job();
+        }
+    }
+
+    /// Whether goals are to be found this way: where the drawing shows an open floor.
+    pub fn is_in_charge(&self) -> bool {
+        self.paper.as_ref().is_some_and(|paper| paper.open_share >= self.parameters.least_open_share)
+    }
+
+    /// Takes in a scan of a robot that believes to be at `robot` by its wheels.
+    pub fn observe(&mut self, robot: Pose<Odom>, base_from_laser: Pose<Base>, scan: &LaserScan) {
+        if !self.is_in_charge() {
+            return;
+        }
+        let scan = Scan {
+            ranges_m: &scan.ranges_m[..(scan.beam_count as usize).min(scan.ranges_m.len())],
+            first_rad: scan.angle_min_rad.into(),
+            step_rad: scan.angle_increment_rad.into(),
+            range_min_m: scan.range_min_m.into(),
+            range_max_m: scan.range_max_m.into(),
+            base_from_laser,
+        };
+        // A scan that no laser sends was rejected before; nothing would change.
+        let _ = self.mapper.update(robot, &scan);
+    }
+
+    /// Begins to look for a goal.
+    pub fn begin(&mut self, goal: Point<Sketch>) {
+        self.state.goal = Some(goal);
+        (self.state.job, self.state.course, self.state.taken_at) = (None, None, None);
+        (self.state.looking, self.state.looks, self.field) = (None, 0, None);
+        (self.state.looked_at, self.state.rival) = (Vec::new(), None);
+        self.weigh_goal();
+    }
+
+    fn weigh_goal(&mut self) {
+        self.shares = match (&self.paper, self.state.goal) {
+            (Some(paper), Some(goal)) => paper.shares(goal),
+            _ => Vec::new(),
+        };
+        let more = |share: &f64| 1.0 + self.parameters.goal_emphasis * (share / WHOLE_SHARE).min(1.0);
+        self.emphasis = self.shares.iter().map(more).collect();
+    }
+
+    /// Takes a step: `left_s` seconds are left for the task.
+    pub fn step(&mut self, left_s: f64) -> Advice {
+        if !std::mem::replace(&mut self.state.has_looked, true) {
+            return Advice::Look;
+        }
+        if let Some(job) = &mut self.state.job {
+            if !job.search.advance(&mut self.aligner, WORK) {
+                return Advice::Drive;
+            }
+            return match self.state.job.take() {
+                Some(job) => self.decide(job, left_s),
+                None => Advice::Drive,
+            };
+        }
+        if self.is_due() {
+            self.begin_job(Vec::new(), None);
+        }
+        Advice::Drive
+    }
+
+    /// The look around has ended.
+    pub fn end_look(&mut self) {
+        if let Some((places, before)) = self.state.looking.take() {
+            let shown = self.free().count() as f64 - f64::from(before);
+            if shown * self.mapping.cell_m.powi(2) < SHOWS_M2 {
+                self.shut(&places);
+            }
+        }
+        self.begin_job(Vec::new(), None);
+    }
+
+    /// The robot gets no farther on its course.
+    pub fn give_way(&mut self) {
+        if let Some(course) = self.state.course.take() {
+            let gap = course.gap.clone();
+            self.shut(&gap);
+        }
+        self.field = None;
+        self.begin_job(Vec::new(), None);
+    }
+
+    /// What the robot is driving to.
+    pub fn aim(&self) -> Option<Aim> {
+        self.state.course.as_ref().map(|course| course.aim)
+    }
+
+    /// How often it has looked where a rival had the goal.
+    pub fn looks(&self) -> u32 {
+        self.state.looks
+    }
+
+    /// Where its course ends.
+    pub fn course_end(&self) -> Option<Place> {
+        self.state.course.as_ref().map(|course| course.end)
+    }
+
+    /// The cost of the way from a place to the end of the course, metres at least; infinite where there is none.
+    pub fn cost_m(&self, place: Point<Map>) -> f64 {
+        self.field.as_ref().map_or(f64::INFINITY, |field| field.cost_m([place.x, place.y]))
+    }
+
+    /// Writes the way from the robot to the end of the course.
+    pub fn descend(&self, path: &mut Vec<Point<Map>>) {
+        path.clear();
+        if let Some(field) = &self.field {
+            let robot = self.mapper.pose();
+            field.descend([robot.x, robot.y], path);
+        }
+    }
+
+    /// Where the robot is in the map.
+    pub fn robot(&self) -> Pose<Map> {
+        self.mapper.pose()
+    }
+
+    fn place(&self) -> Place {
+        let pose = self.mapper.pose();
+        [pose.x, pose.y]
+    }
+
+    fn free(&self) -> Region {
+        free_around(&self.mapper.map().grid(), self.place(), 0.6)
+    }
+
+    fn is_due(&self) -> bool {
+        let Some(course) = &self.state.course else { return true };
+        let place = self.place();
+        let is_there = distance(place, course.end) < course.aim.within_m();
+        let has_moved = self.state.taken_at.is_none_or(|at| distance(at, place) > ANEW_M);
+        is_there || has_moved && course.aim != Aim::Rival
+    }
+
+    /// Takes the outline of what was seen, and begins to align it.
+    fn begin_job(&mut self, forbidden: Vec<Forbidden>, best: Option<f64>) {
+        let Some(paper) = &self.paper else { return };
+        let (grid, place) = (self.mapper.map().grid(), self.place());
+        let seen = match (&self.state.last, best) {
+            // The rival of an alignment is one of the same outline.
+            (Some((seen, _)), Some(_)) => seen.clone(),
+            _ => {
+                let free = free_around(&grid, place, 0.6);
+                SeenOutline::of_map(&grid, &free, &self.state.shut, &paper.taking())
+            }
+        };
+        if best.is_none() {
+            self.state.taken_at = Some(place);
+        }
+        // The map's x is where the robot looked at its first scan.
+        let turn_rad = turn_by_walls(&paper.outline, &seen, paper.start.yaw_rad);
+        let anchor = Anchor {
+            drawn: [paper.start.x, paper.start.y],
+            seen: [0.0; 2],
+            turn_rad,
+            scale_m: paper.scale_m,
+        };
+        self.state.job = Some(Job { seen, anchor, forbidden, best, search: Search::default() });
+        self.prepare_job();
+    }
+
+    fn prepare_job(&mut self) {
+        if let (Some(job), Some(paper)) = (&self.state.job, &self.paper) {
+            let Job { seen, anchor, forbidden, .. } = job;
+            let (drawn, emphasis) = (&paper.outline, &self.emphasis[..]);
+            self.aligner.set(&self.weights, &Problem { drawn, seen, anchor, emphasis, forbidden });
+        }
+    }
+
+    fn decide(&mut self, job: Job, left_s: f64) -> Advice {
+        let Some(start) = job.search.best() else { return Advice::Drive };
+        let alignment = self.aligner.trace(start);
+        match job.best {
+            None => {
+                self.state.is_news = true;
+                self.state.last = Some((job.seen, alignment));
+                self.choose(left_s)
+            }
+            Some(best) => self.weigh_rival(&job.seen, &alignment, alignment.cost - best, left_s),
+        }
+    }
+
+    /// Drives to the goal where it was seen, or to the gap behind which it lies.
+    fn choose(&mut self, left_s: f64) -> Advice {
+        let Some((seen, alignment)) = self.state.last.take() else { return Advice::Drive };
+        let likely = Likely::new(&self.shares, &seen, &alignment);
+        let advice = self.choose_by(&likely, &seen, &alignment, left_s);
+        if self.state.last.is_none() {
+            self.state.last = Some((seen, alignment));
+        }
+        advice
+    }
+
+    fn choose_by(
+        &mut self,
+        likely: &Likely,
+        seen: &SeenOutline,
+        alignment: &Alignment,
+        left_s: f64,
+    ) -> Advice {
+        let place = self.place();
+        let hurries = likely.place.is_some_and(|goal| {
+            likely.seen > LEAST_SEEN && left_s < distance(goal, place) * WINDING / USUAL_MPS + SPARE_S
+        });
+        let is_seen = likely.hidden < self.parameters.goal_hidden_share || likely.gap.is_none() || hurries;
+        match (is_seen, likely.place, likely.gap) {
+            (true, Some(goal), _) => {
+                let Some(way_m) = self.set_course(Aim::Goal, goal, Vec::new()) else { return Advice::Drive };
+                if way_m >= AT_GOAL_M {
+                    return Advice::Drive;
+                }
+                self.state.last = Some((seen.clone(), alignment.clone()));
+                if hurries || self.parameters.rival_margin <= 0.0 {
+                    return self.arrived(None);
+                }
+                let forbidden = self.goal_places(alignment);
+                self.begin_job(forbidden, Some(alignment.cost));
+                Advice::Drive
+            }
+            (_, _, Some((gap, point))) => {
+                let points = seen.gaps[usize::from(gap)].clone();
+                let Some(way_m) = self.set_course(Aim::Gap, point, points.clone()) else {
+                    return Advice::Drive;
+                };
+                if way_m < AT_GAP_M {
+                    let near = self.near_of(&points, point);
+                    self.state.looking = Some((near, self.free().count() as u32));
+                    return Advice::Look;
+                }
+                Advice::Drive
+            }
+            _ => Advice::Drive,
+        }
+    }
+
+    /// The places by which the goal lies where it lies: most of its mass on walls, the heaviest first.
+    fn goal_places(&self, alignment: &Alignment) -> Vec<Forbidden> {
+        const MOST: f64 = 0.6;
+        let mut walls: Vec<_> = alignment
+            .partners
+            .iter()
+            .zip(&self.shares)
+            .zip(0_u16..)
+            .filter_map(|((partner, share), sample)| match partner {
+                Partner::Wall(place) => Some((*share, Forbidden { sample, place: *place })),
+                _ => None,
+            })
+            .collect();
+        walls.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let whole: f64 = walls.iter().map(|(share, _)| share).sum();
+        let mut so_far = 0.0;
+        let heaviest = walls.iter().take_while(|(share, _)| {
+            let is_in = so_far <= MOST * whole;
+            so_far += share;
+            is_in
+        });
+        heaviest.map(|(_, forbidden)| *forbidden).collect()
+    }
+
+    /// The goal seems to be here, and the best rival costs `margin` more.
+    fn weigh_rival(&mut self, seen: &SeenOutline, rival: &Alignment, margin: f64, left_s: f64) -> Advice {
+        const LIKELY: f64 = 0.3;
+        let likely = Likely::new(&self.shares, seen, rival);
+        let (target, points) = match (likely.gap, likely.place) {
+            (Some((gap, _)), _) if likely.hidden > LIKELY => {
+                let points = seen.gaps[usize::from(gap)].clone();
+                (points[points.len() / 2], points)
+            }
+            (_, Some(place)) => (place, Vec::new()),
+            _ => return self.arrived(Some(margin)),
+        };
+        self.state.rival = Some(Rival { margin, place: target });
+        self.state.is_news = true;
+        if margin > self.parameters.rival_margin || self.state.looks >= self.parameters.rival_looks {
+            return self.arrived(Some(margin));
+        }
+        if self.state.looked_at.iter().any(|at| distance(*at, target) < LOOKED_AT_M) {
+            return self.arrived(Some(margin));
+        }
+        let before = self.state.course.clone();
+        let Some(way_m) = self.set_course(Aim::Rival, target, points.clone()) else {
+            return self.arrived(Some(margin));
+        };
+        let back_s = 2.0 * way_m / USUAL_MPS + 30.0;
+        if way_m < AT_RIVAL_M && !points.is_empty() {
+            self.look_at(target);
+            let near = self.near_of(&points, target);
+            self.shut(&near);
+            self.begin_job(Vec::new(), None);
+            return Advice::Drive;
+        }
+        if way_m < AT_RIVAL_M || back_s > left_s {
+            self.state.course = before;
+            return self.arrived(Some(margin));
+        }
+        self.look_at(target);
+        Advice::Drive
+    }
+
+    fn arrived(&self, margin: Option<f64>) -> Advice {
+        let misfit = self.state.last.as_ref().map_or(0.0, |(_, alignment)| {
+            let pairs = self.shares.iter().zip(&alignment.misfits);
+            pairs.map(|(share, misfit)| share * f64::from(*misfit)).sum()
+        });
+        let place = self.place();
+        let away_m = |rival: Rival| distance(rival.place, place);
+        let rival = margin.map(|margin| (margin, self.state.rival.map_or(f64::INFINITY, away_m)));
+        Advice::Arrived(Evidence { rival, misfit })
+    }
+
+    fn look_at(&mut self, target: Place) {
+        self.state.looks += 1;
+        self.state.looked_at.push(target);
+    }
+
+    /// Drives to the place in reach that is nearest to `target`; the way there, metres, or `None` where nothing is in reach.
+    fn set_course(&mut self, aim: Aim, target: Place, gap: Vec<Place>) -> Option<f64> {
+        let grid: CellGrid = self.mapper.map().grid();
+        let place = self.place();
+        let free = free_around(&grid, place, 0.6);
+        let mut chart =
+            Chart::new(&grid, &free, self.parameters.footprint_padding_m + self.parameters.map_clearance_m);
+        let end = match aim {
+            Aim::Gap => chart.end_near(place, target, &gap),
+            _ => chart.end_for(place, target),
+        };
+        let Some((cell, way_m)) = end else {
+            (self.state.course, self.field) = (None, None);
+            return None;
+        };
+        let end = chart.middle(cell);
+        self.field = Field::new(&chart, cell);
+        self.state.course = Some(Course { aim, target, end, gap, chart, cell });
+        Some(way_m)
+    }
+
+    /// What of a gap the robot has before it.
+    fn near_of(&self, gap: &[Place], middle: Place) -> Vec<Place> {
+        let robot = self.place();
+        let reach_m = SHUT_M.max(distance(robot, middle) + SHUT_BEYOND_M);
+        gap.iter().copied().filter(|place| distance(*place, robot) < reach_m).collect()
+    }
+
+    fn shut(&mut self, places: &[Place]) {
+        let room = MOST_SHUT.saturating_sub(self.state.shut.len());
+        self.state.shut.extend(places.iter().take(room));
+    }
+}
+
+impl Paper {
+    fn taking(&self) -> Taking {
+        Taking {
+            piece_m: self.outline.length * self.scale_m / self.outline.places.len().max(1) as f64,
+            smoothing_m: 0.12,
+            wall_m: 0.15,
+            least_gap_m: 0.36,
+            least_wall_m: 0.24,
+            most_pieces: MOST_PIECES,
+        }
+    }
+}
+
+fn distance(a: Place, b: Place) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}

@@ -1,0 +1,256 @@
+//! Ways through what was seen: a coarse grid of the map, and the cost of the way to the end of a course from each of its cells.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_mapping::outline::Place;
+use sketchnav_mapping::region::Region;
+use sketchnav_mapping::{Cell, CellGrid, Map};
+use sketchnav_motion::weighted_grid::{Frontier, Weights, chamfer};
+use sketchnav_schemas::geometry::Point;
+
+/// Cells of the map along a cell of the chart.
+const COARSE: usize = 2;
+/// Nobody has been there, or something stands there.
+const CLOSED: u8 = 0;
+/// Free, but too near to something.
+const TIGHT: u8 = 1;
+/// Free, right beside a wall; above it with more room.
+const OPEN: u8 = 2;
+/// Steps of room.
+const ROOM: u8 = 8;
+/// From here on room does not matter any more, metres.
+const WIDE_M: f64 = 0.35;
+/// What right beside a wall costs more, times the length.
+const NEAR: f32 = 4.0;
+/// What a tight cell costs, times the length, for a robot that stands in one.
+const ESCAPE: f32 = 15.0;
+/// How far it may go through tight cells, metres.
+const ESCAPE_M: f64 = 0.6;
+/// The end of a course to a gap lies at most so far from the gap, metres.
+const BEFORE_GAP_M: f64 = 0.9;
+/// Most points of a way.
+const MAX_PATH: usize = 2048;
+
+/// The chart.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Chart {
+    stride: usize,
+    cell_m: f64,
+    origin: Place,
+    kinds: Vec<u8>,
+    /// Cells that the robot, too near to something, may leave through.
+    escape: Vec<u32>,
+}
+
+impl Chart {
+    /// Of what is `free` of a map. The robot's middle keeps `clearance_m` from what is occupied.
+    pub fn new(grid: &CellGrid, free: &Region, clearance_m: f64) -> Self {
+        let (stride, rows) = (grid.width.div_ceil(COARSE) + 2, grid.height.div_ceil(COARSE) + 2);
+        let cell_m = grid.cell * COARSE as f64;
+        let mut kinds = vec![CLOSED; stride * rows];
+        let mut solid = vec![false; stride * rows];
+        for (index, cell) in grid.cells.iter().enumerate() {
+            let [column, row] = [index % grid.width, index / grid.width].map(|at| at / COARSE + 1);
+            let coarse = row * stride + column;
+            solid[coarse] |= *cell == Cell::Occupied;
+            if free.cells[index] {
+                kinds[coarse] = OPEN;
+            }
+        }
+        let mut room_m = vec![0.0; kinds.len()];
+        let cap = (clearance_m + WIDE_M + cell_m) as f32;
+        chamfer(|k| solid[k], stride, cell_m as f32, cap, &mut room_m);
+        for ((kind, room_m), solid) in kinds.iter_mut().zip(&room_m).zip(&solid) {
+            let room = (f64::from(*room_m) - cell_m / 2.0 - clearance_m) / WIDE_M;
+            if *kind == OPEN {
+                *kind = match (*solid, room < 0.0) {
+                    (true, _) => CLOSED,
+                    (_, true) => TIGHT,
+                    _ => OPEN + (room.min(1.0) * f64::from(ROOM)) as u8,
+                };
+            }
+        }
+        let origin = grid.origin.map(|at| at - cell_m);
+        Self { stride, cell_m, origin, kinds, escape: Vec::new() }
+    }
+
+    /// The middle of a cell.
+    pub fn middle(&self, cell: usize) -> Place {
+        let at = [cell % self.stride, cell / self.stride];
+        [0, 1].map(|k| self.origin[k] + (at[k] as f64 + 0.5) * self.cell_m)
+    }
+
+    /// The cell of a place, the nearest inner one where it lies beside the chart.
+    fn cell(&self, place: Place) -> usize {
+        let rows = self.kinds.len() / self.stride;
+        let at = |k: usize, count: usize| {
+            ((place[k] - self.origin[k]) / self.cell_m).floor().clamp(1.0, count as f64 - 2.0) as usize
+        };
+        at(1, rows) * self.stride + at(0, self.stride)
+    }
+
+    fn weights(&self, of: impl Fn(u8) -> f32) -> Vec<f32> {
+        let mut weights: Vec<_> = self.kinds.iter().map(|kind| of(*kind)).collect();
+        for &cell in &self.escape {
+            weights[cell as usize] = weights[cell as usize].min(ESCAPE);
+        }
+        weights
+    }
+
+    fn flood(&self, weights: &[f32], from: usize) -> Frontier {
+        let mut frontier = Frontier::new(weights.len());
+        let weights = Weights { weight: weights, stride: self.stride, cell_length: self.cell_m as f32 };
+        weights.flood(&mut frontier, from, None, f32::INFINITY);
+        frontier
+    }
+
+    /// What the robot gets to: the length of the way to each cell.
+    fn reach(&mut self, robot: Place) -> Frontier {
+        let own = self.cell(robot);
+        self.escape.clear();
+        if self.kinds[own] < OPEN {
+            let near = (0..self.kinds.len()).filter(|cell| {
+                self.kinds[*cell] == TIGHT && super::distance(self.middle(*cell), robot) < ESCAPE_M
+            });
+            let near: Vec<_> = near.map(|cell| cell as u32).collect();
+            self.escape = near;
+            self.escape.push(own as u32);
+        }
+        self.flood(&self.weights(with_room), own)
+    }
+
+    /// The cell in reach that is nearest to `target` by the way through what is free, and the way there, metres.
+    pub fn end_for(&mut self, robot: Place, target: Place) -> Option<(usize, f64)> {
+        let reach = self.reach(robot);
+        let free = |cell: &usize| self.kinds[*cell] != CLOSED;
+        let off = |cell: &usize| super::distance(self.middle(*cell), target);
+        let seed = (0..self.kinds.len()).filter(free).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let beside = self.flood(&self.weights(|kind| if kind == CLOSED { f32::INFINITY } else { 1.0 }), seed);
+        let costs = beside.costs();
+        let in_reach =
+            (0..costs.len()).filter(|cell| reach.costs()[*cell].is_finite() && costs[*cell].is_finite());
+        let cell = in_reach.min_by(|a, b| costs[*a].total_cmp(&costs[*b]))?;
+        Some((cell, f64::from(reach.lengths()[cell])))
+    }
+
+    /// The cell in reach before a gap that is nearest to `target`, a point of the gap, and the way there, metres.
+    pub fn end_near(&mut self, robot: Place, target: Place, gap: &[Place]) -> Option<(usize, f64)> {
+        let reach = self.reach(robot);
+        let is_in_reach = |cell: &usize| reach.costs()[*cell].is_finite();
+        let off = |cell: &usize| super::distance(self.middle(*cell), target);
+        let is_before = |cell: &usize| {
+            let middle = self.middle(*cell);
+            gap.iter().any(|place| super::distance(*place, middle) < BEFORE_GAP_M)
+        };
+        let nearest = |a: &usize, b: &usize| off(a).total_cmp(&off(b));
+        let cells = (0..self.kinds.len()).filter(is_in_reach);
+        let before = cells.clone().filter(is_before).min_by(nearest);
+        let cell = before.or_else(|| cells.min_by(nearest))?;
+        Some((cell, f64::from(reach.lengths()[cell])))
+    }
+}
+
+/// What a cell costs, times the length.
+fn with_room(kind: u8) -> f32 {
+    if kind < OPEN {
+        return f32::INFINITY;
+    }
+    let lack = 1.0 - f32::from(kind - OPEN) / f32::from(ROOM);
+    1.0 + NEAR * lack * lack
+}
+
+/// The cost of the way to the end of a course from everywhere.
+#[derive(Debug)]
+pub struct Field {
+    stride: usize,
+    cell_m: f64,
+    origin: Place,
+    weights: Vec<f32>,
+    frontier: Frontier,
+    chart: Chart,
+}
+
+impl Field {
+    /// To a cell of a chart; `None` where the chart is empty.
+    pub fn new(chart: &Chart, end: usize) -> Option<Self> {
+        if chart.kinds.len() <= end {
+            return None;
+        }
+        // Beyond its end a course may lead through what is tight: obstacles push the robot there.
+        let weights = chart.weights(|kind| if kind == TIGHT { 4.0 * ESCAPE } else { with_room(kind) });
+        let frontier = chart.flood(&weights, end);
+        let Chart { stride, cell_m, origin, .. } = *chart;
+        Some(Self { stride, cell_m, origin, weights, frontier, chart: chart.clone() })
+    }
+
+    /// The cost from a place, metres at least.
+    pub fn cost_m(&self, place: Place) -> f64 {
+        f64::from(self.frontier.costs()[self.chart.cell(place)])
+    }
+
+    /// Writes the way from a place, one point a cell.
+    pub fn descend(&self, from: Place, path: &mut Vec<Point<Map>>) {
+        let weights = Weights { weight: &self.weights, stride: self.stride, cell_length: self.cell_m as f32 };
+        let mut cell = self.chart.cell(from);
+        path.push(Point::new(from[0], from[1]));
+        while let Some(next) = weights.downhill(&self.frontier, cell).filter(|_| path.len() < MAX_PATH) {
+            cell = next;
+            let at = [cell % self.stride, cell / self.stride];
+            let [x, y] = [0, 1].map(|k| self.origin[k] + (at[k] as f64 + 0.5) * self.cell_m);
+            path.push(Point::new(x, y));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_mapping::outline::free_around;
+
+    use super::*;
+
+    /// A hall of 6 × 4 m, a wall across it with a door 1 m wide at the upper end.
+    fn hall() -> (CellGrid, Region) {
+        let mut grid = CellGrid::unknown(124, 84, 0.05, [0.0, 0.0]);
+        for (k, cell) in grid.cells.iter_mut().enumerate() {
+            let (x, y) = (k % 124, k / 124);
+            let is_inside = (2..122).contains(&x) && (2..82).contains(&y);
+            let is_wall = x == 60 && y < 62;
+            *cell = if is_inside && !is_wall { Cell::Free } else { Cell::Occupied };
+        }
+        let free = free_around(&grid, [1.0, 1.0], 0.5);
+        (grid, free)
+    }
+
+    #[test]
+    fn the_way_leads_through_the_door_and_keeps_off_the_walls() {
+        let (grid, free) = hall();
+        let mut chart = Chart::new(&grid, &free, 0.25);
+        let (cell, way_m) = chart.end_for([1.0, 1.0], [5.0, 1.0]).unwrap();
+        assert!(super::super::distance(chart.middle(cell), [5.0, 1.0]) < 0.15);
+        assert!((7.0..9.5).contains(&way_m), "{way_m}");
+        let field = Field::new(&chart, cell).unwrap();
+        let mut path = Vec::new();
+        field.descend([1.0, 1.0], &mut path);
+        assert!(path.iter().any(|at| (at.x - 3.0).abs() < 0.2 && at.y > 3.3));
+        assert!(path[1..].iter().all(|at| at.x > 0.3 && at.x < 5.9 && at.y > 0.3 && at.y < 3.9));
+        assert!(field.cost_m([1.0, 1.0]) > 7.0);
+    }
+
+    /// The target lies in a wall, 0.1 m behind which the robot does not fit.
+    #[test]
+    fn a_place_where_the_robot_does_not_fit_is_gone_to_as_near_as_can_be() {
+        let (grid, free) = hall();
+        let mut chart = Chart::new(&grid, &free, 0.25);
+        let (cell, _) = chart.end_for([1.0, 1.0], [0.12, 2.0]).unwrap();
+        assert!(super::super::distance(chart.middle(cell), [0.45, 2.0]) < 0.2, "{:?}", chart.middle(cell));
+        let gap: Vec<_> = (0..10).map(|k| [5.9, 1.0 + 0.1 * f64::from(k)]).collect();
+        let (cell, _) = chart.end_near([1.0, 1.0], [5.9, 1.5], &gap).unwrap();
+        assert!(super::super::distance(chart.middle(cell), [5.6, 1.5]) < 0.25, "{:?}", chart.middle(cell));
+    }
+
+    #[test]
+    fn a_robot_that_stands_too_near_to_a_wall_gets_away_from_it() {
+        let (grid, free) = hall();
+        let mut chart = Chart::new(&grid, &free, 0.25);
+        assert!(chart.end_for([0.2, 1.0], [2.0, 1.0]).is_some());
+    }
+}

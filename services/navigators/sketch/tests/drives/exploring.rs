@@ -1,0 +1,79 @@
+//! Drives by the outline of what was seen.
+
+use sketchnav_schemas::codes::TaskState::{Finished, Reached};
+use sketchnav_schemas::message::VelocityCommand;
+use sketchnav_sketch::planner::core::{Core, State};
+
+use crate::support::*;
+
+/// A U: two arms upwards from a hall, 10.5 × 8.5 m.
+fn arms() -> Vec<Line> {
+    let corners =
+        [[0.5, 0.5], [10.5, 0.5], [10.5, 8.0], [8.0, 8.0], [8.0, 3.0], [3.0, 3.0], [3.0, 8.5], [0.5, 8.5]];
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(a, b)| [a[0], a[1], b[0], b[1]]).collect()
+}
+
+/// As a person may draw it: the arms half as wide again, the hall half as high again.
+fn bent(x: f64, y: f64) -> ([f64; 2], [f64; 2]) {
+    let (x, a) = if x < 5.5 { (30.0 * x, 30.0) } else { (165.0 + 26.0 * (x - 5.5), 26.0) };
+    let (y, b) = if y < 3.0 { (45.0 * y, 45.0) } else { (135.0 + 22.0 * (y - 3.0), 22.0) };
+    ([20.0 + x, 20.0 + y], [a, b])
+}
+
+fn scene() -> Scene {
+    Scene { warp: bent, ..Scene::faithful(arms(), [11.0, 9.0], [1.7, 7.5, -1.57]) }
+}
+
+fn drive() -> Drive {
+    let by_outline = config(ROBOTINO, "by_outline = true");
+    Drive::with(scene(), by_outline, &[&[[9.2, 7.0]], &[[1.8, 6.5]]], 240.0)
+}
+
+/// The estimate does not help: its goal lies behind walls that the explorer has to look around.
+#[test]
+fn it_finds_the_arms_of_a_bent_drawing() {
+    let outcome = drive().run(400.0);
+    assert_eq!(outcome.states(), [Reached, Reached, Finished], "{:?}", outcome.ends);
+    assert!(outcome.ends[0].1.starts_with("the walls seen have the goal here"), "{:?}", outcome.ends);
+    assert!(outcome.closest_m > 0.0);
+    let nearest_m = |x: f64, y: f64| {
+        outcome.way.iter().map(|at| (at[0] - x).hypot(at[1] - y)).fold(f64::INFINITY, f64::min)
+    };
+    assert!(nearest_m(9.2, 7.0) < 1.2, "{}", nearest_m(9.2, 7.0));
+}
+
+/// In a drawing of rooms the filter drives, and it doubts arrivals by a look. Its look once was taken for one of the
+/// explorer's, who had mapped nothing, and the planner died.
+#[test]
+fn a_look_of_the_filters_is_none_of_the_explorers() {
+    let planner = "by_outline = true\nleast_open_share = 2.0\nlook_above = 0.1";
+    let mut drive = Drive::with(scene(), config(ROBOTINO, planner), &[&[[9.2, 7.0]]], 240.0);
+    drive.fit = -1.0;
+    let outcome = drive.run(300.0);
+    assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
+    assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
+}
+
+/// A planner that is stored and restored again and again sends the same commands.
+#[test]
+fn what_a_checkpoint_holds_is_all_that_there_is() {
+    let (mut whole, mut broken) = (drive(), drive());
+    let mut commands: [VelocityCommand; 2] = bytemuck::Zeroable::zeroed();
+    for step in 0..900 {
+        for (drive, command) in [&mut whole, &mut broken].into_iter().zip(&mut commands) {
+            drive.sense();
+            drive.think();
+            drive.core.write_command(command);
+            drive.act(command.twist);
+        }
+        assert_eq!(bytemuck::bytes_of(&commands[0]), bytemuck::bytes_of(&commands[1]), "step {step}");
+        if step % 37 == 5 {
+            let stored = postcard::to_stdvec(&broken.core.state()).unwrap();
+            let state: State = postcard::from_bytes(&stored).unwrap();
+            let mut core: Core = drive().core;
+            core.restore(state);
+            broken.core = core;
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! Faults by plan, at work in the writers of channels: see [`sketchnav_schemas::fault_plan`].
+//!
+//! A writer without a fault of its channel has no trap and costs nothing. Each fault happens once, over all lives of the
+//! writer: a file in the system's folder says that it has.
+
+use std::fs::{File, OpenOptions};
+use std::io::ErrorKind;
+use std::os::unix::fs::FileExt;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::Duration;
+
+use nix::sys::signal::Signal;
+use sketchnav_schemas::channels::ChannelSpec;
+use sketchnav_schemas::codes::{FaultKind, Process};
+use sketchnav_schemas::fault_plan::{Action, FaultPlan, PlannedFault, When};
+
+use crate::checkpoint;
+use crate::node::Node;
+use crate::notices::Notice;
+use crate::system::System;
+use crate::{Error, Result};
+
+/// The faults of one channel that are still to come.
+pub(crate) struct Trap {
+    system: Rc<System>,
+    process: Process,
+    /// Each with its place in the plan.
+    faults: Vec<(usize, PlannedFault)>,
+}
+
+/// What is to be done with a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Fate {
+    pub(crate) is_dropped: bool,
+    pub(crate) is_doubled: bool,
+    pub(crate) is_held: bool,
+}
+
+impl Trap {
+    /// That of a writer of `node`; `None` where nothing is planned for its channel.
+    pub(crate) fn of(node: &Node, spec: &ChannelSpec) -> Result<Option<Self>> {
+        let Some(plan) = node.system().fault_plan()? else { return Ok(None) };
+        let own = plan.fault.into_iter().enumerate().filter(|(_, fault)| fault.channel == spec.name);
+        let faults: Vec<_> = own.collect();
+        let (system, process) = (node.system_handle(), node.process());
+        Ok((!faults.is_empty()).then_some(Self { system, process, faults }))
+    }
+
+    /// Does what is to happen before the message is sent.
+    pub(crate) fn before(&mut self, seq: u64, stamp_ns: u64) -> Result<Fate> {
+        let mut fate = Fate::default();
+        while let Some((place, fault)) = self.next(seq, stamp_ns, When::Before)? {
+            self.tell(place, &fault, seq)?;
+            match fault.action {
+                Action::Drop => fate.is_dropped = true,
+                Action::Duplicate => fate.is_doubled = true,
+                Action::Reorder => fate.is_held = true,
+                Action::Delay => std::thread::sleep(Duration::from_millis(fault.delay_ms.unwrap_or(0))),
+                action => self.hit(action)?,
+            }
+        }
+        Ok(fate)
+    }
+
+    /// The same after it was sent.
+    pub(crate) fn after(&mut self, seq: u64, stamp_ns: u64) -> Result<()> {
+        while let Some((place, fault)) = self.next(seq, stamp_ns, When::After)? {
+            self.tell(place, &fault, seq)?;
+            self.hit(fault.action)?;
+        }
+        Ok(())
+    }
+
+    /// The next fault that is due and that no life before this one has had.
+    fn next(&mut self, seq: u64, stamp_ns: u64, when: When) -> Result<Option<(usize, PlannedFault)>> {
+        while let Some(i) =
+            self.faults.iter().position(|(_, fault)| fault.when == when && fault.is_due(seq, stamp_ns))
+        {
+            let (place, fault) = self.faults.remove(i);
+            if self.claim(place)? {
+                return Ok(Some((place, fault)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether it has not happened yet; from now on it has.
+    fn claim(&self, place: usize) -> Result<bool> {
+        let path = self.system.folder().join(format!("fault-{}", place + 1));
+        match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Ok(_) => Ok(true),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
+            Err(error) => Err(Error::file(path, "noting a planned fault")(error)),
+        }
+    }
+
+    fn tell(&self, place: usize, fault: &PlannedFault, seq: u64) -> Result<()> {
+        let (number, word, channel) = (place + 1, fault.action.word(), &fault.channel);
+        self.system.notify(&Notice {
+            kind: FaultKind::Injected,
+            process: self.process,
+            pid: std::process::id(),
+            signal: signal_of(fault.action).map_or(0, |signal| signal as u32),
+            missing: u32::from(fault.action == Action::Drop),
+            words: format!("fault {number} of the plan: {word} at {channel} {seq}"),
+            order: None,
+        })
+    }
+
+    fn hit(&self, action: Action) -> Result<()> {
+        if action == Action::CorruptCheckpoint {
+            let slots = checkpoint::slots(&self.system, self.process)?;
+            corrupt_newest(&slots)?;
+        }
+        let Some(signal) = signal_of(action) else { return Ok(()) };
+        let raised = nix::sys::signal::raise(signal);
+        let pid = std::process::id();
+        raised.map_err(|error| Error::Signal { process: self.process, pid, source: error.into() })
+    }
+}
+
+fn signal_of(action: Action) -> Option<Signal> {
+    match action {
+        Action::Kill | Action::CorruptCheckpoint => Some(Signal::SIGKILL),
+        Action::Stop => Some(Signal::SIGSTOP),
+        Action::Term => Some(Signal::SIGTERM),
+        _ => None,
+    }
+}
+
+/// Turns over bits of the state in the slot with the larger number; one that is not there stays so.
+fn corrupt_newest(slots: &[PathBuf]) -> Result<()> {
+    let mut newest = None;
+    for path in slots {
+        let Ok(file) = File::options().read(true).write(true).open(path) else { continue };
+        let mut number = [0; 8];
+        let read = file.read_exact_at(&mut number, checkpoint::NUMBER_AT).is_ok();
+        let number = u64::from_ne_bytes(number);
+        if read && number > newest.as_ref().map_or(0, |(newest, _)| *newest) {
+            newest = Some((number, (path, file)));
+        }
+    }
+    let Some((_, (path, file))) = newest else { return Ok(()) };
+    let turn_over = || {
+        let mut byte = [0];
+        file.read_exact_at(&mut byte, checkpoint::STATE_AT)?;
+        file.write_all_at(&[!byte[0]], checkpoint::STATE_AT)
+    };
+    turn_over().map_err(Error::file(path, "damaging a checkpoint"))
+}
+
+impl System {
+    /// What is planned for its run; `None` where nothing is.
+    fn fault_plan(&self) -> Result<Option<FaultPlan>> {
+        if !self.faults_file().exists() {
+            return Ok(None);
+        }
+        let fault = self.run_config()?.faults;
+        Ok(Some(FaultPlan { fault }))
+    }
+}

@@ -1,0 +1,275 @@
+//! Sketches of scenes of objects, as people deform them: out of scale, objects shifted, turned, too large or too small,
+//! some forgotten, the route redrawn past the objects as they are drawn, bent and smoothed.
+//!
+//! Degree 0 traces the scene; at degree 1 objects are some 0.5 m beside their places; other degrees are in proportion. A
+//! drawing in which outlines meet or the route enters one is drawn anew: nobody draws that on purpose. After some attempts
+//! all shifts become smaller. The same scene, degree and seed give the same sketch.
+
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use serde_json::json;
+use sketchnav_schemas::seed;
+use sketchnav_sim::scenes::{At, Scene, apart, distance, distance_to, middle};
+
+/// Standard deviations at degree 1: of the logarithm of the whole's scale, of its aspect, of an object's size and aspect;
+/// of an object's place, metres; of its heading, radians.
+const SCALE: f64 = 0.12;
+const ASPECT: f64 = 0.08;
+const SIZE: f64 = 0.2;
+const OBJECT_ASPECT: f64 = 0.12;
+const SHIFT_M: f64 = 0.35;
+const TURN_RAD: f64 = 0.2;
+/// How likely an object is forgotten, and how many are drawn at least.
+const FORGOTTEN: f64 = 0.12;
+const LEAST_OBJECTS: usize = 4;
+/// How far the route wanders, metres; and over how much of it corners are smoothed.
+const BEND_M: f64 = 0.2;
+const SMOOTH_M: f64 = 0.8;
+/// How far a pen trembles, metres.
+const TREMBLE_M: f64 = 0.015;
+/// Outlines are drawn so far apart, and the route so far from them, metres.
+const BETWEEN_M: f64 = 0.2;
+const BESIDE_ROUTE_M: f64 = 0.3;
+/// After so many attempts shifts become smaller.
+const ATTEMPTS: usize = 20;
+/// Pixels of the file's canvas a metre.
+const PIXELS_PER_M: f64 = 50.0;
+/// Room around what is drawn, metres.
+const RIM_M: f64 = 1.0;
+
+/// A sketch of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneSketch {
+    /// The drawn objects: their places in the scene, and their outlines, metres.
+    pub objects: Vec<(usize, Vec<At>)>,
+    /// The drawn route, metres.
+    pub route: Vec<At>,
+    names: Vec<String>,
+    tremble_m: f64,
+    seed: u64,
+}
+
+fn normal(rng: &mut Pcg64Mcg) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// Draws a scene.
+pub fn sketch(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
+    let mut rng = seed::stream(mission_seed, "deform/scene");
+    let mut shifts = 1.0;
+    loop {
+        for _ in 0..ATTEMPTS {
+            let drawn = attempt(scene, degree, shifts, &mut rng);
+            if drawn.holds() {
+                let tremble_m = TREMBLE_M * degree.min(1.0);
+                return SceneSketch { tremble_m, seed: mission_seed, ..drawn };
+            }
+        }
+        shifts *= 0.8;
+    }
+}
+
+fn attempt(scene: &Scene, degree: f64, shifts: f64, rng: &mut Pcg64Mcg) -> SceneSketch {
+    let scale = (SCALE * degree * normal(rng)).exp();
+    let aspect = (ASPECT * degree * normal(rng)).exp();
+    let whole = |[x, y]: At| [x * scale * aspect, y * scale / aspect];
+    let mut drawn = Vec::new();
+    let mut moves = Vec::new();
+    for (i, object) in scene.objects.iter().enumerate() {
+        let at = middle(&object.outline);
+        let shift = [0, 1].map(|_| SHIFT_M * degree * shifts * normal(rng));
+        let size = (SIZE * degree * shifts * normal(rng)).exp();
+        let wide = (OBJECT_ASPECT * degree * shifts * normal(rng)).exp();
+        let (sin, cos) = (TURN_RAD * degree * shifts * normal(rng)).sin_cos();
+        let is_forgotten = rng.random_range(0.0..1.0) < FORGOTTEN * degree && i != scene.goal;
+        if is_forgotten && scene.objects.len() - (i - drawn.len()) > LEAST_OBJECTS {
+            continue;
+        }
+        let to = whole(at);
+        let to = [to[0] + shift[0], to[1] + shift[1]];
+        let corner = |corner: &At| {
+            let [x, y] =
+                [(corner[0] - at[0]) * size * wide * scale, (corner[1] - at[1]) * size / wide * scale];
+            [to[0] + x * cos - y * sin, to[1] + x * sin + y * cos]
+        };
+        drawn.push((i, object.outline.iter().map(corner).collect::<Vec<_>>()));
+        moves.push((at, shift));
+    }
+    let route = route(scene, &whole, &moves, degree * shifts, rng);
+    let names = scene.objects.iter().map(|object| object.name.clone()).collect();
+    SceneSketch { objects: drawn, route, names, tremble_m: 0.0, seed: 0 }
+}
+
+/// The way, moved as the objects beside it are, bent and smoothed.
+fn route(
+    scene: &Scene,
+    whole: &impl Fn(At) -> At,
+    moves: &[(At, At)],
+    degree: f64,
+    rng: &mut Pcg64Mcg,
+) -> Vec<At> {
+    let length = scene.way_m();
+    let waves: Vec<_> = (1..=3)
+        .map(|n| {
+            let [x, y] = [0, 1].map(|_| BEND_M * degree * normal(rng) / f64::from(n));
+            (f64::from(n), rng.random_range(0.0..std::f64::consts::TAU), [x, y])
+        })
+        .collect();
+    let mut along = 0.0;
+    let mut last = scene.way[0];
+    let bent: Vec<At> = scene
+        .way
+        .iter()
+        .map(|at| {
+            along += distance(last, *at);
+            last = *at;
+            let weights = moves.iter().map(|(from, _)| 1.0 / (0.5 + distance(*from, *at).powi(2)));
+            let sum: f64 = weights.clone().sum();
+            let mut to = whole(*at);
+            for (axis, value) in to.iter_mut().enumerate() {
+                let moved: f64 = weights.clone().zip(moves).map(|(weight, (_, by))| weight * by[axis]).sum();
+                let wave = |(n, phase, by): &(f64, f64, At)| {
+                    by[axis] * (std::f64::consts::PI * n * along / length + phase).sin()
+                };
+                *value += moved / sum + waves.iter().map(wave).sum::<f64>();
+            }
+            to
+        })
+        .collect();
+    let half = (SMOOTH_M * degree / 0.1 / 2.0) as usize;
+    let mean = |i: usize| {
+        // Ends stay where they are.
+        let half = half.min(i).min(bent.len() - 1 - i);
+        middle(&bent[i - half..=i + half])
+    };
+    (0..bent.len()).map(mean).collect()
+}
+
+impl SceneSketch {
+    fn holds(&self) -> bool {
+        let is_clear =
+            |outline: &[At]| self.route.iter().all(|at| distance_to(outline, *at) >= BESIDE_ROUTE_M);
+        self.objects.iter().enumerate().all(|(i, (_, outline))| {
+            is_clear(outline) && self.objects[..i].iter().all(|(_, other)| apart(other, outline) >= BETWEEN_M)
+        })
+    }
+
+    /// How far objects are from where the best similarity puts them, metres: RMS of the drawn ones.
+    pub fn shift_m(&self, scene: &Scene) -> f64 {
+        let pairs: Vec<_> = self
+            .objects
+            .iter()
+            .map(|(i, outline)| (middle(&scene.objects[*i].outline), middle(outline)))
+            .collect();
+        let centre = |of: fn(&(At, At)) -> At| middle(&pairs.iter().map(of).collect::<Vec<_>>());
+        let [from, to] = [centre(|pair| pair.0), centre(|pair| pair.1)];
+        // The similarity in the plane of complex numbers: the least squares of to ≈ factor · from.
+        let (mut re, mut im, mut squares) = (0.0, 0.0, 0.0);
+        let off = |at: At, middle: At| [at[0] - middle[0], at[1] - middle[1]];
+        for (a, b) in &pairs {
+            let ([ax, ay], [bx, by]) = (off(*a, from), off(*b, to));
+            re += ax * bx + ay * by;
+            im += ax * by - ay * bx;
+            squares += ax * ax + ay * ay;
+        }
+        let (re, im) = (re / squares, im / squares);
+        let left = pairs.iter().map(|(a, b)| {
+            let ([ax, ay], b) = (off(*a, from), off(*b, to));
+            distance([ax * re - ay * im, ax * im + ay * re], b).powi(2)
+        });
+        (left.sum::<f64>() / pairs.len() as f64).sqrt()
+    }
+
+    /// What the longer side of the file's canvas stands for, metres, where the sketch has the scene's scale.
+    pub fn canvas_m(&self) -> f64 {
+        let [low, high] = self.bounds();
+        (high[0] - low[0]).max(high[1] - low[1])
+    }
+
+    fn bounds(&self) -> [At; 2] {
+        let points = || self.route.iter().chain(self.objects.iter().flat_map(|(_, outline)| outline));
+        let low = [0, 1].map(|axis| points().map(|at| at[axis]).fold(f64::INFINITY, f64::min) - RIM_M);
+        let high = [0, 1].map(|axis| points().map(|at| at[axis]).fold(f64::NEG_INFINITY, f64::max) + RIM_M);
+        [low, high]
+    }
+
+    /// The sketch as a file of strokes, by an unsteady hand, with labels.
+    pub fn file(&self) -> String {
+        let mut rng = seed::stream(self.seed, "deform/scene pen");
+        let [low, high] = self.bounds();
+        let tremble = self.tremble_m;
+        let pixel = |at: At, rng: &mut Pcg64Mcg| {
+            let [x, y] = [0, 1].map(|axis| at[axis] + tremble * normal(rng));
+            [(x - low[0]) * PIXELS_PER_M, (high[1] - y) * PIXELS_PER_M].map(|x| (x * 10.0).round() / 10.0)
+        };
+        let canvas = [0, 1].map(|axis| (high[axis] - low[axis]) * PIXELS_PER_M);
+        let mut strokes = Vec::new();
+        let mut labels = Vec::new();
+        for (i, outline) in &self.objects {
+            let closed: Vec<_> = outline.iter().chain(outline.first()).copied().collect();
+            let points: Vec<_> = dense(&closed).into_iter().map(|at| pixel(at, &mut rng)).collect();
+            strokes.push(json!({ "points": points }));
+            labels.push(json!({ "text": self.names[*i], "at": pixel(middle(outline), &mut rng) }));
+        }
+        let points: Vec<_> = self.route.iter().step_by(2).map(|at| pixel(*at, &mut rng)).collect();
+        strokes.push(json!({ "points": points }));
+        json!({ "canvas": canvas, "strokes": strokes, "labels": labels }).to_string()
+    }
+}
+
+/// The line with points at least every 0.15 m.
+fn dense(line: &[At]) -> Vec<At> {
+    const STEP_M: f64 = 0.15;
+    let mut points = Vec::new();
+    for pair in line.windows(2) {
+        let steps = (distance(pair[0], pair[1]) / STEP_M).ceil().max(1.0);
+        for i in 0..steps as usize {
+            let part = i as f64 / steps;
+            points.push([0, 1].map(|axis| pair[0][axis] + part * (pair[1][axis] - pair[0][axis])));
+        }
+    }
+    points.extend(line.last());
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mean_shift_m(degree: f64) -> f64 {
+        let scenes = [Scene::a(), Scene::b()];
+        let shifts = scenes
+            .iter()
+            .flat_map(|scene| (0..20).map(move |seed| sketch(scene, degree, seed).shift_m(scene)));
+        shifts.sum::<f64>() / 40.0
+    }
+
+    #[test]
+    fn degree_0_traces_and_others_shift_in_proportion() {
+        let scene = Scene::a();
+        let traced = sketch(&scene, 0.0, 5);
+        assert_eq!(traced.objects.len(), scene.objects.len());
+        assert!(traced.objects.iter().all(|(i, outline)| {
+            outline.iter().zip(&scene.objects[*i].outline).all(|(a, b)| distance(*a, *b) < 1e-9)
+        }));
+        let shifts = [0.0, 0.5, 1.0, 1.5].map(mean_shift_m);
+        println!("shifts: {shifts:?} m");
+        assert!(shifts.is_sorted() && shifts[0] < 1e-6 && (0.3..0.8).contains(&shifts[2]), "{shifts:?}");
+    }
+
+    #[test]
+    fn a_sketch_keeps_its_goal_and_its_route_free() {
+        for scene in Scene::twelve(1) {
+            for seed in 0..5 {
+                let drawn = sketch(&scene, 1.5, seed);
+                assert!(
+                    drawn.objects.iter().any(|(i, _)| *i == scene.goal) && drawn.holds(),
+                    "{}",
+                    scene.name
+                );
+                assert_eq!(drawn, sketch(&scene, 1.5, seed));
+            }
+        }
+    }
+}

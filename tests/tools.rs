@@ -1,0 +1,241 @@
+//! What people and programs ask of a running system: `echo`, `hz`, `channels`, `logs`, `restart`, `send`, `graph`, `doctor`.
+
+mod support;
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use support::{Ended, Place, Running};
+
+const NAME: &str = "tools";
+
+fn started(place: &Place) -> Running {
+    let mut running = place.start(&format!("run demo --json --system {NAME} --speed 2"));
+    place.wait_until_driving(&mut running, NAME);
+    running
+}
+
+fn ended(running: Running) -> Ended {
+    running.signal(Signal::SIGINT);
+    running.end()
+}
+
+fn lines(ended: &Ended) -> Vec<Value> {
+    ended.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn echo_prints_fields_tables_and_several_channels() {
+    let place = Place::new();
+    let running = started(&place);
+    let fields = place.fine("echo estimate --count 3 --field pose.position.x --field tracking");
+    for line in lines(&fields) {
+        let fields = line["fields"].as_object().unwrap();
+        assert!(fields.len() == 2 && fields["pose.position.x"].is_number(), "{fields:?}");
+    }
+    let table = place.fine("echo odometry --count 3 --csv --field pose.pose.position.x");
+    let rows: Vec<_> = table.out.lines().collect();
+    assert_eq!(rows[0], "seq,stamp_ns,source_seq,pose.pose.position.x", "{table}");
+    assert!(rows.len() == 4 && rows[1..].iter().all(|row| row.split(',').count() == 4), "{table}");
+    let several = place.fine("echo --regex scan|odometry --count 40 --field header.stamp.sec");
+    let channels: std::collections::BTreeSet<_> =
+        lines(&several).iter().map(|line| line["channel"].as_str().unwrap().to_owned()).collect();
+    assert_eq!(channels.into_iter().collect::<Vec<_>>(), ["odometry", "scan"]);
+    let wrong = place.run("echo estimate --once --field pose.here");
+    assert_eq!(wrong.code, Some(2), "{wrong}");
+    assert!(wrong.err.contains("pose: expected one of orientation, position, found \"here\""), "{wrong}");
+    let wrong = place.run("echo scan --once --csv --field ranges");
+    assert!(wrong.code == Some(2) && wrong.err.contains("found a list"), "{wrong}");
+    let wrong = place.run("echo --regex nothing.*");
+    assert!(wrong.code == Some(2) && wrong.err.contains("--regex: expected a match of"), "{wrong}");
+    ended(running);
+}
+
+/// A history is up to 128 messages long: `--once` is for who wants to know how it is now.
+#[test]
+fn once_is_the_newest_message() {
+    let place = Place::new();
+    let running = started(&place);
+    let seq = || lines(&place.fine("echo status --once"))[0]["seq"].as_u64().unwrap();
+    let first = seq();
+    let behind = place.fine("echo status --count 20");
+    let newest = lines(&behind).iter().map(|line| line["seq"].as_u64().unwrap()).max().unwrap();
+    let later = seq();
+    assert!(first > 1 && later >= first && later >= newest.min(first + 1), "{first}, {newest}, {later}");
+    // What is held as long as nothing new comes is the newest, too.
+    assert_eq!(lines(&place.fine("echo sketch --once --field grid.info.width")).len(), 1);
+    ended(running);
+}
+
+#[test]
+fn hz_tells_bandwidth_and_percentiles() {
+    let place = Place::new();
+    let running = started(&place);
+    let told = place.fine("hz estimate --count 20 --json");
+    let last = lines(&told).pop().unwrap();
+    assert_eq!((&last["channel"], &last["messages"]), (&"estimate".into(), &20.into()), "{last:#}");
+    let simulated = last["simulated_rate_hz"].as_f64().unwrap();
+    assert!((simulated - 10.0).abs() < 1e-6, "{last:#}");
+    assert!(last["bytes_per_second"].as_f64().unwrap() > 0.0, "{last:#}");
+    for times in ["interval_ms", "delay_ms"] {
+        let at = |share: &str| last[times][share].as_f64().unwrap();
+        assert!(at("p50") > 0.0 && at("p50") <= at("p90") && at("p99") <= at("max"), "{last:#}");
+    }
+    // A reading is its own cause.
+    let last = lines(&place.fine("hz scan --count 5 --json")).pop().unwrap();
+    assert!(last["delay_ms"].is_null() && last["interval_ms"].is_object(), "{last:#}");
+    ended(running);
+}
+
+#[test]
+fn channels_of_a_system_tell_who_is_connected() {
+    let place = Place::new();
+    let running = started(&place);
+    let all = place.fine(&format!("channels {NAME} --json")).json();
+    let row = |name: &str| {
+        let found = all.as_array().unwrap().iter().find(|row| row["channel"] == name);
+        found.unwrap_or_else(|| panic!("{name}: {all:#}"))
+    };
+    let names = |of: &Value| -> Vec<String> {
+        of.as_array().unwrap().iter().map(|peer| peer["process"].as_str().unwrap().to_owned()).collect()
+    };
+    let scan = row("scan");
+    assert_eq!(names(&scan["writers"]), ["world"], "{scan:#}");
+    assert_eq!(scan["writers"][0]["pid"], place.pid(NAME, "world"), "{scan:#}");
+    let mut readers = names(&scan["readers"]);
+    readers.sort();
+    assert_eq!(readers, ["localizer", "planner", "recorder"], "{scan:#}");
+    assert!(scan["rate_hz"].as_f64().unwrap() > 0.0 && scan["sent"].as_u64().unwrap() > 0, "{scan:#}");
+    assert_eq!(row("sketch")["kept"], 1, "{all:#}");
+    assert!(all.as_array().unwrap().iter().all(|row| row["channel"] != "rules"), "{all:#}");
+    let wrong = place.run("channels nothing");
+    assert!(wrong.code == Some(2) && wrong.err.contains("nothing"), "{wrong}");
+    ended(running);
+}
+
+#[test]
+fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
+    let place = Place::new();
+    let running = started(&place);
+    let state = || lines(&place.fine("echo status --once --field state"))[0]["fields"]["state"].clone();
+    let told = place.fine(&format!("send pause --system {NAME} --json")).json();
+    assert_eq!((&told["order"], &told["seq"]), (&"pause".into(), &2.into()), "{told:#}");
+    support::wait_until("a pause", || state() == 2);
+    place.fine("send resume");
+    support::wait_until("the way on", || state() == 1);
+    let wrong = place.run("send start --task 99");
+    assert!(wrong.code == Some(2) && wrong.err.contains("--task: expected 1 to 9"), "{wrong}");
+    let wrong = place.run("send fly");
+    assert!(wrong.code == Some(2) && wrong.err.contains("pause"), "{wrong}");
+    place.fine("send abort");
+    let report = running.end().json();
+    assert!(report["tasks"][0]["reason"].as_str().unwrap().contains("given up by a person"), "{report:#}");
+    let recording = report["recording"].as_str().unwrap();
+    let info = place.fine(&format!("info {recording} --json")).json();
+    let words: Vec<_> =
+        info["faults"].as_array().unwrap().iter().map(|fault| fault["words"].clone()).collect();
+    assert_eq!(words, ["send: ordered pause", "send: ordered resume", "send: ordered abort"]);
+    place.assert_nothing_left(NAME);
+}
+
+#[test]
+fn a_process_is_started_anew_and_nothing_is_lost() {
+    let place = Place::new();
+    let running = started(&place);
+    for (process, how) in [("localizer", ""), ("world", "--kill"), ("recorder", "--kill")] {
+        let before = place.pid(NAME, process);
+        let told = place.fine(&format!("restart {process} {how} --json")).json();
+        assert_eq!((&told["pid_before"], &told["process"]), (&before.into(), &process.into()), "{told:#}");
+        assert_eq!(told["pid"], place.pid(NAME, process), "{told:#}");
+    }
+    let wrong = place.run("restart pad");
+    assert!(wrong.code == Some(2) && wrong.err.contains("pad: expected a process that runs"), "{wrong}");
+    let report = ended(running).json();
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    place.assert_nothing_left(NAME);
+}
+
+#[test]
+fn logs_are_told_by_process_and_followed_to_the_end() {
+    let place = Place::new();
+    let running = started(&place);
+    let follow = place.start("logs --follow --json");
+    place.fine("restart localizer --kill");
+    ended(running);
+    let told = follow.end();
+    assert_eq!(told.code, Some(0), "{told}");
+    for line in lines(&told) {
+        assert!(line["process"].is_string() && line["line"].is_string(), "{line}");
+    }
+    let nothing = place.run("logs");
+    assert!(nothing.code == Some(2) && nothing.err.contains("no system runs"), "{nothing}");
+}
+
+#[test]
+fn a_graph_shows_the_rates_of_a_running_system() {
+    let place = Place::new();
+    let table = place.fine("graph --kind corridor -o table.svg --json").json();
+    assert!(table["figures"].is_null() && table["channels"].to_string().contains("relations"), "{table:#}");
+    let running = started(&place);
+    let told = place.fine(&format!("graph --system {NAME} -o live.svg --json")).json();
+    let figures = told["figures"].as_array().unwrap();
+    assert_eq!(figures.len(), told["channels"].as_array().unwrap().len(), "{told:#}");
+    for file in ["table.svg", "live.svg"] {
+        let svg = std::fs::read_to_string(place.files().join(file)).unwrap();
+        assert!(svg.contains(">tick</text>") && svg.ends_with("</svg>\n"), "{file}");
+    }
+    let wrong = place.run("graph --kind flying");
+    assert!(wrong.code == Some(2) && wrong.err.contains("--kind: expected one of"), "{wrong}");
+    let wrong = place.run("graph -o nowhere/at/all.svg");
+    assert!(wrong.code == Some(2) && wrong.err.contains("--output nowhere/at/all.svg"), "{wrong}");
+    ended(running);
+}
+
+fn finding<'a>(told: &'a Value, check: &str) -> &'a Value {
+    let all = told["findings"].as_array().unwrap();
+    all.iter().find(|finding| finding["check"] == check).unwrap_or_else(|| panic!("{told:#}"))
+}
+
+#[test]
+fn doctor_finds_leftovers_limits_and_folders_of_others() {
+    let place = Place::new();
+    let told = place.fine("doctor --json").json();
+    for check in ["version", "kernel", "shared memory", "folder", "file size", "open files", "leftovers"] {
+        assert_eq!(finding(&told, check)["level"], "fine", "{told:#}");
+    }
+    let running = started(&place);
+    running.signal(Signal::SIGKILL);
+    running.end();
+    support::wait_until("the death of all", || place.living().is_empty());
+    let told = place.fine("doctor --json").json();
+    let leftovers = finding(&told, "leftovers");
+    assert_eq!(leftovers["level"], "warning", "{told:#}");
+    assert!(leftovers["found"].as_str().unwrap().contains(NAME), "{leftovers:#}");
+    assert!(leftovers["advice"].as_str().unwrap().contains("sketchnav clean"), "{leftovers:#}");
+    place.fine("clean");
+    assert_eq!(finding(&place.fine("doctor --json").json(), "leftovers")["level"], "fine");
+
+    let mut limited = std::process::Command::new("bash");
+    let program = place.command("").get_program().to_owned();
+    limited.args(["-c", "ulimit -n 64; ulimit -f 1000; exec \"$0\" doctor --json"]).arg(program);
+    place.settle(&mut limited);
+    let told = Running::spawn(limited).end();
+    assert_eq!(told.code, Some(1), "{told}");
+    for (check, advice) in [("open files", "ulimit -n"), ("file size", "ulimit -f")] {
+        let finding = finding(&told.json(), check).clone();
+        assert_eq!(finding["level"], "error", "{finding:#}");
+        assert!(finding["advice"].as_str().unwrap().contains(advice), "{finding:#}");
+    }
+}
+
+#[test]
+fn doctor_refuses_a_folder_that_others_may_enter() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = Place::new();
+    std::fs::create_dir(place.root()).unwrap();
+    std::fs::set_permissions(place.root(), std::fs::Permissions::from_mode(0o755)).unwrap();
+    let told = place.run("doctor --json");
+    assert_eq!(told.code, Some(1), "{told}");
+    let finding = finding(&told.json(), "folder").clone();
+    assert_eq!(finding["level"], "error", "{finding:#}");
+    assert!(finding["found"].as_str().unwrap().contains("found mode 0755"), "{finding:#}");
+}

@@ -283,9 +283,7 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
         name: "landmark-deformed".into(),
         title: "Twelve scenes by ten sketches of each degree, deformed as people deform them.".into(),
-        notices: vec![
-            "Parameters were chosen on the suite landmark-choice: other scenes, other sketches.".into(),
-        ],
+        notices: vec!["The belief's parameters were chosen on other sketches of scene A.".into()],
         trials,
         lines: Some("sketches"),
         repetitions: 1,
@@ -294,7 +292,7 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `landmark-choice`: what the belief's parameters were chosen on.
+/// Loads the suite `landmark-choice`: scenes and sketches on which parameters can be chosen, none of which is reported on.
 ///
 /// # Errors
 /// As [`scenes`].
@@ -309,7 +307,7 @@ pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
     }
     Ok(Suite {
         name: "landmark-choice".into(),
-        title: "Ten scenes by ten sketches of degree 1, on which parameters are chosen.".into(),
+        title: "Ten scenes by ten sketches of degree 1, to choose parameters on.".into(),
         trials,
         lines: Some("kind of scene"),
         repetitions: 1,

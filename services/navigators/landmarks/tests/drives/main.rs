@@ -11,7 +11,6 @@ use std::f64::consts::FRAC_PI_8;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use scenes::{PIXEL_M, Scene, scene_a, scene_b};
-use sketchnav_landmarks::control::Drive;
 use sketchnav_landmarks::extraction::{Parameters, extract};
 use sketchnav_landmarks::file;
 use sketchnav_landmarks::follower::{Event, Follower, Following, Viewed};
@@ -19,8 +18,8 @@ use sketchnav_landmarks::guide::{Guide, Guided, Guiding, Outcome};
 use sketchnav_landmarks::language;
 use sketchnav_landmarks::locator::{Locating, Locator, Returns};
 use sketchnav_landmarks::perception::{Perceiving, Perception};
-use sketchnav_landmarks::plane::{At, direction, distance, resample, wrap};
-use sketchnav_landmarks::route::{INCH_M, Route};
+use sketchnav_landmarks::plane::{At, resample};
+use sketchnav_landmarks::route::Route;
 use sketchnav_landmarks::sketch::{Reading, Sketch};
 use world::{Object, RANGE_MAX_M, ROBOT_RADIUS_M, World};
 
@@ -157,33 +156,16 @@ fn states_of_the_true_scene_lead_to_the_goal() {
     assert_eq!(perfect, 20, "{runs:?}");
 }
 
-/// The way of a robot that software guides along the true way: it knows where it is (Chronis 2007, 5.2.3).
-fn led(scene: &Scene, seed: u64) -> Vec<At> {
-    const AHEAD_M: f64 = 0.5;
-    let mut world =
-        World { objects: &scene.objects, pose: scene.start, noise: Some(Pcg64Mcg::seed_from_u64(seed)) };
-    let (mut driven, mut next) = (vec![scene.start.at], 0);
-    while next + 1 < scene.way.len() {
-        let at = world.pose.at;
-        while next + 1 < scene.way.len() && distance(at, scene.way[next]) < AHEAD_M {
-            next += 1;
-        }
-        let off = wrap(direction(at, scene.way[next]) - world.pose.heading_rad);
-        world.drive(Drive { speed_mps: 25.0 * INCH_M, yaw_rate_radps: 2.0 * off }, CYCLE_S);
-        driven.push(world.pose.at);
-    }
-    driven
-}
-
 #[test]
 fn on_routes_that_the_robot_drove_it_arrives_or_knows_that_it_is_lost() {
     // Chronis 2007, 5.2.3: the robot is guided along the route in the true scene, five times; 25 of 25 runs.
     let scene = scene_a();
     let mut runs = Vec::new();
     for drawn in 0..5 {
-        let sketch = Sketch { route: resample(&led(&scene, drawn), 4.0 * PIXEL_M), ..scene.as_sketch() };
+        let (end, way) = guide(&scene.objects, &scene, &scene.as_sketch(), drawn);
+        assert_eq!(end, End::Goal);
+        let sketch = Sketch { route: resample(&way, 4.0 * PIXEL_M), ..scene.as_sketch() };
         let route = extract(&sketch, &Parameters::default()).unwrap();
-        println!("{}", language::print(&route));
         runs.extend((0..5).map(|seed| follow(&scene.objects, &scene, &route, 10 * drawn + seed).end));
     }
     // Not reached here: see the README for why.

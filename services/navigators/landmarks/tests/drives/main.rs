@@ -157,7 +157,7 @@ fn states_of_the_true_scene_lead_to_the_goal() {
 }
 
 #[test]
-fn on_routes_that_the_robot_drove_it_arrives_or_knows_that_it_is_lost() {
+fn routes_that_the_robot_drove_lead_to_the_goal() {
     // Chronis 2007, 5.2.3: the robot is guided along the route in the true scene, five times; 25 of 25 runs.
     let scene = scene_a();
     let mut runs = Vec::new();

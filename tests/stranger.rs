@@ -88,7 +88,7 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
 
 /// The pad once began all the same, and ended with the shared memory library's word for a channel that is not there.
 #[test]
-fn people_cannot_draw_for_it_but_watch_and_stop_it() {
+fn people_cannot_draw_for_it_but_watch_it() {
     let place = place();
     let ended = place.run("pad --mission wall.toml --system walls");
     assert_eq!(ended.code, Some(2), "{ended}");
@@ -104,9 +104,6 @@ fn people_cannot_draw_for_it_but_watch_and_stop_it() {
     let mut page = Page::open(port, None);
     let is_echo = |shape: &Value| shape["shape"] == "line" && shape["color"] == "scan";
     page.until("echoes", |feed| feed["scene"].as_array().is_some_and(|scene| scene.iter().any(is_echo)));
-    page.until_allowed("abort");
-    assert_eq!(page.order("abort").0, 200);
-    page.until_state("aborted");
     drop(page);
     running.signal(Signal::SIGINT);
     running.end();

@@ -48,7 +48,10 @@ static COUNTING: Counting = Counting;
 
 fn pool(threads: usize) -> Arc<ThreadPool> {
     let counted = |_| IS_COUNTED.set(true);
-    Arc::new(ThreadPoolBuilder::new().num_threads(threads).start_handler(counted).build().unwrap())
+    let pool = ThreadPoolBuilder::new().num_threads(threads).start_handler(counted).build().unwrap();
+    // A thread that starts late would make its place in the pool in the middle of a step.
+    pool.broadcast(|_| ());
+    Arc::new(pool)
 }
 
 /// Takes `count` steps without an allocation; what the filter believes after each, to the bit.

@@ -3,42 +3,33 @@
 mod support;
 
 use serde_json::Value;
+use support::Place;
 use support::page::{Page, free_port, wait_for};
-use support::{Place, repository};
 
 /// A place with the corridor missions that ship, shortened to their first task.
 fn place(mission: &str) -> Place {
-    let place = Place::new();
-    let folder = repository().join("sim/missions/corridor");
-    for entry in std::fs::read_dir(&folder).unwrap() {
-        let path = entry.unwrap().path();
-        std::fs::copy(&path, place.files().join(path.file_name().unwrap())).unwrap();
-    }
-    let text = std::fs::read_to_string(folder.join(mission)).unwrap();
+    let place = Place::with_missions("corridor", mission);
+    let path = place.files().join("mission.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
     let second = text.match_indices("[[task]]").nth(1).map_or(text.len(), |(at, _)| at);
-    std::fs::write(place.files().join("mission.toml"), &text[..second]).unwrap();
+    std::fs::write(path, &text[..second]).unwrap();
     place
 }
 
 #[test]
 fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
     let place = place("corridor-a.toml");
-    let report = place.fine("run mission.toml --out out --json").json();
-    assert_eq!((&report["success"], &report["lost_messages"]), (&Value::Bool(true), &0.into()), "{report}");
-    let recording = report["recording"].as_str().unwrap();
-    let info = place.fine(&format!("info {recording} --json")).json();
-    let topics = info["topics"].as_array().unwrap();
-    let messages = |name: &str| topics.iter().find(|t| t["topic"] == name).map(|t| t["messages"].clone());
-    assert_eq!(messages("/relations"), messages("/tick"), "{info}");
-    assert!(messages("/markers").is_some() && messages("/people").is_some() && messages("/rules").is_some());
+    let recording = &place.driven("mission.toml");
+    let messages = place.messages(recording);
+    assert_eq!(messages["/relations"], messages["/tick"], "{messages:?}");
+    for topic in ["/markers", "/people", "/rules"] {
+        assert!(messages.contains_key(topic), "{topic}: {messages:?}");
+    }
     place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
     let judged = place.fine(&format!("judge {recording} --json")).json();
     assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
-    place.fine(&format!("report {recording} -o page.html"));
-    let page = std::fs::read_to_string(place.files().join("page.html")).unwrap();
-    for words in ["the camera&#39;s view", "a person&#39;s way", "Distance of the pair", "True speed"] {
-        assert!(page.contains(words) || page.contains(&words.replace("&#39;", "'")), "{words}");
-    }
+    let words = ["the camera's view", "a person's way", "Distance of the pair", "True speed"];
+    place.page_says(recording, &words);
 }
 
 /// A page once was refused: what it showed came from a drawing.
@@ -68,11 +59,7 @@ fn a_page_shows_the_markers_around_the_robot() {
 #[test]
 fn kills_leave_the_same_bytes_by_either_method() {
     for (mission, kills) in [("corridor-a.toml", 12), ("corridor-qtc.toml", 6)] {
-        let place = place(mission);
-        let targets = "world,localizer,planner,recorder";
-        let told =
-            place.fine(&format!("chaos mission.toml --kills {kills} --targets {targets} --json")).json();
-        assert_eq!(told["identical"], true, "{mission}: {told}");
+        place(mission).is_identical_after("mission.toml", kills, "world,localizer,planner,recorder");
     }
 }
 

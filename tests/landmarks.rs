@@ -3,27 +3,14 @@
 mod support;
 
 use serde_json::Value;
-use support::{Place, repository};
+use support::Place;
 
 const SKETCH: &str = "sketches/a-04.json";
 /// A sketch that landmark states lead along.
 const BY_STATES: &str = "sketches/a-02.json";
 
-/// A place with the missions that ship.
 fn place(mission: &str) -> Place {
-    let place = Place::new();
-    let folder = repository().join("sim/missions/landmarks");
-    std::fs::create_dir(place.files().join("sketches")).unwrap();
-    for part in ["", "sketches"] {
-        for entry in std::fs::read_dir(folder.join(part)).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_file() {
-                std::fs::copy(&path, place.files().join(part).join(path.file_name().unwrap())).unwrap();
-            }
-        }
-    }
-    std::fs::copy(folder.join(mission), place.files().join("mission.toml")).unwrap();
-    place
+    Place::with_missions("landmarks", mission)
 }
 
 fn read(place: &Place, file: &str) -> String {
@@ -37,34 +24,23 @@ fn write(place: &Place, file: &str, text: &str) {
 #[test]
 fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
     let place = place("scene-a.toml");
-    let report = place.fine("run mission.toml --out out --json").json();
-    assert_eq!((&report["success"], &report["lost_messages"]), (&Value::Bool(true), &0.into()), "{report}");
-    let recording = report["recording"].as_str().unwrap();
-    let info = place.fine(&format!("info {recording} --json")).json();
-    let topics = info["topics"].as_array().unwrap();
-    let messages = |name: &str| topics.iter().find(|t| t["topic"] == name).map(|t| t["messages"].clone());
+    let recording = &place.driven("mission.toml");
+    let messages = place.messages(recording);
     for topic in ["/landmark_view", "/landmark_progress", "/sonar"] {
-        assert_eq!(messages(topic), messages("/tick"), "{topic}: {info}");
+        assert_eq!(messages.get(topic), messages.get("/tick"), "{topic}: {messages:?}");
     }
-    assert_eq!(messages("/landmark_route"), Some(1.into()), "{info}");
+    assert_eq!(messages.get("/landmark_route"), Some(&1), "{messages:?}");
     place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
     let judged = place.fine(&format!("judge {recording} --json")).json();
     assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
-    place.fine(&format!("report {recording} -o page.html"));
-    let page = read(&place, "page.html");
-    for words in ["The sketch with its states", "Histograms of forces", "Fit of what is seen", "when the"] {
-        assert!(page.contains(words), "{words}");
-    }
+    let words = ["The sketch with its states", "Histograms of forces", "Fit of what is seen", "when the"];
+    place.page_says(recording, &words);
 }
 
 #[test]
 fn kills_leave_the_same_bytes_by_every_method() {
     for (mission, kills) in [("scene-b.toml", 8), ("scene-a-words.toml", 6)] {
-        let place = place(mission);
-        let targets = "world,sketcher,localizer,planner,recorder";
-        let told =
-            place.fine(&format!("chaos mission.toml --kills {kills} --targets {targets} --json")).json();
-        assert_eq!(told["identical"], true, "{mission}: {told}");
+        place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }
 }
 

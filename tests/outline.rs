@@ -3,7 +3,6 @@
 
 mod support;
 
-use serde_json::Value;
 use support::{Place, repository};
 
 const MISSION: &str = r#"name = "arms"
@@ -61,31 +60,22 @@ fn place() -> Place {
 #[test]
 fn a_mission_is_driven_replayed_executed_again_and_tells_what_corresponds() {
     let place = place();
-    let report = place.fine("run arms.toml --out out --json").json();
-    assert_eq!((&report["success"], &report["lost_messages"]), (&Value::Bool(true), &0.into()), "{report}");
-    let recording = report["recording"].as_str().unwrap();
-    let info = place.fine(&format!("info {recording} --json")).json();
-    let topics = info["topics"].as_array().unwrap();
-    let told =
-        topics.iter().find(|topic| topic["topic"] == "/correspondence").map(|t| t["messages"].as_u64());
-    assert!(told.flatten().is_some_and(|count| count > 5), "{info}");
+    let recording = &place.driven("arms.toml");
+    let messages = place.messages(recording);
+    assert!(messages["/correspondence"] > 5, "{messages:?}");
     place.is_reproduced(recording, &["localizer", "planner"]);
 }
 
 /// The planner is killed while it maps and aligns.
 #[test]
 fn kills_leave_the_same_bytes() {
-    let place = place();
-    let told = place.fine("chaos arms.toml --kills 10 --targets localizer,planner --json").json();
-    assert_eq!(told["identical"], true, "{told}");
+    place().is_identical_after("arms.toml", 10, "localizer,planner");
 }
 
 /// Drawn routes are driven as ever: by the filter.
 #[test]
 fn a_drawn_route_is_followed() {
     let place = place();
-    let folder = repository().join("sim/missions/laboratory");
-    let mission = folder.join("laboratory-route.toml");
-    let report = place.fine(&format!("run {} --method outline --out out --json", mission.display())).json();
-    assert_eq!(report["success"], Value::Bool(true), "{report}");
+    let mission = repository().join("sim/missions/laboratory/laboratory-route.toml");
+    place.driven(&format!("{} --method outline", mission.display()));
 }

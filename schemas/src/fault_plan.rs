@@ -132,7 +132,7 @@ pub enum FaultPlanError {
     /// It is no such TOML.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// A value that cannot be.
+    /// An invalid value.
     #[error("fault {number}: {key}: expected {expected}, found {found}")]
     Value {
         /// Which fault, from 1.

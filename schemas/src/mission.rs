@@ -192,7 +192,7 @@ pub enum MissionError {
         /// Each old key and its new place.
         moves: String,
     },
-    /// A value that cannot be.
+    /// An invalid value.
     #[error("{key}: expected {expected}, found {found}")]
     Value {
         /// The key.

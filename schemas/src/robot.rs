@@ -285,7 +285,7 @@ pub enum RobotError {
     /// No TOML, a key that is not known, a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// A value that cannot be.
+    /// An invalid value.
     #[error("{key}: expected {expected}, found {}", bounds::shown(*found))]
     Value {
         /// The key.

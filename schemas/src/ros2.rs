@@ -161,7 +161,7 @@ pub enum Ros2Error {
         /// Bytes from the start.
         offset: usize,
     },
-    /// A value that cannot be.
+    /// An invalid value.
     #[error("{field}: expected {expected}, found {found}")]
     Value {
         /// The field.

@@ -2,15 +2,16 @@
 
 use std::path::PathBuf;
 
-use sketchnav_schemas::bounds::{Bound, shown};
+use sketchnav_schemas::bounds::{self, Bound, shown};
 use sketchnav_schemas::codes::BodyKind;
+use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
 
 /// Why a world cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum SimError {
-    /// A value that cannot be.
+    /// An invalid value.
     #[error("{key}: expected {expected}, found {found}")]
     Value {
         /// The key, or the place in the file.
@@ -95,4 +96,10 @@ pub(crate) fn check_within(key: impl Into<String>, bound: Bound, values: &[f64])
     wrong.map_or(Ok(()), |value| {
         Err(SimError::Value { key: key.into(), expected: bound.words, found: shown(*value) })
     })
+}
+
+/// That a robot's start lies within bounds, in any world.
+pub(crate) fn check_start(start: &Pose<World>) -> Result<(), SimError> {
+    check_within("start", bounds::COORDINATE_M, &[start.x, start.y])?;
+    check_within("start heading", bounds::ANGLE_DEG, &[start.yaw_rad.to_degrees()])
 }

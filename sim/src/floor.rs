@@ -5,7 +5,6 @@
 
 use nalgebra::Rotation2;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::bounds;
 use sketchnav_schemas::channels::{CONTACT, MARKERS, ODOMETRY, PEOPLE, SCAN, SONAR, TRUTH};
 use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::message::{
@@ -17,7 +16,7 @@ use sketchnav_schemas::seed;
 use crate::convex::{Convex, Segment};
 use crate::description::WorldDescription;
 use crate::drive;
-use crate::error::{SimError, check, check_within};
+use crate::error::{SimError, check, check_start};
 use crate::people::Walker;
 use crate::physics::{Physics, Touching, TruePose};
 use crate::raycast::Faces;
@@ -166,8 +165,7 @@ impl Floor {
     ) -> Result<Self, SimError> {
         robot.check_numbers()?;
         check_sensors(robot)?;
-        check_within("start", bounds::COORDINATE_M, &[start.x, start.y])?;
-        check_within("start heading", bounds::ANGLE_DEG, &[start.yaw_rad.to_degrees()])?;
+        check_start(&start)?;
         check_within_walls(&start, &description.outline)?;
         let (tick_hz, period_s) = (robot.tick_hz(), 1.0 / robot.tick_hz());
         let substeps = substeps(robot, period_s);

@@ -10,7 +10,6 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::bounds;
 use sketchnav_schemas::channels::{TRUTH, VIEW};
 use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::message::{GroundTruth, PoseM, Twist, VelocityCommand};
@@ -18,7 +17,7 @@ use sketchnav_schemas::robot::{Drive, Limits, MotionNoise, Robot};
 use sketchnav_schemas::seed;
 
 use crate::drive::{self, Velocity};
-use crate::error::{SimError, check, check_within};
+use crate::error::{SimError, check, check_start};
 use crate::plane_file::PlaneDescription;
 use crate::sensors::Schedule;
 use crate::sensors::dots::DownCamera;
@@ -60,8 +59,7 @@ impl DotPlane {
     ) -> Result<Self, SimError> {
         robot.check_numbers()?;
         check_sensors(robot)?;
-        check_within("start", bounds::COORDINATE_M, &[start.x, start.y])?;
-        check_within("start heading", bounds::ANGLE_DEG, &[start.yaw_rad.to_degrees()])?;
+        check_start(&start)?;
         let (tick_hz, period_s) = (robot.tick_hz(), 1.0 / robot.tick_hz());
         let camera = robot.view.as_ref().map(|view| {
             let schedule = Schedule::new(view.rate_hz, tick_hz, 1);

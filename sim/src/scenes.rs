@@ -502,7 +502,7 @@ mod tests {
             let world = floor_plan::parse(&toml::to_string(&scene.plan()).unwrap()).unwrap();
             Floor::new(world, &robot, Pose::new(0.0, 0.0, 0.0), 1).unwrap();
             let (count, way_m) = (scene.objects.len(), scene.way_m());
-            assert!(count >= 5 && (5.0..60.0).contains(&way_m), "{}: {count} objects, {way_m} m", scene.name);
+            assert!(count >= 7 && (8.0..60.0).contains(&way_m), "{}: {count} objects, {way_m} m", scene.name);
             let end = scene.way[scene.way.len() - 1];
             let there = scene.there();
             let goal = &scene.objects[scene.goal].outline;

@@ -12,6 +12,7 @@ pub mod page;
 pub mod room;
 mod skip;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -81,6 +82,19 @@ fn example(name: &str) -> PathBuf {
 }
 
 /// Whether a file of shared memory belongs to a system in another folder, or has just gone.
+fn copy_files(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let copy = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            copy_files(&path, &copy);
+        } else {
+            fs::copy(&path, copy).unwrap();
+        }
+    }
+}
+
 fn is_of_another_folder(file: &str, folder: &str) -> bool {
     let prefix = file.splitn(4, '_').take(3).collect::<Vec<_>>().join("_");
     let owner = fs::read_to_string(format!("{prefix}_owner"));
@@ -99,6 +113,14 @@ impl Place {
     /// A new one in which an example stands for `sketchnav`.
     pub fn of_program(example_name: &str) -> Self {
         Self { program: example(example_name), ..Self::new() }
+    }
+
+    /// A new one with the files of `sim/missions/FOLDER`; its `mission` is `mission.toml`, too.
+    pub fn with_missions(folder: &str, mission: &str) -> Self {
+        let place = Self::new();
+        copy_files(&repository().join("sim/missions").join(folder), place.files());
+        fs::copy(place.files().join(mission), place.files().join("mission.toml")).unwrap();
+        place
     }
 
     /// The folder of all systems.
@@ -135,6 +157,38 @@ impl Place {
         let ended = self.run(arguments);
         assert_eq!(ended.code, Some(0), "{arguments}: {ended}");
         ended
+    }
+
+    /// Runs a mission in lockstep, with success and without a loss; its recording.
+    pub fn driven(&self, arguments: &str) -> String {
+        let report = self.fine(&format!("run {arguments} --out out --json")).json();
+        let found = (&report["success"], &report["lost_messages"]);
+        assert_eq!(found, (&Value::Bool(true), &0.into()), "{arguments}: {report}");
+        report["recording"].as_str().unwrap().to_owned()
+    }
+
+    /// How many messages each topic of a recording has; topics without any are left out.
+    pub fn messages(&self, recording: &str) -> BTreeMap<String, u64> {
+        let info = self.fine(&format!("info {recording} --json")).json();
+        let of_topic =
+            |topic: &Value| Some((topic["topic"].as_str()?.to_owned(), topic["messages"].as_u64()?));
+        let topics = info["topics"].as_array().unwrap().iter().filter_map(of_topic);
+        topics.filter(|(_, count)| *count > 0).collect()
+    }
+
+    /// Makes the page of a recording, which must say all these words.
+    pub fn page_says(&self, recording: &str, words: &[&str]) {
+        self.fine(&format!("report {recording} -o page.html"));
+        let page = fs::read_to_string(self.files().join("page.html")).unwrap();
+        for words in words {
+            assert!(page.contains(words) || page.contains(&words.replace('\'', "&#39;")), "{words}");
+        }
+    }
+
+    /// Kills processes of a mission so often: the recording has the same bytes as without.
+    pub fn is_identical_after(&self, mission: &str, kills: u32, targets: &str) {
+        let told = self.fine(&format!("chaos {mission} --kills {kills} --targets {targets} --json")).json();
+        assert_eq!(told["identical"], true, "{mission}: {told}");
     }
 
     /// Executes processes of a recording again, and replays it: the same messages each time.

@@ -12,7 +12,7 @@ pub const MAX_LANDMARK_BYTES: usize = 1 << 20;
 pub const MAX_SEEN_OBJECTS: usize = 16;
 /// Most places that a robot remembers.
 pub const MAX_REMEMBERED_PLACES: usize = 48;
-/// Most relations that are told to be met.
+/// Most relations that a message lists as met.
 pub const MAX_MET_RELATIONS: usize = 64;
 
 messages! {

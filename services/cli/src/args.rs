@@ -158,7 +158,7 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Draw the pipeline as SVG: processes, channels, who writes and who reads; of a running system with the rates of a second.
+    /// Draw the pipeline as SVG: processes, channels, writers and readers. A running system adds the rates of one second.
     #[command(
         after_help = "Exit codes: 0 drawn, 2 bad input, 3 anything else.\nExample: sketchnav graph --system lab -o lab.svg"
     )]
@@ -437,6 +437,16 @@ pub struct TopOptions {
     /// As `--once`, one JSON object.
     #[arg(long)]
     pub json: bool,
+}
+
+#[cfg(test)]
+impl ChaosOptions {
+    /// From the words behind `chaos`.
+    pub fn of_words(words: &[&str]) -> Self {
+        use clap::FromArgMatches;
+        let line = Self::augment_args(clap::Command::new("chaos").no_binary_name(true));
+        Self::from_arg_matches(&line.get_matches_from(words)).unwrap()
+    }
 }
 
 #[cfg(test)]

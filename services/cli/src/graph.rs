@@ -129,7 +129,7 @@ fn lane(svg: &mut String, x: f64, bottom: f64, word: &str) {
     text(svg, [x, top + 18.0], 13.5, "middle", INK, word);
 }
 
-/// A channel: its name and type, who writes it, who reads it, its rate.
+/// A channel: name, type, writer, readers and rate.
 fn row(
     svg: &mut String,
     y: f64,

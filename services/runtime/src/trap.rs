@@ -56,6 +56,7 @@ impl Trap {
                 Action::Drop => fate.is_dropped = true,
                 Action::Duplicate => fate.is_doubled = true,
                 Action::Reorder => fate.is_held = true,
+                // The writer is held up, as its process would be by a slow disk: that is what was planned.
                 Action::Delay => std::thread::sleep(Duration::from_millis(fault.delay_ms.unwrap_or(0))),
                 action => self.hit(action)?,
             }

@@ -30,6 +30,9 @@ const LARGEST_FILE_MIB: u64 = 256;
 /// A signal that comes so long after the shutdown began is somebody who does not want to wait.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// How long a recorder may take to meet its writers before they end.
+const MEETING: Duration = Duration::from_secs(2);
+
 /// How long processes may take to end when they are asked to.
 #[derive(Debug, Clone, Copy)]
 pub struct Grace {
@@ -245,6 +248,7 @@ impl Supervisor {
     /// # Errors
     /// [`Error::Died`] where a process failed at its end; [`Error::Killed`] where one did not end.
     pub fn shut_down(&mut self) -> Result<()> {
+        let met = self.await_recorder();
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
         let recorder = self.end_recorder();
         let received = self.receive();
@@ -254,7 +258,25 @@ impl Supervisor {
         }
         (self.ports, self.channels, self.node) = (None, None, None);
         let removed = self.system.take().and_then(Rc::into_inner).map_or(Ok(()), System::remove);
-        services.and(recorder).and(received).and(removed.map_err(Error::from))
+        met.and(services).and(recorder).and(received).and(removed.map_err(Error::from))
+    }
+
+    /// A mission of a few instants may end before the recorder has met its writers, and what they have sent would go with
+    /// them. Its first report says that it has.
+    fn await_recorder(&mut self) -> Result<()> {
+        let (begun, asked) = (Instant::now(), self.end_requests());
+        loop {
+            self.receive()?;
+            let recorder = self.children.iter_mut().find(|child| child.process == Process::Recorder);
+            let Some(recorder) = recorder else { return Ok(()) };
+            let has_met = self.health.keys().any(|(process, _)| *process == Process::Recorder.code());
+            let is_over = begun.elapsed() > MEETING || self.end_requests() > asked;
+            if has_met || is_over || recorder.ended()?.is_some() {
+                return Ok(());
+            }
+            // A nap would end at once where a signal has asked for the end.
+            std::thread::sleep(LOOK_EVERY);
+        }
     }
 
     fn prepare(system: System, pad: Pad, grace: Grace, ceded: Ceded) -> Result<Self> {

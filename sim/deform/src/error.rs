@@ -32,7 +32,7 @@ pub enum DeformError {
         /// Smallest area that counts.
         least_m2: f64,
     },
-    /// A degree that cannot be.
+    /// An invalid degree.
     #[error("degree: expected a number from 0 to {most}, found {found}")]
     Degree {
         /// Largest degree.

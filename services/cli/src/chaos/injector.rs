@@ -263,20 +263,12 @@ impl crate::args::KillSignal {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
-
     use super::*;
-
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        options: ChaosOptions,
-    }
 
     /// Who was hit once depended on who had just recovered, and with it on the clock.
     #[test]
     fn the_seed_decides_when_who_is_hit() {
-        let options = Line::parse_from(["chaos", "--kills", "50", "--targets", "world,planner"]).options;
+        let options = ChaosOptions::of_words(&["--kills", "50", "--targets", "world,planner"]);
         let draw = || blows(&options, 1000, &mut seed::stream(7, "chaos"));
         let drawn = draw();
         assert_eq!(drawn, draw());

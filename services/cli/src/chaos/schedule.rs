@@ -157,15 +157,7 @@ pub fn told(failure: Failure, schedule: &Path) -> Failure {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
-
     use super::*;
-
-    #[derive(Parser)]
-    struct Line {
-        #[command(flatten)]
-        options: ChaosOptions,
-    }
 
     #[test]
     fn the_seed_decides_before_which_messages_who_is_hit() {
@@ -176,7 +168,7 @@ mod tests {
             ("route", 1),
             ("latency", 1000),
         ]);
-        let options = |seed: &str| Line::parse_from(["chaos", "--kills", "40", "--seed", seed]).options;
+        let options = |seed: &str| ChaosOptions::of_words(&["--kills", "40", "--seed", seed]);
         let drawn = draw(&options("7"), "sketch", &counts).unwrap();
         assert_eq!(drawn, draw(&options("7"), "sketch", &counts).unwrap());
         assert_ne!(drawn, draw(&options("8"), "sketch", &counts).unwrap());
@@ -189,7 +181,7 @@ mod tests {
 
     #[test]
     fn more_kills_than_messages_are_refused() {
-        let options = Line::parse_from(["chaos", "--kills", "4", "--targets", "sketcher"]).options;
+        let options = ChaosOptions::of_words(&["--kills", "4", "--targets", "sketcher"]);
         let error = draw(&options, "sketch", &BTreeMap::from([("route", 1)])).unwrap_err().to_string();
         assert!(error.contains("--kills: expected at most 3"), "{error}");
     }

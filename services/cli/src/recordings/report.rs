@@ -93,7 +93,12 @@ impl Page<'_> {
     }
 
     fn head(&self) -> Markup {
-        let fact = |key: &str| self.recording.fact("sketchnav", key).unwrap_or("–").to_owned();
+        // A mission that chooses no method is driven by the first.
+        let by_default = || sketchnav_navigators::of(&self.run.mission).ok()?.methods.first().copied();
+        let fact = |key: &str| match self.recording.fact("sketchnav", key) {
+            Some("") if key == "method" => by_default().unwrap_or("–").to_owned(),
+            found => found.unwrap_or("–").to_owned(),
+        };
         let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
         html! {
             h1 {

@@ -1,8 +1,8 @@
 //! Harmonic measure: which share of each piece of an outline a place inside has.
 //!
-//! A map between two outlines is extended to the inside by Laplace's equation: the image of a place is the mean of the
-//! images of the outline, each weighted by the place's harmonic measure there (the chance that a random walk
-//! from the place first meets the outline there). The equation is solved on a coarse grid by conjugate gradients (Hestenes and Stiefel 1952).
+//! A map between two outlines is extended to the inside by Laplace's equation. The image of a place is a weighted mean of the
+//! images of the outline. A weight is the place's harmonic measure: the chance that a random walk from it first meets the outline
+//! there. The equation is solved on a coarse grid by conjugate gradients (Hestenes and Stiefel 1952).
 
 use crate::outline::{Outline, Place};
 use crate::region::Region;

@@ -86,7 +86,7 @@ pub struct Estimate {
 /// Why there is no localization.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LocalizationError {
-    /// A parameter that cannot be.
+    /// An invalid parameter.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The start is not a place in the drawing.
@@ -152,7 +152,7 @@ impl Localizer {
     /// Prepares the drawing. The first scan starts the filter.
     ///
     /// # Errors
-    /// [`LocalizationError`] for a parameter that cannot be, and for a start outside the drawing.
+    /// [`LocalizationError`] for an invalid parameter, and for a start outside the drawing.
     pub fn new(
         sketch: &SketchGrid,
         mounting: Mounting,

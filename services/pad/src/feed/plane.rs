@@ -1,5 +1,5 @@
-//! What there is to see of a journey by a custom map: the window in the middle of the canvas, the dots in it, and around it the
-//! plane as the map-maker sees it, where it is if the navigator is right about its landmark. Where dots in the window lie
+//! What there is to see of a journey by a custom map. The window is in the middle of the canvas with the dots in it. Around it
+//! lies the plane as the map-maker sees it, as if the navigator were right about its landmark. Where dots in the window lie
 //! beside those of the plane, it is wrong.
 
 use sketchnav_schemas::codes::Activity;

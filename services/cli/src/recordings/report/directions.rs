@@ -26,7 +26,7 @@ const WINDOWS: usize = 14;
 /// The true dots of a run's plane; `None` where its world is none.
 ///
 /// # Errors
-/// A plane file that cannot be read.
+/// A plane file failed to be read.
 pub fn dots(run: &RunConfig) -> anyhow::Result<Option<Vec<[f64; 2]>>> {
     let Some(plane) = &run.mission.world.plane else { return Ok(None) };
     Ok(Some(sketchnav_sim::files::plane_file(Path::new(plane))?.dots))

@@ -52,7 +52,7 @@ impl Landmarks {
     /// Reads them; `None` in a recording of another kind.
     ///
     /// # Errors
-    /// A recording that cannot be read; a route that cannot.
+    /// A recording or a route that is damaged.
     pub(super) fn of(recording: &Recording) -> anyhow::Result<Option<Self>> {
         let Some(said) = recording.channel(LANDMARK_ROUTE)?.last() else { return Ok(None) };
         let instructions = Instructions::read(&said?.1)?;

@@ -54,7 +54,7 @@ pub enum DirectionsError {
         /// Why.
         cause: Error,
     },
-    /// Settings of the navigator that cannot be.
+    /// Invalid settings of the navigator.
     #[error("parameters.planner: {0}")]
     Settings(Error),
     /// More entries than the message about them holds.

@@ -403,7 +403,7 @@ impl Parameters {
     }
 }
 
-/// A parameter that cannot be.
+/// An invalid parameter.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("parameters.localizer.{key}: expected {expected}, found {found}")]
 pub struct ParameterError {

@@ -43,7 +43,7 @@ pub enum PlannerError {
     /// The robot lacks the laser or the odometry.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// A parameter that cannot be.
+    /// An invalid parameter.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The robot's laser cannot be mapped with.

@@ -174,7 +174,7 @@ impl Explorer {
     /// For a robot whose laser sees so far. It has seen nothing.
     ///
     /// # Errors
-    /// A parameter of the mapper that cannot be.
+    /// An invalid parameter of the mapper.
     pub fn new(parameters: &Parameters, range_max_m: f64) -> Result<Self, sketchnav_mapping::Error> {
         let mut mapping = sketchnav_mapping::Parameters::default();
         mapping.open_range_m = range_max_m.min(mapping.mapping_range_m);

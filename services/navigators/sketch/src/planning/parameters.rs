@@ -64,8 +64,8 @@ pub struct Parameters {
     pub doubt_above: f64,
     /// Whether goals are found by the outline of what was seen.
     pub by_outline: bool,
-    /// Only in drawings of open floors: their largest part has so large a share of the area where passages are shut that are
-    /// narrower than a width, whatever width up to a fifth of the drawing's longer side.
+    /// Only in drawings of open floors. Passages are shut that are narrower than some width, up to a fifth of the drawing's
+    /// longer side: the largest part that is left keeps this share of the area, whatever the width.
     pub least_open_share: f64,
     /// How large buildings are, metres: what the outline's proportions begin with.
     pub building_size_m: f64,
@@ -131,7 +131,7 @@ impl Default for Parameters {
     }
 }
 
-/// A parameter that cannot be.
+/// An invalid parameter.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("parameters.planner.{key}: expected {expected}, found {found}")]
 pub struct ParameterError {
@@ -176,7 +176,7 @@ impl Parameters {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`ParameterError`] with the first key that holds a value that cannot be.
+    /// [`ParameterError`] with the first key that holds an invalid value.
     pub fn check(&self) -> Result<(), ParameterError> {
         let positive = [
             ("arrival_radius_m", self.arrival_radius_m),

@@ -56,7 +56,7 @@ impl Desk {
     /// Empty.
     ///
     /// # Errors
-    /// [`SketchError::Setting`] with the key of the run's parameters that cannot be.
+    /// [`SketchError::Setting`] with the invalid key of the run's parameters.
     pub fn new(run: &RunConfig) -> Result<Self, SketchError> {
         let options = Options::of_mission(&run.mission, run.seed)?;
         Ok(Self { options, drawing: None, places: None, state: State::default() })

@@ -43,7 +43,7 @@ pub enum SketchError {
         /// What it is.
         found: String,
     },
-    /// A value in a strokes file that cannot be.
+    /// An invalid value in a strokes file.
     #[error("{file}: {key}: expected {expected}, found {found}")]
     Strokes {
         /// The file.

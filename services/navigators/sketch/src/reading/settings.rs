@@ -28,7 +28,7 @@ impl Options {
     /// As a mission says.
     ///
     /// # Errors
-    /// [`SketchError::Setting`] with the key of `parameters.sketcher` that cannot be; [`SketchError::Mission`].
+    /// [`SketchError::Setting`] with the invalid key of `parameters.sketcher`; [`SketchError::Mission`].
     pub fn of_mission(mission: &Mission, seed: u64) -> Result<Self, SketchError> {
         let settings = Settings::from_table(mission.parameters.of(Process::Sketcher))?;
         Ok(Self { walls: SketchMission::of(mission)?.walls, seed, settings })

@@ -182,5 +182,7 @@ fn a_plan_that_is_none_is_refused_with_a_word() {
             assert!(ended.err.contains(words), "{command}: {ended}");
         }
     }
+    // `chaos` once drove a whole mission before it read the plan.
+    assert!(!place.files().join("out/chaos-001").exists());
     assert_eq!(place.run("run demo --faults nothing.toml").code, Some(2));
 }

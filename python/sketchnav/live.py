@@ -8,6 +8,7 @@ import ctypes
 import fcntl
 import os
 import pathlib
+import stat
 import struct
 import time
 
@@ -38,9 +39,22 @@ class TooManyReaders(Exception):
     """As many observers as there may be read the channel already."""
 
 
+class ForeignRoot(Exception):
+    """The folder of all systems is not this user's own: somebody may have prepared it."""
+
+
 def _root():
+    """The folder of all systems, which this user alone may enter; None where there is none yet."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
-    return pathlib.Path(runtime) / "sketchnav" if runtime else pathlib.Path(f"/tmp/sketchnav-{os.getuid()}")
+    path = pathlib.Path(runtime) / "sketchnav" if runtime else pathlib.Path(f"/tmp/sketchnav-{os.getuid()}")
+    try:
+        found = os.lstat(path)
+    except FileNotFoundError:
+        return None
+    is_private = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and found.st_mode & 0o077 == 0
+    if not is_private:
+        raise ForeignRoot(f"{path}: expected a folder that user {os.getuid()} alone may enter; remove it")
+    return path
 
 
 def _is_alive(folder):
@@ -68,7 +82,7 @@ _F_OFD_GETLK = getattr(fcntl, "F_OFD_GETLK", 36)
 def systems():
     """The names of the systems of this user that run."""
     root = _root()
-    folders = sorted(root.iterdir()) if root.is_dir() else []
+    folders = sorted(root.iterdir()) if root else []
     return [folder.name for folder in folders if folder.is_dir() and _is_alive(folder)]
 
 
@@ -172,7 +186,7 @@ class Channel:
 class Message:
     """A message where it lies in shared memory. Its fields are items, as `scan["ranges_m"]`: read-only views.
 
-    A view is good as long as the message is held, and a reader may hold few of them: `copy` makes one that lasts.
+    A view holds its message, and a reader may hold few of them: `copy` makes one that holds nothing.
     """
 
     def __init__(self, sample, dtype):
@@ -180,6 +194,8 @@ class Message:
         payload = sample.payload()
         address = ctypes.cast(payload.as_ptr(), ctypes.c_void_p).value
         words = (ctypes.c_uint64 * payload.len()).from_address(address)
+        # Whoever holds a view holds the sample, or its place would be another message's.
+        words.sample = sample
         self._bytes = memoryview(words).cast("B").toreadonly()
         self._data = np.frombuffer(self._bytes, dtype=dtype, count=1)[0]
         header = ctypes.cast(sample.user_header_ptr, ctypes.POINTER(ctypes.c_uint64))

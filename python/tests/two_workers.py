@@ -16,7 +16,6 @@ import time
 import distributed
 
 
-
 def worker(address):
     command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nworkers", "1", "--nthreads", "1"]
     # Without a nanny nobody starts it anew.
@@ -24,13 +23,14 @@ def worker(address):
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 
 
-def busy_pid(client):
+def busy_pid(client, evaluation):
     """The process of a worker that drives a job."""
-    while True:
+    while evaluation.poll() is None:
         for address, keys in client.processing().items():
             if keys:
                 return client.run(os.getpid, workers=[address])[address]
         time.sleep(0.01)
+    sys.exit("the evaluation ended before a worker was seen at work")
 
 
 def main():
@@ -52,7 +52,7 @@ def main():
                 arguments = [sys.executable, "-m", "sketchnav.evaluate", suite, "--scheduler", address]
                 arguments += ["--program", program, "--", *options]
                 evaluation = subprocess.Popen(arguments)
-                os.kill(busy_pid(client), signal.SIGKILL)
+                os.kill(busy_pid(client, evaluation), signal.SIGKILL)
                 sys.exit(evaluation.wait())
         finally:
             for process in [*workers, scheduler]:

@@ -71,11 +71,13 @@ struct Recovery {
 
 /// Runs the mission in the file `mission` undisturbed and disturbed.
 pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure> {
+    let given = schedule::given(options, mission)?;
     let folder = create(&options.out, "chaos").or_input()?;
     let undisturbed = report(start(mission, options, &folder.join("undisturbed"), "calm", None)?)?;
     let reference = recording(&undisturbed)?;
     let path = folder.join("schedule.toml");
-    let report = match schedule::planned(options, &reference)? {
+    let drawn = if given.is_none() { schedule::drawn(options, &reference)? } else { None };
+    let report = match given.or(drawn) {
         Some(plan) => {
             schedule::write(&path, &plan)?;
             let run = start(mission, options, &folder.join("disturbed"), "chaos", Some(&path))?;

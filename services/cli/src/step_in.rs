@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use nix::sys::signal::Signal;
-use sketchnav_runtime::{Node, SendTimes, System};
+use sketchnav_runtime::{Node, SendTimes, System, Wake};
 use sketchnav_schemas::channels::MISSION;
 use sketchnav_schemas::codes::Process;
 
@@ -105,7 +105,9 @@ pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
                 "{expected}, found nothing: the supervisor did not pass it on"
             )));
         }
-        node.nap(LOOK_EVERY);
+        if node.nap(LOOK_EVERY) == Wake::Terminate {
+            return Err(Failure::Other(anyhow!("interrupted before {order} was on its channel")));
+        }
     }
 }
 

@@ -267,10 +267,10 @@ impl Supervisor {
         let (begun, asked) = (Instant::now(), self.end_requests());
         loop {
             self.receive()?;
-            let recorder = self.children.iter_mut().find(|child| child.process == Process::Recorder);
-            let Some(recorder) = recorder else { return Ok(()) };
             let has_met = self.health.keys().any(|(process, _)| *process == Process::Recorder.code());
             let is_over = begun.elapsed() > MEETING || self.end_requests() > asked;
+            let recorder = self.children.iter_mut().find(|child| child.process == Process::Recorder);
+            let Some(recorder) = recorder else { return Ok(()) };
             if has_met || is_over || recorder.ended()?.is_some() {
                 return Ok(());
             }

@@ -11,11 +11,14 @@ use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::fault_plan::{FaultPlan, PlannedFault};
 use sketchnav_schemas::seed;
+use sketchnav_schemas::sketch_mission::KIND;
+use sketchnav_sim::mission_file;
 
 use super::Kill;
 use crate::args::{ChaosOptions, KillSignal};
 use crate::failure::{Failure, OrInput};
 use crate::launch::fault_plan;
+use crate::mission;
 
 /// After this share of its messages a process is hit no more: nothing would be left to recover.
 const LAST_SHARE: f64 = 0.9;
@@ -26,17 +29,24 @@ const HAPPENED: &str = "# What happened, each fault at the first message at or a
 const PLANNED: &str =
     "# Played by `sketchnav chaos MISSION --schedule FILE` and `sketchnav run MISSION --faults FILE`.\n";
 
-/// The schedule that somebody names, or has drawn; `None` where kills come by lot.
-pub fn planned(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPlan>, Failure> {
-    let run = Recording::open(reference).and_then(|recording| recording.run());
-    let run = run.context("the undisturbed recording")?;
-    let kind = run.mission.navigator_kind();
-    if let Some(path) = &options.schedule {
-        return Ok(Some(fault_plan(path, kind).or_input()?));
-    }
+/// The schedule that somebody names, read before anything starts.
+pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>, Failure> {
+    let Some(path) = &options.schedule else { return Ok(None) };
+    let kind = match mission::is_demo(mission) {
+        true => KIND.to_owned(),
+        false => mission_file::load(mission).or_input()?.0.navigator_kind().to_owned(),
+    };
+    Ok(Some(fault_plan(path, &kind).or_input()?))
+}
+
+/// A schedule that is drawn, by what the channels have; `None` where kills come by lot.
+pub fn drawn(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPlan>, Failure> {
     if !options.at_messages {
         return Ok(None);
     }
+    let run = Recording::open(reference).and_then(|recording| recording.run());
+    let run = run.context("the undisturbed recording")?;
+    let kind = run.mission.navigator_kind();
     let info = info::info(reference).context("the undisturbed recording")?;
     let counts: BTreeMap<_, _> = info
         .topics

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::Write;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::thread::{available_parallelism, sleep};
@@ -92,7 +93,9 @@ fn shared_memory() -> Finding {
         return Finding::of(check, Level::Error, found, advice);
     }
     let probe = Path::new(SHARED_MEMORY).join(format!("sketchnav-doctor-{}", std::process::id()));
-    let written = fs::write(&probe, [0; 4096]);
+    // A name that can be guessed may be a link already.
+    let made = fs::File::options().write(true).create_new(true).open(&probe);
+    let written = made.and_then(|mut file| file.write_all(&[0; 4096]));
     let _ = fs::remove_file(&probe);
     match written {
         Ok(()) => Finding::fine(check, found),

@@ -13,7 +13,8 @@ use sketchnav_evaluation::experiments::TaskOutcome as Ended;
 use sketchnav_evaluation::experiments::jobs::Job;
 use sketchnav_evaluation::experiments::suite::{Folders, Suite};
 use sketchnav_evaluation::experiments::trial::Trial;
-use sketchnav_files::{DRAWING, PART};
+use sketchnav_files::PART;
+use sketchnav_recordings::sources;
 
 use super::machine::{self, Machine};
 use crate::args::Foreign;
@@ -95,7 +96,6 @@ impl Origin {
 /// Files lie elsewhere on another machine: their folders are left out, their contents are in.
 fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
     let mut hasher = crc32fast::Hasher::new();
-    let mut files = BTreeMap::new();
     for job in jobs {
         let mut text = inputs(job)?;
         for (folder, word) in [(Some(&folders.project), "<project>"), (folders.data.as_ref(), "<data>")] {
@@ -104,12 +104,10 @@ fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
             }
         }
         hasher.update(text.as_bytes());
-        for file in files_of(job) {
-            let sum = match files.get(&file) {
-                Some(&sum) => sum,
-                None => *files.entry(file.clone()).or_insert(checksum(&file)?),
-            };
-            hasher.update(&sum.to_le_bytes());
+        // What is drawn for a trial alone lies nowhere: its bytes are among the job's inputs.
+        for file in sources::read(&job.trial.mission) {
+            hasher.update(file.name.as_bytes());
+            hasher.update(&file.data);
         }
     }
     Ok(hasher.finalize())
@@ -127,22 +125,6 @@ fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
         (name, drawing, job.method, method, job.repetition, job.seed, ends_with_contact, thinking_scans);
     let what = serde_json::to_string(&(mission, robot))?;
     Ok(format!("{how:?} {sheet:?} {bytes:?} {what}"))
-}
-
-/// The files that a job's mission names and that lie somewhere: the world, and what is given to the navigator.
-fn files_of(job: &Job<'_>) -> Vec<PathBuf> {
-    let mut mission = job.trial.mission.clone();
-    let world = [mission.world.floor_plan.clone(), mission.world.map.clone(), mission.world.plane.clone()]
-        .into_iter()
-        .flatten();
-    let given: Vec<_> = mission.navigator_files_mut().map(|(_, file)| file.clone()).collect();
-    // What is drawn for a trial alone has a name and lies nowhere: its bytes are among the job's inputs.
-    world.chain(given).map(PathBuf::from).filter(|file| file.is_file()).collect()
-}
-
-fn checksum(file: &Path) -> anyhow::Result<u32> {
-    let bytes = sketchnav_files::read(file, DRAWING).with_context(|| file.display().to_string())?;
-    Ok(crc32fast::hash(&bytes))
 }
 
 /// Prints the jobs by their numbers.

@@ -32,7 +32,8 @@ pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
         out!("\n{}", figure.table.title)?;
         out!("{}", table(figure))?;
     }
-    out!("{} worlds, seed {}, in {:.0} s", size.worlds, size.seed, began.elapsed().as_secs_f64())?;
+    out!("{} worlds, seed {}", size.worlds, size.seed)?;
+    say!("{:.0} s", began.elapsed().as_secs_f64());
     Ok(Outcome::Success)
 }
 
@@ -47,6 +48,9 @@ fn refuse_what_has_no_meaning(study: &Study, options: &EvalOptions) -> anyhow::R
         ("--only", options.only.is_some()),
         ("--pictures", options.pictures.is_some()),
         ("--check-processes", options.check_processes.is_some()),
+        ("--list-jobs", options.list_jobs),
+        ("--job", options.job.is_some()),
+        ("--merge", options.merge.is_some()),
     ];
     match given.into_iter().find(|(_, is_given)| *is_given) {
         Some((option, _)) => {

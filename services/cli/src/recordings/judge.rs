@@ -44,7 +44,7 @@ pub struct Judged {
     homotopic: Option<BTreeMap<String, bool>>,
     /// How journeys by custom maps ended; empty for other kinds of navigators.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    journeys: Vec<JourneyVerdict>,
+    pub(super) journeys: Vec<JourneyVerdict>,
     #[serde(flatten)]
     pub figures: Figures,
     #[serde(skip)]

@@ -73,7 +73,7 @@ impl Page<'_> {
         let body = html! {
             (self.head())
             (self.tasks())
-            (directions::section(self.run, self.log)?)
+            (directions::section(self.run, self.log, &self.judged.journeys))
             (self.pictures()?)
             (self.moments()?)
             @if let Some(landmarks) = &self.landmarks { (landmarks.section(self.run, &self.log.truth)) }

@@ -1,12 +1,13 @@
 //! What is seen, as messages and back.
 
 use sketchnav_qualitative::hof::Surround;
+use sketchnav_schemas::codes::LandmarkEvent;
 use sketchnav_schemas::geometry::{Pose, Sketch};
-use sketchnav_schemas::message::{LandmarkView, MAX_SEEN_OBJECTS, PoseM, SeenObject};
+use sketchnav_schemas::message::{LandmarkProgress, LandmarkView, MAX_SEEN_OBJECTS, PoseM, SeenObject};
 
 use crate::belief::Estimate;
 use crate::perception::Seen;
-use crate::route::{DIRECTIONS, Place};
+use crate::route::{DIRECTIONS, Place, Route, State};
 
 /// Codes of places that surround the robot: see [`SeenObject::place`].
 const COMPLETELY: u32 = 16;
@@ -53,6 +54,24 @@ pub fn objects(view: &LandmarkView) -> impl Iterator<Item = Seen> + '_ {
         width: object.width,
         beams: [object.first as u16, object.count as u16],
     })
+}
+
+/// The state that a progress is about: the one that was matched, else the one that is waited for.
+pub fn state_of<'a>(route: &'a Route, progress: &LandmarkProgress) -> Option<&'a State> {
+    let is_matched = progress.event == LandmarkEvent::Matched.code();
+    route.states.get((progress.next as usize).saturating_sub(usize::from(is_matched)))
+}
+
+/// The names of the objects that meet that state, each once.
+pub fn met<'a>(route: &'a Route, progress: &LandmarkProgress) -> Vec<&'a str> {
+    let state = state_of(route, progress);
+    let mut names: Vec<&str> = Vec::new();
+    for met in progress.met() {
+        let relation = state.and_then(|state| state.relations.get(met.relation as usize));
+        let name = relation.and_then(|relation| route.objects.get(relation.object)).map(String::as_str);
+        names.extend(name.filter(|name| !name.is_empty() && !names.contains(name)));
+    }
+    names
 }
 
 /// Writes where the robot probably is.

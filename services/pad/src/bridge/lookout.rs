@@ -130,7 +130,7 @@ impl Lookout for Directions {
         Ok(is_new)
     }
 
-    fn draw(&self, _: &Around, robot: &Robot, shapes: &mut Vec<Shape>) {
-        shapes.extend(robot.view.iter().flat_map(|view| self.plane.shapes(view.side_m)));
+    fn draw(&self, around: &Around, robot: &Robot, shapes: &mut Vec<Shape>) {
+        shapes.extend(robot.view.iter().flat_map(|view| self.plane.shapes(around, view.side_m)));
     }
 }

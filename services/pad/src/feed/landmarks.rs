@@ -4,7 +4,8 @@ use serde::Serialize;
 use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_landmarks::plane;
 use sketchnav_landmarks::route::Route;
-use sketchnav_schemas::codes::{LandmarkEvent, RouteCommand, Tracking, WALL};
+use sketchnav_landmarks::view;
+use sketchnav_schemas::codes::{RouteCommand, Tracking, WALL};
 use sketchnav_schemas::message::{LandmarkProgress, LandmarkView};
 use sketchnav_schemas::robot::Robot;
 
@@ -163,23 +164,14 @@ impl Canvas {
     /// How the robot stands on its route.
     pub fn feed(&self, view: &LandmarkView, progress: &LandmarkProgress, robot: &Robot) -> LandmarkFeed {
         let is_met = |i: usize| progress.met().iter().any(|met| met.object as usize == i);
-        let objects = view.objects().iter().enumerate().map(|(i, object)| {
-            let direction = f64::from(object.place % 16) * std::f64::consts::FRAC_PI_8;
+        // What surrounds the robot lies in no direction.
+        let objects = view::objects(view).enumerate().filter_map(|(i, object)| {
+            let direction = f64::from(object.place.direction()?) * std::f64::consts::FRAC_PI_8;
             let far = object.proximity_m + robot.radius_m;
             let [x, y] = self.seen(view, [far * direction.cos(), far * direction.sin()]);
-            (x, y, is_met(i))
+            Some((x, y, is_met(i)))
         });
-        let is_matched = progress.event == LandmarkEvent::Matched.code();
-        let state = self.route.as_ref().and_then(|route| {
-            route.states.get((progress.next as usize).saturating_sub(usize::from(is_matched)))
-        });
-        let mut met: Vec<String> = Vec::new();
-        for one in progress.met() {
-            let relation = state.and_then(|state| state.relations.get(one.relation as usize));
-            let name =
-                relation.zip(self.route.as_ref()).map(|(relation, route)| &route.objects[relation.object]);
-            met.extend(name.filter(|name| !name.is_empty() && !met.contains(name)).cloned());
-        }
+        let met = self.route.as_ref().map_or(Vec::new(), |route| view::met(route, progress));
         LandmarkFeed {
             next: progress.next + 1,
             states: progress.state_count,
@@ -187,7 +179,7 @@ impl Canvas {
             along: (progress.length_m > 0.0)
                 .then(|| super::thousandth((progress.along_m / progress.length_m).clamp(0.0, 1.0))),
             objects: objects.collect(),
-            met,
+            met: met.into_iter().map(str::to_owned).collect(),
         }
     }
 }

@@ -5,11 +5,7 @@
 use sketchnav_schemas::codes::Activity;
 use sketchnav_schemas::message::{Description, Itinerary, Journey};
 
-use super::scene::{Color, SIDE_PX, Shape};
-use super::tenth;
-
-/// How many windows the canvas is wide.
-const WINDOWS: f64 = 6.0;
+use super::scene::{Around, Color, SIDE_PX, Shape};
 
 /// What is known of the plane and the journey.
 #[derive(Debug, Clone, Default)]
@@ -41,24 +37,23 @@ impl Plane {
         Some([x - journey.reference_x_m, y - journey.reference_y_m])
     }
 
-    /// All of it around a window of this side.
-    pub fn shapes(&self, side_m: f64) -> Vec<Shape> {
-        let sheet = Sheet { px_per_m: f64::from(SIDE_PX) / (WINDOWS * side_m) };
+    /// All of it around a window of this side; the robot's forward axis is the window's first one.
+    pub fn shapes(&self, around: &Around, side_m: f64) -> Vec<Shape> {
         let half_m = side_m / 2.0;
         let corners = [[-half_m, -half_m], [half_m, -half_m], [half_m, half_m], [-half_m, half_m]];
-        let mut shapes = vec![Shape::Area { points: sheet.all(corners), color: Color::Edge }];
+        let mut shapes = vec![Shape::Area { points: all(around, corners), color: Color::Edge }];
         if let Some([x, y]) = self.centre() {
-            let around = self.dots.iter().map(|dot| [dot[0] - x, dot[1] - y]);
-            shapes.push(Shape::Dots { points: sheet.all(around), color: Color::Particle });
+            let beside = self.dots.iter().map(|dot| [dot[0] - x, dot[1] - y]);
+            shapes.push(Shape::Dots { points: all(around, beside), color: Color::Particle });
             let planned = self.ahead().map(|[to_x, to_y]| [to_x - x, to_y - y]);
-            shapes.push(Shape::Line { points: sheet.all(planned), color: Color::Plan });
+            shapes.push(Shape::Line { points: all(around, planned), color: Color::Plan });
         }
         let seen = self.description.iter().flat_map(|all| all.dots());
         let seen = seen.map(|dot| [dot.x_m.into(), dot.y_m.into()]);
-        shapes.push(Shape::Dots { points: sheet.all(seen), color: Color::Scan });
+        shapes.push(Shape::Dots { points: all(around, seen), color: Color::Scan });
         if let Some(journey) = &self.journey {
             let reference = [journey.reference_x_m, journey.reference_y_m];
-            let points = sheet.all((journey.has_reference == 1).then_some(reference));
+            let points = all(around, (journey.has_reference == 1).then_some(reference));
             shapes.push(Shape::Dots { points, color: Color::Goal });
             let activity = Activity::from_code(journey.activity).map_or("", Activity::word);
             let text = format!("entry {}: {activity}", journey.entry + 1);
@@ -78,19 +73,11 @@ impl Plane {
     }
 }
 
-/// Joins the window's frame and the canvas.
-struct Sheet {
-    px_per_m: f64,
-}
-
-impl Sheet {
-    /// Places on the canvas, tenths of a pixel; what lies far beyond it is left out.
-    fn all(&self, places: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
-        let side = f64::from(SIDE_PX);
-        let place = |[x, y]: [f64; 2]| [side / 2.0 + x * self.px_per_m, side / 2.0 - y * self.px_per_m];
-        let is_near = |at: &[f64; 2]| at.iter().all(|v| (-side..=2.0 * side).contains(v));
-        places.into_iter().map(place).filter(is_near).map(|at| at.map(tenth)).collect()
-    }
+/// Places on the canvas; what lies far beyond it is left out.
+fn all(around: &Around, places: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
+    let side = f64::from(SIDE_PX);
+    let is_near = |at: &[f64; 2]| at.iter().all(|v| (-side..=2.0 * side).contains(v));
+    places.into_iter().map(|[x, y]| around.point(x, y)).filter(is_near).collect()
 }
 
 #[cfg(test)]
@@ -98,6 +85,11 @@ mod tests {
     use super::*;
     use bytemuck::Zeroable;
     use sketchnav_schemas::message::{DescribedDot, PlannedLandmark};
+
+    fn around() -> Around {
+        let robot = include_str!("../../../../sim/robots/helicopter.toml");
+        Around::robot(&sketchnav_schemas::robot::Robot::parse(robot).unwrap())
+    }
 
     /// The dots of the shapes of a colour.
     fn dots(shapes: &[Shape], wanted: Color) -> Vec<[f64; 2]> {
@@ -122,7 +114,7 @@ mod tests {
         description.dot_count = 1;
         description.dots[0] = DescribedDot { x_m: 0.025, y_m: 0.0, isolation: 0, quadrants: 0 };
         (plane.journey, plane.description) = (Some(journey), Some(description));
-        let shapes = plane.shapes(0.1);
+        let shapes = plane.shapes(&around(), 0.1);
         let there = dots(&shapes, Color::Particle);
         assert_eq!((there.len(), dots(&shapes, Color::Scan)), (1, there.clone()));
         assert_eq!(dots(&shapes, Color::Goal), there);
@@ -130,6 +122,6 @@ mod tests {
 
     #[test]
     fn before_the_first_landmark_there_is_the_window_alone() {
-        assert_eq!(Plane::default().shapes(0.1).len(), 2);
+        assert_eq!(Plane::default().shapes(&around(), 0.1).len(), 2);
     }
 }

@@ -13,6 +13,8 @@ use super::{PoseView, tenth, thinned};
 pub const SIDE_PX: u32 = 1000;
 /// Most that is shown to each side, metres.
 const MOST_REACH_M: f64 = 6.0;
+/// How many windows of a camera that looks down are shown to each side.
+const WINDOWS: f64 = 3.0;
 /// Length of the mark that says where a marker looks, metres.
 const FACING_M: f64 = 0.25;
 /// Corners of an arc.
@@ -88,7 +90,11 @@ impl Around {
             robot.sonar.as_ref().map(|sonar| sonar.range_max_m),
             robot.camera.as_ref().map(|camera| camera.range_max_m),
         ];
-        let reach_m = ranges.into_iter().flatten().fold(0.0, f64::max).clamp(1.0, MOST_REACH_M);
+        let reach_m = match &robot.view {
+            // Of a robot that looks down.
+            Some(view) => WINDOWS * view.side_m,
+            None => ranges.into_iter().flatten().fold(0.0, f64::max).clamp(1.0, MOST_REACH_M),
+        };
         Self { px_per_m: f64::from(SIDE_PX) / 2.0 / reach_m }
     }
 

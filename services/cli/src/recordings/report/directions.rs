@@ -138,15 +138,14 @@ fn windows(log: &Log, side_m: f64) -> Vec<Vec<Point<World>>> {
 }
 
 /// How the journeys ended, and the maps; nothing where there are none.
-pub fn section(run: &RunConfig, log: &Log) -> anyhow::Result<Markup> {
-    let verdicts = verdicts(run, log)?;
+pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Markup {
     if verdicts.is_empty() {
-        return Ok(html! {});
+        return html! {};
     }
     let header = ["journey", "ended", "entries right", "recoveries", "stated probability"];
     let rows = verdicts.iter().map(|verdict| row(verdict).to_vec());
     let maps = log.directions.as_deref().unwrap_or_default();
-    Ok(html! {
+    html! {
         h2 { "Journeys" }
         (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
         p.small {
@@ -158,7 +157,7 @@ pub fn section(run: &RunConfig, log: &Log) -> anyhow::Result<Markup> {
             h3 { (name) }
             pre { (map) }
         }
-    })
+    }
 }
 
 /// A verdict in words.

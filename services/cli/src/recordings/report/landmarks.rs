@@ -146,16 +146,8 @@ impl Landmarks {
     fn matches(&self, moments: &[Moment<'_>]) -> Markup {
         let header = ["state", "time", "command", "met by what is seen"].map(str::to_owned);
         let row = |moment: &Moment<'_>| {
-            let state = self.route.as_ref().and_then(|route| {
-                let matched = moment.progress.event == LandmarkEvent::Matched.code();
-                route.states.get((moment.progress.next as usize).saturating_sub(usize::from(matched)))
-            });
-            let names = moment.progress.met().iter().filter_map(|met| {
-                let relation = state?.relations.get(met.relation as usize)?;
-                self.route.as_ref()?.objects.get(relation.object).cloned()
-            });
-            let mut names: Vec<_> = names.collect();
-            names.dedup();
+            let state = self.route.as_ref().and_then(|route| view::state_of(route, moment.progress));
+            let names = self.route.as_ref().map_or(Vec::new(), |route| view::met(route, moment.progress));
             let command = state.map_or(String::new(), |state| state.command.to_string());
             let time = format!("{:.1} s", seconds(moment.progress.header.stamp_ns));
             vec![moment.label.clone(), time, command, names.join(", ")]

@@ -121,7 +121,7 @@ struct Rival {
 /// All that changes, but for the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
-    /// The heading at the first scan by the drawing is that of the start.
+    /// What is looked for now.
     goal: Option<Point<Sketch>>,
     has_looked: bool,
     job: Option<Job>,
@@ -493,7 +493,7 @@ impl Explorer {
         if self.state.looked_at.iter().any(|at| distance(*at, target) < LOOKED_AT_M) {
             return self.arrived(Some(margin));
         }
-        let before = self.state.course.clone();
+        let before = (self.state.course.take(), self.field.take());
         let Some(way_m) = self.set_course(Aim::Rival, target, points.clone()) else {
             return self.arrived(Some(margin));
         };
@@ -506,7 +506,7 @@ impl Explorer {
             return Advice::Drive;
         }
         if way_m < AT_RIVAL_M || back_s > left_s {
-            self.state.course = before;
+            (self.state.course, self.field) = before;
             return self.arrived(Some(margin));
         }
         self.look_at(target);

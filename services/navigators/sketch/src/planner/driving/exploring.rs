@@ -11,7 +11,7 @@ use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Odom, Point, Pose};
 use sketchnav_schemas::message::Correspondence;
 
-use super::way::{LENGTH_SHARE, farthest_within, is_in_reach};
+use super::way::{LENGTH_SHARE, farthest_within, is_in_reach, length};
 use super::{Driver, Guide, TaskStatus};
 use crate::planner::explorer::{Advice, Explorer};
 use crate::planner::reason::Reason;
@@ -142,11 +142,11 @@ impl Driver {
         self.global_path.extend(self.course_path.iter().take(room).map(|&place| chart.to_sketch(place)));
         let robot = chart.robot_m().position();
         let path = &self.course_path;
-        self.attempt.remaining_m = length_m(path);
+        self.attempt.remaining_m = length(path);
         let window_m = self.parameters.window_radius_m;
         let index = farthest_within(path, window_m, |place| self.local.contains(place));
         self.local.search(robot, path.get(index).copied());
-        let reached = |i: &usize| is_in_reach(&self.local, path[*i], length_m(&path[..=*i]));
+        let reached = |i: &usize| is_in_reach(&self.local, path[*i], length(&path[..=*i]));
         let gets_on = |i: &usize| path[*i].distance(&robot) > super::way::LEAST_STEP_M;
         let all = std::iter::once(index).chain((0..index).rev().take_while(gets_on));
         let found = all.into_iter().find(reached);
@@ -156,8 +156,4 @@ impl Driver {
         self.attempt.target_px = chart.to_sketch(end);
         self.local.path(end, &mut self.local_path);
     }
-}
-
-fn length_m(path: &[Point<Odom>]) -> f64 {
-    path.windows(2).map(|pair| pair[0].distance(&pair[1])).sum()
 }

@@ -127,7 +127,7 @@ where
     best.0
 }
 
-fn length(path: &[Point<Sketch>]) -> f64 {
+pub(super) fn length<F>(path: &[Point<F>]) -> f64 {
     path.windows(2).map(|pair| pair[0].distance(&pair[1])).sum()
 }
 

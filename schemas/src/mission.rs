@@ -141,7 +141,19 @@ impl Parameters {
     /// Takes over every key of `other`.
     pub fn extend(&mut self, other: &Self) {
         for (process, table) in &other.0 {
-            self.0.entry(process.clone()).or_default().extend(table.clone());
+            lay_over(self.0.entry(process.clone()).or_default(), table);
+        }
+    }
+}
+
+/// Takes over every value of `other`, in tables within tables too.
+fn lay_over(table: &mut toml::Table, other: &toml::Table) {
+    for (key, value) in other {
+        match (table.get_mut(key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(other)) => lay_over(inner, other),
+            _ => {
+                table.insert(key.clone(), value.clone());
+            }
         }
     }
 }
@@ -176,7 +188,7 @@ pub fn overlaid<T: Serialize + DeserializeOwned>(
     table: &toml::Table,
 ) -> Result<T, toml::de::Error> {
     let mut whole = toml::Table::try_from(base).map_err(toml::de::Error::custom)?;
-    whole.extend(table.clone());
+    lay_over(&mut whole, table);
     whole.try_into()
 }
 
@@ -510,6 +522,16 @@ mod tests {
         assert!(parameters.of(Process::Sketcher).is_empty());
     }
 
+    /// The second of two values in one table took the first away.
+    #[test]
+    fn values_in_tables_within_tables_are_all_taken_over() {
+        let mut parameters: Parameters = "localizer.belief.hypotheses = 48".parse().unwrap();
+        parameters.extend(&"localizer.belief.cone = 0.2".parse().unwrap());
+        parameters.extend(&"localizer.belief.cone = 0.3".parse().unwrap());
+        let belief = &parameters.of(Process::Localizer)["belief"];
+        assert_eq!((belief["hypotheses"].as_integer(), belief["cone"].as_float()), (Some(48), Some(0.3)));
+    }
+
     #[test]
     fn a_task_may_leave_open_where_in_the_world_it_ends() {
         let open = MISSION.replace("there = { center = [1.0, 2.0], radius_m = 1.0 }", "");
@@ -534,6 +556,10 @@ mod tests {
         let error = with("lenght_m = 5").unwrap_err().to_string();
         assert!(error.contains("lenght_m") && error.contains("`length_m`"), "{error}");
         assert!(with("count = true").unwrap_err().to_string().contains("boolean"));
+        let outer = [("some".to_owned(), base)].into();
+        let within: BTreeMap<String, Some> =
+            overlaid(&outer, &toml::from_str("some.count = 7").unwrap()).unwrap();
+        assert_eq!(within["some"], Some { length_m: 0.1, count: 7 });
     }
 
     #[test]

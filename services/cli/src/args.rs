@@ -7,7 +7,9 @@ pub mod values;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
+use sketchnav_evaluation::experiments::{studies, suites};
 use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
@@ -18,6 +20,10 @@ pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, Restart
 use self::values::{parse_served, parse_service, parse_speed};
 use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
+
+fn experiments() -> PossibleValuesParser {
+    suites::names().chain(studies::names()).collect::<Vec<_>>().into()
+}
 
 /// Drives a robot through a building by a hand-drawn map.
 #[derive(Debug, Parser)]
@@ -97,8 +103,8 @@ pub enum Command {
         after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
-        /// ablation, building, building-079, corridor, corridor-cost, corridor-person, corridor-turns, deformed, laboratory, people,
-        /// routes or sensitivity.
+        /// The name of a suite of drives, or of a study.
+        #[arg(value_parser = experiments())]
         suite: String,
         #[command(flatten)]
         options: EvalOptions,

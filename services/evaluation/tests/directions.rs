@@ -21,7 +21,7 @@ impl Tap for Heard {
         self.0.status.extend(STATUS.message(spec, message));
         self.0.journeys.extend(JOURNEY.message(spec, message));
         if let Some(itinerary) = ITINERARY.message(spec, message) {
-            self.0.itinerary = Some(Box::new(itinerary));
+            self.0.itinerary = Some(Box::new(*itinerary));
         }
     }
 }
@@ -39,15 +39,11 @@ fn driven(mission: &str, seed: u64) -> Vec<JourneyVerdict> {
 
 #[test]
 fn in_gusts_and_among_clusters_as_many_journeys_arrive_as_the_map_maker_says() {
-    let verdicts: Vec<_> = (1..=12).flat_map(|seed| driven("crowded.toml", seed)).collect();
-    for v in &verdicts {
-        eprintln!("{v:?}");
-    }
-    let stated: Vec<f64> = verdicts.iter().filter_map(|verdict| verdict.stated).collect();
-    assert_eq!(stated.len(), verdicts.len());
-    let arrived = verdicts.iter().filter(|verdict| verdict.kind.is_some_and(Kind::is_success)).count() as f64;
+    let verdicts: Vec<_> = (1..=6).flat_map(|seed| driven("crowded.toml", seed)).collect();
+    let is_success = |verdict: &&JourneyVerdict| verdict.kind.is_some_and(Kind::is_success);
+    let arrived = verdicts.iter().filter(is_success).count() as f64;
+    let stated = verdicts.iter().map(|verdict| verdict.stated.unwrap());
     let (mean, variance) =
-        stated.iter().fold((0.0, 0.0), |(mean, variance), p| (mean + p, variance + p * (1.0 - p)));
-    eprintln!("{arrived} {mean} {variance}");
-    assert!((arrived - mean).abs() < 3.0 * f64::sqrt(variance));
+        stated.fold((0.0, 0.0), |(mean, variance), p| (mean + p, variance + p * (1.0 - p)));
+    assert!((arrived - mean).abs() < 3.0 * f64::sqrt(variance), "{arrived} {mean} {verdicts:?}");
 }

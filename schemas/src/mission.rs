@@ -15,6 +15,7 @@ use crate::bounds::{self, Bound};
 use crate::channels::{NAVIGATORS, words};
 use crate::codes::Process;
 use crate::floor_plan::{Furniture, Marker, Person};
+use crate::geometry::encloses;
 use crate::message::MAX_TASKS;
 
 /// A mission file. Parsed from TOML by [`Mission::parse`]; paths are relative to the file's folder.
@@ -367,7 +368,7 @@ impl Place {
     /// Whether (x, y), metres, lies in the place (even-odd rule).
     pub fn contains(&self, x: f64, y: f64) -> bool {
         match (&self.polygon, self.center, self.radius_m) {
-            (Some(polygon), ..) => inside(polygon, x, y),
+            (Some(polygon), ..) => encloses(polygon, [x, y]),
             (None, Some(center), Some(radius)) => (x - center[0]).hypot(y - center[1]) <= radius,
             _ => false,
         }
@@ -381,13 +382,6 @@ impl Place {
         };
         self.center.or_else(|| self.polygon.as_ref().map(mean)).unwrap_or_default()
     }
-}
-
-fn inside(polygon: &[[f64; 2]], x: f64, y: f64) -> bool {
-    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    let crossed = edges
-        .filter(|(a, b)| (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]);
-    crossed.count() % 2 == 1
 }
 
 /// TOML knows `nan` and `inf`; no key of a mission does.

@@ -10,6 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use sketchnav_schemas::floor_plan::{FloorPlan, Furniture, Wall};
+use sketchnav_schemas::geometry::encloses;
 use sketchnav_schemas::mission::{Place, Start};
 use sketchnav_schemas::seed;
 
@@ -119,18 +120,9 @@ fn to_segment(at: At, from: At, to: At) -> f64 {
     distance(at, [from[0] + part * dx, from[1] + part * dy])
 }
 
-fn contains(outline: &[At], at: At) -> bool {
-    let edges = outline.iter().zip(outline.iter().cycle().skip(1));
-    edges.fold(false, |inside, (a, b)| {
-        let crosses =
-            (a[1] > at[1]) != (b[1] > at[1]) && at[0] < a[0] + (at[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
-        inside != crosses
-    })
-}
-
 /// How far a place is from an outline; 0 inside.
 pub fn distance_to(outline: &[At], at: At) -> f64 {
-    if contains(outline, at) {
+    if encloses(outline, at) {
         return 0.0;
     }
     let edges = outline.iter().zip(outline.iter().cycle().skip(1));

@@ -193,6 +193,15 @@ pub fn overlaid<T: Serialize + DeserializeOwned>(
     whole.try_into()
 }
 
+/// The keys of a table that belongs to a kind of navigator; `key` is the table's name, for errors.
+///
+/// # Errors
+/// [`MissionError::Key`]: a key that `T` does not have, one that is missing, or a value of the wrong type.
+pub fn keys<T: DeserializeOwned>(key: &str, given: &toml::Table) -> Result<T, MissionError> {
+    let read = given.clone().try_into();
+    read.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
+}
+
 /// What is wrong with a mission.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MissionError {

@@ -97,8 +97,8 @@ pub enum Command {
         after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
-        /// ablation, building, building-079, corridor, corridor-cost, corridor-person, corridor-turns, deformed, laboratory, people,
-        /// routes or sensitivity.
+        /// A suite or a study (an unknown one is answered with all), or `all`: every one into the folder of --output, and what is
+        /// there already is not driven again.
         suite: String,
         #[command(flatten)]
         options: EvalOptions,
@@ -437,6 +437,16 @@ pub struct TopOptions {
     /// As `--once`, one JSON object.
     #[arg(long)]
     pub json: bool,
+}
+
+#[cfg(test)]
+impl EvalOptions {
+    /// From the words behind `eval SUITE`.
+    pub fn of_words(words: &[&str]) -> Self {
+        use clap::FromArgMatches;
+        let line = Self::augment_args(clap::Command::new("eval").no_binary_name(true));
+        Self::from_arg_matches(&line.get_matches_from(words)).unwrap()
+    }
 }
 
 #[cfg(test)]

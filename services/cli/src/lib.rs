@@ -32,7 +32,7 @@ mod top;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use nix::sys::signal::{SigHandler, Signal, signal};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_stage::Navigator;
@@ -61,6 +61,11 @@ pub fn main_with(navigators: &'static [Navigator], channels: &'static [&'static 
         Ok(()) => main(),
         Err(error) => exit_code(Err(Failure::Other(error.into())), false),
     }
+}
+
+/// The command line, for those who document or complete it.
+pub fn command_line() -> clap::Command {
+    Cli::command()
 }
 
 fn dispatch(cli: Cli) -> Result<Outcome, Failure> {

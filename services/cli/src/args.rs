@@ -14,7 +14,9 @@ use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
-pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap};
+pub use self::tools::{
+    EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap, ViewOptions,
+};
 use self::values::{parse_served, parse_service, parse_speed};
 use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
@@ -189,6 +191,14 @@ pub enum Command {
     Top {
         #[command(flatten)]
         options: TopOptions,
+    },
+    /// Show a running system, or a recording, in Foxglove or Lichtblick: serves their WebSocket protocol on this machine.
+    #[command(
+        after_help = "Ends with Ctrl-C, or with the system. Open the printed ws:// link in the viewer; docs/foxglove-layout.json is a layout.\nExit codes: 0 ended, 2 bad input (no such system, no recording, the port is taken), 3 anything else.\nExample: sketchnav view lab\nExample: sketchnav view results/building-a.mcap --rate 4 --port 9000"
+    )]
+    View {
+        #[command(flatten)]
+        options: ViewOptions,
     },
     /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come.
     #[command(

@@ -29,6 +29,7 @@ mod systems;
 mod tap;
 mod tools;
 mod top;
+mod view;
 
 use std::process::ExitCode;
 
@@ -85,6 +86,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Doctor { json }) => doctor::doctor(json),
         Some(Command::Clean { json }) => systems::clean(json),
         Some(Command::Top { options }) => top::top(&options),
+        Some(Command::View { options }) => view::view(&options),
         Some(Command::Echo { options }) => tap::echo(&options),
         Some(Command::Hz { options }) => tap::hz(&options),
         Some(Command::Logs { options }) => logs::logs(&options),

@@ -26,6 +26,32 @@ pub struct Tap {
     pub count: Option<u64>,
 }
 
+/// Where viewers look first.
+pub const VIEW_PORT: &str = "8765";
+
+/// What to show, and where.
+#[derive(Debug, Clone, Args)]
+pub struct ViewOptions {
+    /// A recording, or the name of a running system; may be left out where only one runs. A file goes before a system.
+    #[arg(value_name = "SYSTEM|FILE")]
+    pub target: Option<String>,
+    /// The system's name, whatever files there are.
+    #[arg(long, conflicts_with = "target")]
+    pub system: Option<String>,
+    /// The port on this machine; 0 for one that is free.
+    #[arg(long, default_value = VIEW_PORT)]
+    pub port: u16,
+    /// Of a recording: recorded seconds a second; viewers may change it.
+    #[arg(long, value_parser = parse_playback_rate)]
+    pub rate: Option<f64>,
+    /// Of a recording: begin again at the end.
+    #[arg(long = "loop")]
+    pub again: bool,
+    /// Of a recording: wait for the viewer's play button.
+    #[arg(long)]
+    pub paused: bool,
+}
+
 /// What to print of the messages.
 #[derive(Debug, Clone, Args)]
 pub struct EchoOptions {
@@ -130,6 +156,11 @@ pub struct GraphOptions {
     /// One JSON object with the figures on standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+fn parse_playback_rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse().ok().filter(|rate| (0.02..=64.0).contains(rate));
+    rate.ok_or_else(|| "expected a number from 0.02 to 64".to_owned())
 }
 
 /// A regular expression for whole names.

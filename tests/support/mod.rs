@@ -11,6 +11,7 @@ pub mod data;
 pub mod page;
 pub mod room;
 mod skip;
+pub mod viewer;
 
 use std::collections::BTreeMap;
 use std::fs;

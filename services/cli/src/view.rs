@@ -36,9 +36,8 @@ enum Target<'a> {
 
 /// Serves until a person has seen enough, or the system ends.
 pub fn view(options: &ViewOptions) -> Result<Outcome, Failure> {
-    let target = target(options)?;
     let port = shown::port(options.port)?;
-    match target {
+    match target(options)? {
         Target::System(system) => shown::system(system, port),
         Target::File(file) => shown::file(file, port, options),
     }

@@ -114,37 +114,49 @@ fn what_was_shown_is_what_was_recorded(watched: &Value, recording: &str) {
     }
 }
 
+/// How playing stands, as the protocol numbers it.
+const PLAYING: u8 = 0;
+const PAUSED: u8 = 1;
+const ENDED: u8 = 3;
+
 /// The recording that is played: 30 instants, with a sketch and a route.
 fn story() -> PathBuf {
     repository().join("recordings/golden/story.mcap")
 }
 
 /// What of a recording is shown from a time on.
-fn expected(recording: &Recording, from_ns: u64) -> BTreeMap<String, Vec<(u64, Vec<u8>)>> {
+fn expected(recording: &Recording, from_ns: u64) -> Messages {
     let latched = recording.latched_before(from_ns).unwrap();
     let latched = latched.into_iter().map(|message| RawMessage { stamp_ns: from_ns, ..message });
     let rest = recording.timeline(Selection::default().between(from_ns..u64::MAX)).unwrap();
-    let mut all: BTreeMap<_, Vec<_>> = BTreeMap::new();
+    let mut all = Messages::new();
     for message in latched.chain(rest.map(Result::unwrap)) {
         all.entry(message.topic.name.clone()).or_default().push((message.stamp_ns, message.cdr));
     }
     all
 }
 
-/// What is shown until the end, without what is derived.
-fn until_the_end(viewer: &mut Viewer) -> BTreeMap<String, Vec<(u64, Vec<u8>)>> {
-    let mut all: BTreeMap<_, Vec<_>> = BTreeMap::new();
-    loop {
+type Messages = BTreeMap<String, Vec<(u64, Vec<u8>)>>;
+
+/// Takes what comes until the clock of the recording says something and so many messages are there, without what is derived.
+/// What a viewer is told and what it is shown come by different queues.
+fn take(viewer: &mut Viewer, all: &mut Messages, status: u8, messages: usize) -> Option<(u64, bool, String)> {
+    let (mut told, mut count) = (None, all.values().map(Vec::len).sum::<usize>());
+    while told.is_none() || count < messages {
         match viewer.next() {
             Came::Message(topic, ns, cdr)
                 if channels::of_topic(&topic).is_some() || topic.starts_with("/tf") =>
             {
+                count += 1;
                 all.entry(topic).or_default().push((ns, cdr));
             }
-            Came::Playback { status: 3, .. } => return all,
+            Came::Playback { status: found, at_ns, did_seek, request } if found == status => {
+                told = Some((at_ns, did_seek, request));
+            }
             _ => {}
         }
     }
+    told
 }
 
 /// How many topics a recording has, with those that are derived.
@@ -159,45 +171,38 @@ fn a_recording_is_played_whole_and_sought_and_whatever_is_latched_comes_first() 
     let place = Place::new();
     let recording = Recording::open(&story()).unwrap();
     let (first_ns, last_ns) = recording.index().unwrap().span_ns().unwrap();
-    let (running, link) = view(&place, &format!("{} --paused --rate 64", story().display()));
+    let (running, link) = view(&place, &format!("{} --paused", story().display()));
     let mut viewer = Viewer::of_all(&link, topic_count(&recording));
     let told = |ns: u64| serde_json::json!({ "sec": ns / 1_000_000_000, "nsec": ns % 1_000_000_000 });
     assert_eq!(viewer.info["dataStartTime"], told(first_ns), "{}", viewer.info);
     assert_eq!(viewer.info["dataEndTime"], told(last_ns), "{}", viewer.info);
 
-    viewer.ask(true, 64.0, None, "play");
-    let Came::Playback { status: 0, did_seek: false, request, .. } = next_state(&mut viewer) else {
-        panic!()
-    };
-    assert_eq!(request, "play");
-    let whole = until_the_end(&mut viewer);
-    assert!(whole == expected(&recording, first_ns), "{:?}", counts(&whole));
+    let (mut whole, wanted) = (Messages::new(), expected(&recording, first_ns));
+    viewer.ask(true, 8.0, None, "play");
+    let told = take(&mut viewer, &mut whole, PLAYING, 0).unwrap();
+    assert_eq!((told.1, told.2.as_str()), (false, "play"));
+    take(&mut viewer, &mut whole, ENDED, count(&wanted));
+    assert!(whole == wanted, "{:?}, expected {:?}", counts(&whole), counts(&wanted));
 
-    let middle_ns = (first_ns + last_ns) / 2;
-    viewer.ask(false, 64.0, Some(middle_ns), "there");
-    let Came::Playback { status: 1, at_ns, did_seek: true, request } = next_state(&mut viewer) else {
-        panic!()
-    };
-    assert_eq!((at_ns, request.as_str()), (middle_ns, "there"));
-    viewer.ask(true, 64.0, None, "on");
-    let half = until_the_end(&mut viewer);
-    assert!(half == expected(&recording, middle_ns), "{:?}", counts(&half));
+    let middle_ns = first_ns.midpoint(last_ns);
+    let (mut half, wanted) = (Messages::new(), expected(&recording, middle_ns));
+    viewer.ask(false, 8.0, Some(middle_ns), "there");
+    let told = take(&mut viewer, &mut half, PAUSED, 0);
+    assert_eq!(told, Some((middle_ns, true, "there".to_owned())));
+    viewer.ask(true, 8.0, None, "on");
+    take(&mut viewer, &mut half, ENDED, count(&wanted));
+    assert!(half == wanted, "{:?}, expected {:?}", counts(&half), counts(&wanted));
     assert!(half["/sketch"].len() == 1 && half["/scan"].len() < whole["/scan"].len(), "{:?}", counts(&half));
     running.signal(Signal::SIGINT);
     let ended = running.end();
     assert_eq!(ended.code, Some(0), "{ended}");
 }
 
-fn next_state(viewer: &mut Viewer) -> Came {
-    loop {
-        let came = viewer.next();
-        if matches!(came, Came::Playback { .. }) {
-            return came;
-        }
-    }
+fn count(all: &Messages) -> usize {
+    all.values().map(Vec::len).sum()
 }
 
-fn counts(all: &BTreeMap<String, Vec<(u64, Vec<u8>)>>) -> BTreeMap<&str, usize> {
+fn counts(all: &Messages) -> BTreeMap<&str, usize> {
     all.iter().map(|(topic, messages)| (topic.as_str(), messages.len())).collect()
 }
 

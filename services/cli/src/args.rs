@@ -15,7 +15,8 @@ use sketchnav_schemas::run::Pace;
 
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
 pub use self::tools::{
-    EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap, ViewOptions,
+    EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, SnapshotOptions, Tap,
+    ViewOptions,
 };
 use self::values::{parse_served, parse_service, parse_speed};
 use crate::eval::parse_jobs;
@@ -46,6 +47,7 @@ impl Cli {
             Some(Command::Top { options }) => options.json,
             Some(Command::Restart { options }) => options.json,
             Some(Command::Send { options }) => options.json,
+            Some(Command::Snapshot { options }) => options.json,
             Some(Command::Graph { options }) => options.json,
             Some(
                 Command::Ps { json }
@@ -238,6 +240,14 @@ pub enum Command {
         #[command(flatten)]
         options: SendOptions,
     },
+    /// Keep the last seconds of what a running system records, now or when something is said on a channel.
+    #[command(
+        after_help = "The copy is a recording of its own, with what is latched; the system records on.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
+    )]
+    Snapshot {
+        #[command(flatten)]
+        options: SnapshotOptions,
+    },
     /// Compare two recordings, every message of every channel byte for byte (health, faults and latency are left out).
     #[command(
         after_help = "Exit codes: 0 identical, 1 different, 2 unreadable.\nExample: sketchnav diff a.mcap b.mcap"
@@ -280,6 +290,23 @@ pub enum Command {
         /// The states as a table (Chronis 2007, table 4.1) instead of words.
         #[arg(long)]
         table: bool,
+    },
+    /// Print the completions of a shell.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 built without them, 3 anything else.\nExample: sketchnav completions bash > ~/.local/share/bash-completion/completions/sketchnav"
+    )]
+    Completions {
+        /// The shell.
+        #[arg(value_enum)]
+        shell: Shell,
+    },
+    /// Write the manual pages, one for each subcommand, into a folder.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 built without them or no such folder, 3 anything else.\nExample: sketchnav man ~/.local/share/man/man1"
+    )]
+    Man {
+        /// The folder; made if it is missing.
+        folder: PathBuf,
     },
     /// The tools for recordings.
     #[command(flatten)]
@@ -422,6 +449,21 @@ pub struct ChaosOptions {
     /// One JSON object on standard output instead of text.
     #[arg(long)]
     pub json: bool,
+}
+
+/// A shell that completes commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Shell {
+    /// Bourne Again.
+    Bash,
+    /// Elvish.
+    Elvish,
+    /// Friendly Interactive.
+    Fish,
+    /// PowerShell.
+    Powershell,
+    /// Z.
+    Zsh,
 }
 
 /// What to kill with.

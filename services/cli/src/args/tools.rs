@@ -7,7 +7,7 @@ use clap::Args;
 use regex_lite::Regex;
 use sketchnav_schemas::codes::{Order, Process};
 
-use super::values::parse_served;
+use super::values::{parse_pattern, parse_served};
 
 /// Which channels of which system.
 #[derive(Debug, Clone, Args)]
@@ -141,6 +141,32 @@ pub struct SendOptions {
     pub json: bool,
 }
 
+/// What to keep of a running recording.
+#[derive(Debug, Clone, Args)]
+pub struct SnapshotOptions {
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// So much, recorded seconds up to now.
+    #[arg(long, value_name = "S", default_value = "30", value_parser = parse_patience)]
+    pub last: Duration,
+    /// Wait for the next message on this channel first: `faults`, `contact`.
+    #[arg(long, value_name = "CHANNEL")]
+    pub on: Option<String>,
+    /// Wait so long behind the trigger, seconds: what comes of it is kept, too.
+    #[arg(long, value_name = "S", default_value = "0", value_parser = parse_patience)]
+    pub after: Duration,
+    /// Only the topics whose whole name this regular expression matches.
+    #[arg(long, value_name = "PATTERN", value_parser = parse_pattern)]
+    pub regex: Option<Regex>,
+    /// Where to write it.
+    #[arg(short, long, value_name = "MCAP")]
+    pub output: PathBuf,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// What to draw.
 #[derive(Debug, Clone, Args)]
 pub struct GraphOptions {
@@ -163,11 +189,6 @@ fn parse_playback_rate(text: &str) -> Result<f64, String> {
     rate.ok_or_else(|| "expected a number from 0.02 to 64".to_owned())
 }
 
-/// A regular expression for whole names.
-fn parse_pattern(text: &str) -> Result<Regex, String> {
-    Regex::new(&format!("^(?:{text})$")).map_err(|error| format!("expected a regular expression: {error}"))
-}
-
 fn parse_part(text: &str) -> Result<Regex, String> {
     Regex::new(text).map_err(|error| format!("expected a regular expression: {error}"))
 }
@@ -185,14 +206,6 @@ fn parse_patience(text: &str) -> Result<Duration, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_pattern_matches_whole_names() {
-        let pattern = parse_pattern("scan|odo.*").unwrap();
-        assert!(pattern.is_match("scan") && pattern.is_match("odometry"));
-        assert!(!pattern.is_match("scanner") && !pattern.is_match("a-scan"));
-        assert!(parse_pattern("(").unwrap_err().contains("expected a regular expression"));
-    }
 
     #[test]
     fn patience_is_finite() {

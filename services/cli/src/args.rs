@@ -16,7 +16,10 @@ use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
-pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap};
+pub use self::tools::{
+    EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, SnapshotOptions, Tap,
+    ViewOptions,
+};
 use self::values::{parse_served, parse_service, parse_speed};
 use crate::eval::all::WORD as ALL;
 use crate::eval::parse_jobs;
@@ -51,6 +54,7 @@ impl Cli {
             Some(Command::Top { options }) => options.json,
             Some(Command::Restart { options }) => options.json,
             Some(Command::Send { options }) => options.json,
+            Some(Command::Snapshot { options }) => options.json,
             Some(Command::Graph { options }) => options.json,
             Some(
                 Command::Ps { json }
@@ -198,6 +202,14 @@ pub enum Command {
         #[command(flatten)]
         options: TopOptions,
     },
+    /// Show a running system, or a recording, in Foxglove or Lichtblick: serves their WebSocket protocol on this machine.
+    #[command(
+        after_help = "Ends with Ctrl-C, or with the system. Open the printed ws:// link in the viewer; docs/foxglove-layout.json is a layout.\nExit codes: 0 ended, 2 bad input (no such system, no recording, the port is taken), 3 anything else.\nExample: sketchnav view lab\nExample: sketchnav view results/building-a.mcap --rate 4 --port 9000"
+    )]
+    View {
+        #[command(flatten)]
+        options: ViewOptions,
+    },
     /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input (no such channel or field), 3 anything else.\nExample: sketchnav echo estimate --count 10\nExample: sketchnav echo odometry --csv --field pose.pose.position.x --field pose.pose.position.y\nExample: sketchnav echo --regex 'scan|odo.*' --once"
@@ -235,6 +247,14 @@ pub enum Command {
     Send {
         #[command(flatten)]
         options: SendOptions,
+    },
+    /// Keep the last seconds of what a running system records, now or when something is said on a channel.
+    #[command(
+        after_help = "The copy is a recording of its own, with what is latched; the system records on.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
+    )]
+    Snapshot {
+        #[command(flatten)]
+        options: SnapshotOptions,
     },
     /// Compare two recordings, every message of every channel byte for byte (health, faults and latency are left out).
     #[command(
@@ -278,6 +298,23 @@ pub enum Command {
         /// The states as a table (Chronis 2007, table 4.1) instead of words.
         #[arg(long)]
         table: bool,
+    },
+    /// Print the completions of a shell.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 built without them, 3 anything else.\nExample: sketchnav completions bash > ~/.local/share/bash-completion/completions/sketchnav"
+    )]
+    Completions {
+        /// The shell.
+        #[arg(value_enum)]
+        shell: Shell,
+    },
+    /// Write the manual pages, one for each subcommand, into a folder.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 built without them or no such folder, 3 anything else.\nExample: sketchnav man ~/.local/share/man/man1"
+    )]
+    Man {
+        /// The folder; made if it is missing.
+        folder: PathBuf,
     },
     /// The tools for recordings.
     #[command(flatten)]
@@ -420,6 +457,21 @@ pub struct ChaosOptions {
     /// One JSON object on standard output instead of text.
     #[arg(long)]
     pub json: bool,
+}
+
+/// A shell that completes commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Shell {
+    /// Bourne Again.
+    Bash,
+    /// Elvish.
+    Elvish,
+    /// Friendly Interactive.
+    Fish,
+    /// PowerShell.
+    Powershell,
+    /// Z.
+    Zsh,
 }
 
 /// What to kill with.

@@ -57,6 +57,9 @@ fn run(section: &str) {
     let all = sections();
     let section = all.iter().find(|found| found.heading == section).unwrap();
     assert!(!section.commands.is_empty());
+    if !cfg!(feature = "ros2") && section.commands.iter().any(|line| line.contains("bridge ros2")) {
+        return support::skipped("ros2", "built without the feature ros2");
+    }
     let place = Place::new();
     let mut behind: Vec<Running> = Vec::new();
     for line in &section.commands {
@@ -101,4 +104,14 @@ sections! {
     a_running_system_is_looked_at: "A running system",
     an_experiment_is_driven_in_parts: "Experiments on many machines",
     faults_are_planned_and_played_again: "Faults by plan",
+    ros_2_hears_the_robot: "ROS 2 on other hosts",
+}
+
+/// The plain build has no DDS in it.
+#[cfg(not(feature = "ros2"))]
+#[test]
+fn a_build_without_ros_2_says_how_to_get_one_with_it() {
+    let ended = Place::new().run("bridge ros2 --system lab");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("cargo build --release --features ros2"), "{ended}");
 }

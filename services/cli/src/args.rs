@@ -1,5 +1,6 @@
 //! The command line.
 
+mod bridge;
 mod system;
 mod tools;
 pub mod values;
@@ -13,6 +14,9 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
+#[cfg(feature = "ros2")]
+pub use self::bridge::parse_domain;
+pub use self::bridge::{Other, Ros2Options};
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
 pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap};
 use self::values::{parse_served, parse_service, parse_speed};
@@ -227,6 +231,11 @@ pub enum Command {
     Send {
         #[command(flatten)]
         options: SendOptions,
+    },
+    /// Carry a running system's messages to other software, on this host or on others.
+    Bridge {
+        #[command(subcommand)]
+        other: Other,
     },
     /// Compare two recordings, every message of every channel byte for byte (health, faults and latency are left out).
     #[command(

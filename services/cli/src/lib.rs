@@ -4,6 +4,7 @@
 //! navigators, too. `tests/stranger/wall_follower.rs` is such a program.
 
 mod args;
+mod bridge;
 mod channels;
 mod chaos;
 mod deform;
@@ -90,6 +91,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Logs { options }) => logs::logs(&options),
         Some(Command::Restart { options }) => step_in::restart(&options),
         Some(Command::Send { options }) => step_in::send(&options),
+        Some(Command::Bridge { other }) => bridge::bridge(&other),
         Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
         Some(Command::Info { file, json }) => tools::info(&file, json),
         Some(Command::Relations { file, options }) => relations::relations(&file, &options),

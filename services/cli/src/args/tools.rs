@@ -133,7 +133,7 @@ pub struct GraphOptions {
 }
 
 /// A regular expression for whole names.
-fn parse_pattern(text: &str) -> Result<Regex, String> {
+pub(super) fn parse_pattern(text: &str) -> Result<Regex, String> {
     Regex::new(&format!("^(?:{text})$")).map_err(|error| format!("expected a regular expression: {error}"))
 }
 

@@ -32,8 +32,12 @@ pub fn header() -> String {
     for spec in channels::all() {
         structure(&spec.message.layout(), &mut known, &mut text);
     }
-    text.push_str("\n/// A channel: its messages, and whether several processes write it.\nstruct Channel {\n");
-    text.push_str("    const char* name;\n    const char* type;\n    std::size_t size;\n    bool many_writers;\n};\n");
+    text.push_str(
+        "\n/// A channel: its messages, and whether several processes write it.\nstruct Channel {\n",
+    );
+    text.push_str(
+        "    const char* name;\n    const char* type;\n    std::size_t size;\n    bool many_writers;\n};\n",
+    );
     let count = channels::all().count();
     let _ = writeln!(text, "\ninline constexpr std::array<Channel, {count}> CHANNELS{{{{");
     for spec in channels::all() {
@@ -66,7 +70,11 @@ fn structure(layout: &Layout, known: &mut BTreeSet<&'static str>, text: &mut Str
         let _ = writeln!(text, "    {kind} {}{shape};", field.name);
     }
     text.push_str("};\n");
-    let _ = writeln!(text, "static_assert(std::is_trivially_copyable_v<{name}> && sizeof({name}) == {});", layout.size());
+    let _ = writeln!(
+        text,
+        "static_assert(std::is_trivially_copyable_v<{name}> && sizeof({name}) == {});",
+        layout.size()
+    );
     for Field { name: field, offset, .. } in &layout.fields {
         let _ = writeln!(text, "static_assert(offsetof({name}, {field}) == {offset});");
     }

@@ -94,6 +94,10 @@ fn real_ros_2_hears_the_robot_and_its_orders_drive_it() {
         status["state"] == 1 && status["speed_mps"].as_f64() > Some(0.1)
     });
 
+    assert_eq!(status(&place)["task"], 0);
+    node(&place, &python, domain, &["order", "goal 4"]);
+    wait_for_status(&place, "another goal", |status| status["task"] == 3 && status["state"] == 1);
+
     bridge.must_live();
     running.signal(Signal::SIGINT);
     let told = running.end().json();

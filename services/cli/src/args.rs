@@ -224,9 +224,9 @@ pub enum Command {
         #[command(flatten)]
         options: RestartOptions,
     },
-    /// Give a running mission one order by hand: start, abort, pause, resume or unattended.
+    /// Give a running mission one order by hand: start, abort, pause, resume, unattended or goal.
     #[command(
-        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab"
+        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3"
     )]
     Send {
         #[command(flatten)]

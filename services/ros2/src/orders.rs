@@ -92,6 +92,7 @@ mod tests {
     fn an_order_is_a_word_and_perhaps_a_task() {
         assert_eq!(parse("pause", 9), Ok((Order::Pause, 0)));
         assert_eq!(parse(" start  3 ", 9), Ok((Order::Start, 2)));
+        assert_eq!(parse("goal 9", 9), Ok((Order::Goal, 8)));
         assert_eq!(parse("abort", 0), Ok((Order::Abort, 0)));
     }
 

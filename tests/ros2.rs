@@ -138,6 +138,84 @@ fn bad_input_is_told_and_nothing_is_opened() {
     place.assert_nothing_left("lab");
 }
 
+/// Two hosts: network namespaces with a wire between them.
+struct Hosts {
+    names: [String; 2],
+}
+
+impl Hosts {
+    /// Where this user may make them.
+    fn new() -> Option<Self> {
+        let id = std::process::id();
+        let hosts = Self { names: ["a", "b"].map(|end| format!("sketchnav-{id}-{end}")) };
+        let [a, b] = &hosts.names;
+        let wires = ["a", "b"].map(|end| format!("sn{id}{end}"));
+        let mut made = ip(&format!("netns add {a}")) && ip(&format!("netns add {b}"));
+        made = made
+            && ip(&format!("link add {} netns {a} type veth peer name {} netns {b}", wires[0], wires[1]));
+        for ((host, wire), number) in hosts.names.iter().zip(&wires).zip(1..) {
+            made = made
+                && ip(&format!("-n {host} addr add 10.77.0.{number}/24 dev {wire}"))
+                && ip(&format!("-n {host} link set {wire} up"))
+                && ip(&format!("-n {host} link set lo up"))
+                && ip(&format!("-n {host} route add 224.0.0.0/4 dev {wire}"));
+        }
+        if !made {
+            skipped("netns", "network namespaces cannot be made (ip netns, as root)");
+        }
+        made.then_some(hosts)
+    }
+
+    /// The command on a host.
+    fn on(&self, host: usize, place: &Place, command: &Command) -> Command {
+        let mut there = Command::new("ip");
+        there.args(["netns", "exec", &self.names[host]]).arg(command.get_program()).args(command.get_args());
+        place.settle(&mut there);
+        there.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))));
+        there
+    }
+}
+
+impl Drop for Hosts {
+    fn drop(&mut self) {
+        for name in &self.names {
+            ip(&format!("netns del {name}"));
+        }
+    }
+}
+
+fn ip(arguments: &str) -> bool {
+    let ended = Command::new("ip").args(arguments.split(' ')).output();
+    ended.is_ok_and(|ended| ended.status.success())
+}
+
+/// By multicast over a wire, as on any network; the ROS 2 node shares nothing with the robot's host but that.
+#[test]
+fn ros_2_on_another_host_hears_the_robot_and_gives_it_a_goal() {
+    let Some(python) = ros2_python() else { return };
+    let Some(hosts) = Hosts::new() else { return };
+    let (place, domain) = (Place::new(), domain(2));
+    let mut running = place.start("run demo --json --system lab --speed 1");
+    place.wait_until_driving(&mut running, "lab");
+    let bridge =
+        place.command(&format!("bridge ros2 --system lab --domain {domain} --namespace lab --orders"));
+    let bridge = Running::spawn(hosts.on(0, &place, &bridge));
+    let there = |arguments: &[&str]| {
+        let command = script(&place, &python, domain, "ros2_node.py", arguments);
+        let ended = Running::spawn(hosts.on(1, &place, &command)).end();
+        assert_eq!(ended.code, Some(0), "{arguments:?}: {ended}");
+        ended
+    };
+    let report = there(&["listen", "10", "/lab"]).json();
+    assert!(report["poses"].as_array().unwrap().len() >= 8, "{report}");
+    there(&["order", "goal 4", "/lab"]);
+    wait_for_status(&place, "the goal", |status| status["task"] == 3 && status["state"] == 1);
+    running.signal(Signal::SIGINT);
+    running.end();
+    assert_eq!(bridge.end().code, Some(0));
+    place.assert_nothing_left("lab");
+}
+
 /// The mission of two rooms, with a robot that ROS 2 brings in the world's place.
 #[test]
 fn a_robot_of_ros_2_drives_a_mission_in_the_world_s_place() {

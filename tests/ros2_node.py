@@ -1,7 +1,7 @@
 """A node of real ROS 2 (rclpy), the counterpart of `sketchnav bridge ros2`; tests/ros2.rs runs it.
 
-ros2_node.py listen SCANS      hears topics until so many scans have come, and tells what it has heard as JSON
-ros2_node.py order TEXT        publishes an order once somebody subscribes
+ros2_node.py listen SCANS [NAMESPACE]   hears topics until so many scans have come, and tells what it has heard as JSON
+ros2_node.py order TEXT [NAMESPACE]     publishes an order once somebody subscribes
 """
 
 import json
@@ -38,7 +38,7 @@ def listen(node, count):
     for topic, kind in kinds.items():
         # Best effort alone is offered for what sensors say; the others are asked for reliably.
         quality = qos_profile_sensor_data if topic in ("scan", "odometry") else QoSProfile(depth=100)
-        node.create_subscription(kind, f"/{topic}", heard[topic].append, quality)
+        node.create_subscription(kind, topic, heard[topic].append, quality)
     spin_until(node, lambda: len(heard["scan"]) >= count and heard["diagnostics"] and heard["clock"])
     scan, odometry = heard["scan"][-1], heard["odometry"][-1]
     report = {topic: len(messages) for topic, messages in heard.items()}
@@ -57,7 +57,7 @@ def listen(node, count):
 
 
 def order(node, text):
-    publisher = node.create_publisher(String, "/order", QoSProfile(depth=10))
+    publisher = node.create_publisher(String, "order", QoSProfile(depth=10))
     spin_until(node, lambda: publisher.get_subscription_count() > 0)
     publisher.publish(String(data=text))
     # Reliable: it is there once this is true.
@@ -66,8 +66,8 @@ def order(node, text):
 
 def main():
     rclpy.init()
-    node = rclpy.create_node("counterpart")
-    verb, argument = sys.argv[1:]
+    verb, argument, *namespace = sys.argv[1:]
+    node = rclpy.create_node("counterpart", namespace=namespace[0] if namespace else "")
     {"listen": lambda: listen(node, int(argument)), "order": lambda: order(node, argument)}[verb]()
     node.destroy_node()
     rclpy.shutdown()

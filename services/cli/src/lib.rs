@@ -19,6 +19,7 @@ mod link;
 mod live;
 mod logs;
 mod mission;
+mod notify;
 mod output;
 mod pad;
 mod recordings;

@@ -138,6 +138,43 @@ fn bad_input_is_told_and_nothing_is_opened() {
     place.assert_nothing_left("lab");
 }
 
+/// Who comes late gets the drawing, which is far longer than a datagram, as a type that its reader knows by IDL alone.
+#[test]
+fn a_reader_of_another_maker_gets_the_latched_drawing() {
+    let Some(python) = ros2_python() else { return };
+    let has_cyclone = Command::new(&python).args(["-c", "import cyclonedds"]).output();
+    if !has_cyclone.is_ok_and(|output| output.status.success()) {
+        return skipped("ros2", "the Python with ROS 2 has no cyclonedds");
+    }
+    let (place, domain) = (Place::new(), domain(3));
+    let mut running = place.start("run demo --json --system lab --speed 1");
+    place.wait_until_driving(&mut running, "lab");
+    let drawing =
+        place.fine("echo sketch --once --system lab --field grid.info.width --field grid.info.height").json();
+    let size = &drawing["fields"];
+    let bridge = place
+        .start(&format!("bridge ros2 --system lab --domain {domain} --interface 127.0.0.1 --topics sketch"));
+    let mut reader = script(&place, &python, domain, "dds_reader.py", &[]);
+    let loopback = "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name=\"lo\" multicast=\"true\"/>\
+                    </Interfaces></General></Domain></CycloneDDS>";
+    reader.env("CYCLONEDDS_URI", loopback);
+    let ended = Running::spawn(reader).end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let read = ended.json();
+    assert_eq!(
+        (&read["width"], &read["height"]),
+        (&size["grid.info.width"], &size["grid.info.height"]),
+        "{read}"
+    );
+    let cells = read["width"].as_u64().unwrap() * read["height"].as_u64().unwrap();
+    assert_eq!(read["cells"], cells, "{read}");
+    assert!(cells > 1_000_000 && read["walls"].as_u64() > Some(1000) && read["frame"] == "sketch", "{read}");
+    running.signal(Signal::SIGINT);
+    running.end();
+    assert_eq!(bridge.end().code, Some(0));
+    place.assert_nothing_left("lab");
+}
+
 /// Two hosts: network namespaces with a wire between them.
 struct Hosts {
     names: [String; 2],

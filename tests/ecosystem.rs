@@ -2,6 +2,8 @@
 
 mod support;
 
+#[cfg(not(feature = "ros2"))]
+use support::Place;
 use support::pages::{Page, run};
 
 const PAGE: &str = "docs/ecosystem.md";
@@ -31,4 +33,14 @@ sections! {
     a_system_and_a_recording_are_shown: "Live view",
     an_experiment_is_driven_in_parts: "Experiments on many machines",
     faults_are_planned_and_played_again: "Faults by plan",
+    ros_2_hears_the_robot: "ROS 2 on other hosts",
+}
+
+/// The plain build has no DDS in it.
+#[cfg(not(feature = "ros2"))]
+#[test]
+fn a_build_without_ros_2_says_how_to_get_one_with_it() {
+    let ended = Place::new().run("bridge ros2 --system lab");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("cargo build --release --features ros2"), "{ended}");
 }

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod bridge;
 mod system;
 mod tools;
 pub mod values;
@@ -15,6 +16,9 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
+#[cfg(feature = "ros2")]
+pub use self::bridge::parse_domain;
+pub use self::bridge::{Other, Ros2Options};
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
 pub use self::tools::{
     EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, SnapshotOptions, Tap,
@@ -240,9 +244,9 @@ pub enum Command {
         #[command(flatten)]
         options: RestartOptions,
     },
-    /// Give a running mission one order by hand: start, abort, pause, resume or unattended.
+    /// Give a running mission one order by hand: start, abort, pause, resume, unattended or goal.
     #[command(
-        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab"
+        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3"
     )]
     Send {
         #[command(flatten)]
@@ -255,6 +259,11 @@ pub enum Command {
     Snapshot {
         #[command(flatten)]
         options: SnapshotOptions,
+    },
+    /// Carry a running system's messages to other software, on this host or on others.
+    Bridge {
+        #[command(subcommand)]
+        other: Other,
     },
     /// Compare two recordings, every message of every channel byte for byte (health, faults and latency are left out).
     #[command(

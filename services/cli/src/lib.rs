@@ -87,6 +87,7 @@
 //! `docs/write-a-navigator.md` goes through `tests/stranger/wall_follower.rs`, which is such a program.
 
 mod args;
+mod bridge;
 mod channels;
 mod chaos;
 mod deform;
@@ -103,6 +104,7 @@ mod logs;
 #[cfg_attr(not(feature = "manuals"), path = "manuals/absent.rs")]
 mod manuals;
 mod mission;
+mod notify;
 mod output;
 mod pad;
 mod recordings;
@@ -183,6 +185,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Restart { options }) => step_in::restart(&options),
         Some(Command::Send { options }) => step_in::send(&options),
         Some(Command::Snapshot { options }) => recordings::snapshot::snapshot(&options),
+        Some(Command::Bridge { other }) => bridge::bridge(&other),
         Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
         Some(Command::Info { file, json }) => tools::info(&file, json),
         Some(Command::Relations { file, options }) => relations::relations(&file, &options),

@@ -31,8 +31,11 @@ pub struct Derived {
     pub of: &'static ChannelSpec,
     /// `nav_msgs/msg/Path`.
     pub ros2: &'static str,
-    encode: fn(&[u8], &[u8], &mut Vec<u8>) -> Result<(), Ros2Error>,
+    encode: Encode,
 }
+
+/// Appends what is derived of a message and its cells to a buffer, in CDR.
+type Encode = fn(&[u8], &[u8], &mut Vec<u8>) -> Result<(), Ros2Error>;
 
 impl Derived {
     /// The `ros2msg` schema.

@@ -18,7 +18,7 @@ pub struct SystemOptions {
     /// The mission's seed.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// The method, in place of the mission's `navigator.method`. In drawings: beam, outline, boniardi-2015,
+    /// The method, in place of the mission's `navigator.method`. In drawings: outline, beam, boniardi-2015,
     /// boniardi-2015-fixed-scale or behzadian-2015.
     #[arg(long)]
     pub method: Option<String>,

@@ -227,15 +227,12 @@ fn who_comes_second_gets_what_is_latched_and_nobody_leaves_a_channel_open() {
         }
         viewers.push(viewer);
     }
-    let name = format!("process {}", view.pid());
     let watches = |place: &Place| {
         let figures = place.fine("channels seen --json").json();
-        let open = figures
-            .as_array()
-            .unwrap()
-            .iter()
-            .filter(|channel| channel["readers"].to_string().contains(&name));
-        open.count()
+        let is_watched = |channel: &&Value| {
+            channel["readers"].as_array().unwrap().iter().any(|reader| reader["pid"] == view.pid())
+        };
+        figures.as_array().unwrap().iter().filter(is_watched).count()
     };
     assert!(watches(&place) > 10);
     drop(viewers);

@@ -58,7 +58,7 @@ demos! {
 
 /// Scripts read the report by these keys.
 #[test]
-fn the_report_has_the_keys_that_the_readme_promises() {
+fn the_report_has_the_keys_that_the_documentation_promises() {
     let place = Place::new();
     room::write(place.files());
     let (report, code) = place.mission("run room.toml", "room");
@@ -87,9 +87,9 @@ fn the_report_has_the_keys_that_the_readme_promises() {
     assert!(task.iter().all(|key| found.iter().any(|found| found == key)), "{found:?}");
     let processes = report["processes"].as_array().unwrap();
     assert_eq!(processes.len(), 5, "{report:#}");
-    let readme = std::fs::read_to_string(repository().join("README.md")).unwrap();
+    let page = std::fs::read_to_string(repository().join("docs/missions.md")).unwrap();
     for key in promised.iter().chain(&task).chain(&["process", "steps", "busy_s", "step_allocations"]) {
-        assert!(readme.contains(&format!("`{key}")), "the README does not name {key}");
+        assert!(page.contains(&format!("`{key}")), "docs/missions.md does not name {key}");
     }
     for process in processes {
         assert!(process["steps"].as_u64().unwrap() > 0 && process["busy_s"].as_f64().unwrap() > 0.0);

@@ -9,6 +9,7 @@
 pub mod browser;
 pub mod data;
 pub mod page;
+pub mod pages;
 pub mod room;
 mod skip;
 

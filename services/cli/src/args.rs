@@ -8,7 +8,9 @@ pub mod values;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
+use sketchnav_evaluation::experiments::{studies, suites};
 use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
@@ -20,10 +22,15 @@ pub use self::bridge::{Other, Ros2Options};
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
 pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap};
 use self::values::{parse_served, parse_service, parse_speed};
+use crate::eval::all::WORD as ALL;
 use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
 
-/// Drives a robot through a building by a hand-drawn map.
+fn experiments() -> PossibleValuesParser {
+    suites::names().chain(studies::names()).chain([ALL]).collect::<Vec<_>>().into()
+}
+
+/// Drives a robot by a drawing, a sketched route or directions.
 #[derive(Debug, Parser)]
 #[command(
     name = "sketchnav",
@@ -72,11 +79,11 @@ pub enum Command {
         after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json"
     )]
     Run {
-        /// The mission file (TOML), the README says how to write one; or `demo`.
+        /// The mission file (TOML; docs/missions.md says how to write one), or `demo`.
         #[arg(required_unless_present = "resume", conflicts_with = "resume")]
         mission: Option<PathBuf>,
-        /// Go on with the mission whose recording lies in this folder, after its supervisor was killed: with its
-        /// own seed and pace and without the processes that it was without, from where its processes were.
+        /// Go on with the mission whose recording is in this folder, after its supervisor was killed. Seed, pace and
+        /// processes are those of that run.
         #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults"])]
         resume: Option<PathBuf>,
         #[command(flatten)]
@@ -101,8 +108,9 @@ pub enum Command {
         after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
-        /// ablation, building, building-079, corridor, corridor-cost, corridor-person, corridor-turns, deformed, laboratory, people,
-        /// routes or sensitivity.
+        /// A suite of drives, or a study, or `all`: every one into the folder of --output, and what is there already is not driven
+        /// again.
+        #[arg(value_parser = experiments())]
         suite: String,
         #[command(flatten)]
         options: EvalOptions,
@@ -188,7 +196,7 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Show how the processes of a running system get on; kill, stop and continue them by keys.
+    /// Show the processes of a running system: state, restarts, rates, step times. Keys kill, stop and continue them.
     #[command(after_help = "Example: sketchnav top --json")]
     Top {
         #[command(flatten)]
@@ -250,7 +258,7 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Tell what a recording holds; of one that was ended, however long, at once.
+    /// Show what a recording holds. It takes as long for a short file as for a long one, where the end was written.
     #[command(after_help = "Example: sketchnav info results/building-a.mcap --json")]
     Info {
         /// The recording, or a folder of recordings.
@@ -305,17 +313,17 @@ pub struct DeformOptions {
 /// How to run a suite.
 #[derive(Debug, Clone, Args)]
 pub struct EvalOptions {
-    /// A method of the suite's kind of navigator (an unknown one is answered with all); several, separated by commas, are driven
-    /// side by side. Left out: the kind's own.
+    /// A method of the suite's kind of navigator, or several, separated by commas. An unknown one is answered with all.
+    /// Left out: the kind's own.
     #[arg(long = "method", value_delimiter = ',')]
     pub methods: Vec<String>,
-    /// Repetitions of each trial, each with a seed of its own; left out, as many as the suite has.
+    /// Repetitions of each trial, each with its own seed. Left out: as many as the suite has.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub trials: Option<u32>,
-    /// From which all seeds are derived.
+    /// The seed from which all others are derived.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Trials at a time; left out, as many as the machine has cores. The results do not depend on it.
+    /// Trials at a time. Left out: as many as the machine has cores. The results do not depend on it.
     #[arg(long)]
     pub jobs: Option<usize>,
     /// Only these drawings, separated by commas.
@@ -393,7 +401,7 @@ pub struct ChaosOptions {
     /// How many kills.
     #[arg(long, default_value_t = 20)]
     pub kills: u32,
-    /// The mission's seed; when who is killed is drawn from it too.
+    /// The mission's seed. The kills are drawn from it, too.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Plays the faults of this file (TOML) instead of drawing kills: what chaos wrote, or a person.
@@ -446,6 +454,16 @@ pub struct TopOptions {
     /// As `--once`, one JSON object.
     #[arg(long)]
     pub json: bool,
+}
+
+#[cfg(test)]
+impl EvalOptions {
+    /// From the words behind `eval SUITE`.
+    pub fn of_words(words: &[&str]) -> Self {
+        use clap::FromArgMatches;
+        let line = Self::augment_args(clap::Command::new("eval").no_binary_name(true));
+        Self::from_arg_matches(&line.get_matches_from(words)).unwrap()
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Experiments: runs a suite, prints its table.
 
+pub mod all;
 mod machine;
 mod parts;
 mod processes;
@@ -27,6 +28,9 @@ use processes::Check;
 
 /// Runs the suite or the study `name`.
 pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
+    if name == all::WORD {
+        return all::run(options);
+    }
     if let Some(study) = studies::find(name) {
         return study::run(study, options);
     }
@@ -48,8 +52,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     }
     if let (Some(numbers), Some(path)) = (&options.job, &options.output) {
         let chosen = parts::chosen(&jobs, numbers).or_input()?;
-        let driven = chosen.iter().map(|job| drive(std::slice::from_ref(job), options));
-        parts::write(path, origin()?, numbers, driven.collect::<Result<_, _>>()?)?;
+        parts::write(path, origin()?, numbers, drive_each(&chosen, options)?)?;
         if options.json {
             out!("{}", serde_json::json!({ "part": path, "first": numbers.start(), "last": numbers.end() }))?;
         } else {
@@ -60,7 +63,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let outcomes = match &options.merge {
         Some(parts) => parts::merge(parts, &origin()?, &options.accept).or_input()?,
-        None => drive(&jobs, options)?,
+        None => drive_each(&jobs, options)?.concat(),
     };
     let wall = began.elapsed();
     // What was driven is told in any case; it may have taken hours.
@@ -69,7 +72,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     let driven = Driven { suite: &suite, methods: &methods, jobs: &jobs, outcomes: &outcomes };
     let written = write_files(&driven, options);
     if options.json {
-        out!("{}", json(&driven, options, checked, wall)?)?;
+        out!("{}", json(&driven, options, checked, Some(wall))?)?;
     } else {
         print(&driven, options, wall)?;
         if let Some(Check { checked, identical, .. }) = checked {
@@ -163,7 +166,8 @@ fn jobs<'a>(suite: &'a Suite, methods: &'a [String], options: &EvalOptions) -> R
     Ok(methods.iter().map(|method| Job::new(trial, method, repetition, options.seed)).collect())
 }
 
-fn drive(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Ended>, Failure> {
+/// The outcomes of each job.
+fn drive_each(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Vec<Ended>>, Failure> {
     let bar = progress_bar(jobs.len(), options.json);
     let so_far = std::sync::Mutex::new(Vec::new());
     let progress = |ended: &[Ended]| {
@@ -310,7 +314,7 @@ fn json(
     driven: &Driven<'_>,
     options: &EvalOptions,
     check: Option<&Check>,
-    wall: Duration,
+    wall: Option<Duration>,
 ) -> anyhow::Result<String> {
     let &Driven { suite, methods, outcomes, .. } = driven;
     let methods = methods.iter().map(|method| {
@@ -330,7 +334,7 @@ fn json(
         "methods": methods.collect::<Vec<_>>(),
         "outcomes": outcomes,
         "processes": check,
-        "wall_seconds": wall.as_secs_f64(),
+        "wall_seconds": wall.map(|wall| wall.as_secs_f64()),
     });
     Ok(serde_json::to_string(&object)?)
 }

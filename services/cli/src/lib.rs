@@ -1,7 +1,90 @@
-//! The `sketchnav` command as a library: one program, a subcommand for each process and tool.
+//! `sketchnav` drives a robot by what a person can tell it without surveying anything: a drawing, a route past things,
+//! directions. This crate is the command line; the parts stand on their own, as libraries.
 //!
-//! A program of one's own has a `main` that calls [`main_with`]: it is then all of `sketchnav`, and knows one's own
-//! navigators, too. `tests/stranger/wall_follower.rs` is such a program.
+//! | to | take |
+//! |---|---|
+//! | write a navigator | [`sketchnav_stage`]: [`Stage`](sketchnav_stage::Stage), [`Navigator`]; [`main_with`] makes a program of it |
+//! | see who says what to whom | [`sketchnav_schemas::channels`], the pipeline as one table; messages in [`sketchnav_schemas::message`] |
+//! | drive a mission in a test, without processes | [`sketchnav_rehearsal`] |
+//! | read, repair or compare recordings | [`sketchnav_recordings`] |
+//! | tell qualitative relations of objects | [`sketchnav_qualitative`]: no robot in it |
+//! | write a robot's driver, or read a running system | [`sketchnav_runtime`]: `Node`, `System` |
+//! | simulate a robot, a laser, people | [`sketchnav_sim`] |
+//! | judge runs and drive experiments | [`sketchnav_evaluation`] |
+//! | read drawings, localize and plan in them | [`sketchnav_sketch`] |
+//!
+//! The README says what it is and how to run it, `docs/` how to use it, `ARCHITECTURE.md` how it is built.
+//!
+//! # A mission in one process
+//!
+//! The same stages as in the processes, and the same messages, byte for byte. A [`Tap`](sketchnav_stage::Tap) sees them all.
+//!
+//! ```
+//! use sketchnav_rehearsal::{Rehearsal, Tap};
+//! use sketchnav_schemas::channels::{COMMAND, ChannelSpec};
+//! use sketchnav_schemas::run::RunConfig;
+//!
+//! struct Commands(u64);
+//!
+//! impl Tap for Commands {
+//!     fn see(&mut self, channel: &'static ChannelSpec, message: &[u8], _: &[u8]) {
+//!         if let Some(command) = COMMAND.message(channel, message) {
+//!             self.0 += u64::from(command.twist.vx_mps > 0.0);
+//!         }
+//!     }
+//! }
+//!
+//! let path = concat!(env!("CARGO_MANIFEST_DIR"), "/sim/missions/corridor/corridor-qtc.toml");
+//! let (mission, robot) = sketchnav_sim::mission_file::load(path.as_ref())?;
+//! let mut ahead = Commands(0);
+//! Rehearsal::new(&RunConfig::lockstep("example", mission, robot, 1))?.run(&mut ahead)?;
+//! assert!(ahead.0 > 100);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The pipeline
+//!
+//! ```
+//! use sketchnav_schemas::channels;
+//! use sketchnav_schemas::codes::Process;
+//!
+//! let names: Vec<_> = channels::written_by(Process::Planner, "corridor").map(|channel| channel.name).collect();
+//! assert_eq!(names, ["command", "status"]);
+//! let scan = channels::find("scan").expect("a channel of this name");
+//! assert!(scan.may_read(Process::Localizer) && !scan.may_write(Process::Localizer));
+//! ```
+//!
+//! # A recording
+//!
+//! ```no_run
+//! use sketchnav_recordings::reader::Recording;
+//! use sketchnav_schemas::channels::SCAN;
+//!
+//! let recording = Recording::open("out/demo-001/building-a.mcap".as_ref())?;
+//! for scan in recording.channel(SCAN)?.between(60_000_000_000..65_000_000_000) {
+//!     let (scan, _cells) = scan?;
+//!     println!("{} beams at {} s", scan.beam_count, scan.header.stamp_ns as f64 * 1e-9);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Relations
+//!
+//! ```
+//! use sketchnav_qualitative::{Options, Point, qtc, series};
+//!
+//! let at = |x: f64, y: f64| Point::new(x, y).expect("finite numbers");
+//! let scenes = [[at(0.0, 0.0), at(5.0, 0.0)], [at(1.0, 0.0), at(4.0, 0.0)]];
+//! let samples = scenes.into_iter().enumerate().map(|(i, scene)| (i as f64, Some(scene)));
+//! let found = series(qtc::Basic::default(), Options::default(), samples)?;
+//! assert_eq!(found[0].relation.to_string(), "-,-"); // both approach
+//! # Ok::<(), sketchnav_qualitative::Error>(())
+//! ```
+//!
+//! # A program with a navigator of one's own
+//!
+//! A `main` that calls [`main_with`] is all of `sketchnav`, and knows one's own navigators, too.
+//! `docs/write-a-navigator.md` goes through `tests/stranger/wall_follower.rs`, which is such a program.
 
 mod args;
 mod bridge;
@@ -34,7 +117,7 @@ mod top;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use nix::sys::signal::{SigHandler, Signal, signal};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_stage::Navigator;
@@ -63,6 +146,11 @@ pub fn main_with(navigators: &'static [Navigator], channels: &'static [&'static 
         Ok(()) => main(),
         Err(error) => exit_code(Err(Failure::Other(error.into())), false),
     }
+}
+
+/// The command line, for those who document or complete it.
+pub fn command_line() -> clap::Command {
+    Cli::command()
 }
 
 fn dispatch(cli: Cli) -> Result<Outcome, Failure> {

@@ -2,7 +2,7 @@
 //! processes, in one process, and becomes one [`TaskOutcome`] a task, which [`statistics`] counts.
 //!
 //! ```text
-//! suites::load → Suite ─jobs::run_all→ Vec<TaskOutcome> ─statistics→ table, report
+//! suites::load → Suite ─jobs::run_all→ TaskOutcomes ─statistics→ table, report
 //! ```
 //!
 //! What drives no missions is a [`Study`](studies::Study).

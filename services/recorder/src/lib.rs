@@ -1,12 +1,13 @@
 //! The process that writes every channel to a file: a thin shell around [`core::Core`].
 //!
-//! It is not woken by messages: every few milliseconds it drains all channels, in the order of the
-//! table. In lockstep it tells the world what is safe in the file, so that the world never runs
-//! further ahead than the channels can hold. A full disk does not stop the robot: the recorder says so, goes on
-//! in a next part when there is room again, with what the channels still have, and counts what is missing.
+//! Messages do not wake it: every few milliseconds it drains all channels, in the order of the table. In lockstep it
+//! tells the world what is safe in the file. So the world never runs further ahead than the channels can hold.
 //!
-//! Killed, its successor goes on in a next part, with what came after the last checkpoint, out of the
-//! channels' histories; at the end the parts become one file.
+//! A full disk does not stop the robot. The recorder reports it, and goes on in a next part when there is room again,
+//! with what the channels still have. It counts what is missing.
+//!
+//! When it is killed, its successor goes on in a next part, with what came after the last checkpoint, out of the
+//! channels' histories. At the end the parts become one file.
 
 mod attempts;
 pub mod core;

@@ -1,5 +1,5 @@
-//! Owns the processes of a system: creates every channel and holds it, starts the processes, starts one
-//! again that died, and takes everything down with it, so that no process, no shared memory and no folder is left.
+//! Owns the processes of a system. It creates and holds every channel, starts the processes, and starts one again that
+//! died. At the end it takes everything down: no process, no shared memory and no folder is left.
 //!
 //! ```text
 //! start:     system → channels → processes, in any order → order to start the mission
@@ -7,16 +7,15 @@
 //! shut_down: every service ends → the recorder drains its channels, closes its file and ends
 //!            → channels and system are removed
 //! ```
-//! The processes sit in groups of their own, so a terminal's Ctrl-C reaches the supervisor alone, which
-//! decides. Where the supervisor is killed, the kernel ends them (`PR_SET_PDEATHSIG`), and the next
-//! system that starts sweeps what is left.
+//! The processes have groups of their own, so a terminal's Ctrl-C reaches the supervisor alone. If the supervisor is
+//! killed, the kernel ends them (`PR_SET_PDEATHSIG`). The next system that starts removes what is left.
 //!
-//! A process that dies is started again and goes on from its checkpoint, at once or, where it gets
-//! nowhere, after growing pauses, until it is given up; then the mission ends. One that
-//! was given bad input ends the mission with its death. One that is stopped or hangs is found by its silence,
-//! and killed where that lasts. Every kill, death, restart, recovery and silence is told on `faults`.
+//! A process that dies is started again and goes on from its checkpoint. If it dies before it gets any further, pauses
+//! grow, until it is given up and the mission ends. A process that was given bad input ends the mission at once. A
+//! process that is stopped or hangs is reported as unresponsive, and killed if that lasts. Every kill, death, restart,
+//! recovery and unresponsive process is reported on `faults`.
 //!
-//! The supervisor never looks into what the services do.
+//! The supervisor never looks into what the services compute.
 
 mod child;
 mod error;

@@ -1,8 +1,8 @@
 //! The simulated world as a process: moves the bytes between a [`Simulation`] and the channels, and
 //! decides when the next instant is due. A real robot's driver does the same with real sensors.
 //!
-//! Its checkpoint holds the whole world as it is before its sensors speak: what they say follows from it,
-//! so a successor says the same again and goes on.
+//! Its checkpoint holds the whole world before its sensors are read. What they measure follows from it, so a successor
+//! sends the same again and goes on.
 
 use std::time::{Duration, Instant};
 

@@ -18,7 +18,7 @@ pub struct SystemOptions {
     /// The mission's seed.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// How the robot finds its way, over the mission's `navigator.method`. In drawings: beam, outline, boniardi-2015,
+    /// The method, in place of the mission's `navigator.method`. In drawings: beam, outline, boniardi-2015,
     /// boniardi-2015-fixed-scale or behzadian-2015.
     #[arg(long)]
     pub method: Option<String>,
@@ -28,13 +28,13 @@ pub struct SystemOptions {
     /// The system's name; several systems run side by side without seeing each other.
     #[arg(long)]
     pub system: Option<String>,
-    /// Do not start this process (may be repeated): it is run by hand, or is a real robot's driver.
+    /// Do not start this process (may be repeated). It is run by hand, or a real robot's driver takes its place.
     #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
     pub without: Vec<Process>,
-    /// Have faults befall messages and processes as this file plans them (TOML; docs/ecosystem.md says how to write one).
+    /// Plan faults of messages and processes by this file (TOML; docs/ecosystem.md says how to write one).
     #[arg(long, value_name = "FILE")]
     pub faults: Option<PathBuf>,
-    /// A process that is stopped (SIGSTOP) is killed and started again after so many seconds.
+    /// Seconds after which a process that is stopped (SIGSTOP) is killed and started again.
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = parse_seconds)]
     pub stopped_limit: f64,
 }
@@ -55,7 +55,7 @@ pub struct RunOptions {
     pub pad: bool,
     #[command(flatten)]
     pub site: PadSite,
-    /// The token of the page, letters and digits; else one is made where it takes one.
+    /// The token of the page, letters and digits. Left out: one is made where the address needs one.
     #[arg(long, value_parser = parse_token, requires = "pad")]
     pub token: Option<String>,
 }
@@ -91,7 +91,7 @@ pub struct PadOptions {
     pub system: SystemOptions,
     #[command(flatten)]
     pub site: PadSite,
-    /// The token, letters and digits; else one is made where it takes one.
+    /// The token of the page, letters and digits. Left out: one is made where the address needs one.
     #[arg(long, value_parser = parse_token)]
     pub token: Option<String>,
 }

@@ -71,7 +71,8 @@ fn table(figure: &Figure) -> Table {
     table
 }
 
-fn json(study: &Study, size: Size, figures: &[Figure]) -> serde_json::Value {
+/// The figures for programs.
+pub fn json(study: &Study, size: Size, figures: &[Figure]) -> serde_json::Value {
     let figure = |figure: &Figure| {
         let rows = figure.table.rows.iter().map(|(name, values)| serde_json::json!([name, values]));
         let (title, head) = (&figure.table.title, &figure.table.head);

@@ -32,7 +32,7 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Does all jobs, `threads` at a time; the outcomes stand in the order of the jobs. `progress` hears of
+/// Does all jobs, `threads` at a time; the outcomes of each stand in the order of the jobs. `progress` hears of
 /// each job as it is done.
 ///
 /// # Errors
@@ -41,7 +41,7 @@ pub fn run_all(
     jobs: &[Job<'_>],
     threads: usize,
     progress: &(dyn Fn(&[TaskOutcome]) + Sync),
-) -> Result<Vec<TaskOutcome>, EvalError> {
+) -> Result<Vec<Vec<TaskOutcome>>, EvalError> {
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::with_capacity(jobs.len()));
     let work = || {
@@ -60,8 +60,7 @@ pub fn run_all(
     });
     let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     done.sort_by_key(|(i, _)| *i);
-    let all: Result<Vec<_>, _> = done.into_iter().map(|(_, result)| result).collect();
-    Ok(all?.concat())
+    done.into_iter().map(|(_, result)| result).collect()
 }
 
 fn take<'a, 'b>(next: &AtomicUsize, jobs: &'b [Job<'a>]) -> Option<(usize, &'b Job<'a>)> {
@@ -86,7 +85,7 @@ mod tests {
         let trials = trials();
         let jobs: Vec<_> = trials.iter().map(|trial| Job::new(trial, "beam", 1, 7)).collect();
         let [one, three] = [1, 3].map(|threads| {
-            let mut outcomes = run_all(&jobs, threads, &|_| {}).unwrap();
+            let mut outcomes = run_all(&jobs, threads, &|_| {}).unwrap().concat();
             outcomes.iter_mut().for_each(|ended| ended.cost.busy_s = 0.0);
             outcomes
         });

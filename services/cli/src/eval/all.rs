@@ -1,0 +1,321 @@
+//! Every suite and study, one after the other, into a folder: a Markdown and a JSON file each, and a list of all.
+//!
+//! The jobs of a suite are driven in small parts, each of which is there whole or not at all. So a run that was cut off goes
+//! on where it was. Parts of another experiment, build or machine are refused as `--merge` refuses them. A study is not
+//! driven again whose JSON is there for the same size and program.
+
+use std::fmt::Write as _;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use serde_json::{Value, json};
+use sketchnav_evaluation::EvalError;
+use sketchnav_evaluation::experiments::TaskOutcome as Ended;
+use sketchnav_evaluation::experiments::statistics::Tally;
+use sketchnav_evaluation::experiments::studies::{Size, Study, report};
+use sketchnav_evaluation::experiments::{studies, suites, table};
+
+use super::parts::{self, Origin};
+use super::{Driven, choose, classify, drive_each, folders, jobs, machine, methods, study};
+use crate::args::EvalOptions;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::{out, say};
+
+/// The word on the command line.
+pub const WORD: &str = "all";
+/// Jobs of a part: what is lost where a run is cut off.
+const JOBS_OF_A_PART: usize = 32;
+/// The folder of parts within that of the results.
+const PARTS: &str = "parts";
+
+/// Suites that compare methods. The others are driven by the first method of their navigator.
+const COMPARED: [(&str, &[&str]); 9] = [
+    ("building", &["beam", "boniardi-2015"]),
+    ("building-079", &["beam", "boniardi-2015"]),
+    ("corridor", &["corridor", "qtc-b", "argd", "combined"]),
+    ("deformed", &["beam", "boniardi-2015"]),
+    ("laboratory", &["beam", "boniardi-2015"]),
+    ("landmark-scenes", &["belief", "chronis-2007"]),
+    ("people", &["beam", "outline", "boniardi-2015"]),
+    ("people-exam", &["beam", "outline"]),
+    ("routes", &["beam", "boniardi-2015"]),
+];
+
+/// A line of the list: what was driven, and what came of it.
+struct Entry {
+    name: &'static str,
+    title: String,
+    figures: Vec<String>,
+}
+
+/// Drives them all; those whose data are missing are left out, and named.
+pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
+    refuse_what_has_no_meaning(options).or_input()?;
+    let folder = options.output.as_deref();
+    let folder =
+        folder.ok_or_else(|| anyhow!("eval {WORD}: expected a folder for the results: -o DIR")).or_input()?;
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
+    let (mut entries, mut left_out) = (Vec::new(), Vec::new());
+    for name in suites::names() {
+        match of_suite(name, folder, options)? {
+            Ok(entry) => entries.push(entry),
+            Err(why) => left_out.push(format!("`{name}`: {why}")),
+        }
+        write(&folder.join("README.md"), &list(&entries, &left_out, options)?)?;
+    }
+    for study in studies::names().filter_map(studies::find) {
+        entries.push(of_study(study, folder, options)?);
+        write(&folder.join("README.md"), &list(&entries, &left_out, options)?)?;
+    }
+    left_out.iter().try_for_each(|why| out!("left out: {why}"))?;
+    out!("{} of {} experiments in {}", entries.len(), entries.len() + left_out.len(), folder.display())?;
+    Ok(if left_out.is_empty() { Outcome::Success } else { Outcome::Short })
+}
+
+/// Options that are about one suite, or about parts on other machines.
+fn refuse_what_has_no_meaning(options: &EvalOptions) -> anyhow::Result<()> {
+    let given = [
+        ("--method", !options.methods.is_empty()),
+        ("--drawings", !options.drawings.is_empty()),
+        ("--set", !options.parameters.is_empty()),
+        ("--cost", options.cost),
+        ("--only", options.only.is_some()),
+        ("--verbose", options.verbose),
+        ("--pictures", options.pictures.is_some()),
+        ("--check-processes", options.check_processes.is_some()),
+        ("--list-jobs", options.list_jobs),
+        ("--job", options.job.is_some()),
+        ("--merge", options.merge.is_some()),
+        ("--json", options.json),
+    ];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => Err(anyhow!("{option}: eval {WORD} has no such option")),
+        None => Ok(()),
+    }
+}
+
+/// Drives a suite; a word where its data are missing.
+fn of_suite(
+    name: &'static str,
+    folder: &Path,
+    options: &EvalOptions,
+) -> Result<Result<Entry, String>, Failure> {
+    let all_folders = folders(options).or_input()?;
+    let mut suite = match suites::load(name, &all_folders) {
+        Err(error @ EvalError::NoData { .. }) => return Ok(Err(error.to_string())),
+        loaded => loaded.map_err(classify)?,
+    };
+    choose(&mut suite, options)?;
+    let compared = COMPARED.iter().find(|(suite, _)| *suite == name);
+    let methods = match compared {
+        Some((_, methods)) => methods.iter().map(|&method| method.to_owned()).collect(),
+        None => methods(&suite, options).or_input()?,
+    };
+    let jobs = jobs(&suite, &methods, options)?;
+    let origin = Origin::of(&suite, &jobs, options.seed, &all_folders).or_input()?;
+    let parts_folder = folder.join(PARTS).join(name);
+    std::fs::create_dir_all(&parts_folder).with_context(|| parts_folder.display().to_string()).or_input()?;
+    for numbers in ranges(jobs.len()) {
+        let path = parts_folder.join(format!("{:06}.json", numbers.start()));
+        if path.is_file() {
+            continue;
+        }
+        say!("{name}: jobs {}-{} of {}", numbers.start(), numbers.end(), jobs.len());
+        let driven = drive_each(&parts::chosen(&jobs, &numbers).or_input()?, options)?;
+        parts::write(&path, origin.clone(), &numbers, driven)?;
+    }
+    let outcomes = parts::merge(&parts_folder, &origin, &options.accept).or_input()?;
+    let driven = Driven { suite: &suite, methods: &methods, jobs: &jobs, outcomes: &outcomes };
+    write(&folder.join(format!("{name}.json")), &super::json(&driven, options, None, None)?)?;
+    write(&folder.join(format!("{name}.md")), &page(&driven, options))?;
+    Ok(Ok(Entry { name, title: suite.title.clone(), figures: figures(&driven) }))
+}
+
+/// The numbers of the jobs of each part.
+fn ranges(count: usize) -> impl Iterator<Item = RangeInclusive<usize>> {
+    (1..=count).step_by(JOBS_OF_A_PART).map(move |first| first..=count.min(first + JOBS_OF_A_PART - 1))
+}
+
+fn of_method<'a>(driven: &'a Driven<'_>, method: &str) -> Vec<&'a Ended> {
+    driven.outcomes.iter().filter(|ended| ended.method == method).collect()
+}
+
+/// For each method how many tasks were reached.
+fn figures(driven: &Driven<'_>) -> Vec<String> {
+    let figure = |method: &String| {
+        let counted = of_method(driven, method).into_iter().filter(|ended| driven.suite.counts(ended));
+        let tally = Tally::of(counted);
+        let [low, high] = tally.interval().map(|share| 100.0 * share);
+        let percent = tally.rate().map_or("–".to_owned(), |rate| format!("{:.1} %", 100.0 * rate));
+        format!("`{method}` {percent} ({low:.0} to {high:.0}) of {}", tally.attempts)
+    };
+    driven.methods.iter().map(figure).collect()
+}
+
+fn page(driven: &Driven<'_>, options: &EvalOptions) -> String {
+    let mut text = heading(
+        &driven.suite.name,
+        &driven.suite.title,
+        &command(&driven.suite.name, driven.methods, options),
+    );
+    for notice in &driven.suite.notices {
+        let _ = writeln!(text, "{notice}\n");
+    }
+    for method in driven.methods {
+        let outcomes = of_method(driven, method);
+        let _ = writeln!(text, "## `{method}`\n");
+        for table in table::of_suite(driven.suite, &outcomes) {
+            text += &markdown(&table.header, &table.rows);
+        }
+        text.extend(table::note(driven.suite, &outcomes).map(|note| note + "\n\n"));
+    }
+    text
+}
+
+fn heading(name: &str, title: &str, command: &str) -> String {
+    format!("# {name}\n\n{title}\n\n```text\n{command}\n```\n\n")
+}
+
+/// What makes the figures of one suite again.
+fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
+    let given = [
+        (!methods.is_empty()).then(|| format!("--method {}", methods.join(","))),
+        options.trials.map(|trials| format!("--trials {trials}")),
+        options.sample.map(|sample| format!("--sample {sample}")),
+        Some(format!("--seed {}", options.seed)),
+    ];
+    given.into_iter().flatten().fold(format!("sketchnav eval {name}"), |line, option| line + " " + &option)
+}
+
+/// A table as Markdown has it.
+fn markdown(header: &[String], rows: &[Vec<String>]) -> String {
+    let line = |cells: &[String]| {
+        let cells: Vec<_> = cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect();
+        format!("| {} |\n", cells.join(" | "))
+    };
+    let rule = format!("|{}\n", "---|".repeat(header.len()));
+    let rows: String = rows.iter().map(|row| line(row)).collect();
+    line(header) + &rule + &rows + "\n"
+}
+
+/// Does a study, unless its figures are there.
+fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Result<Entry, Failure> {
+    let size = Size { worlds: options.trials.map_or(study.worlds, u64::from), seed: options.seed };
+    let (data, page) =
+        (folder.join(format!("{}.json", study.name)), folder.join(format!("{}.md", study.name)));
+    let entry = Entry {
+        name: study.name,
+        title: study.title.to_owned(),
+        figures: vec![format!("{} worlds", size.worlds)],
+    };
+    let program = machine::program()?;
+    if page.is_file() && is_of(&data, size, &program) {
+        return Ok(entry);
+    }
+    say!("{}: {} worlds", study.name, size.worlds);
+    let figures = (study.run)(size).map_err(classify)?;
+    let mut text = heading(study.name, study.title, &command(study.name, &[], options));
+    for figure in &figures {
+        let _ = writeln!(text, "## {}\n", figure.table.title);
+        text += &markdown(&figure.table.head, &report::rows(figure));
+    }
+    write(&page, &text)?;
+    let mut object = study::json(study, size, &figures);
+    object["program"] = json!(program);
+    write(&data, &object.to_string())?;
+    Ok(entry)
+}
+
+/// Whether a file has the figures of a study of this size by this program.
+fn is_of(data: &Path, size: Size, program: &str) -> bool {
+    let object = std::fs::read(data).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
+    object.is_some_and(|object| {
+        object["worlds"] == size.worlds && object["seed"] == size.seed && object["program"] == program
+    })
+}
+
+/// The list of all experiments.
+fn list(entries: &[Entry], left_out: &[String], options: &EvalOptions) -> Result<String, Failure> {
+    let program = machine::program()?;
+    let mut text = format!(
+        "# All experiments\n\nSeed {}, program {program}. Shares have Wilson's 95 % interval. Made by `sketchnav eval {WORD}`.\n\n",
+        options.seed
+    );
+    let header = ["experiment", "what is driven", "figures"].map(str::to_owned);
+    let row = |entry: &Entry| {
+        vec![format!("[{0}]({0}.md)", entry.name), entry.title.clone(), entry.figures.join("<br>")]
+    };
+    text += &markdown(&header, &entries.iter().map(row).collect::<Vec<_>>());
+    for why in left_out {
+        let _ = writeln!(text, "Left out: {why}\n");
+    }
+    Ok(text)
+}
+
+/// Writes a file that is there whole or not at all.
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    let unfinished: PathBuf = path.with_extension("unfinished");
+    let written = std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, path));
+    written.with_context(|| path.display().to_string()).map_err(Failure::Other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn options(folder: &Path) -> EvalOptions {
+        let words = ["--trials", "1", "--sample", "1", "-o", folder.to_str().unwrap(), "--project"];
+        let checkout = env!("CARGO_MANIFEST_DIR");
+        EvalOptions::of_words(&[&words[..], &[checkout]].concat())
+    }
+
+    fn drive(folder: &Path) -> Entry {
+        of_suite("laboratory", folder, &options(folder)).unwrap().unwrap()
+    }
+
+    /// The figures of all suites take hours, and whoever was cut off began again.
+    #[test]
+    fn who_was_cut_off_goes_on_with_what_there_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = drive(folder.path());
+        assert!(first.figures.len() == 2 && first.figures[0].starts_with("`beam` "), "{:?}", first.figures);
+        let part = folder.path().join("parts/laboratory/000001.json");
+        let driven = std::fs::metadata(&part).unwrap().modified().unwrap();
+        let page = std::fs::read_to_string(folder.path().join("laboratory.md")).unwrap();
+        assert!(page.contains(
+            "sketchnav eval laboratory --method beam,boniardi-2015 --trials 1 --sample 1 --seed 1"
+        ));
+        std::fs::remove_file(folder.path().join("laboratory.md")).unwrap();
+        assert_eq!(drive(folder.path()).figures, first.figures);
+        assert_eq!(std::fs::metadata(&part).unwrap().modified().unwrap(), driven, "it was driven again");
+        assert_eq!(std::fs::read_to_string(folder.path().join("laboratory.md")).unwrap(), page);
+    }
+
+    #[test]
+    fn a_part_of_other_trials_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        drive(folder.path());
+        let other = EvalOptions { seed: 2, ..options(folder.path()) };
+        let refused = of_suite("laboratory", folder.path(), &other).err().unwrap();
+        assert!(
+            matches!(refused, Failure::Input(error) if error.to_string().contains("seed: expected 2, found 1"))
+        );
+    }
+
+    #[test]
+    fn methods_that_are_compared_are_methods_and_suites_are_suites() {
+        for (name, methods) in COMPARED {
+            assert!(suites::names().any(|known| known == name), "{name}");
+            let known: Vec<_> = sketchnav_navigators::all().flat_map(|navigator| navigator.methods).collect();
+            assert!(methods.iter().all(|method| known.contains(&method)), "{name}");
+        }
+    }
+
+    #[test]
+    fn parts_have_all_jobs_once() {
+        let numbers: Vec<_> = ranges(70).flatten().collect();
+        assert_eq!(numbers, (1..=70).collect::<Vec<_>>());
+        assert_eq!(ranges(0).count(), 0);
+    }
+}

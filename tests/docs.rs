@@ -1,0 +1,448 @@
+//! The pages say what is true, as far as a program can tell: links and anchors lead somewhere, tests and files that are
+//! named exist, commands are ones that the program takes, the cheap ones run, figures and code agree with their source,
+//! and the prose can be read.
+
+mod support;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use regex_lite::Regex;
+use serde_json::Value;
+use sketchnav_schemas::channels;
+use support::pages::{self, Page};
+use support::{Place, repository};
+
+/// Pages whose prose keeps to the width. The others are older, and wider.
+const WRITTEN_ANEW: [&str; 15] = [
+    "README.md",
+    "ARCHITECTURE.md",
+    "docs/commands.md",
+    "docs/faults.md",
+    "docs/glossary.md",
+    "docs/missions.md",
+    "docs/navigators/corridor.md",
+    "docs/navigators/directions.md",
+    "docs/navigators/landmarks.md",
+    "docs/navigators/sketch.md",
+    "docs/pad.md",
+    "docs/real-robot.md",
+    "docs/recordings.md",
+    "docs/results.md",
+    "docs/write-a-navigator.md",
+];
+/// What was once true stays in it.
+const CHANGES: &str = "CHANGELOG.md";
+/// Widest line of prose, characters.
+const WIDTH: usize = 132;
+/// Most words of a sentence that is read in one go, and the share of sentences that may have more.
+const LONG: usize = 30;
+const LONG_SHARE: f64 = 0.03;
+/// Whoever looks at a project for the first time reads so many lines.
+const README_LINES: usize = 150;
+
+fn pattern(text: &str) -> Regex {
+    Regex::new(text).unwrap()
+}
+
+/// What is wrong with the pages, each with its page and line.
+#[derive(Default)]
+struct Findings(Vec<String>);
+
+impl Findings {
+    fn add(&mut self, page: &Page, line: usize, words: impl std::fmt::Display) {
+        self.0.push(format!("{}:{line}: {words}", page.name()));
+    }
+
+    fn are_none(self) {
+        assert!(self.0.is_empty(), "{}", self.0.join("\n"));
+    }
+}
+
+/// The anchor that GitHub makes of a heading.
+fn anchor(heading: &str) -> String {
+    let of = |c: char| match c {
+        ' ' => Some('-'),
+        '-' | '_' => Some(c),
+        c if c.is_alphanumeric() => Some(c.to_ascii_lowercase()),
+        _ => None,
+    };
+    heading.chars().filter_map(of).collect()
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let links = [pattern(r"\]\(([^)\s]+)\)"), pattern(r#"src="([^"]+)""#)];
+    let mut findings = Findings::default();
+    for page in pages::all() {
+        for (number, line, is_code) in page.lines() {
+            if is_code {
+                continue;
+            }
+            for link in links.iter().flat_map(|link| link.captures_iter(line)) {
+                let link = link.get(1).unwrap().as_str();
+                if let Some(wrong) = (!link.contains("://")).then(|| follow(&page, link)).flatten() {
+                    findings.add(&page, number, format!("{link}: {wrong}"));
+                }
+            }
+        }
+    }
+    findings.are_none();
+}
+
+/// What is wrong with a link of a page; `None` where it leads somewhere.
+fn follow(page: &Page, link: &str) -> Option<&'static str> {
+    let (file, heading) = link.split_once('#').map_or((link, None), |(file, heading)| (file, Some(heading)));
+    let folder = repository().join(page.path.parent().unwrap());
+    let target = if file.is_empty() { repository().join(&page.path) } else { folder.join(file) };
+    if !target.exists() {
+        return Some("no such file");
+    }
+    let heading = heading?;
+    let target = fs::canonicalize(target).unwrap();
+    let target = target.strip_prefix(fs::canonicalize(repository()).unwrap()).unwrap();
+    let is_there = Page::of(target.to_str().unwrap()).headings().any(|found| anchor(found) == heading);
+    (!is_there).then_some("no such heading")
+}
+
+/// All files of the project that have source code in them.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap();
+        if path.is_dir() && !name.starts_with('.') && name != "target" {
+            sources(&path, found);
+        } else if [".rs", ".js", ".py"].iter().any(|end| name.ends_with(end)) {
+            found.push(path);
+        }
+    }
+}
+
+/// A guarantee is worth what its test is; a page that names a test that is gone promises nothing.
+#[test]
+fn tests_and_files_that_are_named_exist() {
+    let mut files = Vec::new();
+    sources(repository(), &mut files);
+    let functions = pattern(r"fn (\w+)");
+    let texts: Vec<_> = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
+    let functions: BTreeSet<_> = texts
+        .iter()
+        .flat_map(|text| functions.captures_iter(text))
+        .map(|found| found.get(1).unwrap().as_str())
+        .collect();
+    // Tests are sentences: they have more words than anything else.
+    let named_test = pattern(r"`([a-z0-9]+(?:_[a-z0-9]+){4,})`");
+    let named_file = pattern(r"`([\w/-]+\.(?:rs|js|py))`");
+    let mut findings = Findings::default();
+    for page in pages::all() {
+        for (number, line, _) in page.lines().filter(|(_, _, is_code)| !is_code) {
+            for found in named_test.captures_iter(line) {
+                let name = found.get(1).unwrap().as_str();
+                if !functions.contains(name) {
+                    findings.add(&page, number, format!("{name}: no such test"));
+                }
+            }
+            for found in named_file.captures_iter(line) {
+                let name = Path::new(found.get(1).unwrap().as_str());
+                if !files.iter().any(|file| file.ends_with(name)) {
+                    findings.add(&page, number, format!("{}: no such file", name.display()));
+                }
+            }
+        }
+    }
+    findings.are_none();
+}
+
+/// The words of each command of `sketchnav` in code and in the cells of tables, and whether it is whole.
+fn commands(page: &Page) -> Vec<(usize, Vec<String>, bool)> {
+    let in_line = pattern(r"`(sketchnav [^`]+)`");
+    let mut commands = Vec::new();
+    for (number, line, is_code) in page.lines() {
+        let line = line.trim().strip_prefix("$ ").unwrap_or(line.trim());
+        if is_code {
+            let starts = ["sketchnav ", "cargo run --release -- "];
+            let start = starts.iter().find(|start| line.starts_with(**start));
+            if let Some(start) = start {
+                let line = line[start.len()..].split(" #").next().unwrap();
+                commands.push((number, words(line.strip_suffix(" &").unwrap_or(line)), true));
+            }
+        } else {
+            let found = in_line.captures_iter(line).map(|found| found.get(1).unwrap().as_str());
+            commands.extend(found.map(|command| (number, words(&command["sketchnav ".len()..]), false)));
+        }
+    }
+    commands
+}
+
+/// As a shell divides them, as far as the pages use it.
+fn words(line: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut quoted = None;
+    for c in line.trim().chars() {
+        match (quoted, c) {
+            (None, ' ') => words.push(String::new()),
+            (None, '"' | '\'') => quoted = Some(c),
+            (Some(quote), c) if c == quote => quoted = None,
+            _ => words.last_mut().unwrap().push(c),
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// Placeholders stand in capitals.
+fn is_placeholder(word: &str) -> bool {
+    word.len() > 1 && word.chars().all(|c| c.is_ascii_uppercase() || !c.is_alphanumeric())
+        || word.contains('…')
+}
+
+#[test]
+fn every_command_is_one_that_the_program_takes() {
+    let mut findings = Findings::default();
+    for page in pages::all().into_iter().filter(|page| page.name() != CHANGES) {
+        for (number, words, is_whole) in commands(&page) {
+            let wrong = match is_whole && !words.iter().any(|word| is_placeholder(word)) {
+                true => {
+                    let words = std::iter::once("sketchnav".to_owned()).chain(words.clone());
+                    let parsed = sketchnav::command_line().try_get_matches_from(words);
+                    parsed.err().map(|error| error.to_string())
+                }
+                false => unknown_option(&words),
+            };
+            if let Some(wrong) = wrong {
+                findings.add(&page, number, format!("{}: {wrong}", words.join(" ")));
+            }
+        }
+    }
+    findings.are_none();
+}
+
+/// The first word that no command has.
+fn unknown_option(words: &[String]) -> Option<String> {
+    let (name, options) = words.split_first()?;
+    let line = sketchnav::command_line();
+    let Some(command) = line.find_subcommand(name) else { return Some(format!("no command {name}")) };
+    let is_known = |option: &str| {
+        let is_long = |long: &str| command.get_arguments().any(|known| known.get_long() == Some(long));
+        let is_short = |short: char| command.get_arguments().any(|known| known.get_short() == Some(short));
+        match option.strip_prefix("--") {
+            Some(long) => is_long(long.split('=').next().unwrap()) || long == "help",
+            None => option.chars().nth(1).is_none_or(is_short),
+        }
+    };
+    let is_option =
+        |word: &&String| word.starts_with('-') && !word[1..].starts_with(|c: char| c.is_ascii_digit());
+    options
+        .iter()
+        .filter(is_option)
+        .find(|option| !is_known(option))
+        .map(|option| format!("no option {option}"))
+}
+
+#[test]
+fn every_command_is_documented() {
+    let page = Page::of("docs/commands.md");
+    let text = page.text();
+    for command in sketchnav::command_line().get_subcommands().map(|command| command.get_name().to_owned()) {
+        let named =
+            [format!("`{command}`"), format!("`sketchnav {command}`"), format!("`sketchnav {command} ")];
+        assert!(named.iter().any(|name| text.contains(name)), "docs/commands.md does not name {command}");
+    }
+}
+
+#[test]
+fn commands_for_missions_run() {
+    pages::run("docs/missions.md", "A mission by a drawing, step by step");
+    pages::run("docs/missions.md", "Run it");
+}
+
+#[test]
+fn commands_for_recordings_run() {
+    pages::run("docs/recordings.md", "Recordings");
+}
+
+#[test]
+fn commands_for_landmarks_run() {
+    pages::run("docs/navigators/landmarks.md", "A mission");
+}
+
+/// What is not run by a test is to say so: by another language than `sh`.
+#[test]
+fn no_section_is_forgotten() {
+    let run = [
+        ("docs/missions.md", "A mission by a drawing, step by step"),
+        ("docs/missions.md", "Run it"),
+        ("docs/recordings.md", "Recordings"),
+        ("docs/navigators/landmarks.md", "A mission"),
+    ];
+    for page in pages::all().iter().filter(|page| page.name() != "docs/ecosystem.md") {
+        for heading in page.sections() {
+            assert!(run.contains(&(page.name().as_str(), heading.as_str())), "{}: {heading}", page.name());
+        }
+    }
+}
+
+/// Runs the first mission of a page in a place.
+fn drive_the_mission_of(page: &str, place: &Place) {
+    let blocks = Page::of(page).blocks();
+    let mission = blocks.iter().find(|block| block.language == "toml").unwrap().text();
+    pages::settle(place);
+    fs::write(place.files().join("mission.toml"), mission).unwrap();
+    let report: Value = place.fine("run mission.toml --out out --json").json();
+    assert_eq!(report["success"], true, "{page}: {report:#}");
+}
+
+#[test]
+fn the_first_mission_of_the_readme_reaches_its_goal() {
+    drive_the_mission_of("README.md", &Place::new());
+}
+
+#[test]
+fn the_mission_of_the_corridor_page_reaches_its_end() {
+    drive_the_mission_of("docs/navigators/corridor.md", &Place::new());
+}
+
+#[test]
+fn the_mission_of_the_page_on_navigators_is_driven() {
+    drive_the_mission_of("docs/write-a-navigator.md", &Place::of_program("wall_follower"));
+}
+
+/// The page once had another name for a trait than the code.
+#[test]
+fn the_code_of_the_page_on_navigators_is_that_of_the_file() {
+    let file = fs::read_to_string(repository().join("tests/stranger/wall_follower.rs")).unwrap();
+    let blocks = Page::of("docs/write-a-navigator.md").blocks();
+    let code: Vec<_> = blocks.iter().filter(|block| block.language == "rust").collect();
+    assert!(code.len() > 8, "{}", code.len());
+    for block in code {
+        assert!(file.contains(&block.text()), "{}: not in the file:\n{}", block.heading, block.text());
+    }
+}
+
+/// A parameter that is renamed, or has another default, is found by who reads the page.
+#[test]
+fn parameters_of_the_sketch_page_have_the_defaults_of_the_code() {
+    let tables = [
+        ("localizer", table(&sketchnav_sketch::localization::Parameters::default())),
+        ("planner", table(&sketchnav_sketch::planning::Parameters::default())),
+        ("sketcher", table(&sketchnav_sketch::reading::Settings::default())),
+    ];
+    let page = Page::of("docs/navigators/sketch.md");
+    let (mut current, mut checked) = (None, 0);
+    for (number, line, _) in page.lines() {
+        let cells: Vec<_> = line.split('|').map(str::trim).collect();
+        if let Some((_, table)) =
+            tables.iter().find(|(name, _)| line.contains(&format!("| `[parameters.{name}]` |")))
+        {
+            current = Some(table);
+        } else if cells.len() < 4 {
+            current = None;
+        } else if let Some(table) = current.filter(|_| cells[1].starts_with('`')) {
+            for (name, default) in cells[1].split(", ").zip(cells[2].split(", ")) {
+                let name = name.trim_matches('`');
+                let found = table.get(name).unwrap_or_else(|| panic!("line {number}: no parameter {name}"));
+                assert_eq!(shown(found), default.trim_matches('`'), "line {number}: {name}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 40, "{checked}");
+}
+
+fn table(parameters: &impl serde::Serialize) -> serde_json::Map<String, Value> {
+    serde_json::to_value(parameters).unwrap().as_object().unwrap().clone()
+}
+
+/// A number as people write it.
+fn shown(value: &Value) -> String {
+    let number = value.as_f64().map(|number| ((number * 1e4).round() / 1e4).to_string());
+    number.unwrap_or_else(|| value.as_str().unwrap_or_default().to_owned())
+}
+
+#[test]
+fn the_readme_is_short_and_its_figures_are_those_of_the_results() {
+    let readme = Page::of("README.md");
+    let lines = readme.lines().count();
+    assert!(lines <= README_LINES, "{lines} lines");
+    let results = Page::of("docs/results.md");
+    let figures = pattern(r"[\d.]+ %(?: \(\d+ to \d+\))?");
+    let found: Vec<_> = figures.find_iter(readme.text()).map(|found| found.as_str()).collect();
+    assert!(found.len() >= 6, "{found:?}");
+    for figure in found {
+        assert!(results.text().contains(figure), "README.md has {figure:?}, docs/results.md has not");
+    }
+}
+
+/// All suites and studies stand in the page of results, with a command.
+#[test]
+fn every_suite_is_in_the_results() {
+    let results = Page::of("docs/results.md");
+    let suites = sketchnav_evaluation::experiments::suites::names();
+    let studies = sketchnav_evaluation::experiments::studies::names();
+    for name in suites.chain(studies) {
+        assert!(
+            results.text().contains(&format!("`{name}`")) || results.text().contains(&format!("eval {name}")),
+            "{name}"
+        );
+    }
+}
+
+/// The channels of the README's picture are channels.
+#[test]
+fn channels_of_the_readme_exist() {
+    let readme = Page::of("README.md");
+    let picture = readme.blocks().into_iter().find(|block| block.text().contains("──▶")).unwrap().text();
+    for name in
+        ["drawing", "sketch", "route", "estimate", "command", "scan", "odometry", "tick", "faults", "health"]
+    {
+        assert!(picture.contains(name) && channels::find(name).is_some(), "{name}");
+    }
+}
+
+#[test]
+fn prose_is_not_wider_than_a_screen() {
+    let mut findings = Findings::default();
+    for page in WRITTEN_ANEW.map(Page::of) {
+        for (number, line, is_code) in page.lines() {
+            let is_free = is_code || line.starts_with('|') || line.contains("](") || line.contains("<img");
+            let width = line.chars().count();
+            if !is_free && width > WIDTH {
+                findings.add(&page, number, format!("{width} characters"));
+            }
+        }
+    }
+    findings.are_none();
+}
+
+fn sentences(paragraph: &str) -> impl Iterator<Item = &str> {
+    let ends = paragraph.match_indices(['.', '?', '!']).map(|(i, _)| i + 1);
+    let ends =
+        ends.filter(|&end| paragraph[end..].starts_with([' ', '\n', '"', ')', '*'])).chain([paragraph.len()]);
+    let mut begin = 0;
+    let cut = ends.map(move |end| {
+        let sentence = &paragraph[begin..end];
+        begin = end;
+        sentence.trim()
+    });
+    cut.collect::<Vec<_>>().into_iter().filter(|sentence| !sentence.is_empty())
+}
+
+/// One idea a sentence. The README had sentences of 57 words, and people from ROS 2 gave up.
+#[test]
+fn sentences_are_short() {
+    let (mut all, mut long) = (0, Findings::default());
+    for page in pages::all().into_iter().filter(|page| page.name() != CHANGES) {
+        for paragraph in page.paragraphs() {
+            for sentence in sentences(&paragraph) {
+                all += 1;
+                let words = sentence.split_whitespace().count();
+                if words > LONG {
+                    long.add(&page, 0, format!("{words} words: {sentence}"));
+                }
+            }
+        }
+    }
+    let share = long.0.len() as f64 / f64::from(all);
+    assert!(share < LONG_SHARE, "{:.1} % of {all} sentences are long\n{}", 100.0 * share, long.0.join("\n"));
+}

@@ -179,9 +179,6 @@ fn system_of(line: &str) -> Option<&str> {
 pub fn run(page: &str, heading: &str) {
     let commands = Page::of(page).commands(heading);
     assert!(!commands.is_empty(), "{page}: no commands below {heading:?}");
-    if !cfg!(feature = "ros2") && commands.iter().any(|line| line.contains("bridge ros2")) {
-        return super::skipped("ros2", "built without the feature ros2");
-    }
     let place = Place::new();
     settle(&place);
     let mut behind: Vec<Running> = Vec::new();

@@ -27,7 +27,6 @@ pub enum Other {
 
 /// What to carry to ROS 2, and where.
 #[derive(Debug, Clone, Args)]
-#[cfg_attr(not(feature = "ros2"), expect(dead_code, reason = "the command line is the same in every build"))]
 pub struct Ros2Options {
     /// The system's name; may be left out where only one runs.
     #[arg(long)]
@@ -74,7 +73,7 @@ fn parse_namespace(text: &str) -> Result<String, String> {
 
 /// Topics that are meant, by their whole names.
 #[derive(Debug, Clone)]
-#[cfg_attr(not(feature = "ros2"), expect(dead_code, reason = "the command line is the same in every build"))]
+#[cfg_attr(not(feature = "ros2"), allow(dead_code, reason = "the command line is the same in every build"))]
 pub struct TopicPattern {
     /// As it was given.
     pub text: String,

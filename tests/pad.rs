@@ -90,7 +90,7 @@ fn draw(page: &mut Page) {
 
 #[test]
 fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
-    let stage = Stage::new("drawn", "--speed 1");
+    let stage = Stage::new("drawn", "--speed 3");
     let mut page = stage.page();
     assert_eq!((&page.hello["drives"], &page.hello["mode"]), (&json!(true), &json!("draws")));
     page.until_state("no-sketch");
@@ -173,7 +173,7 @@ fn arrived_as_drawn(recording: &Path) {
 
 #[test]
 fn what_may_not_come_in_is_refused_and_the_mission_goes_on() {
-    let stage = Stage::new("guarded", "--speed 1");
+    let stage = Stage::new("guarded", "--speed 3");
     let mut page = stage.page();
     draw(&mut page);
     assert_eq!(page.order("execute").0, 200);
@@ -228,7 +228,7 @@ fn a_token_is_asked_for_where_there_is_one() {
 
 #[test]
 fn a_lost_link_to_who_drives_pauses_the_robot() {
-    let stage = Stage::new("unattended", "--speed 1");
+    let stage = Stage::new("unattended", "--speed 3");
     let mut driver = stage.page();
     draw(&mut driver);
     assert_eq!(driver.post("/api/limit", br#"{"link_limit_s":0.2}"#).0, 400);
@@ -268,7 +268,7 @@ fn a_lost_link_to_who_drives_pauses_the_robot() {
 
 #[test]
 fn whoever_is_killed_the_drawing_is_driven() {
-    let stage = Stage::new("killed", "--speed 1");
+    let stage = Stage::new("killed", "--speed 3");
     let mut page = stage.page();
     let (place, name) = (&stage.place, stage.name);
     let kill = |process: &str| {
@@ -397,7 +397,7 @@ fn a_pad_that_has_lost_its_memory_stops_the_robot_and_draws_on() {
 /// with a request gets in.
 #[test]
 fn a_flood_of_connections_locks_nobody_out() {
-    let stage = Stage::new("flooded", "--speed 1");
+    let stage = Stage::new("flooded", "--speed 3");
     let mut driver = stage.page();
     draw(&mut driver);
     assert_eq!(driver.order("execute").0, 200);
@@ -470,7 +470,7 @@ fn a_flood_of_connections_locks_nobody_out() {
 fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
     let (place, port) = (Place::new(), free_port());
     let mission = repository().join(LABORATORY);
-    let line = format!("run {} --speed 2 --pad --port {port} --system watched --json", mission.display());
+    let line = format!("run {} --speed 5 --pad --port {port} --system watched --json", mission.display());
     let mut running = place.start(&line);
     wait_for(&mut running, port);
     let mut page = Page::open(port, None);

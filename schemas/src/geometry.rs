@@ -57,6 +57,14 @@ impl<F> From<Vector2<f64>> for Point<F> {
     }
 }
 
+/// Whether a closed polygon encloses a place, by the even-odd rule.
+pub fn encloses(polygon: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    let crossed = edges
+        .filter(|(a, b)| (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]);
+    crossed.count() % 2 == 1
+}
+
 /// A position and a heading in frame `F`; the heading is counter-clockwise from x, in radians.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
@@ -103,6 +111,13 @@ pub fn wrap_angle(angle_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_polygon_encloses_what_an_odd_number_of_its_edges_shuts_in() {
+        let hook = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [3.0, 4.0], [3.0, 1.0], [0.0, 1.0]];
+        assert!(encloses(&hook, [1.0, 0.5]) && encloses(&hook, [3.5, 3.5]));
+        assert!(!encloses(&hook, [1.0, 2.0]) && !encloses(&hook, [5.0, 0.5]) && !encloses(&[], [0.0, 0.0]));
+    }
 
     #[test]
     fn motion_undoes_compose() {

@@ -15,6 +15,7 @@ use crate::bounds::{self, Bound};
 use crate::channels::{NAVIGATORS, words};
 use crate::codes::Process;
 use crate::floor_plan::{Furniture, Marker, Person};
+use crate::geometry::encloses;
 use crate::message::MAX_TASKS;
 
 /// A mission file. Parsed from TOML by [`Mission::parse`]; paths are relative to the file's folder.
@@ -141,7 +142,19 @@ impl Parameters {
     /// Takes over every key of `other`.
     pub fn extend(&mut self, other: &Self) {
         for (process, table) in &other.0 {
-            self.0.entry(process.clone()).or_default().extend(table.clone());
+            lay_over(self.0.entry(process.clone()).or_default(), table);
+        }
+    }
+}
+
+/// Takes over every value of `other`, in tables within tables too.
+fn lay_over(table: &mut toml::Table, other: &toml::Table) {
+    for (key, value) in other {
+        match (table.get_mut(key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(other)) => lay_over(inner, other),
+            _ => {
+                table.insert(key.clone(), value.clone());
+            }
         }
     }
 }
@@ -176,8 +189,17 @@ pub fn overlaid<T: Serialize + DeserializeOwned>(
     table: &toml::Table,
 ) -> Result<T, toml::de::Error> {
     let mut whole = toml::Table::try_from(base).map_err(toml::de::Error::custom)?;
-    whole.extend(table.clone());
+    lay_over(&mut whole, table);
     whole.try_into()
+}
+
+/// The keys of a table that belongs to a kind of navigator; `key` is the table's name, for errors.
+///
+/// # Errors
+/// [`MissionError::Key`]: a key that `T` does not have, one that is missing, or a value of the wrong type.
+pub fn keys<T: DeserializeOwned>(key: &str, given: &toml::Table) -> Result<T, MissionError> {
+    let read = given.clone().try_into();
+    read.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
 }
 
 /// What is wrong with a mission.
@@ -355,7 +377,7 @@ impl Place {
     /// Whether (x, y), metres, lies in the place (even-odd rule).
     pub fn contains(&self, x: f64, y: f64) -> bool {
         match (&self.polygon, self.center, self.radius_m) {
-            (Some(polygon), ..) => inside(polygon, x, y),
+            (Some(polygon), ..) => encloses(polygon, [x, y]),
             (None, Some(center), Some(radius)) => (x - center[0]).hypot(y - center[1]) <= radius,
             _ => false,
         }
@@ -369,13 +391,6 @@ impl Place {
         };
         self.center.or_else(|| self.polygon.as_ref().map(mean)).unwrap_or_default()
     }
-}
-
-fn inside(polygon: &[[f64; 2]], x: f64, y: f64) -> bool {
-    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    let crossed = edges
-        .filter(|(a, b)| (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]);
-    crossed.count() % 2 == 1
 }
 
 /// TOML knows `nan` and `inf`; no key of a mission does.
@@ -510,6 +525,16 @@ mod tests {
         assert!(parameters.of(Process::Sketcher).is_empty());
     }
 
+    /// The second of two values in one table took the first away.
+    #[test]
+    fn values_in_tables_within_tables_are_all_taken_over() {
+        let mut parameters: Parameters = "localizer.belief.hypotheses = 48".parse().unwrap();
+        parameters.extend(&"localizer.belief.cone = 0.2".parse().unwrap());
+        parameters.extend(&"localizer.belief.cone = 0.3".parse().unwrap());
+        let belief = &parameters.of(Process::Localizer)["belief"];
+        assert_eq!((belief["hypotheses"].as_integer(), belief["cone"].as_float()), (Some(48), Some(0.3)));
+    }
+
     #[test]
     fn a_task_may_leave_open_where_in_the_world_it_ends() {
         let open = MISSION.replace("there = { center = [1.0, 2.0], radius_m = 1.0 }", "");
@@ -534,6 +559,10 @@ mod tests {
         let error = with("lenght_m = 5").unwrap_err().to_string();
         assert!(error.contains("lenght_m") && error.contains("`length_m`"), "{error}");
         assert!(with("count = true").unwrap_err().to_string().contains("boolean"));
+        let outer = [("some".to_owned(), base)].into();
+        let within: BTreeMap<String, Some> =
+            overlaid(&outer, &toml::from_str("some.count = 7").unwrap()).unwrap();
+        assert_eq!(within["some"], Some { length_m: 0.1, count: 7 });
     }
 
     #[test]

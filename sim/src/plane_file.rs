@@ -116,6 +116,10 @@ impl PlaneFile {
         if let Some(Clustered { dots, side_m, clusters, spread_m, seed }) = self.clustered {
             few(dots)?;
             check_within("clustered.side_m", bounds::PLANE_SIDE_M, &[side_m])?;
+            let is_spread = spread_m >= bounds::PLANE_SIDE_M.least && spread_m <= side_m;
+            check(is_spread, "clustered.spread_m", "0.001 m to side_m", spread_m)?;
+            let most = bounds::MOST_PLANE_DOTS;
+            check((1..=most).contains(&clusters), "clustered.clusters", "1 to 20000 clusters", clusters)?;
             return Ok(generate::clustered(dots, side_m, clusters, spread_m, seed)?);
         }
         if let Some(PictureSource { pixels_per_m, .. }) = self.picture {
@@ -161,7 +165,21 @@ mod tests {
             ("random = { dots = 10, side = 1.0, seed = 4 }", "unknown field `side`"),
             (
                 "clustered = { dots = 10, side_m = 1.0, clusters = 0, spread_m = 0.1, seed = 1 }",
-                "clusters: expected at least 1, found 0",
+                "clustered.clusters: expected 1 to 20000 clusters, found 0",
+            ),
+            // So many centres did not fit into memory.
+            (
+                "clustered = { dots = 10, side_m = 1.0, clusters = 9000000000000000000, spread_m = 0.1, seed = 1 }",
+                "clustered.clusters: expected 1 to 20000 clusters",
+            ),
+            // Without a spread every dot of a centre lies in one place, and drawing anew never ended.
+            (
+                "clustered = { dots = 10, side_m = 1.0, clusters = 1, spread_m = 1e-300, seed = 1 }",
+                "clustered.spread_m: expected 0.001 m to side_m",
+            ),
+            (
+                "clustered = { dots = 10, side_m = 1.0, clusters = 1, spread_m = 2.0, seed = 1 }",
+                "clustered.spread_m: expected 0.001 m to side_m, found 2.0",
             ),
         ] {
             let error = read(text).unwrap_err().to_string();

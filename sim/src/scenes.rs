@@ -10,6 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use sketchnav_schemas::floor_plan::{FloorPlan, Furniture, Wall};
+use sketchnav_schemas::geometry::encloses;
 use sketchnav_schemas::mission::{Place, Start};
 use sketchnav_schemas::seed;
 
@@ -26,6 +27,10 @@ const BESIDE_WAY_M: f64 = 0.9;
 const BETWEEN_M: f64 = 0.9;
 /// Of the goal and an object.
 const BESIDE_GOAL_M: f64 = 0.8;
+/// Fewest objects of a scene.
+const LEAST_OBJECTS: usize = 7;
+/// Lengths of ways, metres.
+const WAYS_M: std::ops::Range<f64> = 8.0..60.0;
 
 /// A place, metres.
 pub type At = [f64; 2];
@@ -119,18 +124,9 @@ fn to_segment(at: At, from: At, to: At) -> f64 {
     distance(at, [from[0] + part * dx, from[1] + part * dy])
 }
 
-fn contains(outline: &[At], at: At) -> bool {
-    let edges = outline.iter().zip(outline.iter().cycle().skip(1));
-    edges.fold(false, |inside, (a, b)| {
-        let crosses =
-            (a[1] > at[1]) != (b[1] > at[1]) && at[0] < a[0] + (at[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
-        inside != crosses
-    })
-}
-
 /// How far a place is from an outline; 0 inside.
 pub fn distance_to(outline: &[At], at: At) -> f64 {
-    if contains(outline, at) {
+    if encloses(outline, at) {
         return 0.0;
     }
     let edges = outline.iter().zip(outline.iter().cycle().skip(1));
@@ -224,7 +220,7 @@ impl Scene {
         let mut rng = seed::stream(number, &format!("scenes/{}", kind.word()));
         loop {
             let found = match kind {
-                Kind::Yard => yard(&mut rng),
+                Kind::Yard => Some(yard(&mut rng)),
                 Kind::Streets => streets(&mut rng),
                 Kind::Hall => hall(&mut rng),
             };
@@ -234,8 +230,12 @@ impl Scene {
         }
     }
 
-    /// Whether the way is free, does not come near itself, and the goal stands apart.
+    /// Whether there are enough objects, the way is free, neither short nor long, does not come near itself, and the goal
+    /// stands apart.
     fn holds(&self) -> bool {
+        if self.objects.len() < LEAST_OBJECTS || !WAYS_M.contains(&self.way_m()) {
+            return false;
+        }
         let goal = &self.objects[self.goal].outline;
         let is_free = |object: &Object| self.clearance(&object.outline) >= BESIDE_WAY_M;
         // In a street, blocks are beside the goal.
@@ -352,7 +352,7 @@ fn ahead(name: &str, way: &[At], heading: f64, [across, along]: [f64; 2], gap_m:
     boxed(name, at, [along, across], heading)
 }
 
-fn yard(rng: &mut Pcg64Mcg) -> Option<Scene> {
+fn yard(rng: &mut Pcg64Mcg) -> Scene {
     const NAMES: [&str; 8] = ["shed", "car", "tree", "bin", "bench", "pallet", "trailer", "fountain"];
     let turns = rng.random_range(2..=3);
     let mut pieces = Vec::new();
@@ -385,7 +385,7 @@ fn yard(rng: &mut Pcg64Mcg) -> Option<Scene> {
         }
         along += rng.random_range(20..32);
     }
-    (scene.objects.len() >= 7).then_some(scene)
+    scene
 }
 
 fn streets(rng: &mut Pcg64Mcg) -> Option<Scene> {
@@ -502,7 +502,11 @@ mod tests {
             let world = floor_plan::parse(&toml::to_string(&scene.plan()).unwrap()).unwrap();
             Floor::new(world, &robot, Pose::new(0.0, 0.0, 0.0), 1).unwrap();
             let (count, way_m) = (scene.objects.len(), scene.way_m());
-            assert!(count >= 7 && (8.0..60.0).contains(&way_m), "{}: {count} objects, {way_m} m", scene.name);
+            assert!(
+                count >= LEAST_OBJECTS && WAYS_M.contains(&way_m),
+                "{}: {count} objects, {way_m} m",
+                scene.name
+            );
             let end = scene.way[scene.way.len() - 1];
             let there = scene.there();
             let goal = &scene.objects[scene.goal].outline;
@@ -515,5 +519,17 @@ mod tests {
     fn a_number_makes_one_scene() {
         assert_eq!(Scene::laid_out(Kind::Yard, 7), Scene::laid_out(Kind::Yard, 7));
         assert_ne!(Scene::laid_out(Kind::Yard, 7).way, Scene::laid_out(Kind::Yard, 8).way);
+    }
+
+    /// The third hall had six objects: scenes were laid out without the bounds that others rely on.
+    #[test]
+    fn scenes_of_any_number_have_objects_and_ways_within_bounds() {
+        for kind in [Kind::Yard, Kind::Streets, Kind::Hall] {
+            for number in 0..40 {
+                let scene = Scene::laid_out(kind, number);
+                assert!(scene.objects.len() >= LEAST_OBJECTS, "{}", scene.name);
+                assert!(WAYS_M.contains(&scene.way_m()), "{}: {} m", scene.name, scene.way_m());
+            }
+        }
     }
 }

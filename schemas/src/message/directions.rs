@@ -58,7 +58,7 @@ messages! {
     pub struct Description version 1 in "window" valid if valid::description {
         /// When the view was taken; 0 before the first.
         pub view_stamp_ns: u64,
-        /// How many views were taken so far: the same number is the same view.
+        /// The number of the view: the same number is the same view; 0 before the first.
         pub views: u64,
         /// How many entries of `dots` count.
         pub dot_count: u32 as Count,

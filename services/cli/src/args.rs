@@ -7,7 +7,9 @@ pub mod values;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
+use sketchnav_evaluation::experiments::{studies, suites};
 use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
@@ -16,8 +18,13 @@ use sketchnav_schemas::run::Pace;
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
 pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap};
 use self::values::{parse_served, parse_service, parse_speed};
+use crate::eval::all::WORD as ALL;
 use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
+
+fn experiments() -> PossibleValuesParser {
+    suites::names().chain(studies::names()).chain([ALL]).collect::<Vec<_>>().into()
+}
 
 /// Drives a robot by a drawing, a sketched route or directions.
 #[derive(Debug, Parser)]
@@ -97,8 +104,9 @@ pub enum Command {
         after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
-        /// A suite or a study (an unknown one is answered with all), or `all`: every one into the folder of --output, and what is
-        /// there already is not driven again.
+        /// A suite of drives, or a study, or `all`: every one into the folder of --output, and what is there already is not driven
+        /// again.
+        #[arg(value_parser = experiments())]
         suite: String,
         #[command(flatten)]
         options: EvalOptions,

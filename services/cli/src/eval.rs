@@ -1,6 +1,6 @@
 //! Experiments: runs a suite, prints its table.
 
-mod all;
+pub mod all;
 mod machine;
 mod parts;
 mod processes;

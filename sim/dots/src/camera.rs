@@ -28,7 +28,8 @@ impl Camera {
     /// The camera that sees the known points where they are, as nearly as one can.
     ///
     /// # Errors
-    /// [`DotsError::Calibration`] where the points do not say enough.
+    /// [`DotsError::Calibration`] where the points do not say enough, [`DotsError::Behind`] where one of them would lie behind
+    /// the camera.
     pub fn calibrated(points: &[Known]) -> Result<Self, DotsError> {
         let wrong = || DotsError::Calibration { found: points.len() };
         if points.len() < 4 {
@@ -54,7 +55,11 @@ impl Camera {
         let normal = Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0);
         let place_from_pixel = places.matrix().try_inverse().ok_or_else(wrong)? * normal * pixels.matrix();
         let pixel_from_place = place_from_pixel.try_inverse().ok_or_else(wrong)?;
-        Ok(Self { place_from_pixel, pixel_from_place })
+        let camera = Self { place_from_pixel, pixel_from_place };
+        match points.iter().position(|known| camera.place(known.pixel).is_err()) {
+            Some(index) => Err(DotsError::Behind { number: index + 1, pixel: points[index].pixel }),
+            None => Ok(camera),
+        }
     }
 
     /// Where on the plane a pixel is.
@@ -84,10 +89,12 @@ impl Camera {
     }
 }
 
+/// None on the horizon and beyond. The third coordinate is 1 at the mean of the known pixels, so what lies before the camera has
+/// it above 0, in both directions.
 fn project(matrix: &Matrix3<f64>, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
     let at = matrix * Vector3::new(x, y, 1.0);
     let projected = [at.x / at.z, at.y / at.z];
-    (at.z.abs() > 1e-12 && projected.iter().all(|v| v.is_finite())).then_some(projected)
+    (at.z > 1e-12 && projected.iter().all(|v| v.is_finite())).then_some(projected)
 }
 
 /// Coordinates about their mean, of size one.
@@ -147,6 +154,32 @@ mod tests {
         assert!(error.contains("no three lie on one line, found 4 points"), "{error}");
         assert!(Camera::calibrated(&known(SQUARE, SQUARE)[..3]).is_err());
         assert!(Camera::calibrated(&known([[2.0, 2.0]; 4], SQUARE)).is_err());
+    }
+
+    /// A pixel above the horizon once had a place: that of a plane behind the camera, mirrored.
+    #[test]
+    fn beyond_the_horizon_there_is_no_place_and_behind_the_camera_no_pixel() {
+        let aslant = [[100.0, 700.0], [900.0, 700.0], [700.0, 300.0], [300.0, 300.0]];
+        let camera = Camera::calibrated(&known(aslant, SQUARE)).unwrap();
+        // The sides of the square meet in row -100; the camera stands over y = -1.
+        assert!(camera.place([500.0, -99.0]).is_ok() && camera.pixel([0.5, -0.99]).is_some());
+        for beyond in [[500.0, -100.0], [500.0, -101.0], [300.0, -5000.0]] {
+            assert!(matches!(camera.place(beyond), Err(DotsError::Horizon { .. })), "{beyond:?}");
+        }
+        assert_eq!(camera.pixel([0.5, -1.0]), None);
+        assert_eq!(camera.pixel([0.5, -1.01]), None);
+    }
+
+    /// Four points always fit. With two of them exchanged, a line between them was the horizon, and half of the plane lay
+    /// behind the camera.
+    #[test]
+    fn points_that_are_exchanged_are_named() {
+        let [a, b, c, d] = [[90.0, 700.0], [900.0, 690.0], [700.0, 300.0], [310.0, 320.0]];
+        for exchanged in [[b, a, c, d], [a, c, b, d], [a, b, d, c]] {
+            let error = Camera::calibrated(&known(exchanged, SQUARE)).unwrap_err();
+            let words = "expected a place before the camera, as others have, found one behind it";
+            assert!(error.to_string().contains(words), "{error}");
+        }
     }
 
     proptest! {

@@ -19,6 +19,17 @@ pub enum DotsError {
         /// How many points there are.
         found: usize,
     },
+    /// A known point that would lie behind the camera: two of them are exchanged, or one is far off.
+    #[error(
+        "known point {number}, pixel ({}, {}): expected a place before the camera, as others have, found one behind it",
+        pixel[0], pixel[1]
+    )]
+    Behind {
+        /// Its number, from 1.
+        number: usize,
+        /// Its pixel.
+        pixel: [f64; 2],
+    },
     /// A place behind the camera, or on its horizon.
     #[error("pixel ({x}, {y}): expected a place on the plane, found one on the camera's horizon or beyond")]
     Horizon {

@@ -118,7 +118,7 @@ fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     let Trial {
         name, drawing, mission, robot, sheet, bytes, method, ends_with_contact, thinking_scans, ..
     } = job.trial;
-    let bytes = bytes.as_deref().map(crc32fast::hash);
+    let bytes = bytes.as_ref().map(|page| crc32fast::hash(page.origin()));
     let sheet =
         sheet.as_ref().map(|sheet| (&sheet.restarts, sheet.start_error, sheet.correspondence.is_some()));
     let how =

@@ -93,8 +93,8 @@ fn compare(job: &Job<'_>, place: &Path) -> anyhow::Result<Option<Difference>> {
 }
 
 fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
-    let rehearsal = match job.trial.bytes.as_deref() {
-        Some(bytes) => Rehearsal::by_bytes(run, bytes)?,
+    let rehearsal = match &job.trial.bytes {
+        Some(page) => Rehearsal::by_bytes(run, &page.bytes()?)?,
         None => Rehearsal::new(run)?,
     };
     let sink = BufWriter::new(File::create(path)?);
@@ -109,11 +109,11 @@ fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
 fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result<PathBuf> {
     let mut mission = Mission { robot: "robot.toml".into(), ..run.mission.clone() };
     std::fs::write(place.join("robot.toml"), toml::to_string(&run.robot)?)?;
-    if let Some(bytes) = job.trial.bytes.as_deref() {
+    if let Some(page) = &job.trial.bytes {
         for (_, file) in mission.navigator_files_mut() {
             *file = "drawing".into();
         }
-        std::fs::write(place.join("drawing"), bytes)?;
+        std::fs::write(place.join("drawing"), page.bytes()?)?;
     }
     let path = place.join("mission.toml");
     std::fs::write(&path, toml::to_string(&mission)?)?;

@@ -24,7 +24,7 @@ use crate::error::EvalError;
 use crate::experiments::ground::{Ground, departure_deg, length_m, to_edge_m};
 use crate::experiments::people::regions::Regions;
 use crate::experiments::suite::{Datum, Folders, Suite};
-use crate::experiments::trial::{Sheet, Trial, time_limit_s};
+use crate::experiments::trial::{Page, Sheet, Trial, time_limit_s};
 
 const TITLE: &str = "Drawings of four floors, deformed as people deform (degree 1; 0: the walls traced), seven of each floor at each degree; from a place of one region to a place of another.";
 /// Floors that are not part of the project: their names, bare and furnished.
@@ -151,7 +151,7 @@ impl Site {
         let name = format!("{}/{degree}/{number}", self.name);
         let options = Options { walls: WallTone::Dark, ..Options::default() };
         let paper = Arc::new(sketchnav_sketch::reading::read(strokes.as_bytes(), &name, &options)?);
-        let bytes: Arc<[u8]> = strokes.into_bytes().into();
+        let bytes = Page::from(strokes.into_bytes());
         let mut rng = seed::stream(number, &format!("eval/deformed/{}", self.name));
         let tries = (1..=TRIES).map(|i| (i, self.mission(&drawing, &paper, &name, &mut rng)));
         let trial = |(i, mission)| Trial {

@@ -5,7 +5,6 @@
 //! succeeds where the robot stops before the object at the route's end.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use serde_json::json;
 use sketchnav_schemas::codes::Process;
@@ -17,7 +16,7 @@ use sketchnav_sim::scenes::{At, Scene};
 use crate::error::EvalError;
 use crate::experiments::run;
 use crate::experiments::suite::{Curve, Folders, Published, Suite};
-use crate::experiments::trial::Trial;
+use crate::experiments::trial::{Page, Trial};
 
 const KIND: &str = "landmarks";
 const ROBOT: &str = "nomad200";
@@ -155,7 +154,7 @@ pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
 }
 
 /// Scene A as a sketch file, with another route, and without some objects.
-fn true_sketch(scene: &Scene, route: &[At]) -> Arc<[u8]> {
+fn true_sketch(scene: &Scene, route: &[At]) -> Page {
     const SIDE: f64 = 1000.0;
     const ORIGIN: At = [100.0, 600.0];
     let pixel = |at: &At| [at[0] * SIDE / 20.0 + ORIGIN[0], ORIGIN[1] - at[1] * SIDE / 20.0];
@@ -199,9 +198,10 @@ pub fn isolation(folders: &Folders) -> Result<Suite, EvalError> {
         trials.push(Trial { method: method.clone(), ..one });
     }
     let by_true = mission(folders, &scene, by_bytes(STATES));
-    for (i, way) in driven_ways(folders, &scene)?.iter().enumerate() {
-        let one = trial(format!("driven/{}", i + 1), "routes that the robot drove".into(), by_true.clone())?;
-        trials.push(Trial { method: method.clone(), bytes: Some(true_sketch(&scene, way)), ..one });
+    for seed in 1..=5 {
+        let one = trial(format!("driven/{seed}"), "routes that the robot drove".into(), by_true.clone())?;
+        let page = driven_way(folders, &scene, seed)?;
+        trials.push(Trial { method: method.clone(), bytes: Some(page), ..one });
     }
     for gone in [&["trash"][..], &["trash", "cabinet"], &["trash", "boxes", "table"]] {
         let mut without = scene.clone();
@@ -251,19 +251,20 @@ fn source(folders: &Folders, scene: &Scene) -> WorldSource {
     WorldSource { floor_plan: Some(text(&open)), furniture, ..WorldSource::default() }
 }
 
-/// Where a robot went that was guided along the true way, five times.
-fn driven_ways(folders: &Folders, scene: &Scene) -> Result<Vec<Vec<At>>, EvalError> {
+/// A true sketch with the route where a robot went that was guided along the true way. It is driven where somebody
+/// wants the sketch: not for lists of jobs.
+fn driven_way(folders: &Folders, scene: &Scene, seed: u64) -> Result<Page, EvalError> {
     let guided = trial("guided".into(), String::new(), mission(folders, scene, by_bytes(BELIEF)))?;
     let guided = Trial { bytes: Some(true_sketch(scene, &scene.way)), ..guided };
-    (1..=5)
-        .map(|seed| {
-            let runs = run::drive(&guided, BELIEF, seed)?;
-            let truth = runs.iter().flat_map(|run| &run.log.truth);
-            let mut way: Vec<At> = truth.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y]).collect();
-            way.dedup_by(|a, b| sketchnav_sim::scenes::distance(*a, *b) < 0.1);
-            Ok(way)
-        })
-        .collect()
+    let words = format!("where the robot went along the true way of scene {}, seed {seed}", scene.name);
+    let scene = scene.clone();
+    Ok(Page::made(words, move || {
+        let runs = run::drive(&guided, BELIEF, seed)?;
+        let truth = runs.iter().flat_map(|run| &run.log.truth);
+        let mut way: Vec<At> = truth.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y]).collect();
+        way.dedup_by(|a, b| sketchnav_sim::scenes::distance(*a, *b) < 0.1);
+        true_sketch(&scene, &way).bytes()
+    }))
 }
 
 /// Loads the suite `landmark-deformed`.
@@ -332,4 +333,21 @@ fn by_deformed(
     let name = format!("{}/{degree:.1}/{number}", scene.name);
     let one = trial(name, line, mission(folders, scene, given))?;
     Ok(Trial { bytes: Some(sketch.file().into_bytes().into()), ..one })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Loading the suite drove five missions, even for a list of its jobs.
+    #[test]
+    fn loading_the_suite_of_isolated_states_drives_nothing() {
+        let mut suite = isolation(&Folders::of_checkout()).unwrap();
+        suite.trials.retain(|trial| trial.name.starts_with("driven/"));
+        let recipes: Vec<_> = suite.trials.iter().map(|trial| trial.bytes.clone().unwrap()).collect();
+        assert_eq!(recipes.len(), 5);
+        assert!(recipes.iter().all(|page| matches!(page, Page::Made(recipe) if !recipe.is_made())));
+        // Each has an origin of its own.
+        assert_ne!(recipes[0].origin(), recipes[1].origin());
+    }
 }

@@ -14,7 +14,7 @@ use sketchnav_schemas::time::seconds;
 use crate::error::EvalError;
 use crate::experiments::cost::{Cost, clearance_m};
 use crate::experiments::outcome::{Kind, TaskOutcome};
-use crate::experiments::trial::Trial;
+use crate::experiments::trial::{Page, Trial};
 use crate::judge::{self, TaskSpan, TaskVerdict};
 
 /// What a run said, as far as judging and drawing need it.
@@ -110,10 +110,11 @@ impl Watcher<'_> {
 /// # Errors
 /// [`EvalError::Trial`] where the mission cannot begin.
 pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, EvalError> {
+    let page = trial.bytes.as_ref().map(Page::bytes).transpose()?;
     let mut runs = Vec::new();
     let mut first_task = 0;
     while first_task < trial.mission.task.len() {
-        let driven = drive_from(trial, method, seed, first_task)
+        let driven = drive_from(trial, page.as_deref(), method, seed, first_task)
             .map_err(|cause| EvalError::Trial { trial: trial.name.clone(), cause: Box::new(cause) })?;
         first_task += driven.verdicts.len();
         runs.push(driven);
@@ -121,7 +122,13 @@ pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, Eval
     Ok(runs)
 }
 
-fn drive_from(trial: &Trial, method: &str, seed: u64, first_task: usize) -> Result<Driven, RehearsalError> {
+fn drive_from(
+    trial: &Trial,
+    page: Option<&[u8]>,
+    method: &str,
+    seed: u64,
+    first_task: usize,
+) -> Result<Driven, RehearsalError> {
     let wrong = |error: MissionError| RehearsalError::Stage(error.into());
     let run = trial.run(method, seed, first_task).map_err(wrong)?;
     let sheet = trial.sheet.as_ref();
@@ -134,7 +141,7 @@ fn drive_from(trial: &Trial, method: &str, seed: u64, first_task: usize) -> Resu
         stops_at_failure,
         failed: false,
     };
-    let rehearsal = match &trial.bytes {
+    let rehearsal = match page {
         Some(bytes) => Rehearsal::by_bytes(&run, bytes),
         None => Rehearsal::new(&run),
     };

@@ -1,8 +1,10 @@
 //! The figures of a suite as tables of words, for the terminal and for the report alike.
 
+use sketchnav_schemas::statistics::wilson;
+
 use crate::experiments::cost;
 use crate::experiments::outcome::{Kind, TaskOutcome};
-use crate::experiments::statistics::{Tally, wilson};
+use crate::experiments::statistics::Tally;
 use crate::experiments::suite::{Leg, Suite};
 
 /// A table: the first column names the line, the others are figures.

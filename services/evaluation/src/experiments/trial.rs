@@ -1,7 +1,8 @@
 //! A trial: a mission, where its poses are given anew, and how well the person marks the start.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::error::EvalError;
 use crate::judge::homotopy::Correspondence;
 use rand::RngExt;
 use rand_distr::{Distribution, Normal};
@@ -67,7 +68,78 @@ pub struct Trial {
     /// The trial of which this one is a variant: both get the same seeds.
     pub variant_of: Option<String>,
     /// What a person gives, where it lies in no folder; `None`: the mission names the file.
-    pub bytes: Option<Arc<[u8]>>,
+    pub bytes: Option<Page>,
+}
+
+/// What a person gives, where it lies in no folder.
+#[derive(Debug, Clone)]
+pub enum Page {
+    /// As it is.
+    Drawn(Arc<[u8]>),
+    /// Made when it is needed, once: that may take a drive.
+    Made(Arc<Recipe>),
+}
+
+/// How a page is made.
+pub struct Recipe {
+    /// All that decides its bytes.
+    words: String,
+    make: Box<dyn Fn() -> Result<Arc<[u8]>, EvalError> + Send + Sync>,
+    made: Mutex<Option<Arc<[u8]>>>,
+}
+
+impl Recipe {
+    /// Whether it has been made.
+    pub fn is_made(&self) -> bool {
+        self.made.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+}
+
+impl std::fmt::Debug for Recipe {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Recipe").field("words", &self.words).finish_non_exhaustive()
+    }
+}
+
+impl Page {
+    /// A page that `make` makes; `words` say all that decides its bytes.
+    pub fn made(
+        words: String,
+        make: impl Fn() -> Result<Arc<[u8]>, EvalError> + Send + Sync + 'static,
+    ) -> Self {
+        Self::Made(Arc::new(Recipe { words, make: Box::new(make), made: Mutex::default() }))
+    }
+
+    /// Its bytes.
+    ///
+    /// # Errors
+    /// What went wrong where it was made.
+    pub fn bytes(&self) -> Result<Arc<[u8]>, EvalError> {
+        match self {
+            Self::Drawn(bytes) => Ok(bytes.clone()),
+            Self::Made(recipe) => {
+                let mut made = recipe.made.lock().unwrap_or_else(PoisonError::into_inner);
+                match &*made {
+                    Some(bytes) => Ok(bytes.clone()),
+                    None => Ok(made.insert((recipe.make)()?).clone()),
+                }
+            }
+        }
+    }
+
+    /// What decides what is driven, for fingerprints: nothing is made for it.
+    pub fn origin(&self) -> &[u8] {
+        match self {
+            Self::Drawn(bytes) => bytes,
+            Self::Made(recipe) => recipe.words.as_bytes(),
+        }
+    }
+}
+
+impl From<Vec<u8>> for Page {
+    fn from(bytes: Vec<u8>) -> Self {
+        Self::Drawn(bytes.into())
+    }
 }
 
 /// The drawing of a trial, and how people handle it.

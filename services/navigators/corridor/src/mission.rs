@@ -13,7 +13,7 @@
 //! ```
 
 use serde::Deserialize;
-use sketchnav_schemas::mission::{Mission, MissionError, Task};
+use sketchnav_schemas::mission::{Mission, MissionError, Task, keys};
 
 /// The word of `[navigator] kind`.
 pub const KIND: &str = "corridor";
@@ -153,11 +153,6 @@ impl CorridorTask {
         }
         Ok(Self { name: task.name.clone(), goal, turns, time_limit_s: task.time_limit_s })
     }
-}
-
-fn keys<T: for<'de> Deserialize<'de>>(key: &str, given: &toml::Table) -> Result<T, MissionError> {
-    let read = given.clone().try_into();
-    read.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
 }
 
 #[cfg(test)]

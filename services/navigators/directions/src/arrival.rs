@@ -15,10 +15,12 @@ mod trial;
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use sketchnav_schemas::seed::stream;
+use sketchnav_schemas::statistics::wilson;
 
 use crate::description::Descriptor;
 use crate::error::Error;
-use crate::generate::{error, stream};
+use crate::generate::error;
 use crate::geometry::Point;
 use crate::journey::{Journey, Kind, Noise};
 use crate::navigator::{Navigator, Settings};
@@ -89,31 +91,24 @@ impl Tally {
     }
 
     /// The interval that holds the true share with 95 %.
-    pub fn interval(&self) -> (f64, f64) {
-        interval(self.arrivals(), self.journeys())
+    pub fn interval(&self) -> [f64; 2] {
+        wilson(self.arrivals() as usize, self.journeys() as usize)
     }
 }
 
-/// The interval that holds a true share with 95 %, after so many arrivals of so many journeys (Wilson 1927).
-pub fn interval(arrivals: u32, journeys: u32) -> (f64, f64) {
-    let n = f64::from(journeys);
-    if n == 0.0 {
-        return (0.0, 1.0);
-    }
-    let (share, z) = (f64::from(arrivals) / n, 1.96);
-    let scale = 1.0 + z * z / n;
-    let middle = (share + z * z / (2.0 * n)) / scale;
-    let half = z / scale * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
-    ((middle - half).max(0.0), (middle + half).min(1.0))
-}
-
-/// Simulates journeys by a plan. The same seed gives the same errors to every plan.
-pub fn simulate(atlas: &Atlas, plan: &Plan, pilot: &Pilot, journeys: u32, seed: u64) -> Result<Tally, Error> {
+/// Simulates journeys by a plan. The same seed and round give the same errors to every plan.
+pub fn simulate(
+    atlas: &Atlas,
+    plan: &Plan,
+    pilot: &Pilot,
+    journeys: u32,
+    (seed, round): (u64, &str),
+) -> Result<Tally, Error> {
     let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
     let (near, intended) = surroundings(atlas, plan);
     let mut tally = Tally::default();
     for journey in 0..journeys {
-        let mut rng = stream(seed, 100 + u64::from(journey));
+        let mut rng = stream(seed, &format!("directions/{round}/{journey}"));
         let plane = disturbed(&near, pilot.noise.map_sigma, &mut rng)?;
         let journey = Journey::new(&plane, &navigator, &intended, pilot.noise)?;
         tally.add(journey.run(plan.path.start.centre, &mut rng, |_, _, _| {}).kind);
@@ -166,11 +161,11 @@ pub fn most_probable(
         }
     }
     // All have a short trial, the best a long one.
-    let plans = ranked(atlas, distinct, pilot, effort.trial_journeys, seed)?;
+    let plans = ranked(atlas, distinct, pilot, effort.trial_journeys, (seed, "trial"))?;
     let finalists = plans.into_iter().take(FINALISTS).collect();
-    let plans = ranked(atlas, finalists, pilot, effort.trial_journeys * 4, seed.wrapping_add(1))?;
+    let plans = ranked(atlas, finalists, pilot, effort.trial_journeys * 4, (seed, "final"))?;
     let plan = plans.into_iter().next().ok_or(Error::NoDots)?;
-    let tally = simulate(atlas, &plan, pilot, effort.journeys, seed.wrapping_add(2))?;
+    let tally = simulate(atlas, &plan, pilot, effort.journeys, (seed, "stated"))?;
     Ok(Plan { probability: Some(tally.probability()), ..plan })
 }
 
@@ -185,11 +180,11 @@ fn ranked(
     plans: Vec<Plan>,
     pilot: &Pilot,
     journeys: u32,
-    seed: u64,
+    round: (u64, &str),
 ) -> Result<Vec<Plan>, Error> {
     let mut tried = Vec::with_capacity(plans.len());
     for plan in plans {
-        tried.push((simulate(atlas, &plan, pilot, journeys, seed)?.arrivals(), plan));
+        tried.push((simulate(atlas, &plan, pilot, journeys, round)?.arrivals(), plan));
     }
     tried.sort_by_key(|(arrivals, _)| std::cmp::Reverse(*arrivals));
     Ok(tried.into_iter().map(|(_, plan)| plan).collect())
@@ -223,7 +218,7 @@ fn candidates(
         find(atlas, Objective::Ratio)?,
     ];
     for draw in 0..DRAWN {
-        let rng = std::cell::RefCell::new(stream(seed, 20 + draw));
+        let rng = std::cell::RefCell::new(stream(seed, &format!("directions/draws/{draw}")));
         let varied = with(&|estimate: &Estimate| {
             let normal: f64 = StandardNormal.sample(&mut *rng.borrow_mut());
             estimate.best() + 0.05 * normal * (estimate.best() * (1.0 - estimate.best())).sqrt()

@@ -7,10 +7,11 @@ use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use sketchnav_schemas::seed::stream;
 
 use crate::description::Descriptor;
 use crate::error::Error;
-use crate::generate::{error, stream};
+use crate::generate::error;
 use crate::geometry::Point;
 use crate::journey::Noise;
 use crate::reliability::{LandmarkModel, TrajectoryModel};
@@ -60,7 +61,7 @@ const MOST: u16 = 10;
 
 /// Measures figure 21: candidates anywhere in the window with equal probability, positions with normal errors.
 pub fn identified(effort: Effort, seed: u64) -> Vec<Identified> {
-    let mut rng = stream(seed, 1);
+    let mut rng = stream(seed, "directions/fit/landmarks");
     let grid = (2..=MOST).flat_map(|candidates| SIGMAS.map(|sigma| (candidates, sigma)));
     grid.map(|(candidates, sigma)| {
         let effort = Effort { trials: effort.trials.max(1) };
@@ -87,7 +88,7 @@ pub fn landmarks(effort: Effort, seed: u64) -> Result<Fit<LandmarkModel>, Error>
 
 /// Fits equation 2. Residuals are relative to the variance that was measured.
 pub fn trajectories(effort: Effort, seed: u64) -> Result<Fit<TrajectoryModel>, Error> {
-    let mut rng = stream(seed, 2);
+    let mut rng = stream(seed, "directions/fit/trajectories");
     let mut rows = Vec::new();
     for slide in [0.5, 1.0, 2.0, 4.0] {
         for pair in [0.4, 0.7, 1.0] {

@@ -1,6 +1,5 @@
 //! Random planes, by seed.
 
-use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use sketchnav_dots::{DotsError, generate as places};
@@ -8,13 +7,6 @@ use sketchnav_dots::{DotsError, generate as places};
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::plane::Plane;
-
-/// The stream of random numbers of a seed and a name.
-pub fn stream(seed: u64, name: u64) -> Pcg64Mcg {
-    Pcg64Mcg::seed_from_u64(
-        seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ name.wrapping_mul(0xd1b5_4a32_d192_ed03),
-    )
-}
 
 /// A point of normal errors, each of this standard deviation.
 pub fn error(rng: &mut Pcg64Mcg, sigma: f64) -> Point {

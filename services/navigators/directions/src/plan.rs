@@ -147,13 +147,14 @@ fn verification(f: &mut fmt::Formatter<'_>, check: Check) -> fmt::Result {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generate::{stream, uniform};
+    use crate::generate::uniform;
     use crate::geometry::Window;
     use crate::journey::{Journey, Kind, Noise};
     use crate::navigator::{Navigator, Settings};
     use crate::path::{Measure, Objective, Start, best};
     use crate::reliability::Reliability;
     use crate::transitions::Kinds;
+    use sketchnav_schemas::seed::stream;
 
     fn atlas(seed: u64, kinds: Kinds<'_>, sigma: f64) -> Atlas {
         let window = Window::new(100.0, 15.0).unwrap();
@@ -189,7 +190,8 @@ mod tests {
                     let navigator = Navigator::new(settings, plan.map.clone()).unwrap();
                     let landmarks = plan.landmarks();
                     let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
-                    let report = journey.run(plan.path.start.centre, &mut stream(seed, 0), |_, _, _| {});
+                    let report =
+                        journey.run(plan.path.start.centre, &mut stream(seed, "journey"), |_, _, _| {});
                     assert_eq!(
                         report.kind,
                         Kind::Direct,
@@ -214,7 +216,7 @@ mod tests {
         let navigator = Navigator::new(Settings::new(atlas.window, 0.0), plan.map.clone()).unwrap();
         let landmarks = plan.landmarks();
         let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
-        let report = journey.run(plan.path.start.centre, &mut stream(1, 0), |_, _, _| {});
+        let report = journey.run(plan.path.start.centre, &mut stream(1, "journey"), |_, _, _| {});
         let (flown, planned) = (report.distance, plan.path.distance);
         assert!((flown / planned - 1.0).abs() < 0.1, "{flown} {planned}");
         assert!(plan.map.entries().iter().all(|entry| entry.verification.is_none()));

@@ -1,6 +1,6 @@
 //! A step of the navigator allocates nothing, whatever it does.
 
-use sketchnav_directions::generate::{stream, uniform};
+use sketchnav_directions::generate::uniform;
 use sketchnav_directions::geometry::Window;
 use sketchnav_directions::journey::{Helicopter, Noise, STEP_S};
 use sketchnav_directions::navigator::{Activity, Navigator, Settings};
@@ -9,6 +9,7 @@ use sketchnav_directions::plan::{Plan, Verify};
 use sketchnav_directions::reliability::Reliability;
 use sketchnav_directions::transitions::Kinds;
 use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
+use sketchnav_schemas::seed::stream;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -26,7 +27,7 @@ fn a_step_allocates_nothing() {
         let plan = Plan::new(&atlas, path, Verify::Detectable).unwrap();
         let settings = Settings { looks: 3, ..Settings::new(window, noise.sigma) };
         let navigator = Navigator::new(settings, plan.map).unwrap();
-        let (mut state, mut rng, mut view) = (navigator.start(), stream(seed, 1), Vec::new());
+        let (mut state, mut rng, mut view) = (navigator.start(), stream(seed, "journey"), Vec::new());
         let mut helicopter = Helicopter { centre: start.centre, heading_rad: 0.0 };
         while state.outcome().is_none() {
             helicopter.look(&atlas.plane, window, noise, &mut rng, &mut view);

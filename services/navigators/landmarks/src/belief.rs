@@ -13,7 +13,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
+use crate::error::Error;
 use crate::memory::{Memory, Relation};
+use crate::numbers;
 use crate::outlines::Outlines;
 use crate::plane::{self, At};
 
@@ -60,6 +62,38 @@ impl Default for Believing {
             start_sd_m: 0.3,
             start_heading_sd: 0.12,
         }
+    }
+}
+
+/// Most hypotheses.
+const MOST_HYPOTHESES: usize = 20_000;
+
+impl Believing {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { hypotheses, outline_sd_m, cone, undrawn, independent, .. } = *self;
+        if !(1..=MOST_HYPOTHESES).contains(&hypotheses) {
+            let (what, found) = ("hypotheses".into(), hypotheses as f64);
+            return Err(Error::Number { what, expected: "1 to 20000", found });
+        }
+        if !(0.0..=1.0).contains(&undrawn) {
+            return Err(Error::Number { what: "undrawn".into(), expected: "0 to 1", found: undrawn });
+        }
+        numbers::above_0(&[("outline_sd_m", outline_sd_m), ("independent", independent)])?;
+        let Self { way_sd, heading_sd, stretch_sd, start_stretch_sd, start_sd_m, start_heading_sd, .. } =
+            *self;
+        numbers::from_0_on(&[
+            ("cone", cone),
+            ("way_sd", way_sd),
+            ("heading_sd", heading_sd),
+            ("stretch_sd", stretch_sd),
+            ("start_stretch_sd", start_stretch_sd),
+            ("start_sd_m", start_sd_m),
+            ("start_heading_sd", start_heading_sd),
+        ])
     }
 }
 
@@ -114,6 +148,11 @@ impl Belief {
         };
         let hypotheses: Vec<_> = (0..count).map(|_| one()).collect();
         Self { settings, spare: Vec::with_capacity(count), hypotheses, chance, fit: 1.0 }
+    }
+
+    /// Room for what an update needs: a checkpoint keeps values, not room.
+    pub fn reserve(&mut self) {
+        self.spare.reserve_exact(self.hypotheses.len());
     }
 
     /// The robot moved and turned, in real metres and radians.

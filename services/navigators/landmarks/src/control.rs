@@ -16,6 +16,8 @@ use std::f64::consts::FRAC_PI_8;
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::Error;
+use crate::numbers;
 use crate::route::{Command, DIRECTIONS, INCH_M, between};
 
 /// The weight of a direction by how far it is off the front, in sixteenths of a turn (ours).
@@ -62,6 +64,34 @@ impl Default for Controlling {
             close_m: 24.0 * INCH_M,
             stop_m: 30.0 * INCH_M,
         }
+    }
+}
+
+impl Controlling {
+    /// `Ok` where all numbers are in their ranges. The logarithm of formula 4.26 wants a range above an inch.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { sensitivity, range_m, normalization, turn_rate_dps, speed_mps, .. } = *self;
+        let Self { slow_mps, quick_turn_dps, close_m, stop_m, .. } = *self;
+        numbers::above_0(&[("normalization", normalization), ("speed_mps", speed_mps)])?;
+        if range_m <= 2.0 * INCH_M {
+            return Err(Error::Number {
+                what: "range_m".into(),
+                expected: "above 0.0508 (2 inches)",
+                found: range_m,
+            });
+        }
+        numbers::from_0_on(&[
+            ("sensitivity", sensitivity),
+            ("range_m", range_m),
+            ("turn_rate_dps", turn_rate_dps),
+            ("slow_mps", slow_mps),
+            ("quick_turn_dps", quick_turn_dps),
+            ("close_m", close_m),
+            ("stop_m", stop_m),
+        ])
     }
 }
 

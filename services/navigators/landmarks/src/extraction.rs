@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
+use crate::numbers;
 use crate::route::{INCH_M, Route};
 use crate::sketch::Sketch;
 
@@ -23,7 +24,9 @@ pub struct Parameters {
     /// How far an object may be to be in view, in metres: the "sonar range (150)" of figure 4.27, in inches. Sonars reach
     /// 255 inches (4.2); at that range a robot rarely is where the drawing has it to better than the tolerances.
     pub sensor_radius_m: f64,
-    /// The side of the box that stands for the robot, in metres: the Nomad's diameter of 20 inches.
+    /// The side of the box that stands for the robot, in metres: the Nomad's diameter of 20 inches. The robot's own: no
+    /// key of a mission.
+    #[serde(skip)]
     pub robot_m: f64,
     /// A proximity is known to plus or minus this, in metres: 22 inches (4.3.2).
     pub proximity_tolerance_m: f64,
@@ -77,24 +80,25 @@ impl Parameters {
     /// # Errors
     /// [`Error::Number`].
     pub fn check(&self) -> Result<(), Error> {
-        let numbers = [
-            ("sensor_radius_m", self.sensor_radius_m, 1e4),
-            ("robot_m", self.robot_m, 1e3),
-            ("proximity_tolerance_m", self.proximity_tolerance_m, 1e4),
-            ("width_tolerance", self.width_tolerance, 180.0),
-            ("heading_point_m", self.heading_point_m, 1e3),
-            ("turn_threshold", self.turn_threshold, 1e3),
-            ("turn_unit_m", self.turn_unit_m, 1e3),
-            ("least_turn_rad", self.least_turn_rad, std::f64::consts::TAU),
-        ];
-        match numbers.into_iter().find(|(_, found, most)| !(*found > 0.0 && found <= most)) {
-            Some((what, found, _)) => Err(Error::Number {
-                what: what.into(),
-                expected: "a number above 0 and within its bound",
-                found,
-            }),
-            None => Ok(()),
-        }
+        let Self { sensor_radius_m, robot_m, proximity_tolerance_m, width_tolerance, .. } = *self;
+        let Self { heading_point_m, turn_threshold, turn_unit_m, least_turn_rad, .. } = *self;
+        let Self { least_steps, event_steps, distinct_directions, additional_margin_rad, .. } = *self;
+        numbers::above_0(&[
+            ("sensor_radius_m", sensor_radius_m),
+            ("robot_m", robot_m),
+            ("proximity_tolerance_m", proximity_tolerance_m),
+            ("width_tolerance", width_tolerance),
+            ("heading_point_m", heading_point_m),
+            ("turn_threshold", turn_threshold),
+            ("turn_unit_m", turn_unit_m),
+            ("least_turn_rad", least_turn_rad),
+        ])?;
+        numbers::from_0_on(&[
+            ("least_steps", least_steps as f64),
+            ("event_steps", event_steps as f64),
+            ("distinct_directions", distinct_directions.into()),
+            ("additional_margin_rad", additional_margin_rad),
+        ])
     }
 }
 

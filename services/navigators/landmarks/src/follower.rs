@@ -15,6 +15,7 @@ use crate::control::{self, Behaviour, Controlling, Drive, Sectors};
 use crate::error::Error;
 use crate::lost::{Patience, Waiting};
 use crate::matching::{Features, Memory};
+use crate::numbers;
 use crate::perception::Seen;
 use crate::route::{Command, INCH_M, Route, State};
 
@@ -32,6 +33,20 @@ pub struct Following {
     pub rhythm: Rhythm,
 }
 
+impl Following {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        // Features are switches.
+        let Self { features: _, control, patience, rhythm } = self;
+        numbers::within("control", control.check())?;
+        numbers::within("patience", patience.check())?;
+        numbers::within("rhythm", rhythm.check())
+    }
+}
+
 /// How often and how soon states are matched.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -47,6 +62,19 @@ pub struct Rhythm {
 impl Default for Rhythm {
     fn default() -> Self {
         Self { cycle_s: 0.192, least_turn_deg: 30.0, least_way_m: 24.0 * INCH_M }
+    }
+}
+
+impl Rhythm {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { cycle_s, least_turn_deg, least_way_m } = *self;
+        let numbers =
+            [("cycle_s", cycle_s), ("least_turn_deg", least_turn_deg), ("least_way_m", least_way_m)];
+        numbers::from_0_on(&numbers)
     }
 }
 

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::belief::Estimate;
 use crate::control::{self, Controlling, Drive, Sectors};
 use crate::error::Error;
+use crate::numbers;
 use crate::plane::{self, At};
 use crate::route::{Command, INCH_M};
 use crate::sketch::Sketch;
@@ -47,6 +48,26 @@ impl Default for Guiding {
             least_fit: 0.15,
             most_way: 2.0,
         }
+    }
+}
+
+impl Guiding {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { control, ahead_m, turn_dps, avoid, goal_m, beyond_m, least_fit, most_way } = self;
+        numbers::within("control", control.check())?;
+        numbers::above_0(&[("ahead_m", *ahead_m)])?;
+        numbers::from_0_on(&[
+            ("turn_dps", *turn_dps),
+            ("avoid", *avoid),
+            ("goal_m", *goal_m),
+            ("beyond_m", *beyond_m),
+            ("least_fit", *least_fit),
+            ("most_way", *most_way),
+        ])
     }
 }
 
@@ -172,6 +193,7 @@ impl Guide {
     /// The place on the route is the nearest to the estimate, within what the robot may have gone.
     fn advance(&mut self, at: At, drawn_m: f64) {
         let begin = self.journey.along_m;
+        let drawn_m = drawn_m.max(0.0);
         let far = 1.0 + drawn_m;
         let candidates =
             (0..=40).map(|i| begin - 0.3 + (far + 0.3) * f64::from(i) / 40.0).filter(|along| *along >= 0.0);
@@ -306,6 +328,22 @@ mod tests {
         for i in [1, 7, 20] {
             assert_eq!(run(i), whole);
         }
+    }
+
+    /// A robot was pushed back by half a metre between two readings: the bounds of its place on the route were the wrong
+    /// way round, and the planner panicked.
+    #[test]
+    fn a_robot_that_was_pushed_back_drives_on() {
+        let mut robot = start();
+        for _ in 0..20 {
+            robot.step(4.0);
+        }
+        let along_m = robot.guide.along_m();
+        let estimate = Estimate { at: [1.2, 0.0], heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit: 0.8 };
+        let sectors = [f64::INFINITY; 16];
+        let (drive, outcome) = robot.guide.step(&Guided { estimate, sectors: &sectors, moved_m: -1.0 });
+        assert!(outcome.is_none() && drive.speed_mps > 0.0, "{drive:?}");
+        assert!((along_m - 0.1..=along_m).contains(&robot.guide.along_m()), "{}", robot.guide.along_m());
     }
 
     #[test]

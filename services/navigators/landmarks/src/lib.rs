@@ -16,6 +16,7 @@ pub mod matching;
 pub mod memory;
 pub mod mission;
 mod motion;
+mod numbers;
 pub mod outlines;
 pub mod perception;
 pub mod plane;

@@ -14,7 +14,7 @@ use crate::locator::{Located, Locating, Locator};
 use crate::mission::Parameters;
 use crate::motion::Motion;
 use crate::perception::{Perceiving, Perception};
-use crate::ring::Ring;
+use crate::ring::{Ring, RingSensor};
 use crate::view;
 
 /// The name of the belief's random stream.
@@ -86,8 +86,23 @@ impl Localizer {
     }
 }
 
+/// Takes in what the ring's own sensor measured last. Whether it has spoken since the instant before: a robot may have
+/// other sensors that speak more often.
+fn sense(ring: &mut Ring, instant: &Instant<'_>) -> bool {
+    match ring.sensor() {
+        RingSensor::Sonar => {
+            instant.newest(SONAR).into_iter().for_each(|sonar| ring.hear(sonar));
+            instant.fresh(SONAR).is_some()
+        }
+        RingSensor::Laser => {
+            instant.newest(SCAN).into_iter().for_each(|scan| ring.see(scan));
+            instant.fresh(SCAN).is_some()
+        }
+    }
+}
+
 impl Stage for Localizer {
-    const FORM: &'static str = "landmarks localizer 1";
+    const FORM: &'static str = "landmarks localizer 2";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
@@ -107,14 +122,8 @@ impl Stage for Localizer {
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Some(odometry) = instant.newest(ODOMETRY) else { return Ok(()) };
         let [moved_m, turned_rad] = self.motion.to(&odometry.pose());
-        if let Some(sonar) = instant.newest(SONAR) {
-            self.ring.hear(sonar);
-        }
-        if let Some(scan) = instant.newest(SCAN) {
-            self.ring.see(scan);
-        }
+        let is_fresh = sense(&mut self.ring, instant);
         self.perception.see(&self.ring.sectors())?;
-        let is_fresh = instant.fresh(SONAR).is_some() || instant.fresh(SCAN).is_some();
         if let Some(locator) = &mut self.locator {
             let returns = self.ring.returns();
             locator.step(moved_m, turned_rad, is_fresh.then_some(&returns));
@@ -137,5 +146,43 @@ impl Stage for Localizer {
             locator.restore(located);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use sketchnav_schemas::channels::ChannelSpec;
+    use sketchnav_schemas::message::{LaserScan, SonarScan};
+    use sketchnav_schemas::robot::Robot;
+    use sketchnav_stage::{Inputs, Reading};
+
+    use super::*;
+
+    /// A sonar that spoke some time ago, and a laser that has just spoken.
+    struct OldSonarNewScan(SonarScan, Box<LaserScan>);
+
+    impl Inputs for OldSonarNewScan {
+        fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>> {
+            let of = |message, is_fresh| Some(Reading { message, cells: &[], is_fresh });
+            match spec {
+                spec if *spec == *SONAR.spec => of(bytemuck::bytes_of(&self.0), false),
+                spec if *spec == *SCAN.spec => of(bytemuck::bytes_of(&*self.1), true),
+                _ => None,
+            }
+        }
+    }
+
+    /// Where a robot had both, each scan of the laser had the same old reading of the sonars believed again.
+    #[test]
+    fn only_the_ring_s_own_sensor_is_news() {
+        const NOMAD: &str = include_str!("../../../../sim/robots/nomad200.toml");
+        const ROBOTINO: &str = include_str!("../../../../sim/robots/robotino.toml");
+        let [nomad, robotino] = [NOMAD, ROBOTINO].map(|text| Robot::parse(text).unwrap());
+        let both = Robot { laser: robotino.laser.clone(), ..nomad };
+        let inputs = OldSonarNewScan(SonarScan::zeroed(), bytemuck::zeroed_box());
+        let instant = Instant::new(1, 0, &inputs);
+        assert!(!sense(&mut Ring::of(&both).unwrap(), &instant));
+        assert!(sense(&mut Ring::of(&robotino).unwrap(), &instant));
     }
 }

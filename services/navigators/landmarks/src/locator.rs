@@ -6,6 +6,7 @@ use crate::belief::{Belief, Believing, Estimate};
 use crate::error::Error;
 use crate::extraction::track::headings;
 use crate::memory::{Memory, Relation, Remembering};
+use crate::numbers;
 use crate::outlines::Outlines;
 use crate::route::INCH_M;
 use crate::sketch::Sketch;
@@ -18,6 +19,17 @@ pub struct Locating {
     pub belief: Believing,
     /// The memory.
     pub memory: Remembering,
+}
+
+impl Locating {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        numbers::within("belief", self.belief.check())?;
+        numbers::within("memory", self.memory.check())
+    }
 }
 
 /// What a ring of range sensors measured.
@@ -38,6 +50,8 @@ pub struct Returns<'a> {
 pub struct Located {
     belief: Belief,
     memory: Memory,
+    /// Whether the robot has moved since the belief was updated. Sensors may speak at other instants than odometry.
+    has_moved: bool,
 }
 
 /// Locates a robot in a sketch.
@@ -59,7 +73,7 @@ impl Locator {
         // A hand trembles where it begins: the heading is that of the first steps together.
         let heading_rad = headings(&sketch.route, 10.0 * INCH_M)[0];
         let belief = Belief::new(sketch.route[0], heading_rad, settings.belief, seed);
-        let located = Located { belief, memory: Memory::new(settings.memory) };
+        let located = Located { belief, memory: Memory::new(settings.memory), has_moved: false };
         Ok(Self { outlines: Outlines::of(sketch), located })
     }
 
@@ -69,7 +83,9 @@ impl Locator {
     }
 
     /// Goes on from there.
-    pub fn restore(&mut self, located: Located) {
+    pub fn restore(&mut self, mut located: Located) {
+        located.belief.reserve();
+        located.memory.reserve();
         self.located = located;
     }
 
@@ -85,7 +101,8 @@ impl Locator {
 
     /// The robot moved and turned, in real metres and radians, and sees this, where its sensor has spoken.
     pub fn step(&mut self, moved_m: f64, turned_rad: f64, returns: Option<&Returns<'_>>) {
-        let Located { belief, memory } = &mut self.located;
+        let Located { belief, memory, has_moved } = &mut self.located;
+        *has_moved |= moved_m != 0.0 || turned_rad != 0.0;
         belief.moved(moved_m, turned_rad);
         memory.moved(moved_m, turned_rad);
         let Some(returns) = returns else { return };
@@ -94,8 +111,41 @@ impl Locator {
             .filter(|(_, range)| range.is_finite() && (0.0..returns.range_max_m).contains(*range))
             .map(|(angle, range)| Relation::polar(*angle, range + returns.ring_m));
         memory.see(ranges);
-        if moved_m != 0.0 || turned_rad != 0.0 {
+        if std::mem::take(has_moved) {
             belief.seen(memory, &self.outlines);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plane;
+    use crate::sketch::Landmark;
+
+    fn locator() -> Locator {
+        let wall = vec![[5.0, -2.0], [5.5, -2.0], [5.5, 2.0], [5.0, 2.0]];
+        let landmarks = vec![Landmark { name: "wall".into(), outline: wall }];
+        let route = plane::resample(&[[0.0, 0.0], [4.0, 0.0]], 0.5);
+        Locator::new(&Sketch { landmarks, route, metres_per_pixel: 0.1 }, Locating::default(), 1).unwrap()
+    }
+
+    const AHEAD: Returns<'_> =
+        Returns { angles_rad: &[0.0], ranges_m: &[1.5], ring_m: 0.25, range_max_m: 6.0 };
+
+    /// A sonar that spoke at another instant than the odometry was never believed: the robot had not moved just then.
+    #[test]
+    fn a_sensor_that_speaks_after_the_robot_moved_is_believed_once() {
+        let mut locator = locator();
+        locator.step(0.0, 0.0, Some(&AHEAD));
+        let standing = locator.estimate();
+        locator.step(0.1, 0.0, None);
+        let moved = locator.estimate();
+        locator.step(0.0, 0.0, Some(&AHEAD));
+        let believed = locator.estimate();
+        locator.step(0.0, 0.0, Some(&AHEAD));
+        assert_eq!(standing.fit, 1.0);
+        assert_ne!(believed, moved);
+        assert_eq!(locator.estimate(), believed, "a robot that stands learns nothing new");
     }
 }

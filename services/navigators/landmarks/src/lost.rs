@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::Error;
+use crate::numbers;
+
 /// How patient the robot is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -20,6 +23,23 @@ pub struct Patience {
 impl Default for Patience {
     fn default() -> Self {
         Self { factor: 2.0, unknown_s: 30.0, least_s: 3.0, most_stretch: 2.0 }
+    }
+}
+
+impl Patience {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { factor, unknown_s, least_s, most_stretch } = *self;
+        let numbers = [
+            ("factor", factor),
+            ("unknown_s", unknown_s),
+            ("least_s", least_s),
+            ("most_stretch", most_stretch),
+        ];
+        numbers::from_0_on(&numbers)
     }
 }
 

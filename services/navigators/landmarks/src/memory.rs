@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::Error;
+use crate::numbers;
 use crate::plane::{self, At};
 
 /// How many places are remembered.
@@ -22,6 +24,17 @@ pub struct Remembering {
 impl Default for Remembering {
     fn default() -> Self {
         Self { apart_m: 0.3, reach_m: 4.0, keep_m: 3.0 }
+    }
+}
+
+impl Remembering {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { apart_m, reach_m, keep_m } = *self;
+        numbers::from_0_on(&[("apart_m", apart_m), ("reach_m", reach_m), ("keep_m", keep_m)])
     }
 }
 
@@ -75,6 +88,12 @@ impl Memory {
     pub fn new(settings: Remembering) -> Self {
         let (places, relations) = (Vec::with_capacity(PLACES), Vec::with_capacity(PLACES));
         Self { settings, at: [0.0; 2], heading_rad: 0.0, gone_m: 0.0, places, relations }
+    }
+
+    /// Room for all places: a checkpoint keeps values, not room.
+    pub fn reserve(&mut self) {
+        self.places.reserve_exact(PLACES.saturating_sub(self.places.len()));
+        self.relations.reserve_exact(PLACES.saturating_sub(self.relations.len()));
     }
 
     /// The robot moved and turned.

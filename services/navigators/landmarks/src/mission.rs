@@ -16,14 +16,16 @@
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError, keys, overlaid};
 
 use crate::belief::Believing;
+use crate::error::Error;
 use crate::extraction;
 use crate::follower::Following;
 use crate::guide::Guiding;
 use crate::locator::Locating;
 use crate::memory::Remembering;
+use crate::numbers;
 use crate::perception::Perceiving;
 use crate::sketch::Reading;
 
@@ -31,26 +33,6 @@ use crate::sketch::Reading;
 pub const KIND: &str = "landmarks";
 /// The words of `[navigator] method`, the default first.
 pub const METHODS: [&str; 2] = ["belief", "chronis-2007"];
-
-/// Most hypotheses of a belief.
-const MOST_HYPOTHESES: usize = 20_000;
-/// Parameters that are above 0: something is divided by them, or nothing goes on without.
-const POSITIVE: [&str; 12] = [
-    "hypotheses",
-    "outline_sd_m",
-    "independent",
-    "ahead_m",
-    "speed_mps",
-    "range_m",
-    "normalization",
-    "joining",
-    "thickness_m",
-    "robot_m",
-    "ring_m",
-    "range_max_m",
-];
-/// The greatest parameter.
-const MOST: f64 = 1e6;
 
 /// How a route is driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -145,7 +127,7 @@ pub struct LocalizerParameters {
     pub belief: Believing,
     /// The memory.
     pub memory: Remembering,
-    /// How objects are made of ranges. Sizes of the robot and its sensors are the robot's, whatever stands here.
+    /// How objects are made of ranges.
     pub perception: Perceiving,
 }
 
@@ -153,6 +135,15 @@ impl LocalizerParameters {
     /// How the robot locates itself.
     pub const fn locating(&self) -> Locating {
         Locating { belief: self.belief, memory: self.memory }
+    }
+
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        self.locating().check()?;
+        numbers::within("perception", self.perception.check())
     }
 }
 
@@ -171,6 +162,19 @@ pub struct PlannerParameters {
 impl Default for PlannerParameters {
     fn default() -> Self {
         Self { states: Following::default(), belief: Guiding::default(), blocked_s: 20.0 }
+    }
+}
+
+impl PlannerParameters {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { states, belief, blocked_s } = self;
+        numbers::within("states", states.check())?;
+        numbers::within("belief", belief.check())?;
+        numbers::from_0_on(&[("blocked_s", *blocked_s)])
     }
 }
 
@@ -193,13 +197,15 @@ impl Parameters {
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let extraction: extraction::Parameters = table(mission, Process::Sketcher)?;
         let localizer: LocalizerParameters = table(mission, Process::Localizer)?;
-        extraction.check().map_err(|error| wrong(Process::Sketcher, error.to_string()))?;
-        let found = localizer.belief.hypotheses;
-        if found > MOST_HYPOTHESES {
-            let reason = format!("belief.hypotheses: expected at most {MOST_HYPOTHESES}, found {found}");
-            return Err(wrong(Process::Localizer, reason));
+        let planner: PlannerParameters = table(mission, Process::Planner)?;
+        for (process, checked) in [
+            (Process::Sketcher, extraction.check()),
+            (Process::Localizer, localizer.check()),
+            (Process::Planner, planner.check()),
+        ] {
+            checked.map_err(|error| wrong(process, error.to_string()))?;
         }
-        Ok(Self { extraction, localizer, planner: table(mission, Process::Planner)? })
+        Ok(Self { extraction, localizer, planner })
     }
 }
 
@@ -212,37 +218,8 @@ fn table<T: Default + Serialize + DeserializeOwned>(
     mission: &Mission,
     process: Process,
 ) -> Result<T, MissionError> {
-    let given = mission.parameters.of(process);
-    let parameters = overlaid(&T::default(), given);
-    let parameters = parameters.map_err(|error| wrong(process, error.message().to_owned()))?;
-    check_numbers("", given).map_err(|reason| wrong(process, reason))?;
-    Ok(parameters)
-}
-
-/// Every number is from 0 on, or above it, and none is huge.
-fn check_numbers(prefix: &str, table: &toml::Table) -> Result<(), String> {
-    for (key, value) in table {
-        let number = match value {
-            toml::Value::Table(inner) => {
-                check_numbers(&format!("{prefix}{key}."), inner)?;
-                continue;
-            }
-            toml::Value::Float(number) => *number,
-            toml::Value::Integer(number) => *number as f64,
-            _ => continue,
-        };
-        let is_positive = POSITIVE.contains(&key.as_str());
-        if !(0.0..=MOST).contains(&number) || is_positive && number == 0.0 {
-            let least = if is_positive { "above 0" } else { "from 0 on" };
-            return Err(format!("{prefix}{key}: expected a number {least}, at most {MOST}, found {number}"));
-        }
-    }
-    Ok(())
-}
-
-fn keys<T: for<'de> Deserialize<'de>>(key: &str, given: &toml::Table) -> Result<T, MissionError> {
-    let read = given.clone().try_into();
-    read.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
+    let parameters = overlaid(&T::default(), mission.parameters.of(process));
+    parameters.map_err(|error| wrong(process, error.message().to_owned()))
 }
 
 #[cfg(test)]
@@ -306,10 +283,13 @@ mod tests {
         assert_eq!(set.localizer.belief.cone, Believing::default().cone);
         for (text, words) in [
             ("[parameters.localizer]\nbeams=3\n", "parameters.localizer: unknown field `beams`"),
-            ("[parameters.localizer.belief]\nhypotheses=0\n", "belief.hypotheses: expected a number above 0"),
+            (
+                "[parameters.localizer.belief]\nhypotheses=0\n",
+                "belief.hypotheses: expected 1 to 20000, found 0",
+            ),
             (
                 "[parameters.localizer.belief]\nhypotheses=100000\n",
-                "belief.hypotheses: expected at most 20000",
+                "belief.hypotheses: expected 1 to 20000, found 100000",
             ),
             (
                 "[parameters.planner.states.control]\nspeed_mps=-1.0\n",
@@ -319,10 +299,36 @@ mod tests {
                 "[parameters.planner.belief]\nahead_m=0.0\n",
                 "parameters.planner: belief.ahead_m: expected a number above 0",
             ),
-            ("[parameters.sketcher]\nrobot_m=0.0\n", "parameters.sketcher: robot_m"),
+            (
+                "[parameters.sketcher]\nturn_unit_m=0.0\n",
+                "parameters.sketcher: turn_unit_m: expected a number above 0",
+            ),
+            (
+                "[parameters.planner.belief.control]\nstop_m=-1.0\n",
+                "belief.control.stop_m: expected a number from 0 on",
+            ),
+            (
+                "[parameters.localizer.perception]\njoining=0\n",
+                "perception.joining: expected a number above 0",
+            ),
         ] {
             let error = with(text).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
+        }
+    }
+
+    /// A mission could set sizes of the robot and its sensors, and they were overwritten without a word.
+    #[test]
+    fn what_is_the_robot_s_is_no_key_of_a_mission() {
+        for (table, key) in [
+            ("localizer.perception", "robot_m"),
+            ("localizer.perception", "ring_m"),
+            ("localizer.perception", "range_max_m"),
+            ("sketcher", "robot_m"),
+        ] {
+            let text = format!("{MISSION}[parameters.{table}]\n{key}=0.3\n");
+            let error = Parameters::of(&Mission::parse(&text).unwrap()).unwrap_err().to_string();
+            assert!(error.contains(&format!("unknown field `{key}`")), "{error}");
         }
     }
 }

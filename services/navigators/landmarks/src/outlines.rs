@@ -2,6 +2,7 @@
 
 use crate::plane::{self, At};
 use crate::sketch::Sketch;
+use sketchnav_schemas::geometry::encloses;
 
 /// The side of a cell, in drawn metres.
 const CELL_M: f64 = 0.1;
@@ -30,7 +31,7 @@ impl Outlines {
             let of = sketch.landmarks.iter().map(|landmark| {
                 let edges = plane::edges(&landmark.outline).map(|edge| plane::distance_to_segment(at, edge));
                 let distance = edges.fold(f64::INFINITY, f64::min);
-                if plane::contains(&landmark.outline, at) { -distance } else { distance }
+                if encloses(&landmark.outline, at) { -distance } else { distance }
             });
             of.fold(f64::INFINITY, f64::min)
         };

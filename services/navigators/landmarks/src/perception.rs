@@ -13,6 +13,7 @@ use sketchnav_qualitative::hof::{Force, Pair, Polygon, Workspace};
 
 use crate::error::Error;
 use crate::extraction::track::{HISTOGRAM, place};
+use crate::numbers;
 use crate::plane;
 use crate::route::{INCH_M, Place};
 
@@ -20,11 +21,14 @@ use crate::route::{INCH_M, Place};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Perceiving {
-    /// The diameter of the robot, in metres: the Nomad's 20 inches.
+    /// The diameter of the robot, in metres: the Nomad's 20 inches. The robot's own: no key of a mission.
+    #[serde(skip)]
     pub robot_m: f64,
-    /// How far the sensors are from the robot's centre, in metres. The Nomad's are on its rim.
+    /// How far the sensors are from the robot's centre, in metres. The Nomad's are on its rim. The robot's own.
+    #[serde(skip)]
     pub ring_m: f64,
-    /// Ranges from here on are no returns, in metres: 255 inches (4.2).
+    /// Ranges from here on are no returns, in metres: 255 inches (4.2). The robot's own.
+    #[serde(skip)]
     pub range_max_m: f64,
     /// The angle between adjacent returns is taken to be so many times smaller than it is. Chronis 2007 uses c = 24 with 16
     /// sensors, which gives clearance: 16 / 24 (4.4).
@@ -42,6 +46,23 @@ impl Default for Perceiving {
             joining: 16.0 / 24.0,
             thickness_m: 20.0 * INCH_M,
         }
+    }
+}
+
+impl Perceiving {
+    /// `Ok` where all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Number`] with the key.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { robot_m, ring_m, range_max_m, joining, thickness_m } = *self;
+        numbers::above_0(&[
+            ("robot_m", robot_m),
+            ("ring_m", ring_m),
+            ("range_max_m", range_max_m),
+            ("joining", joining),
+            ("thickness_m", thickness_m),
+        ])
     }
 }
 
@@ -93,20 +114,7 @@ impl Perception {
         if (gaps.iter().sum::<f64>() - TAU).abs() > 1e-3 {
             return wrong("beams that go around more than once".into());
         }
-        let numbers = [
-            ("robot_m", settings.robot_m),
-            ("ring_m", settings.ring_m),
-            ("range_max_m", settings.range_max_m),
-            ("joining", settings.joining),
-            ("thickness_m", settings.thickness_m),
-        ];
-        if let Some((what, found)) = numbers.into_iter().find(|(_, found)| !(*found > 0.0 && *found < 1e4)) {
-            return Err(Error::Number {
-                what: what.into(),
-                expected: "a number above 0 and below 10000",
-                found,
-            });
-        }
+        settings.check()?;
         let robot = square(settings.robot_m)?;
         Ok(Self {
             pair: Pair::new(&robot, &robot),

@@ -1,5 +1,7 @@
 //! Lines and outlines in the plane: lengths, resampling, crossings.
 
+use sketchnav_schemas::geometry::encloses;
+
 /// A place: x and y.
 pub type At = [f64; 2];
 
@@ -70,15 +72,6 @@ pub fn edges(outline: &[At]) -> impl Iterator<Item = [At; 2]> + Clone {
     outline.iter().zip(next).map(|(from, to)| [*from, *to])
 }
 
-/// Whether a place is inside an outline, by the even-odd rule.
-pub fn contains(outline: &[At], at: At) -> bool {
-    let crossed = edges(outline).filter(|[from, to]| {
-        (from[1] > at[1]) != (to[1] > at[1])
-            && at[0] < from[0] + (at[1] - from[1]) / (to[1] - from[1]) * (to[0] - from[0])
-    });
-    crossed.count() % 2 == 1
-}
-
 /// The distance of a place to a segment.
 pub fn distance_to_segment(at: At, [from, to]: [At; 2]) -> f64 {
     let (along, off) = ([to[0] - from[0], to[1] - from[1]], [at[0] - from[0], at[1] - from[1]]);
@@ -90,7 +83,7 @@ pub fn distance_to_segment(at: At, [from, to]: [At; 2]) -> f64 {
 
 /// The distance of a place to what an outline is around, 0 inside.
 pub fn distance_to_outline(at: At, outline: &[At]) -> f64 {
-    if contains(outline, at) {
+    if encloses(outline, at) {
         return 0.0;
     }
     edges(outline).map(|edge| distance_to_segment(at, edge)).fold(f64::INFINITY, f64::min)
@@ -154,13 +147,13 @@ pub fn outlines_meet(one: &[At], other: &[At]) -> Option<At> {
             }
         }
     }
-    let inside = |outer: &[At], inner: &[At]| contains(outer, inner[0]).then_some(inner[0]);
+    let inside = |outer: &[At], inner: &[At]| encloses(outer, inner[0]).then_some(inner[0]);
     inside(one, other).or_else(|| inside(other, one))
 }
 
 /// Where a segment first meets an outline, or its start where that is inside.
 pub fn enters(from: At, to: At, outline: &[At]) -> Option<At> {
-    if contains(outline, from) {
+    if encloses(outline, from) {
         return Some(from);
     }
     let parts = edges(outline).filter_map(|edge| crossing([from, to], edge)).map(|(part, _)| part);

@@ -20,6 +20,15 @@ const LEAST_SONARS: u32 = 8;
 /// A ring is at least so large, in metres: the histograms' geometry needs one.
 const LEAST_RING_M: f64 = 1e-3;
 
+/// What a ring's ranges come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RingSensor {
+    /// Sonars.
+    Sonar,
+    /// A laser.
+    Laser,
+}
+
 /// A ring of ranges.
 #[derive(Debug, Clone)]
 pub struct Ring {
@@ -58,6 +67,11 @@ impl Ring {
             }),
             (None, None) => Err(LandmarksError::Blind { robot: robot.name.clone() }),
         }
+    }
+
+    /// What its ranges come from. A robot may have another sensor beside it.
+    pub const fn sensor(&self) -> RingSensor {
+        if self.laser.is_some() { RingSensor::Laser } else { RingSensor::Sonar }
     }
 
     /// How far the ring is from the robot's centre.

@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 use sketchnav_schemas::channels::LANDMARK_ROUTE;
-use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
 use crate::error::LandmarksError;
+use crate::extraction;
 use crate::instructions::Instructions;
 use crate::mission::{Given, LandmarksMission, Parameters};
 
@@ -36,10 +36,8 @@ pub fn understand(
     };
     let unread = |reason| LandmarksError::File { key, file: file.clone(), reason };
     let bytes = files(&file).map_err(|error| unread(error.to_string()))?;
-    let mut parameters = Parameters::of(mission)?.extraction;
-    if !mission.parameters.of(Process::Sketcher).contains_key("robot_m") {
-        parameters.robot_m = 2.0 * robot.radius_m;
-    }
+    let robot_m = 2.0 * robot.radius_m;
+    let parameters = extraction::Parameters { robot_m, ..Parameters::of(mission)?.extraction };
     let instructions = Instructions::of(&given, &bytes, &parameters);
     let instructions = instructions.map_err(|cause| LandmarksError::Input { file: file.clone(), cause })?;
     let (most, found) = (LANDMARK_ROUTE.spec.max_cells, instructions.write()?.len());

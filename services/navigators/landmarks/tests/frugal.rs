@@ -45,12 +45,19 @@ fn a_follower_allocates_nothing() {
     assert!(is_waiting, "it drove to the end");
 }
 
-#[test]
-fn a_guide_allocates_nothing() {
+fn sketch() -> Sketch {
     let drawing =
         file::read(include_bytes!("../../../../sim/missions/landmarks/sketches/a-01.json")).unwrap();
-    let sketch = Sketch::read(&drawing, &Reading::default()).unwrap();
-    let angles_rad: [f64; 16] = std::array::from_fn(|i| i as f64 * std::f64::consts::FRAC_PI_8);
+    Sketch::read(&drawing, &Reading::default()).unwrap()
+}
+
+fn angles_rad() -> [f64; 16] {
+    std::array::from_fn(|i| i as f64 * std::f64::consts::FRAC_PI_8)
+}
+
+#[test]
+fn a_guide_allocates_nothing() {
+    let (sketch, angles_rad) = (sketch(), angles_rad());
     // It would be lost at once in these ranges.
     let settings = Guiding { least_fit: 0.0, most_way: 1e6, beyond_m: 1e6, ..Guiding::default() };
     let mut locator = Locator::new(&sketch, Locating::default(), 7).unwrap();
@@ -64,4 +71,22 @@ fn a_guide_allocates_nothing() {
     });
     assert_eq!(found, 0);
     assert_eq!(steps, 600, "it drove to the end");
+}
+
+/// A checkpoint keeps values, not room: a localizer that went on from one allocated when it met new objects.
+#[test]
+fn a_locator_that_goes_on_from_a_checkpoint_allocates_nothing() {
+    let (sketch, angles_rad) = (sketch(), angles_rad());
+    let mut locator = Locator::new(&sketch, Locating::default(), 7).unwrap();
+    let step = |locator: &mut Locator, i| {
+        let (ring_m, range_max_m) = (0.254, 6.477);
+        let returns = Returns { angles_rad: &angles_rad, ranges_m: &ranges(i), ring_m, range_max_m };
+        locator.step(0.02, 0.05, Some(&returns));
+    };
+    step(&mut locator, 1);
+    let kept = serde_json::to_string(locator.located()).unwrap();
+    locator.restore(serde_json::from_str(&kept).unwrap());
+    let before = allocations_of_this_thread();
+    (2..400).for_each(|i| step(&mut locator, i));
+    assert_eq!(allocations_of_this_thread() - before, 0);
 }

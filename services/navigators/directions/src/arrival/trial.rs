@@ -4,12 +4,13 @@
 //! false dots and the helicopter's movements within a parkway are left to whole journeys.
 
 use rand_pcg::Pcg64Mcg;
+use sketchnav_schemas::seed::stream;
 
 use super::Pilot;
 use crate::custom_map::{Response, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
-use crate::generate::{error, stream};
+use crate::generate::error;
 use crate::geometry::{Corner, Point};
 use crate::journey::Noise;
 use crate::path::Atlas;
@@ -42,7 +43,7 @@ impl Estimate {
 /// Estimates all transitions, one after the other.
 pub fn estimates(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> Result<Vec<Estimate>, Error> {
     let recoveries = Recoveries::new(&atlas.plane, atlas.window, &atlas.signatures, Descriptor::Isolated)?;
-    let mut trial = Trial::new(atlas, pilot, stream(seed, 10));
+    let mut trial = Trial::new(atlas, pilot, stream(seed, "directions/transitions"));
     let share = |hits: u32| (f64::from(hits) + 1.0) / (f64::from(trials) + 2.0);
     let mut estimate = |(from, transition): (DotId, &Transition)| {
         let aside = atlas.reliability.aside(&atlas.plane, from, transition);

@@ -1,10 +1,13 @@
 //! Experiments with journeys: figures 25, 26 and 28 over many worlds, the six kinds counted, and the calibration.
 
+use sketchnav_schemas::seed::stream;
+use sketchnav_schemas::statistics::wilson;
+
 use super::{DOTS, SIDE, Table, window};
-use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, interval, most_probable};
+use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, most_probable};
 use crate::description::Descriptor;
 use crate::error::Error;
-use crate::generate::{stream, uniform, walled};
+use crate::generate::{uniform, walled};
 use crate::geometry::Window;
 use crate::journey::{Journey, Noise};
 use crate::navigator::{Navigator, Settings};
@@ -91,7 +94,7 @@ impl World {
     /// A world with a start and a goal between which there is a path; none where the seed gives no such world.
     fn new(seed: u64, setting: &Setting, kinds: Kinds<'_>) -> Result<Option<Self>, Error> {
         let truth = uniform(DOTS, SIDE, seed)?;
-        let seen = disturbed(truth.dots(), setting.noise.map_sigma, &mut stream(seed, 3))?;
+        let seen = disturbed(truth.dots(), setting.noise.map_sigma, &mut stream(seed, "directions/map"))?;
         let model = Reliability::fitted(setting.noise);
         let atlas = Atlas::new(seen, setting.window, kinds, model);
         let (start, goal) = (Start::over(&atlas.plane, 0)?, 1);
@@ -104,7 +107,7 @@ impl World {
     /// A world with a wall of clutter, from the dot furthest in the west to the one furthest in the east.
     fn walled(seed: u64, pilot: &Pilot) -> Result<Option<Self>, Error> {
         let truth = walled(DOTS, DOTS / 2, SIDE, seed)?;
-        let seen = disturbed(truth.dots(), pilot.noise.map_sigma, &mut stream(seed, 3))?;
+        let seen = disturbed(truth.dots(), pilot.noise.map_sigma, &mut stream(seed, "directions/map"))?;
         let atlas = Atlas::new(seen, window()?, Kinds::PAPER, Reliability::fitted(pilot.noise));
         let east = |dot: &DotId| atlas.plane.dot(*dot).x;
         let order = |a: &DotId, b: &DotId| east(a).total_cmp(&east(b));
@@ -134,7 +137,7 @@ impl World {
         let mut tally = Tally::default();
         for trial in 0..journeys {
             let journey = Journey::new(&self.truth, &navigator, &landmarks, pilot.noise)?;
-            let mut rng = stream(seed, 1_000_000 + trial);
+            let mut rng = stream(seed, &format!("directions/journey/{trial}"));
             tally.add(journey.run(self.start.centre, &mut rng, |_, _, _| {}).kind);
         }
         Ok(tally)
@@ -184,7 +187,7 @@ const HEAD: [&str; 11] = [
 fn success_row(table: &mut Table, name: String, result: &Success) {
     let share = |count: u32, of: u32| 100.0 * f64::from(count) / f64::from(of.max(1));
     let (tally, journeys) = (&result.tally, result.tally.journeys());
-    let (low, high) = tally.interval();
+    let [low, high] = tally.interval();
     let mut values = vec![
         share(result.planned, result.worlds),
         share(tally.arrivals(), journeys),
@@ -285,7 +288,7 @@ impl Calibration {
         for (bin, &(sum, arrived, journeys)) in (0..).zip(&self.bins) {
             if journeys > 0 {
                 let n = f64::from(journeys);
-                let (low, high) = interval(arrived, journeys);
+                let [low, high] = wilson(arrived as usize, journeys as usize);
                 let shares = [sum / n, f64::from(arrived) / n, low, high].map(|share| 100.0 * share);
                 let values = [&shares[..], &[n]].concat();
                 table.row(format!("{}-{}", bin * 10, bin * 10 + 10), &values);
@@ -309,7 +312,7 @@ pub fn calibration(
         for seed in worlds.clone() {
             let Some(world) = World::new(seed, setting, setting.kinds(choice))? else { continue };
             let plan = world.plan(choice, &pilot, seed)?;
-            let tally = world.fly(&plan, &pilot, journeys, seed.wrapping_add(1 << 32))?;
+            let tally = world.fly(&plan, &pilot, journeys, seed)?;
             let stated = plan.probability.unwrap_or(0.0);
             let bin = &mut bins[((stated * 10.0) as usize).min(9)];
             bin.0 += stated * f64::from(tally.journeys());

@@ -1,8 +1,9 @@
 //! Small worlds, and how journeys through them end.
 
+use sketchnav_schemas::seed::stream;
+
 use super::*;
 use crate::custom_map::CustomMap;
-use crate::generate::stream;
 use crate::navigator::Settings;
 use crate::testing::plane;
 
@@ -18,7 +19,10 @@ fn run(world: &Plane, map: &str, intended: &[DotId], from: (f64, f64)) -> (Repor
     let navigator = navigator(map);
     let journey = Journey::new(world, &navigator, intended, Noise::NONE).unwrap();
     let from = Point::new(from.0, from.1);
-    (journey.run(from, &mut stream(1, 0), |_, _, _| {}), activities(&journey, from, &mut stream(1, 0)))
+    (
+        journey.run(from, &mut stream(1, "journey"), |_, _, _| {}),
+        activities(&journey, from, &mut stream(1, "journey")),
+    )
 }
 
 /// A line of dots to the north-east, each alone in reach of the one before.
@@ -116,8 +120,9 @@ fn false_dots_and_misses_are_outvoted_by_several_looks() {
         let navigator = Navigator::new(settings, map).unwrap();
         let world = stairs();
         let journey = Journey::new(&world, &navigator, &[0, 1, 2, 3], noise).unwrap();
-        let run =
-            |seed| journey.run(Point::new(0.5, 0.5), &mut stream(seed, 1), |_, _, _| {}).kind.is_success();
+        let run = |seed| {
+            journey.run(Point::new(0.5, 0.5), &mut stream(seed, "journey"), |_, _, _| {}).kind.is_success()
+        };
         (0..200).filter(|&seed| run(seed)).count()
     };
     let (one, five) = (successes(1), successes(5));
@@ -133,7 +138,7 @@ fn a_seed_gives_the_same_journey() {
     let run = |seed| {
         Journey::new(&world, &navigator, &[0, 1, 2], noise).unwrap().run(
             Point::default(),
-            &mut stream(seed, 0),
+            &mut stream(seed, "journey"),
             |_, _, _| {},
         )
     };

@@ -137,9 +137,9 @@ fn describe(
     state.looks = 0;
     let found = picked(state, settings, view.len(), word, corner);
     let Some(place) = found else {
-        state.waited += 1;
-        if state.waited > settings.patience {
-            state.finish(Outcome::CannotLocate);
+        match state.waited < settings.patience {
+            true => state.waited += 1,
+            false => state.finish(Outcome::CannotLocate),
         }
         return;
     };
@@ -289,7 +289,7 @@ fn respond(navigator: &Navigator, state: &mut State) {
         Response::Correct => accept(navigator, state),
         Response::Recover(Recovery { corner, word }) if state.tries < navigator.settings.most_recoveries => {
             state.tries += 1;
-            state.recoveries += 1;
+            state.recoveries = state.recoveries.saturating_add(1);
             state.phase = Phase::Adjust { corner, recovery: Some(word) };
         }
         Response::Recover(_) | Response::Lost => state.finish(Outcome::Lost),

@@ -1,9 +1,9 @@
 //! What a navigator keeps and what it rejects.
 
 use proptest::prelude::*;
+use sketchnav_schemas::seed::stream;
 
 use super::*;
-use crate::generate::stream;
 use crate::journey::{Helicopter, Noise, STEP_S};
 use crate::testing::{config, plane};
 
@@ -39,13 +39,26 @@ fn settings_out_of_range_are_rejected() {
     }
 }
 
+/// The count of looks was a byte and went one beyond the patience: 255 overflowed it.
+#[test]
+fn a_navigator_of_the_greatest_patience_gives_up_after_so_many_looks() {
+    for patience in [0, 5, u8::MAX] {
+        let settings = Settings { patience, longest_entry_s: 1e6, ..*navigator().settings() };
+        let navigator = Navigator::new(settings, MAP.parse().unwrap()).unwrap();
+        let mut state = navigator.start();
+        let looks = (1..1000).find(|_| navigator.step(&mut state, &[], STEP_S).outcome.is_some());
+        assert_eq!(looks, Some(u32::from(patience) + 1));
+        assert_eq!(state.outcome(), Some(Outcome::CannotLocate));
+    }
+}
+
 /// A kill between any two steps changes nothing: the successor restores the state and gives the same steps.
 #[test]
 fn a_state_survives_a_checkpoint_at_every_step() {
     let world = plane(&[(0.0, 0.0), (7.0, 6.0), (13.0, 14.0), (46.0, 58.0), (15.0, 8.0)]);
     let navigator = navigator();
     let mut helicopter = Helicopter { centre: Point::default(), heading_rad: 0.0 };
-    let (mut state, mut rng, mut view) = (navigator.start(), stream(3, 0), Vec::new());
+    let (mut state, mut rng, mut view) = (navigator.start(), stream(3, "journey"), Vec::new());
     let mut largest = 0;
     for step in 0..2000 {
         helicopter.look(&world, navigator.settings().window, Noise::of_sigma(0.1), &mut rng, &mut view);

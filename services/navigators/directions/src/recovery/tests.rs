@@ -2,12 +2,13 @@
 
 use super::*;
 use crate::custom_map::{CustomMap, Entry, Response};
-use crate::generate::{stream, uniform};
+use crate::generate::uniform;
 use crate::geometry::Point;
 use crate::journey::{Journey, Kind, Noise};
 use crate::navigator::{Navigator, Settings};
 use crate::testing::plane;
 use crate::transitions::{Kinds, Transitions};
+use sketchnav_schemas::seed::stream;
 
 const R: DotId = 0;
 const A: DotId = 1;
@@ -93,7 +94,7 @@ fn recovers(world: &Plane, verification: Verification, from: DotId, target: DotI
     let settings = Settings { most_recoveries: 40, ..Settings::new(window(), 0.0) };
     let navigator = Navigator::new(settings, map).unwrap();
     let journey = Journey::new(world, &navigator, std::slice::from_ref(&target), Noise::NONE).unwrap();
-    journey.run(world.dot(from), &mut stream(1, 1), |_, _, _| {}).kind
+    journey.run(world.dot(from), &mut stream(1, "journey"), |_, _, _| {}).kind
 }
 
 #[test]

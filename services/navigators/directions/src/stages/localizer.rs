@@ -4,7 +4,7 @@
 //! It has no memory, so the word `New` means nothing to it.
 
 use arrayvec::ArrayVec;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use sketchnav_schemas::channels::{DESCRIPTION, VIEW};
 use sketchnav_schemas::message::{DescribedDot, Description, DotView, MAX_DOTS};
 use sketchnav_schemas::run::RunConfig;
@@ -16,17 +16,9 @@ use crate::geometry::{Corner, Point, Window};
 use crate::isolation::c_value;
 use crate::signature::Signature;
 
-/// What the localizer remembers.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct State {
-    views: u64,
-    stamp_ns: u64,
-}
-
 /// The localizer of a run.
 pub struct Localizer {
     window: Window,
-    state: State,
 }
 
 impl Localizer {
@@ -37,17 +29,18 @@ impl Localizer {
     pub fn new(run: &RunConfig) -> Result<Self, DirectionsError> {
         let view = run.robot.view()?;
         let window = Window::new(view.side_m, view.margin_m).map_err(DirectionsError::Settings)?;
-        Ok(Self { window, state: State::default() })
+        Ok(Self { window })
     }
 }
 
-/// Describes a view; all but the header and what says when it was taken.
+/// Describes a view; all but the header.
 pub fn describe(view: &DotView, window: Window, description: &mut Description) {
     let dots: ArrayVec<Point, MAX_DOTS> =
         view.dots().iter().map(|dot| Point::new(dot.x_m.into(), dot.y_m.into())).collect();
     let inside: ArrayVec<usize, MAX_DOTS> =
         (0..dots.len()).filter(|&index| window.shows(dots[index])).collect();
     let shown: ArrayVec<Point, MAX_DOTS> = inside.iter().map(|&index| dots[index]).collect();
+    (description.views, description.view_stamp_ns) = (view.header.seq, view.header.stamp_ns);
     description.dot_count = dots.len() as u32;
     for (place, (&dot, seen)) in description.dots.iter_mut().zip(dots.iter().zip(view.dots())) {
         let quadrants = signature(&dots, dot, window);
@@ -73,27 +66,20 @@ fn signature(dots: &[Point], own: Point, window: Window) -> u32 {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "directions localizer 1";
-    type State = State;
+    const FORM: &'static str = "directions localizer 2";
+    type State = ();
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        if let Some(view) = instant.fresh(VIEW) {
-            self.state = State { views: self.state.views + 1, stamp_ns: view.header.stamp_ns };
-        }
-        let (view, window, State { views, stamp_ns }) = (instant.newest(VIEW), self.window, self.state);
+        let view = instant.newest(VIEW);
         out.send(DESCRIPTION, |description| {
-            (description.views, description.view_stamp_ns) = (views, stamp_ns);
-            view.into_iter().for_each(|view| describe(view, window, description));
+            view.into_iter().for_each(|view| describe(view, self.window, description));
         })?;
         Ok(())
     }
 
-    fn state(&self) -> impl Serialize {
-        self.state
-    }
+    fn state(&self) -> impl Serialize {}
 
-    fn restore(&mut self, state: State) -> Result<(), StageError> {
-        self.state = state;
+    fn restore(&mut self, (): ()) -> Result<(), StageError> {
         Ok(())
     }
 }
@@ -113,9 +99,15 @@ mod tests {
             *place = SeenDot { x_m, y_m };
         }
         view.dot_count = 4;
+        (view.header.seq, view.header.stamp_ns) = (7, 700);
         let mut description = Description::zeroed();
         describe(&view, Window::new(0.1, 0.015).unwrap(), &mut description);
         assert!(description.is_valid());
+        assert_eq!(
+            (description.views, description.view_stamp_ns),
+            (7, 700),
+            "the same number is the same view"
+        );
         let means =
             |word: Descriptor| description.meant[Descriptor::ALL.iter().position(|w| *w == word).unwrap()];
         assert_eq!(means(Descriptor::Any), 1, "the closest to the middle");

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_dots::camera::Known;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::MAX_PLANNED;
-use sketchnav_schemas::mission::{Mission, MissionError, Task, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError, Task, keys, overlaid};
 use sketchnav_schemas::robot::Robot;
 
 use super::error::DirectionsError;
@@ -237,11 +237,6 @@ fn task_places(
         }
         (true, ..) => Err(wrong(&format!("{key}.goal"), "no such key beside navigator.map_file", "it")),
     }
-}
-
-fn keys<T: for<'de> Deserialize<'de>>(key: &str, given: &toml::Table) -> Result<T, MissionError> {
-    let read = given.clone().try_into();
-    read.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
 }
 
 /// What may be set of the navigator: a mission's table `parameters.planner`. See [`Settings`].

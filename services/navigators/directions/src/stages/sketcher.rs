@@ -5,6 +5,7 @@
 
 use std::fmt::Write;
 
+use rand::RngExt;
 use serde::Serialize;
 use sketchnav_dots::camera::{Camera, Known};
 use sketchnav_dots::picture;
@@ -12,6 +13,7 @@ use sketchnav_schemas::channels::{DIRECTIONS, ITINERARY};
 use sketchnav_schemas::message::{MAX_PLANNED, PlannedLandmark};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::seed::stream;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
@@ -167,11 +169,14 @@ impl Maker<'_> {
                 let path = best(atlas, start, goal, Measure::Windows, objective)?;
                 Plan::new(atlas, path, read.verify)
             }
-            None => {
-                most_probable(atlas, start, goal, pilot, *effort, seed.wrapping_add((index as u64) << 32))
-            }
+            None => most_probable(atlas, start, goal, pilot, *effort, own_seed(*seed, index)),
         }
     }
+}
+
+/// The seed of a task's simulations.
+fn own_seed(seed: u64, task: usize) -> u64 {
+    stream(seed, &format!("sketcher/arrival/{task}")).random()
 }
 
 fn no_goal(cause: Error) -> Error {

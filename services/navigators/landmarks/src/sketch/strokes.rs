@@ -8,6 +8,8 @@
 //!   meet end to end are one stroke: an object may be drawn side by side.
 //! - The longest of the others is the route. Those below a quarter of its length are stray.
 
+use sketchnav_schemas::geometry::encloses;
+
 use crate::error::{Error, Pixel};
 use crate::plane;
 
@@ -229,7 +231,7 @@ fn resample_outline(points: &[Pixel], step: f64) -> Vec<Pixel> {
 
 /// The part of a route between the object in which it begins and the one in which it ends.
 fn between_objects(route: &[Pixel], outlines: &[Vec<Pixel>]) -> Vec<Pixel> {
-    let is_inside = |at: &Pixel| outlines.iter().any(|outline| plane::contains(outline, *at));
+    let is_inside = |at: &Pixel| outlines.iter().any(|outline| encloses(outline, *at));
     let begin = route.iter().position(|at| !is_inside(at)).unwrap_or(route.len());
     let end = route.iter().rposition(|at| !is_inside(at)).map_or(begin, |last| last + 1);
     route[begin..end].to_vec()

@@ -1,0 +1,49 @@
+//! Directions over a plane where landmarks are easily confused, in gusts, by a camera with misses and false dots: in one
+//! process, with the judge.
+
+use std::path::Path;
+
+use sketchnav_directions::journey::Kind;
+use sketchnav_evaluation::judge::directions::{JourneyVerdict, journeys};
+use sketchnav_evaluation::judge::log::Log;
+use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_schemas::channels::{ChannelSpec, ITINERARY, JOURNEY, STATUS, TRUTH};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_sim::files;
+
+/// What the judge needs of a drive.
+#[derive(Default)]
+struct Heard(Log);
+
+impl Tap for Heard {
+    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], _: &[u8]) {
+        self.0.truth.extend(TRUTH.message(spec, message));
+        self.0.status.extend(STATUS.message(spec, message));
+        self.0.journeys.extend(JOURNEY.message(spec, message));
+        if let Some(itinerary) = ITINERARY.message(spec, message) {
+            self.0.itinerary = Some(Box::new(*itinerary));
+        }
+    }
+}
+
+fn driven(mission: &str, seed: u64) -> Vec<JourneyVerdict> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/directions").join(mission);
+    let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
+    let run = RunConfig::lockstep("rehearsal", mission, robot, seed);
+    let mut heard = Heard::default();
+    Rehearsal::new(&run).unwrap().run(&mut heard).unwrap();
+    let dots = files::plane_file(Path::new(run.mission.world.plane.as_deref().unwrap())).unwrap().dots;
+    let names: Vec<_> = run.mission.task.iter().map(|task| task.name.clone()).collect();
+    journeys(&heard.0, &names, &dots)
+}
+
+#[test]
+fn in_gusts_and_among_clusters_as_many_journeys_arrive_as_the_map_maker_says() {
+    let verdicts: Vec<_> = (1..=6).flat_map(|seed| driven("crowded.toml", seed)).collect();
+    let is_success = |verdict: &&JourneyVerdict| verdict.kind.is_some_and(Kind::is_success);
+    let arrived = verdicts.iter().filter(is_success).count() as f64;
+    let stated = verdicts.iter().map(|verdict| verdict.stated.unwrap());
+    let (mean, variance) =
+        stated.fold((0.0, 0.0), |(mean, variance), p| (mean + p, variance + p * (1.0 - p)));
+    assert!((arrived - mean).abs() < 3.0 * f64::sqrt(variance), "{arrived} {mean} {verdicts:?}");
+}

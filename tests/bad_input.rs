@@ -149,7 +149,7 @@ fn a_bad_mission_file_is_refused() {
         Case {
             story: "a method by its old name",
             spoil: |folder| in_mission(folder, "drawing =", "method = \"ours\"\ndrawing ="),
-            says: &["room.toml", "navigator.method", "beam, outline, boniardi-2015, ", "ours"],
+            says: &["room.toml", "navigator.method", "outline, beam, boniardi-2015, ", "ours"],
         },
         Case {
             story: "a mission of 8 GB",

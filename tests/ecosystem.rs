@@ -6,11 +6,23 @@ use support::pages::{Page, run};
 
 const PAGE: &str = "docs/ecosystem.md";
 
+/// The plain build has no DDS in it.
+fn has_what_it_takes(heading: &str) -> bool {
+    let commands = Page::of(PAGE).commands(heading);
+    let has = cfg!(feature = "ros2") || !commands.iter().any(|line| line.contains("bridge ros2"));
+    if !has {
+        support::skipped("ros2", "built without the feature ros2");
+    }
+    has
+}
+
 macro_rules! sections {
     ($($test:ident: $heading:literal,)*) => {
         $(#[test]
         fn $test() {
-            run(PAGE, $heading);
+            if has_what_it_takes($heading) {
+                run(PAGE, $heading);
+            }
         })*
 
         #[test]
@@ -26,6 +38,18 @@ macro_rules! sections {
 sections! {
     the_machine_is_checked: "A machine that does not run it",
     a_running_system_is_looked_at: "A running system",
+    a_recording_is_kept_in_pieces: "Recordings, for who knows rosbag2",
+    completions_and_pages_are_written: "Completions and manual pages",
+    a_system_and_a_recording_are_shown: "Live view",
     an_experiment_is_driven_in_parts: "Experiments on many machines",
     faults_are_planned_and_played_again: "Faults by plan",
+    ros_2_hears_the_robot: "ROS 2 on other hosts",
+}
+
+#[cfg(not(feature = "ros2"))]
+#[test]
+fn a_build_without_ros_2_says_how_to_get_one_with_it() {
+    let ended = support::Place::new().run("bridge ros2 --system lab");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("cargo build --release --features ros2"), "{ended}");
 }

@@ -5,6 +5,7 @@ mod support;
 use std::io::{Read, Write};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use nix::sys::signal::Signal;
@@ -13,8 +14,8 @@ use sketchnav_recordings::reader::Recording;
 use sketchnav_schemas::channels::{DRAWING, ORDERS, ROUTE, SKETCH, UNDERSTOOD};
 use sketchnav_schemas::codes::Order;
 use sketchnav_sketch::reading::Options;
-use support::page::{Page, free_port, parsed, request, wait_for};
-use support::{Place, Running, kill_if_alive, repository, wait_until};
+use support::page::{Page, body, free_port, parsed, request, wait_for};
+use support::{Place, Running, kill_if_alive, repository, skipped, wait_until};
 
 const LABORATORY: &str = "sim/missions/laboratory/laboratory-route.toml";
 
@@ -466,6 +467,23 @@ fn a_flood_of_connections_locks_nobody_out() {
     stage.end();
 }
 
+/// What Prometheus reads, as its own tool judges it where there is one.
+fn are_metrics(text: &str) {
+    for line in
+        ["sketchnav_process_up{process=\"localizer\"} 1", "# TYPE sketchnav_channel_messages_total counter"]
+    {
+        assert!(text.lines().any(|found| found == line), "{line}: {text}");
+    }
+    let scans = text
+        .lines()
+        .find_map(|line| line.strip_prefix("sketchnav_channel_messages_total{channel=\"scan\"} "));
+    assert!(scans.unwrap().parse::<u64>().unwrap() > 0, "{text}");
+    let promtool = Command::new("promtool").args(["check", "metrics"]).stdin(Stdio::piped()).spawn();
+    let Ok(mut promtool) = promtool else { return skipped("promtool", "promtool is not there") };
+    promtool.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+    assert!(promtool.wait().unwrap().success(), "{text}");
+}
+
 #[test]
 fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
     let (place, port) = (Place::new(), free_port());
@@ -480,6 +498,7 @@ fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
     }
     assert_eq!(page.hello["mode"], "watches");
     page.until_allowed("abort");
+    are_metrics(&body(port, "/metrics"));
     assert_eq!(page.post("/api/sketch", &strokes()).0, 409);
     assert_eq!(page.order("abort").0, 200);
     page.until_state("aborted");

@@ -1,10 +1,13 @@
-//! What people and programs ask of a running system: `echo`, `hz`, `channels`, `logs`, `restart`, `send`, `graph`, `doctor`.
+//! What people and programs ask of a running system: `echo`, `hz`, `channels`, `logs`, `restart`, `send`, `graph`, `doctor`, `snapshot`; and the
+//! program's own pages.
 
 mod support;
 
+use std::process::Command;
+
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use support::{Ended, Place, Running};
+use support::{Ended, Place, Running, skipped};
 
 const NAME: &str = "tools";
 
@@ -242,4 +245,65 @@ fn doctor_refuses_a_folder_that_others_may_enter() {
     let finding = finding(&told.json(), "folder").clone();
     assert_eq!(finding["level"], "error", "{finding:#}");
     assert!(finding["found"].as_str().unwrap().contains("found mode 0755"), "{finding:#}");
+}
+
+/// The recorder was killed before: what was recorded so far lies in two files.
+#[test]
+fn a_snapshot_keeps_the_last_seconds_and_the_system_records_on() {
+    let place = Place::new();
+    let running = started(&place);
+    place.fine("restart recorder --kill");
+    let told = place.fine("snapshot --last 2 -o moment.mcap --json").json();
+    let second = |key: &str| told[key].as_f64().unwrap();
+    assert!((second("end_s") - second("start_s") - 2.0).abs() < 1e-6, "{told:#}");
+    let info = place.fine("info moment.mcap --json").json();
+    assert_eq!(info["missing"], 0, "{info:#}");
+    let messages = place.messages("moment.mcap");
+    assert_eq!((messages["/sketch"], messages["/route"]), (1, 1), "{messages:?}");
+    assert!((15..=25).contains(&messages["/scan"]), "{messages:?}");
+    place.fine("judge moment.mcap --json");
+
+    place.fine("snapshot --on status --after 0.1 --last 1 --regex scan|odo.* -o scans.mcap");
+    let messages = place.messages("scans.mcap");
+    assert_eq!(messages.keys().collect::<Vec<_>>(), ["/odometry", "/scan"]);
+    place.fine("filter moment.mcap --regex plan|est.* -o plans.mcap");
+    assert_eq!(place.messages("plans.mcap").keys().collect::<Vec<_>>(), ["/estimate", "/plan"]);
+    for (wrong, words) in [
+        ("snapshot --on nothing -o x.mcap", "--on \"nothing\": expected one of"),
+        ("snapshot --on relations -o x.mcap", "--on relations: expected one of"),
+        ("snapshot --regex nothing -o x.mcap", "--regex: expected a match of"),
+    ] {
+        let ended = place.run(wrong);
+        assert!(ended.code == Some(2) && ended.err.contains(words), "{wrong}: {ended}");
+    }
+    assert!(!place.files().join("x.mcap").exists());
+    assert_eq!(ended(running).json()["lost_messages"], 0);
+    place.assert_nothing_left(NAME);
+}
+
+#[test]
+fn every_command_has_a_page_and_every_shell_its_completions() {
+    let place = Place::new();
+    place.fine("man pages");
+    let pages: Vec<_> =
+        std::fs::read_dir(place.files().join("pages")).unwrap().map(|page| page.unwrap().path()).collect();
+    for name in ["sketchnav.1", "sketchnav-run.1", "sketchnav-view.1", "sketchnav-snapshot.1"] {
+        assert!(pages.iter().any(|page| page.ends_with(name)), "{name}: {pages:?}");
+    }
+    let has_man = Command::new("man").arg("--version").output().is_ok_and(|output| output.status.success());
+    for page in pages.iter().filter(|_| has_man) {
+        let shown: Ended =
+            Command::new("man").args(["--warnings", "-Tutf8", "-l"]).arg(page).output().unwrap().into();
+        assert!(shown.code == Some(0) && shown.err.is_empty(), "{}: {}", page.display(), shown.err);
+    }
+    if !has_man {
+        skipped("man", "no man, which reads the pages");
+    }
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let completions = place.fine(&format!("completions {shell}"));
+        assert!(completions.out.contains("snapshot"), "{shell}");
+    }
+    let script = place.fine("completions bash").out;
+    let parsed: Ended = Command::new("bash").args(["-nc", &script]).output().unwrap().into();
+    assert_eq!(parsed.code, Some(0), "{parsed}");
 }

@@ -578,7 +578,7 @@ CHANNELS = {
     "command": ("sketchnav/VelocityCommand/1/45ef9b3c7d504529", VelocityCommand, False, ("world", "recorder",)),
     "status": ("sketchnav/MissionStatus/1/ed44629eb242885e", MissionStatus, False, ("supervisor", "pad", "recorder",)),
     "latency": ("sketchnav/Latency/2/6fd35d9cb700fb1d", Latency, False, ("recorder",)),
-    "health": ("sketchnav/Health/1/3346ae3b59831f8a", Health, True, ("supervisor", "recorder",)),
+    "health": ("sketchnav/Health/1/3346ae3b59831f8a", Health, True, ("supervisor", "pad", "recorder",)),
     "faults": ("sketchnav/Fault/1/4495aa9889fd2429", Fault, False, ("pad", "recorder",)),
     "recorded": ("sketchnav/Recorded/1/78855a6d7e9eadc4", Recorded, False, ("world", "recorder",)),
 }

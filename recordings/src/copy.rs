@@ -318,6 +318,38 @@ pub fn filter<W: Write>(
     Ok(())
 }
 
+/// Copies what is wanted of the parts of a recording that may still grow, in the order of time, as a recording of its own:
+/// what is latched and was sent before stands at its beginning.
+///
+/// # Errors
+/// [`RecordingError`].
+pub fn window<W: Write>(
+    parts: &[Recording],
+    selection: &Selection,
+    copy: &mut Copy<W>,
+) -> Result<(), RecordingError> {
+    let start_ns = selection.times_ns.start;
+    let mut latched = BTreeMap::new();
+    for part in parts {
+        describe(part, copy)?;
+        copy.late.extend(topic_names(part)?);
+        part.topics()?.iter().try_for_each(|topic| match selection.wants_topic(&topic.name) {
+            true => copy.declare(topic).map(drop),
+            false => Ok(()),
+        })?;
+        let before = part.latched_before(start_ns)?.into_iter();
+        let before = before.filter(|message| selection.wants_topic(&message.topic.name));
+        latched.extend(before.map(|message| (message.topic.name.clone(), message)));
+    }
+    for message in latched.into_values() {
+        copy.message(&RawMessage { stamp_ns: start_ns, ..message })?;
+    }
+    for part in parts {
+        part.timeline(selection.clone())?.try_for_each(|message| copy.message(&message?))?;
+    }
+    Ok(())
+}
+
 /// Takes over what describes a recording, wherever in the file it stands.
 fn describe<W: Write>(recording: &Recording, copy: &mut Copy<W>) -> Result<(), RecordingError> {
     let (path, index) = (recording.path(), recording.index()?);

@@ -154,6 +154,21 @@ impl Recording {
         Timeline::of(&self.path, self.index()?, selection)
     }
 
+    /// The last message of each latched topic before a time, nanoseconds: what somebody who begins there has to know.
+    ///
+    /// # Errors
+    /// As [`Recording::select`] and its items.
+    pub fn latched_before(&self, before_ns: u64) -> Result<Vec<RawMessage>, RecordingError> {
+        let topics = self.topics()?;
+        let latched = topics.iter().filter(|topic| topic.is_latched()).map(|topic| topic.name.clone());
+        let mut last = BTreeMap::new();
+        for message in self.select(Selection::of_topics(latched).between(0..before_ns))? {
+            let message = message?;
+            last.insert(message.topic.name.clone(), message);
+        }
+        Ok(last.into_values().collect())
+    }
+
     /// The messages of a channel in the order of the file, with the slices behind them. None where the
     /// file does not have the channel.
     ///

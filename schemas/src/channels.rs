@@ -304,7 +304,7 @@ channels! {
     /// How long each step took by the clock.
     LATENCY: Report Latency = "latency", RECORDER => [];
     /// Signs of life, from every process.
-    HEALTH: Report Health = "health", None => [Supervisor];
+    HEALTH: Report Health = "health", None => [Supervisor, Pad];
     /// Kills, deaths, restarts, recoveries.
     FAULTS: Report Fault = "faults", SUPERVISOR => [Pad];
     /// What is safe in the file.

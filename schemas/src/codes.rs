@@ -211,6 +211,8 @@ codes! {
         Resume = 4 "resume",
         /// Stop, because the link to whoever drives was lost; go on later.
         Unattended = 5 "unattended",
+        /// Leave the task that is under way for the one that the order names; those behind it follow.
+        Goal = 6 "goal",
     }
 
     /// What a [`crate::message::Drawing`] holds.

@@ -13,6 +13,7 @@
 pub mod bounds;
 pub mod channels;
 pub mod codes;
+pub mod cpp;
 pub mod declare;
 pub mod erased;
 pub mod fault_plan;

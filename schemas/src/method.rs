@@ -10,11 +10,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "&'static str")]
 pub enum Method {
-    /// This project's own: beams are weighed by what the drawing lets them see.
+    /// This project's own: in a drawing of an open floor, the outline of what was seen is aligned with the drawing's. In one of
+    /// rooms, and along routes, it drives as [`Self::Beam`] does.
     #[default]
-    Beam,
-    /// This project's own: the outline of what was seen is aligned with the drawing's.
     Outline,
+    /// This project's own: a particle filter. Beams are weighed by what the drawing lets them see.
+    Beam,
     /// Boniardi et al. 2015: two local scales, tracked.
     Boniardi2015,
     /// Its special case without tracking: one scale for both directions, as the first scan says it.
@@ -26,7 +27,7 @@ pub enum Method {
 impl Method {
     /// Every method.
     pub const ALL: [Self; 5] =
-        [Self::Beam, Self::Outline, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
+        [Self::Outline, Self::Beam, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
 
     /// The word for people and files.
     pub const fn word(self) -> &'static str {

@@ -9,9 +9,12 @@
 //! of the messages. A [`Field`] travels as its type says, or in a [`Way`] that the declaration names.
 //! Messages that are, or hold, standard ROS 2 messages are mapped by hand in `standard.rs`.
 //!
-//! [`definitions`] holds the `.msg` texts, [`transforms`] what viewers need beside the messages.
+//! [`definitions`] holds the `.msg` texts, [`transforms`] what viewers need beside the messages; `derived` says what is in our own
+//! messages in standard ones.
 
 pub mod definitions;
+#[cfg(feature = "derived")]
+pub mod derived;
 mod fields;
 mod own;
 mod parts;

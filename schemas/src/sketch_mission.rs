@@ -293,20 +293,20 @@ mod tests {
     }
 
     #[test]
-    fn the_method_is_beam_where_none_is_named() {
-        assert_eq!(parse(MISSION).unwrap().method, Method::Beam);
+    fn the_method_is_outline_where_none_is_named() {
+        assert_eq!(parse(MISSION).unwrap().method, Method::Outline);
         let mission = |line: &str| MISSION.replace("drawing =", &format!("method = \"{line}\"\ndrawing ="));
         assert_eq!(parse(&mission("behzadian-2015")).unwrap().method, Method::Behzadian2015);
         for word in ["ours", "theirs"] {
             let error = parse(&mission(word)).unwrap_err().to_string();
             assert!(
-                error.starts_with("navigator.method: expected one of beam, outline, boniardi-2015, "),
+                error.starts_with("navigator.method: expected one of outline, beam, boniardi-2015, "),
                 "{error}"
             );
             assert!(error.contains(word), "{error}");
         }
         let mut other = Mission::parse(MISSION).unwrap();
-        assert_eq!(method_word(&other), Some("beam"));
+        assert_eq!(method_word(&other), Some("outline"));
         other.navigator.kind = "walls".into();
         assert_eq!(method_word(&other), None);
     }

@@ -12,6 +12,7 @@ pub mod page;
 pub mod pages;
 pub mod room;
 mod skip;
+pub mod viewer;
 
 use std::collections::BTreeMap;
 use std::fs;

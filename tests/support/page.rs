@@ -52,6 +52,18 @@ pub fn try_request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8])
     parsed(&String::from_utf8_lossy(&answer))
 }
 
+/// The text that a path is answered with.
+pub fn body(port: u16, path: &str) -> String {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\nconnection: close\r\n\r\n").unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    assert!(head.starts_with("HTTP/1.1 200 "), "{answer}");
+    body.to_owned()
+}
+
 /// An answer as it came over the wire; `None` where it is none.
 pub fn parsed(answer: &str) -> Option<Answer> {
     let status = answer.split(' ').nth(1)?.parse().ok()?;

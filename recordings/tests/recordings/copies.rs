@@ -6,7 +6,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use sketchnav_recordings::copy::{Copied, Copy, Limit, filter, merge, recover, split};
+use sketchnav_recordings::copy::{Copied, Copy, Limit, filter, merge, recover, split, window};
 use sketchnav_recordings::diff::diff;
 use sketchnav_recordings::info::{info, info_of_messages};
 use sketchnav_recordings::reader::{Part, RawMessage, Selection};
@@ -382,4 +382,37 @@ fn what_two_parts_have_is_joined_once() {
     let counts = common::counts(&to);
     assert_eq!([counts["/scan"], counts["/health"], counts["/sketch"]], [40, 40, 1]);
     assert_eq!(info(&to).unwrap().missing, 0);
+}
+
+/// Of a recorder that was killed and started again, what it has written so far lies in two files.
+#[test]
+fn a_window_of_a_recording_in_parts_begins_with_what_is_latched() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = Recording::open(&story(folder.path())).unwrap();
+    let (first_ns, last_ns) = whole.index().unwrap().span_ns().unwrap();
+    let middle_ns = first_ns.midpoint(last_ns);
+    let start_ns = first_ns.midpoint(middle_ns);
+    let halves = [("a", 0..middle_ns), ("b", middle_ns..u64::MAX)].map(|(name, times_ns)| {
+        let path = folder.path().join(name);
+        let mut copy = begin(&path);
+        filter(&whole, &Selection::default().between(times_ns), &mut copy).unwrap();
+        copy.finish().unwrap();
+        Recording::open(&path).unwrap()
+    });
+    let path = folder.path().join("window.mcap");
+    let mut copy = begin(&path);
+    window(&halves, &Selection::default().between(start_ns..u64::MAX), &mut copy).unwrap();
+    copy.finish().unwrap();
+
+    let latched = whole.latched_before(start_ns).unwrap();
+    assert!(!latched.is_empty());
+    let rest = whole.timeline(Selection::default().between(start_ns..u64::MAX)).unwrap().map(Result::unwrap);
+    let expected =
+        latched.into_iter().map(|message| RawMessage { stamp_ns: start_ns, ..message }).chain(rest);
+    let key =
+        |message: RawMessage| (message.topic.name.clone(), message.sequence, message.stamp_ns, message.cdr);
+    let found: Vec<_> = messages(&path).into_iter().map(key).collect();
+    assert_eq!(found, expected.map(key).collect::<Vec<_>>());
+    assert_eq!(info(&path).unwrap().missing, 0);
+    assert_eq!(Recording::open(&path).unwrap().run().unwrap(), common::run_config());
 }

@@ -15,13 +15,14 @@ macro_rules! definitions {
 }
 
 definitions! {
-    "builtin_interfaces": "Time";
-    "std_msgs": "Header";
-    "geometry_msgs": "Point", "Point32", "Pose", "PoseWithCovariance", "Quaternion", "Transform",
-        "TransformStamped", "Twist", "TwistWithCovariance", "Vector3";
+    "builtin_interfaces": "Duration", "Time";
+    "std_msgs": "ColorRGBA", "Header";
+    "geometry_msgs": "Point", "Point32", "Pose", "PoseArray", "PoseStamped", "PoseWithCovariance", "Quaternion",
+        "Transform", "TransformStamped", "Twist", "TwistWithCovariance", "Vector3";
     "tf2_msgs": "TFMessage";
-    "nav_msgs": "MapMetaData", "OccupancyGrid", "Odometry";
-    "sensor_msgs": "LaserScan";
+    "nav_msgs": "MapMetaData", "OccupancyGrid", "Odometry", "Path";
+    "sensor_msgs": "CompressedImage", "LaserScan";
+    "visualization_msgs": "Marker", "MarkerArray", "MeshFile", "UVCoordinate";
 }
 
 const SEPARATOR: &str = "================================================================================\n";

@@ -113,7 +113,8 @@ pub struct SketchMapForm {
 const SKETCH_MAP: &str = include_str!("../../msg/sketchnav_msgs/SketchMap.msg");
 
 impl SketchMap {
-    fn grid(&self, cells: &[u8], spare: OccupancyGrid) -> Result<OccupancyGrid, Ros2Error> {
+    /// The cells alone.
+    pub(super) fn grid(&self, cells: &[u8], spare: OccupancyGrid) -> Result<OccupancyGrid, Ros2Error> {
         let size = u64::from(self.width_px) * u64::from(self.height_px);
         let count = cells.len() as u64;
         expect(size == count, "cells", "width_px × height_px cells behind the message", count)?;

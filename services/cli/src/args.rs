@@ -1,5 +1,6 @@
 //! The command line.
 
+mod bridge;
 mod system;
 mod tools;
 pub mod values;
@@ -15,8 +16,14 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
+#[cfg(feature = "ros2")]
+pub use self::bridge::parse_domain;
+pub use self::bridge::{Other, Ros2Options};
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
-pub use self::tools::{EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, Tap};
+pub use self::tools::{
+    EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, SnapshotOptions, Tap,
+    ViewOptions,
+};
 use self::values::{parse_served, parse_service, parse_speed};
 use crate::eval::all::WORD as ALL;
 use crate::eval::parse_jobs;
@@ -51,6 +58,7 @@ impl Cli {
             Some(Command::Top { options }) => options.json,
             Some(Command::Restart { options }) => options.json,
             Some(Command::Send { options }) => options.json,
+            Some(Command::Snapshot { options }) => options.json,
             Some(Command::Graph { options }) => options.json,
             Some(
                 Command::Ps { json }
@@ -198,6 +206,14 @@ pub enum Command {
         #[command(flatten)]
         options: TopOptions,
     },
+    /// Show a running system, or a recording, in Foxglove or Lichtblick: serves their WebSocket protocol on this machine.
+    #[command(
+        after_help = "Ends with Ctrl-C, or with the system. Open the printed ws:// link in the viewer; docs/foxglove-layout.json is a layout.\nExit codes: 0 ended, 2 bad input (no such system, no recording, the port is taken), 3 anything else.\nExample: sketchnav view lab\nExample: sketchnav view results/building-a.mcap --rate 4 --port 9000"
+    )]
+    View {
+        #[command(flatten)]
+        options: ViewOptions,
+    },
     /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input (no such channel or field), 3 anything else.\nExample: sketchnav echo estimate --count 10\nExample: sketchnav echo odometry --csv --field pose.pose.position.x --field pose.pose.position.y\nExample: sketchnav echo --regex 'scan|odo.*' --once"
@@ -228,13 +244,26 @@ pub enum Command {
         #[command(flatten)]
         options: RestartOptions,
     },
-    /// Give a running mission one order by hand: start, abort, pause, resume or unattended.
+    /// Give a running mission one order by hand: start, abort, pause, resume, unattended or goal.
     #[command(
-        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab"
+        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3"
     )]
     Send {
         #[command(flatten)]
         options: SendOptions,
+    },
+    /// Keep the last seconds of what a running system records, now or when something is said on a channel.
+    #[command(
+        after_help = "The copy is a recording of its own, with what is latched; the system records on.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
+    )]
+    Snapshot {
+        #[command(flatten)]
+        options: SnapshotOptions,
+    },
+    /// Carry a running system's messages to other software, on this host or on others.
+    Bridge {
+        #[command(subcommand)]
+        other: Other,
     },
     /// Compare two recordings, every message of every channel byte for byte (health, faults and latency are left out).
     #[command(
@@ -278,6 +307,23 @@ pub enum Command {
         /// The states as a table (Chronis 2007, table 4.1) instead of words.
         #[arg(long)]
         table: bool,
+    },
+    /// Print the completions of a shell.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 built without them, 3 anything else.\nExample: sketchnav completions bash > ~/.local/share/bash-completion/completions/sketchnav"
+    )]
+    Completions {
+        /// The shell.
+        #[arg(value_enum)]
+        shell: Shell,
+    },
+    /// Write the manual pages, one for each subcommand, into a folder.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 built without them or no such folder, 3 anything else.\nExample: sketchnav man ~/.local/share/man/man1"
+    )]
+    Man {
+        /// The folder; made if it is missing.
+        folder: PathBuf,
     },
     /// The tools for recordings.
     #[command(flatten)]
@@ -420,6 +466,21 @@ pub struct ChaosOptions {
     /// One JSON object on standard output instead of text.
     #[arg(long)]
     pub json: bool,
+}
+
+/// A shell that completes commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Shell {
+    /// Bourne Again.
+    Bash,
+    /// Elvish.
+    Elvish,
+    /// Friendly Interactive.
+    Fish,
+    /// PowerShell.
+    Powershell,
+    /// Z.
+    Zsh,
 }
 
 /// What to kill with.

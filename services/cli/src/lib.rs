@@ -87,6 +87,7 @@
 //! `docs/write-a-navigator.md` goes through `tests/stranger/wall_follower.rs`, which is such a program.
 
 mod args;
+mod bridge;
 mod channels;
 mod chaos;
 mod deform;
@@ -100,7 +101,10 @@ mod launch;
 mod link;
 mod live;
 mod logs;
+#[cfg_attr(not(feature = "manuals"), path = "manuals/absent.rs")]
+mod manuals;
 mod mission;
+mod notify;
 mod output;
 mod pad;
 mod recordings;
@@ -112,6 +116,7 @@ mod systems;
 mod tap;
 mod tools;
 mod top;
+mod view;
 
 use std::process::ExitCode;
 
@@ -173,15 +178,20 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Doctor { json }) => doctor::doctor(json),
         Some(Command::Clean { json }) => systems::clean(json),
         Some(Command::Top { options }) => top::top(&options),
+        Some(Command::View { options }) => view::view(&options),
         Some(Command::Echo { options }) => tap::echo(&options),
         Some(Command::Hz { options }) => tap::hz(&options),
         Some(Command::Logs { options }) => logs::logs(&options),
         Some(Command::Restart { options }) => step_in::restart(&options),
         Some(Command::Send { options }) => step_in::send(&options),
+        Some(Command::Snapshot { options }) => recordings::snapshot::snapshot(&options),
+        Some(Command::Bridge { other }) => bridge::bridge(&other),
         Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
         Some(Command::Info { file, json }) => tools::info(&file, json),
         Some(Command::Relations { file, options }) => relations::relations(&file, &options),
         Some(Command::Landmarks { mission, table }) => landmarks::print(&mission, table),
+        Some(Command::Completions { shell }) => manuals::completions(shell),
+        Some(Command::Man { folder }) => manuals::man(&folder),
         Some(Command::Recordings(tool)) => recordings::dispatch(tool),
     }
 }

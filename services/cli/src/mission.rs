@@ -20,6 +20,7 @@ use crate::launch::{classify, configure, discard, grace, lines, load};
 use crate::link::Link;
 use crate::output::{out, say};
 use crate::report;
+use crate::view::Beside;
 
 /// How often the progress line changes.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -66,26 +67,27 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
 pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let (system, run) = System::resume(folder).map_err(|error| classify(error.into()))?;
     let began = Instant::now();
-    let link = link(&run, options)?;
+    let (link, view) = (link(&run, options)?, Beside::prepare(options.foxglove)?);
     let lines = lines(&run, link.as_ref()).map_err(classify)?;
     let supervisor = Supervisor::resume(system, lines, grace(&options.system)).map_err(classify)?;
     if let Some(link) = link {
         say!("{}", link.text());
     }
+    let _view = view.map(|view| view.start(&run.system)).transpose()?;
     follow(supervisor, began, &run, options, (folder, Origin::Resumed))
 }
 
 fn run_in(folder: &Path, mission: Mission, robot: Robot, options: &RunOptions) -> Result<Outcome, Failure> {
     let pad = if options.pad { Pad::Watches } else { Pad::Absent };
     let run = configure(&options.system, folder, mission, robot, (options.speed, pad)).or_input();
-    let ready = run.and_then(|run| Ok((link(&run, options)?, run)));
-    let (link, run) = ready.inspect_err(|_| discard(folder))?;
-    drive(&run, link, options, folder)
+    let ready = run.and_then(|run| Ok((link(&run, options)?, Beside::prepare(options.foxglove)?, run)));
+    let (link, view, run) = ready.inspect_err(|_| discard(folder))?;
+    drive(&run, (link, view), options, folder)
 }
 
 fn drive(
     run: &RunConfig,
-    link: Option<Link>,
+    (link, view): (Option<Link>, Option<Beside>),
     options: &RunOptions,
     folder: &Path,
 ) -> Result<Outcome, Failure> {
@@ -99,6 +101,7 @@ fn drive(
     if let Some(link) = link {
         say!("{}", link.text());
     }
+    let _view = view.map(|view| view.start(&run.system)).transpose()?;
     follow(supervisor, began, run, options, (folder, Origin::New))
 }
 

@@ -16,6 +16,7 @@ use crate::folder::{create, plain_name};
 use crate::launch::{classify, configure, discard, grace, lines, load};
 use crate::link::Link;
 use crate::mission::{is_demo, load_demo};
+use crate::notify::Manager;
 use crate::output::{out, say};
 
 /// How often to look for deaths and for the end.
@@ -87,16 +88,21 @@ fn run_config(
 /// Until a person ends it.
 fn watch(supervisor: &mut Supervisor, link: &Link) -> Result<(), SystemError> {
     let (mut is_told, mut mourned) = (false, 0);
+    let mut manager = Manager::of_environment();
     while supervisor.poll(REFRESH)? != Progress::Interrupted {
+        manager.ping_if_due();
         if !is_told && link.is_up() {
             // Who does not read it may know it.
             let _ = out!("{}", link.text());
             is_told = true;
+            // The link has the token, which is nobody else's.
+            manager.ready("serving the page");
         }
         for death in &supervisor.survived()[mourned..] {
             say!("  {}; started again", death.how());
             mourned += 1;
         }
     }
+    manager.stopping();
     Ok(())
 }

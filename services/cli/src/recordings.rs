@@ -8,6 +8,7 @@ mod replay;
 pub mod report;
 mod rerun;
 mod rewrite;
+pub mod snapshot;
 
 use std::path::Path;
 

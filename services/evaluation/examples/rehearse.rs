@@ -35,7 +35,7 @@ struct Options {
     /// Seeds to drive with: one, or the first and the last.
     #[arg(long, value_name = "A..B", default_value = "1", value_parser = seeds)]
     seeds: RangeInclusive<u64>,
-    /// beam, outline, boniardi-2015, boniardi-2015-fixed-scale or behzadian-2015; left out, what the mission says.
+    /// outline, beam, boniardi-2015, boniardi-2015-fixed-scale or behzadian-2015; left out, what the mission says.
     #[arg(long)]
     method: Option<Method>,
     /// Another value of a parameter of the localizer; may be repeated.

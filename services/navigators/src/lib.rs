@@ -17,8 +17,8 @@ use sketchnav_sketch::sketcher::sketcher;
 use sketchnav_stage::Navigator;
 
 const METHODS: [&str; 5] = [
-    Method::Beam.word(),
     Method::Outline.word(),
+    Method::Beam.word(),
     Method::Boniardi2015.word(),
     Method::Boniardi2015FixedScale.word(),
     Method::Behzadian2015.word(),

@@ -46,6 +46,8 @@ pub enum Call {
         /// What came of it.
         reply: oneshot::Sender<Answer>,
     },
+    /// A monitor asks for the figures of the system.
+    Metrics(oneshot::Sender<String>),
     /// The walls of the drawing with this number were painted.
     Walls(u64, Vec<u8>),
 }

@@ -24,6 +24,7 @@ use tokio::sync::oneshot;
 use crate::board::{Answer, Call, Caller, Calls, Request};
 use crate::feed::{Ends, Services, Trail};
 use crate::machine::{Machine, Memory, Submission};
+use crate::metrics::Metrics;
 use crate::mission_file;
 use crate::protocol::{Refusal, Step};
 use crate::sessions::Sessions;
@@ -92,6 +93,7 @@ struct Bridge<'a> {
     saved: BTreeSet<String>,
     ends: Ends,
     services: Services,
+    metrics: Metrics,
     trail: Trail,
     stamp_ns: u64,
     /// The number of the walls that are on the board, and of the drawing that is being painted.
@@ -128,6 +130,7 @@ impl<'a> Bridge<'a> {
             saved: BTreeSet::new(),
             ends: Ends::default(),
             services: Services::default(),
+            metrics: Metrics::open(node, kind)?,
             trail: Trail::default(),
             stamp_ns: 0,
             walls: 0,
@@ -258,6 +261,7 @@ impl<'a> Bridge<'a> {
                     }
                 }
                 News::Fault(fault) => self.services.on_fault(&fault),
+                News::Health(health) => self.metrics.on_health(&health),
                 News::Walls(picture) => {
                     self.walls += 1;
                     self.show_walls(picture);
@@ -311,6 +315,10 @@ impl<'a> Bridge<'a> {
                 let _ = reply.send(self.sessions.check_seat(named.as_deref()));
             }
             Call::Heard(session) => self.sessions.hear(&session, now),
+            // A monitor that has gone does not want to know.
+            Call::Metrics(reply) => {
+                let _ = reply.send(self.metrics.text(&self.services.views(), self.stamp_ns));
+            }
             Call::Walls(number, picture) if number == self.painting => {
                 self.walls = number;
                 self.show_walls(picture);

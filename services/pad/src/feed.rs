@@ -10,7 +10,7 @@ mod services;
 mod trail;
 mod warnings;
 
-pub use services::Services;
+pub use services::{ServiceView, Services};
 pub use trail::Trail;
 pub use warnings::{Ends, Warning, warnings};
 

@@ -19,6 +19,7 @@ mod doors;
 pub mod feed;
 pub mod guard;
 pub mod machine;
+mod metrics;
 pub mod mission_file;
 mod page;
 pub mod protocol;

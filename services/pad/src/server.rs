@@ -25,6 +25,7 @@ use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, oneshot};
 use crate::board::{Call, Caller, Image, Request as Wish, image};
 use crate::bridge::ok;
 use crate::guard::{Guard, Load, Rates};
+use crate::metrics;
 use crate::page;
 use crate::protocol::{
     LimitBody, MAX_PATH_BYTES, MAX_SMALL_BYTES, MissionBody, OrderBody, PathRequest, Refusal, SketchRequest,
@@ -101,6 +102,7 @@ fn router(desk: Desk) -> Router {
         .route("/api/seat", get(seat))
         .route("/api/walls.png", get(walls))
         .route("/api/drawing", get(drawing))
+        .route("/metrics", get(metrics))
         .route("/ws", get(connect))
         .route_layer(middleware::from_fn_with_state(desk.clone(), check_token));
     api.fallback(asset).layer(middleware::from_fn_with_state(desk.clone(), check_origin)).with_state(desk)
@@ -317,6 +319,19 @@ async fn seat(State(desk): State<Desk>, Query(asked): Query<Asked>) -> Response 
         answer.await.unwrap_or_else(|_| Err(Refusal::ending())).map(|()| ok(json!({})))
     };
     respond(reply.await)
+}
+
+/// The figures of the system, for Prometheus.
+async fn metrics(State(desk): State<Desk>) -> Response {
+    let (reply, answer) = oneshot::channel();
+    let asked = desk.caller.call(Call::Metrics(reply));
+    let told = match asked {
+        Ok(()) => answer.await.map_err(|_| Refusal::ending()),
+        Err(refusal) => Err(refusal),
+    };
+    told.map_or_else(IntoResponse::into_response, |text| {
+        ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
+    })
 }
 
 async fn walls(State(desk): State<Desk>) -> Response {

@@ -18,7 +18,7 @@ pub struct SystemOptions {
     /// The mission's seed.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// The method, in place of the mission's `navigator.method`. In drawings: beam, outline, boniardi-2015,
+    /// The method, in place of the mission's `navigator.method`. In drawings: outline, beam, boniardi-2015,
     /// boniardi-2015-fixed-scale or behzadian-2015.
     #[arg(long)]
     pub method: Option<String>,
@@ -53,6 +53,9 @@ pub struct RunOptions {
     /// Serve a page beside the mission that shows how it goes, and can abort it and go on with it.
     #[arg(long)]
     pub pad: bool,
+    /// Show the mission in Foxglove or Lichtblick, as `sketchnav view` does, on this port (0: one that is free).
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = super::tools::VIEW_PORT)]
+    pub foxglove: Option<u16>,
     #[command(flatten)]
     pub site: PadSite,
     /// The token of the page, letters and digits. Left out: one is made where the address needs one.

@@ -7,7 +7,7 @@ use clap::Args;
 use regex_lite::Regex;
 use sketchnav_schemas::codes::{Order, Process};
 
-use super::values::parse_served;
+use super::values::{parse_pattern, parse_served};
 
 /// Which channels of which system.
 #[derive(Debug, Clone, Args)]
@@ -24,6 +24,32 @@ pub struct Tap {
     /// Stop after so many messages.
     #[arg(long)]
     pub count: Option<u64>,
+}
+
+/// Where viewers look first.
+pub const VIEW_PORT: &str = "8765";
+
+/// What to show, and where.
+#[derive(Debug, Clone, Args)]
+pub struct ViewOptions {
+    /// A recording, or the name of a running system; may be left out where only one runs. A file goes before a system.
+    #[arg(value_name = "SYSTEM|FILE")]
+    pub target: Option<String>,
+    /// The system's name, whatever files there are.
+    #[arg(long, conflicts_with = "target")]
+    pub system: Option<String>,
+    /// The port on this machine; 0 for one that is free.
+    #[arg(long, default_value = VIEW_PORT)]
+    pub port: u16,
+    /// Of a recording: recorded seconds a second; viewers may change it.
+    #[arg(long, value_parser = parse_playback_rate)]
+    pub rate: Option<f64>,
+    /// Of a recording: begin again at the end.
+    #[arg(long = "loop")]
+    pub again: bool,
+    /// Of a recording: wait for the viewer's play button.
+    #[arg(long)]
+    pub paused: bool,
 }
 
 /// What to print of the messages.
@@ -115,6 +141,32 @@ pub struct SendOptions {
     pub json: bool,
 }
 
+/// What to keep of a running recording.
+#[derive(Debug, Clone, Args)]
+pub struct SnapshotOptions {
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// So much, recorded seconds up to now.
+    #[arg(long, value_name = "S", default_value = "30", value_parser = parse_patience)]
+    pub last: Duration,
+    /// Wait for the next message on this channel first: `faults`, `contact`.
+    #[arg(long, value_name = "CHANNEL")]
+    pub on: Option<String>,
+    /// Wait so long behind the trigger, seconds: what comes of it is kept, too.
+    #[arg(long, value_name = "S", default_value = "0", value_parser = parse_patience)]
+    pub after: Duration,
+    /// Only the topics whose whole name this regular expression matches.
+    #[arg(long, value_name = "PATTERN", value_parser = parse_pattern)]
+    pub regex: Option<Regex>,
+    /// Where to write it.
+    #[arg(short, long, value_name = "MCAP")]
+    pub output: PathBuf,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// What to draw.
 #[derive(Debug, Clone, Args)]
 pub struct GraphOptions {
@@ -132,9 +184,9 @@ pub struct GraphOptions {
     pub json: bool,
 }
 
-/// A regular expression for whole names.
-fn parse_pattern(text: &str) -> Result<Regex, String> {
-    Regex::new(&format!("^(?:{text})$")).map_err(|error| format!("expected a regular expression: {error}"))
+fn parse_playback_rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse().ok().filter(|rate| (0.02..=64.0).contains(rate));
+    rate.ok_or_else(|| "expected a number from 0.02 to 64".to_owned())
 }
 
 fn parse_part(text: &str) -> Result<Regex, String> {
@@ -154,14 +206,6 @@ fn parse_patience(text: &str) -> Result<Duration, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_pattern_matches_whole_names() {
-        let pattern = parse_pattern("scan|odo.*").unwrap();
-        assert!(pattern.is_match("scan") && pattern.is_match("odometry"));
-        assert!(!pattern.is_match("scanner") && !pattern.is_match("a-scan"));
-        assert!(parse_pattern("(").unwrap_err().contains("expected a regular expression"));
-    }
 
     #[test]
     fn patience_is_finite() {

@@ -1,5 +1,6 @@
 //! Values that options of several commands take.
 
+use regex_lite::Regex;
 use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::Pace;
@@ -20,6 +21,11 @@ pub fn parse_served(word: &str) -> Result<Process, String> {
     }
 }
 
+/// A regular expression for whole names.
+pub fn parse_pattern(text: &str) -> Result<Regex, String> {
+    Regex::new(&format!("^(?:{text})$")).map_err(|error| format!("expected a regular expression: {error}"))
+}
+
 /// Beyond this no machine keeps up; `max` is for those who want all that there is.
 pub const MAX_SPEED: f64 = 100.0;
 
@@ -37,6 +43,14 @@ pub fn parse_speed(text: &str) -> Result<Pace, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pattern_matches_whole_names() {
+        let pattern = parse_pattern("scan|odo.*").unwrap();
+        assert!(pattern.is_match("scan") && pattern.is_match("odometry"));
+        assert!(!pattern.is_match("scanner") && !pattern.is_match("a-scan"));
+        assert!(parse_pattern("(").unwrap_err().contains("expected a regular expression"));
+    }
 
     #[test]
     fn speed_is_max_or_a_positive_number() {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::ensure;
 use clap::{Args, Subcommand};
+use regex_lite::Regex;
 use sketchnav_recordings::diff::Tolerance;
 use sketchnav_schemas::channels::NAVIGATORS;
 use sketchnav_schemas::codes::Process;
@@ -320,6 +321,9 @@ pub struct FilterOptions {
     /// Only these topics, separated by commas.
     #[arg(long, value_delimiter = ',')]
     pub topics: Vec<String>,
+    /// Only the topics whose whole name this regular expression matches, without the slash before it.
+    #[arg(long, value_name = "PATTERN", value_parser = crate::args::values::parse_pattern, conflicts_with = "topics")]
+    pub regex: Option<Regex>,
     #[command(flatten)]
     pub times: Times,
     /// The copy.

@@ -4,7 +4,8 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, anyhow, bail, ensure};
+use regex_lite::Regex;
 use sketchnav_recordings::copy::{self, Copy, Limit, PartFacts};
 use sketchnav_recordings::reader::Selection;
 use sketchnav_recordings::{Recording, RecordingError, rosbag2};
@@ -18,12 +19,14 @@ use crate::output::{out, say};
 /// The file that names the parts of a folder of rosbag2.
 const METADATA: &str = "metadata.yaml";
 
-fn begin(path: &Path) -> anyhow::Result<(Draft, Copy<Sink>)> {
+/// Begins a copy that appears under its name when it is whole.
+pub fn begin(path: &Path) -> anyhow::Result<(Draft, Copy<Sink>)> {
     let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string())?;
     Ok((draft, Copy::new(sink)?))
 }
 
-fn finish(draft: Draft, copy: Copy<Sink>) -> anyhow::Result<()> {
+/// Gives it its name.
+pub fn finish(draft: Draft, copy: Copy<Sink>) -> anyhow::Result<()> {
     copy.finish()?;
     draft.finish()
 }
@@ -51,15 +54,10 @@ pub fn recover(file: &Path, output: &Path, json: bool) -> Result<Outcome, Failur
 
 /// Copies what is wanted.
 pub fn filter(file: &Path, options: &FilterOptions) -> Result<Outcome, Failure> {
-    let mut selection = match options.topics.as_slice() {
-        [] => Selection::default(),
-        topics => {
-            Selection::of_topics(topics.iter().map(|topic| format!("/{}", topic.trim_start_matches('/'))))
-        }
-    };
-    selection.times_ns = options.times.ns().or_input()?;
+    let times_ns = options.times.ns().or_input()?;
     let work = || -> anyhow::Result<Made> {
         let recording = Recording::open(file)?;
+        let selection = selection(&recording, options)?.between(times_ns);
         check_topics(&recording, &selection)?;
         let (draft, mut copy) = begin(&options.output)?;
         copy::filter(&recording, &selection, &mut copy)?;
@@ -68,6 +66,23 @@ pub fn filter(file: &Path, options: &FilterOptions) -> Result<Outcome, Failure> 
         Ok(made)
     };
     work().map_err(Failure::Plain)?.tell(options.json)
+}
+
+fn selection(recording: &Recording, options: &FilterOptions) -> anyhow::Result<Selection> {
+    if let Some(regex) = &options.regex {
+        return Ok(Selection::of_topics(matching(recording, regex)?));
+    }
+    let topics = options.topics.iter().map(|topic| format!("/{}", topic.trim_start_matches('/')));
+    Ok(if options.topics.is_empty() { Selection::default() } else { Selection::of_topics(topics) })
+}
+
+/// The topics of a recording that a regular expression matches, without the slash before their names; there is one.
+pub fn matching(recording: &Recording, regex: &Regex) -> anyhow::Result<Vec<String>> {
+    let known: Vec<_> = recording.topics()?.iter().map(|topic| topic.name.clone()).collect();
+    let matches = |topic: &&String| regex.is_match(topic.trim_start_matches('/'));
+    let found: Vec<_> = known.iter().filter(matches).cloned().collect();
+    ensure!(!found.is_empty(), "--regex: expected a match of {}, found none", known.join(", "));
+    Ok(found)
 }
 
 /// What became of a copy of whole recordings.

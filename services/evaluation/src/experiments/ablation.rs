@@ -2,6 +2,7 @@
 //! parameters of the mission; all lines drive the same trials with the same seeds.
 
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::Parameters;
 
 use crate::error::EvalError;
@@ -105,6 +106,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         let parameters = part.parameters()?;
         suite.trials.extend(trials.iter().map(|trial| {
             let mut changed = variant(trial, part.name);
+            changed.method.get_or_insert_with(|| Method::Beam.word().to_owned());
             changed.mission.parameters.extend(&parameters);
             changed
         }));

@@ -361,7 +361,7 @@ impl Stage for Planner {
             let text = std::str::from_utf8(message.cells())?;
             self.rules = Some(Rules::parse(text).map_err(|cause: RulesError| cause)?);
         } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
-            self.mission.on_order(order);
+            self.mission.on_order(order, self.tasks.len());
         }
         Ok(())
     }

@@ -351,7 +351,7 @@ impl Stage for Planner {
             let along_m = self.route().map_or(Vec::new(), |(route, _)| route.along_m());
             self.along_m = along_m.into_iter().map_while(|along| along).collect();
         } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
-            self.mission.on_order(order);
+            self.mission.on_order(order, 1);
         }
         Ok(())
     }

@@ -152,10 +152,21 @@ impl Mission {
         (self.elapsed_s, self.path_m) = (0.0, 0.0);
     }
 
-    /// Does what a person orders; unknown orders are ignored.
-    pub fn on_order(&mut self, order: &MissionCommand) {
-        if let Some(order) = Order::from_code(order.order) {
-            self.obey(order);
+    /// Does what a person orders in a mission of `count` tasks. Unknown orders are ignored, and so are unknown tasks.
+    pub fn on_order(&mut self, order: &MissionCommand, count: usize) {
+        let task = order.task as usize;
+        match Order::from_code(order.order) {
+            Some(Order::Goal) if task < count => self.go_to(task),
+            Some(order) => self.obey(order),
+            None => {}
+        }
+    }
+
+    /// Begins a task instead of the one that is under way, and lets go of a robot that is held.
+    fn go_to(&mut self, task: usize) {
+        if !self.is_last() {
+            self.wait_for(task);
+            (self.held, self.ordered) = (None, true);
         }
     }
 
@@ -177,6 +188,8 @@ impl Mission {
             Order::Pause => self.hold(Hold::Paused),
             Order::Unattended => self.hold(Hold::Unattended),
             Order::Resume => self.held = None,
+            // Of a task that there is not.
+            Order::Goal => {}
         }
     }
 
@@ -409,5 +422,39 @@ mod tests {
         assert!(!mission.go_on(&task, ""));
         assert_eq!((mission.phase, mission.state), (Phase::Ended, TaskState::TimedOut.code()));
         assert_eq!(mission.reason.as_str(), "the time limit of 9 s passed");
+    }
+
+    fn goal(task: u32) -> MissionCommand {
+        let header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
+        MissionCommand { header, order: Order::Goal.code(), task }
+    }
+
+    #[test]
+    fn a_goal_takes_the_place_of_the_task_that_is_under_way() {
+        let mut mission = driving(Pad::Absent);
+        mission.on_order(&goal(0), 4);
+        assert_eq!((mission.is_driving(), mission.due(true, 4)), (true, Some(0)));
+        mission.begin(0);
+        mission.end(TaskState::Reached, "there");
+        assert_eq!(mission.due(true, 4), Some(1), "those behind it follow");
+    }
+
+    #[test]
+    fn a_goal_lets_go_of_a_robot_that_is_held() {
+        let mut mission = driving(Pad::Absent);
+        mission.obey(Order::Pause);
+        mission.on_order(&goal(3), 4);
+        assert!(!mission.is_held());
+        assert_eq!(mission.due(true, 4), Some(3));
+    }
+
+    #[test]
+    fn a_goal_that_there_is_not_and_one_behind_the_end_change_nothing() {
+        let mut mission = driving(Pad::Absent);
+        mission.on_order(&goal(4), 4);
+        assert_eq!((mission.phase(), mission.task()), (Phase::Driving, 2));
+        mission.obey(Order::Abort);
+        mission.on_order(&goal(1), 4);
+        assert_eq!(mission.phase(), Phase::Over);
     }
 }

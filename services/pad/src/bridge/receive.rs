@@ -3,12 +3,12 @@
 use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{
-    CORRESPONDENCE, Channel, ESTIMATE, FAULTS, LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, PARTICLES,
-    PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
+    CORRESPONDENCE, Channel, ESTIMATE, FAULTS, HEALTH, LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW,
+    PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
 };
 use sketchnav_schemas::message::{
-    Correspondence, Fault, LandmarkProgress, LandmarkRoute, LandmarkView, LaserScan, Message, MissionStatus,
-    Particles, Plan, PoseEstimate, SketchMap, Understood,
+    Correspondence, Fault, Health, LandmarkProgress, LandmarkRoute, LandmarkView, LaserScan, Message,
+    MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
@@ -25,6 +25,7 @@ pub(super) enum News {
     Estimate(Box<PoseEstimate>),
     Understood(Understood),
     Fault(Fault),
+    Health(Box<Health>),
     /// A robot has seen something of landmarks.
     View,
     /// The walls of a mission from a file, as a picture.
@@ -45,6 +46,7 @@ pub(super) struct Inbox {
     views: Option<Reader<LandmarkView>>,
     progresses: Option<Reader<LandmarkProgress>>,
     faults: Reader<Fault>,
+    health: Reader<Health>,
     /// What the sketcher says to what was sent.
     pub(super) understood: Reader<Understood>,
     draws: bool,
@@ -85,6 +87,7 @@ impl Inbox {
             views: open(node, kind, LANDMARK_VIEW)?,
             progresses: open(node, kind, LANDMARK_PROGRESS)?,
             faults: node.reader(FAULTS)?,
+            health: node.reader(HEALTH)?,
             understood: node.reader(UNDERSTOOD)?,
             draws: run.pad.draws(),
             size_px: None,
@@ -117,6 +120,9 @@ impl Inbox {
         }
         if let Some(fault) = self.faults.receive()? {
             return Ok(Some(News::Fault(*fault)));
+        }
+        if let Some(health) = self.health.receive()? {
+            return Ok(Some(News::Health(Box::new(*health))));
         }
         if let Some(estimate) = next(&mut self.estimates)? {
             match self.in_flight.checked_sub(1) {

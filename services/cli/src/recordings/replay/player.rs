@@ -193,7 +193,7 @@ impl<'a> Player<'a> {
         };
         // Who begins in the middle has not heard the orders before it.
         let orders = if self.sent_ns == 0 { self.orders(from_ns)? } else { Vec::new() };
-        for earlier in self.latched(from_ns)?.into_iter().chain(orders) {
+        for earlier in self.recording.latched_before(from_ns)?.into_iter().chain(orders) {
             self.ports.play(&RawMessage { stamp_ns: at_ns, ..earlier }, self.shift, supervisor)?;
         }
         Ok(())
@@ -203,19 +203,6 @@ impl<'a> Player<'a> {
         let selection = Selection::of_topics([topic_name(TICK.spec.name)]).between(from_ns..u64::MAX);
         let first = self.recording.select(selection)?.next().transpose()?;
         Ok(first.map(|tick| tick.sequence.into()))
-    }
-
-    /// The last of each latched topic before a time.
-    fn latched(&self, before_ns: u64) -> anyhow::Result<Vec<RawMessage>> {
-        let topics = self.recording.topics()?;
-        let latched = topics.iter().filter(|topic| topic.is_latched()).map(|topic| topic.name.clone());
-        let selection = Selection::of_topics(latched).between(0..before_ns);
-        let mut last: std::collections::BTreeMap<String, RawMessage> = Default::default();
-        for message in self.recording.select(selection)? {
-            let message = message?;
-            last.insert(message.topic.name.clone(), message);
-        }
-        Ok(last.into_values().collect())
     }
 
     fn orders(&self, before_ns: u64) -> anyhow::Result<Vec<RawMessage>> {

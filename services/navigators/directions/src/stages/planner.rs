@@ -212,7 +212,7 @@ impl Stage for Planner {
         if message.on(DIRECTIONS).is_some() {
             self.navigators = navigators(std::str::from_utf8(message.cells())?, self.settings)?;
         } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
-            self.memory.errands.on_order(order);
+            self.memory.errands.on_order(order, self.tasks.len());
         }
         Ok(())
     }

@@ -162,7 +162,8 @@ impl Core {
 
     /// Does what a person orders; an order that is not known is ignored.
     pub fn on_order(&mut self, order: &MissionCommand) {
-        self.mission.on_order(order);
+        let count = self.tasks().len();
+        self.mission.on_order(order, count);
     }
 
     /// The whole changing state, for a checkpoint; the sketch and the route are not in it.

@@ -1,0 +1,127 @@
+//! The options of bridges to other software.
+
+use std::net::IpAddr;
+
+use clap::{Args, Subcommand};
+use regex_lite::Regex;
+
+use super::values::parse_pattern;
+
+/// Highest domain: the ports of the next one would lie beyond those that there are.
+const MAX_DOMAIN: u16 = 232;
+
+/// Who is on the other side.
+#[derive(Debug, Subcommand)]
+pub enum Other {
+    /// ROS 2, by DDS: each channel as the topic and the type under which it is recorded, with /clock, /tf, /tf_static
+    /// and /diagnostics. Ends with the system. Wants a build with `--features ros2`.
+    #[command(
+        name = "ros2",
+        after_help = "Exit codes: 0 the system has ended or Ctrl-C, 2 bad input (no such system, no such topic), 3 anything else.\nExample: sketchnav bridge ros2 --system lab --domain 7 --topics scan 'odo.*'\nExample, which lets anybody in the domain give orders: sketchnav bridge ros2 --system lab --orders"
+    )]
+    Ros2 {
+        #[command(flatten)]
+        options: Ros2Options,
+    },
+}
+
+/// What to carry to ROS 2, and where.
+#[derive(Debug, Clone, Args)]
+pub struct Ros2Options {
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// The DDS domain, 0 to 232; left out, ROS_DOMAIN_ID's, else 0.
+    #[arg(long, value_parser = parse_domain)]
+    pub domain: Option<u16>,
+    /// Only the topics whose whole name one of these regular expressions matches; without any, all.
+    #[arg(long, value_name = "REGEX", num_args = 1.., value_parser = TopicPattern::parse)]
+    pub topics: Vec<TopicPattern>,
+    /// Use the network interface of this address alone (may be repeated), as 127.0.0.1; left out, all.
+    #[arg(long = "interface", value_name = "ADDRESS")]
+    pub interfaces: Vec<IpAddr>,
+    /// A namespace for all topics and the node, as `robot_1`.
+    #[arg(long, value_name = "NAME", default_value = "", value_parser = parse_namespace)]
+    pub namespace: String,
+    /// Take orders from the topic /order (std_msgs/String, as `pause`). Anybody in the domain can give them.
+    #[arg(long)]
+    pub orders: bool,
+    /// Be the world of a system that runs without one: a robot that publishes /scan and /odom is driven by /cmd_vel
+    /// (geometry_msgs/Twist).
+    #[arg(long, conflicts_with_all = ["topics", "orders"])]
+    pub drive: bool,
+}
+
+/// A DDS domain.
+pub fn parse_domain(text: &str) -> Result<u16, String> {
+    let domain = text.trim().parse().ok().filter(|domain| *domain <= MAX_DOMAIN);
+    domain.ok_or_else(|| format!("expected a DDS domain from 0 to {MAX_DOMAIN}"))
+}
+
+/// A namespace without slashes around it; empty for none.
+fn parse_namespace(text: &str) -> Result<String, String> {
+    let name = text.strip_prefix('/').unwrap_or(text);
+    let is_token = |token: &str| {
+        token.starts_with(|c: char| c.is_ascii_alphabetic())
+            && token.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+            && !token.contains("__")
+    };
+    let holds = name.is_empty() || name.split('/').all(is_token);
+    let expected = || "expected a namespace of ROS 2, as robot_1 or fleet/robot_1".to_owned();
+    if holds { Ok(name.to_owned()) } else { Err(expected()) }
+}
+
+/// Topics that are meant, by their whole names.
+#[derive(Debug, Clone)]
+#[cfg_attr(not(feature = "ros2"), allow(dead_code, reason = "the command line is the same in every build"))]
+pub struct TopicPattern {
+    /// As it was given.
+    pub text: String,
+    regex: Regex,
+}
+
+impl TopicPattern {
+    /// Topics have a slash before them in ROS 2; here it may be left out.
+    fn parse(text: &str) -> Result<Self, String> {
+        let regex = parse_pattern(text.strip_prefix('/').unwrap_or(text))?;
+        Ok(Self { text: text.to_owned(), regex })
+    }
+
+    /// Whether the topic, without its slash, is meant.
+    #[cfg(any(feature = "ros2", test))]
+    pub fn is_match(&self, topic: &str) -> bool {
+        self.regex.is_match(topic)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_domain_has_ports() {
+        assert_eq!((parse_domain("0"), parse_domain("232")), (Ok(0), Ok(232)));
+        for wrong in ["233", "-1", "1.5", "", "lab", "99999999"] {
+            assert!(parse_domain(wrong).unwrap_err().contains("from 0 to 232"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_namespace_is_one_that_ros_2_takes() {
+        for (text, name) in [("", ""), ("/lab", "lab"), ("fleet/robot_1", "fleet/robot_1")] {
+            assert_eq!(parse_namespace(text).as_deref(), Ok(name));
+        }
+        for wrong in ["1", "a//b", "a/", "a b", "~a", "a__b", "_a", "ä"] {
+            assert!(parse_namespace(wrong).unwrap_err().contains("expected a namespace"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_topic_is_named_with_or_without_its_slash() {
+        for text in ["/scan", "scan", "sc.*|tf"] {
+            assert!(TopicPattern::parse(text).unwrap().is_match("scan"), "{text}");
+        }
+        assert!(!TopicPattern::parse("/scan").unwrap().is_match("scanner"));
+        assert!(TopicPattern::parse("(").unwrap_err().contains("expected a regular expression"));
+    }
+}

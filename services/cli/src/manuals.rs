@@ -1,0 +1,37 @@
+//! Completions of shells and manual pages, out of the command line's own description.
+
+use std::path::Path;
+
+use anyhow::Context;
+use clap::CommandFactory;
+use clap_complete::{Shell as Known, generate};
+
+use crate::args::{Cli, Shell};
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::out;
+
+/// The name of the program.
+const NAME: &str = "sketchnav";
+
+/// Prints the completions of a shell.
+pub fn completions(shell: Shell) -> Result<Outcome, Failure> {
+    let known = match shell {
+        Shell::Bash => Known::Bash,
+        Shell::Elvish => Known::Elvish,
+        Shell::Fish => Known::Fish,
+        Shell::Powershell => Known::PowerShell,
+        Shell::Zsh => Known::Zsh,
+    };
+    let mut text = Vec::new();
+    generate(known, &mut Cli::command(), NAME, &mut text);
+    out!("{}", String::from_utf8_lossy(&text).trim_end())?;
+    Ok(Outcome::Success)
+}
+
+/// Writes the manual pages into a folder.
+pub fn man(folder: &Path) -> Result<Outcome, Failure> {
+    let named = || folder.display().to_string();
+    std::fs::create_dir_all(folder).with_context(named).or_input()?;
+    clap_mangen::generate_to(Cli::command(), folder).with_context(named)?;
+    Ok(Outcome::Success)
+}

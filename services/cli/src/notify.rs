@@ -1,0 +1,117 @@
+//! Tells a service manager how it goes (sd_notify(3)): ready, still alive, about to end.
+//!
+//! Without a manager (`NOTIFY_SOCKET`) there is nothing to tell, and nothing is done. What cannot be told is not told: the
+//! manager notices by itself.
+
+use std::env;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::net::{SocketAddr, UnixDatagram};
+use std::time::{Duration, Instant};
+
+/// The manager that has started this process.
+pub struct Manager {
+    socket: Option<(UnixDatagram, SocketAddr)>,
+    /// How often it wants to hear that this process lives.
+    ping_every: Option<Duration>,
+    pinged: Instant,
+}
+
+impl Manager {
+    /// The one that the environment names.
+    pub fn of_environment() -> Self {
+        let variable = |name: &str| env::var(name).ok();
+        let is_for_us = variable("WATCHDOG_PID").is_none_or(|pid| pid == std::process::id().to_string());
+        let limit = variable("WATCHDOG_USEC").filter(|_| is_for_us);
+        Self::new(variable("NOTIFY_SOCKET").as_deref(), limit.as_deref())
+    }
+
+    /// `limit_us`: the longest that it waits for a sign of life, microseconds; half of it is when to give one.
+    fn new(socket: Option<&str>, limit_us: Option<&str>) -> Self {
+        let address = socket.and_then(address);
+        let socket = address.and_then(|address| Some((UnixDatagram::unbound().ok()?, address)));
+        let limit_us = limit_us.and_then(|text| text.parse().ok()).filter(|limit| *limit > 0);
+        Self {
+            socket,
+            ping_every: limit_us.map(|limit| Duration::from_micros(limit) / 2),
+            pinged: Instant::now(),
+        }
+    }
+
+    /// The service does its work from now on; `status`: a line for people.
+    pub fn ready(&self, status: &str) {
+        self.tell(&format!("READY=1\nSTATUS={status}"));
+    }
+
+    /// A sign of life, where one is due.
+    pub fn ping_if_due(&mut self) {
+        if self.ping_every.is_some_and(|period| self.pinged.elapsed() >= period) {
+            self.pinged = Instant::now();
+            self.tell("WATCHDOG=1");
+        }
+    }
+
+    /// The service is about to end.
+    pub fn stopping(&self) {
+        self.tell("STOPPING=1");
+    }
+
+    fn tell(&self, text: &str) {
+        if let Some((socket, address)) = &self.socket {
+            // A manager that has gone does not want to know.
+            let _ = socket.send_to_addr(text.as_bytes(), address);
+        }
+    }
+}
+
+/// A path, or an abstract name behind an `@`.
+fn address(name: &str) -> Option<SocketAddr> {
+    match name.strip_prefix('@') {
+        Some(name) => SocketAddr::from_abstract_name(name).ok(),
+        None => SocketAddr::from_pathname(name).ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heard(manager: &UnixDatagram) -> String {
+        let mut text = [0; 256];
+        let length = manager.recv(&mut text).unwrap();
+        String::from_utf8_lossy(&text[..length]).into_owned()
+    }
+
+    #[test]
+    fn a_manager_hears_of_the_beginning_of_life_and_of_the_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notify");
+        let abstract_name = format!("sketchnav-test-{}", std::process::id());
+        let abstract_address = SocketAddr::from_abstract_name(&abstract_name).unwrap();
+        let sockets = [
+            (path.to_str().unwrap().to_owned(), UnixDatagram::bind(&path).unwrap()),
+            (format!("@{abstract_name}"), UnixDatagram::bind_addr(&abstract_address).unwrap()),
+        ];
+        for (name, socket) in sockets {
+            let mut manager = Manager::new(Some(&name), Some("2"));
+            manager.ready("the page");
+            assert_eq!(heard(&socket), "READY=1\nSTATUS=the page");
+            std::thread::sleep(Duration::from_micros(1));
+            manager.ping_if_due();
+            assert_eq!(heard(&socket), "WATCHDOG=1");
+            manager.stopping();
+            assert_eq!(heard(&socket), "STOPPING=1");
+        }
+    }
+
+    #[test]
+    fn without_a_manager_nothing_is_told_and_nothing_fails() {
+        for (socket, limit) in [(None, None), (Some("/nowhere/notify"), Some("0")), (Some(""), Some("soon"))]
+        {
+            let mut manager = Manager::new(socket, limit);
+            assert_eq!(manager.ping_every, None);
+            manager.ready("");
+            manager.ping_if_due();
+            manager.stopping();
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! The live view of a program that has it.
+
+use std::path::Path;
+
+use anyhow::Context;
+use sketchnav_recordings::Recording;
+use sketchnav_runtime::{Node, System};
+use sketchnav_schemas::codes::Process;
+pub use sketchnav_view::Port;
+use sketchnav_view::{ViewError, file, live};
+
+use crate::args::ViewOptions;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::{out, say};
+
+/// A port that is free.
+pub fn port(number: u16) -> Result<Port, Failure> {
+    Port::free(number).or_input()
+}
+
+/// Shows a running system.
+pub fn system(system: System, port: Port) -> Result<Outcome, Failure> {
+    let name = system.name().to_owned();
+    let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
+    let end = live::show(&node, port, || announce(port)).map_err(classify)?;
+    if end == live::End::Over {
+        say!("{name} has ended");
+    }
+    Ok(Outcome::Success)
+}
+
+/// Shows a recording.
+pub fn file(path: &Path, port: Port, options: &ViewOptions) -> Result<Outcome, Failure> {
+    let recording = Recording::open(path).or_input()?;
+    let how =
+        file::Options { rate: options.rate.unwrap_or(1.0), again: options.again, is_paused: options.paused };
+    file::play(&recording, port, how, || announce(port)).map_err(classify)?;
+    Ok(Outcome::Success)
+}
+
+/// Who does not read it may know it.
+fn announce(port: Port) {
+    let _ = out!("the live view: {}", port.url());
+}
+
+/// Whether the user can mend what went wrong.
+fn classify(error: ViewError) -> Failure {
+    match error {
+        ViewError::Address { .. } | ViewError::Empty { .. } | ViewError::Recording(_) => {
+            Failure::Input(error.into())
+        }
+        _ => Failure::Other(error.into()),
+    }
+}

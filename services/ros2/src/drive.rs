@@ -1,0 +1,225 @@
+//! A ROS 2 robot in the world's place: `/scan` and `/odom` become the sensors' channels and the tick, commands become `/cmd_vel`.
+//!
+//! An instant ends with each scan. The robot stands still when no command has come for half a second, and at the end.
+
+use std::time::{Duration, Instant};
+
+use ros2_client::Subscription;
+use sketchnav_runtime::{HealthReporter, Node, Reader, Step, System, Wake, Writer};
+use sketchnav_schemas::channels::{COMMAND, ODOMETRY, SCAN, TICK};
+use sketchnav_schemas::message::{Header, LaserScan, Odometry, Tick, Twist, VelocityCommand};
+use sketchnav_schemas::ros2::{Field, encode};
+use sketchnav_schemas::run::RunConfig;
+
+use crate::participant::{Outlet, Participant};
+use crate::readings::{self, OdometryForm, ReadingError, ScanForm, Thinning, Timebase};
+use crate::topics::Delivery;
+use crate::{BridgeError, Settings, Summary};
+
+/// How often to look: DDS wakes nobody.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
+/// How often to see whether the system still runs.
+const SECOND: Duration = Duration::from_secs(1);
+/// Who was not told anything new for so long stands still.
+const COMMAND_LIMIT: Duration = Duration::from_millis(500);
+/// How long the last message may take on its way.
+const FAREWELL: Duration = Duration::from_millis(100);
+const STANDSTILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
+
+/// Drives the robot until its mission is over, the system has gone or the process is to end.
+///
+/// # Errors
+/// [`BridgeError`] where the domain or a channel cannot be opened, or nothing can be sent any more.
+pub fn drive(node: &Node, run: &RunConfig, settings: &Settings) -> Result<Summary, BridgeError> {
+    let mut driver = Driver::open(node, run, settings)?;
+    let mut looked = Instant::now();
+    loop {
+        let step = Step::begin();
+        driver.sense()?;
+        let is_over = driver.command()?;
+        driver.health.end(step);
+        driver.health.report_if_due(driver.stamp_ns)?;
+        if looked.elapsed() >= SECOND {
+            looked = Instant::now();
+            if System::open(node.system().name()).is_err() {
+                break;
+            }
+        }
+        if is_over || node.wait(LOOK_EVERY) == Wake::Terminate {
+            break;
+        }
+    }
+    driver.end()
+}
+
+struct Driver<'a> {
+    node: &'a Node,
+    scans: Subscription<ScanForm>,
+    odometry: Subscription<OdometryForm>,
+    wheels: Outlet,
+    scan: Writer<LaserScan>,
+    reading: Writer<Odometry>,
+    tick: Writer<Tick>,
+    commands: Reader<VelocityCommand>,
+    health: HealthReporter,
+    time: Timebase,
+    thinning: Thinning,
+    /// The newest reading of the odometry that was not sent.
+    held: Option<Odometry>,
+    has_odometry: bool,
+    /// What answers a tick of the driver before this one is over.
+    ticks_before: u64,
+    stamp_ns: u64,
+    commanded: Instant,
+    is_moving: bool,
+    refused: u64,
+    /// Whoever lets go of it is not heard any more.
+    _participant: Participant,
+}
+
+impl<'a> Driver<'a> {
+    fn open(node: &'a Node, run: &RunConfig, settings: &Settings) -> Result<Self, BridgeError> {
+        let mut participant = Participant::join(settings, &run.system)?;
+        let sensor = Delivery::Sensor;
+        let scans = participant.subscription("scan", "sensor_msgs/msg/LaserScan", sensor)?;
+        let odometry = participant.subscription("odom", "nav_msgs/msg/Odometry", sensor)?;
+        let wheels =
+            participant.publisher("cmd_vel", "geometry_msgs/msg/Twist", Delivery::Reliable { depth: 1 })?;
+        let (mut scan, mut reading, mut tick) =
+            (node.writer(SCAN)?, node.writer(ODOMETRY)?, node.writer(TICK)?);
+        // Where a driver has died, this one goes on: its numbers and its clock do.
+        scan.resume_behind_history();
+        reading.resume_behind_history();
+        tick.resume_behind_history();
+        let begin_ns = tick.last_sent().map_or(0, |tick| tick.header.stamp_ns + 1);
+        let period_ns = (1e9 / run.robot.tick_hz()) as u64;
+        Ok(Self {
+            node,
+            scans,
+            odometry,
+            wheels,
+            scan,
+            reading,
+            commands: node.reader(COMMAND)?,
+            health: HealthReporter::new(node)?,
+            time: Timebase::at(begin_ns),
+            thinning: Thinning::new(period_ns, ODOMETRY.spec.per_tick),
+            held: None,
+            has_odometry: false,
+            ticks_before: tick.last_seq(),
+            tick,
+            stamp_ns: begin_ns,
+            commanded: Instant::now(),
+            is_moving: false,
+            refused: 0,
+            _participant: participant,
+        })
+    }
+
+    /// Hands on what the robot has measured.
+    fn sense(&mut self) -> Result<(), BridgeError> {
+        while let Some(form) = taken(&self.odometry, "odom") {
+            let stamp_ns = self.time.of(&form.header.stamp);
+            match readings::odometry(form, stamp_ns) {
+                Ok(odometry) => self.on_odometry(odometry)?,
+                Err(error) => self.refuse("odom", &error),
+            }
+        }
+        while let Some(form) = taken(&self.scans, "scan") {
+            let stamp_ns = self.time.of(&form.header.stamp);
+            match readings::scan(form, stamp_ns) {
+                Ok(scan) if self.tick.last_seq() > self.ticks_before && stamp_ns <= self.stamp_ns => {
+                    let (found_ns, before_ns) = (scan.header.stamp_ns, self.stamp_ns);
+                    self.refuse("scan", &ReadingError::Stamp { found_ns, before_ns });
+                }
+                Ok(scan) => self.on_scan(&scan)?,
+                Err(error) => self.refuse("scan", &error),
+            }
+        }
+        Ok(())
+    }
+
+    fn on_odometry(&mut self, odometry: Odometry) -> Result<(), BridgeError> {
+        self.has_odometry = true;
+        if self.thinning.takes(odometry.header.stamp_ns) {
+            self.held = None;
+            self.reading.send(|message| *message = odometry)?;
+        } else {
+            self.held = Some(odometry);
+        }
+        Ok(())
+    }
+
+    /// A scan ends an instant. Before the first odometry nobody knows where it was taken.
+    fn on_scan(&mut self, scan: &LaserScan) -> Result<(), BridgeError> {
+        if !self.has_odometry {
+            return Ok(());
+        }
+        if let Some(odometry) = self.held.take() {
+            self.reading.send(|message| *message = odometry)?;
+        }
+        self.scan.send(|message| *message = *scan)?;
+        self.stamp_ns = scan.header.stamp_ns;
+        let (node, number) = (self.node, self.tick.last_seq() + 1);
+        self.tick.send(|tick| {
+            tick.header = Header { seq: 0, stamp_ns: scan.header.stamp_ns, source_seq: number };
+            node.name_readings(tick);
+        })?;
+        self.thinning.ticked();
+        Ok(())
+    }
+
+    /// What the robot must not be told goes on standard error: the first of each hundred.
+    fn refuse(&mut self, topic: &str, error: &ReadingError) {
+        if self.refused.is_multiple_of(100) {
+            eprintln!("/{topic}: left out ({} so far): {error}", self.refused + 1);
+        }
+        self.refused += 1;
+        self.node.count_refused();
+    }
+
+    /// Passes commands on; whether that was the last one.
+    fn command(&mut self) -> Result<bool, BridgeError> {
+        let mut newest = None;
+        while let Some(command) = self.commands.receive_valid()? {
+            if command.header.source_seq > self.ticks_before {
+                newest = Some(*command);
+            }
+        }
+        if let Some(command) = newest {
+            self.commanded = Instant::now();
+            self.tell(command.twist)?;
+            return Ok(command.last == 1);
+        }
+        if self.is_moving && self.commanded.elapsed() > COMMAND_LIMIT {
+            self.tell(STANDSTILL)?;
+        }
+        Ok(false)
+    }
+
+    fn tell(&mut self, twist: Twist) -> Result<(), BridgeError> {
+        self.is_moving = twist != STANDSTILL;
+        let mut cdr = Vec::new();
+        encode(&twist.to_form_in("twist", Default::default())?, &mut cdr)?;
+        self.wheels.publish(cdr)
+    }
+
+    fn end(mut self) -> Result<Summary, BridgeError> {
+        self.tell(STANDSTILL)?;
+        std::thread::sleep(FAREWELL);
+        self.health.report(self.stamp_ns)?;
+        let (sent, unsent) = self.wheels.counts();
+        Ok(Summary { sent, unsent, lost: self.commands.lost() })
+    }
+}
+
+/// The next message of a topic. What is no message of the type is passed over.
+fn taken<F: serde::de::DeserializeOwned + 'static>(subscription: &Subscription<F>, topic: &str) -> Option<F> {
+    match subscription.take() {
+        Ok(taken) => taken.map(|(form, _)| form),
+        Err(error) => {
+            eprintln!("/{topic}: {error}");
+            None
+        }
+    }
+}

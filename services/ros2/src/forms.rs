@@ -1,0 +1,59 @@
+//! The standard ROS 2 messages that no recording has: the clock, diagnostics, and what orders come in.
+
+use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::Header};
+use serde::{Deserialize, Serialize};
+
+const NS_PER_S: u64 = 1_000_000_000;
+
+/// `rosgraph_msgs/msg/Clock`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Clock {
+    /// Simulation time.
+    pub clock: Time,
+}
+
+/// `diagnostic_msgs/msg/DiagnosticArray`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct DiagnosticArray {
+    /// When.
+    pub header: Header,
+    /// Of whom.
+    pub status: Vec<DiagnosticStatus>,
+}
+
+/// `diagnostic_msgs/msg/DiagnosticStatus`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct DiagnosticStatus {
+    /// How bad it is: the number of a [`crate::diagnostics::Level`].
+    pub level: u8,
+    /// Who.
+    pub name: String,
+    /// What there is to say.
+    pub message: String,
+    /// Of what robot.
+    pub hardware_id: String,
+    /// Figures.
+    pub values: Vec<KeyValue>,
+}
+
+/// `diagnostic_msgs/msg/KeyValue`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeyValue {
+    /// What the figure is.
+    pub key: String,
+    /// The figure.
+    pub value: String,
+}
+
+/// `std_msgs/msg/String`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Text {
+    /// The text.
+    pub data: String,
+}
+
+/// A simulation time as ROS 2 says it. Times beyond 2³¹ s stand at the last one.
+pub fn time(stamp_ns: u64) -> Time {
+    let sec = i32::try_from(stamp_ns / NS_PER_S).unwrap_or(i32::MAX);
+    Time { sec, nanosec: (stamp_ns % NS_PER_S) as u32 }
+}

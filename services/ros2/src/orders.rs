@@ -1,0 +1,129 @@
+//! Orders that come in from ROS 2: a word, and the task where the order names one.
+//!
+//! Who sends them is anybody in the domain. So they are bounded in number, and what is none is answered on standard error.
+
+use std::time::Duration;
+
+use sketchnav_schemas::codes::Order;
+
+/// Most orders a second; a person gives fewer.
+const MAX_A_SECOND: u32 = 10;
+/// Longest text that is shown again, characters.
+const MAX_SHOWN: usize = 40;
+
+/// Why a text is no order.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum OrderError {
+    /// Another word.
+    #[error("{found:?}: expected {}", words())]
+    Word {
+        /// The text.
+        found: String,
+    },
+    /// A number that no task of the mission has.
+    #[error("{found:?}: expected a task from 1 to {count}")]
+    Task {
+        /// The text.
+        found: String,
+        /// How many tasks there are.
+        count: u32,
+    },
+    /// More than anybody means.
+    #[error("expected at most {MAX_A_SECOND} orders a second, the others are dropped")]
+    Flood,
+}
+
+fn words() -> String {
+    let words: Vec<_> = Order::ALL.iter().map(|order| order.word()).collect();
+    format!("one of {}, with the number of a task behind it where it names one", words.join(", "))
+}
+
+/// Reads an order such as `pause` or `goal 3`, for a mission of so many tasks. Tasks count from 1 there, from 0 here.
+///
+/// # Errors
+/// [`OrderError`] with what was found.
+pub fn parse(text: &str, task_count: u32) -> Result<(Order, u32), OrderError> {
+    let found = || text.chars().take(MAX_SHOWN).collect::<String>();
+    let mut parts = text.split_whitespace();
+    let order = parts.next().and_then(|word| word.parse().ok());
+    let order = order.ok_or_else(|| OrderError::Word { found: found() })?;
+    let task = match (parts.next(), parts.next()) {
+        (None, _) => Some(1),
+        (Some(number), None) => number.parse().ok(),
+        _ => None,
+    };
+    let count = task_count.max(1);
+    match task.filter(|task| (1..=count).contains(task)) {
+        Some(task) => Ok((order, task - 1)),
+        None => Err(OrderError::Task { found: found(), count }),
+    }
+}
+
+/// How many orders have come in a second.
+#[derive(Debug, Default)]
+pub struct Allowance {
+    second: u64,
+    taken: u32,
+}
+
+impl Allowance {
+    /// Takes an order that comes at `now`.
+    ///
+    /// # Errors
+    /// [`OrderError::Flood`] for the first one too many of a second; `Ok(false)` for those behind it.
+    pub fn take(&mut self, now: Duration) -> Result<bool, OrderError> {
+        if self.second != now.as_secs() {
+            (self.second, self.taken) = (now.as_secs(), 0);
+        }
+        self.taken = self.taken.saturating_add(1);
+        match self.taken {
+            ..=MAX_A_SECOND => Ok(true),
+            taken if taken == MAX_A_SECOND + 1 => Err(OrderError::Flood),
+            _ => Ok(false),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_order_is_a_word_and_perhaps_a_task() {
+        assert_eq!(parse("pause", 9), Ok((Order::Pause, 0)));
+        assert_eq!(parse(" start  3 ", 9), Ok((Order::Start, 2)));
+        assert_eq!(parse("goal 9", 9), Ok((Order::Goal, 8)));
+        assert_eq!(parse("abort", 0), Ok((Order::Abort, 0)));
+    }
+
+    #[test]
+    fn what_is_no_order_is_answered_with_those_that_are() {
+        for wrong in ["", "go", "START", "\0", "öffne"] {
+            let error = parse(wrong, 9).unwrap_err().to_string();
+            assert!(error.contains("expected one of start, abort, pause"), "{wrong:?}: {error}");
+        }
+        for wrong in ["start 0", "start 10", "start -1", "start x", "start 1 2"] {
+            let error = parse(wrong, 9).unwrap_err().to_string();
+            assert!(error.contains("expected a task from 1 to 9"), "{wrong:?}: {error}");
+        }
+    }
+
+    /// A text of a megabyte was to be shown whole.
+    #[test]
+    fn a_long_text_is_shown_in_part() {
+        let error = parse(&"ü".repeat(1 << 20), 9).unwrap_err();
+        assert!(error.to_string().len() < 250, "{}", error.to_string().len());
+    }
+
+    #[test]
+    fn a_flood_is_told_once_a_second() {
+        let mut allowance = Allowance::default();
+        let mut at =
+            |second| (0..30).map(|_| allowance.take(Duration::from_secs(second))).collect::<Vec<_>>();
+        for second in [0, 5] {
+            let told = at(second);
+            assert_eq!(told.iter().filter(|told| **told == Ok(true)).count(), 10);
+            assert_eq!(told.iter().filter(|told| told.is_err()).count(), 1);
+        }
+    }
+}

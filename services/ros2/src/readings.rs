@@ -1,0 +1,213 @@
+//! A ROS 2 robot's readings as messages: its scans, its odometry, its time.
+//!
+//! What a robot says is checked here: an error says what was expected and what was found. Ranges follow REP 117.
+
+use ros2_interfaces_jazzy_serde::builtin_interfaces::msg::Time;
+use sketchnav_schemas::message::{Header, LaserScan, MAX_BEAMS, Message, Odometry};
+use sketchnav_schemas::ros2::{Ros2, Ros2Error};
+
+/// `sensor_msgs/msg/LaserScan`.
+pub type ScanForm = <LaserScan as Ros2>::Form;
+/// `nav_msgs/msg/Odometry`.
+pub type OdometryForm = <Odometry as Ros2>::Form;
+
+/// Why a reading is left out.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadingError {
+    /// It has no place in a message.
+    #[error(transparent)]
+    Form(#[from] Ros2Error),
+    /// A number that no sensor says.
+    #[error(
+        "expected finite numbers, range_min below range_max and ranges as REP 117 has them, found others"
+    )]
+    Scan,
+    /// A pose that cannot be.
+    #[error("expected a finite pose with a heading, and a finite velocity, found others")]
+    Odometry,
+    /// A stamp that is not behind the one before.
+    #[error("expected a stamp behind that of the reading before, found {found_ns} ns for {before_ns} ns")]
+    Stamp {
+        /// This one's.
+        found_ns: u64,
+        /// That one's.
+        before_ns: u64,
+    },
+}
+
+/// The robot's stamps as simulation time: the first reading comes at the time where the mission is.
+#[derive(Debug, Clone, Copy)]
+pub struct Timebase {
+    begin_ns: u64,
+    first_ns: Option<i128>,
+}
+
+impl Timebase {
+    /// Begins at a simulation time, ns.
+    pub fn at(begin_ns: u64) -> Self {
+        Self { begin_ns, first_ns: None }
+    }
+
+    /// The simulation time of a stamp, ns; not before the beginning.
+    pub fn of(&mut self, stamp: &Time) -> u64 {
+        let found = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
+        let first = *self.first_ns.get_or_insert(found);
+        let since = u64::try_from((found - first).max(0)).unwrap_or(u64::MAX);
+        self.begin_ns.saturating_add(since)
+    }
+}
+
+/// A scan. One with more beams than a message holds is thinned evenly.
+///
+/// # Errors
+/// [`ReadingError`].
+pub fn scan(mut form: ScanForm, stamp_ns: u64) -> Result<LaserScan, ReadingError> {
+    let stride = form.ranges.len().div_ceil(MAX_BEAMS).max(1);
+    if stride > 1 {
+        form.ranges = form.ranges.into_iter().step_by(stride).collect();
+        form.angle_increment *= stride as f32;
+        form.angle_max = form.angle_min + form.angle_increment * (form.ranges.len() - 1) as f32;
+        form.time_increment *= stride as f32;
+    }
+    form.header.stamp = Time::default();
+    let (mut scan, _) = LaserScan::from_ros2(form, 1)?;
+    scan.header = Header { seq: 0, stamp_ns, source_seq: 0 };
+    if scan.is_valid() { Ok(scan) } else { Err(ReadingError::Scan) }
+}
+
+/// A reading of the odometry. Of a heading that is tilted, the turn about the vertical counts.
+///
+/// # Errors
+/// [`ReadingError`].
+pub fn odometry(mut form: OdometryForm, stamp_ns: u64) -> Result<Odometry, ReadingError> {
+    form.header.stamp = Time::default();
+    let turn = &mut form.pose.pose.orientation;
+    let length = turn.z.hypot(turn.w);
+    (turn.z, turn.w) = (turn.z / length, turn.w / length);
+    let (mut odometry, _) = Odometry::from_ros2(form, 1)?;
+    odometry.header = Header { seq: 0, stamp_ns, source_seq: 0 };
+    if odometry.is_valid() { Ok(odometry) } else { Err(ReadingError::Odometry) }
+}
+
+/// Which readings of the odometry are sent: no more between two ticks than the channel holds for a late reader.
+#[derive(Debug)]
+pub struct Thinning {
+    gap_ns: u64,
+    most: usize,
+    last_ns: Option<u64>,
+    since_tick: usize,
+}
+
+impl Thinning {
+    /// For ticks of a period, ns, and so many messages a tick.
+    pub fn new(period_ns: u64, per_tick: usize) -> Self {
+        let most = per_tick.saturating_sub(1).max(1);
+        Self { gap_ns: period_ns / per_tick.max(1) as u64, most, last_ns: None, since_tick: 0 }
+    }
+
+    /// Whether a reading of this time is to be sent now; the last one before a tick always is.
+    pub fn takes(&mut self, stamp_ns: u64) -> bool {
+        let is_far = self.last_ns.is_none_or(|last| stamp_ns >= last + self.gap_ns);
+        let takes = is_far && self.since_tick < self.most;
+        if takes {
+            (self.last_ns, self.since_tick) = (Some(stamp_ns), self.since_tick + 1);
+        }
+        takes
+    }
+
+    /// A tick was sent.
+    pub fn ticked(&mut self) {
+        self.since_tick = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ranges(count: usize) -> ScanForm {
+        ScanForm {
+            angle_min: -1.0,
+            angle_max: 1.0,
+            angle_increment: 2.0 / (count - 1) as f32,
+            range_min: 0.1,
+            range_max: 10.0,
+            ranges: (0..count).map(|beam| 1.0 + beam as f32 * 1e-3).collect(),
+            ..ScanForm::default()
+        }
+    }
+
+    #[test]
+    fn a_scan_keeps_its_beams_and_takes_the_time_of_the_mission() {
+        let found = scan(ranges(181), 7).unwrap();
+        assert_eq!((found.beam_count, found.header.stamp_ns), (181, 7));
+        assert_eq!(found.ranges_m[180], 1.0 + 180.0 * 1e-3);
+    }
+
+    #[test]
+    fn a_scan_with_too_many_beams_is_thinned_and_keeps_its_directions() {
+        let form = ranges(3600);
+        let (step, ranges_before) = (form.angle_increment, form.ranges.clone());
+        let found = scan(form, 7).unwrap();
+        assert_eq!(found.beam_count, 1200);
+        for beam in [0, 1, 700, 1199] {
+            assert_eq!(found.ranges_m[beam], ranges_before[3 * beam]);
+        }
+        assert!((found.angle_increment_rad - 3.0 * step).abs() < 1e-7);
+        assert!((found.angle_max_rad - (-1.0 + 1199.0 * 3.0 * step)).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_scan_that_no_sensor_says_is_refused() {
+        let spoils: [fn(&mut ScanForm); 4] = [
+            |form| form.range_max = 0.0,
+            |form| form.angle_min = f32::NAN,
+            |form| form.ranges[3] = -1.0,
+            |form| form.angle_increment = f32::INFINITY,
+        ];
+        for spoil in spoils {
+            let mut form = ranges(10);
+            spoil(&mut form);
+            assert!(matches!(scan(form, 7), Err(ReadingError::Scan)));
+        }
+        let silent = ScanForm { ranges: vec![f32::INFINITY, f32::NAN, f32::NEG_INFINITY], ..ranges(3) };
+        assert!(scan(silent, 7).is_ok());
+    }
+
+    #[test]
+    fn a_tilted_robot_has_the_heading_of_its_turn_about_the_vertical() {
+        let mut form = OdometryForm::default();
+        let turn = &mut form.pose.pose.orientation;
+        (turn.x, turn.y, turn.z, turn.w) = (0.1, 0.0, 0.6 * 0.99, 0.8 * 0.99);
+        let found = odometry(form, 7).unwrap();
+        assert!((found.pose().yaw_rad - 2.0 * 0.6f64.atan2(0.8)).abs() < 1e-9);
+        let mut flat = OdometryForm::default();
+        let turn = &mut flat.pose.pose.orientation;
+        (turn.x, turn.y, turn.z, turn.w) = (0.0, 0.0, 0.0, 0.0);
+        assert!(matches!(odometry(flat, 7), Err(ReadingError::Odometry)));
+    }
+
+    #[test]
+    fn the_robot_s_clock_becomes_the_mission_s() {
+        let mut time = Timebase::at(500);
+        let stamp = |sec, nanosec| Time { sec, nanosec };
+        assert_eq!(time.of(&stamp(1_700_000_000, 10)), 500);
+        assert_eq!(time.of(&stamp(1_700_000_001, 30)), 1_000_000_520);
+        assert_eq!(time.of(&stamp(-5, 0)), 500);
+    }
+
+    #[test]
+    fn fast_wheels_are_thinned_and_slow_ones_are_not() {
+        let (period_ns, per_tick) = (100_000_000, 8);
+        for (readings_hz, sent_a_tick) in [(20, 2), (50, 5), (1000, 7)] {
+            let mut thinning = Thinning::new(period_ns, per_tick);
+            for tick in 0..5 {
+                let stamps =
+                    (0..readings_hz / 10).map(|i| tick * period_ns + i * 1_000_000_000 / readings_hz);
+                let sent = stamps.filter(|stamp| thinning.takes(*stamp)).count();
+                assert_eq!(sent, sent_a_tick, "{readings_hz} Hz");
+                thinning.ticked();
+            }
+        }
+    }
+}

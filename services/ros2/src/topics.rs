@@ -1,0 +1,109 @@
+//! Which topics a run has in ROS 2: one for each recorded channel, and those that are derived from channels.
+//!
+//! A channel keeps the name and the type under which it is recorded. Its quality of service follows from its role.
+
+use sketchnav_schemas::channels::{self, ChannelSpec, Role};
+use sketchnav_schemas::ros2::transforms;
+use sketchnav_schemas::run::RunConfig;
+
+/// How a topic is delivered. ROS 2 connects a subscriber that asks for no more than this.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Delivery {
+    /// Best effort: what is lost is not sent again, for a newer reading comes. The profile of sensor data.
+    Sensor,
+    /// Reliable; so many messages wait for a slow subscriber before the oldest is lost.
+    Reliable {
+        /// How many.
+        depth: usize,
+    },
+    /// Reliable and transient local (latched): who comes late gets the newest message.
+    Latched,
+}
+
+/// What a topic is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Source {
+    /// The messages of a channel.
+    Channel(&'static ChannelSpec),
+    /// The time of each tick.
+    Clock,
+    /// Where the robot is in its odometry's frame.
+    Transforms,
+    /// Where the laser is mounted.
+    Mount,
+    /// Health and faults of all processes, once a second.
+    Diagnostics,
+}
+
+/// A topic.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Topic {
+    /// Its name, without the slash before it.
+    pub name: &'static str,
+    /// Its ROS 2 type, `package/msg/Type`.
+    pub kind: &'static str,
+    /// How it is delivered.
+    pub delivery: Delivery,
+    /// What it is made of.
+    pub source: Source,
+}
+
+/// The topics of a run: the recorded channels of its kind of navigator, then the derived ones.
+pub fn of_run(run: &RunConfig) -> Vec<Topic> {
+    let recorded = channels::of_kind(run.mission.navigator_kind()).filter(|spec| spec.is_recorded());
+    let mut topics: Vec<_> = recorded.map(of_channel).collect();
+    let clock = Delivery::Reliable { depth: 1 };
+    topics.push(derived("clock", "rosgraph_msgs/msg/Clock", clock, Source::Clock));
+    topics.push(derived("tf", transforms::TYPE, Delivery::Reliable { depth: 100 }, Source::Transforms));
+    if run.robot.laser.is_some() {
+        topics.push(derived("tf_static", transforms::TYPE, Delivery::Latched, Source::Mount));
+    }
+    let diagnostics = "diagnostic_msgs/msg/DiagnosticArray";
+    topics.push(derived("diagnostics", diagnostics, Delivery::Reliable { depth: 10 }, Source::Diagnostics));
+    topics
+}
+
+fn derived(name: &'static str, kind: &'static str, delivery: Delivery, source: Source) -> Topic {
+    Topic { name, kind, delivery, source }
+}
+
+fn of_channel(spec: &'static ChannelSpec) -> Topic {
+    Topic {
+        name: spec.name,
+        kind: spec.message.ros2,
+        delivery: delivery_of(spec),
+        source: Source::Channel(spec),
+    }
+}
+
+/// How the messages of a role are delivered.
+fn delivery_of(spec: &ChannelSpec) -> Delivery {
+    match spec.role {
+        _ if spec.is_latched() => Delivery::Latched,
+        _ if spec.is_sensed() => Delivery::Sensor,
+        Role::Request | Role::Reply | Role::Report => Delivery::Reliable { depth: 100 },
+        _ => Delivery::Reliable { depth: 10 },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sketchnav_schemas::channels::{ESTIMATE, FAULTS, ODOMETRY, SCAN, SKETCH, TRUTH};
+
+    #[test]
+    fn a_role_says_how_its_messages_are_delivered() {
+        for sensed in [SCAN.spec, ODOMETRY.spec, TRUTH.spec] {
+            assert_eq!(delivery_of(sensed), Delivery::Sensor, "{}", sensed.name);
+        }
+        assert_eq!(delivery_of(SKETCH.spec), Delivery::Latched);
+        assert_eq!(delivery_of(ESTIMATE.spec), Delivery::Reliable { depth: 10 });
+        assert_eq!(delivery_of(FAULTS.spec), Delivery::Reliable { depth: 100 });
+    }
+
+    #[test]
+    fn a_topic_has_the_name_and_the_type_of_its_recording() {
+        let topic = of_channel(SCAN.spec);
+        assert_eq!((topic.name, topic.kind), ("scan", "sensor_msgs/msg/LaserScan"));
+    }
+}

@@ -1,0 +1,257 @@
+//! Plays a recording to viewers, who pause it, seek in it and change its rate.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use foxglove::{ChannelId, Context, Schema, SinkId};
+use sketchnav_recordings::reader::{RawMessage, Selection, Topic as RecordedTopic};
+use sketchnav_recordings::{Recording, RecordingError};
+use sketchnav_schemas::channels::{self, ChannelSpec};
+use sketchnav_schemas::ros2::Ros2Error;
+use sketchnav_schemas::ros2::derived::{self, Derived};
+
+use crate::live::End;
+use crate::playback::{Playback, State};
+use crate::server::{Event, Port, Served, Server, SharedPlayback, locked};
+use crate::topics::Topic;
+use crate::{Result, ViewError};
+
+/// Longest wait between two looks.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// So many messages are shown between two looks at what viewers ask for.
+const MESSAGES_A_LOOK: usize = 64;
+
+/// How to play.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Recorded seconds a second.
+    pub rate: f64,
+    /// Begin again at the end.
+    pub again: bool,
+    /// Wait for a viewer to have it play.
+    pub is_paused: bool,
+}
+
+/// Plays a recording until the process is asked to end; `ready` is told when viewers can come.
+///
+/// # Errors
+/// [`ViewError`]; a message of which nothing can be derived is printed, once a topic.
+pub fn play(recording: &Recording, port: Port, options: Options, ready: impl FnOnce()) -> Result<End> {
+    let path = recording.path();
+    let span = recording.index()?.span_ns().ok_or_else(|| ViewError::Empty { path: named(path) })?;
+    let state = if options.is_paused { State::Paused } else { State::Playing };
+    let playback: SharedPlayback =
+        Arc::new(Mutex::new(Playback::new(span, options.rate, state, Instant::now())));
+    let name = format!("sketchnav: {}", path.file_name().unwrap_or_default().to_string_lossy());
+    let server = Server::start(port, Served { name, playback: Some((span, Arc::clone(&playback))) })?;
+    server.hear_signals()?;
+    let shown = Shown::new(server.context(), &recording.topics()?)?;
+    ready();
+    Player { recording, options, first_ns: span.0, server, playback, shown }.play()
+}
+
+fn named(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// What becomes of a stretch that is played.
+enum Turn {
+    /// It is over.
+    Played,
+    /// Playing goes on from another time.
+    Seek(u64),
+    /// The process is asked to end.
+    End,
+}
+
+struct Player<'a> {
+    recording: &'a Recording,
+    options: Options,
+    first_ns: u64,
+    server: Server,
+    playback: SharedPlayback,
+    shown: Shown,
+}
+
+impl Player<'_> {
+    fn play(&mut self) -> Result<End> {
+        let mut from_ns = self.first_ns;
+        loop {
+            from_ns = match self.play_from(from_ns)? {
+                Turn::Seek(to_ns) => to_ns,
+                Turn::End => return Ok(End::Asked),
+                Turn::Played => match self.rest()? {
+                    Turn::Seek(to_ns) => to_ns,
+                    _ => return Ok(End::Asked),
+                },
+            };
+        }
+    }
+
+    /// Shows what comes from a time on, and first what is latched from before.
+    fn play_from(&mut self, from_ns: u64) -> Result<Turn> {
+        self.shown.forget();
+        for message in self.recording.latched_before(from_ns)? {
+            self.shown.show(&RawMessage { stamp_ns: from_ns, ..message });
+        }
+        let mut since_look = 0;
+        for message in self.recording.timeline(Selection::default().between(from_ns..u64::MAX))? {
+            let message = message?;
+            loop {
+                let until = locked(&self.playback).until(message.stamp_ns, Instant::now());
+                let is_due = until == Some(Duration::ZERO);
+                if is_due && since_look < MESSAGES_A_LOOK {
+                    break;
+                }
+                since_look = 0;
+                if let Some(turn) = self.look(until.unwrap_or(LOOK_EVERY).min(LOOK_EVERY)) {
+                    return Ok(turn);
+                }
+                if is_due {
+                    break;
+                }
+            }
+            since_look += 1;
+            self.shown.show(&message);
+            self.server.tell_time(message.stamp_ns);
+        }
+        Ok(Turn::Played)
+    }
+
+    /// At the end: begins again, or waits until a viewer has it play from somewhere.
+    fn rest(&mut self) -> Result<Turn> {
+        let now = Instant::now();
+        if self.options.again {
+            let mut playback = locked(&self.playback);
+            playback.end(now);
+            let rate = playback.rate();
+            let again = crate::playback::Request { plays: true, rate, seek_ns: Some(self.first_ns) };
+            playback.ask(again, now);
+            drop(playback);
+            self.server.tell_playback(&self.playback, true);
+            return Ok(Turn::Seek(self.first_ns));
+        }
+        locked(&self.playback).end(now);
+        self.server.tell_playback(&self.playback, false);
+        loop {
+            if let Some(turn) = self.look(LOOK_EVERY) {
+                return Ok(turn);
+            }
+        }
+    }
+
+    /// Takes what viewers ask for, for this long at most.
+    fn look(&mut self, timeout: Duration) -> Option<Turn> {
+        let mut event = self.server.wait_for_event(timeout);
+        let mut turn = None;
+        while let Some(found) = event {
+            match found {
+                Event::Subscribed(channel, sink) => self.shown.show_last(channel, sink),
+                Event::Sought(to_ns) => turn = Some(Turn::Seek(to_ns)),
+                Event::End => return Some(Turn::End),
+                Event::Changed => {}
+            }
+            event = self.server.next_event();
+        }
+        let is_watched = self.shown.is_watched();
+        locked(&self.playback).watch(is_watched, Instant::now());
+        turn
+    }
+}
+
+/// The topics of a recording, and those that are derived of them.
+struct Shown {
+    topics: Vec<ShownTopic>,
+}
+
+struct ShownTopic {
+    name: String,
+    own: Topic,
+    spec: Option<&'static ChannelSpec>,
+    derived: Vec<(&'static Derived, Topic)>,
+    cdr: Vec<u8>,
+    has_complained: bool,
+}
+
+impl Shown {
+    fn new(context: &Arc<Context>, recorded: &[Arc<RecordedTopic>]) -> Result<Self> {
+        let topics = recorded.iter().map(|topic| ShownTopic::new(context, topic)).collect::<Result<_>>()?;
+        Ok(Self { topics })
+    }
+
+    fn is_watched(&self) -> bool {
+        self.topics.iter().flat_map(ShownTopic::all).any(Topic::is_watched)
+    }
+
+    fn show(&mut self, message: &RawMessage) {
+        if let Some(topic) = self.topics.iter_mut().find(|topic| topic.name == message.topic.name) {
+            topic.show(message);
+        }
+    }
+
+    fn show_last(&self, channel: ChannelId, sink: SinkId) {
+        let topics = self.topics.iter().flat_map(ShownTopic::all);
+        topics.filter(|topic| topic.is(channel)).for_each(|topic| topic.show_last(sink));
+    }
+
+    fn forget(&mut self) {
+        for topic in &mut self.topics {
+            topic.own.forget();
+            topic.derived.iter_mut().for_each(|(_, topic)| topic.forget());
+        }
+    }
+}
+
+impl ShownTopic {
+    fn new(context: &Arc<Context>, recorded: &RecordedTopic) -> Result<Self> {
+        let RecordedTopic { name, encoding, schema, .. } = recorded;
+        let has_schema = !schema.name.is_empty();
+        let announced = has_schema
+            .then(|| Schema::new(schema.name.clone(), schema.encoding.clone(), schema.data.clone()));
+        let own = Topic::foreign(context, name, encoding, announced, recorded.is_latched())?;
+        // A topic of that name may be of another type in a recording from elsewhere.
+        let spec = channels::of_topic(name).filter(|spec| spec.message.ros2 == recorded.ros2_type);
+        let derived = spec.into_iter().flat_map(derived::of_channel);
+        let derived = derived.map(|derived| Ok((derived, Topic::derived(context, derived)?)));
+        let derived = derived.collect::<Result<_>>()?;
+        Ok(Self { name: name.clone(), own, spec, derived, cdr: Vec::new(), has_complained: false })
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Topic> {
+        std::iter::once(&self.own).chain(self.derived.iter().map(|(_, topic)| topic))
+    }
+
+    fn show(&mut self, message: &RawMessage) {
+        self.own.show(message.stamp_ns, &message.cdr);
+        if let Err(error) = self.derive(message)
+            && !std::mem::replace(&mut self.has_complained, true)
+        {
+            eprintln!("{}: nothing derived of message {}: {error}", self.name, message.sequence);
+        }
+    }
+
+    fn derive(&mut self, message: &RawMessage) -> Result<(), DeriveError> {
+        let Some(spec) = self.spec else { return Ok(()) };
+        let is_wanted = |topic: &Topic| topic.is_watched() || topic.is_latched();
+        if !self.derived.iter().any(|(_, topic)| is_wanted(topic)) {
+            return Ok(());
+        }
+        let decoded = message.decode(spec)?;
+        for (derived, topic) in self.derived.iter_mut().filter(|(_, topic)| is_wanted(topic)) {
+            self.cdr.clear();
+            derived.encode(decoded.bytes(), decoded.cells(), &mut self.cdr)?;
+            topic.show(message.stamp_ns, &self.cdr);
+        }
+        Ok(())
+    }
+}
+
+/// Why nothing is derived of a message.
+#[derive(Debug, thiserror::Error)]
+enum DeriveError {
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    #[error(transparent)]
+    Ros2(#[from] Ros2Error),
+}

@@ -1,0 +1,62 @@
+//! Shows a running system or a recording to Foxglove, Lichtblick, or whatever else speaks Foxglove's WebSocket protocol.
+//!
+//! ```text
+//! channels ─reader─┐
+//!                  ├─ topics (CDR, schema) ─ server (foxglove, threads of tokio) ⇄ viewers
+//! recording ───────┘
+//! ```
+//! - [`live`]: follows a system as an observer. A channel is opened while somebody watches it, and at no other time;
+//! - [`file`]: plays a recording; [`playback`] is its clock, pure, which viewers pause, seek and speed up;
+//! - `topics`: what is shown: every channel in its recorded form and name, transforms, and the standard messages that are
+//!   derived from ours (`sketchnav_schemas::ros2::derived`);
+//! - `server`: the socket.
+//!
+//! Nothing here writes to a channel, and viewers can send nothing but what they want to see. The socket is on loopback
+//! alone: the protocol knows no token. A viewer that is too slow loses the oldest messages.
+
+pub mod file;
+pub mod live;
+pub mod playback;
+mod server;
+mod topics;
+
+pub use server::Port;
+
+use std::net::SocketAddr;
+
+use sketchnav_recordings::RecordingError;
+use sketchnav_schemas::ros2::Ros2Error;
+
+/// Why nothing can be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The address cannot be listened on.
+    #[error("{address}: cannot be listened on: {source}; another one: --port")]
+    Address {
+        /// Which.
+        address: SocketAddr,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// The recording has nothing to play.
+    #[error("{path}: expected messages, found none")]
+    Empty {
+        /// Which.
+        path: String,
+    },
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A transform that does not change cannot be said.
+    #[error("/tf_static: {0}")]
+    Transform(#[from] Ros2Error),
+    /// The system fails.
+    #[error(transparent)]
+    Runtime(#[from] sketchnav_runtime::Error),
+    /// The server cannot begin.
+    #[error("the server: {0}")]
+    Server(String),
+}
+
+/// What a function of this crate returns.
+pub type Result<T, E = ViewError> = std::result::Result<T, E>;

@@ -1,0 +1,226 @@
+//! Follows a running system as an observer: never writes, and is woken by nobody. It looks at what is watched every few
+//! milliseconds; what nobody watches is not even open.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use foxglove::{ChannelId, Context, SinkId};
+use sketchnav_recordings::writer::topic_name;
+use sketchnav_runtime::{Node, RawReader, RawSample, SendTimes, System, Wake};
+use sketchnav_schemas::channels::{self, ChannelSpec, ODOMETRY, Role};
+use sketchnav_schemas::erased::Spare;
+use sketchnav_schemas::ros2::derived::{self, Derived};
+use sketchnav_schemas::ros2::{Ros2Error, transforms};
+use sketchnav_schemas::run::RunConfig;
+
+use crate::Result;
+use crate::server::{Event, Port, Served, Server};
+use crate::topics::{Announced, Topic};
+
+/// How often to look while somebody watches: a channel's buffer holds what comes meanwhile.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
+/// How often to see whether somebody watches.
+const IDLE: Duration = Duration::from_millis(50);
+/// How often to see whether the system still runs.
+const SECOND: Duration = Duration::from_secs(1);
+
+/// Why it has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// A person has seen enough.
+    Asked,
+    /// There is nothing more to see.
+    Over,
+}
+
+/// Shows the system of an observer's node until it ends or the process is asked to; `ready` is told when viewers can come.
+///
+/// # Errors
+/// [`crate::ViewError`]; a message that cannot be said in ROS 2 is printed, once a channel.
+pub fn show(node: &Node, port: Port, ready: impl FnOnce()) -> Result<End> {
+    let run = node.run_config()?;
+    let name = node.system().name().to_owned();
+    let mut server = Server::start(port, Served { name: format!("sketchnav: {name}"), playback: None })?;
+    let mut view = View::new(server.context(), &run)?;
+    ready();
+    let mut seen = Instant::now();
+    loop {
+        let is_watched = view.is_watched();
+        if node.nap(if is_watched { LOOK_EVERY } else { IDLE }) == Wake::Terminate {
+            return Ok(End::Asked);
+        }
+        while let Some(event) = server.next_event() {
+            if let Event::Subscribed(channel, sink) = event {
+                view.show_last(channel, sink);
+            }
+        }
+        view.look(node)?;
+        server.tell_time(view.newest_ns);
+        if seen.elapsed() >= SECOND {
+            seen = Instant::now();
+            if System::open(&name).is_err() {
+                return Ok(End::Over);
+            }
+        }
+    }
+}
+
+/// All that is shown of a system.
+struct View {
+    sources: Vec<Source>,
+    /// Where the laser is mounted; `None` where the robot has none.
+    fixed: Option<Topic>,
+    newest_ns: u64,
+}
+
+impl View {
+    fn new(context: &Arc<Context>, run: &RunConfig) -> Result<Self> {
+        let shown = channels::of_kind(run.mission.navigator_kind()).filter(|spec| spec.is_recorded());
+        let sources = shown.map(|spec| Source::new(context, spec)).collect::<Result<_>>()?;
+        let fixed = run.robot.laser.as_ref().map(|laser| {
+            let mut topic = Topic::transforms(context, "/tf_static", true)?;
+            let mut cdr = Vec::new();
+            transforms::laser_in_base(laser, &mut cdr)?;
+            topic.show(0, &cdr);
+            Ok::<_, crate::ViewError>(topic)
+        });
+        Ok(Self { sources, fixed: fixed.transpose()?, newest_ns: 0 })
+    }
+
+    fn is_watched(&self) -> bool {
+        self.sources.iter().any(Source::is_watched)
+    }
+
+    fn look(&mut self, node: &Node) -> Result<()> {
+        for source in &mut self.sources {
+            let newest_ns = source.look(node)?;
+            self.newest_ns = self.newest_ns.max(newest_ns.unwrap_or(0));
+        }
+        Ok(())
+    }
+
+    fn show_last(&self, channel: ChannelId, sink: SinkId) {
+        let topics = self.sources.iter().flat_map(Source::topics).chain(&self.fixed);
+        topics.filter(|topic| topic.is(channel)).for_each(|topic| topic.show_last(sink));
+    }
+}
+
+/// A channel, and the topics that are made of it.
+struct Source {
+    spec: &'static ChannelSpec,
+    /// Open while somebody watches.
+    reader: Option<RawReader>,
+    own: Topic,
+    derived: Vec<(&'static Derived, Topic)>,
+    /// Of the odometry: `/tf`.
+    transform: Option<(Topic, transforms::Form)>,
+    spare: Spare,
+    cdr: Vec<u8>,
+    has_complained: bool,
+}
+
+impl Source {
+    fn new(context: &Arc<Context>, spec: &'static ChannelSpec) -> Result<Self> {
+        let (topic, schema) = (topic_name(spec.name), spec.message.schema());
+        let (kind, is_latched) = (spec.message.ros2, spec.is_latched());
+        let own = Topic::new(context, Announced { topic: &topic, kind, schema, is_latched })?;
+        let derived =
+            derived::of_channel(spec).map(|derived| Ok((derived, Topic::derived(context, derived)?)));
+        let derived = derived.collect::<Result<_>>()?;
+        let has_transform = spec == ODOMETRY.spec;
+        let transform = has_transform.then(|| Topic::transforms(context, "/tf", false)).transpose()?;
+        Ok(Self {
+            spec,
+            reader: None,
+            own,
+            derived,
+            transform: transform.map(|topic| (topic, transforms::Form::default())),
+            spare: spec.message.spare(),
+            cdr: Vec::new(),
+            has_complained: false,
+        })
+    }
+
+    fn topics(&self) -> impl Iterator<Item = &Topic> {
+        let derived = self.derived.iter().map(|(_, topic)| topic);
+        std::iter::once(&self.own).chain(derived).chain(self.transform.iter().map(|(topic, _)| topic))
+    }
+
+    fn is_watched(&self) -> bool {
+        self.topics().any(Topic::is_watched)
+    }
+
+    /// Shows what has come; the newest message's time.
+    fn look(&mut self, node: &Node) -> Result<Option<u64>> {
+        if !self.is_watched() {
+            self.close();
+            return Ok(None);
+        }
+        if self.reader.is_none() {
+            self.reader = Some(open(node, self.spec)?);
+        }
+        let mut newest_ns = None;
+        while let Some(sample) = self.reader.as_mut().map(RawReader::receive).transpose()?.flatten() {
+            newest_ns = newest_ns.max(Some(sample.header().stamp_ns));
+            if let Err(error) = self.show(&sample) {
+                self.complain(node, &error);
+            }
+        }
+        Ok(newest_ns)
+    }
+
+    /// A channel that nobody watches is not read; its last message may be an old one when somebody comes again.
+    fn close(&mut self) {
+        if self.reader.take().is_some() {
+            self.own.forget();
+            self.derived.iter_mut().for_each(|(_, topic)| topic.forget());
+        }
+    }
+
+    fn show(&mut self, sample: &RawSample) -> Result<(), Ros2Error> {
+        let (message, cells, stamp_ns) = (sample.message(), sample.cells(), sample.header().stamp_ns);
+        let Self { spec, own, derived, transform, spare, cdr, .. } = self;
+        if is_wanted(own) {
+            cdr.clear();
+            spec.message.encode(message, cells, spare, cdr)?;
+            own.show(stamp_ns, cdr);
+        }
+        for (derived, topic) in derived.iter_mut().filter(|(_, topic)| is_wanted(topic)) {
+            cdr.clear();
+            derived.encode(message, cells, cdr)?;
+            topic.show(stamp_ns, cdr);
+        }
+        if let Some((topic, form)) = transform.as_mut().filter(|(topic, _)| topic.is_watched())
+            && let Some(odometry) = ODOMETRY.message(spec, message)
+        {
+            cdr.clear();
+            transforms::base_in_odom(odometry, form, cdr)?;
+            topic.show(stamp_ns, cdr);
+        }
+        Ok(())
+    }
+
+    fn complain(&mut self, node: &Node, error: &Ros2Error) {
+        node.count_refused();
+        if !std::mem::replace(&mut self.has_complained, true) {
+            eprintln!("/{}: not shown: {error}", self.spec.name);
+        }
+    }
+}
+
+/// What is latched is wanted by those who come later, too, as long as the channel is open.
+fn is_wanted(topic: &Topic) -> bool {
+    topic.is_watched() || topic.is_latched()
+}
+
+/// Opens a channel. Of what flows only the newest message is of use to who comes late; what people say and what went wrong
+/// is shown as far back as it is kept.
+fn open(node: &Node, spec: &'static ChannelSpec) -> Result<RawReader> {
+    let mut reader = node.raw_reader(spec)?;
+    let is_kept = matches!(spec.role, Role::Instruction | Role::Request | Role::Reply | Role::Report);
+    if !is_kept {
+        let newest = SendTimes::open(node, spec)?.newest();
+        reader.resume_after(newest.saturating_sub(1));
+    }
+    Ok(reader)
+}

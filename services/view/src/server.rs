@@ -1,0 +1,245 @@
+//! The socket: viewers, what they have asked for, and the end.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+use foxglove::websocket::{
+    Capability, ChannelView, Client, PlaybackCommand, PlaybackControlRequest, PlaybackState, PlaybackStatus,
+    ServerListener,
+};
+use foxglove::{ChannelId, Context, SinkId, WebSocketServer, WebSocketServerHandle};
+use tokio::runtime::{Builder, Runtime};
+
+use crate::playback::{Playback, Request, State};
+use crate::{Result, ViewError};
+
+/// Messages that wait for a viewer; beyond that it loses the oldest.
+const BACKLOG: usize = 512;
+/// How often viewers are told the time, at most.
+const TIME_EVERY: Duration = Duration::from_millis(50);
+/// Longest wait for viewers to be told of the end.
+const GOODBYE: Duration = Duration::from_millis(500);
+/// A thread for all viewers: what they get is ready.
+const THREADS: usize = 1;
+
+/// A port of this machine alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Port(u16);
+
+impl Port {
+    /// The port of this number; of 0 one that is free.
+    ///
+    /// # Errors
+    /// [`ViewError::Address`] where it is taken.
+    pub fn free(number: u16) -> Result<Self> {
+        let address = address(number);
+        let bound = TcpListener::bind(address).and_then(|listener| listener.local_addr());
+        Ok(Self(bound.map_err(|source| ViewError::Address { address, source })?.port()))
+    }
+
+    /// Its number.
+    pub fn number(self) -> u16 {
+        self.0
+    }
+
+    /// What viewers are to open.
+    pub fn url(self) -> String {
+        format!("ws://{}", address(self.0))
+    }
+}
+
+fn address(port: u16) -> SocketAddr {
+    SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
+}
+
+/// What has happened.
+#[derive(Debug)]
+pub enum Event {
+    /// A viewer watches a topic from now on.
+    Subscribed(ChannelId, SinkId),
+    /// Playing goes on from another time.
+    Sought(u64),
+    /// Something else has changed: who watches, how playing stands.
+    Changed,
+    /// A signal asks the process to end.
+    End,
+}
+
+/// The clock of a recording, and the viewers that set it.
+pub type SharedPlayback = Arc<std::sync::Mutex<Playback>>;
+
+/// Locks the clock; nobody panics while they hold it.
+pub fn locked(playback: &SharedPlayback) -> std::sync::MutexGuard<'_, Playback> {
+    playback.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// A server that runs; dropped, it has ended.
+pub struct Server {
+    handle: Option<WebSocketServerHandle>,
+    runtime: Runtime,
+    context: Arc<Context>,
+    events: Receiver<Event>,
+    tell: Sender<Event>,
+    /// The last time that viewers were told, and when.
+    told: (u64, Option<Instant>),
+}
+
+/// What is served: all about it that viewers are told.
+pub struct Served {
+    /// What it is called.
+    pub name: String,
+    /// Of a recording: times of its first and last message, and its clock.
+    pub playback: Option<((u64, u64), SharedPlayback)>,
+}
+
+impl Server {
+    /// Begins to listen. Topics are added to [`Server::context`].
+    ///
+    /// # Errors
+    /// [`ViewError::Address`], [`ViewError::Server`].
+    pub fn start(port: Port, served: Served) -> Result<Self> {
+        let runtime = Builder::new_multi_thread().worker_threads(THREADS).enable_all().build();
+        let runtime = runtime.map_err(|error| ViewError::Server(error.to_string()))?;
+        let context = Context::new();
+        let (tell, events) = channel();
+        let playback = served.playback.as_ref().map(|(_, playback)| Arc::clone(playback));
+        let mut server = WebSocketServer::new()
+            .name(served.name)
+            .bind(Ipv4Addr::LOCALHOST.to_string(), port.number())
+            .context(&context)
+            .capabilities([Capability::Time])
+            .message_backlog_size(BACKLOG)
+            .listener(Arc::new(Listener { tell: tell.clone(), playback }))
+            .tokio_runtime(runtime.handle());
+        if let Some(((first_ns, last_ns), _)) = served.playback {
+            server = server.playback_time_range(first_ns, last_ns);
+        }
+        let handle = server.start_blocking().map_err(|error| match error {
+            foxglove::FoxgloveError::Bind(source) => {
+                ViewError::Address { address: address(port.number()), source }
+            }
+            error => ViewError::Server(error.to_string()),
+        })?;
+        Ok(Self { handle: Some(handle), runtime, context, events, tell, told: (0, None) })
+    }
+
+    /// Where topics are added.
+    pub fn context(&self) -> &Arc<Context> {
+        &self.context
+    }
+
+    /// Has SIGINT and SIGTERM be told as [`Event::End`].
+    ///
+    /// # Errors
+    /// [`ViewError::Server`] where the kernel refuses.
+    pub fn hear_signals(&self) -> Result<()> {
+        use tokio::signal::unix::{SignalKind, signal};
+        let _inside = self.runtime.enter();
+        for kind in [SignalKind::interrupt(), SignalKind::terminate()] {
+            let mut signals = signal(kind).map_err(|error| ViewError::Server(error.to_string()))?;
+            let tell = self.tell.clone();
+            self.runtime.spawn(async move {
+                while signals.recv().await.is_some() {
+                    let _ = tell.send(Event::End);
+                }
+            });
+        }
+        Ok(())
+    }
+
+    /// What has happened and was not taken yet.
+    pub fn next_event(&self) -> Option<Event> {
+        self.events.try_recv().ok()
+    }
+
+    /// Waits for what happens next, no longer than this.
+    pub fn wait_for_event(&self, timeout: Duration) -> Option<Event> {
+        self.events.recv_timeout(timeout).ok()
+    }
+
+    /// Tells viewers the time where it has changed and was not told just now. Who cannot take that much is not connected
+    /// any more: so not with every message.
+    pub fn tell_time(&mut self, stamp_ns: u64) {
+        let (last_ns, since) = self.told;
+        let is_due = since.is_none_or(|since| since.elapsed() >= TIME_EVERY);
+        if let (true, true, Some(handle)) = (stamp_ns != last_ns, is_due, &self.handle) {
+            handle.broadcast_time(stamp_ns);
+            self.told = (stamp_ns, Some(Instant::now()));
+        }
+    }
+
+    /// Tells viewers how playing stands.
+    pub fn tell_playback(&self, playback: &SharedPlayback, did_seek: bool) {
+        if let Some(handle) = &self.handle {
+            handle.broadcast_playback_state(told(&locked(playback), did_seek));
+        }
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        if let Some(handle) = self.handle.take() {
+            let ending = handle.stop();
+            // Who does not answer is not waited for.
+            let _ = self.runtime.block_on(async { tokio::time::timeout(GOODBYE, ending.wait()).await });
+        }
+    }
+}
+
+fn told(playback: &Playback, did_seek: bool) -> PlaybackState {
+    PlaybackState {
+        status: match playback.state() {
+            State::Playing => PlaybackStatus::Playing,
+            State::Paused => PlaybackStatus::Paused,
+            State::Ended => PlaybackStatus::Ended,
+        },
+        current_time: playback.at_ns(Instant::now()),
+        playback_speed: playback.rate() as f32,
+        did_seek,
+        request_id: None,
+    }
+}
+
+/// Hears viewers, on the server's thread.
+struct Listener {
+    tell: Sender<Event>,
+    playback: Option<SharedPlayback>,
+}
+
+impl Listener {
+    /// Who does not listen any more is about to end.
+    fn say(&self, event: Event) {
+        let _ = self.tell.send(event);
+    }
+}
+
+impl ServerListener for Listener {
+    fn on_subscribe(&self, client: Client, channel: ChannelView) {
+        if let Some(sink) = client.sink_id() {
+            self.say(Event::Subscribed(channel.id(), sink));
+        }
+    }
+
+    fn on_unsubscribe(&self, _: Client, _: ChannelView) {
+        self.say(Event::Changed);
+    }
+
+    fn on_client_connect(&self) {
+        self.say(Event::Changed);
+    }
+
+    fn on_client_disconnect(&self) {
+        self.say(Event::Changed);
+    }
+
+    fn on_playback_control_request(&self, asked: PlaybackControlRequest) -> Option<PlaybackState> {
+        let mut playback = locked(self.playback.as_ref()?);
+        let plays = asked.playback_command == PlaybackCommand::Play;
+        let request = Request { plays, rate: asked.playback_speed.into(), seek_ns: asked.seek_time };
+        let target = playback.ask(request, Instant::now());
+        self.say(target.map_or(Event::Changed, Event::Sought));
+        Some(told(&playback, target.is_some()))
+    }
+}

@@ -1,0 +1,76 @@
+"""A node of real ROS 2 (rclpy), the counterpart of `sketchnav bridge ros2`; tests/ros2.rs runs it.
+
+ros2_node.py listen SCANS [NAMESPACE]   hears topics until so many scans have come, and tells what it has heard as JSON
+ros2_node.py order TEXT [NAMESPACE]     publishes an order once somebody subscribes
+"""
+
+import json
+import sys
+import time
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
+
+#: Longest wait, seconds of the wall clock: for what hangs.
+LIMIT_S = 90.0
+
+
+def spin_until(node, holds):
+    limit = time.monotonic() + LIMIT_S
+    while not holds():
+        if time.monotonic() > limit:
+            sys.exit(f"waited {LIMIT_S} s")
+        rclpy.spin_once(node, timeout_sec=0.1)
+
+
+def seconds(stamp):
+    return stamp.sec + stamp.nanosec * 1e-9
+
+
+def listen(node, count):
+    heard = {"scan": [], "odometry": [], "clock": [], "diagnostics": []}
+    kinds = {"scan": LaserScan, "odometry": Odometry, "clock": Clock, "diagnostics": DiagnosticArray}
+    for topic, kind in kinds.items():
+        # Best effort alone is offered for what sensors say; the others are asked for reliably.
+        quality = qos_profile_sensor_data if topic in ("scan", "odometry") else QoSProfile(depth=100)
+        node.create_subscription(kind, topic, heard[topic].append, quality)
+    spin_until(node, lambda: len(heard["scan"]) >= count and heard["diagnostics"] and heard["clock"])
+    scan, odometry = heard["scan"][-1], heard["odometry"][-1]
+    report = {topic: len(messages) for topic, messages in heard.items()}
+    report["scan_frame"] = scan.header.frame_id
+    report["beams"] = len(scan.ranges)
+    report["nearest_m"] = min(scan.ranges)
+    report["scan_stamps_s"] = [seconds(scan.header.stamp) for scan in heard["scan"]]
+    report["clock_s"] = [seconds(message.clock) for message in heard["clock"]]
+    report["odometry_frames"] = [odometry.header.frame_id, odometry.child_frame_id]
+    report["poses"] = [[m.pose.pose.position.x, m.pose.pose.position.y] for m in heard["odometry"]]
+    last = heard["diagnostics"][-1]
+    report["levels"] = {status.name: status.level[0] for status in last.status}
+    report["nodes"] = node.get_node_names()
+    report["topics"] = {name: kinds[0] for name, kinds in node.get_topic_names_and_types()}
+    print(json.dumps(report))
+
+
+def order(node, text):
+    publisher = node.create_publisher(String, "order", QoSProfile(depth=10))
+    spin_until(node, lambda: publisher.get_subscription_count() > 0)
+    publisher.publish(String(data=text))
+    # Reliable: it is there once this is true.
+    publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=LIMIT_S))
+
+
+def main():
+    rclpy.init()
+    verb, argument, *namespace = sys.argv[1:]
+    node = rclpy.create_node("counterpart", namespace=namespace[0] if namespace else "")
+    {"listen": lambda: listen(node, int(argument)), "order": lambda: order(node, argument)}[verb]()
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+main()

@@ -338,44 +338,93 @@ fn the_code_of_the_page_on_navigators_is_that_of_the_file() {
     }
 }
 
-/// A parameter that is renamed, or has another default, is found by who reads the page.
-#[test]
-fn parameters_of_the_sketch_page_have_the_defaults_of_the_code() {
-    let tables = [
-        ("localizer", table(&sketchnav_sketch::localization::parameters::Parameters::default())),
-        ("planner", table(&sketchnav_sketch::planning::parameters::Parameters::default())),
-        ("sketcher", table(&sketchnav_sketch::reading::Settings::default())),
-    ];
-    let page = Page::of("docs/navigators/sketch.md");
-    let (mut current, mut checked) = (None, 0);
+/// Compares the defaults in a page's rows ``| `localizer.belief.hypotheses` | 300 |``; how many there were. The rows below
+/// a header ``| `[parameters.localizer]` |`` leave the process out.
+fn compare_defaults(page: &str, parameters: &Value) -> usize {
+    let header = pattern(r"^\| `\[parameters\.(\w+)\]`");
+    let (page, mut process, mut count) = (Page::of(page), None, 0);
     for (number, line, _) in page.lines() {
         let cells: Vec<_> = line.split('|').map(str::trim).collect();
-        if let Some((_, table)) =
-            tables.iter().find(|(name, _)| line.contains(&format!("| `[parameters.{name}]` |")))
-        {
-            current = Some(table);
+        if let Some(found) = header.captures(line) {
+            process = Some(found.get(1).unwrap().as_str());
         } else if cells.len() < 4 {
-            current = None;
-        } else if let Some(table) = current.filter(|_| cells[1].starts_with('`')) {
-            for (name, default) in cells[1].split(", ").zip(cells[2].split(", ")) {
-                let name = name.trim_matches('`');
-                let found = table.get(name).unwrap_or_else(|| panic!("line {number}: no parameter {name}"));
-                assert_eq!(shown(found), default.trim_matches('`'), "line {number}: {name}");
-                checked += 1;
+            process = None;
+        } else if let Some(names) = names(cells[1], process) {
+            let is_one = names.len() == 1;
+            let defaults: Vec<_> = if is_one { vec![cells[2]] } else { cells[2].split(", ").collect() };
+            assert_eq!(names.len(), defaults.len(), "{}:{number}", page.name());
+            for (name, default) in names.iter().zip(defaults) {
+                let found = parameters.pointer(name);
+                let found = found.unwrap_or_else(|| panic!("{}:{number}: no {name}", page.name()));
+                assert_eq!(shown(found), default.trim_matches('`'), "{}:{number}: {name}", page.name());
+                count += 1;
             }
         }
     }
+    count
+}
+
+/// The parameters of a cell, as paths: ``"`planner.gain`, `.weight`"`` has two of one table.
+fn names(cell: &str, process: Option<&str>) -> Option<Vec<String>> {
+    let mut names = cell.split(", ").map(|name| name.trim_matches(['`', '.']));
+    let first = names.next().filter(|_| cell.starts_with('`'))?;
+    let of_process = |word: &str| first.split_once('.').is_some_and(|(found, _)| found == word);
+    let table = match process {
+        Some(process) => process.to_owned(),
+        None if ["sketcher", "localizer", "planner"].into_iter().any(of_process) => {
+            first.rsplit_once('.')?.0.replace('.', "/")
+        }
+        None => return None,
+    };
+    let last = |name: &str| name.rsplit('.').next().unwrap_or(name).to_owned();
+    Some(std::iter::once(first).chain(names).map(|name| format!("/{table}/{}", last(name))).collect())
+}
+
+/// A parameter that is renamed, or has another default, is found by who reads the page.
+#[test]
+fn parameters_of_the_sketch_page_have_the_defaults_of_the_code() {
+    let parameters = serde_json::json!({
+        "localizer": sketchnav_sketch::localization::parameters::Parameters::default(),
+        "planner": sketchnav_sketch::planning::parameters::Parameters::default(),
+        "sketcher": sketchnav_sketch::reading::Settings::default(),
+    });
+    let checked = compare_defaults("docs/navigators/sketch.md", &parameters);
     assert!(checked > 40, "{checked}");
 }
 
-fn table(parameters: &impl serde::Serialize) -> serde_json::Map<String, Value> {
-    serde_json::to_value(parameters).unwrap().as_object().unwrap().clone()
+#[test]
+fn parameters_of_the_other_navigators_pages_have_the_defaults_of_the_code() {
+    use sketchnav_directions::arrival::Effort;
+    use sketchnav_directions::{Window, navigator};
+    use sketchnav_landmarks::{extraction, mission};
+
+    let landmarks = serde_json::json!({
+        "localizer": mission::LocalizerParameters::default(),
+        "planner": mission::PlannerParameters::default(),
+        "sketcher": extraction::Parameters::default(),
+    });
+    assert!(compare_defaults("docs/navigators/landmarks.md", &landmarks) >= 12);
+    let corridor = serde_json::json!({
+        "localizer": sketchnav_corridor::perception::Parameters::default(),
+        "planner": sketchnav_corridor::planner::Parameters::default(),
+    });
+    assert_eq!(compare_defaults("docs/navigators/corridor.md", &corridor), 5);
+    let Effort { trials, trial_journeys, journeys } = Effort::USUAL;
+    let directions = serde_json::json!({
+        "planner": navigator::Settings::new(Window::new(0.1, 0.015).unwrap(), 0.001),
+        "sketcher": { "trials": trials, "trial_journeys": trial_journeys, "journeys": journeys },
+    });
+    assert_eq!(compare_defaults("docs/navigators/directions.md", &directions), 9);
 }
 
-/// A number as people write it.
+/// A value as people write it.
 fn shown(value: &Value) -> String {
-    let number = value.as_f64().map(|number| ((number * 1e4).round() / 1e4).to_string());
-    number.unwrap_or_else(|| value.as_str().unwrap_or_default().to_owned())
+    match value {
+        Value::Number(number) => ((number.as_f64().unwrap() * 1e4).round() / 1e4).to_string(),
+        Value::String(text) => text.clone(),
+        Value::Array(items) => items.iter().map(shown).collect::<Vec<_>>().join(", "),
+        other => other.to_string(),
+    }
 }
 
 #[test]

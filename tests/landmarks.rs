@@ -7,7 +7,7 @@ use support::Place;
 
 const SKETCH: &str = "sketches/a-04.json";
 /// A sketch that landmark states lead along.
-const BY_STATES: &str = "sketches/a-02.json";
+const BY_STATES: &str = "sketches/a-01.json";
 
 fn place(mission: &str) -> Place {
     Place::with_missions("landmarks", mission)

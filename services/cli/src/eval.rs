@@ -146,8 +146,13 @@ fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> 
         let words = known.join(", ");
         return Err(anyhow!("--method: suite {} expected one of {words}, found {unknown:?}", suite.name));
     }
-    let usual = known.iter().take(1).map(|&word| word.to_owned()).collect();
-    Ok(if options.methods.is_empty() { usual } else { options.methods.clone() })
+    if !options.methods.is_empty() {
+        return Ok(options.methods.clone());
+    }
+    // Where all trials are driven by one method, whatever is asked for, its name stands over the table.
+    let own = first.method.as_deref();
+    let own = own.filter(|own| suite.trials.iter().all(|trial| trial.method.as_deref() == Some(own)));
+    Ok(own.or(known.first().copied()).map(str::to_owned).into_iter().collect())
 }
 
 fn jobs<'a>(suite: &'a Suite, methods: &'a [String], options: &EvalOptions) -> Result<Vec<Job<'a>>, Failure> {

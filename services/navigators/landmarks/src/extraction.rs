@@ -21,8 +21,8 @@ pub mod track;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Parameters {
-    /// How far an object may be to be in view, in metres: the "sonar range (150)" of figure 4.27, in inches. Sonars reach
-    /// 255 inches (4.2); at that range a robot rarely is where the drawing has it to better than the tolerances.
+    /// How far an object may be to be in view, in metres: "the radius of the sensor range" (4.3), 255 inches (4.2). The 150
+    /// inches of figure 4.27 are those of the reactive controller: figure 4.29 has relations at 160 and at 295 inches.
     pub sensor_radius_m: f64,
     /// The side of the box that stands for the robot, in metres: the Nomad's diameter of 20 inches. The robot's own: no
     /// key of a mission.
@@ -57,7 +57,7 @@ pub struct Parameters {
 impl Default for Parameters {
     fn default() -> Self {
         Self {
-            sensor_radius_m: 150.0 * INCH_M,
+            sensor_radius_m: 255.0 * INCH_M,
             robot_m: 20.0 * INCH_M,
             proximity_tolerance_m: 22.0 * INCH_M,
             width_tolerance: 30.0,

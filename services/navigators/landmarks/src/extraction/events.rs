@@ -1,7 +1,8 @@
 //! Landmark events around a step of the route, with their significance (Chronis 2007, 4.3.5).
 //!
-//! An event is that an object comes in view, changes its direction, or disappears; at the step itself everything in view
-//! counts.
+//! An event is that an object comes in view, changes its direction, or disappears. A change of the command lies between two
+//! steps (figure 4.11: `turn[step] <> turn[step-1]`); at both of them everything in view counts. So state 6 of figure
+//! 4.29 has the table in two directions of consecutive steps, with equal significance.
 
 use super::Parameters;
 use super::fuzzy::{Status, significance};
@@ -18,7 +19,7 @@ pub struct Event {
     pub is_new: bool,
 }
 
-/// The events around a step, the most significant first. Of one object in one place the most significant one is kept.
+/// The events around the change of the command at a step, the most significant first. Of one object in one place the most significant one is kept.
 pub fn around(track: &Track, step: usize, parameters: &Parameters) -> Vec<Event> {
     let from = step.saturating_sub(parameters.event_steps);
     let to = (step + parameters.event_steps).min(track.steps.len() - 1);
@@ -28,8 +29,9 @@ pub fn around(track: &Track, step: usize, parameters: &Parameters) -> Vec<Event>
             let status = status(track, at, sight.landmark);
             let before = at.checked_sub(1).and_then(|at| seen(&track.steps[at], sight.landmark));
             let has_moved = before.is_some_and(|before| before.place != sight.place);
-            if at == step || status != Status::Unchanged || has_moved {
-                let significance = significance(at.abs_diff(step), sight.place, status);
+            let steps_off = if at < step { step - 1 - at } else { at - step };
+            if steps_off == 0 || status != Status::Unchanged || has_moved {
+                let significance = significance(steps_off, sight.place, status);
                 add(&mut events, Event { sight: *sight, significance, is_new: status == Status::New });
             }
         }

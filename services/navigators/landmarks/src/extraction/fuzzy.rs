@@ -3,11 +3,14 @@
 //! The membership functions of figure 4.9 are lost. These are ours (degree over the input, linear between the places):
 //!
 //! ```text
-//! timing, in steps        0   1   3   5          main direction, in sixteenths off the front   0   4   8
-//!   very close            1   1   0   0          front                                         1   0   0
-//!   close                 0   0   1   0          left, right                                   0   1   0
-//!   far                   0   0   0   1          rear                                          0   0   1
+//! timing, in steps        0   2   4          main direction, in sixteenths off the front   0   2   4   6   8
+//!   very close            1   0   0          front                                         1   1   0   0   0
+//!   close                 0   1   0          left, right                                   0   0   1   1   0
+//!   far                   0   0   1          rear                                          0   0   0   0   1
 //! ```
+//!
+//! They have the flat parts that the examples need: state 6 of figure 4.29 has directions 1, 0 and 14 with "an equal score
+//! for all three", and the state at step 10 of figure 4.7 has 5, 6 and 12.
 //!
 //! An output is a number: very high 1, high 0.8, good 0.6, poor 0.2. The significance is the mean of the outputs of all
 //! rules, weighted by the degrees of their inputs (Sugeno's inference). An unchanged status fires no rule.
@@ -44,17 +47,17 @@ fn linear(x: f64, corners: &[(f64, f64)]) -> f64 {
     }
 }
 
-/// The significance of an event, from 0 to 1.
+/// The significance of an event so many steps off the change of the command, from 0 to 1.
 pub fn significance(steps_off: usize, place: Place, status: Status) -> f64 {
     let timing = steps_off as f64;
     let off = f64::from(off_front(place));
     let rules = [
-        (linear(timing, &[(1.0, 1.0), (3.0, 0.0)]), VERY_HIGH),
-        (linear(timing, &[(1.0, 0.0), (3.0, 1.0), (5.0, 0.0)]), GOOD),
-        (linear(timing, &[(3.0, 0.0), (5.0, 1.0)]), POOR),
-        (linear(off, &[(0.0, 1.0), (4.0, 0.0)]), VERY_HIGH),
-        (linear(off, &[(0.0, 0.0), (4.0, 1.0), (8.0, 0.0)]), HIGH),
-        (linear(off, &[(4.0, 0.0), (8.0, 1.0)]), POOR),
+        (linear(timing, &[(0.0, 1.0), (2.0, 0.0)]), VERY_HIGH),
+        (linear(timing, &[(0.0, 0.0), (2.0, 1.0), (4.0, 0.0)]), GOOD),
+        (linear(timing, &[(2.0, 0.0), (4.0, 1.0)]), POOR),
+        (linear(off, &[(2.0, 1.0), (4.0, 0.0)]), VERY_HIGH),
+        (linear(off, &[(2.0, 0.0), (4.0, 1.0), (6.0, 1.0), (8.0, 0.0)]), HIGH),
+        (linear(off, &[(6.0, 0.0), (8.0, 1.0)]), POOR),
         (f64::from(status == Status::New), VERY_HIGH),
         (f64::from(status == Status::Disappeared), GOOD),
     ];
@@ -90,9 +93,19 @@ mod tests {
         is(rate(0, 4, Status::Unchanged), (1.0 + 0.8) / 2.0);
         is(rate(0, 12, Status::Unchanged), (1.0 + 0.8) / 2.0);
         is(rate(0, 8, Status::Unchanged), (1.0 + 0.2) / 2.0);
-        is(rate(3, 0, Status::Disappeared), (0.6 + 1.0 + 0.6) / 3.0);
-        is(rate(5, 8, Status::Unchanged), 0.2);
-        is(rate(2, 1, Status::New), (0.5 + 0.5 * 0.6 + (0.75 + 0.25 * 0.8) + 1.0) / 3.0);
+        is(rate(2, 0, Status::Disappeared), (0.6 + 1.0 + 0.6) / 3.0);
+        is(rate(4, 8, Status::Unchanged), 0.2);
+        is(rate(1, 3, Status::New), (0.5 + 0.5 * 0.6 + (0.5 + 0.5 * 0.8) + 1.0) / 3.0);
+    }
+
+    #[test]
+    fn what_the_examples_call_equal_is_equal() {
+        // Chronis 2007, figure 4.29, state 6; figure 4.7, step 10.
+        for directions in [[1, 0, 14], [5, 6, 12]] {
+            let [one, other, third] = directions.map(|direction| rate(0, direction, Status::Unchanged));
+            assert!((one - other).abs() < 1e-12 && (one - third).abs() < 1e-12, "{directions:?}");
+        }
+        assert!(rate(0, 2, Status::Unchanged) > rate(0, 5, Status::Unchanged));
     }
 
     #[test]

@@ -131,7 +131,7 @@ fn a_turn_without_an_object_in_view_names_its_place() {
     let text = error.to_string();
     assert!(
         text.starts_with(
-            "step 12 at (44, 0): expected an object within 3.8 m where the robot is to turn left"
+            "step 12 at (44, 0): expected an object within 6.5 m where the robot is to turn left"
         ),
         "{text}"
     );

@@ -164,7 +164,8 @@ fn commands(page: &Page) -> Vec<(usize, Vec<String>, bool)> {
             let starts = ["sketchnav ", "cargo run --release -- "];
             let start = starts.iter().find(|start| line.starts_with(**start));
             if let Some(start) = start {
-                let line = line[start.len()..].split(" #").next().unwrap();
+                // Neither comments nor where the output goes are the program's.
+                let line = line[start.len()..].split(" #").next().unwrap().split(" > ").next().unwrap();
                 commands.push((number, words(line.strip_suffix(" &").unwrap_or(line)), true));
             }
         } else {

@@ -84,8 +84,7 @@ impl Finder {
     fn landmark(&self, returns: &[Return], begin: usize, end: usize, scan: &LaserScan) -> Option<Point> {
         let at = |index: usize| returns[index % returns.len()];
         let count = end + 1 - begin;
-        let widest = returns.len();
-        if !(LEAST_RETURNS..widest).contains(&count) {
+        if !(LEAST_RETURNS..=returns.len()).contains(&count) {
             return None;
         }
         let increment_rad = f64::from(scan.angle_increment_rad);

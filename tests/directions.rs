@@ -31,9 +31,27 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
     place.page_says(recording, &words);
 }
 
+/// The same navigator on land: a field of poles, a laser, and a custom map.
+#[test]
+fn from_a_floor_plan_the_robot_arrives_among_poles() {
+    let place = place("poles.toml");
+    let recording = &place.driven("mission.toml --seed 1");
+    let messages = place.messages(recording);
+    assert_eq!((messages.get("/view"), messages.get("/contact")), (None, None), "{messages:?}");
+    assert_eq!(messages.get("/description"), messages.get("/scan"), "{messages:?}");
+    place.is_reproduced(recording, &["sketcher", "localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    let kinds = judged.pointer("/0/journeys").and_then(Value::as_array).unwrap();
+    assert_eq!(kinds.len(), 2, "{judged}");
+    for journey in kinds {
+        assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{judged}");
+    }
+    place.page_says(recording, &["Custom maps", "(Isol", "stated probability"]);
+}
+
 #[test]
 fn kills_leave_the_same_bytes() {
-    for (mission, kills) in [("hundred.toml", 10), ("written.toml", 6)] {
+    for (mission, kills) in [("hundred.toml", 10), ("written.toml", 6), ("poles.toml", 6)] {
         place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }
 }

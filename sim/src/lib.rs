@@ -25,6 +25,7 @@ pub mod people;
 pub mod physics;
 pub mod plane;
 pub mod plane_file;
+pub mod poles;
 pub mod raster;
 pub mod raycast;
 pub mod robots;

@@ -1,4 +1,4 @@
-//! The scenes that ship are those that [`sketchnav_sim::scenes`] makes.
+//! The scenes and fields that ship are those that [`sketchnav_sim::scenes`] and [`sketchnav_sim::poles`] make.
 
 use std::path::Path;
 
@@ -8,16 +8,24 @@ const MADE_BY: &str = "# Made by sketchnav_sim::scenes; `SKETCHNAV_UPDATE_GOLDEN
 
 #[test]
 fn golden_scenes_are_as_they_are_made() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("missions/landmarks");
     let scenes = [Scene::a(), Scene::b()].map(|scene| (scene.file_name(), scene.plan()));
     for (file, plan) in scenes.into_iter().chain([("open.floor.toml".to_owned(), Scene::open())]) {
-        let path = folder.join(file);
-        let made = format!("{MADE_BY}{}", toml::to_string(&plan).unwrap());
-        if std::env::var_os("SKETCHNAV_UPDATE_GOLDEN").is_some() {
-            std::fs::create_dir_all(&folder).unwrap();
-            std::fs::write(&path, &made).unwrap();
-        }
-        let shipped = std::fs::read_to_string(&path).unwrap_or_default();
-        assert!(shipped == made, "{}: not as it is made", path.display());
+        is_as_made(&format!("landmarks/{file}"), &format!("{MADE_BY}{}", toml::to_string(&plan).unwrap()));
     }
+}
+
+#[test]
+fn golden_fields_are_as_they_are_made() {
+    let made = toml::to_string(&sketchnav_sim::poles::plan(1)).unwrap();
+    is_as_made("directions/poles.floor.toml", &format!("{}{made}", MADE_BY.replace("scenes", "poles")));
+}
+
+fn is_as_made(file: &str, made: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("missions").join(file);
+    if std::env::var_os("SKETCHNAV_UPDATE_GOLDEN").is_some() {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, made).unwrap();
+    }
+    let shipped = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(shipped == made, "{}: not as it is made", path.display());
 }

@@ -17,6 +17,7 @@ pub mod cost;
 pub mod deformed;
 pub mod ground;
 pub mod jobs;
+pub mod land;
 pub mod landmarks;
 pub mod outcome;
 pub mod people;

@@ -5,11 +5,12 @@ use std::path::Path;
 
 use sketchnav_directions::journey::Kind;
 use sketchnav_evaluation::judge::directions::{JourneyVerdict, journeys};
+use sketchnav_evaluation::judge::judge;
 use sketchnav_evaluation::judge::log::Log;
 use sketchnav_rehearsal::{Rehearsal, Tap};
-use sketchnav_schemas::channels::{ChannelSpec, ITINERARY, JOURNEY, STATUS, TRUTH};
+use sketchnav_schemas::channels::{CONTACT, ChannelSpec, ITINERARY, JOURNEY, STATUS, TRUTH};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sim::files;
+use sketchnav_sim::{files, poles};
 
 /// What the judge needs of a drive.
 #[derive(Default)]
@@ -18,6 +19,7 @@ struct Heard(Log);
 impl Tap for Heard {
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], _: &[u8]) {
         self.0.truth.extend(TRUTH.message(spec, message));
+        self.0.contacts.extend(CONTACT.message(spec, message));
         self.0.status.extend(STATUS.message(spec, message));
         self.0.journeys.extend(JOURNEY.message(spec, message));
         if let Some(itinerary) = ITINERARY.message(spec, message) {
@@ -26,15 +28,27 @@ impl Tap for Heard {
     }
 }
 
-fn driven(mission: &str, seed: u64) -> Vec<JourneyVerdict> {
+fn run(mission: &str, seed: u64) -> RunConfig {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/directions").join(mission);
     let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
-    let run = RunConfig::lockstep("rehearsal", mission, robot, seed);
+    RunConfig::lockstep("rehearsal", mission, robot, seed)
+}
+
+fn log_of(run: &RunConfig) -> Log {
     let mut heard = Heard::default();
-    Rehearsal::new(&run).unwrap().run(&mut heard).unwrap();
-    let dots = files::plane_file(Path::new(run.mission.world.plane.as_deref().unwrap())).unwrap().dots;
+    Rehearsal::new(run).unwrap().run(&mut heard).unwrap();
+    heard.0
+}
+
+fn judged(run: &RunConfig, log: &Log, dots: &[[f64; 2]]) -> Vec<JourneyVerdict> {
     let names: Vec<_> = run.mission.task.iter().map(|task| task.name.clone()).collect();
-    journeys(&heard.0, &names, &dots)
+    journeys(log, &names, dots)
+}
+
+fn driven(mission: &str, seed: u64) -> Vec<JourneyVerdict> {
+    let run = run(mission, seed);
+    let dots = files::plane_file(Path::new(run.mission.world.plane.as_deref().unwrap())).unwrap().dots;
+    judged(&run, &log_of(&run), &dots)
 }
 
 #[test]
@@ -46,4 +60,18 @@ fn in_gusts_and_among_clusters_as_many_journeys_arrive_as_the_map_maker_says() {
     let (mean, variance) =
         stated.fold((0.0, 0.0), |(mean, variance), p| (mean + p, variance + p * (1.0 - p)));
     assert!((arrived - mean).abs() < 3.0 * f64::sqrt(variance), "{arrived} {mean} {verdicts:?}");
+}
+
+/// The robot sees its laser alone. It drives around poles in its way, and touches none.
+#[test]
+fn on_land_the_robot_drives_from_pole_to_pole_without_a_touch() {
+    let run = run("poles.toml", 1);
+    let log = log_of(&run);
+    let verdicts = judged(&run, &log, &poles::poles(1));
+    for verdict in &verdicts {
+        assert!(matches!(verdict.kind, Some(Kind::Direct | Kind::Recovered)), "{verdicts:?}");
+        assert!(verdict.attained.len() > 4 && verdict.stated.unwrap() > 0.8, "{verdicts:?}");
+    }
+    assert!(log.contacts.is_empty());
+    assert!(judge(&run.mission, &log.truth, &log.status, &[]).tasks.iter().all(|task| task.reached));
 }

@@ -6,14 +6,15 @@
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, corridor, corridor_cost, deformed, landmarks, people, protocol, routes, sensitivity, studies,
+    ablation, corridor, corridor_cost, deformed, land, landmarks, people, protocol, routes, sensitivity,
+    studies,
 };
 
 /// Loads a suite.
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 18] = [
+const SUITES: [(&str, Loader); 19] = [
     ("ablation", ablation::suite),
     ("building-079", protocol::building_079),
     ("building", protocol::building),
@@ -22,6 +23,7 @@ const SUITES: [(&str, Loader); 18] = [
     ("corridor-person", corridor::person),
     ("corridor-turns", corridor::turns),
     ("deformed", deformed::suite),
+    ("directions-land", land::suite),
     ("laboratory", protocol::laboratory),
     ("landmark-choice", landmarks::choice),
     ("landmark-deformed", landmarks::deformed),

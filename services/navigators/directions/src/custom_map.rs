@@ -12,6 +12,9 @@
 //! the attained landmark are occupied: `(3, -)` takes it as right, `(4, SW, Isol)` moves it to a corner and seeks again.
 //! `M` is the corner for the attained landmark; `-` stands in the last entry alone and does nothing.
 //!
+//! A count says how many quadrants are occupied. A navigator on land sees all around, and has the four quadrants in order in
+//! its place: `(none+point+pair+group, SW, Isol)` (8). Of all panoramas of an entry, the one that is most like what it sees counts.
+//!
 //! Case and white space do not matter, `#` begins a comment, commas between entries and brackets around all of them are
 //! optional. [`CustomMap`] prints as it parses.
 
@@ -24,6 +27,7 @@ use serde::{Deserialize, Serialize};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
+use crate::signature::Signature;
 
 /// The most entries of a map.
 pub const MOST_ENTRIES: usize = 10_000;
@@ -55,13 +59,52 @@ pub enum Direction {
     Backward,
 }
 
-/// What to do for each quadrant occupancy count of the landmark that was attained.
+/// The most ways back of an entry.
+pub const MOST_RECOVERIES: usize = 8;
+/// The greatest difference of a panorama from one that is taken for it.
+const MOST_DIFFERENCE: u8 = 2;
+
+/// What is seen around a landmark, as a map has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Sign {
+    /// The quadrant occupancy count.
+    Count(u8),
+    /// What each quadrant holds, in order.
+    Panorama(Signature),
+}
+
+impl Sign {
+    /// How far it is from what is seen; none where that is something else.
+    fn difference(self, seen: Signature) -> Option<u8> {
+        match self {
+            Self::Count(count) => (count == seen.count()).then_some(0),
+            Self::Panorama(own) => Some(own.difference(seen)).filter(|&off| off <= MOST_DIFFERENCE),
+        }
+    }
+}
+
+impl From<u8> for Sign {
+    fn from(count: u8) -> Self {
+        Self::Count(count)
+    }
+}
+
+impl fmt::Display for Sign {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Count(count) => write!(f, "{count}"),
+            Self::Panorama(signature) => write!(f, "{signature}"),
+        }
+    }
+}
+
+/// What to do for each sign of the landmark that was attained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Verification {
-    /// The count of the right landmark.
-    expected: u8,
-    /// For each other count the way back, where there is one.
-    recoveries: [Option<Recovery>; 5],
+    /// The sign of the right landmark.
+    expected: Sign,
+    /// For other signs the way back, in the order of the signs.
+    recoveries: [Option<(Sign, Recovery)>; MOST_RECOVERIES],
 }
 
 /// A way back: move the wrong landmark to a corner, and seek from there.
@@ -85,45 +128,50 @@ pub enum Response {
 }
 
 impl Verification {
-    /// Accepts a landmark with this count of occupied quadrants, 0 to 4.
-    pub fn new(expected: u8) -> Result<Self, Error> {
-        if expected > 4 {
-            return Err(Error::Parameter {
+    /// Accepts a landmark with this sign: a count of occupied quadrants, 0 to 4, or a panorama.
+    pub fn new(expected: impl Into<Sign>) -> Result<Self, Error> {
+        match expected.into() {
+            Sign::Count(count @ 5..) => Err(Error::Parameter {
                 what: "quadrant occupancy count",
                 expected: "0 to 4",
-                found: f64::from(expected),
-            });
+                found: f64::from(count),
+            }),
+            expected => Ok(Self { expected, recoveries: [None; MOST_RECOVERIES] }),
         }
-        Ok(Self { expected, recoveries: [None; 5] })
     }
 
-    /// Adds a way back for a count. The expected count, and counts above 4, have none.
-    pub fn recovering(mut self, count: u8, recovery: Recovery) -> Self {
-        if count != self.expected && count <= 4 {
-            self.recoveries[usize::from(count)] = Some(recovery);
+    /// Adds a way back for a sign. The expected sign, counts above 4, and signs beyond [`MOST_RECOVERIES`] have none.
+    pub fn recovering(mut self, sign: impl Into<Sign>, recovery: Recovery) -> Self {
+        let sign = sign.into();
+        if sign == self.expected || matches!(sign, Sign::Count(5..)) {
+            return self;
+        }
+        let is_same = |way: &Option<(Sign, Recovery)>| way.is_none_or(|(other, _)| other == sign);
+        let same = self.recoveries.iter().position(|way| way.is_some() && is_same(way));
+        if let Some(place) = same.or_else(|| self.recoveries.iter().position(is_same)) {
+            self.recoveries[place] = Some((sign, recovery));
+            self.recoveries.sort_by_key(|way| (way.is_none(), way.map(|(sign, _)| sign)));
         }
         self
     }
 
-    /// The count of the right landmark.
-    pub fn expected(self) -> u8 {
+    /// The sign of the right landmark.
+    pub fn expected(self) -> Sign {
         self.expected
     }
 
-    /// What to do with a count.
-    pub fn response(self, count: u8) -> Response {
-        if count == self.expected {
-            return Response::Correct;
-        }
-        match self.recoveries.get(usize::from(count)) {
-            Some(&Some(recovery)) => Response::Recover(recovery),
-            _ => Response::Lost,
-        }
+    /// What to do with what is seen around. Of the signs that agree with it, the most similar one counts.
+    pub fn response(self, seen: Signature) -> Response {
+        let right = (self.expected, Response::Correct);
+        let ways = self.recoveries().map(|(sign, recovery)| (sign, Response::Recover(recovery)));
+        let all = std::iter::once(right).chain(ways);
+        let agreeing = all.filter_map(|(sign, response)| Some((sign.difference(seen)?, response)));
+        agreeing.min_by_key(|(off, _)| *off).map_or(Response::Lost, |(_, response)| response)
     }
 
-    /// The ways back, by their counts.
-    pub fn recoveries(self) -> impl Iterator<Item = (u8, Recovery)> {
-        (0..).zip(self.recoveries).filter_map(|(count, recovery)| Some((count, recovery?)))
+    /// The ways back, by their signs.
+    pub fn recoveries(self) -> impl Iterator<Item = (Sign, Recovery)> {
+        self.recoveries.into_iter().flatten()
     }
 }
 
@@ -183,8 +231,8 @@ impl fmt::Display for Entry {
             write!(f, ", {}", direction.word())?;
         }
         if let Some(verification) = self.verification {
-            for (count, Recovery { corner, word }) in verification.recoveries() {
-                write!(f, ", ({count}, {}, {word})", corner.word())?;
+            for (sign, Recovery { corner, word }) in verification.recoveries() {
+                write!(f, ", ({sign}, {}, {word})", corner.word())?;
             }
             write!(f, ", ({}, -)", verification.expected)?;
         }
@@ -199,4 +247,4 @@ impl fmt::Display for CustomMap {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

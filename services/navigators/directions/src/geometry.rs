@@ -1,5 +1,6 @@
 //! Points, the view window and its four corners.
 
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::ops::{Add, Mul, Neg, Sub};
 
 use serde::{Deserialize, Serialize};
@@ -97,6 +98,9 @@ impl Corner {
     /// All corners, in the order of the paper's signatures.
     pub const ALL: [Self; 4] = [Self::Se, Self::Sw, Self::Ne, Self::Nw];
 
+    /// The same corners, each a neighbour of the one before: the order in which a navigator looks around.
+    pub const ROUND: [Self; 4] = [Self::Se, Self::Sw, Self::Nw, Self::Ne];
+
     /// From the corner into the window, by signs of x and y.
     pub const fn inward(self) -> Point {
         match self {
@@ -141,7 +145,28 @@ pub struct Window {
     pub side: f64,
     /// How far the camera sees beyond each edge.
     pub margin: f64,
+    /// A robot on land has a panorama in place of a camera above.
+    pub land: Option<Land>,
 }
+
+/// How a robot on land sees landmarks and passes them (Park and Kender 1995, 8).
+///
+/// Landmarks are upright cylinders, all alike. The robot sees them all around, as far as its range, and those behind others
+/// not at all. It has a landmark *in a corner* when it stands beside it, on the side of the quadrant that it looks into.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Land {
+    /// Radius of a landmark.
+    pub radius: f64,
+    /// How far the robot sees.
+    pub range: f64,
+    /// How far its centre is from that of a landmark beside which it stands.
+    pub stand_off: f64,
+    /// How far its centre keeps from those of all landmarks.
+    pub clearance: f64,
+}
+
+/// What of the reach of a robot on land is its window; the rest is the margin.
+const PROPER: f64 = 0.8;
 
 impl Window {
     /// A window, if its side is above 0 and its margin is not below.
@@ -157,12 +182,38 @@ impl Window {
                 found: margin,
             });
         }
-        Ok(Self { side, margin })
+        Ok(Self { side, margin, land: None })
+    }
+
+    /// The window of a robot on land: the side of the largest quadrant that it sees from beside a landmark, less a margin.
+    pub fn on_land(land: Land) -> Result<Self, Error> {
+        let Land { radius, range, stand_off, clearance } = land;
+        for (what, expected, found, is_right) in [
+            ("radius of a landmark", "a length above 0", radius, radius > 0.0),
+            ("clearance", "more than the radius of a landmark", clearance, clearance > radius),
+            ("stand-off", "more than the clearance", stand_off, stand_off > clearance),
+            ("range", "more than twice the stand-off", range, range > 2.0 * stand_off),
+        ] {
+            if !is_right {
+                return Err(Error::Parameter { what, expected, found });
+            }
+        }
+        let reach = (range + stand_off) * FRAC_1_SQRT_2;
+        Ok(Self { land: Some(land), ..Self::new(PROPER * reach, (1.0 - PROPER) * reach)? })
     }
 
     /// From a landmark to the centre of the window that has it in a corner.
     pub fn centre_from(self, corner: Corner) -> Point {
-        corner.inward() * (self.side / 2.0)
+        match self.land {
+            None => corner.inward() * (self.side / 2.0),
+            Some(land) => corner.inward() * (land.stand_off * FRAC_1_SQRT_2),
+        }
+    }
+
+    /// From the centre to where the window is over a landmark at a place: on land, beside it.
+    pub fn over(self, place: Point) -> Point {
+        let stand_off = self.land.map_or(0.0, |land| land.stand_off);
+        place.direction().map_or(place, |towards| place - towards * stand_off)
     }
 
     /// Whether the window proper shows a point, given relative to the centre.
@@ -173,8 +224,16 @@ impl Window {
 
     /// Whether the camera sees a point, given relative to the centre.
     pub fn camera_sees(self, relative: Point) -> bool {
+        if let Some(land) = self.land {
+            return relative.norm() <= land.range;
+        }
         let half = self.side / 2.0 + self.margin;
         relative.x.abs() <= half && relative.y.abs() <= half
+    }
+
+    /// How far from its centre it sees at most.
+    pub fn reach(self) -> f64 {
+        self.land.map_or((self.side / 2.0 + self.margin) * SQRT_2, |land| land.range)
     }
 }
 
@@ -195,6 +254,32 @@ mod tests {
         let east = Point::new(10.0, 0.0);
         let holds = Corner::ALL.map(|corner| corner.covers(east, 10.0));
         assert_eq!(holds, [false, true, false, true]);
+    }
+
+    #[test]
+    fn on_land_the_robot_sees_a_quadrant_from_beside_its_landmark() {
+        let land = Land { radius: 0.15, range: 8.0, stand_off: 0.9, clearance: 0.5 };
+        let window = Window::on_land(land).unwrap();
+        for corner in Corner::ALL {
+            let centre = window.centre_from(corner);
+            assert!(
+                (centre.norm() - 0.9).abs() < 1e-9 && corner.covers(centre, 1.0),
+                "beside it, in the quadrant"
+            );
+            assert!(
+                window.camera_sees(corner.inward() * window.side - centre),
+                "the far end of the quadrant"
+            );
+        }
+        assert!((window.over(Point::new(0.0, 3.0)).y - 2.1).abs() < 1e-9);
+        for wrong in [
+            Land { radius: 0.0, ..land },
+            Land { clearance: 0.1, ..land },
+            Land { stand_off: 0.5, ..land },
+            Land { range: 1.0, ..land },
+        ] {
+            assert!(matches!(Window::on_land(wrong), Err(Error::Parameter { .. })), "{wrong:?}");
+        }
     }
 
     #[test]

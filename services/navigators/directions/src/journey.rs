@@ -1,4 +1,4 @@
-//! A simulated helicopter that follows a custom map: for Monte Carlo estimates and for tests.
+//! A simulated helicopter, or a robot on land, that follows a custom map: for Monte Carlo estimates and for tests.
 //!
 //! The window hangs over the plane. It follows commands. Its errors of place and of heading are random and grow with the
 //! square root of the way. The camera sees each dot with an error of position, misses some, and sees some that are not
@@ -14,9 +14,12 @@ use crate::generate;
 use crate::geometry::{Point, Window};
 use crate::navigator::{Activity, Navigator, Outcome, Output};
 use crate::plane::{DotId, Plane};
+use crate::sight::is_seen;
 
 /// The time between two steps, in seconds.
 pub const STEP_S: f64 = 0.1;
+/// The same on land, where a robot takes minutes.
+pub const LAND_STEP_S: f64 = 0.5;
 
 /// The errors of the helicopter, its camera, and the map-maker's. Lengths are in the plane's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -33,6 +36,8 @@ pub struct Noise {
     pub translation: f64,
     /// Standard deviation of the heading after a movement of length 1, in radians. It grows with the square root.
     pub rotation_rad: f64,
+    /// Standard deviation of the heading at the start, in radians.
+    pub heading_rad: f64,
 }
 
 impl Noise {
@@ -44,6 +49,7 @@ impl Noise {
         false_dots: 0.0,
         translation: 0.0,
         rotation_rad: 0.0,
+        heading_rad: 0.0,
     };
 
     /// Errors of position alone, the navigator's and the map-maker's alike.
@@ -65,6 +71,7 @@ impl Noise {
             ("false dots", self.false_dots, 1000.0),
             ("error of translation", self.translation, f64::MAX),
             ("error of rotation", self.rotation_rad, f64::MAX),
+            ("error of the heading", self.heading_rad, f64::MAX),
         ] {
             if !(0.0..=most).contains(&value) {
                 return Err(Error::Parameter { what, expected: "a number from 0, in range", found: value });
@@ -95,9 +102,16 @@ impl Helicopter {
     ) {
         view.clear();
         let half = window.side / 2.0 + window.margin;
-        for (_, dot) in plane.around(self.centre, half * std::f64::consts::SQRT_2) {
-            let relative = (dot - self.centre).turned(-self.heading_rad);
-            if window.camera_sees(relative) && !(noise.misses > 0.0 && rng.random_bool(noise.misses)) {
+        let around: Vec<Point> =
+            plane.around(self.centre, window.reach()).map(|(_, at)| at - self.centre).collect();
+        for &at in &around {
+            // What is as near as the landmark itself does not hide it.
+            let is_hidden = window.land.is_some_and(|land| !is_seen(land, at, around.iter().copied()));
+            let relative = at.turned(-self.heading_rad);
+            if window.camera_sees(relative)
+                && !is_hidden
+                && !(noise.misses > 0.0 && rng.random_bool(noise.misses))
+            {
                 view.push(relative + generate::error(rng, noise.sigma));
             }
         }
@@ -231,14 +245,16 @@ impl<'a> Journey<'a> {
         rng: &mut Pcg64Mcg,
         mut watch: impl FnMut(&Helicopter, &Output, &[Point]),
     ) -> Report {
-        let mut helicopter = Helicopter { centre: from, heading_rad: 0.0 };
+        let drawn: f64 = StandardNormal.sample(rng);
+        let mut helicopter = Helicopter { centre: from, heading_rad: drawn * self.noise.heading_rad };
         let mut state = self.navigator.start();
         let mut view = Vec::new();
+        let step_s = self.navigator.settings().window.land.map_or(STEP_S, |_| LAND_STEP_S);
         let mut report =
             Report { kind: Kind::Lost, attained: Vec::new(), recoveries: 0, steps: 0, distance: 0.0 };
         loop {
             helicopter.look(self.plane, self.navigator.settings().window, self.noise, rng, &mut view);
-            let elapsed_s = if report.steps == 0 { 0.0 } else { STEP_S };
+            let elapsed_s = if report.steps == 0 { 0.0 } else { step_s };
             let output = self.navigator.step(&mut state, &view, elapsed_s);
             report.steps += 1;
             if usize::from(output.accepted) > report.attained.len() {
@@ -250,8 +266,8 @@ impl<'a> Journey<'a> {
                 report.kind = self.judge(outcome, &report);
                 return report;
             }
-            report.distance += output.velocity.norm() * STEP_S;
-            helicopter.fly(output.velocity, STEP_S, self.noise, rng);
+            report.distance += output.velocity.norm() * step_s;
+            helicopter.fly(output.velocity, step_s, self.noise, rng);
         }
     }
 

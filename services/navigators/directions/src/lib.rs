@@ -6,10 +6,11 @@
 //!
 //! The map-maker:
 //! - [`plane`]: the dots and their spatial index; [`generate`]: random planes;
-//! - [`isolation`], [`description`]: which dot of a view a word means; [`signature`]: what surrounds a dot;
+//! - [`isolation`], [`description`]: which dot of a view a word means; [`signature`]: what surrounds a dot; [`sight`]: what hides it;
 //! - [`parkway`], [`trajectory`], [`transitions`]: which landmark is attained from which, and their sparse matrix;
 //! - [`reliability`], [`fit`]: equations 1 and 2; [`recovery`]: errors that are detected and corrected;
 //! - [`atlas`]: all of that together; [`path`], [`plan`]: costs and the best path;
+//! - [`pillars`]: landmarks on land in a laser scan;
 //! - [`arrival`]: the most probable path, by simulation; [`experiments`]: the paper's, and ours.
 //!
 //! The stages of the navigator `directions`: [`stages`].
@@ -35,10 +36,12 @@ pub mod journey;
 pub mod navigator;
 pub mod parkway;
 pub mod path;
+pub mod pillars;
 pub mod plan;
 pub mod plane;
 pub mod recovery;
 pub mod reliability;
+pub mod sight;
 pub mod signature;
 pub mod stages;
 pub mod trajectory;

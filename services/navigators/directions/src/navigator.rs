@@ -11,8 +11,12 @@
 //! 3. *verifies*, where the map says how: looks around the landmark and counts its occupied quadrants;
 //! 4. *adjusts*: moves the landmark to its corner; or *recovers*: to the corner of the recovery, and describes again.
 //!
+//! It has two bodies ([`Window::land`]). Above a plane its window moves freely. On land it is a robot that drives around the
+//! landmarks in its way: to seek is to drive to a landmark, and to adjust is to pass beside it (8). There it has no trajectories.
+//!
 //! It knows of itself that it has arrived, that it cannot locate a landmark, and that it is lost ([`Outcome`]).
 
+mod detour;
 mod steps;
 pub mod tracks;
 
@@ -55,7 +59,7 @@ pub struct Settings {
 impl Settings {
     /// What suits a window and an error of position: a window's side a second, and a gate of three and a half deviations.
     pub fn new(window: Window, sigma: f64) -> Self {
-        Self {
+        let above = Self {
             window,
             vocabulary: Vocabulary::ALL,
             speed: window.side,
@@ -67,6 +71,13 @@ impl Settings {
             patience: 5,
             most_recoveries: 8,
             longest_entry_s: 120.0,
+        };
+        match window.land {
+            None => above,
+            // A robot needs time to brake, and passes behind landmarks that hide others for a while.
+            Some(_) => {
+                Self { gain: 1.5, gate: 0.06 * window.side + 3.5 * sigma, looks: 3, patience: 60, ..above }
+            }
         }
     }
 
@@ -77,7 +88,10 @@ impl Settings {
 
     pub(crate) fn check(self) -> Result<Self, Error> {
         let wrong = |what, expected, found| Err(Error::Parameter { what, expected, found });
-        Window::new(self.window.side, self.window.margin)?;
+        match self.window.land {
+            Some(land) => Window::on_land(land)?,
+            None => Window::new(self.window.side, self.window.margin)?,
+        };
         for (what, value) in [
             ("speed", self.speed),
             ("gain", self.gain),
@@ -208,6 +222,9 @@ impl Navigator {
         for (entry, line) in (1..).zip(map.entries()) {
             if let Some(word) = line.words().find(|&word| !settings.vocabulary.has(word)) {
                 return Err(Error::Vocabulary { entry, word: word.word() });
+            }
+            if let (Some(direction), Some(_)) = (line.trajectory, settings.window.land) {
+                return Err(Error::Vocabulary { entry, word: direction.word() });
             }
         }
         Ok(Self { settings, map })

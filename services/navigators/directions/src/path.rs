@@ -80,6 +80,13 @@ impl Start {
         let landmark = plane.known(dot)?;
         Ok(Self { centre: plane.dot(dot), landmark })
     }
+
+    /// Where a journey to a dot ends: with the window over it, on land with the robot beside it.
+    pub fn at_goal(atlas: &Atlas, dot: DotId) -> Result<Self, Error> {
+        let landmark = atlas.plane.known(dot)?;
+        let beside = atlas.window.land.map_or(Point::default(), |_| atlas.window.centre_from(Corner::Sw));
+        Ok(Self { centre: atlas.plane.dot(dot) + beside, landmark })
+    }
 }
 
 /// One transition of a path.

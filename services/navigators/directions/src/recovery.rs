@@ -12,7 +12,7 @@
 //! In a parkway, the dots that can be mistaken are the candidates of the view. On a trajectory they are the dots that a
 //! slide aside of the right line attains.
 
-use crate::custom_map::{Recovery, Verification};
+use crate::custom_map::{Recovery, Response, Sign, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::{Corner, Window};
@@ -21,6 +21,9 @@ use crate::reliability::quantiles;
 use crate::signature::Signature;
 use crate::trajectory::Slide;
 use crate::transitions::{Candidates, Movement, Transition};
+
+/// With more signs of dots that can be mistaken, a complete way back is not looked for: each has four ways to begin.
+const MOST_SIGNS: usize = 4;
 
 /// What can be done about errors of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,27 +91,47 @@ impl<'a> Recoveries<'a> {
             return Check::Trivial;
         }
         let target = transition.to;
-        let expected = self.count(target);
-        if mistaken.iter().any(|&dot| self.count(dot) == expected) {
+        let expected = self.sign(target);
+        let Ok(plain) = Verification::new(expected) else { return Check::Unverifiable };
+        if mistaken.iter().any(|&dot| self.sign(dot) == expected) {
             return Check::Unverifiable;
         }
-        let Ok(plain) = Verification::new(expected) else { return Check::Unverifiable };
         let complete = self.recoverable(target, &mistaken, plain).map(Check::Recoverable);
-        complete.unwrap_or_else(|| Check::Detectable(self.partly_recoverable(target, &mistaken, plain)))
+        let check =
+            complete.unwrap_or_else(|| Check::Detectable(self.partly_recoverable(target, &mistaken, plain)));
+        // A way back for one panorama tells it from the right one, which may be similar.
+        let is_taken = |dot: &DotId| {
+            let response = check.verification().map(|way| way.response(self.signatures[*dot as usize]));
+            response == Some(Response::Correct)
+        };
+        if mistaken.iter().any(is_taken) { Check::Unverifiable } else { check }
+    }
+
+    /// What the map says of a dot's surroundings.
+    fn sign(&self, dot: DotId) -> Sign {
+        let signature = self.signatures[dot as usize];
+        match self.window.land {
+            None => Sign::Count(signature.count()),
+            Some(_) => Sign::Panorama(signature),
+        }
+    }
+
+    /// The signs of dots, each once, in order.
+    fn signs(&self, dots: &[DotId]) -> Vec<Sign> {
+        let mut signs: Vec<_> = dots.iter().map(|&dot| self.sign(dot)).collect();
+        signs.sort_unstable();
+        signs.dedup();
+        signs
     }
 
     /// The verification with recoveries for those counts alone from which one recovery leads to the target.
     fn partly_recoverable(&self, target: DotId, mistaken: &[DotId], plain: Verification) -> Verification {
-        (0..=4).fold(plain, |way, count| {
-            let mut same = mistaken.iter().filter(|&&dot| self.count(dot) == count).peekable();
-            if same.peek().is_none() {
-                return way;
-            }
-            let same: Vec<_> = same.collect();
+        self.signs(mistaken).into_iter().fold(plain, |way, sign| {
+            let same: Vec<_> = mistaken.iter().filter(|&&dot| self.sign(dot) == sign).collect();
             let recoveries = Corner::ALL.into_iter().map(|corner| Recovery { corner, word: self.word });
             let leads =
                 |recovery: &Recovery| same.iter().all(|&&dot| self.next(dot, *recovery) == Some(target));
-            recoveries.into_iter().find(leads).map_or(way, |recovery| way.recovering(count, recovery))
+            recoveries.into_iter().find(leads).map_or(way, |recovery| way.recovering(sign, recovery))
         })
     }
 
@@ -135,24 +158,21 @@ impl<'a> Recoveries<'a> {
         quantiles().filter_map(lands).map(|landing| landing.dot).collect()
     }
 
-    fn count(&self, dot: DotId) -> u8 {
-        self.signatures[dot as usize].count()
-    }
-
     /// The verification with recoveries, if conditions 2 and 3 hold.
     fn recoverable(&self, target: DotId, mistaken: &[DotId], plain: Verification) -> Option<Verification> {
         let mut ways = vec![plain];
-        for count in 0..=4 {
-            let same: Vec<_> = mistaken.iter().copied().filter(|&dot| self.count(dot) == count).collect();
-            if same.is_empty() {
-                continue;
-            }
+        let signs = self.signs(mistaken);
+        if signs.len() > MOST_SIGNS {
+            return None;
+        }
+        for sign in signs {
+            let same: Vec<_> = mistaken.iter().copied().filter(|&dot| self.sign(dot) == sign).collect();
             let corners: Vec<_> = Corner::ALL
                 .into_iter()
                 .filter(|corner| same.iter().all(|&dot| self.shows(dot, *corner, target)))
                 .collect();
             let extended = ways.iter().flat_map(|way| {
-                corners.iter().map(|&corner| way.recovering(count, Recovery { corner, word: self.word }))
+                corners.iter().map(|&corner| way.recovering(sign, Recovery { corner, word: self.word }))
             });
             ways = extended.collect();
         }
@@ -161,7 +181,9 @@ impl<'a> Recoveries<'a> {
 
     /// Whether the target lies in a quadrant of a dot.
     fn shows(&self, dot: DotId, quadrant: Corner, target: DotId) -> bool {
-        quadrant.covers(self.plane.dot(target) - self.plane.dot(dot), self.window.side)
+        let mut candidates = Candidates::default();
+        candidates.find(self.plane, self.window, dot, quadrant);
+        candidates.dots.contains(&target)
     }
 
     /// Where a recovery leads from a dot.
@@ -176,8 +198,8 @@ impl<'a> Recoveries<'a> {
         let mut seen = Vec::new();
         let mut dot = from;
         while dot != target {
-            let way = verification.recoveries().find(|&(count, _)| count == self.count(dot));
-            let (Some((_, recovery)), false) = (way, seen.contains(&dot)) else { return false };
+            let response = verification.response(self.signatures[dot as usize]);
+            let (Response::Recover(recovery), false) = (response, seen.contains(&dot)) else { return false };
             seen.push(dot);
             let Some(next) = self.next(dot, recovery) else { return false };
             dot = next;

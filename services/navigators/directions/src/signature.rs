@@ -1,34 +1,75 @@
-//! What surrounds a landmark: which of its quadrants hold another dot (Park and Kender 1995, 6.3.1).
+//! What surrounds a landmark: which of its quadrants hold other dots (Park and Kender 1995, 6.3.1).
+//!
+//! A navigator above the plane counts the occupied quadrants. One on land names what it sees all around, in order: a
+//! *panorama* of four words (8).
+
+use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Corner, Window};
 use crate::plane::{DotId, Plane};
+use crate::transitions::Candidates;
 
-/// The quadrants of a landmark that are occupied.
+/// The words for none, one, two and more dots in a quadrant.
+const WORDS: [&str; 4] = ["none", "point", "pair", "group"];
+
+/// How many dots are in each quadrant of a landmark: none, one, two or more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
 pub struct Signature(u8);
 
 impl Signature {
-    /// Says that a quadrant is occupied.
+    /// Says that there is one dot more in a quadrant.
     pub fn occupy(&mut self, quadrant: Corner) {
-        self.0 |= 1 << quadrant as u8;
+        if self.dots(quadrant) < 3 {
+            self.0 += 1 << (2 * quadrant as u8);
+        }
+    }
+
+    /// How many dots a quadrant has: 3 stands for 3 and more.
+    pub fn dots(self, quadrant: Corner) -> u8 {
+        self.0 >> (2 * quadrant as u8) & 3
     }
 
     /// Whether a quadrant is occupied.
     pub fn has(self, quadrant: Corner) -> bool {
-        self.0 >> quadrant as u8 & 1 == 1
+        self.dots(quadrant) > 0
     }
 
     /// The quadrant occupancy count, QOC: 0 to 4.
     pub fn count(self) -> u8 {
-        self.0.count_ones() as u8
+        Corner::ALL.into_iter().map(|quadrant| u8::from(self.has(quadrant))).sum()
+    }
+
+    /// How far two panoramas differ: the sum over the quadrants.
+    pub fn difference(self, other: Self) -> u8 {
+        Corner::ALL.into_iter().map(|quadrant| self.dots(quadrant).abs_diff(other.dots(quadrant))).sum()
+    }
+
+    /// The panorama of four words, as a custom map has it.
+    pub fn of_words(text: &str) -> Option<Self> {
+        let mut signature = Self::default();
+        let mut words = text.split('+');
+        for quadrant in Corner::ROUND {
+            let word = words.next()?;
+            let dots = WORDS.iter().position(|known| known.eq_ignore_ascii_case(word))?;
+            (0..dots).for_each(|_| signature.occupy(quadrant));
+        }
+        words.next().is_none().then_some(signature)
     }
 
     /// The signature of a dot.
     pub fn of(plane: &Plane, dot: DotId, window: Window) -> Self {
         let place = plane.dot(dot);
         let mut signature = Self::default();
+        if window.land.is_some() {
+            let mut candidates = Candidates::default();
+            for quadrant in Corner::ALL {
+                candidates.find(plane, window, dot, quadrant);
+                candidates.dots.iter().for_each(|_| signature.occupy(quadrant));
+            }
+            return signature;
+        }
         for (other, at) in plane.around(place, window.side) {
             if other != dot {
                 let quadrants =
@@ -45,6 +86,13 @@ impl Signature {
     }
 }
 
+impl fmt::Display for Signature {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words = Corner::ROUND.map(|quadrant| WORDS[usize::from(self.dots(quadrant))]);
+        f.write_str(&words.join("+"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -56,6 +104,22 @@ mod tests {
         let signature = Signature::of(&around, 0, Window::new(10.0, 0.0).unwrap());
         assert_eq!(signature.count(), 3);
         assert_eq!(Corner::ALL.map(|quadrant| signature.has(quadrant)), [true, false, true, true]);
+    }
+
+    #[test]
+    fn a_panorama_is_read_as_it_is_printed() {
+        for text in ["none+point+pair+group", "group+none+none+none"] {
+            assert_eq!(Signature::of_words(text).unwrap().to_string(), text);
+        }
+        let read = Signature::of_words("none+point+pair+GROUP").unwrap();
+        assert_eq!(Corner::ROUND.map(|quadrant| read.dots(quadrant)), [0, 1, 2, 3]);
+        assert_eq!(
+            (read.count(), read.difference(Signature::of_words("point+point+none+pair").unwrap())),
+            (3, 4)
+        );
+        for wrong in ["", "none", "none+none+none", "none+none+none+none+none", "none+none+none+two"] {
+            assert_eq!(Signature::of_words(wrong), None, "{wrong}");
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ use petgraph::graph::DiGraph;
 use crate::description::Descriptor;
 use crate::geometry::{Corner, Point, Window};
 use crate::plane::{DotId, Plane};
+use crate::sight::is_seen;
 use crate::trajectory::Slide;
 
 /// How the navigator moves to the target of a transition.
@@ -78,7 +79,7 @@ pub struct Candidates {
 }
 
 impl Candidates {
-    /// Finds those of a landmark in a corner.
+    /// Finds those of a landmark in a corner; on land, those that are seen from beside it.
     pub fn find(&mut self, plane: &Plane, window: Window, landmark: DotId, corner: Corner) {
         self.dots.clear();
         self.places.clear();
@@ -86,7 +87,15 @@ impl Candidates {
         let far = place + corner.inward() * window.side;
         let low = Point::new(place.x.min(far.x), place.y.min(far.y));
         let high = Point::new(place.x.max(far.x), place.y.max(far.y));
-        for (dot, at) in plane.within(low, high).filter(|&(dot, _)| dot != landmark) {
+        let eye = place + window.centre_from(corner);
+        let is_seen = |dot: DotId, at: Point| match window.land {
+            None => true,
+            Some(land) => {
+                let others = plane.around(eye, land.range).filter(|&(other, _)| other != dot);
+                is_seen(land, at - eye, others.map(|(_, at)| at - eye))
+            }
+        };
+        for (dot, at) in plane.within(low, high).filter(|&(dot, at)| dot != landmark && is_seen(dot, at)) {
             self.dots.push(dot);
             self.places.push(at - place);
         }
@@ -112,7 +121,8 @@ impl Transitions {
                 let seeks = kinds.words.iter().filter_map(|&word| seek(&candidates, corner, word));
                 for seek in seeks {
                     entries.push(seek);
-                    if kinds.trajectories {
+                    // A robot on land drives from landmark to landmark.
+                    if kinds.trajectories && window.land.is_none() {
                         entries.extend(trajectories(plane, window, from, seek));
                     }
                 }

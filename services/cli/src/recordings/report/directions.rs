@@ -5,7 +5,8 @@ use std::path::Path;
 
 use maud::{Markup, html};
 use sketchnav_directions::arrival::WORDS;
-use sketchnav_directions::stages::sketcher::BETWEEN;
+use sketchnav_directions::stages::mission::{self, DirectionsMission};
+use sketchnav_directions::stages::sketcher::{BETWEEN, pillars};
 use sketchnav_directions::transitions::{Kinds, Movement, Transitions};
 use sketchnav_directions::{Plane, Point as Place, Window};
 use sketchnav_evaluation::judge::directions::{JourneyVerdict, journeys};
@@ -14,6 +15,7 @@ use sketchnav_evaluation::judge::{self, Verdict};
 use sketchnav_evaluation::page::{self, Series};
 use sketchnav_evaluation::picture::{self, PlanePicture, TaskPicture};
 use sketchnav_schemas::codes::Activity;
+use sketchnav_schemas::floor_plan::FloorPlan;
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
@@ -23,13 +25,22 @@ use crate::report::outcome;
 /// Moments at which the window is shown.
 const WINDOWS: usize = 14;
 
-/// The true dots of a run's plane; `None` where its world is none.
+/// The true dots of a run's plane, or its landmarks on land; `None` where it has neither.
 ///
 /// # Errors
-/// A plane file failed to be read.
+/// A file of the world failed to be read.
 pub fn dots(run: &RunConfig) -> anyhow::Result<Option<Vec<[f64; 2]>>> {
-    let Some(plane) = &run.mission.world.plane else { return Ok(None) };
-    Ok(Some(sketchnav_sim::files::plane_file(Path::new(plane))?.dots))
+    let world = &run.mission.world;
+    if let Some(plane) = &world.plane {
+        return Ok(Some(sketchnav_sim::files::plane_file(Path::new(plane))?.dots));
+    }
+    let is_ours = run.mission.navigator_kind() == mission::KIND;
+    let land = if is_ours { DirectionsMission::of(&run.mission)?.land } else { None };
+    let (Some(land), Some(file)) = (land, &world.floor_plan) else { return Ok(None) };
+    let text = sketchnav_files::read_to_string(Path::new(file), sketchnav_files::FLOOR_PLAN)?;
+    let mut plan: FloorPlan = toml::from_str(&text)?;
+    plan.furniture.extend(world.furniture.iter().cloned());
+    Ok(Some(pillars(&plan, land.radius_m).collect()))
 }
 
 /// How the journeys of a run ended; empty where its world is no plane.
@@ -48,8 +59,8 @@ pub fn verdicts(run: &RunConfig, log: &Log) -> anyhow::Result<Vec<JourneyVerdict
 /// As [`dots`].
 pub fn plane_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<Option<String>> {
     let Some(dots) = dots(run)? else { return Ok(None) };
-    let side_m = run.robot.view()?.side_m;
-    let (parkways, trajectories) = joined(log, side_m);
+    let (window, _) = mission::sight(&run.mission, &run.robot)?;
+    let (parkways, trajectories) = joined(log, window);
     let spans = judge::spans(run.mission.task.len(), &log.status);
     let tasks: Vec<_> = (run.mission.task.iter().enumerate())
         .map(|(i, task)| TaskPicture {
@@ -72,18 +83,18 @@ pub fn plane_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::R
         trajectories: &trajectories,
         planned: &planned(log, run.mission.task.len()),
         ways: &ways(log),
-        windows: &windows(log, side_m),
+        windows: &windows(log, window),
         tasks: &tasks,
-        bar_m: side_m,
+        bar_m: window.side,
     })))
 }
 
 type Pairs = Vec<[Point<World>; 2]>;
 
 /// What joins the landmarks, as the map-maker sees them: parkways and trajectories.
-fn joined(log: &Log, side_m: f64) -> (Pairs, Pairs) {
+fn joined(log: &Log, window: Window) -> (Pairs, Pairs) {
     let places = log.seen_dots.iter().map(|[x, y]| Place::new(*x, *y)).collect();
-    let (Ok(plane), Ok(window)) = (Plane::new(places), Window::new(side_m, 0.0)) else {
+    let Ok(plane) = Plane::new(places) else {
         return (Vec::new(), Vec::new());
     };
     let transitions = Transitions::new(&plane, window, Kinds { words: &WORDS, trajectories: true });
@@ -126,9 +137,13 @@ fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
 }
 
 /// The window at some moments spread over the run.
-fn windows(log: &Log, side_m: f64) -> Vec<Vec<Point<World>>> {
+fn windows(log: &Log, window: Window) -> Vec<Vec<Point<World>>> {
+    if window.land.is_some() {
+        // A robot sees all around.
+        return Vec::new();
+    }
     let step = log.truth.len().div_ceil(WINDOWS).max(1);
-    let half = side_m / 2.0;
+    let half = window.side / 2.0;
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
     let window = |robot: Pose<World>| {
         let corner = |[x, y]: [f64; 2]| robot.compose(&Pose::<World>::new(x, y, 0.0)).position();

@@ -3,6 +3,7 @@
 //! In each trial a dot lies in one place, off the map-maker's by an error, and each look at it has another error. Misses,
 //! false dots and the helicopter's movements within a parkway are left to whole journeys.
 
+use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use sketchnav_schemas::seed::stream;
 
@@ -11,11 +12,13 @@ use crate::custom_map::{Response, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::error;
-use crate::geometry::{Corner, Point};
+use crate::geometry::{Corner, Land, Point};
 use crate::journey::Noise;
 use crate::path::Atlas;
 use crate::plane::DotId;
 use crate::recovery::Recoveries;
+use crate::sight::is_seen;
+use crate::signature::Signature;
 use crate::trajectory::Slide;
 use crate::transitions::{Movement, Transition};
 
@@ -73,6 +76,8 @@ struct Trial<'a> {
     /// How far each dot is off, and the trial that says so.
     off: Vec<(u32, Point)>,
     trial: u32,
+    /// How far the axes are turned.
+    heading_rad: f64,
     places: Vec<Point>,
     dots: Vec<DotId>,
 }
@@ -81,41 +86,81 @@ impl<'a> Trial<'a> {
     fn new(atlas: &'a Atlas, pilot: &'a Pilot, rng: Pcg64Mcg) -> Self {
         let look = pilot.noise.sigma / f64::from(pilot.settings.looks).sqrt();
         let off = vec![(0, Point::default()); atlas.plane.len()];
-        Self { atlas, pilot, look, rng, off, trial: 0, places: Vec::new(), dots: Vec::new() }
+        Self {
+            atlas,
+            pilot,
+            look,
+            rng,
+            off,
+            trial: 0,
+            heading_rad: 0.0,
+            places: Vec::new(),
+            dots: Vec::new(),
+        }
     }
 
     /// The dots lie elsewhere from now on.
     fn begin(&mut self) {
         self.trial += 1;
+        let drawn: f64 = StandardNormal.sample(&mut self.rng);
+        self.heading_rad = drawn * self.pilot.noise.heading_rad;
     }
 
-    /// Where the navigator sees a dot in one look.
-    fn seen(&mut self, dot: DotId) -> Point {
+    /// Where a dot lies in this trial.
+    fn place(&mut self, dot: DotId) -> Point {
         let off = &mut self.off[dot as usize];
         if off.0 != self.trial {
             *off = (self.trial, error(&mut self.rng, self.pilot.noise.map_sigma));
         }
-        let place = self.atlas.plane.dot(dot) + off.1;
-        place + error(&mut self.rng, self.look)
+        self.atlas.plane.dot(dot) + off.1
     }
 
-    /// One look at what is around a landmark, relative to it.
-    fn look_around(&mut self, landmark: DotId) {
-        let reach = self.atlas.window.side + 5.0 * self.pilot.noise.combined_sigma();
+    /// Where the navigator sees a dot in one look.
+    fn seen(&mut self, dot: DotId) -> Point {
+        self.place(dot) + error(&mut self.rng, self.look)
+    }
+
+    /// One look at what is around a landmark in a corner, relative to it.
+    fn look_around(&mut self, landmark: DotId, corner: Corner) {
+        let window = self.atlas.window;
+        let reach = window.land.map_or(window.side, |land| land.range + land.stand_off);
+        let reach = reach + 5.0 * self.pilot.noise.combined_sigma();
         let origin = self.seen(landmark);
         self.dots.clear();
         self.places.clear();
         let around = self.atlas.plane.around(self.atlas.plane.dot(landmark), reach);
         self.dots.extend(around.map(|(dot, _)| dot).filter(|&dot| dot != landmark));
+        if let Some(land) = window.land {
+            self.hide(land, landmark, corner);
+        }
         for index in 0..self.dots.len() {
-            let place = self.seen(self.dots[index]) - origin;
+            let place = (self.seen(self.dots[index]) - origin).turned(-self.heading_rad);
             self.places.push(place);
         }
     }
 
+    /// Takes away what the robot does not see from where it stands beside a landmark, not quite where it wants to.
+    fn hide(&mut self, land: Land, landmark: DotId, corner: Corner) {
+        let beside = self.atlas.window.centre_from(corner).turned(self.heading_rad);
+        let eye = self.place(landmark) + beside + error(&mut self.rng, self.pilot.settings.tolerance / 2.0);
+        let own = self.place(landmark) - eye;
+        for index in 0..self.dots.len() {
+            let place = self.place(self.dots[index]) - eye;
+            self.places.push(place);
+        }
+        let is_shown = |index: usize| {
+            let others =
+                self.places.iter().enumerate().filter(|&(other, _)| other != index).map(|(_, at)| *at);
+            is_seen(land, self.places[index], others.chain(std::iter::once(own)))
+        };
+        let shown: Vec<_> = (0..self.dots.len()).filter(|&index| is_shown(index)).collect();
+        self.dots = shown.into_iter().map(|index| self.dots[index]).collect();
+        self.places.clear();
+    }
+
     /// The dot that a word means when the navigator looks.
     fn picks(&mut self, landmark: DotId, corner: Corner, word: Descriptor) -> Option<DotId> {
-        self.look_around(landmark);
+        self.look_around(landmark, corner);
         let side = self.atlas.window.side;
         for slack in [0.0, self.pilot.settings.slack()] {
             let shown: Vec<usize> = (0..self.dots.len())
@@ -155,7 +200,7 @@ impl<'a> Trial<'a> {
     fn verifies(&mut self, attained: DotId, verification: Verification) -> Option<DotId> {
         let mut dot = attained;
         for _ in 0..=self.pilot.settings.most_recoveries {
-            match verification.response(self.count(dot)) {
+            match verification.response(self.signature(dot)) {
                 Response::Correct => return Some(dot),
                 Response::Recover(recovery) => dot = self.picks(dot, recovery.corner, recovery.word)?,
                 Response::Lost => return None,
@@ -164,14 +209,15 @@ impl<'a> Trial<'a> {
         None
     }
 
-    /// The quadrant occupancy count, each quadrant by a look of its own.
-    fn count(&mut self, dot: DotId) -> u8 {
+    /// What surrounds a dot, each quadrant by a look of its own.
+    fn signature(&mut self, dot: DotId) -> Signature {
         let side = self.atlas.window.side;
-        let mut count = 0;
+        let mut signature = Signature::default();
         for quadrant in Corner::ALL {
-            self.look_around(dot);
-            count += u8::from(self.places.iter().any(|&place| quadrant.covers(place, side)));
+            self.look_around(dot, quadrant);
+            let held = self.places.iter().filter(|&&place| quadrant.covers(place, side));
+            held.for_each(|_| signature.occupy(quadrant));
         }
-        count
+        signature
     }
 }

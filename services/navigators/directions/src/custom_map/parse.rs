@@ -2,10 +2,11 @@
 
 use std::str::FromStr;
 
-use super::{CustomMap, Direction, Entry, MOST_ENTRIES, Recovery, Verification};
+use super::{CustomMap, Direction, Entry, MOST_ENTRIES, MOST_RECOVERIES, Recovery, Sign, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
+use crate::signature::Signature;
 
 /// A bracket, a comma or a word, and where it stands; both counts from 1.
 #[derive(Debug, Clone, Copy)]
@@ -139,14 +140,11 @@ impl<'a> Reader<'a> {
     /// All error clauses of an entry. One of them must say which count is right.
     fn verification(&mut self) -> Result<Option<Verification>, Error> {
         let begin = self.peek(0);
-        let mut clauses: Vec<(u8, Option<Recovery>)> = Vec::new();
+        let mut clauses: Vec<(Sign, Option<Recovery>)> = Vec::new();
         while self.skips("(") {
             let token = self.take();
-            let count = match token.text {
-                "0" | "1" | "2" | "3" | "4" => token.text.as_bytes()[0] - b'0',
-                _ => return Err(token.error("a quadrant occupancy count from 0 to 4")),
-            };
-            if clauses.iter().any(|&(other, _)| other == count) {
+            let sign = sign(token)?;
+            if clauses.iter().any(|&(other, _)| other == sign) {
                 return Err(token.error("a count that the entry does not have yet"));
             }
             self.expect(",", "\",\"")?;
@@ -164,7 +162,10 @@ impl<'a> Reader<'a> {
             };
             self.expect(")", "\")\"")?;
             self.expect(",", "\",\"")?;
-            clauses.push((count, recovery));
+            clauses.push((sign, recovery));
+            if clauses.len() > MOST_RECOVERIES + 1 {
+                return Err(token.error("at most eight ways back"));
+            }
         }
         if clauses.is_empty() {
             return Ok(None);
@@ -172,11 +173,20 @@ impl<'a> Reader<'a> {
         let Some(&(right, _)) = clauses.iter().find(|(_, recovery)| recovery.is_none()) else {
             return Err(begin.error("a clause with the right count, as \"(3, -)\""));
         };
-        let add = |all: Verification, &(count, recovery): &(u8, Option<Recovery>)| match recovery {
-            Some(recovery) => all.recovering(count, recovery),
+        let add = |all: Verification, &(sign, recovery): &(Sign, Option<Recovery>)| match recovery {
+            Some(recovery) => all.recovering(sign, recovery),
             None => all,
         };
         Ok(Some(clauses.iter().fold(Verification::new(right)?, add)))
+    }
+}
+
+fn sign(token: Token<'_>) -> Result<Sign, Error> {
+    const EXPECTED: &str =
+        "a quadrant occupancy count from 0 to 4, or four of none, point, pair and group joined by \"+\"";
+    match token.text {
+        "0" | "1" | "2" | "3" | "4" => Ok(Sign::Count(token.text.as_bytes()[0] - b'0')),
+        text => Signature::of_words(text).map(Sign::Panorama).ok_or_else(|| token.error(EXPECTED)),
     }
 }
 

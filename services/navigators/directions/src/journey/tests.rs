@@ -4,7 +4,10 @@ use sketchnav_schemas::seed::stream;
 
 use super::*;
 use crate::custom_map::CustomMap;
+use crate::error::Error;
+use crate::geometry::{Corner, Land};
 use crate::navigator::Settings;
+use crate::signature::Signature;
 use crate::testing::plane;
 
 fn window() -> Window {
@@ -156,4 +159,54 @@ fn impossible_noise_is_rejected() {
     assert!(journey(&[0, 1], Noise::NONE));
     assert!(!journey(&[0, 1], Noise { misses: -0.1, ..Noise::NONE }));
     assert!(!journey(&[0], Noise::NONE) && !journey(&[0, 9], Noise::NONE));
+}
+
+/// A robot among poles: 0.15 m thick, seen as far as 8 m.
+fn on_land() -> Window {
+    Window::on_land(Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 }).unwrap()
+}
+
+fn driven(world: &Plane, map: &str, intended: &[DotId], noise: Noise) -> (Report, f64) {
+    let settings = Settings { speed: 0.5, ..Settings::new(on_land(), noise.sigma) };
+    let navigator = Navigator::new(settings, map.parse::<CustomMap>().unwrap()).unwrap();
+    let journey = Journey::new(world, &navigator, intended, noise).unwrap();
+    let mut nearest = f64::INFINITY;
+    let from = world.dot(intended[0]) + on_land().centre_from(Corner::Sw);
+    let report = journey.run(from, &mut stream(1, "journey"), |robot, _, _| {
+        let distances = world.dots().iter().map(|&dot| (dot - robot.centre).norm());
+        nearest = distances.fold(nearest, f64::min);
+    });
+    (report, nearest)
+}
+
+#[test]
+fn on_land_it_drives_around_a_pole_in_its_way_to_the_one_that_is_meant() {
+    // From the first pole, beside which the robot stands in the north-east, one is in sight: the second hides the third. The
+    // last one is seen from beside the second.
+    let world = plane(&[(0.0, 0.0), (4.0, 1.0), (6.2, 1.3), (4.5, 5.5)]);
+    let (report, nearest) = driven(&world, "(*, SW)\n(Obvious, SE)\n(Obvious, -)", &[0, 1, 3], Noise::NONE);
+    assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[0, 1, 3][..]), "{report:?}");
+    assert!(nearest > 0.4, "{nearest}");
+}
+
+#[test]
+fn on_land_a_panorama_tells_the_wrong_pole_and_the_way_back() {
+    // Two poles north-east of the first; the isolated one is the further. A map that means the nearer one finds that out by
+    // what is around.
+    let world = plane(&[(0.0, 0.0), (2.0, 2.5), (4.5, 4.0), (9.0, 4.5)]);
+    let around = |dot| Signature::of(&world, dot, on_land());
+    assert_ne!(around(1), around(2));
+    let map = format!("(*, SW)\n(Isol, ({}, -), ({}, NE, Isol), -)", around(1), around(2));
+    let taken = driven(&world, "(*, SW)\n(Isol, -)", &[0, 2], Noise::NONE).0;
+    assert_eq!(taken.kind, Kind::Direct, "{taken:?}");
+    let (report, _) = driven(&world, &map, &[0, 1], Noise::NONE);
+    assert_eq!((report.kind, report.recoveries), (Kind::Recovered, 1), "{report:?}");
+}
+
+#[test]
+fn on_land_there_are_no_trajectories() {
+    let settings = Settings::new(on_land(), 0.02);
+    let map = "(*, SW)\n(Isol, Trajp, -)".parse::<CustomMap>().unwrap();
+    let error = Navigator::new(settings, map).unwrap_err();
+    assert_eq!(error, Error::Vocabulary { entry: 2, word: "Trajp" });
 }

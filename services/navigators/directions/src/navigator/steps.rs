@@ -3,14 +3,12 @@
 use arrayvec::ArrayVec;
 
 use super::tracks::{Tracks, nearest};
-use super::{Mark, Navigator, Outcome, Phase, Settings, State};
+use super::{Mark, Navigator, Outcome, Phase, Settings, State, detour};
 use crate::custom_map::{Direction, Recovery, Response};
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
 use crate::trajectory::Slide;
 
-/// The order in which it looks around: each corner is a neighbour of the one before.
-const ROUND: [Corner; 4] = [Corner::Se, Corner::Sw, Corner::Nw, Corner::Ne];
 /// How many views must show a new dot on a slide.
 const CONFIRMED: u8 = 2;
 
@@ -40,7 +38,7 @@ pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], ela
             slide(navigator, state, view, along, aside, slid);
         }
         Phase::Around { corner } => around(navigator, state, view, corner),
-        Phase::Adjust { corner, recovery } => adjust(navigator, state, corner, recovery),
+        Phase::Adjust { corner, recovery } => adjust(navigator, state, view, corner, recovery),
         Phase::Finished { .. } => {}
     }
 }
@@ -54,7 +52,7 @@ pub(super) fn hover(settings: &Settings, state: &mut State, view: &[Point], elap
     if !is_seen {
         state.velocity = Point::default();
     }
-    !is_seen || state.approaches(settings, place)
+    !is_seen || state.approaches(settings, settings.window.over(place), view)
 }
 
 impl Mark {
@@ -93,12 +91,17 @@ impl State {
         self.looks >= settings.looks
     }
 
-    /// Moves the window by a displacement. True, and at rest, when it is there.
-    fn approaches(&mut self, settings: &Settings, displacement: Point) -> bool {
+    /// Moves the window by a displacement; on land, around what stands in the way. True, and at rest, when it is there.
+    fn approaches(&mut self, settings: &Settings, displacement: Point, view: &[Point]) -> bool {
         let distance = displacement.norm();
         let is_there = distance <= settings.tolerance;
         let speed = (distance * settings.gain).min(settings.speed);
-        self.velocity = if is_there { Point::default() } else { displacement * (speed / distance) };
+        self.velocity = match (is_there, settings.window.land) {
+            (true, _) => Point::default(),
+            (false, None) => displacement * (speed / distance),
+            (false, Some(land)) => detour::direction(displacement, view, land.clearance)
+                .map_or(Point::default(), |way| way * speed),
+        };
         is_there
     }
 
@@ -216,7 +219,7 @@ fn centre(navigator: &Navigator, state: &mut State, view: &[Point], mut second: 
     state.phase = Phase::Centre { second };
     let Some(first) = state.reference else { return state.finish(Outcome::CannotLocate) };
     // Once it looks, it stands still.
-    if state.looks == 0 && !state.approaches(settings, (first.place + second.place) * 0.5) {
+    if state.looks == 0 && !state.approaches(settings, (first.place + second.place) * 0.5, view) {
         return;
     }
     if !state.has_looked(settings, view) {
@@ -263,8 +266,8 @@ fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point,
 
 fn around(navigator: &Navigator, state: &mut State, view: &[Point], corner: u8) {
     let settings = &navigator.settings;
-    let quadrant = ROUND[usize::from(corner)];
-    if state.looks == 0 && !state.approaches(settings, to_corner(state, settings, quadrant)) {
+    let quadrant = Corner::ROUND[usize::from(corner)];
+    if state.looks == 0 && !state.approaches(settings, to_corner(state, settings, quadrant), view) {
         return;
     }
     if !state.has_looked(settings, view) {
@@ -272,10 +275,9 @@ fn around(navigator: &Navigator, state: &mut State, view: &[Point], corner: u8) 
     }
     state.looks = 0;
     let (origin, others) = state.others(settings, state.reference);
-    if others.iter().any(|dot| quadrant.covers(*dot - origin, settings.window.side)) {
-        state.signature.occupy(quadrant);
-    }
-    if usize::from(corner) + 1 < ROUND.len() {
+    let held = others.iter().filter(|dot| quadrant.covers(**dot - origin, settings.window.side));
+    held.for_each(|_| state.signature.occupy(quadrant));
+    if usize::from(corner) + 1 < Corner::ROUND.len() {
         state.phase = Phase::Around { corner: corner + 1 };
     } else {
         respond(navigator, state);
@@ -284,7 +286,7 @@ fn around(navigator: &Navigator, state: &mut State, view: &[Point], corner: u8) 
 
 fn respond(navigator: &Navigator, state: &mut State) {
     let verification = navigator.map.entries()[usize::from(state.entry)].verification;
-    let response = verification.map_or(Response::Correct, |check| check.response(state.signature.count()));
+    let response = verification.map_or(Response::Correct, |check| check.response(state.signature));
     match response {
         Response::Correct => accept(navigator, state),
         Response::Recover(Recovery { corner, word }) if state.tries < navigator.settings.most_recoveries => {
@@ -296,8 +298,14 @@ fn respond(navigator: &Navigator, state: &mut State) {
     }
 }
 
-fn adjust(navigator: &Navigator, state: &mut State, corner: Corner, recovery: Option<Descriptor>) {
-    if !state.approaches(&navigator.settings, to_corner(state, &navigator.settings, corner)) {
+fn adjust(
+    navigator: &Navigator,
+    state: &mut State,
+    view: &[Point],
+    corner: Corner,
+    recovery: Option<Descriptor>,
+) {
+    if !state.approaches(&navigator.settings, to_corner(state, &navigator.settings, corner), view) {
         return;
     }
     if let Some(word) = recovery {

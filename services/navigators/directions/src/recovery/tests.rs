@@ -1,6 +1,7 @@
 //! Figure 23, and recoveries in simulation.
 
 use super::*;
+use crate::custom_map::tests::counting;
 use crate::custom_map::{CustomMap, Entry, Response};
 use crate::generate::uniform;
 use crate::geometry::Point;
@@ -59,9 +60,9 @@ fn figure_23_is_recoverable_as_the_paper_says() {
     let Check::Recoverable(verification) = recoveries.check(R, &transition, 0.0) else { panic!() };
     let back = |corner| Response::Recover(Recovery { corner, word: Descriptor::Isolated });
     // Table 3: 4 by the south-west, 3 by the south-east, 2 is right.
-    assert_eq!(verification.response(4), back(Corner::Sw));
-    assert_eq!(verification.response(3), back(Corner::Se));
-    assert_eq!(verification.response(2), Response::Correct);
+    assert_eq!(verification.response(counting(4)), back(Corner::Sw));
+    assert_eq!(verification.response(counting(3)), back(Corner::Se));
+    assert_eq!(verification.response(counting(2)), Response::Correct);
     // From C the recovery leads to B, and from B to I: transitively (condition 3).
     let next = |dot, corner| recoveries.next(dot, Recovery { corner, word: Descriptor::Isolated });
     assert_eq!((next(C, Corner::Se), next(B, Corner::Sw)), (Some(B), Some(I)));

@@ -5,46 +5,59 @@
 
 use arrayvec::ArrayVec;
 use serde::Serialize;
-use sketchnav_schemas::channels::{DESCRIPTION, VIEW};
-use sketchnav_schemas::message::{DescribedDot, Description, DotView, MAX_DOTS};
+use sketchnav_schemas::channels::{DESCRIPTION, SCAN, VIEW};
+use sketchnav_schemas::message::{DescribedDot, Description, Header, MAX_DOTS};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Instant, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
+use super::mission;
 use crate::description::Descriptor;
 use crate::geometry::{Corner, Point, Window};
 use crate::isolation::c_value;
+use crate::pillars::Finder;
 use crate::signature::Signature;
 
 /// The localizer of a run.
 pub struct Localizer {
     window: Window,
+    /// On land it finds its landmarks in laser scans.
+    finder: Option<Finder>,
 }
 
 impl Localizer {
-    /// With the window of the run's robot.
+    /// With the window of the run's robot, on land its laser.
     ///
     /// # Errors
     /// [`DirectionsError`] for a robot without one.
     pub fn new(run: &RunConfig) -> Result<Self, DirectionsError> {
-        let view = run.robot.view()?;
-        let window = Window::new(view.side_m, view.margin_m).map_err(DirectionsError::Settings)?;
-        Ok(Self { window })
+        let (window, _) = mission::sight(&run.mission, &run.robot)?;
+        Ok(Self { window, finder: mission::finder(&run.mission, &run.robot)? })
     }
 }
 
-/// Describes a view; all but the header.
-pub fn describe(view: &DotView, window: Window, description: &mut Description) {
-    let dots: ArrayVec<Point, MAX_DOTS> =
-        view.dots().iter().map(|dot| Point::new(dot.x_m.into(), dot.y_m.into())).collect();
+impl Localizer {
+    /// What is in view, and the header of what it was seen by.
+    fn seen(&self, instant: &Instant<'_>) -> Option<(Header, ArrayVec<Point, MAX_DOTS>)> {
+        let Some(finder) = &self.finder else {
+            let view = instant.newest(VIEW)?;
+            let dots = view.dots().iter().map(|dot| Point::new(dot.x_m.into(), dot.y_m.into()));
+            return Some((view.header, dots.collect()));
+        };
+        let scan = instant.newest(SCAN)?;
+        Some((scan.header, finder.find(scan)))
+    }
+}
+
+/// Describes what is in view; all but the headers.
+pub fn describe(dots: &[Point], window: Window, description: &mut Description) {
     let inside: ArrayVec<usize, MAX_DOTS> =
         (0..dots.len()).filter(|&index| window.shows(dots[index])).collect();
     let shown: ArrayVec<Point, MAX_DOTS> = inside.iter().map(|&index| dots[index]).collect();
-    (description.views, description.view_stamp_ns) = (view.header.seq, view.header.stamp_ns);
     description.dot_count = dots.len() as u32;
-    for (place, (&dot, seen)) in description.dots.iter_mut().zip(dots.iter().zip(view.dots())) {
-        let quadrants = signature(&dots, dot, window);
-        *place = DescribedDot { x_m: seen.x_m, y_m: seen.y_m, isolation: 0, quadrants };
+    for (place, &dot) in description.dots.iter_mut().zip(dots) {
+        let quadrants = signature(dots, dot, window);
+        *place = DescribedDot { x_m: dot.x as f32, y_m: dot.y as f32, isolation: 0, quadrants };
     }
     for (rank, &index) in inside.iter().enumerate() {
         description.dots[index].isolation = c_value(&shown, rank).unwrap_or(0);
@@ -70,9 +83,12 @@ impl Stage for Localizer {
     type State = ();
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let view = instant.newest(VIEW);
+        let seen = self.seen(instant);
         out.send(DESCRIPTION, |description| {
-            view.into_iter().for_each(|view| describe(view, self.window, description));
+            if let Some((header, dots)) = seen {
+                (description.views, description.view_stamp_ns) = (header.seq, header.stamp_ns);
+                describe(&dots, self.window, description);
+            }
         })?;
         Ok(())
     }
@@ -88,26 +104,15 @@ impl Stage for Localizer {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
-    use sketchnav_schemas::message::{Message, SeenDot};
+    use sketchnav_schemas::message::Message;
 
     /// A pair near the middle, one dot by itself, and one in the margin.
     #[test]
     fn a_view_is_described() {
-        let mut view = DotView::zeroed();
-        let dots = [[0.0, 0.0], [0.01, 0.0], [-0.04, -0.04], [0.06, 0.0]];
-        for (place, [x_m, y_m]) in view.dots.iter_mut().zip(dots) {
-            *place = SeenDot { x_m, y_m };
-        }
-        view.dot_count = 4;
-        (view.header.seq, view.header.stamp_ns) = (7, 700);
+        let dots = [(0.0, 0.0), (0.01, 0.0), (-0.04, -0.04), (0.06, 0.0)].map(|(x, y)| Point::new(x, y));
         let mut description = Description::zeroed();
-        describe(&view, Window::new(0.1, 0.015).unwrap(), &mut description);
+        describe(&dots, Window::new(0.1, 0.015).unwrap(), &mut description);
         assert!(description.is_valid());
-        assert_eq!(
-            (description.views, description.view_stamp_ns),
-            (7, 700),
-            "the same number is the same view"
-        );
         let means =
             |word: Descriptor| description.meant[Descriptor::ALL.iter().position(|w| *w == word).unwrap()];
         assert_eq!(means(Descriptor::Any), 1, "the closest to the middle");

@@ -14,6 +14,15 @@
 //! name = "to the north"
 //! goal = [0.5, 0.9]                # metres: the dot nearest to it
 //! ```
+//! On land, a robot with a laser all around drives among pillars:
+//! ```toml
+//! [navigator]
+//! kind = "directions"
+//! floor_file = "poles.floor.toml"  # in place of plane_file and calibration: its round furniture
+//! landmark_radius_m = 0.15         # the pillars' radius; all are alike
+//! range_m = 8.0                    # how far the navigator looks; else as far as its laser
+//! heading_noise_deg = 2.0          # by how much the robot may look aside of the floor's axes at the start
+//! ```
 //! Somebody may write the custom map: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`. Its
 //! task may list `landmarks = [[x, y], …]`, one for each entry: those that the map means, for the judge.
 
@@ -22,15 +31,17 @@ use sketchnav_dots::camera::Known;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::MAX_PLANNED;
 use sketchnav_schemas::mission::{Mission, MissionError, Task, keys, overlaid};
-use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::robot::{Drive, Laser, Robot};
 
 use super::error::DirectionsError;
 use crate::arrival::{Effort, Pilot};
 use crate::description::{Descriptor, Vocabulary};
-use crate::geometry::{Point, Window};
+use crate::error::Error;
+use crate::geometry::{Land, Point, Window};
 use crate::journey::Noise;
 use crate::navigator::Settings;
 use crate::path::Objective;
+use crate::pillars::Finder;
 use crate::plan::Verify;
 
 /// The word of `[navigator] kind`.
@@ -84,11 +95,29 @@ pub enum Source {
         /// The error of the map-maker's positions on each axis, where it is given, metres.
         noise_m: Option<f64>,
     },
+    /// The map-maker makes them from a floor plan.
+    Floor {
+        /// The floor plan.
+        file: String,
+        /// The error of the map-maker's positions on each axis, metres.
+        noise_m: Option<f64>,
+    },
     /// Somebody has written one.
     Map {
         /// Its file.
         file: String,
     },
+}
+
+/// What a robot on land is told of its landmarks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LandKeys {
+    /// Their radius, metres.
+    pub radius_m: f64,
+    /// How far it looks, metres; none as far as its laser.
+    pub range_m: Option<f64>,
+    /// Standard deviation of its heading at the start, degrees.
+    pub heading_noise_deg: f64,
 }
 
 /// What belongs to this kind of a mission.
@@ -98,6 +127,8 @@ pub struct DirectionsMission {
     pub method: Method,
     /// Where the custom maps come from.
     pub source: Source,
+    /// The landmarks of a robot on land; none above a plane.
+    pub land: Option<LandKeys>,
     /// Which errors the paper's maps let the navigator notice.
     pub verify: Verify,
     /// What the navigator understands.
@@ -117,6 +148,10 @@ struct NavigatorKeys {
     calibration: Option<Vec<[f64; 4]>>,
     map_noise_m: Option<f64>,
     map_file: Option<String>,
+    floor_file: Option<String>,
+    landmark_radius_m: Option<f64>,
+    range_m: Option<f64>,
+    heading_noise_deg: Option<f64>,
     verify: Option<VerifyWord>,
     words: Option<Vec<String>>,
 }
@@ -153,6 +188,7 @@ impl DirectionsMission {
             Some(VerifyWord::Detectable) => Verify::Detectable,
         };
         let (method, words) = (keys.method, words(keys.words.as_deref())?);
+        let land = land(&keys)?;
         let source = source(keys)?;
         let is_written = matches!(source, Source::Map { .. });
         if is_written && mission.task.len() != 1 {
@@ -165,7 +201,7 @@ impl DirectionsMission {
             goals.extend(goal);
             landmarks.extend(listed);
         }
-        Ok(Self { method, source, verify, words, goals, landmarks })
+        Ok(Self { method, source, land, verify, words, goals, landmarks })
     }
 }
 
@@ -186,8 +222,54 @@ fn words(given: Option<&[String]>) -> Result<Vec<Descriptor>, MissionError> {
     given.iter().map(word).collect()
 }
 
-fn source(keys: NavigatorKeys) -> Result<Source, MissionError> {
-    let expected = "one of plane_file and map_file";
+/// The keys of a robot on land.
+fn land(keys: &NavigatorKeys) -> Result<Option<LandKeys>, MissionError> {
+    let only = |key: &str, is_there: bool| match is_there {
+        true => Err(wrong(key, "no such key without navigator.landmark_radius_m", "it")),
+        false => Ok(()),
+    };
+    let Some(radius_m) = keys.landmark_radius_m else {
+        only("navigator.floor_file", keys.floor_file.is_some())?;
+        only("navigator.range_m", keys.range_m.is_some())?;
+        only("navigator.heading_noise_deg", keys.heading_noise_deg.is_some())?;
+        return Ok(None);
+    };
+    if keys.plane_file.is_some() {
+        return Err(wrong("navigator.landmark_radius_m", "no such key beside plane_file", "it"));
+    }
+    let heading_noise_deg = keys.heading_noise_deg.unwrap_or(0.0);
+    for (key, expected, value, range) in [
+        ("navigator.landmark_radius_m", "0.02 to 1 m", radius_m, 0.02..=1.0),
+        ("navigator.range_m", "1 to 100 m", keys.range_m.unwrap_or(1.0), 1.0..=100.0),
+        ("navigator.heading_noise_deg", "0 to 20 degrees", heading_noise_deg, 0.0..=20.0),
+    ] {
+        if !range.contains(&value) {
+            return Err(wrong(key, expected, &value.to_string()));
+        }
+    }
+    Ok(Some(LandKeys { radius_m, range_m: keys.range_m, heading_noise_deg }))
+}
+
+fn map_noise(keys: &NavigatorKeys) -> Result<Option<f64>, MissionError> {
+    match keys.map_noise_m.filter(|noise_m| !(0.0..=10.0).contains(noise_m)) {
+        Some(noise_m) => Err(wrong("navigator.map_noise_m", "0 to 10 m", &noise_m.to_string())),
+        None => Ok(keys.map_noise_m),
+    }
+}
+
+fn source(mut keys: NavigatorKeys) -> Result<Source, MissionError> {
+    let expected = "one of plane_file, floor_file and map_file";
+    if let Some(file) = keys.floor_file.take() {
+        if keys.map_file.is_some() || keys.calibration.is_some() {
+            return Err(wrong(
+                "navigator.floor_file",
+                "neither map_file nor calibration beside it",
+                "one of them",
+            ));
+        }
+        return Ok(Source::Floor { file, noise_m: map_noise(&keys)? });
+    }
+    let noise_m = map_noise(&keys)?;
     match (keys.plane_file, keys.map_file) {
         (Some(file), None) => {
             let Some(points) = keys.calibration else {
@@ -197,14 +279,11 @@ fn source(keys: NavigatorKeys) -> Result<Source, MissionError> {
                     "none",
                 ));
             };
-            if let Some(noise_m) = keys.map_noise_m.filter(|noise_m| !(0.0..=10.0).contains(noise_m)) {
-                return Err(wrong("navigator.map_noise_m", "0 to 10 m", &noise_m.to_string()));
-            }
             let known = |[column, row, x, y]: [f64; 4]| Known { pixel: [column, row], place: [x, y] };
             let calibration = points.into_iter().map(known).collect();
-            Ok(Source::Picture { file, calibration, noise_m: keys.map_noise_m })
+            Ok(Source::Picture { file, calibration, noise_m })
         }
-        (None, Some(_)) if keys.calibration.is_some() || keys.map_noise_m.is_some() => {
+        (None, Some(_)) if keys.calibration.is_some() || noise_m.is_some() => {
             Err(wrong("navigator.map_file", "neither calibration nor map_noise_m beside it", "one of them"))
         }
         (None, Some(file)) => Ok(Source::Map { file }),
@@ -291,14 +370,65 @@ pub fn effort(mission: &Mission) -> Result<Effort, MissionError> {
     Ok(Effort { trials, trial_journeys, journeys })
 }
 
+/// How far beside a landmark's and its own body the robot keeps, metres.
+const BERTH_M: f64 = 0.15;
+/// How much further than that it stands beside a landmark, metres.
+const BESIDE_M: f64 = 0.25;
+
+/// What the robot of a mission sees: its window, and the standard deviation of a position in it, metres.
+///
+/// # Errors
+/// A robot without a view, on land without a laser all around; [`DirectionsError::Settings`].
+pub fn sight(mission: &Mission, robot: &Robot) -> Result<(Window, f64), DirectionsError> {
+    let Some(land) = DirectionsMission::of(mission)?.land else {
+        let view = robot.view()?;
+        let window = Window::new(view.side_m, view.margin_m).map_err(DirectionsError::Settings)?;
+        return Ok((window, view.noise_m));
+    };
+    let laser = robot.laser()?;
+    let unfit =
+        |what, expected, found| Err(DirectionsError::Settings(Error::Parameter { what, expected, found }));
+    if laser.field_of_view_deg < 359.0 {
+        return unfit("laser.field_of_view_deg", "359 and more on land", laser.field_of_view_deg);
+    }
+    if robot.drive != Drive::Omnidirectional {
+        return unfit("drive", "omnidirectional on land", 0.0);
+    }
+    let clearance = land.radius_m + robot.radius_m + BERTH_M;
+    let range = land.range_m.map_or(laser.range_max_m, |range_m| range_m.min(laser.range_max_m));
+    let body = Land { radius: land.radius_m, range, stand_off: clearance + BESIDE_M, clearance };
+    let window = Window::on_land(body).map_err(DirectionsError::Settings)?;
+    Ok((window, position_noise_m(laser, land.radius_m, window.side)))
+}
+
+/// The standard deviation of a landmark's position at a distance, on each axis: its returns are averaged along the beams, and
+/// its edges lie between two of them.
+fn position_noise_m(laser: &Laser, radius_m: f64, distance_m: f64) -> f64 {
+    let beam_rad = laser.field_of_view_deg.to_radians() / f64::from(laser.beams.max(1));
+    let returns = (2.0 * radius_m / distance_m / beam_rad).max(1.0);
+    let along_m = (laser.noise_m + laser.noise_per_m * distance_m) / returns.sqrt();
+    along_m.hypot(distance_m * beam_rad / 12.0_f64.sqrt())
+}
+
+/// Finds landmarks in the laser scans of a robot on land; none above a plane.
+///
+/// # Errors
+/// As [`sight`].
+pub fn finder(mission: &Mission, robot: &Robot) -> Result<Option<Finder>, DirectionsError> {
+    let (window, _) = sight(mission, robot)?;
+    let Some(land) = window.land else { return Ok(None) };
+    let laser = robot.laser()?;
+    let noise_m = laser.noise_m + laser.noise_per_m * land.range;
+    Ok(Some(Finder { radius_m: land.radius, range_m: land.range, noise_m, mount: laser.mount() }))
+}
+
 /// How the navigator of a mission sees and moves.
 ///
 /// # Errors
-/// A robot without a view, or [`DirectionsError::Settings`].
+/// As [`sight`], and [`DirectionsError::Settings`].
 pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, DirectionsError> {
-    let view = robot.view()?;
-    let window = Window::new(view.side_m, view.margin_m).map_err(DirectionsError::Settings)?;
-    let usual = Settings::new(window, view.noise_m);
+    let (window, noise_m) = sight(mission, robot)?;
+    let usual = Settings::new(window, noise_m);
     let parameters = PlannerParameters {
         looks: usual.looks,
         patience: usual.patience,
@@ -334,17 +464,26 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
 /// # Errors
 /// As [`settings`].
 pub fn pilot(mission: &Mission, robot: &Robot, map_noise_m: f64) -> Result<Pilot, DirectionsError> {
+    let (_, sigma) = sight(mission, robot)?;
+    let settings = settings(mission, robot)?;
+    let errors = Noise { sigma, map_sigma: map_noise_m, ..Noise::NONE };
+    if let Some(land) = DirectionsMission::of(mission)?.land {
+        let noise = Noise { heading_rad: land.heading_noise_deg.to_radians(), ..errors };
+        return Ok(Pilot { settings, noise });
+    }
     let (view, motion) = (robot.view()?, robot.motion_noise.unwrap_or_default());
     let noise = Noise {
-        sigma: view.noise_m,
-        map_sigma: map_noise_m,
         misses: view.miss,
         false_dots: view.false_dots,
         translation: motion.translation_m,
         rotation_rad: motion.rotation_rad,
+        ..errors
     };
-    Ok(Pilot { settings: settings(mission, robot)?, noise })
+    Ok(Pilot { settings, noise })
 }
+
+/// How far aside of the floor's axes a robot on land may look at its start, degrees.
+const MOST_ASIDE_DEG: f64 = 20.0;
 
 /// What this kind demands of a mission and a robot.
 ///
@@ -354,13 +493,19 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
     let read = DirectionsMission::of(mission)?;
     effort(mission)?;
     settings(mission, robot)?;
-    if mission.start.world_heading_deg != 0.0 {
+    let most_deg = read.land.map_or(0.0, |_| MOST_ASIDE_DEG);
+    if mission.start.world_heading_deg.abs() > most_deg && read.land.is_some() {
+        let found = mission.start.world_heading_deg.to_string();
+        let expected = "-20 to 20: the robot's axes are nearly those of the floor";
+        return Err(wrong("start.world_heading_deg", expected, &found).into());
+    }
+    if mission.start.world_heading_deg.abs() > most_deg {
         let found = mission.start.world_heading_deg.to_string();
         let expected = "0: the window's axes are those of the plane";
         return Err(wrong("start.world_heading_deg", expected, &found).into());
     }
     let plans = read.words.iter().any(|word| crate::arrival::WORDS.contains(word));
-    if matches!(read.source, Source::Picture { .. }) && !plans {
+    if !matches!(read.source, Source::Map { .. }) && !plans {
         let found = read.words.iter().map(|word| word.word()).collect::<Vec<_>>().join(", ");
         let expected = "Isol or IsolPair among them: the map-maker plans with those";
         return Err(wrong("navigator.words", expected, &found).into());
@@ -405,9 +550,12 @@ mod tests {
             ),
             (
                 MISSION.replace("plane_file='p.png'", ""),
-                "navigator: expected one of plane_file and map_file, found none",
+                "navigator: expected one of plane_file, floor_file and map_file, found none",
             ),
-            (navigator("map_file='a'"), "navigator: expected one of plane_file and map_file, found both"),
+            (
+                navigator("map_file='a'"),
+                "navigator: expected one of plane_file, floor_file and map_file, found both",
+            ),
             (navigator("map_noise_m=-1.0"), "navigator.map_noise_m: expected 0 to 10 m, found -1"),
             (navigator("words=['Isol','Lonely']"), "navigator.words: expected some of Obvious, Isol"),
             (navigator("verify='nothing'"), "navigator.verify: expected no such key for `arrival`"),

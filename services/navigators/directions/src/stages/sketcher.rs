@@ -1,7 +1,8 @@
 //! The map-maker as a stage: sees the plane as the global camera does, plans, and says the custom maps once.
 //!
 //! It knows the plane by a picture alone: spots, their centroids, and a perspective transform by known points (Park and
-//! Kender 1995, 7.1.1). So its positions have errors of their own, and it reckons with them.
+//! Kender 1995, 7.1.1). So its positions have errors of their own, and it reckons with them. A floor on land it knows by its
+//! floor plan.
 
 use std::fmt::Write;
 
@@ -10,6 +11,7 @@ use serde::Serialize;
 use sketchnav_dots::camera::{Camera, Known};
 use sketchnav_dots::picture;
 use sketchnav_schemas::channels::{DIRECTIONS, ITINERARY};
+use sketchnav_schemas::floor_plan::FloorPlan;
 use sketchnav_schemas::message::{MAX_PLANNED, PlannedLandmark};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
@@ -17,7 +19,7 @@ use sketchnav_schemas::seed::stream;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
-use super::mission::{self, DirectionsMission, Source};
+use super::mission::{self, DirectionsMission, LandKeys, Source};
 use crate::arrival::{Effort, Pilot, WORDS, most_probable};
 use crate::custom_map::CustomMap;
 use crate::description::Descriptor;
@@ -54,6 +56,11 @@ pub fn make(run: &RunConfig, files: &Files<'_>) -> Result<Made, DirectionsError>
     let read = DirectionsMission::of(&run.mission)?;
     match &read.source {
         Source::Map { file } => written(run, &read, file, files),
+        Source::Floor { file, noise_m } => {
+            let plane = floor(&bytes("navigator.floor_file", file, files)?, file, read.land)?;
+            let (_, sigma_m) = mission::sight(&run.mission, &run.robot)?;
+            plans(run, &read, plane, noise_m.unwrap_or(sigma_m))
+        }
         Source::Picture { file, calibration, noise_m } => {
             let bytes = bytes("navigator.plane_file", file, files)?;
             let (plane, spread_m) = see(&bytes, file, calibration)?;
@@ -98,6 +105,30 @@ fn written(
     }
     let landmarks = vec![(0..).zip(read.landmarks.iter().copied()).collect()];
     Ok(Made { dots: Vec::new(), maps: vec![map], plans: Vec::new(), landmarks })
+}
+
+/// The landmarks on a floor.
+fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>) -> Result<Plane, DirectionsError> {
+    let wrong =
+        |reason: String| DirectionsError::File { key: "navigator.floor_file", file: file.to_owned(), reason };
+    let text =
+        std::str::from_utf8(bytes).map_err(|_| wrong("expected UTF-8, found other bytes".to_owned()))?;
+    let plan: FloorPlan = toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))?;
+    let radius_m = land.map_or(0.0, |land| land.radius_m);
+    let places: Vec<_> = pillars(&plan, radius_m).map(|[x, y]| Point::new(x, y)).collect();
+    if places.is_empty() {
+        return Err(wrong(format!("expected round furniture with a radius of {radius_m} m, found none")));
+    }
+    Plane::new(places).map_err(|cause| DirectionsError::Map { file: file.to_owned(), cause })
+}
+
+/// The landmarks of a floor: its round furniture of this radius, within a tenth.
+pub fn pillars(plan: &FloorPlan, radius_m: f64) -> impl Iterator<Item = [f64; 2]> + '_ {
+    let is_landmark = move |own: f64| (own - radius_m).abs() <= 0.1 * radius_m;
+    plan.furniture
+        .iter()
+        .filter(move |piece| piece.radius_m.is_some_and(is_landmark))
+        .filter_map(|piece| piece.center)
 }
 
 /// The plane in a picture, and the error of a position where the known points tell it, metres.
@@ -159,7 +190,7 @@ impl Maker<'_> {
     fn plan(&self, index: usize, before: Option<DotId>, start: Point, goal: Point) -> Result<Plan, Error> {
         let Self { atlas, read, pilot, effort, seed } = self;
         let start = match before {
-            Some(dot) => Start::over(&atlas.plane, dot)?,
+            Some(dot) => Start::at_goal(atlas, dot)?,
             None => Start::at(&atlas.plane, atlas.window, start)?,
         };
         // The dot that a window over the goal would show nearest to its middle.

@@ -1,0 +1,107 @@
+//! The way of a robot on land around what stands before it.
+//!
+//! It drives straight, or along the tangent of a landmark's circle: of all directions that are free, the one nearest to where
+//! it wants to be.
+
+use crate::geometry::Point;
+
+/// How far ahead a direction must be free, in clearances.
+const AHEAD: f64 = 4.0;
+/// How far beside a circle its tangent passes, in radians.
+const BESIDE_RAD: f64 = 0.02;
+
+/// The direction, of length 1; none where every way is barred.
+pub fn direction(displacement: Point, view: &[Point], clearance: f64) -> Option<Point> {
+    let length = displacement.norm().min(AHEAD * clearance);
+    let straight = displacement.direction()?;
+    let is_free = |way: Point| view.iter().all(|&place| !bars(way, length, place, clearance));
+    if is_free(straight) {
+        return Some(straight);
+    }
+    let near = view.iter().filter(|place| place.norm() <= length + clearance);
+    let ways = near.flat_map(|&place| tangents(place, clearance)).filter(|&way| is_free(way));
+    ways.max_by(|a, b| a.dot(straight).total_cmp(&b.dot(straight)))
+}
+
+/// Whether a landmark bars a way of this length. From too near, only ways towards it are barred.
+fn bars(way: Point, length: f64, place: Point, clearance: f64) -> bool {
+    let along = place.dot(way);
+    if along <= 0.0 {
+        return false;
+    }
+    let nearest = way * along.min(length);
+    (place - nearest).norm() < clearance
+}
+
+/// Both ways past a landmark; from too near, those that lead a little away from it.
+fn tangents(place: Point, clearance: f64) -> impl Iterator<Item = Point> {
+    let towards = place.direction();
+    let distance = place.norm();
+    let angle = if distance > clearance {
+        (clearance / distance).asin() + BESIDE_RAD
+    } else {
+        std::f64::consts::FRAC_PI_2 + BESIDE_RAD
+    };
+    towards.into_iter().flat_map(move |towards| [towards.turned(angle), towards.turned(-angle)])
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::testing::config;
+
+    #[test]
+    fn it_drives_straight_where_the_way_is_free_and_past_the_nearer_side_where_not() {
+        let goal = Point::new(5.0, 0.0);
+        assert_eq!(
+            direction(goal, &[Point::new(1.0, 0.6), Point::new(-0.3, 0.0)], 0.5),
+            Some(Point::new(1.0, 0.0))
+        );
+        let past = direction(goal, &[Point::new(1.0, 0.1)], 0.5).unwrap();
+        assert!(past.y < 0.0 && past.x > 0.8, "{past:?}");
+        // A second one bars that side.
+        let other = direction(goal, &[Point::new(1.0, 0.1), Point::new(1.0, -0.8)], 0.5).unwrap();
+        assert!(other.y > 0.0, "{other:?}");
+    }
+
+    #[test]
+    fn a_landmark_behind_the_goal_bars_nothing() {
+        assert_eq!(direction(Point::new(1.0, 0.0), &[Point::new(1.9, 0.0)], 0.5), Some(Point::new(1.0, 0.0)));
+    }
+
+    proptest! {
+        #![proptest_config(config(64))]
+
+        /// Whatever stands around, it comes to a free place and keeps clear on its way.
+        #[test]
+        fn it_arrives_and_keeps_its_distance(
+            places in prop::collection::vec((-4.0..4.0_f64, -4.0..4.0_f64), 0..9),
+        ) {
+            const CLEARANCE: f64 = 0.5;
+            let (from, goal) = (Point::new(-6.0, 0.0), Point::new(6.0, 0.3));
+            let mut landmarks: Vec<Point> = Vec::new();
+            for (x, y) in places {
+                let place = Point::new(x, y);
+                if landmarks.iter().all(|other| (*other - place).norm() > 2.2 * CLEARANCE) {
+                    landmarks.push(place);
+                }
+            }
+            let mut at = from;
+            for _ in 0..2000 {
+                if (goal - at).norm() < 0.1 {
+                    return Ok(());
+                }
+                let view: Vec<_> = landmarks.iter().map(|&place| place - at).collect();
+                let way = direction(goal - at, &view, CLEARANCE);
+                prop_assert!(way.is_some(), "barred at {:?} {:?}", at, landmarks);
+                at = at + way.unwrap() * 0.02;
+                for &place in &landmarks {
+                    prop_assert!((place - at).norm() > CLEARANCE - 0.05, "{:?} {:?}", at, place);
+                }
+            }
+            prop_assert!(false, "never arrives: {:?}", landmarks);
+        }
+    }
+}

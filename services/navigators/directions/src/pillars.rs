@@ -1,0 +1,228 @@
+//! Landmarks on land in a laser scan: upright cylinders of a known radius.
+//!
+//! Neighbouring returns at similar ranges are one thing. A thing as wide as a landmark has the circle of that radius fitted to
+//! it (Gauss-Newton). What is wider is a wall; what shows less than half of its width, or is hidden on both sides, is left out.
+
+use arrayvec::ArrayVec;
+use sketchnav_schemas::geometry::{Base, Pose};
+use sketchnav_schemas::message::{LaserScan, MAX_BEAMS, MAX_DOTS};
+
+use crate::geometry::Point;
+use crate::sight::{LEAST_SHARE, half_angle_rad};
+
+/// The fewest returns of a landmark.
+const LEAST_RETURNS: usize = 3;
+/// How many lost beams in a row do not divide a thing.
+const MOST_LOST: usize = 2;
+/// Steps of a fit.
+const STEPS: usize = 6;
+/// Keeps a fit to a short arc where it begins, along the arc.
+const DAMPING: f64 = 0.02;
+/// The widest that a landmark looks, in its own width: errors, and a beam more.
+const WIDEST: f64 = 1.5;
+
+/// What is known of landmarks and of the laser.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Finder {
+    /// Radius of a landmark, metres.
+    pub radius_m: f64,
+    /// How far landmarks are looked for, metres.
+    pub range_m: f64,
+    /// Standard deviation of a range there, metres.
+    pub noise_m: f64,
+    /// Where the laser sits.
+    pub mount: Pose<Base>,
+}
+
+/// A return: the number of its beam, and its range.
+type Return = (usize, f64);
+
+impl Finder {
+    /// The landmarks in a scan, in the robot's axes.
+    pub fn find(&self, scan: &LaserScan) -> ArrayVec<Point, MAX_DOTS> {
+        let returns = self.returns(scan);
+        let mut found = ArrayVec::new();
+        // A full turn has no end: it begins where a thing ends.
+        let Some(first) = (0..returns.len()).find(|&at| !self.joins(&returns, at, scan)) else {
+            return found;
+        };
+        let mut begin = first + 1;
+        for at in begin..=first + returns.len() {
+            if self.joins(&returns, at % returns.len(), scan) {
+                continue;
+            }
+            if let Some(place) = self.landmark(&returns, begin, at, scan) {
+                // What is more than fits is not described.
+                let _ = found.try_push(place);
+            }
+            begin = at + 1;
+        }
+        found
+    }
+
+    fn returns(&self, scan: &LaserScan) -> ArrayVec<Return, MAX_BEAMS> {
+        let ranges = scan.ranges_m[..(scan.beam_count as usize).min(MAX_BEAMS)].iter().enumerate();
+        ranges
+            .map(|(beam, range)| (beam, f64::from(*range)))
+            .filter(|(_, range)| range.is_finite() && *range > 0.0)
+            .collect()
+    }
+
+    fn jump_m(&self) -> f64 {
+        2.0 * self.radius_m + 4.0 * self.noise_m
+    }
+
+    /// Whether a return and the next one, around the turn, belong to one thing.
+    fn joins(&self, returns: &[Return], at: usize, scan: &LaserScan) -> bool {
+        let (beam, range) = returns[at];
+        let (next, next_range) = returns[(at + 1) % returns.len()];
+        let lost = (next + scan.beam_count as usize - beam) % scan.beam_count.max(1) as usize;
+        lost <= MOST_LOST + 1 && (range - next_range).abs() <= self.jump_m()
+    }
+
+    /// The landmark that the returns from one to another are, if they are one.
+    fn landmark(&self, returns: &[Return], begin: usize, end: usize, scan: &LaserScan) -> Option<Point> {
+        let at = |index: usize| returns[index % returns.len()];
+        let count = end + 1 - begin;
+        if !(LEAST_RETURNS..=returns.len()).contains(&count) {
+            return None;
+        }
+        let increment_rad = f64::from(scan.angle_increment_rad);
+        let beams =
+            (at(end).0 + scan.beam_count as usize - at(begin).0) % scan.beam_count.max(1) as usize + 1;
+        let nearest = (begin..=end).map(|index| at(index).1).fold(f64::INFINITY, f64::min);
+        let shown_rad = beams as f64 * increment_rad;
+        let whole_rad = 2.0 * half_angle_rad(self.radius_m, nearest + self.radius_m);
+        if shown_rad > WIDEST * whole_rad + increment_rad || shown_rad < LEAST_SHARE * whole_rad {
+            return None;
+        }
+        // Something nearer may hide it from one side, not from both.
+        let hides = |other: usize, own: usize| {
+            let (beam, range) = at(other);
+            let off = beam.abs_diff(at(own).0);
+            let off = off.min(scan.beam_count as usize - off);
+            off <= MOST_LOST + 1 && range < at(own).1
+        };
+        if hides(begin + returns.len() - 1, begin) && hides(end + 1, end) {
+            return None;
+        }
+        let place = |index: usize| {
+            let (beam, range) = at(index);
+            let bearing = f64::from(scan.angle_min_rad) + beam as f64 * increment_rad;
+            Point::new(range, 0.0).turned(bearing)
+        };
+        let centre = self.fit(count, |index| place(begin + index))?;
+        (centre.norm() <= self.range_m)
+            .then(|| centre.turned(self.mount.yaw_rad) + Point::new(self.mount.x, self.mount.y))
+    }
+
+    /// The centre of the circle of a landmark's radius through points, seen from the origin; none where they lie on none.
+    fn fit(&self, count: usize, place: impl Fn(usize) -> Point) -> Option<Point> {
+        let n = count as f64;
+        let mean = (0..count).fold(Point::default(), |sum, index| sum + place(index)) * (1.0 / n);
+        // Half of a circle is seen: its points are on average so far before the centre.
+        let mut centre = mean + mean.direction()? * (self.radius_m * std::f64::consts::FRAC_PI_4);
+        let mut squares = 0.0;
+        for _ in 0..STEPS {
+            let (mut xx, mut xy, mut yy) = (DAMPING * n, 0.0, DAMPING * n);
+            let mut slope = Point::default();
+            squares = 0.0;
+            for index in 0..count {
+                let off = centre - place(index);
+                let (residual, along) = (off.norm() - self.radius_m, off.direction()?);
+                (xx, xy, yy) = (xx + along.x * along.x, xy + along.x * along.y, yy + along.y * along.y);
+                slope = slope + along * residual;
+                squares += residual * residual;
+            }
+            let determinant = xx * yy - xy * xy;
+            let step =
+                Point::new(yy * slope.x - xy * slope.y, xx * slope.y - xy * slope.x) * (1.0 / determinant);
+            centre = centre - step;
+        }
+        let most = self.noise_m * 2.0 + 0.1 * self.radius_m;
+        ((squares / n).sqrt() <= most).then_some(centre)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use rand_distr::{Distribution, Normal};
+    use sketchnav_schemas::seed::stream;
+
+    use super::*;
+
+    const RADIUS_M: f64 = 0.15;
+
+    fn finder(noise_m: f64) -> Finder {
+        Finder { radius_m: RADIUS_M, range_m: 8.0, noise_m, mount: Pose::new(0.0, 0.0, 0.0) }
+    }
+
+    /// A scan among cylinders, and before a wall north of all.
+    fn scan(landmarks: &[Point], wall_m: f64, noise_m: f64, seed: u64) -> Box<LaserScan> {
+        let mut scan: Box<LaserScan> = Box::new(Zeroable::zeroed());
+        scan.beam_count = 900;
+        scan.angle_min_rad = -std::f32::consts::PI;
+        scan.angle_increment_rad = std::f32::consts::TAU / 900.0;
+        let (mut rng, normal) = (stream(seed, "laser"), Normal::new(0.0, noise_m).unwrap());
+        for beam in 0..900 {
+            let way = Point::new(1.0, 0.0)
+                .turned(f64::from(scan.angle_min_rad) + beam as f64 * f64::from(scan.angle_increment_rad));
+            let hit = |place: &Point| {
+                let (along, aside) = (place.dot(way), place.x * way.y - place.y * way.x);
+                let half = (RADIUS_M * RADIUS_M - aside * aside).max(0.0).sqrt();
+                if along > 0.0 && half > 0.0 { along - half } else { f64::INFINITY }
+            };
+            let wall = if way.y > 0.0 { wall_m / way.y } else { f64::INFINITY };
+            let range = landmarks.iter().map(hit).fold(wall, f64::min);
+            let range = if range < 10.0 { range + normal.sample(&mut rng) } else { f64::INFINITY };
+            scan.ranges_m[beam] = range as f32;
+        }
+        scan
+    }
+
+    fn nearest(found: &[Point], place: Point) -> f64 {
+        found.iter().map(|other| (*other - place).norm()).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn landmarks_are_found_where_they_are_and_a_wall_is_none() {
+        // One lies behind the robot, where the scan begins and ends.
+        let landmarks =
+            [(2.0, 1.0), (-6.5, 0.0), (0.0, -0.9), (5.0, -4.0), (0.4, 3.0)].map(|(x, y)| Point::new(x, y));
+        for seed in 0..20 {
+            let found = finder(0.03).find(&scan(&landmarks, 4.0, 0.03, seed));
+            assert_eq!(found.len(), landmarks.len(), "{found:?}");
+            for place in landmarks {
+                assert!(nearest(&found, place) < 0.12, "{place:?} {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_hidden_is_not_found_and_what_is_half_hidden_is_found_where_it_is() {
+        let hidden = [Point::new(2.0, 0.0), Point::new(5.0, 0.0)];
+        assert_eq!(finder(0.01).find(&scan(&hidden, 50.0, 0.01, 1)).len(), 1);
+        let half = [Point::new(2.0, 0.16), Point::new(5.0, 0.0)];
+        let found = finder(0.01).find(&scan(&half, 50.0, 0.01, 1));
+        assert_eq!(found.len(), 2);
+        assert!(nearest(&found, half[1]) < 0.1, "{found:?}");
+        // Between two nearer ones a wall looks as narrow as a landmark.
+        let slit = [Point::new(2.0, 0.22), Point::new(2.0, -0.22)];
+        let turned: Vec<_> = slit.iter().map(|place| place.turned(std::f64::consts::FRAC_PI_2)).collect();
+        assert_eq!(finder(0.01).find(&scan(&turned, 6.0, 0.01, 1)).len(), 2);
+    }
+
+    #[test]
+    fn the_laser_s_place_on_the_robot_counts() {
+        let mounted = Finder { mount: Pose::new(0.2, 0.0, std::f64::consts::PI), ..finder(0.0) };
+        let found = mounted.find(&scan(&[Point::new(2.0, 1.0)], 50.0, 0.0, 1));
+        assert!(nearest(&found, Point::new(-1.8, -1.0)) < 0.02, "{found:?}");
+    }
+
+    #[test]
+    fn nothing_is_found_in_an_empty_scan() {
+        assert!(finder(0.03).find(&scan(&[], 50.0, 0.0, 1)).is_empty());
+        assert!(finder(0.03).find(&LaserScan::zeroed()).is_empty());
+    }
+}

@@ -1,0 +1,59 @@
+//! What a robot on land sees of its landmarks: as far as its range, and not behind others (Park and Kender 1995, 8).
+//!
+//! Landmarks are cylinders of one radius. So a nearer one always looks wider than a further one, and hides it from a side.
+
+use crate::geometry::{Land, Point};
+
+/// The least share of a landmark's width that must be in sight.
+pub const LEAST_SHARE: f64 = 0.5;
+
+/// Half of the angle under which an eye sees a cylinder, radians.
+pub fn half_angle_rad(radius: f64, distance: f64) -> f64 {
+    (radius / distance.max(radius)).asin()
+}
+
+/// Whether a landmark is seen, given relative to the eye, with all the others around.
+pub fn is_seen(land: Land, landmark: Point, others: impl Iterator<Item = Point>) -> bool {
+    let distance = landmark.norm();
+    if distance > land.range {
+        return false;
+    }
+    let half = half_angle_rad(land.radius, distance);
+    let (mut low, mut high) = (-half, half);
+    for other in others.filter(|other| other.norm() < distance) {
+        let aside = bearing_rad(landmark, other);
+        let covers = half_angle_rad(land.radius, other.norm());
+        if aside > 0.0 {
+            high = high.min(aside - covers);
+        } else {
+            low = low.max(aside + covers);
+        }
+    }
+    high - low >= 2.0 * half * LEAST_SHARE
+}
+
+/// The direction of a point, counter-clockwise from that of another, radians.
+fn bearing_rad(from: Point, to: Point) -> f64 {
+    (from.x * to.y - from.y * to.x).atan2(from.dot(to))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAND: Land = Land { radius: 0.15, range: 8.0, stand_off: 0.9, clearance: 0.5 };
+
+    #[test]
+    fn what_is_far_or_behind_another_is_not_seen() {
+        let seen = |x, y, others: &[(f64, f64)]| {
+            is_seen(LAND, Point::new(x, y), others.iter().map(|&(x, y)| Point::new(x, y)))
+        };
+        assert!(seen(7.9, 0.0, &[]) && !seen(8.1, 0.0, &[]));
+        assert!(!seen(5.0, 0.0, &[(2.0, 0.0)]), "right behind");
+        assert!(seen(2.0, 0.0, &[(5.0, 0.0)]), "in front of it");
+        assert!(seen(5.0, 0.0, &[(-2.0, 0.0)]), "on the other side");
+        // At 2 m the nearer one looks 0.075 rad wide to each side, the further one 0.03 rad at 5 m.
+        assert!(seen(5.0, 0.0, &[(2.0, 0.16)]) && !seen(5.0, 0.0, &[(2.0, 0.14)]));
+        assert!(!seen(5.0, 0.0, &[(2.0, 0.18), (2.0, -0.18)]), "a slit between two");
+    }
+}

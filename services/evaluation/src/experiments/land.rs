@@ -5,7 +5,6 @@
 //! where the robot stops beside the pole of its goal and has touched nothing.
 
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::sync::Arc;
 
 use rand_distr::{Distribution, StandardNormal};
 use sketchnav_directions::path::{Atlas, Measure, Objective, Start, best};
@@ -22,7 +21,7 @@ use sketchnav_sim::{files, poles};
 
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
-use crate::experiments::trial::Trial;
+use crate::experiments::trial::{Page, Trial};
 
 /// How many fields.
 const FIELDS: usize = 100;
@@ -122,7 +121,7 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
         ends_with_contact: true,
         thinking_scans: 0,
         variant_of: None,
-        bytes: Some(Arc::from(bytes.into_bytes())),
+        bytes: Some(Page::from(bytes.into_bytes())),
     };
     Ok(is_joined(&trial, &field, goal)?.then_some(trial))
 }

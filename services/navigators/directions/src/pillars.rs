@@ -47,7 +47,7 @@ impl Finder {
             return found;
         };
         let mut begin = first + 1;
-        for at in begin..=first + returns.len() {
+        for at in first + 1..=first + returns.len() {
             if self.joins(&returns, at % returns.len(), scan) {
                 continue;
             }

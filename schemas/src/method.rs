@@ -84,7 +84,7 @@ mod tests {
         // The words of before are answered with those of now.
         for old in ["ours", "paper", "fixed-scale", "one-scale"] {
             let error = old.parse::<Method>().unwrap_err();
-            let words = "beam, outline, boniardi-2015, boniardi-2015-fixed-scale, behzadian-2015";
+            let words = "outline, beam, boniardi-2015, boniardi-2015-fixed-scale, behzadian-2015";
             assert!(error.contains(words) && error.contains(old), "{error}");
         }
     }

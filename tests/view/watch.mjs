@@ -23,8 +23,12 @@ const LIMIT_MS = 60_000;
 const topics = {};
 const newest = {};
 const subscriptions = new Map();
+let isEnding = false;
 
+// Once: messages go on coming while the answer is written.
 function end(words) {
+  if (isEnding) return;
+  isEnding = true;
   if (words) console.error(words);
   if (svg) writeFileSync(svg, picture(newest));
   process.stdout.write(JSON.stringify(topics), () => process.exit(words ? 1 : 0));
@@ -40,6 +44,7 @@ function announced(channels) {
 }
 
 function came({ subscriptionId, data }) {
+  if (isEnding) return;
   const { topic, reader } = subscriptions.get(subscriptionId);
   const bytes = new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
   try {

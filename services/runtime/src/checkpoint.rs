@@ -39,7 +39,7 @@ pub(crate) const NUMBER_AT: u64 = (NUMBER * WORD) as u64;
 /// Where its state begins, bytes.
 pub(crate) const STATE_AT: u64 = (HEAD * WORD) as u64;
 /// Room for a small state, words; a slot grows with what it holds.
-const FIRST_LENGTH: usize = 1 << 13;
+const FIRST_LENGTH: usize = 1 << 14;
 
 /// The two slots of a process, for a state that is written as `T` or as a view of one.
 pub struct Checkpoints<T> {

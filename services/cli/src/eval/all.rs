@@ -262,6 +262,8 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::MetadataExt;
+
     use super::*;
 
     fn options(folder: &Path) -> EvalOptions {
@@ -285,14 +287,14 @@ mod tests {
             first.figures
         );
         let part = folder.path().join("parts/laboratory/000001.json");
-        let driven = std::fs::metadata(&part).unwrap().modified().unwrap();
+        let driven = std::fs::metadata(&part).unwrap().ino();
         let page = std::fs::read_to_string(folder.path().join("laboratory.md")).unwrap();
         assert!(page.contains(
             "sketchnav eval laboratory --method outline,boniardi-2015 --trials 1 --sample 1 --seed 1"
         ));
         std::fs::remove_file(folder.path().join("laboratory.md")).unwrap();
         assert_eq!(drive(folder.path()).figures, first.figures);
-        assert_eq!(std::fs::metadata(&part).unwrap().modified().unwrap(), driven, "it was driven again");
+        assert_eq!(std::fs::metadata(&part).unwrap().ino(), driven, "it was driven again");
         assert_eq!(std::fs::read_to_string(folder.path().join("laboratory.md")).unwrap(), page);
     }
 

@@ -39,7 +39,10 @@ pub(crate) const NUMBER_AT: u64 = (NUMBER * WORD) as u64;
 /// Where its state begins, bytes.
 pub(crate) const STATE_AT: u64 = (HEAD * WORD) as u64;
 /// Room for a small state, words; a slot grows with what it holds.
-const FIRST_LENGTH: usize = 1 << 14;
+const FIRST_LENGTH: usize = 1 << 13;
+/// Where a state is written before it goes to a slot, words. A planner's fits that remembers as many obstacles as it may; a
+/// larger one makes room for itself, once.
+const FIRST_ROOM: usize = 1 << 15;
 
 /// The two slots of a process, for a state that is written as `T` or as a view of one.
 pub struct Checkpoints<T> {
@@ -119,7 +122,7 @@ impl<T> Checkpoints<T> {
     ) -> Result<(Self, Found<T>)> {
         let slots = [Mapping::open(&first, FIRST_LENGTH)?, Mapping::open(&second, FIRST_LENGTH)?];
         let version = fingerprint(&format!("{version} of sketchnav {}", env!("CARGO_PKG_VERSION")));
-        let room = vec![0; FIRST_LENGTH];
+        let room = vec![0; FIRST_ROOM];
         let mut checkpoints = Self { version, slots, room, next: 0, number: 0, steps: 0, state: PhantomData };
         let found = checkpoints.read(parse);
         Ok((checkpoints, found))
@@ -302,7 +305,7 @@ mod tests {
     #[test]
     fn a_large_state_makes_room_for_itself() {
         let place = Place::new();
-        let large = (1, vec![u32::MAX; 3 * FIRST_LENGTH * WORD]);
+        let large = (1, vec![u32::MAX; 3 * FIRST_ROOM * WORD]);
         place.open("test 1").0.write(&large).unwrap();
         assert_eq!(place.open("test 1").1.state, Some(large));
     }

@@ -6,7 +6,7 @@
 //! recording ───────┘
 //! ```
 //! - [`live`]: follows a system as an observer. A channel is opened while somebody watches it, and at no other time;
-//! - [`file`]: plays a recording; [`playback`] is its clock, pure, which viewers pause, seek and speed up;
+//! - [`mod@file`]: plays a recording; [`playback`] is its clock, pure, which viewers pause, seek and speed up;
 //! - `topics`: what is shown: every channel in its recorded form and name, transforms, and the standard messages that are
 //!   derived from ours (`sketchnav_schemas::ros2::derived`);
 //! - `server`: the socket.

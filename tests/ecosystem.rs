@@ -38,7 +38,7 @@ macro_rules! sections {
 sections! {
     the_machine_is_checked: "A machine that does not run it",
     a_running_system_is_looked_at: "A running system",
-    a_recording_is_kept_in_pieces: "Recordings, for who knows rosbag2",
+    a_recording_is_kept_in_pieces: "Recordings, for users of rosbag2",
     completions_and_pages_are_written: "Completions and manual pages",
     a_system_and_a_recording_are_shown: "Live view",
     an_experiment_is_driven_in_parts: "Experiments on many machines",

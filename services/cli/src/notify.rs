@@ -95,6 +95,7 @@ mod tests {
             let mut manager = Manager::new(Some(&name), Some("2"));
             manager.ready("the page");
             assert_eq!(heard(&socket), "READY=1\nSTATUS=the page");
+            // The watchdog of this manager is due after 1 µs. A longer wait does no harm.
             std::thread::sleep(Duration::from_micros(1));
             manager.ping_if_due();
             assert_eq!(heard(&socket), "WATCHDOG=1");

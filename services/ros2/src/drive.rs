@@ -206,6 +206,7 @@ impl<'a> Driver<'a> {
 
     fn end(mut self) -> Result<Summary, BridgeError> {
         self.tell(STANDSTILL)?;
+        // DDS sends from a thread of its own, and this client cannot ask whether the message has gone.
         std::thread::sleep(FAREWELL);
         self.health.report(self.stamp_ns)?;
         let (sent, unsent) = self.wheels.counts();

@@ -73,6 +73,15 @@ pub struct Writer<W: Write> {
     restarts: u32,
     lives: Lives,
     cdr: Vec<u8>,
+    /// Whether the last message of each latched channel is kept, for the next file.
+    keeps_latched: bool,
+}
+
+/// The last message of a latched channel.
+#[derive(Debug, Clone, Default)]
+pub struct Latched {
+    sequence: u32,
+    cdr: Vec<u8>,
 }
 
 /// How a channel stands.
@@ -89,6 +98,7 @@ pub struct Topic {
     /// Messages that could not be said in ROS 2.
     pub refused: u64,
     id: u16,
+    latched: Option<Latched>,
 }
 
 impl<W: Write> Writer<W> {
@@ -128,6 +138,7 @@ impl<W: Write> Writer<W> {
             message_count: 1, // of /tf_static
             restarts: 0,
             cdr: Vec::with_capacity(CDR_GROWTH * largest),
+            keeps_latched: !run.split.is_never(),
         };
         writer.flush()?;
         Ok(writer)
@@ -177,6 +188,9 @@ impl<W: Write> Writer<W> {
         topic.facts.see_time(log_ns);
         let id = topic.id;
         let sequence = header.seq as u32; // `encode` refuses larger ones
+        if self.keeps_latched && spec.is_latched() {
+            topic.latched = Some(Latched { sequence, cdr: self.cdr.clone() });
+        }
         self.append(id, sequence, log_ns)?;
         if *spec == *channels::ODOMETRY.spec {
             self.write_transform(message)?;
@@ -235,6 +249,29 @@ impl<W: Write> Writer<W> {
         for (topic, last) in self.topics.iter_mut().zip(positions) {
             topic.sequence = Sequence::after(last);
         }
+    }
+
+    /// Takes the last message of each latched channel, in the order of [`Writer::topics`], where the run has several files.
+    pub fn take_latched(&mut self) -> Vec<Option<Latched>> {
+        self.topics.iter_mut().map(|topic| topic.latched.take()).collect()
+    }
+
+    /// Begins with what was latched in the file before, as a reader that comes late would get it, at this time.
+    ///
+    /// # Errors
+    /// [`RecordingError::Write`] where the sink fails.
+    pub fn repeat(&mut self, latched: Vec<Option<Latched>>, log_ns: u64) -> Result<(), RecordingError> {
+        for (index, last) in latched.into_iter().enumerate() {
+            let (Some(topic), Some(last)) = (self.topics.get_mut(index), last) else { continue };
+            topic.messages += 1;
+            topic.facts.see_time(log_ns);
+            self.cdr.clear();
+            self.cdr.extend_from_slice(&last.cdr);
+            let (id, sequence) = (topic.id, last.sequence);
+            topic.latched = Some(last);
+            self.append(id, sequence, log_ns)?;
+        }
+        Ok(())
     }
 
     /// Has the recording say how often its recorder was killed and started again.
@@ -377,7 +414,7 @@ fn declare<W: Write>(mcap: &mut Mcap<W>, spec: &'static ChannelSpec) -> Result<T
     let schema = spec.message.schema();
     let id = add_topic(mcap, &topic_name(spec.name), (spec.message.ros2, &schema), &metadata)?;
     let (sequence, facts) = (Sequence::default(), TopicFacts::default());
-    Ok(Topic { spec, sequence, facts, messages: 0, refused: 0, id })
+    Ok(Topic { spec, sequence, facts, messages: 0, refused: 0, id, latched: None })
 }
 
 fn add_topic<W: Write>(

@@ -88,7 +88,7 @@ pub enum Command {
         mission: Option<PathBuf>,
         /// Go on with the mission whose recording is in this folder, after its supervisor was killed. Seed, pace and
         /// processes are those of that run.
-        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults"])]
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults", "split_size", "split_duration"])]
         resume: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,

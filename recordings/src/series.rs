@@ -85,9 +85,8 @@ pub fn mend<W: Write>(
     recording.topics()?.iter().try_for_each(|topic| copy.declare(topic).map(drop))?;
     copy.begins_late(topic_names(recording)?);
     let first = next.map(first_numbers).transpose()?.unwrap_or_default();
-    let is_there_too = |message: &RawMessage| {
-        first.get(&message.topic.name).is_some_and(|first| message.sequence >= *first)
-    };
+    let is_there_too =
+        |message: &RawMessage| first.get(&message.topic.name).is_some_and(|first| message.sequence >= *first);
     for message in recording.select(Selection::default())? {
         let message = message?;
         if !is_there_too(&message) {
@@ -128,7 +127,8 @@ mod tests {
     #[test]
     fn files_are_found_by_number_and_no_others() {
         let folder = tempfile::tempdir().unwrap();
-        let names = ["a_10.mcap", "a_2.mcap", "a_0.mcap", "a_01.mcap", "a.mcap", "a_x.mcap", "ab_1.mcap", "a_1.txt"];
+        let names =
+            ["a_10.mcap", "a_2.mcap", "a_0.mcap", "a_01.mcap", "a.mcap", "a_x.mcap", "ab_1.mcap", "a_1.txt"];
         for name in names {
             std::fs::write(folder.path().join(name), "").unwrap();
         }

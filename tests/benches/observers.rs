@@ -91,7 +91,8 @@ fn main() {
 
 /// Attaches each of them in turn until the mission ends.
 fn take_turns(place: &Place, turns: usize) -> Vec<Turn> {
-    let node = System::open(SYSTEM).and_then(|system| Node::join(system, Process::Observer)).expect("the system");
+    let node =
+        System::open(SYSTEM).and_then(|system| Node::join(system, Process::Observer)).expect("the system");
     let ticks = SendTimes::open(&node, TICK.spec).expect("the ticks");
     let (all, mut taken) = (Attached::all(), Vec::new());
     for turn in 0..turns {
@@ -127,7 +128,8 @@ fn attach(place: &Place, attached: Attached) -> Vec<Running> {
         observers.push(running);
     }
     if matches!(attached, Attached::Bridge | Attached::Both) {
-        observers.push(place.start(&format!("bridge ros2 --system {SYSTEM} --domain 77 --interface 127.0.0.1")));
+        observers
+            .push(place.start(&format!("bridge ros2 --system {SYSTEM} --domain 77 --interface 127.0.0.1")));
     }
     observers
 }
@@ -145,7 +147,8 @@ fn print(taken: &[Turn], delays: &[(u64, f64)]) {
         let inside = delays.iter().filter(|(tick, _)| turn.ticks.contains(tick));
         inside.map(|(_, ms)| *ms).collect::<Vec<_>>()
     };
-    let of = |attached| taken.iter().filter(|turn| turn.attached == attached).map(of_turn).collect::<Vec<_>>();
+    let of =
+        |attached| taken.iter().filter(|turn| turn.attached == attached).map(of_turn).collect::<Vec<_>>();
     let alone = of(Attached::Nobody);
     println!("from tick to command, ms; the interval of a ratio is of 95 %, by drawing whole turns");
     for &attached in Attached::all() {
@@ -153,7 +156,11 @@ fn print(taken: &[Turn], delays: &[(u64, f64)]) {
         let mut all = turns.concat();
         all.sort_by(f64::total_cmp);
         let (median, p99, most) = (rank(&all, 0.5), rank(&all, 0.99), rank(&all, 1.0));
-        print!("{:<24} {:5} ticks: {median:6.2} median {p99:6.2} (99 %) {most:6.2} most", attached.word(), all.len());
+        print!(
+            "{:<24} {:5} ticks: {median:6.2} median {p99:6.2} (99 %) {most:6.2} most",
+            attached.word(),
+            all.len()
+        );
         if attached == Attached::Nobody {
             println!();
         } else {

@@ -210,7 +210,10 @@ impl<'a> Recorder<'a> {
             self.fail(failure);
             return Ok(());
         }
-        self.disk.as_ref().map_or(Ok(()), Disk::sync).context("a file of the recording is not on the device")?;
+        self.disk
+            .as_ref()
+            .map_or(Ok(()), Disk::sync)
+            .context("a file of the recording is not on the device")?;
         (self.state.part, self.state.began_ns) = (self.state.part + 1, self.stamp_ns);
         self.checkpoints.write(&self.state)?;
         match begin(&self.run, &file(&self.run, path(&self.run)?, self.state.part)) {

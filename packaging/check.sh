@@ -13,8 +13,8 @@ root="$work/root"
 checked=0 skipped=0
 
 unmount() {
-    for mounted in "$root/proc" "$root/dev" "$root" "$work/layer"; do
-        ! mountpoint -q "$mounted" || umount -l "$mounted"
+    for mounted in "$root" "$work/layer"; do
+        ! mountpoint -q "$mounted" || umount -R -l "$mounted"
     done
 }
 trap 'unmount; rm -rf "$work"' EXIT
@@ -47,14 +47,15 @@ make_root() {
     mkdir "$work/layer/upper" "$work/layer/work"
     mount -t overlay overlay -o "lowerdir=/,upperdir=$work/layer/upper,workdir=$work/layer/work" "$root" || return
     mount -t proc proc "$root/proc" || return
-    mount --rbind /dev "$root/dev" || return
+    mount --rbind /dev "$root/dev" && mount --make-rslave "$root/dev" || return
+    # The installed program is to find all that it needs without the checkout.
+    mount -t tmpfs tmpfs "$root$PWD" || return
     mkdir -p -m 0700 "$root/tmp/run"
 }
 
 install_and_run() {
     cp "$package" "$root/tmp/sketchnav.deb"
     inside dpkg -i /tmp/sketchnav.deb
-    # Nothing of the checkout is there: missions of the demo are in the program.
     mkdir "$root/tmp/elsewhere"
     inside sh -c 'cd /tmp/elsewhere && sketchnav --version && sketchnav demo --json --out out && sketchnav info out/demo-001/building-a.mcap' \
         >"$work/demo.txt"
@@ -84,7 +85,10 @@ install_and_run() {
 # An image wants a base. Registries of images may be out of reach, so the base is made of Debian's packages under the same name.
 build_image() {
     local store=(--storage-driver vfs --root "$work/images" --runroot "$work/images-run")
-    debootstrap --variant=minbase bookworm "$work/base" >"$work/debootstrap.txt"
+    if ! debootstrap --variant=minbase bookworm "$work/base" >"$work/debootstrap.txt" 2>&1; then
+        skip "debootstrap could not fetch a base; no image is built"
+        return 0
+    fi
     local base
     base="$(buildah "${store[@]}" from scratch)"
     buildah "${store[@]}" copy -q "$base" "$work/base" /
@@ -95,6 +99,7 @@ build_image() {
     made="$(buildah "${store[@]}" from sketchnav)"
     buildah "${store[@]}" run --isolation chroot "$made" -- sketchnav demo --json >"$work/image.txt"
     grep -q '"success":true' "$work/image.txt"
+    done_with "the image, and its demo"
 }
 
 cargo_deb="${SKETCHNAV_CARGO_DEB:-$(command -v cargo-deb || true)}"
@@ -109,7 +114,7 @@ else
 fi
 
 if [ -n "$package" ] && has lintian; then
-    lintian --allow-root --fail-on error --info "$package"
+    lintian --allow-root --fail-on error "$package"
     done_with "lintian"
 else
     skip "lintian, or no package"
@@ -132,7 +137,6 @@ fi
 
 if [ -n "$package" ] && [ "$(id -u)" = 0 ] && has buildah && has debootstrap; then
     build_image
-    done_with "the image, and its demo"
 else
     skip "no package, no root, no buildah or no debootstrap; no image is built"
 fi

@@ -75,6 +75,7 @@ pub struct Writer<W: Write> {
     cdr: Vec<u8>,
     /// Whether the last message of each latched channel is kept, for the next file.
     keeps_latched: bool,
+    begin_ns: u64,
 }
 
 /// The last message of a latched channel.
@@ -116,6 +117,19 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// As [`Writer::create`].
     pub fn create_with(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
+        Self::create_at(sink, run, files, 0)
+    }
+
+    /// The same of a file that begins at this time of the run, nanoseconds.
+    ///
+    /// # Errors
+    /// As [`Writer::create`].
+    pub fn create_at(
+        sink: W,
+        run: &RunConfig,
+        files: &[Attachment],
+        begin_ns: u64,
+    ) -> Result<Self, RecordingError> {
         let mut mcap = begin(sink)?;
         describe(&mut mcap, run)?;
         for Attachment { name, media_type, data } in files {
@@ -125,7 +139,7 @@ impl<W: Write> Writer<W> {
         let topics: Vec<_> = recorded.map(|spec| declare(&mut mcap, spec)).collect::<Result<_, _>>()?;
         let forms = topics.iter().map(|topic| topic.spec.message.spare()).collect();
         let largest = topics.iter().map(|topic| topic.spec.message.size).max().unwrap_or_default();
-        let transform_topic = add_transforms(&mut mcap, run)?;
+        let transform_topic = add_transforms(&mut mcap, run, begin_ns)?;
         let mut writer = Self {
             mcap,
             topics,
@@ -139,6 +153,7 @@ impl<W: Write> Writer<W> {
             restarts: 0,
             cdr: Vec::with_capacity(CDR_GROWTH * largest),
             keeps_latched: !run.split.is_never(),
+            begin_ns,
         };
         writer.flush()?;
         Ok(writer)
@@ -310,7 +325,7 @@ impl<W: Write> Writer<W> {
 
 impl<W: Write> Writer<W> {
     fn topic_facts(&self) -> Result<BTreeMap<String, String>, RecordingError> {
-        let still = TopicFacts { times_ns: Some((0, 0)), ..TopicFacts::default() };
+        let still = TopicFacts { times_ns: Some((self.begin_ns, self.begin_ns)), ..TopicFacts::default() };
         let transforms = [("/tf_static".into(), &still), ("/tf".into(), &self.transform_facts)];
         let of_topic = |topic: &'_ Topic| (topic_name(topic.spec.name), topic.facts.to_json());
         let told = self.topics.iter().map(of_topic);
@@ -428,7 +443,11 @@ fn add_topic<W: Write>(
 }
 
 /// Declares `/tf`, writes the one message of `/tf_static` where the robot has a laser; gives the id of `/tf`.
-fn add_transforms<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<u16, RecordingError> {
+fn add_transforms<W: Write>(
+    mcap: &mut Mcap<W>,
+    run: &RunConfig,
+    begin_ns: u64,
+) -> Result<u16, RecordingError> {
     let text = transforms::schema();
     let schema = (transforms::TYPE, text.as_str());
     if let Some(laser) = &run.robot.laser {
@@ -437,7 +456,12 @@ fn add_transforms<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<u16, 
         let mut cdr = Vec::new();
         let said = transforms::laser_in_base(laser, &mut cdr);
         said.map_err(|source| transform_error("/tf_static", source))?;
-        let header = records::MessageHeader { channel_id: id, sequence: 1, log_time: 0, publish_time: 0 };
+        let header = records::MessageHeader {
+            channel_id: id,
+            sequence: 1,
+            log_time: begin_ns,
+            publish_time: begin_ns,
+        };
         mcap.write_to_known_channel(&header, &cdr).map_err(RecordingError::Write)?;
     }
     add_topic(mcap, "/tf", schema, &BTreeMap::new())

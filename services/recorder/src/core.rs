@@ -49,7 +49,15 @@ impl<W: Write> Core<W> {
     /// # Errors
     /// [`RecordingError`] where not even the beginning can be written.
     pub fn new(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
-        let writer = Some(Writer::create_with(sink, run, files)?);
+        Self::at(sink, run, files, 0)
+    }
+
+    /// The same of a file that begins at this time of the run, nanoseconds.
+    ///
+    /// # Errors
+    /// As [`Core::new`].
+    pub fn at(sink: W, run: &RunConfig, files: &[Attachment], begin_ns: u64) -> Result<Self, RecordingError> {
+        let writer = Some(Writer::create_at(sink, run, files, begin_ns)?);
         let newest_tick = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         Ok(Self { writer, report: Report::default(), newest_tick, acknowledged_tick: 0 })
     }

@@ -53,7 +53,9 @@ struct State {
     /// What is safe in this part and the ones before it.
     positions: Positions,
     acknowledged_tick: u64,
-    /// When the file began, of a run that has several: simulated time, nanoseconds.
+    /// The simulated time of that tick, nanoseconds.
+    acknowledged_ns: u64,
+    /// When the file began.
     began_ns: u64,
 }
 
@@ -104,7 +106,7 @@ impl<'a> Recorder<'a> {
         found.report(node);
         let state = resume(&run, path, found).with_context(|| path.display().to_string())?;
         checkpoints.write(&state)?;
-        let (mut core, disk) = match begin(&run, &file(&run, path, state.part)) {
+        let (mut core, disk) = match begin(&run, &file(&run, path, state.part), &state) {
             Ok((core, disk)) => (core, Some(disk)),
             // The robot drives; its recorder, killed while the disk was full, is no reason to stop it.
             Err(error) if state.part > 1 => (Core::failed(format!("{error:#}")), None),
@@ -177,15 +179,15 @@ impl<'a> Recorder<'a> {
             return Ok(());
         }
         let (path, number) = (path(&self.run)?, self.state.part + 1);
+        self.state.began_ns = self.state.acknowledged_ns;
         let file = file(&self.run, path, number);
-        let Ok((mut core, disk)) = begin(&self.run, &file) else {
+        let Ok((mut core, disk)) = begin(&self.run, &file, &self.state) else {
             // What is there of it holds no message.
             let _ = std::fs::remove_file(file);
             return Ok(());
         };
         core.resume_after(&self.state.positions, self.state.acknowledged_tick);
         core.survived(self.state.restarts);
-        self.state.began_ns = self.stamp_ns;
         (self.core, self.disk, self.state.part) = (core, Some(disk), number);
         self.checkpoints.write(&self.state)?;
         self.catch_up()?;
@@ -216,7 +218,7 @@ impl<'a> Recorder<'a> {
             .context("a file of the recording is not on the device")?;
         (self.state.part, self.state.began_ns) = (self.state.part + 1, self.stamp_ns);
         self.checkpoints.write(&self.state)?;
-        match begin(&self.run, &file(&self.run, path(&self.run)?, self.state.part)) {
+        match begin(&self.run, &file(&self.run, path(&self.run)?, self.state.part), &self.state) {
             Ok((core, disk)) => (self.core, self.disk) = (core, Some(disk)),
             Err(error) => {
                 self.disk = None;
@@ -305,6 +307,7 @@ impl<'a> Recorder<'a> {
     fn acknowledge(&mut self, recorded: &Recorded) -> anyhow::Result<()> {
         // Before the world is told, who then lets the channels forget.
         self.state.acknowledged_tick = recorded.header.source_seq;
+        self.state.acknowledged_ns = recorded.header.stamp_ns;
         if let Some(disk) = self.disk.as_mut().filter(|_| !self.core.has_failed()) {
             disk.mark_whole()?;
             self.state.positions = self.core.positions();
@@ -394,7 +397,10 @@ fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
 fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<State> {
     let is_lost = found.is_lost();
     match found.state {
-        Some(state) => Ok(State { part: state.part + 1, restarts: state.restarts + 1, ..state }),
+        Some(state) => {
+            let (part, restarts, began_ns) = (state.part + 1, state.restarts + 1, state.acknowledged_ns);
+            Ok(State { part, restarts, began_ns, ..state })
+        }
         None if is_lost => {
             let free = (1..u32::MAX).find(|&number| !file(run, path, number).exists());
             Ok(State { part: free.unwrap_or(u32::MAX), ..State::default() })
@@ -403,12 +409,12 @@ fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<
     }
 }
 
-fn begin(run: &RunConfig, path: &Path) -> anyhow::Result<(FileCore, Disk)> {
+fn begin(run: &RunConfig, path: &Path, state: &State) -> anyhow::Result<(FileCore, Disk)> {
     let name = || path.display().to_string();
     let created = Disk::create(path);
     let (mut disk, sink) = created.with_context(|| format!("{}: the recording cannot be begun", name()))?;
     let files = sketchnav_recordings::sources::read(&run.mission);
-    let core = Core::new(sink, run, &files).with_context(name)?;
+    let core = Core::at(sink, run, &files, state.began_ns).with_context(name)?;
     disk.mark_whole().with_context(name)?;
     Ok((core, disk))
 }

@@ -11,7 +11,7 @@
 //! This crate does not judge or draw recordings; `sketchnav-evaluation` does.
 //! Nothing here reads a clock, or knows how a message travels between processes. Recordings are read from
 //! files and written to whatever sink the caller gives; [`sources`] alone reads other files, and writes those
-//! of a recording into a folder.
+//! of a recording into a folder; [`series`] looks which files a folder has.
 
 pub mod carmen;
 mod content;

@@ -29,8 +29,8 @@ pub enum Pad {
     Absent,
     /// It shows the mission, and can abort it and go on with it.
     Watches,
-    /// The drawing and the tasks come from it, as often as somebody sends them, in place of the mission's; the
-    /// run goes on until it is interrupted.
+    /// The drawing and the tasks come from it instead of the mission, as often as somebody sends them. The run goes on
+    /// until it is interrupted.
     Draws,
 }
 

@@ -374,8 +374,8 @@ mod tests {
         );
     }
 
-    /// A driver that left old ranges behind those that count drove well and had no scan in its recording: the
-    /// navigators took what the recorder rejected.
+    /// A driver left old ranges behind those that count. It drove well and had no scan in its recording: the
+    /// navigators accepted what the recorder rejected.
     #[test]
     fn what_is_valid_can_be_recorded() {
         let spoils: [Spoil<LaserScan>; 6] = [

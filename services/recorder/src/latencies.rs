@@ -1,5 +1,5 @@
-//! How long each stage takes for each tick, told on a channel of its own: what a person sees of it is in the
-//! recording, beside the health.
+//! How long each stage takes for each tick, on a channel of its own. So what a person sees of it is in the recording,
+//! beside the health.
 
 use sketchnav_runtime::{Node, Result, SendTimes, Sent, Writer};
 use sketchnav_schemas::channels::{COMMAND, LATENCY, Role, TICK, of_role};

@@ -1,9 +1,10 @@
 //! One service's core, executed once more on the inputs that a recording holds.
 //!
-//! The inputs come in the order of time, those of an instant in the rhythm of a step; that is all that
-//! there is to the order in which a process saw them, for each takes its inputs by their stamps. In
-//! real time two things are not in a recording, and cannot be executed again: which command had come when
-//! the world went on, and between which two estimates an order came to the planner.
+//! The inputs come in the order of time, those of one instant in the order of a step. A process takes its inputs by
+//! their stamps, so this is the order in which it saw them.
+//!
+//! In real time two things are not recorded, and cannot be executed again. One is which command had come when the
+//! world went on. The other is between which two estimates an order came to the planner.
 
 mod subject;
 

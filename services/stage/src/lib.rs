@@ -1,12 +1,12 @@
 //! A stage: one part of a navigator, as a pure function from messages to messages, with its state.
 //!
 //! A navigator has three stages. The *sketcher* takes in what a person gives; the *localizer* says in what situation
-//! the robot is; the *planner* drives. Each is declared once, by [`Stage`], and hosted three times: as a process
-//! over shared memory (`sketchnav-runtime`), in one process without it, and against a recording
-//! (both `sketchnav-rehearsal`). Channels, positions, checkpoints, waiting and health are the hosts'.
+//! the robot is; the *planner* drives. Each is declared once, by [`Stage`], and hosted three times.
+//! `sketchnav-runtime` hosts it as a process over shared memory. `sketchnav-rehearsal` hosts it in one process without
+//! that, and against a recording. Channels, positions, checkpoints, waiting and health are the hosts'.
 //!
 //! - [`Stage`]: what the author of a navigator writes.
-//! - [`Instant`]: the inputs of a step; [`Heard`]: a message that comes when it likes; [`Outbox`]: where a stage's
+//! - [`Instant`] has the inputs of a step. [`Heard`] is a message that may come at any time. In [`Outbox`] a stage's
 //!   messages are made, in the memory that they are sent from.
 //! - [`Navigator`]: three stages under the name by which a mission chooses them.
 //! - [`Hosted`], [`Inputs`], [`Sink`], [`Remains`]: what a host works with. [`Memory`] is a host's side in ordinary

@@ -1,10 +1,10 @@
 //! How many particles the belief needs (Fox 2003, *Adapting the sample size in particle filters through
-//! KLD-sampling*): so many that, with probability 1 − δ, the particles' distribution over bins is no
-//! farther than ε (Kullback-Leibler) from the belief's.
+//! KLD-sampling*). With probability 1 − δ, the particles' distribution over bins is then no farther than ε
+//! (Kullback-Leibler) from the belief's.
 //!
-//! The bins are of x, y and θ. The scales have none: they spread about as far wherever the robot is, so
-//! that bins of five dimensions would hold one particle each and the bound would always be the most.
-//! It allocates nothing after [`SampleSize::new`].
+//! The bins are of x, y and θ. The scales have none, since they spread about as far wherever the robot is. Bins of
+//! five dimensions would hold one particle each, and the bound would always be the most. It allocates nothing after
+//! [`SampleSize::new`].
 
 use std::f32::consts::TAU;
 
@@ -51,8 +51,8 @@ fn bin(column: f32, row: f32, yaw_rad: f32) -> u64 {
     cell(column) << 40 | cell(row) << 16 | direction
 }
 
-/// Equation (7) of Fox 2003, the Wilson-Hilferty approximation of the χ² quantile: for k bins
-/// n = (k − 1)/2ε · (1 − 2/9(k − 1) + √(2/9(k − 1))·z)³.
+/// Equation (7) of Fox 2003, the Wilson-Hilferty approximation of the χ² quantile: for k bins n = (k − 1)/2ε · (1 −
+/// 2/9(k − 1) + √(2/9(k − 1))·z)³.
 fn bound(bins: usize, error: f64) -> usize {
     if bins < 2 {
         return 1;
@@ -66,8 +66,8 @@ fn bound(bins: usize, error: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// k − 1 = 50 and ε = 0.05: c = 2/450 = 0.004444, √c·z = 0.066667·2.326348 = 0.155090;
-    /// (1 − 0.004444 + 0.155090)³ = 1.150645³ = 1.523446; · 50/0.1 = 761.7.
+    /// k − 1 = 50 and ε = 0.05: c = 2/450 = 0.004444, √c·z = 0.066667·2.326348 = 0.155090; (1 − 0.004444 + 0.155090)³
+    /// = 1.150645³ = 1.523446; · 50/0.1 = 761.7.
     #[test]
     fn the_bound_by_hand() {
         assert_eq!(bound(51, 0.05), 762);

@@ -108,8 +108,8 @@ impl Core {
         })
     }
 
-    /// Has the filter begin where an estimate says that the robot was, once a sketch comes, instead of at
-    /// its start: for who knows nothing but what was last sent. An estimate that still waits for a sketch says
+    /// Has the filter begin at the robot's place of an estimate, once a sketch comes, instead of at its start. It is
+    /// for a localizer that knows nothing but its last message. An estimate that still waits for a sketch says
     /// nothing.
     pub fn begin_at(&mut self, last: &PoseEstimate) {
         if last.tracking == Tracking::Waiting.code() {

@@ -6,8 +6,8 @@ use sketchnav_schemas::codes::TaskState::{Blocked, Finished, Lost, Reached, Time
 
 use crate::support::*;
 
-/// A corridor 2 m wide along y = 1, 12 m long; above it two rooms 4 m deep with a door each, 0.9 m
-/// wide, at x = 3 and x = `second_door`.
+/// A corridor 2 m wide along y = 1, 12 m long. Above it are two rooms 4 m deep with a door each, 0.9 m wide, at x = 3
+/// and x = `second_door`.
 fn two_rooms(second_door: f64) -> Vec<Line> {
     vec![
         [0.0, 0.0, 12.0, 0.0],
@@ -95,8 +95,8 @@ fn it_says_where_the_drawing_shows_no_way() {
     assert!(outcome.ends[0].1.starts_with("the drawing shows no way to (230, 155) px"), "{:?}", outcome.ends);
 }
 
-/// A robot that was held to a share of its speed was watched as if it took all of it: at a fifth it once was taken
-/// for one that drives about one place, and gave up in the open corridor.
+/// A robot that was held to a share of its speed was watched as if it took all of it. At a fifth it was taken for one
+/// that circles about one place, and gave up in the open corridor.
 #[test]
 fn a_robot_held_to_a_share_of_its_speed_is_waited_for() {
     for share in [0.5, 0.2] {
@@ -144,9 +144,8 @@ fn it_says_lost_where_nothing_around_looks_like_the_goal() {
     assert_eq!(outcome.ends[0].1, reason);
 }
 
-/// Following the local path at 0.7 m ahead cut the corner of a door's jamb: the safety check stopped
-/// the robot there, and it stood for seven seconds, backed up and tried again, before every door that
-/// it came to from the side.
+/// Following the local path at 0.7 m ahead cut the corner of a door's jamb. The safety check stopped the robot there.
+/// It stood for seven seconds, backed up and tried again, before every door that it came to from the side.
 #[test]
 fn it_does_not_stick_at_a_door_jamb() {
     for x in [6.6, 7.5, 8.4, 9.6, 10.5, 11.4] {

@@ -1,5 +1,5 @@
-//! A small kinematic world: straight walls, round obstacles, a disc for a robot, and a drawing whose
-//! estimate is perfect, so that a test of the planner tests the planner.
+//! A small kinematic world: straight walls, round obstacles, a disc for a robot. The estimate in its drawing is
+//! perfect, so that a test of the planner tests the planner.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::codes::{FREE, Order, TaskState, Tracking, WALL};

@@ -250,8 +250,8 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Options that say where the outcomes come from, each with its value: the page of a merged experiment is the same as that
-/// of one machine.
+/// Options that say where the outcomes come from, each with its value. The page of a merged experiment is the same as
+/// that of one machine.
 const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
 
 /// As it was typed, but for where the program lies and where the outcomes come from.

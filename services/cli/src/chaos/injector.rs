@@ -1,8 +1,8 @@
 //! Kills the processes of a run at moments drawn by lot.
 //!
-//! A moment is a share of the mission, told by how much the world has done, not by the clock: however long
-//! the recoveries take, the kills spread over the whole mission. Which moments and which processes the seed
-//! decides; where in its step a process is hit, chance. Kills at start-up come whenever something starts.
+//! A moment is a share of the mission, measured by how much the world has done, not by the clock. However long the
+//! recoveries take, the kills spread over the whole mission. Which moments and which processes the seed decides; where
+//! in its step a process is hit, chance. Kills at start-up come whenever something starts.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fs;

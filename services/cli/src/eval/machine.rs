@@ -1,7 +1,7 @@
 //! Which machine and which program drive: what the bits of an outcome depend on besides its inputs.
 //!
 //! The motion of the particles takes sines and exponentials from the C library, which chooses their code by the
-//! processor's features; so machines of one kind have the same library and the same such features.
+//! processor's features. So machines of one kind have the same library and the same such features.
 
 use std::ffi::CStr;
 

@@ -91,8 +91,8 @@ fn plain(topic: &str) -> &str {
     topic.trim_start_matches('/')
 }
 
-/// By channel the topic that is played into it: those of the processes that are not live, all or those that
-/// are named, each its own or the one that is mapped to it.
+/// By channel the topic that is played into it. The channels are those of the processes that are not live, all or
+/// those that are named. The topic is their own or the one that is mapped to them.
 fn topics(options: &ReplayOptions, kind: &str) -> anyhow::Result<BTreeMap<&'static str, String>> {
     // What befalls live processes this system's supervisor tells.
     let is_told = |spec: &ChannelSpec| spec.name == FAULTS.spec.name && !options.live.is_empty();

@@ -1,14 +1,13 @@
-//! The pad: the page on which people draw a map and a path, send them, watch the robot and stop it (Boniardi et al. 2016, IV),
-//! and the process that serves it and passes on between it and the channels.
+//! The pad: the page on which people draw a map and a path, send them, watch the robot and stop it (Boniardi et al.
+//! 2016, IV). One process serves the page and connects it with the channels.
 //!
 //! ```text
 //! page ⇄ HTTP, WebSocket ⇄ server (thread, tokio) ─calls→ bridge (thread, owns the node) ⇄ channels
 //!                                                ←board─
 //! ```
 //! - [`protocol`]: what page and server say, and what of it is bounded;
-//! - [`machine`]: which step is allowed; [`sessions`]: who has the wheel, and whether they can be heard;
-//!   [`guard`]: who may ask, and how often; `doors`: which connections stay; [`feed`]: what there is to see. These
-//!   are pure;
+//! - [`machine`]: which step is allowed. [`sessions`]: who has the wheel, and whether they can be heard. [`guard`]:
+//!   who may ask, and how often. `doors`: which connections stay. [`feed`]: what there is to see. These are pure;
 //! - `server`, `bridge`: the threads around them. The server never touches a channel, the bridge never a socket.
 //!
 //! The page computes nothing of the robot's, and nothing here reads the truth.

@@ -1,6 +1,6 @@
-//! The pages say what is true, as far as a program can tell: links and anchors lead somewhere, tests and files that are
-//! named exist, commands are ones that the program takes, the cheap ones run, figures and code agree with their source,
-//! and the prose can be read.
+//! The pages say what is true, as far as a program can tell. Links and anchors lead somewhere, named tests and files
+//! exist, commands are accepted, the cheap ones run. Figures and code agree with their source, and the prose can be
+//! read.
 
 mod support;
 

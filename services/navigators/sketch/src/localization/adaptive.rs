@@ -51,8 +51,8 @@ fn bin(column: f32, row: f32, yaw_rad: f32) -> u64 {
     cell(column) << 40 | cell(row) << 16 | direction
 }
 
-/// Equation (7) of Fox 2003, the Wilson-Hilferty approximation of the χ² quantile: for k bins n = (k − 1)/2ε · (1 −
-/// 2/9(k − 1) + √(2/9(k − 1))·z)³.
+/// Equation (7) of Fox 2003, the Wilson-Hilferty approximation of the χ² quantile: for k bins
+/// n = (k − 1)/2ε · (1 − 2/9(k − 1) + √(2/9(k − 1))·z)³.
 fn bound(bins: usize, error: f64) -> usize {
     if bins < 2 {
         return 1;
@@ -66,8 +66,8 @@ fn bound(bins: usize, error: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// k − 1 = 50 and ε = 0.05: c = 2/450 = 0.004444, √c·z = 0.066667·2.326348 = 0.155090; (1 − 0.004444 + 0.155090)³
-    /// = 1.150645³ = 1.523446; · 50/0.1 = 761.7.
+    /// k − 1 = 50 and ε = 0.05: c = 2/450 = 0.004444, √c·z = 0.066667·2.326348 = 0.155090;
+    /// (1 − 0.004444 + 0.155090)³ = 1.150645³ = 1.523446; · 50/0.1 = 761.7.
     #[test]
     fn the_bound_by_hand() {
         assert_eq!(bound(51, 0.05), 762);

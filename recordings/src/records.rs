@@ -35,7 +35,7 @@ pub enum Damage {
     #[error("it does not begin with the magic bytes of MCAP")]
     NoMcap,
     /// A record is longer than any that a recording has.
-    #[error("byte {at}: a record claims {bytes} bytes, more than {MAX_RECORD_BYTES}")]
+    #[error("byte {at}: expected a record of at most {MAX_RECORD_BYTES} bytes, found {bytes}")]
     TooLong {
         /// Where it begins.
         at: u64,
@@ -81,13 +81,13 @@ pub enum Damage {
         channel: u16,
     },
     /// The file ends inside a record, or before one that its index names.
-    #[error("byte {at}: the file ends before the record that begins there does")]
+    #[error("byte {at}: the file ends within the record that begins there")]
     Cut {
         /// Where the record begins.
         at: u64,
     },
     /// The file has no index at its end, or one that does not fit it.
-    #[error("it has no index that fits it")]
+    #[error("expected an index that fits the file, found none")]
     NoIndex,
 }
 

@@ -1,6 +1,6 @@
 //! A message type as a value: what can be done with a message whose type is known at run time alone.
 //!
-//! Whoever handles every channel alike (the runtime, the recorder, a replay, `echo`) works with bytes and this.
+//! Code that handles every channel alike (the runtime, the recorder, a replay, `echo`) works with bytes and this.
 //! A message is the bytes of its struct, aligned to eight; behind it there may be a slice of bytes, its cells.
 
 use std::any::Any;

@@ -157,7 +157,7 @@ pub enum Ros2Error {
     },
     /// The form says something that the message has no place for: another frame, a third dimension,
     /// a covariance, a text that is too long.
-    #[error("{kind}: byte {offset} says what a message of sketchnav has no place for")]
+    #[error("{kind}: byte {offset}: expected a value that a message of sketchnav can hold")]
     Foreign {
         /// The ROS 2 type.
         kind: &'static str,
@@ -175,7 +175,7 @@ pub enum Ros2Error {
         found: u64,
     },
     /// A text field that is no UTF-8, or goes on behind its end.
-    #[error("{field}: expected UTF-8 followed by zeros alone")]
+    #[error("{field}: expected UTF-8 and then zeros only")]
     Text {
         /// The field.
         field: &'static str,

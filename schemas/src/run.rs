@@ -13,7 +13,7 @@ use crate::robot::Robot;
 pub enum Pace {
     /// The world takes a step when the command for the step before has come: as fast as it goes.
     Lockstep,
-    /// The world goes on by the clock, so many simulated seconds a second, whoever keeps up.
+    /// The world goes on by the clock, so many simulated seconds a second, whether the services keep up or not.
     RealTime {
         /// Simulated seconds a second.
         speed: f64,

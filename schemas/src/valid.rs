@@ -98,7 +98,7 @@ pub(crate) fn journey(journey: &Journey) -> bool {
         && near([journey.reference_x_m, journey.reference_y_m])
 }
 
-/// Numbers that a driver can have reached by this tick: whoever reads a tick waits for them.
+/// Numbers that a driver can have reached by this tick: a reader of a tick waits for them.
 pub(crate) fn tick(tick: &Tick) -> bool {
     let most = tick.header.seq.saturating_mul(MOST_READINGS);
     timely(&tick.header) && tick.newest.iter().all(|&newest| newest <= most)

@@ -1,7 +1,7 @@
 //! The floor: physics, people, a robot that follows its drive, and its sensors. Commands in, an instant of
 //! motion, readings out. The first form of [`Simulation`].
 //!
-//! It never reads a clock and never decides about pace: whoever calls [`Simulation::step`] does.
+//! It never reads a clock and never sets the pace: the caller of [`Simulation::step`] does.
 
 use nalgebra::Rotation2;
 use serde::{Deserialize, Serialize};

@@ -18,7 +18,7 @@ use crate::description::WorldDescription;
 use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
 
-/// The YAML of a map. Keys that are not known are left to whoever wrote them.
+/// The YAML of a map. Unknown keys are ignored.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct MapInfo {
     /// Path of the picture, relative to the YAML.

@@ -7,6 +7,7 @@
 #![allow(dead_code, reason = "each test file uses its own part of this one")]
 
 pub mod browser;
+pub mod comments;
 pub mod data;
 pub mod page;
 pub mod pages;

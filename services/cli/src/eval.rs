@@ -187,7 +187,7 @@ fn drive_each(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Vec<Ended>>
     Ok(outcomes)
 }
 
-/// Told before anything is driven; whoever takes the folder away later has the results on standard output.
+/// Checked before anything is driven. If the folder is removed later, the results go to standard output.
 fn refuse_missing_folder(output: Option<&Path>) -> Result<(), Failure> {
     let folder = output.and_then(Path::parent).filter(|folder| !folder.as_os_str().is_empty());
     match folder.filter(|folder| !folder.is_dir()) {
@@ -254,7 +254,7 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
 /// that of one machine.
 const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
 
-/// As it was typed, but for where the program lies and where the outcomes come from.
+/// As it was typed, except for where the program lies and where the outcomes come from.
 fn command_line() -> String {
     let mut is_value = false;
     let is_shown = |word: &String| {

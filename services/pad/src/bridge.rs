@@ -419,7 +419,7 @@ impl<'a> Bridge<'a> {
     }
 }
 
-/// What whoever has sent a drawing is told of it.
+/// The answer to the sender of a drawing.
 fn facts(answer: &Understood) -> Value {
     json!({
         "seq": answer.header.source_seq,

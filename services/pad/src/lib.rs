@@ -62,15 +62,15 @@ pub struct Settings {
 pub enum PadError {
     /// The mission's navigator has no drawing.
     #[error(
-        "navigator.kind: expected a mission of kind {KIND:?}, which goes by what people draw on the page; found kind \
+        "navigator.kind: expected a mission of kind {KIND:?}, since people draw on the page; found kind \
          {0:?}. To watch it: sketchnav run MISSION --pad"
     )]
     Kind(String),
     /// Somebody could come from outside.
     #[error("{0}: expected a token for an address that is not loopback, found none")]
     NoToken(IpAddr),
-    /// The address cannot be listened on.
-    #[error("{address}: cannot be listened on: {source}; another one: --port, --bind")]
+    /// The server cannot listen on the address.
+    #[error("{address}: cannot listen there: {source}; choose another address: --port, --bind")]
     Address {
         /// Which.
         address: SocketAddr,

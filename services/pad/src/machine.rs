@@ -78,7 +78,7 @@ pub struct Pending {
     /// When it was sent; not for a successor.
     #[serde(skip)]
     pub since: Duration,
-    /// Whether whoever sent it was told that the sketcher does not answer. It may yet.
+    /// Whether its sender was told that the sketcher does not answer. It may answer yet.
     #[serde(default)]
     pub late: bool,
 }
@@ -385,7 +385,7 @@ impl Machine {
         Ok(order)
     }
 
-    /// Whoever drives cannot be heard any more; what to tell the planner. A mission from a file needs nobody.
+    /// The driver cannot be heard any more: what to tell the planner. A mission from a file needs nobody.
     pub fn on_silence(&mut self) -> Option<Order> {
         (self.draws && self.state() == State::Driving).then(|| {
             self.assume(State::Paused);

@@ -15,7 +15,7 @@
 //! | `POST /api/sketch` | strokes in JSON (`sketchnav_sketch::reading::strokes`; what only the page needs under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; of the sketch `wall_direction_rad`, `width_px`, `height_px` |
 //! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again` | |
-//! | `POST /api/wheel` | nothing: takes the wheel when nobody has it, or whoever had it cannot be heard | |
+//! | `POST /api/wheel` | nothing: takes the wheel when nobody has it, or its holder cannot be heard | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
 //! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, where no file is in the way that the pad has not written (409) | `files`: of the mission and of the drawing `name` and `text` (null for a photo) |
 //! | `GET /api/seat` | `?session=…`: whether a page would be let in now (503: not) | |
@@ -59,7 +59,7 @@ pub const MAX_STROKES: usize = 4096;
 pub const MAX_PATH_BYTES: usize = 1 << 20;
 /// Longest of all other requests, bytes.
 pub const MAX_SMALL_BYTES: usize = 4096;
-/// How long the link to whoever drives may be lost before the mission pauses, seconds: from, to.
+/// How long the link to the driver may be lost before the mission pauses, seconds: from, to.
 pub const LINK_LIMIT_S: [f64; 2] = [1.0, 60.0];
 /// The same where nobody has said otherwise.
 pub const DEFAULT_LINK_LIMIT_S: f64 = 3.0;

@@ -13,7 +13,7 @@ pub(crate) struct Latencies {
     commands: SendTimes,
     /// The last command that was looked at.
     command: u64,
-    /// The last tick that was told of, by a predecessor too.
+    /// The last tick that was reported, also by a predecessor.
     tick: u64,
     writer: Writer<Latency>,
 }
@@ -34,7 +34,7 @@ impl Latencies {
         })
     }
 
-    /// Tells of every command since the last time. What is too long ago to be looked up is left out.
+    /// Reports every command since the last time. Those too long ago to be looked up are left out.
     pub(crate) fn tell(&mut self) -> Result<()> {
         let newest = self.commands.newest();
         let oldest = newest.saturating_sub(COMMAND.spec.history() as u64) + 1;

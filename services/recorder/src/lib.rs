@@ -201,7 +201,7 @@ impl<'a> Recorder<'a> {
                 .disk
                 .as_ref()
                 .map_or(Ok(()), Disk::sync)
-                .context("the recording's last part is not on the device")?,
+                .context("the recording's last part was not written to the device")?,
             Some(_) => {
                 let cut = self.disk.as_ref().map_or(Ok(()), Disk::cut_back);
                 cut.context("the recording's last part may be cut off")?;
@@ -341,7 +341,7 @@ fn resume(path: &Path, found: Found<State>) -> std::io::Result<State> {
 fn begin(run: &RunConfig, path: &Path) -> anyhow::Result<(FileCore, Disk)> {
     let name = || path.display().to_string();
     let created = Disk::create(path);
-    let (mut disk, sink) = created.with_context(|| format!("{}: the recording cannot be begun", name()))?;
+    let (mut disk, sink) = created.with_context(|| format!("{}: the recording cannot be created", name()))?;
     let files = sketchnav_recordings::sources::read(&run.mission);
     let core = Core::new(sink, run, &files).with_context(name)?;
     disk.mark_whole().with_context(name)?;

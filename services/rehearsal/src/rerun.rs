@@ -42,12 +42,15 @@ pub enum RerunError {
     },
     /// The world in real time.
     #[error(
-        "the world was recorded in real time: which command had come by which step is not recorded; expected a recording in lockstep"
+        "expected a recording in lockstep for the world, found one in real time: it does not say which command had come \
+         by which step"
     )]
     RealTime,
     /// A run in which people took part.
     #[error(
-        "people took part in this run by the pad: at which step their drawings and orders came to the {process} is not recorded; expected the sketcher, or a recording without a pad, of the mission that the page saved, say"
+        "{process}: expected the sketcher, or a recording without a pad. In this run people took part by the pad, and the \
+         steps at which their drawings and orders came are not recorded. Run the mission that the page saved, and \
+         execute that recording again"
     )]
     People {
         /// The process.
@@ -87,7 +90,7 @@ pub fn run_of(recording: &Recording, folder: &std::path::Path) -> Result<RunConf
     Ok(run)
 }
 
-/// The channels that `process` writes and the recorder records, but for its health.
+/// The channels that `process` writes and the recorder records, except for its health.
 pub fn outputs(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> {
     channels::written_by(process, kind).filter(|spec| spec.is_recorded())
 }

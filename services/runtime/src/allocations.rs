@@ -13,7 +13,7 @@ thread_local! {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CountingAllocator;
 
-/// Allocations and reallocations of this thread so far, but for [`loan_handles_of_this_thread`];
+/// Allocations and reallocations of this thread so far, except for [`loan_handles_of_this_thread`];
 /// 0 for good where the binary has not installed [`CountingAllocator`].
 pub fn allocations_of_this_thread() -> u64 {
     COUNT.try_with(Cell::get).unwrap_or(0)

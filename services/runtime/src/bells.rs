@@ -172,7 +172,7 @@ fn sleep(word: &AtomicU32, value: u32, timeout: Duration) {
     unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAIT, value, &raw const timeout) };
 }
 
-/// Wakes whoever sleeps on `word`. Safe to call from a signal handler.
+/// Wakes all threads that sleep on `word`. Safe to call from a signal handler.
 pub(crate) fn wake(word: &AtomicU32) {
     // SAFETY: a plain system call on a valid address; errno is not read afterwards.
     unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAKE, i32::MAX) };

@@ -91,7 +91,7 @@ pub(crate) fn slots(system: &System, process: Process) -> Result<[PathBuf; 2]> {
 
 impl<T: DeserializeOwned> Checkpoints<T> {
     /// Opens the slots of the node's process and reads what its predecessor left. `version` names the
-    /// form of the state: whoever changes the form changes it.
+    /// form of the state. A change of the form changes it.
     ///
     /// # Errors
     /// [`Error::File`] where shared memory is full or cannot be reached.

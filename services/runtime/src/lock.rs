@@ -40,7 +40,7 @@ impl Lock {
         }
     }
 
-    /// Takes the lock of the file, waiting until whoever holds it lets go.
+    /// Takes the lock of the file, and waits until its holder lets go.
     pub(crate) fn take(path: &Path) -> io::Result<Self> {
         let file = open(path)?;
         loop {

@@ -89,7 +89,7 @@ impl SharedFiles {
         }
     }
 
-    /// All of them, in order of their names but for the owner's, which is the last.
+    /// All of them, in order of their names except for the owner's, which is the last.
     pub(crate) fn all(&self) -> Result<Vec<PathBuf>> {
         let begins = |path: &PathBuf| name_of(path).starts_with(&self.prefix);
         let mut files: Vec<_> = listed(Path::new(SHARED_MEMORY))?.into_iter().filter(begins).collect();
@@ -155,7 +155,7 @@ impl SharedFiles {
         Ok(())
     }
 
-    /// Removes them, but for those whose names go on like one of `keep` behind the prefix.
+    /// Removes them, except for those whose names go on like one of `keep` behind the prefix.
     pub(crate) fn remove_but(&self, keep: &[&str]) -> Result<()> {
         for path in self.all()? {
             let rest = &name_of(&path)[self.prefix.len()..];

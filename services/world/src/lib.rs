@@ -55,7 +55,9 @@ fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(
     let is_lost = found.is_lost();
     match found.state {
         Some((positions, world)) => Ok((Some(positions), world)),
-        None if is_lost => anyhow::bail!("no checkpoint can be used: nobody knows where the robot is"),
+        None if is_lost => {
+            anyhow::bail!("expected a usable checkpoint, found none: the robot's place is unknown")
+        }
         None => Ok((None, World::of_run(run)?)),
     }
 }

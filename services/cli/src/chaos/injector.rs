@@ -177,7 +177,7 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// Whoever has just been started.
+    /// The process that has just been started.
     fn hit_the_young(&mut self) {
         for (process, pid) in serving(self.plan.supervisor) {
             let in_a_row = self.hits.iter().rev().filter(|hit| hit.process == process);

@@ -53,8 +53,9 @@ struct Entry {
 pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
     refuse_what_has_no_meaning(options).or_input()?;
     let folder = options.output.as_deref();
-    let folder =
-        folder.ok_or_else(|| anyhow!("eval {WORD}: expected a folder for the results: -o DIR")).or_input()?;
+    let folder = folder
+        .ok_or_else(|| anyhow!("eval {WORD}: expected -o DIR, the folder of the results"))
+        .or_input()?;
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
     let (mut entries, mut left_out) = (Vec::new(), Vec::new());
     for name in suites::names() {
@@ -276,7 +277,7 @@ mod tests {
         of_suite("laboratory", folder, &options(folder)).unwrap().unwrap()
     }
 
-    /// The figures of all suites take hours, and whoever was cut off began again.
+    /// The figures of all suites take hours, and a run that was cut off began again.
     #[test]
     fn who_was_cut_off_goes_on_with_what_there_is() {
         let folder = tempfile::tempdir().unwrap();

@@ -77,6 +77,6 @@ fn library() -> String {
 /// Version of this program, and a checksum of its file: two builds of one version may differ.
 pub fn program() -> anyhow::Result<String> {
     use anyhow::Context;
-    let bytes = std::fs::read("/proc/self/exe").context("this program's own file")?;
+    let bytes = std::fs::read("/proc/self/exe").context("file of this program")?;
     Ok(format!("{} {}", env!("CARGO_PKG_VERSION"), crc32fast::hash(&bytes)))
 }

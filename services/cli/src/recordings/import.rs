@@ -159,7 +159,7 @@ fn run(
     })
 }
 
-/// A robot of whom only its laser is known. What the localizer does not ask for is as a Pioneer has it.
+/// A robot of which only the laser is known. What the localizer does not use is that of a Pioneer.
 fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
     let robot = Robot {
         name: LOG_SYSTEM.to_owned(),

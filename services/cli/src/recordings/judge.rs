@@ -247,7 +247,7 @@ pub fn table(judged: &[&Judged]) -> Table {
     table
 }
 
-/// What is told of a recording: name and value.
+/// Figures of a recording: name and value.
 pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     let figures = &judged.figures;
     let mut rows = Vec::new();

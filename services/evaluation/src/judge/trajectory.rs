@@ -6,7 +6,7 @@
 use serde::Serialize;
 use sketchnav_schemas::geometry::Pose;
 
-/// What is told of a list of errors.
+/// Statistics of a list of errors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistics {
     /// How many.

@@ -16,7 +16,7 @@
 //! Patil 2019, 2.2.1, has the signs as here. In the rules of 3.1.3 they are inverted, because there the robot is at
 //! rest in its own frame and the markers move.
 //!
-//! Where both points coincide at t − 1 there is no line: whoever moves, moves away, and to no side.
+//! Where both points coincide at t − 1 there is no line: a point that moves, moves away, and to no side.
 //!
 //! # Neighbourhood
 //! − and + are not neighbours: motion passes 0. The sign 0 may hold for an instant, the others not. So no sign leaves 0

@@ -313,7 +313,7 @@ pub struct Configurations {
 }
 
 impl Configurations {
-    /// The tolerance of the default: points that are in line but for rounding are.
+    /// The tolerance of the default: points that are in line except for rounding are.
     pub const TOLERANCE_RAD: f64 = 1e-9;
 
     /// With positions straight that are within `tolerance_rad` of it.

@@ -297,7 +297,7 @@ impl Localizer {
             radius_px: p.mode_radius_m * self.state.proportions.mean_scale_pxpm(),
             radius_rad: p.mode_radius_rad,
         };
-        let mode = find_mode(&self.state.particles, &kernel, last.as_ref(), p.mode_loyalty);
+        let mode = find_mode(&self.state.particles, &kernel, last.as_ref(), p.mode_hysteresis);
         let fit = self.fit(&mode.pose);
         if let Some(seen) = self.beam_model.error(&mut self.room) {
             self.state.drawing_error = learned(self.state.drawing_error, seen);

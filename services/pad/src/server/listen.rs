@@ -66,7 +66,7 @@ impl Drop for Place {
     }
 }
 
-/// Serves whoever comes.
+/// Accepts and serves connections.
 pub(super) async fn listen(listener: TcpListener, router: Router) -> std::io::Error {
     let lobby = Lobby::default();
     loop {

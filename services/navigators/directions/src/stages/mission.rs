@@ -109,7 +109,7 @@ pub enum Source {
     },
 }
 
-/// What a robot on land is told of its landmarks.
+/// What a robot on land knows about its landmarks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LandKeys {
     /// Their radius, metres.

@@ -68,7 +68,7 @@ impl Proportions {
 
     /// By how much a particle takes the whole drawing to be stretched. Most take nothing; a share of
     /// `anisotropic_share` takes a part of the stretch at the place of the first scan. A drawing is mostly in
-    /// proportion but for single places, yet some are a strip from end to end.
+    /// proportion except for single places, yet some are a strip from end to end.
     pub(super) fn anisotropy(&self, p: &Parameters, rng: &mut Pcg64Mcg) -> f32 {
         let is_anisotropic = p.anisotropic_share > 0.0 && rng.random::<f32>() < p.anisotropic_share;
         if is_anisotropic { self.first_anisotropy * rng.random::<f32>() } else { 0.0 }

@@ -154,7 +154,7 @@ pub struct Parameters {
     /// Radius of the kernel in heading, radians.
     pub mode_radius_rad: f32,
     /// Factor on the density near the last estimate: a rival must be so much denser.
-    pub mode_loyalty: f32,
+    pub mode_hysteresis: f32,
 
     /// Mean log likelihood of a beam below which the estimate is doubtful.
     pub doubtful_below: f32,
@@ -217,7 +217,7 @@ impl Default for Parameters {
             perturbation_log_scale: 0.3,
             mode_radius_m: 0.6,
             mode_radius_rad: 0.35,
-            mode_loyalty: 1.3,
+            mode_hysteresis: 1.3,
             doubtful_below: -1.2,
             lost_below: -1.9,
             hysteresis: 0.2,
@@ -358,7 +358,7 @@ impl Parameters {
             ("bearing_width_rad", self.bearing_width_rad.into()),
             ("mode_radius_m", self.mode_radius_m.into()),
             ("mode_radius_rad", self.mode_radius_rad.into()),
-            ("mode_loyalty", self.mode_loyalty.into()),
+            ("mode_hysteresis", self.mode_hysteresis.into()),
         ]
     }
 

@@ -83,7 +83,7 @@ impl Arrival {
         self.look == Look::UnderWay
     }
 
-    /// A maneuver has ended; it may have been the look.
+    /// A recovery behaviour has ended; it may have been the look.
     pub fn end_look(&mut self) {
         if self.is_looking() {
             self.look = Look::Done;
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn no_other_maneuver_counts_as_the_look() {
+    fn no_other_recovery_counts_as_the_look() {
         let p = Parameters::default();
         let mut arrival = after(-p.doubt_above - 0.1, 0);
         arrival.end_look();

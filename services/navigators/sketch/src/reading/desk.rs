@@ -19,7 +19,7 @@ use super::settings::Options;
 
 /// What errors call a drawing that is in no file.
 pub const NAME: &str = "the drawing";
-/// Time for a task from the pad, seconds of simulation: whoever watches can abort it.
+/// Time for a task from the pad, seconds of simulation. A person watches and can abort it.
 const TIME_LIMIT_S: f64 = 1800.0;
 
 /// What was taken over, as it came: a [`Desk`] comes to the same by it.

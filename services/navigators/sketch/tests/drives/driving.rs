@@ -33,7 +33,7 @@ fn it_visits_two_rooms_through_their_doors() {
         assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
         assert!(outcome.passes(&[[3.0, 2.0], [2.0, 4.5], [3.0, 2.0], [9.0, 2.0], [10.5, 4.5]], 0.5));
         assert!(outcome.length_m() < 24.0, "{}", outcome.length_m());
-        assert_eq!(outcome.standstills, 0);
+        assert_eq!(outcome.recoveries, 0);
     }
 }
 
@@ -44,7 +44,7 @@ fn it_finds_the_door_that_is_not_where_the_drawing_says() {
         scene.drawn = two_rooms(drawn_at);
         let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
         assert_eq!(outcome.states(), [Reached, Finished], "{drawn_at}: {:?}", outcome.ends);
-        assert_eq!(outcome.standstills, 0, "{drawn_at}");
+        assert_eq!(outcome.recoveries, 0, "{drawn_at}");
         assert!(outcome.closest_m > 0.0, "{drawn_at}: {}", outcome.closest_m);
     }
 }
@@ -61,7 +61,7 @@ fn go_around(robot: &str) {
     scene.discs = vec![[5.0, 0.9, 0.35], [8.0, 1.4, 0.25], [9.4, 3.6, 0.3]];
     let outcome = Drive::new(scene, robot, &[&[[10.5, 4.5]]], 180.0).run(200.0);
     assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
-    assert_eq!(outcome.standstills, 0);
+    assert_eq!(outcome.recoveries, 0);
     assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
 }
 
@@ -104,7 +104,7 @@ fn a_robot_held_to_a_share_of_its_speed_is_waited_for() {
         let slow = config(ROBOTINO, &format!("speed_share = {share}"));
         let outcome = Drive::with(scene, slow, &[&[[10.5, 4.5]]], 300.0).run(400.0);
         assert_eq!(outcome.states(), [Reached, Finished], "{share}: {:?}", outcome.ends);
-        assert_eq!(outcome.standstills, 0, "{share}");
+        assert_eq!(outcome.recoveries, 0, "{share}");
     }
 }
 
@@ -152,7 +152,7 @@ fn it_does_not_stick_at_a_door_jamb() {
         for y in [0.5, 1.0, 1.5] {
             let scene = Scene::faithful(two_rooms(9.0), SIZE, [x, y, 0.0]);
             let outcome = Drive::new(scene, ROBOTINO, &[&[[9.0 + (9.0 - x), 4.5]]], 60.0).run(100.0);
-            assert_eq!((outcome.states(), outcome.standstills), (vec![Reached, Finished], 0), "{x} {y}");
+            assert_eq!((outcome.states(), outcome.recoveries), (vec![Reached, Finished], 0), "{x} {y}");
             assert!(outcome.closest_m > 0.02, "{x} {y}: {}", outcome.closest_m);
         }
     }

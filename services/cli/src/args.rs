@@ -376,6 +376,12 @@ pub struct EvalOptions {
     /// At most so many trials of each drawing, the same ones every time.
     #[arg(long)]
     pub sample: Option<usize>,
+    /// Of `eval all`: only these suites and studies, separated by commas.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub suites: Vec<String>,
+    /// Of `eval all`: fills the figures of this page, and keeps them as JSON beside it. More pages take those of the first.
+    #[arg(long = "page", value_name = "FILE")]
+    pub pages: Vec<PathBuf>,
     /// Only this trial, as `--verbose` and `--json` name it.
     #[arg(long, value_name = "TRIAL")]
     pub only: Option<String>,

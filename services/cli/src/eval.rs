@@ -2,6 +2,7 @@
 
 pub mod all;
 mod machine;
+mod page;
 mod parts;
 mod processes;
 mod study;
@@ -31,6 +32,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     if name == all::WORD {
         return all::run(options);
     }
+    all::refuse_for_one(name, options).or_input()?;
     if let Some(study) = studies::find(name) {
         return study::run(study, options);
     }

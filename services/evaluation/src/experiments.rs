@@ -15,6 +15,7 @@ pub mod corridor;
 pub mod corridor_cost;
 pub mod cost;
 pub mod deformed;
+pub mod figures;
 pub mod ground;
 pub mod jobs;
 pub mod land;

@@ -5,7 +5,7 @@
 //! others get it. A reader that comes late finds a history. A kill at any moment leaves at most the entry unreadable
 //! that was being written, whose message nobody has.
 //!
-//! Readers of the channel never look here. The exception is a recorder that goes on after its predecessor's death: the
+//! Readers of the channel never look here. The exception is a recorder that goes on after its predecessor's death. The
 //! writer that could send its missed messages again may be dead or have ended. Beside each message stands when it was
 //! sent, by the clock: in the message itself nothing is that two runs would not agree on.
 

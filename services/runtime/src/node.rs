@@ -182,8 +182,8 @@ impl Node {
         }
     }
 
-    /// Sleeps until a message comes on a channel that this process reads by the table, until the time is over, or
-    /// until the process is to end. A message that came since the last wait ends it at once.
+    /// Sleeps until a message comes on a channel that this process reads, until the time is over, or until the process
+    /// is to end. A message that came since the last wait ends it at once.
     ///
     /// The recorder and observers are not woken by messages; they wait a few milliseconds and look.
     pub fn wait(&self, timeout: Duration) -> Wake {

@@ -1,6 +1,6 @@
-//! Whether a way on the true floor passes the same things on the same sides, as often and in the same order, as a
-//! route in the drawing. It is the criterion of Boniardi et al. 2016, V-B: "homotopically equivalent with respect to
-//! the topology induced by the sketch".
+//! Whether a way on the true floor passes the same things on the same sides as a route in the drawing, as often and in
+//! the same order. It is the criterion of Boniardi et al. 2016, V-B: "homotopically equivalent with respect to the
+//! topology induced by the sketch".
 //!
 //! Way and route lie in different planes. What joins these are [`Anchor`]s: things of which both places are known,
 //! above all the obstacles that the person drew. (The estimated way lies in the drawing, but an estimate that is wrong

@@ -372,8 +372,8 @@ impl Localizer {
         }
     }
 
-    /// Draws the first particles. The pose is as the person marked it, and the scales are as the first scan suggests;
-    /// later they are drawn back to the drawing's mean. Noise of the motion model is added once (Boniardi et al. 2015,
+    /// Draws the first particles. The pose is as the person marked it, and the scales are as the first scan suggests.
+    /// Later they are drawn back to the drawing's mean. Noise of the motion model is added once (Boniardi et al. 2015,
     /// IV: "sampled according to the state model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);

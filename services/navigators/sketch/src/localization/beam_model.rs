@@ -202,8 +202,8 @@ impl BeamModel {
         self.readings.iter().map(|reading| self.likelihood(reading, &room.expected).ln()).sum()
     }
 
-    /// The median of |ln(measured / expected)| of the beams that returned, at their own bearings, where
-    /// [`Self::log_likelihood`] was last asked for with this `room`; `None` where none returned.
+    /// The median of |ln(measured / expected)| of the beams that returned, at their own bearings. It is that of the
+    /// last call of [`Self::log_likelihood`] with this `room`; `None` where none returned.
     pub fn error(&self, room: &mut Room) -> Option<f32> {
         let Room { expected, errors } = room;
         errors.clear();
@@ -363,7 +363,7 @@ mod tests {
         beam_model.likelihood_of_each(simd, reading, &vec![expected; beam_model.readings.len()]).into()
     }
 
-    /// With a laser of 79 m, a reading and a wall both under 7 cm were an infinite fit: their ratio to the longest
+    /// With a laser of 79 m, a reading and a wall both under 7 cm were an infinite fit. Their ratio to the longest
     /// range, to the power 1/w of a map, left the range of single precision.
     #[test]
     fn the_shortest_ranges_of_a_long_laser_are_as_likely_as_any() {

@@ -1,13 +1,13 @@
 //! Doors as wide as doors are.
 //!
-//! Who draws a door leaves a gap in a wall. The gap is a sign: where it is counts, how wide it is does not,
-//! and hasty hands leave it narrow. Taken for a measure it tells the filter that the drawing is smaller here
-//! than it is, and the robot drives past the right door. So gaps in walls that are narrower than a door are
-//! widened before the filter looks at the drawing, as far as the walls beside them allow.
+//! Who draws a door leaves a gap in a wall. The gap is a sign: where it is counts, how wide it is does not, and hasty
+//! hands leave it narrow. Taken for a measure it tells the filter that the drawing is smaller here than it is, and the
+//! robot drives past the right door. So gaps in walls that are narrower than a door are widened before the filter uses
+//! the drawing. The walls beside them limit that.
 //!
-//! Some passages stay as drawn. They do not open out on both sides (a corridor, a door along a wall that runs on past
-//! it), or their walls are thicker than about half the gap. Slips of the pen stay, too, and gaps within a door's width
-//! of a narrower one. Posts between two gaps stay.
+//! Some passages stay as drawn. They do not open out on both sides, as a corridor or a door along a wall that runs on
+//! past it. Or their walls are thicker than about half the gap. Slips of the pen stay, too, and gaps within a door's
+//! width of a narrower one. Posts between two gaps stay.
 
 use fearless_simd::{Level, dispatch};
 use nalgebra::Vector2;

@@ -139,8 +139,8 @@ pub struct Parameters {
     pub perturbed_share: f32,
     /// How much more of them where the scans fit worse than they used to.
     pub perturbed_share_lost: f32,
-    /// Share of particles thrown anywhere in the free space of the drawing, times how much worse the scans fit than
-    /// they used to (Thrun, Burgard and Fox, table 8.3).
+    /// Share of particles thrown anywhere in the drawing's free space, times how much worse the scans fit than before
+    /// (Thrun, Burgard and Fox, table 8.3).
     pub injected_share_lost: f32,
     /// Standard deviation of a perturbation of the position, metres.
     pub perturbation_m: f32,

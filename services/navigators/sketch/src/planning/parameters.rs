@@ -52,8 +52,8 @@ pub struct Parameters {
     pub recoveries: u32,
     /// How often to recover during one task.
     pub recoveries_per_task: u32,
-    /// A robot on the way for so many times longer than the drawn way takes, and `astray_m` with it, is elsewhere than
-    /// the estimate says, and lost. The drawn way is timed at half a metre a second, or at the robot's limit where
+    /// A robot is lost when it is on the way for longer than so many times what the drawn way and `astray_m` take. It
+    /// is not where the estimate says. The drawn way is timed at half a metre a second, or at the robot's limit where
     /// that is less.
     pub astray_factor: f64,
     /// What is added to the drawn way before it is multiplied, metres.

@@ -97,8 +97,9 @@ impl DrawnRoute {
         Some((first, last))
     }
 
-    /// The next waypoint to go to. It is the first one beyond the look-ahead window around the robot's place (or the
-    /// route's last one), or from there the first one that `is_free`. Where none is free, it is the blocked one.
+    /// The next waypoint to go to. It is the first one beyond the look-ahead window around the robot's place, or the
+    /// route's last one. If that is not free, it is the next one that `is_free`. Where none is free, it is the blocked
+    /// one.
     pub fn next(
         &self,
         chart: &Chart,

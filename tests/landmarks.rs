@@ -44,8 +44,8 @@ fn kills_leave_the_same_bytes_by_every_method() {
     }
 }
 
-/// A route in words and the sketch that it was made from are one route: the robot drives to the same place, by the same
-/// commands.
+/// A route in words and the sketch that it was made from are one route. The robot drives to the same place, by the
+/// same commands.
 #[test]
 fn a_sketch_and_its_words_drive_to_the_same_place() {
     let place = place("scene-a-states.toml");

@@ -2,6 +2,7 @@
 
 pub mod all;
 mod machine;
+mod page;
 mod parts;
 mod processes;
 mod study;
@@ -31,6 +32,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     if name == all::WORD {
         return all::run(options);
     }
+    all::refuse_for_one(name, options).or_input()?;
     if let Some(study) = studies::find(name) {
         return study::run(study, options);
     }
@@ -187,7 +189,7 @@ fn drive_each(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Vec<Ended>>
     Ok(outcomes)
 }
 
-/// Told before anything is driven; whoever takes the folder away later has the results on standard output.
+/// Checked before anything is driven. If the folder is removed later, the results go to standard output.
 fn refuse_missing_folder(output: Option<&Path>) -> Result<(), Failure> {
     let folder = output.and_then(Path::parent).filter(|folder| !folder.as_os_str().is_empty());
     match folder.filter(|folder| !folder.is_dir()) {
@@ -250,11 +252,11 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Options that say where the outcomes come from, each with its value: the page of a merged experiment is the same as that
-/// of one machine.
+/// Options that say where the outcomes come from, each with its value. The page of a merged experiment is the same as
+/// that of one machine.
 const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
 
-/// As it was typed, but for where the program lies and where the outcomes come from.
+/// As it was typed, except for where the program lies and where the outcomes come from.
 fn command_line() -> String {
     let mut is_value = false;
     let is_shown = |word: &String| {

@@ -102,7 +102,7 @@ pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
             let expected =
                 format!("expected {order:?} on channel {:?} within {seconds} s", MISSION.spec.name);
             return Err(Failure::Other(anyhow!(
-                "{expected}, found nothing: the supervisor did not pass it on"
+                "{expected}, found nothing: the supervisor did not forward it"
             )));
         }
         if node.nap(LOOK_EVERY) == Wake::Terminate {

@@ -1,5 +1,5 @@
-//! The suite `directions-land`: journeys of some 30 m from pole to pole by a custom map, with a noisy laser (Park and Kender
-//! 1995, 8: the paper names this navigator and does not build it).
+//! The suite `directions-land`: journeys of some 30 m from pole to pole by a custom map, with a noisy laser. The paper
+//! names this navigator and does not build it (Park and Kender 1995, 8).
 //!
 //! Each trial has a field of its own. The map-maker knows the poles; the navigator sees what its laser shows. A journey succeeds
 //! where the robot stops beside the pole of its goal and has touched nothing.

@@ -288,9 +288,9 @@ fn source(folders: &Folders, scene: &Scene) -> WorldSource {
     WorldSource { floor_plan: Some(text(&open)), furniture, ..WorldSource::default() }
 }
 
-/// A true sketch with the route where a robot went that software guided along the true way, "creating an accurate path"
-/// (5.2.3): its odometry is exact, it believes nothing else, and it looks no further ahead than it has to. It is driven
-/// where somebody wants the sketch: not for lists of jobs.
+/// A true sketch with the route of a robot that software guided along the true way, "creating an accurate path"
+/// (5.2.3). The robot's odometry is exact and it believes nothing else. It looks no further ahead than it has to. It
+/// is driven where somebody wants the sketch: not for lists of jobs.
 fn driven_way(folders: &Folders, scene: &Scene, seed: u64) -> Result<Page, EvalError> {
     let guided = trial("guided".into(), String::new(), mission(folders, scene, by_bytes(BELIEF)))?;
     let mut guided = Trial { bytes: Some(true_sketch(scene, &scene.way)), ..guided };
@@ -413,8 +413,8 @@ mod tests {
         assert_ne!(recipes[0].origin(), recipes[1].origin());
     }
 
-    /// A robot that believed its sonars and looked 1.2 m ahead cut its turns: the routes were not those that were wanted,
-    /// and states that were extracted from them were lost.
+    /// A robot that believed its sonars and looked 1.2 m ahead cut its turns. The routes were not those that were
+    /// wanted, and states that were extracted from them were lost.
     #[test]
     fn routes_that_the_robot_drove_are_accurate() {
         let scene = Scene::a();

@@ -1,5 +1,5 @@
-//! A suite's outcomes as one page of HTML that needs no other file: tables beside the paper's, intervals,
-//! how tasks failed, some of them as pictures, and the command that made it.
+//! A suite's outcomes as one page of HTML that needs no other file. It has tables beside the paper's, intervals, how
+//! tasks failed, some of them as pictures, and the command that made it.
 //!
 //! Pure: the same outcomes give the same page. Light and dark, and as wide as a phone.
 

@@ -104,8 +104,8 @@ impl Watcher<'_> {
 
 /// Drives one repetition of a trial.
 ///
-/// Where poses are given anew (`restarts`), a run ends with the first task that fails, and another
-/// begins at that task's goal (Boniardi et al. 2015, IV).
+/// Where poses are given anew (`restarts`), a run ends with the first task that fails. Another begins at that task's
+/// goal (Boniardi et al. 2015, IV).
 ///
 /// # Errors
 /// [`EvalError::Trial`] where the mission cannot begin.

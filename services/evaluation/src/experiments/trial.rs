@@ -15,8 +15,8 @@ use sketchnav_schemas::seed;
 use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_sketch::reading::DrawnMap;
 
-/// Time for a task, seconds of simulation, by the shortest way to its place: no robot that drives there
-/// fails for lack of it, and one that looks for its way may drive five times as far.
+/// Time for a task, seconds of simulation, by the shortest way to its place. No robot that drives there fails for lack
+/// of it. One that searches for its way may drive five times as far.
 pub fn time_limit_s(shortest_way_m: f64) -> f64 {
     60.0 + 10.0 * shortest_way_m
 }

@@ -1,9 +1,9 @@
 //! The probability of arrival, by simulation of the navigator; and the path that maximises it. This part is ours.
 //!
 //! The map-maker knows its own errors and the navigator's. It simulates:
-//! 1. each transition by itself, as geometry, without and with verification: how often errors of position lead to another
-//!    dot. This takes the place of equations 1 and 2 in a search for the most reliable path, and it says where
-//!    verification pays: a count may be misread, too;
+//! 1. each transition by itself, as geometry, without and with verification: how often errors of position lead to
+//!    another dot. This takes the place of equations 1 and 2 in a search for the most reliable path. It also says
+//!    where verification pays, since a count may be misread, too.
 //! 2. whole journeys with the navigator, for a few candidate plans: verification, recovery, misses and all. The best one is
 //!    kept;
 //! 3. fresh journeys with that plan: their share of arrivals is the probability that the plan states. The choice among
@@ -190,8 +190,8 @@ fn ranked(
     Ok(tried.into_iter().map(|(_, plan)| plan).collect())
 }
 
-/// Paths that may be the most probable: by simulated transitions with and without a taste for short ways, by simulated
-/// transitions that vary, and by the models.
+/// Paths that may be the most probable. They come from simulated transitions with and without a preference for short
+/// ways, from transitions that vary, and from the models.
 fn candidates(
     atlas: &Atlas,
     estimates: &[Estimate],

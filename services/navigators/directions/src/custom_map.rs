@@ -7,10 +7,10 @@
 //! (Isol, Trajp, (2, NW, Isol), (1, -), -)
 //! ```
 //!
-//! An entry is `(D, [T,] [E,] M)`. `D` says which landmark to seek ([`Descriptor`]). `T` is `Trajp` or `Trajn`: slide along
-//! the line from the reference to that landmark, forwards or backwards. Each `E` says what to do when so many quadrants of
-//! the attained landmark are occupied: `(3, -)` takes it as right, `(4, SW, Isol)` moves it to a corner and seeks again.
-//! `M` is the corner for the attained landmark; `-` stands in the last entry alone and does nothing.
+//! An entry is `(D, [T,] [E,] M)`. `D` says which landmark to seek ([`Descriptor`]). `T` is `Trajp` or `Trajn`: slide
+//! along the line from the reference to that landmark, forwards or backwards. Each `E` says what to do when so many
+//! quadrants of the attained landmark are occupied. `(3, -)` takes it as right; `(4, SW, Isol)` moves it to a corner
+//! and seeks again. `M` is the corner for the attained landmark; `-` stands in the last entry alone and does nothing.
 //!
 //! A count says how many quadrants are occupied. A navigator on land sees all around, and has the four quadrants in order in
 //! its place: `(none+point+pair+group, SW, Isol)` (8). Of all panoramas of an entry, the one that is most like what it sees counts.

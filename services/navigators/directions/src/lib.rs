@@ -18,7 +18,7 @@
 //! Both: [`custom_map`], the file that people read and write. The navigator: [`navigator`]. For trials: [`journey`].
 //!
 //! **Units and frames.** Lengths are in one unit that the caller chooses; the paper's is the millimetre. x points east, y
-//! north. The window never turns on purpose, so its axes are those of the plane but for the helicopter's own errors.
+//! north. The window never turns on purpose, so its axes are those of the plane except for the helicopter's own errors.
 //!
 //! Nothing here knows a clock, a file, a channel, a thread or randomness of its own.
 

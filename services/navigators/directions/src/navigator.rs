@@ -1,9 +1,9 @@
 //! The navigator: seeks, verifies, adjusts and recovers by a custom map and the view of its window (Park and Kender 1995, 3,
 //! 5.5, 6.3).
 //!
-//! It knows its map, its own window, and nothing of the plane. A step takes the positions of the dots in view, relative to
-//! the window's centre, and gives the velocity of the window in its own axes. A step is a function of state, view and
-//! elapsed time; it allocates nothing. The state is small and serializable.
+//! It knows its map, its own window, and nothing of the plane. A step takes the positions of the dots in view,
+//! relative to the window's centre. It gives the velocity of the window in its own axes. A step is a function of
+//! state, view and elapsed time; it allocates nothing. The state is small and serializable.
 //!
 //! For each entry of the map it:
 //! 1. *describes*: stands still, looks, and picks the landmark that the word means;
@@ -11,8 +11,9 @@
 //! 3. *verifies*, where the map says how: looks around the landmark and counts its occupied quadrants;
 //! 4. *adjusts*: moves the landmark to its corner; or *recovers*: to the corner of the recovery, and describes again.
 //!
-//! It has two bodies ([`Window::land`]). Above a plane its window moves freely. On land it is a robot that drives around the
-//! landmarks in its way: to seek is to drive to a landmark, and to adjust is to pass beside it (8). There it has no trajectories.
+//! It has two bodies ([`Window::land`]). Above a plane its window moves freely. On land it is a robot that drives
+//! around the landmarks in its way (8). To seek is to drive to a landmark, and to adjust is to pass beside it. There
+//! it has no trajectories.
 //!
 //! It knows of itself that it has arrived, that it cannot locate a landmark, and that it is lost ([`Outcome`]).
 

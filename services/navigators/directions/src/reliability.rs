@@ -1,15 +1,15 @@
 //! How reliable a transition is, by models fitted to simulations (Park and Kender 1995, equations 1 and 2).
 //!
-//! **Equation 1**, landmarks: `R(n, σ) = (Aσ + B)/n − Cσ + D`, with n candidates and the error of position σ in units of the
-//! window's side. The paper gives no coefficients. Those below are of [`crate::fit::landmarks`]. A single candidate is
-//! certain. The form is coarse: two candidates come out as certain too, where 94 to 99 of 100 are identified right.
-//! [`crate::arrival`] simulates each transition instead.
+//! **Equation 1**, landmarks: `R(n, σ) = (Aσ + B)/n − Cσ + D`. It has n candidates, and the error of position σ in
+//! units of the window's side. The paper gives no coefficients. Those below are of [`crate::fit::landmarks`]. A single
+//! candidate is certain. The form is coarse: two candidates come out as certain too, where 94 to 99 of 100 are
+//! identified right. [`crate::arrival`] simulates each transition instead.
 //!
-//! **Equation 2**, trajectories: the paper's form is unreadable in the copies we know. Ours is the variance to the side of
-//! a slide. It adds what the paper's text names: the error of position of the two landmarks, which grows with the way over
-//! their distance, and the errors of translation and rotation, which grow with the way. The reliability is the
-//! probability that a slide with this error still attains its goal first. The coefficients are of
-//! [`crate::fit::trajectories`].
+//! **Equation 2**, trajectories: the paper's form is unreadable in the copies we know. Ours is the variance to the
+//! side of a slide. It adds what the paper's text names. One is the error of position of the two landmarks, which
+//! grows with the way over their distance. The others are the errors of translation and rotation, which grow with the
+//! way. The reliability is the probability that a slide with this error still attains its goal first. The coefficients
+//! are of [`crate::fit::trajectories`].
 
 use crate::geometry::{Point, Window};
 use crate::journey::Noise;

@@ -330,8 +330,8 @@ mod tests {
         }
     }
 
-    /// A robot was pushed back by half a metre between two readings: the bounds of its place on the route were the wrong
-    /// way round, and the planner panicked.
+    /// A robot was pushed back by half a metre between two readings. The bounds of its place on the route were the
+    /// wrong way round, and the planner panicked.
     #[test]
     fn a_robot_that_was_pushed_back_drives_on() {
         let mut robot = start();

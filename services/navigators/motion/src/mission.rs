@@ -28,7 +28,7 @@ pub enum Phase {
 pub enum Hold {
     /// A person stopped it.
     Paused,
-    /// The link to whoever drives was lost.
+    /// The link to the driver was lost.
     Unattended,
     /// A person aborted the mission, and may go on with it.
     Aborted,
@@ -309,7 +309,7 @@ impl Mission {
         (self.state, self.reason) = (state.code(), Text::of(reason));
     }
 
-    /// The header of what the step sends; whoever sends it sets `seq`.
+    /// The header of what the step sends; the sender sets `seq`.
     pub fn header(&self) -> Header {
         Header { seq: 0, stamp_ns: self.stamp_ns, source_seq: self.source_seq }
     }

@@ -59,8 +59,9 @@ fn relations(criterion: &mut Criterion) {
     run(criterion, "RCC8", Regions::<Rcc8>::default(), rects);
 }
 
-/// The histogram of 180 directions of a robot's box and an object with twelve corners, at two distances, with all that
-/// a step of a navigator needs: the objects prepared, and the best of sixteen directions. Nothing is allocated.
+/// The histogram of 180 directions of a robot's box and an object with twelve corners, at two distances. It includes
+/// all that a navigator needs in a step: the objects prepared, and the best of sixteen directions. Nothing is
+/// allocated.
 fn robot(criterion: &mut Criterion) {
     let at = |x, y| Point::new(x, y).expect("finite");
     let robot = Polygon::new([at(-10.0, -10.0), at(10.0, -10.0), at(10.0, 10.0), at(-10.0, 10.0)]);

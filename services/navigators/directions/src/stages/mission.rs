@@ -109,7 +109,7 @@ pub enum Source {
     },
 }
 
-/// What a robot on land is told of its landmarks.
+/// What a robot on land knows about its landmarks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LandKeys {
     /// Their radius, metres.
@@ -401,8 +401,8 @@ pub fn sight(mission: &Mission, robot: &Robot) -> Result<(Window, f64), Directio
     Ok((window, position_noise_m(laser, land.radius_m, window.side)))
 }
 
-/// The standard deviation of a landmark's position at a distance, on each axis: its returns are averaged along the beams, and
-/// its edges lie between two of them.
+/// The standard deviation of a landmark's position at a distance, on each axis. Its returns are averaged along the
+/// beams, and its edges lie between two of them.
 fn position_noise_m(laser: &Laser, radius_m: f64, distance_m: f64) -> f64 {
     let beam_rad = laser.field_of_view_deg.to_radians() / f64::from(laser.beams.max(1));
     let returns = (2.0 * radius_m / distance_m / beam_rad).max(1.0);

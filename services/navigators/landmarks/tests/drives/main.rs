@@ -102,8 +102,8 @@ fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End,
     (End::Nowhere, way)
 }
 
-/// The way of a robot that software guides along the way of a scene by its true place (Chronis 2007, 5.2.3), with the
-/// speeds of the thesis.
+/// The way of a robot that software guides along the way of a scene by its true place (Chronis 2007, 5.2.3). Its
+/// speeds are those of the thesis.
 fn guided_exactly(scene: &Scene, seed: u64) -> Vec<At> {
     let settings = Guiding { ahead_m: 0.4, avoid: 0.0, ..Guiding::default() };
     let mut guide = Guide::new(&scene.as_sketch(), settings).unwrap();

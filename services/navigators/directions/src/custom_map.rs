@@ -199,6 +199,12 @@ impl CustomMap {
     pub fn entries(&self) -> &[Entry] {
         &self.0
     }
+
+    /// For each entry that was finished, whether its landmark is the one that is meant. Of confusable ones each is.
+    pub fn agreement<T: PartialEq>(&self, attained: &[T], meant: &[T]) -> impl Iterator<Item = bool> {
+        let pairs = self.0.iter().zip(attained.iter().zip(meant));
+        pairs.map(|(entry, (attained, meant))| entry.word == Descriptor::Confusable || attained == meant)
+    }
 }
 
 impl TryFrom<Vec<Entry>> for CustomMap {

@@ -7,7 +7,7 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::path::{Atlas, Leg, Path};
 use crate::plane::DotId;
-use crate::recovery::{Check, Recoveries};
+use crate::recovery::Check;
 use crate::transitions::Movement;
 
 /// Which errors a map lets the navigator notice.
@@ -50,8 +50,7 @@ impl Plan {
         path: Path,
         verifies: impl Fn(&Leg, Check) -> bool,
     ) -> Result<Self, Error> {
-        let recoveries =
-            Recoveries::new(&atlas.plane, atlas.window, &atlas.signatures, Descriptor::Isolated)?;
+        let recoveries = atlas.recoveries()?;
         let check = |leg: &Leg| {
             let aside = atlas.reliability.aside(&atlas.plane, leg.from, &leg.transition);
             recoveries.check(leg.from, &leg.transition, aside)
@@ -64,7 +63,9 @@ impl Plan {
             place: path.legs.first().map(|leg| leg.transition.corner),
         };
         let entry = |(leg, &check): (&Leg, &Check)| {
-            let verification = check.verification().filter(|_| verifies(leg, check));
+            // Which of several confusable landmarks it is needs no proof.
+            let is_definite = leg.transition.word != Descriptor::Confusable;
+            let verification = check.verification().filter(|_| is_definite && verifies(leg, check));
             entry(leg, verification)
         };
         let others = path.legs.iter().zip(&checks).map(entry);

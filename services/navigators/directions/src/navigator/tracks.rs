@@ -72,9 +72,14 @@ impl Tracks {
         }
     }
 
+    /// Marks what was in view, by where it is.
+    pub fn mark(&mut self, is_inside: impl Fn(Point) -> bool) {
+        self.0.iter_mut().for_each(|track| track.was_inside = is_inside(track.place));
+    }
+
     /// Marks what the window proper would show with its centre at a place.
     pub fn mark_inside(&mut self, window: Window, centre: Point) {
-        self.0.iter_mut().for_each(|track| track.was_inside = window.shows(track.place - centre));
+        self.mark(|place| window.shows(place - centre));
     }
 
     /// Forgets what the camera cannot see any more, and what it does not see although it should.

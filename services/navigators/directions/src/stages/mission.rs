@@ -34,7 +34,7 @@ use sketchnav_schemas::mission::{Mission, MissionError, Task, keys, overlaid};
 use sketchnav_schemas::robot::{Drive, Laser, Robot};
 
 use super::error::DirectionsError;
-use crate::arrival::{Effort, Pilot};
+use crate::arrival::{Effort, Pilot, WORDS};
 use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Land, Point, Window};
@@ -43,6 +43,7 @@ use crate::navigator::Settings;
 use crate::path::Objective;
 use crate::pillars::Finder;
 use crate::plan::Verify;
+use crate::transitions::Kinds;
 
 /// The word of `[navigator] kind`.
 pub const KIND: &str = "directions";
@@ -202,6 +203,17 @@ impl DirectionsMission {
             landmarks.extend(listed);
         }
         Ok(Self { method, source, land, verify, words, goals, landmarks })
+    }
+
+    /// The words with which the map-maker plans: the method's own, or else any whose landmark is known beforehand, as far as
+    /// the navigator understands them.
+    pub fn planned(&self) -> Vec<Descriptor> {
+        let usual: &[Descriptor] = if self.method == Method::Arrival { &WORDS } else { Kinds::PAPER.words };
+        let understood = |words: &[Descriptor]| -> Vec<Descriptor> {
+            words.iter().copied().filter(|word| self.words.contains(word)).collect()
+        };
+        let words = understood(usual);
+        if words.is_empty() { understood(&Descriptor::DEFINITE) } else { words }
     }
 }
 
@@ -504,10 +516,10 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
         let expected = "0: the window's axes are those of the plane";
         return Err(wrong("start.world_heading_deg", expected, &found).into());
     }
-    let plans = read.words.iter().any(|word| crate::arrival::WORDS.contains(word));
-    if !matches!(read.source, Source::Map { .. }) && !plans {
+    let is_made = !matches!(read.source, Source::Map { .. });
+    if is_made && (read.planned().is_empty() || !read.words.contains(&Descriptor::Any)) {
         let found = read.words.iter().map(|word| word.word()).collect::<Vec<_>>().join(", ");
-        let expected = "Isol or IsolPair among them: the map-maker plans with those";
+        let expected = "* and one of Obvious, Isol, IsolPair, PlusPair: the map-maker plans with those";
         return Err(wrong("navigator.words", expected, &found).into());
     }
     if !mission.parameters.of(Process::Localizer).is_empty() {
@@ -602,8 +614,12 @@ mod tests {
                 "start.world_heading_deg: expected 0",
             ),
             (
-                MISSION.replace("kind='directions'", "kind='directions'\nwords=['*']"),
-                "navigator.words: expected Isol",
+                MISSION.replace("kind='directions'", "kind='directions'\nwords=['*', 'New']"),
+                "navigator.words: expected * and one of Obvious, Isol, IsolPair, PlusPair",
+            ),
+            (
+                MISSION.replace("kind='directions'", "kind='directions'\nwords=['Isol']"),
+                "navigator.words: expected * and one of",
             ),
         ] {
             let error = checked(&text, "helicopter").unwrap_err();

@@ -14,8 +14,7 @@ use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use super::error::DirectionsError;
 use super::mission;
-use super::sketcher::BETWEEN;
-use crate::custom_map::CustomMap;
+use super::sketcher::maps_of;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::navigator::{self, Activity, Navigator, Outcome, Output, Settings};
@@ -199,9 +198,7 @@ impl std::fmt::Display for Progress<'_> {
 
 /// The navigators of the maps in a text.
 fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
-    let lines: Vec<&str> = text.lines().collect();
-    let maps = lines.split(|line| line.trim() == BETWEEN).map(|lines| lines.join("\n").parse::<CustomMap>());
-    maps.map(|map| Navigator::new(settings, map?)).collect()
+    maps_of(text)?.into_iter().map(|map| Navigator::new(settings, map)).collect()
 }
 
 impl Stage for Planner {

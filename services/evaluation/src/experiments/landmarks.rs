@@ -56,18 +56,7 @@ fn text(path: &Path) -> String {
 }
 
 fn trial(name: String, line: String, mission: Mission) -> Result<Trial, EvalError> {
-    Ok(Trial {
-        name,
-        drawing: line,
-        mission,
-        robot: files::robot(ROBOT)?,
-        sheet: None,
-        method: None,
-        ends_with_contact: false,
-        thinking_scans: 0,
-        variant_of: None,
-        bytes: None,
-    })
+    Ok(Trial::without_sheet(name, line, mission, files::robot(ROBOT)?))
 }
 
 /// The trials by the sketches that ship: 11 of scene A, 9 of scene B.

@@ -154,6 +154,9 @@ fn describe(
     };
     state.waited = 0;
     remember(state, settings, corner);
+    let bearing_deg = navigator.map.entries()[usize::from(state.entry)].bearing_deg.filter(|_| !is_recovery);
+    let turn_rad = correct_heading(state, settings, bearing_deg, place);
+    let place = place.turned(turn_rad);
     let is_trajectory =
         navigator.map.entries()[usize::from(state.entry)].trajectory.is_some() && !is_recovery;
     if is_trajectory && state.reference.is_some() {
@@ -164,6 +167,15 @@ fn describe(
     } else {
         attain(navigator, state, place);
     }
+}
+
+/// Corrects the heading by the bearing of a landmark at a place. Returns by how much the map's axes have turned.
+fn correct_heading(state: &mut State, settings: &Settings, bearing_deg: Option<u16>, place: Point) -> f64 {
+    let (Some(bearing_deg), Some(mark)) = (bearing_deg, state.reference) else { return 0.0 };
+    let turn_rad = state.heading.correct(bearing_deg, place - mark.place, settings.tolerance);
+    state.reference = Some(Mark { place: mark.place.turned(turn_rad), ..mark });
+    state.before.turn(turn_rad);
+    turn_rad
 }
 
 /// What this view shows is not new in the next one: the reference, and what the window proper has in view with it.

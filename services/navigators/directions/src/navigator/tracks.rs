@@ -42,6 +42,11 @@ impl Tracks {
         self.0.iter_mut().for_each(|track| track.place = track.place - moved);
     }
 
+    /// Turns the axes: the dots turn to the left.
+    pub fn turn(&mut self, by_rad: f64) {
+        self.0.iter_mut().for_each(|track| track.place = track.place.turned(by_rad));
+    }
+
     /// Takes a view that was made at the place where the last one was made: positions are averaged.
     pub fn average(&mut self, view: &[Point], gate: f64) {
         self.follow(view, gate, |track, seen| {

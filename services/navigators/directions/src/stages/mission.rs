@@ -26,6 +26,7 @@
 //! Somebody may write the custom map: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`. Its
 //! task may list `landmarks = [[x, y], …]`, one for each entry: those that the map means, for the judge.
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sketchnav_dots::camera::Known;
 use sketchnav_schemas::codes::Process;
@@ -360,6 +361,17 @@ pub struct SketcherParameters {
     pub journeys: u32,
 }
 
+/// The parameters of a process: the usual ones but for what the mission's table says.
+fn parameters<T: Serialize + DeserializeOwned>(
+    mission: &Mission,
+    process: Process,
+    key: &str,
+    usual: &T,
+) -> Result<T, MissionError> {
+    let given = overlaid(usual, mission.parameters.of(process));
+    given.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
+}
+
 /// Most simulations of each kind.
 const MOST_SIMULATIONS: u32 = 100_000;
 
@@ -370,10 +382,8 @@ const MOST_SIMULATIONS: u32 = 100_000;
 pub fn effort(mission: &Mission) -> Result<Effort, MissionError> {
     let Effort { trials, trial_journeys, journeys } = Effort::USUAL;
     let usual = SketcherParameters { trials, trial_journeys, journeys };
-    let given = overlaid(&usual, mission.parameters.of(Process::Sketcher));
-    let SketcherParameters { trials, trial_journeys, journeys } = given.map_err(|error| {
-        MissionError::Key { key: "parameters.sketcher".into(), reason: error.message().to_owned() }
-    })?;
+    let SketcherParameters { trials, trial_journeys, journeys } =
+        parameters(mission, Process::Sketcher, "parameters.sketcher", &usual)?;
     for (key, count) in [("trials", trials), ("trial_journeys", trial_journeys), ("journeys", journeys)] {
         if !(1..=MOST_SIMULATIONS).contains(&count) {
             return Err(wrong(&format!("parameters.sketcher.{key}"), "1 to 100000", &count.to_string()));
@@ -441,7 +451,7 @@ pub fn finder(mission: &Mission, robot: &Robot) -> Result<Option<Finder>, Direct
 pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, DirectionsError> {
     let (window, noise_m) = sight(mission, robot)?;
     let usual = Settings::new(window, noise_m);
-    let parameters = PlannerParameters {
+    let defaults = PlannerParameters {
         looks: usual.looks,
         patience: usual.patience,
         most_recoveries: usual.most_recoveries,
@@ -449,15 +459,12 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
         gain: usual.gain,
         weight: usual.weight,
     };
-    let given = overlaid(&parameters, mission.parameters.of(Process::Planner));
-    let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } = given
-        .map_err(|error| MissionError::Key {
-            key: "parameters.planner".into(),
-            reason: error.message().to_owned(),
-        })?;
-    let words = DirectionsMission::of(mission)?.words;
+    let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } =
+        parameters(mission, Process::Planner, "parameters.planner", &defaults)?;
+    let DirectionsMission { words, land, .. } = DirectionsMission::of(mission)?;
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
+        heading_rad: land.map_or(0.0, |land| land.heading_noise_deg.to_radians()),
         // A step is a tick: it never moves further in one than it may see.
         speed: usual.speed.min(robot.limits.speed_mps),
         looks,

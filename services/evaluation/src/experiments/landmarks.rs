@@ -60,18 +60,7 @@ fn text(path: &Path) -> String {
 }
 
 fn trial(name: String, line: String, mission: Mission) -> Result<Trial, EvalError> {
-    Ok(Trial {
-        name,
-        drawing: line,
-        mission,
-        robot: files::robot(ROBOT)?,
-        sheet: None,
-        method: None,
-        ends_with_contact: false,
-        thinking_scans: 0,
-        variant_of: None,
-        bytes: None,
-    })
+    Ok(Trial::without_sheet(name, line, mission, files::robot(ROBOT)?))
 }
 
 /// The same trials by states, without the additional ones: another line each.

@@ -20,9 +20,8 @@ use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
 use super::mission::{self, DirectionsMission, LandKeys, Source};
-use crate::arrival::{Effort, Pilot, WORDS, most_probable};
+use crate::arrival::{Effort, Pilot, most_probable};
 use crate::custom_map::CustomMap;
-use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::navigator::Navigator;
@@ -149,8 +148,7 @@ fn plans(
     map_noise_m: f64,
 ) -> Result<Made, DirectionsError> {
     let pilot = mission::pilot(&run.mission, &run.robot, map_noise_m)?;
-    let known: &[Descriptor] = if read.method.objective().is_none() { &WORDS } else { Kinds::PAPER.words };
-    let words: Vec<_> = known.iter().copied().filter(|word| read.words.contains(word)).collect();
+    let words = read.planned();
     let kinds = Kinds { words: &words, trajectories: true };
     let atlas = Atlas::new(plane, pilot.settings.window, kinds, Reliability::fitted(pilot.noise));
     let maker = Maker { atlas: &atlas, read, pilot, effort: mission::effort(&run.mission)?, seed: run.seed };
@@ -236,6 +234,15 @@ impl Sketcher {
         }
         Ok(Self { text: text(&made.maps), made })
     }
+}
+
+/// The maps in the text of several.
+///
+/// # Errors
+/// [`Error`] for a text that is no map, with the line within its map.
+pub fn maps_of(text: &str) -> Result<Vec<CustomMap>, Error> {
+    let lines: Vec<&str> = text.lines().collect();
+    lines.split(|line| line.trim() == BETWEEN).map(|lines| lines.join("\n").parse()).collect()
 }
 
 /// The maps as one text.

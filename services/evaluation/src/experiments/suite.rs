@@ -75,8 +75,11 @@ pub struct Suite {
     /// table has a line for each drawing.
     pub legs: Vec<Leg>,
     /// What it tells of all outcomes beside its tables.
-    pub tells: Option<fn(&[TaskOutcome]) -> Vec<Section>>,
+    pub tells: Option<Tells>,
 }
+
+/// Sections of a suite, from all of its outcomes.
+pub type Tells = fn(&[TaskOutcome]) -> Vec<Section>;
 
 /// A published count.
 #[derive(Debug, Clone, PartialEq)]

@@ -46,6 +46,10 @@ impl Guard {
 
     /// The velocity nearest to `wish` with which the robot can stop before everything in the scan.
     pub fn command(&mut self, last: &mut Last, wish: Point, scan: &LaserScan, dt_s: f64) -> Point {
+        if wish == Point::default() {
+            *last = self.at_rest();
+            return wish;
+        }
         let here = Pose::<Odom>::new(0.0, 0.0, 0.0);
         let laser = Pose::<Odom>::new(self.mount.x, self.mount.y, self.mount.yaw_rad);
         self.obstacles.clear();

@@ -14,7 +14,8 @@ use super::error::DirectionsError;
 use crate::geometry::Point;
 
 /// How far aside of a way that is barred others are tried, radians: first on the side to which the robot moves already.
-const ASIDE_RAD: [f64; 7] = [0.0, 0.4, 0.8, 1.3, -0.4, -0.8, -1.3];
+/// The last ones lead away again from where it is too near.
+const ASIDE_RAD: [f64; 9] = [0.0, 0.4, 0.8, 1.2, 1.7, -0.4, -0.8, -1.2, -1.7];
 /// The least part of the wish with which a way counts as free.
 const FREE: f64 = 0.5;
 
@@ -46,6 +47,10 @@ impl Guard {
 
     /// The velocity nearest to `wish` with which the robot can stop before everything in the scan.
     pub fn command(&mut self, last: &mut Last, wish: Point, scan: &LaserScan, dt_s: f64) -> Point {
+        if wish == Point::default() {
+            *last = self.at_rest();
+            return wish;
+        }
         let here = Pose::<Odom>::new(0.0, 0.0, 0.0);
         let laser = Pose::<Odom>::new(self.mount.x, self.mount.y, self.mount.yaw_rad);
         self.obstacles.clear();

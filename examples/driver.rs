@@ -5,7 +5,7 @@
 //! cargo run --release --example driver -- lab 5
 //! ```
 //!
-//! The robot of this one is a point in two rooms, exact and without noise; put your laser, your wheels and your clock
+//! The robot of this one is a point in two rooms, exact and without noise. Put your laser, your wheels and your clock
 //! in the place of [`Robot`]. `tests/driver.rs` drives a mission by it.
 
 use std::time::{Duration, Instant};

@@ -13,8 +13,8 @@ use support::{Place, repository};
 
 /// By then everybody has joined: iceoryx2 allocates while it connects a reader, once each.
 const RUNNING_AFTER_STEPS: u64 = 300;
-/// rapier allocates inside its step and frees it again: at most 8 times a physics step, ten of which
-/// make a step of the world (`sim/tests/allocations.rs`).
+/// rapier allocates inside its step and frees it again, at most 8 times a physics step. Ten of these make a step of
+/// the world (`sim/tests/allocations.rs`).
 const MOST_A_STEP_OF_THE_WORLD: u64 = 80;
 
 /// What `process` said about itself while it ran, in order.

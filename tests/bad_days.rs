@@ -72,8 +72,8 @@ fn kinds(info: &Value) -> Vec<&str> {
     info["faults"].as_array().unwrap().iter().map(|fault| fault["kind"].as_str().unwrap()).collect()
 }
 
-/// A mission of one task, so long that a gap of some thirty seconds lies within it: from end to end of the building, at
-/// half the speed.
+/// A mission of one task, so long that a gap of some thirty seconds lies within it. It goes from end to end of the
+/// building, at half the speed.
 fn write_long_drive(place: &Place) {
     let text = fs::read_to_string(repository().join("sim/missions/building/building-a.toml")).unwrap();
     let mut mission: toml::Table = toml::from_str(&text).unwrap();
@@ -173,8 +173,8 @@ fn with_file_limit(place: &Place, blocks: u32, arguments: &str) -> Ended {
     Running::of(command.spawn().unwrap()).end()
 }
 
-/// Beyond the limit on the size of files the kernel sends SIGXFSZ, which ended the supervisor without a word and left
-/// its files to the next one.
+/// Beyond the limit on the size of files the kernel sends SIGXFSZ. It ended the supervisor without a word and left its
+/// files to the next one.
 #[test]
 fn a_limit_on_the_size_of_files_is_told() {
     let place = Place::new();
@@ -262,8 +262,8 @@ fn without_its_folder_a_system_survives_no_death() {
     place.assert_nothing_left("day");
 }
 
-/// A cleaner took the folder of a killed system away, and its shared memory stayed: the next run of its name went on with
-/// another mission's tasks, and counted 4,446 messages as lost.
+/// A cleaner took the folder of a killed system away, and its shared memory stayed. The next run of its name went on
+/// with another mission's tasks, and counted 4,446 messages as lost.
 #[test]
 fn what_a_killed_system_left_without_a_folder_enters_no_other() {
     let place = Place::new();
@@ -321,8 +321,8 @@ fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
     let _ = fs::remove_file(&foreign);
 }
 
-/// Somebody else on the machine sees that there is a system, and no more: neither its channels nor its files
-/// can be read, written or joined.
+/// Another user of the machine sees that there is a system, and no more. Neither its channels nor its files can be
+/// read, written or joined.
 #[test]
 fn another_user_is_kept_out() {
     let place = Place::new();

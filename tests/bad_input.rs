@@ -1,5 +1,5 @@
-//! What bad input gets: an error that names the file, the key or the place and says what was expected,
-//! an exit code by which a script can tell, and nothing left behind.
+//! What bad input gets. An error names the file, the key or the place and says what was expected. An exit code tells a
+//! script, and nothing is left behind.
 
 mod support;
 
@@ -388,8 +388,8 @@ fn bad_usage_is_refused() {
     assert_eq!(place.living(), []);
 }
 
-/// A tiny file system in a mount namespace of the command's own, which nobody has to clear up; the
-/// recording is carried out of it afterwards. 500 kB hold a part of the mission.
+/// A tiny file system in a mount namespace of the command's own, which nobody has to clear up. The recording is
+/// carried out of it afterwards. 500 kB hold a part of the mission.
 const ON_A_TINY_DISK: &str = "mkdir tiny && mount -t tmpfs -o size=500k tmpfs tiny || exit 77\n\
     \"$0\" demo --json --system full --out tiny\ncode=$?\n\
     cp -r tiny/demo-001 saved\nexit $code";

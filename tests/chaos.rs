@@ -201,7 +201,7 @@ fn a_process_that_dies_again_and_again_is_given_up() {
     };
     waiting.join().unwrap().unwrap();
     assert_eq!(ended.code, Some(3), "{ended}");
-    assert!(ended.err.contains("died each time before it got any further: given up"), "{ended}");
+    assert!(ended.err.contains("died each time before it made progress: given up"), "{ended}");
     place.assert_nothing_left("disturbed");
 }
 
@@ -295,7 +295,7 @@ fn a_world_without_any_good_checkpoint_is_given_up() {
     damage_and_kill(&place, "world", 2);
     let ended = running.end();
     assert_eq!(ended.code, Some(3), "{ended}");
-    for words in ["checkpoint refused: expected a state of checksum", "nobody knows where the robot is"] {
+    for words in ["checkpoint refused: expected a state of checksum", "the robot's place is unknown"] {
         assert!(ended.err.contains(words), "{ended}");
     }
     place.assert_nothing_left("disturbed");

@@ -1,4 +1,4 @@
-//! The same mission and seed in lockstep give the same messages, byte for byte: in two runs, and in a
+//! The same mission and seed in lockstep give the same messages, byte for byte. They do in two runs, and in a
 //! rehearsal that calls the same cores in one process, without shared memory.
 
 mod support;

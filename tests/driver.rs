@@ -56,9 +56,9 @@ fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
 const BEFORE: usize = 60;
 const PERIOD_NS: u64 = 100_000_000;
 
-/// The driver dies on the way, and is started again. It began its numbers anew, so its writers took its messages for
-/// those of its predecessor, which had been sent: for as long as that had run, nobody heard of it, and nothing
-/// said so. And its clock and its odometry began at 0 again, which is a jump to those who read them.
+/// The driver dies on the way, and is started again. It began its numbers anew. So its writers took its messages for
+/// those of its predecessor, which had been sent. For as long as that had run, nobody heard of it, and nothing said
+/// so. And its clock and its odometry began at 0 again, which is a jump to those who read them.
 #[test]
 fn a_driver_that_is_started_again_goes_on() {
     let place = Place::new();

@@ -49,7 +49,7 @@ fn results_are_printed_also_where_no_report_can_be_written() {
     assert!(ended.err.contains("--output: expected a file in an existing folder"), "{ended}");
 }
 
-/// The folders of missions and data were those of the machine that compiled the program, and a suite that found no data
+/// The folders of missions and data were those of the machine that compiled the program. A suite that found no data
 /// there drove nothing and succeeded.
 #[test]
 fn who_lacks_missions_or_data_or_trials_is_told_what_to_do() {

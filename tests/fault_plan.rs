@@ -73,7 +73,7 @@ fn processes_are_hit_before_the_messages_that_the_plan_names_and_nothing_is_lost
     place.assert_nothing_left("hit");
 }
 
-/// A writer that is killed before the same message again and again gets nowhere and is given up: a failure that does not
+/// A writer that is killed before the same message again and again gets nowhere and is given up. This failure does not
 /// depend on the clock.
 #[test]
 fn a_failed_runs_schedule_fails_in_the_same_place_again() {

@@ -87,8 +87,8 @@ fn a_process_that_goes_on_in_time_is_left_alone() {
     assert_eq!(kinds(&faults, "planner"), ["unresponsive", "responsive again"], "{faults:?}");
 }
 
-/// The recorder is asked to end when its supervisor dies, and a stopped one did not hear it: it lived on
-/// until somebody started the next system.
+/// The recorder is asked to end when its supervisor dies, and a stopped one did not hear it. It lived on until
+/// somebody started the next system.
 #[test]
 fn a_stopped_recorder_does_not_outlive_its_supervisor() {
     let place = Place::new();

@@ -89,8 +89,8 @@ fn impatience_leaves_nothing() {
     holds_the_beginning(&place, "stopped");
 }
 
-/// Nobody is there any more to take the system down: the kernel ends the processes with their
-/// supervisor, and whoever starts the next system clears the rest.
+/// Nobody is left to take the system down. The kernel ends the processes with their supervisor, and whoever starts the
+/// next system clears the rest.
 #[test]
 fn after_the_supervisor_was_killed_the_next_system_clears_what_is_left() {
     let place = Place::new();

@@ -534,8 +534,8 @@ fn a_route_past_landmarks_is_watched() {
     assert_eq!(ended.code, Some(0), "{ended}");
 }
 
-/// A run that does not even begin once left an empty folder behind: only a system that could not be started had its
-/// folder taken away, not one whose page has no address to listen on. (192.0.2.1 is nobody's: RFC 5737.)
+/// A run that failed at its start once left an empty folder behind. Only a system that could not be started had its
+/// folder taken away. A page with no address to listen on was forgotten. (192.0.2.1 is nobody's: RFC 5737.)
 #[test]
 fn a_page_without_an_address_leaves_no_folder() {
     let place = Place::new();

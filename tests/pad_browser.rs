@@ -1,9 +1,9 @@
-//! The pad's page, in a real browser on the running system: a person draws a mission's map and path with
-//! a pen, sends both, executes, aborts, restores, and the robot arrives.
+//! The pad's page, in a real browser on the running system. A person draws a mission's map and path with a pen, sends
+//! both, executes, aborts, restores, and the robot arrives.
 //!
-//! Needs node; the browser test needs chromium and playwright-core, too (`.ci/run` installs them): the
-//! folder that holds `node_modules` is `SKETCHNAV_PLAYWRIGHT`, or `target/browser`; the browser is
-//! `SKETCHNAV_CHROMIUM`, or `/usr/bin/chromium`. Skipped with a notice without them.
+//! Needs node; the browser test needs chromium and playwright-core, too (`.ci/run` installs them).
+//! `SKETCHNAV_PLAYWRIGHT` names the folder that holds `node_modules`, else it is `target/browser`.
+//! `SKETCHNAV_CHROMIUM` names the browser, else it is `/usr/bin/chromium`. Skipped with a notice without them.
 
 mod support;
 

@@ -31,8 +31,8 @@ fn fine(place: &Place, arguments: &str) -> Ended {
     ended
 }
 
-/// `sketchnav diff … | head -1` once said that two recordings are the same: whatever a command came to, 0 was its exit
-/// code as soon as nobody read what it printed.
+/// `sketchnav diff … | head -1` once said that two recordings are the same. The exit code of any command was 0 as soon
+/// as nobody read what it printed.
 #[test]
 fn who_does_not_read_on_gets_the_same_exit_code() {
     let place = Place::new();
@@ -252,8 +252,8 @@ fn a_replay_speaks_for_the_supervisor_too() {
     assert_eq!(["/mission", "/faults", "/scan", "/status"].map(count), [1, 0, 20, 20].map(Some), "{info:#}");
 }
 
-/// As fast as it goes, over and over, with standard error in a file: nothing looked for signals then, and the
-/// replay could only be killed.
+/// As fast as it goes, over and over, with standard error in a file. Nothing looked for signals then, and the replay
+/// could only be killed.
 #[test]
 fn a_replay_at_full_speed_ends_when_asked_to() {
     let place = Place::new();

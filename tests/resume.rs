@@ -97,7 +97,7 @@ fn in_real_time_too() {
     place.assert_nothing_left("killed");
 }
 
-/// A real robot drove, its supervisor was killed and the mission resumed: all processes were started then, the
+/// A real robot drove, its supervisor was killed and the mission resumed. All processes were started then, the
 /// simulated world among them, and the robot's driver was killed for it. Who was left out is left out again.
 #[test]
 fn a_simulated_world_does_not_take_the_place_of_a_robot() {

@@ -1,5 +1,5 @@
-//! The bridge to ROS 2. Its counterpart is real ROS 2 (rclpy with Fast DDS), from a Python that `SKETCHNAV_ROS2_PYTHON`
-//! names; tests that need it are skipped where there is none.
+//! The bridge to ROS 2. Its counterpart is real ROS 2 (rclpy with Fast DDS), from a Python that
+//! `SKETCHNAV_ROS2_PYTHON` names. Tests that need it are skipped where there is none.
 
 mod support;
 

@@ -1,5 +1,5 @@
-//! The live view: other people's viewer decodes every topic of a running demo; a recording is played, paused and sought; what is
-//! bad input; the layout that comes with the project names what there is.
+//! The live view. Other people's viewer decodes every topic of a running demo. A recording is played, paused and
+//! sought. Bad input is rejected, and the layout that comes with the project names what there is.
 //!
 //! The first needs node and Foxglove's packages (`.ci/run` installs them): the folder that holds `node_modules` is
 //! `SKETCHNAV_FOXGLOVE`, or `target/foxglove`. Skipped with a notice without them.

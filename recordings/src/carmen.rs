@@ -4,11 +4,11 @@
 //! FLASER n r1 … rn  x y θ  odom_x odom_y odom_θ  time host logger_time
 //! ODOM x y θ tv rv accel  time host logger_time
 //! ```
-//! In logs that a mapper has corrected both poses of a FLASER hold the reference pose, and the first ODOM line
-//! behind it repeats that pose. So the odometry is chained: the steps between consecutive ODOM lines, without
-//! the one that leads to such a repetition. What the mapper put right never reaches the odometry. In raw
-//! logs the chain is the odometry itself: there the first ODOM line behind a FLASER goes on from the one
-//! before, and its pose is the FLASER's only where the robot stands.
+//! In logs that a mapper has corrected, both poses of a FLASER hold the reference pose. The first ODOM line behind it
+//! repeats that pose. So the odometry is chained: the steps between consecutive ODOM lines, without the one that leads
+//! to such a repetition. What the mapper put right never reaches the odometry. In raw logs the chain is the odometry
+//! itself. There the first ODOM line behind a FLASER continues from the ODOM line before. Its pose is the FLASER's
+//! only where the robot stands still.
 //!
 //! Reads line by line from any [`BufRead`]; a line is never longer than [`MAX_LINE_BYTES`].
 
@@ -186,8 +186,8 @@ mod tests {
         assert_eq!((scans[0].ranges_m.as_slice(), scans[1].time_s), (&[1.5, 2.5, 81.9][..], 0.5));
     }
 
-    /// The step from the ODOM line before a scan to the first one behind it was always left out: with ODOM and
-    /// FLASER in turn, as raw logs have them, the robot never moved.
+    /// The step from the ODOM line before a scan to the first one behind it was always left out. With ODOM and FLASER
+    /// in turn, as raw logs have them, the robot never moved.
     #[test]
     fn the_odometry_of_a_raw_log_is_what_it_says() {
         let scan = |x: f64| format!("FLASER 2 1 1 {x} 0 0 {x} 0 0 {x} h 0\n");

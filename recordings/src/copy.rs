@@ -228,8 +228,8 @@ impl<W: Write> Copy<W> {
     }
 }
 
-/// Copies all that can be read of a recording: what a kill cut off up to the cut, without the chunks that are
-/// damaged, and whatever became of its first bytes.
+/// Copies everything in a recording that can be read. A recording that a kill cut off is read up to the cut. Damaged
+/// chunks and a damaged beginning are left out.
 ///
 /// # Errors
 /// [`RecordingError::File`], [`RecordingError::Damaged`] where it is no recording at all, [`RecordingError::Write`].
@@ -323,8 +323,8 @@ pub fn filter<W: Write>(
     Ok(())
 }
 
-/// Copies what is wanted of the parts of a recording that may still grow, in the order of time, as a recording of its own:
-/// what is latched and was sent before stands at its beginning.
+/// Copies what is wanted of the parts of a growing recording, in the order of time, as a recording of its own. Latched
+/// messages that were sent before stand at its beginning.
 ///
 /// # Errors
 /// [`RecordingError`].
@@ -370,8 +370,8 @@ pub(crate) fn topic_names(recording: &Recording) -> Result<BTreeSet<String>, Rec
     Ok(recording.topics()?.iter().map(|topic| topic.name.clone()).collect())
 }
 
-/// The topics of which the recording says that nothing is missing before their first message, whatever its
-/// number: it is itself a part of another one.
+/// The topics that miss nothing before their first message, as the recording says, whatever that message's number.
+/// Such a recording is itself a part of another one.
 fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError> {
     let told = recording.index()?.metadata(recording.path(), TOPICS_METADATA)?.unwrap_or_default();
     let is_late = |facts: TopicFacts| facts.gaps.first().is_none_or(|gap| gap.after_seq > 0);

@@ -1,10 +1,9 @@
 //! The first difference of two recordings.
 //!
-//! Compares the messages of each channel byte for byte, in the order of their channel; in which order
-//! the channels are interleaved does not matter. Health, faults and latency are left out, for they tell of
-//! wall-clock time and chance; transforms are left out, for they are derived from the odometry. Reads both files
-//! side by side and keeps no more of them than they are apart. What need not be the same to the bit is given
-//! [`Tolerances`].
+//! Compares the messages of each channel byte for byte, in the order of their channel; in which order the channels are
+//! interleaved does not matter. Health, faults and latency are left out, since they depend on wall-clock time and
+//! chance. Transforms are left out, since they are derived from the odometry. Reads both files side by side and keeps
+//! no more of them than they are apart. What need not be the same to the bit is given [`Tolerances`].
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -75,8 +74,8 @@ impl fmt::Display for Difference {
     }
 }
 
-/// The first difference of the recordings `a` and `b`: the one with the earliest simulation time,
-/// among those of one time the first in the table of channels. `None` where they are the same.
+/// The first difference of the recordings `a` and `b`, by simulation time. Among differences of one time the first in
+/// the table of channels counts. `None` where they are the same.
 ///
 /// # Errors
 /// [`RecordingError`] where one of them cannot be read.

@@ -1,4 +1,4 @@
-//! What is told of a recording's topics and processes without reading all messages again.
+//! Facts about a recording's topics and processes, known without reading all messages again.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use sketchnav_schemas::message::Health;
 use crate::error::RecordingError;
 use crate::sequence::{Gap, MAX_GAPS, Seen, Sequence};
 
-/// What is told of a topic, so that nobody need read all messages to know it.
+/// Facts about a topic, which nobody has to read all messages for.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TopicFacts {
     /// Time of the earliest message and of the latest, nanoseconds.

@@ -28,8 +28,8 @@ pub struct LaserFacts {
 }
 
 impl LaserFacts {
-    /// CARMEN's lasers look over half a circle, from the right: both its edges in 181 and 361 beams, all but
-    /// the last in 180 and 360.
+    /// CARMEN's lasers cover half a circle, from the right. Scans of 181 and 361 beams include both its edges; scans
+    /// of 180 and 360 leave the last one out.
     pub fn of_half_circle(beams: usize, range_max_m: f64) -> Self {
         let gaps = if beams % 2 == 1 { beams - 1 } else { beams };
         Self {

@@ -1,5 +1,5 @@
-//! Where in a recording its chunks lie, and when: out of the summary at the file's end, or, where a kill
-//! left none, out of one pass over the file.
+//! Where the chunks of a recording lie, and of which times they are. It comes from the summary at the file's end.
+//! Where a kill left none, one pass over the file finds it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -145,8 +145,8 @@ impl Index {
         Ok(index)
     }
 
-    /// Takes a message that stands in no chunk, as files without chunks have them: into the run of records
-    /// before it, where there is one that is not longer than a chunk.
+    /// Takes a message that stands in no chunk, as files without chunks have them. It joins the run of records before
+    /// it, if there is one that is not longer than a chunk.
     fn add_to_run(&mut self, is_in_run: bool, at: u64, bytes: u64, ns: u64) {
         match self.chunks.last_mut().filter(|run| is_in_run && run.bytes < CHUNK_BYTES) {
             Some(run) => {

@@ -47,8 +47,8 @@ pub struct Info {
 }
 
 impl Info {
-    /// How often processes were started again, all together. The recorder is among those that say so themselves;
-    /// its own count knows of lives in which it said nothing, and is missing where the file is cut off.
+    /// How often processes were started again, all together. The recorder is among those that say so themselves. Its
+    /// own count includes lives in which it said nothing; a file that is cut off has none.
     pub fn all_restarts(&self) -> u64 {
         let told: u64 = self.process_restarts.values().sum();
         let by_recorder = self.process_restarts.get(Process::Recorder.word()).copied().unwrap_or(0);

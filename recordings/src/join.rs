@@ -49,8 +49,8 @@ fn sources_of(parts: &[impl AsRef<Path>]) -> Vec<Attachment> {
     files.into_values().collect()
 }
 
-/// So many messages of channels with many writers are remembered: a part begins with what their histories
-/// hold, 8 messages of each process (`HEALTH`), and most of those ends the part before.
+/// So many messages of channels with many writers are remembered. A part begins with what their histories hold, 8
+/// messages of each process (`HEALTH`). Most of those end the part before.
 const REMEMBERED: usize = 1024;
 
 struct Joined<W: Write> {

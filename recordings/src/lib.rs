@@ -8,10 +8,10 @@
 //! - [`copy`](mod@copy): repairs, filters, merges, splits; [`rosbag2`]: folders as ROS 2 has them.
 //! - [`carmen`], [`mod@import`]: other people's logs; [`sources`]: the files of a run inside its recording.
 //!
-//! This crate does not judge or draw recordings; `sketchnav-evaluation` does.
-//! Nothing here reads a clock, or knows how a message travels between processes. Recordings are read from
-//! files and written to whatever sink the caller gives; [`sources`] alone reads other files, and writes those
-//! of a recording into a folder; [`series`] looks which files a folder has.
+//! This crate does not judge or draw recordings; `sketchnav-evaluation` does. Nothing here reads a clock, or knows how
+//! a message travels between processes. Recordings are read from files and written to any sink that the caller gives.
+//! [`sources`] alone reads other files, and writes those of a recording into a folder. [`series`] looks which files a
+//! folder has.
 
 pub mod carmen;
 mod content;

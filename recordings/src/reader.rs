@@ -1,8 +1,8 @@
 //! Opens a recording and reads it: from front to back, one channel, some times, or in the order of time.
 //!
-//! A recording that a kill cut off is read up to the cut: a chunk counts wholly or not at all, its
-//! checksum is verified before its first message is given. Never loads a file as a whole: one chunk is in
-//! memory at a time, or, in the order of time, those whose times overlap.
+//! A recording that a kill cut off is read up to the cut. A chunk counts wholly or not at all: its checksum is
+//! verified before its first message is given. Never loads a file as a whole: one chunk is in memory at a time, or, in
+//! the order of time, those whose times overlap.
 
 use std::collections::BTreeMap;
 use std::marker::PhantomData;

@@ -156,8 +156,8 @@ impl RecordFile {
         Ok(())
     }
 
-    /// Goes to the next place from `from` on where a chunk seems to begin: its opcode, a length that ends in
-    /// the file, and a compression that is known. Reads what lies between once, in pieces.
+    /// Goes to the next place from `from` on where a chunk seems to begin. There is its opcode, a length that ends in
+    /// the file, and a known compression. Reads what lies between once, in pieces.
     pub fn find_chunk(&mut self, from: u64) -> Result<Option<u64>, Stop> {
         const PIECE: usize = 1 << 20;
         /// Frame, times, length, checksum, the compression's length and name.

@@ -3,7 +3,7 @@
 //! Every length is checked against the bytes that are there first. Allocates no more than the file is long, nor than
 //! [`MAX_RECORD_BYTES`]. Source: the MCAP specification, version 0.
 //!
-//! Why not the mcap crate's own readers. Since 0.26 they take a `record_length_limit`, and with one of 64 MB they were
+//! Why not the mcap crate's own readers. Since 0.26 they take a `record_length_limit`. With a limit of 64 MB they were
 //! tried on 60,000 damaged copies of the golden recordings, packed and not:
 //!
 //! - They allocate up to 4 GB, whatever the limit. It holds for records, not for the texts in them (`McapString`).
@@ -19,8 +19,8 @@ use std::ops::Range;
 
 use mcap::records::op;
 
-/// Longest record, and longest chunk in either form, that is read into memory: the longest file that a run may name
-/// (64 MiB), with its name and its times.
+/// Longest record, and longest chunk in either form, that is read into memory. It is the longest file that a run may
+/// name (64 MiB), with its name and its times.
 pub const MAX_RECORD_BYTES: usize = 65 << 20;
 /// Opcode and length.
 pub(crate) const FRAME_BYTES: u64 = 9;
@@ -35,7 +35,7 @@ pub enum Damage {
     #[error("it does not begin with the magic bytes of MCAP")]
     NoMcap,
     /// A record is longer than any that a recording has.
-    #[error("byte {at}: a record claims {bytes} bytes, more than {MAX_RECORD_BYTES}")]
+    #[error("byte {at}: expected a record of at most {MAX_RECORD_BYTES} bytes, found {bytes}")]
     TooLong {
         /// Where it begins.
         at: u64,
@@ -81,13 +81,13 @@ pub enum Damage {
         channel: u16,
     },
     /// The file ends inside a record, or before one that its index names.
-    #[error("byte {at}: the file ends before the record that begins there does")]
+    #[error("byte {at}: the file ends within the record that begins there")]
     Cut {
         /// Where the record begins.
         at: u64,
     },
     /// The file has no index at its end, or one that does not fit it.
-    #[error("it has no index that fits it")]
+    #[error("expected an index that fits the file, found none")]
     NoIndex,
 }
 

@@ -1,5 +1,5 @@
-//! The files that a run is made of, inside its recording: what its navigator is given, and the map, floor plan or plane of
-//! the world. With them a recording can be executed once more where those files are not, or have changed.
+//! The files of a run inside its recording: what its navigator is given, and the map, floor plan or plane of the
+//! world. With them a recording can be executed once more where those files are not, or have changed.
 //!
 //! A map's picture is found by the line `image:` of its YAML, a plane's by its table `picture`. What cannot be read is left out: a recording
 //! is not refused for it.

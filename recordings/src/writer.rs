@@ -1,14 +1,15 @@
 //! Writes a recording: each channel a topic, each message its ROS 2 form.
 //!
-//! The file is written once from front to back, never seeked in, so that whatever was flushed stays
-//! readable when the process is killed. Never decides when to flush, never reads a clock, and allocates
-//! nothing for a message once each channel had one; the mcap crate does for every chunk.
+//! The file is written once from front to back, never seeked in, so that whatever was flushed stays readable when the
+//! process is killed. Never decides when to flush, and never reads a clock. It allocates nothing for a message once
+//! each channel had one; the mcap crate does for every chunk.
 //!
-//! Inside: the run as metadata `sketchnav`, its parameters as metadata `parameters`, the resolved run
-//! and mission as attachments `run.json` and `mission.toml`; the channels; at the end the metadata
-//! `missing` and `refused`, which tell by topic how many messages are not there, `topics`, which tells when
-//! and where they are not ([`TopicFacts`] as JSON), `restarts`, how often each process was started again,
-//! and `recorder`, the same of the recorder itself.
+//! A recording holds the run as metadata `sketchnav`, its parameters as metadata `parameters`, and the resolved run
+//! and mission as attachments `run.json` and `mission.toml`. Then come the channels. The metadata at the end:
+//!
+//! - `missing` and `refused`: how many messages of each topic are not there;
+//! - `topics`: when and where they are not ([`TopicFacts`] as JSON);
+//! - `restarts`: how often each process was started again; `recorder`: the same of the recorder itself.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -258,8 +259,8 @@ impl<W: Write> Writer<W> {
         self.message_count
     }
 
-    /// Goes on after the messages of an earlier part: of the channels in the order of [`Writer::topics`] the
-    /// last number of each, 0 where it has none.
+    /// Goes on after the messages of an earlier part. The numbers are the last ones of the channels in the order of
+    /// [`Writer::topics`], 0 where there is none.
     pub fn resume_after(&mut self, positions: impl IntoIterator<Item = u64>) {
         for (topic, last) in self.topics.iter_mut().zip(positions) {
             topic.sequence = Sequence::after(last);

@@ -1,7 +1,7 @@
 //! The bounds of the numbers that people write into robots, missions and floors.
 //!
-//! A number within its bound stays finite, and away from 0 where it must not be 0, also as `f32`: messages and physics
-//! hold many of them so. Numbers far from anything that drives indoors once made invalid messages, physics that
+//! Messages and physics hold many numbers as `f32`. A number within its bound stays finite in that form, and away from
+//! 0 where it must not be 0. Numbers far from anything that drives indoors once made invalid messages, physics that
 //! panicked, and simulations that never came to the next instant.
 
 /// The least and the most that a number may be, both included.

@@ -1,6 +1,6 @@
 //! A message type as a value: what can be done with a message whose type is known at run time alone.
 //!
-//! Whoever handles every channel alike (the runtime, the recorder, a replay, `echo`) works with bytes and this.
+//! Code that handles every channel alike (the runtime, the recorder, a replay, `echo`) works with bytes and this.
 //! A message is the bytes of its struct, aligned to eight; behind it there may be a slice of bytes, its cells.
 
 use std::any::Any;
@@ -158,7 +158,8 @@ fn json<T: Ros2>(message: &[u8], cells: &[u8]) -> Result<serde_json::Value, Json
     Ok(form)
 }
 
-/// The form of a message of our own is in parts: as JSON it is what the `.msg` says, without its slice where there is none.
+/// A message of our own has its form in parts. As JSON it is what the `.msg` says, without its slice where there is
+/// none.
 fn flatten(form: &mut serde_json::Map<String, serde_json::Value>) {
     if let Some(serde_json::Value::Object(body)) = form.remove("body") {
         form.extend(body);

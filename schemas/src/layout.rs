@@ -280,8 +280,8 @@ mod tests {
         );
     }
 
-    /// Two builds that disagreed about a nested struct (`PoseM` inside `Odometry`) used to meet on a
-    /// channel, because the fingerprint covered the message's own field list only.
+    /// Two builds that disagreed about a nested struct (`PoseM` inside `Odometry`) used to meet on a channel. The
+    /// fingerprint covered the message's own field list only.
     #[test]
     fn a_fingerprint_covers_nested_structs() {
         let text = Odometry::layout().expanded();

@@ -1,8 +1,8 @@
 //! The messages, as they lie in shared memory.
 //!
-//! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums, so that its bytes
-//! are its value: two runs that send the same bytes have sent the same messages. Text and lists have
-//! a fixed capacity and a count; what lies behind the count is zero.
+//! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums. So its bytes are its value: two
+//! runs that send the same bytes have sent the same messages. Text and lists have a fixed capacity and a count; what
+//! lies behind the count is zero.
 
 mod directions;
 mod landmarks;

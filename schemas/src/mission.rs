@@ -310,8 +310,8 @@ impl Mission {
         &self.navigator.kind
     }
 
-    /// The files that are given to the navigator, each with its key: `drawing`, and every key that ends in `_file`, of
-    /// the table `navigator` or of a task.
+    /// The files that are given to the navigator, each with its key. These keys of the table `navigator` or of a task
+    /// are `drawing`, and every one that ends in `_file`.
     pub fn navigator_files_mut(&mut self) -> impl Iterator<Item = (String, &mut String)> {
         let numbered = self.task.iter_mut().enumerate();
         let tasks = numbered.map(|(i, task)| (task_key(i + 1, &task.name), &mut task.given));
@@ -624,8 +624,8 @@ mod tests {
         assert!(refusal("world_heading_deg = 90", "world_heading_deg = 1e300").contains("-360 to 360"));
     }
 
-    /// Finite numbers were all taken: a time limit of 1e300 s is no number of nanoseconds, and a start at 1e39 m is
-    /// none in single precision.
+    /// All finite numbers were accepted. But a time limit of 1e300 s is no number of nanoseconds, and a start at 1e39
+    /// m is none in single precision.
     #[test]
     fn numbers_beyond_any_building_are_refused_with_their_keys() {
         for (from, to, message) in [

@@ -1,9 +1,9 @@
-//! The ROS 2 form of every message: standard messages where they exist, `sketchnav_msgs` otherwise,
-//! in CDR (little endian) with the four bytes of the encapsulation header before it.
+//! The ROS 2 form of every message, in little-endian CDR after the four bytes of the encapsulation header. Standard
+//! messages are used where they exist, `sketchnav_msgs` otherwise.
 //!
-//! A message turns into its ROS 2 form and back into the very same bytes; what could not come back
-//! is refused with an error instead of being written. What does not travel in the form: `header.seq`,
-//! which is the sequence number of the recorded message, and the zeros behind the counts.
+//! A message turns into its ROS 2 form and back into the very same bytes. A message that could not come back is
+//! rejected with an error, and not written. What does not travel in the form: `header.seq`, which is the sequence
+//! number of the recorded message, and the zeros behind the counts.
 //!
 //! The forms of `sketchnav_msgs`, the conversions and the `.msg` texts are generated from the declarations
 //! of the messages. A [`Field`] travels as its type says, or in a [`Way`] that the declaration names.
@@ -157,7 +157,7 @@ pub enum Ros2Error {
     },
     /// The form says something that the message has no place for: another frame, a third dimension,
     /// a covariance, a text that is too long.
-    #[error("{kind}: byte {offset} says what a message of sketchnav has no place for")]
+    #[error("{kind}: byte {offset}: expected a value that a message of sketchnav can hold")]
     Foreign {
         /// The ROS 2 type.
         kind: &'static str,
@@ -175,7 +175,7 @@ pub enum Ros2Error {
         found: u64,
     },
     /// A text field that is no UTF-8, or goes on behind its end.
-    #[error("{field}: expected UTF-8 followed by zeros alone")]
+    #[error("{field}: expected UTF-8 and then zeros only")]
     Text {
         /// The field.
         field: &'static str,

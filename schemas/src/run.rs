@@ -13,7 +13,7 @@ use crate::robot::Robot;
 pub enum Pace {
     /// The world takes a step when the command for the step before has come: as fast as it goes.
     Lockstep,
-    /// The world goes on by the clock, so many simulated seconds a second, whoever keeps up.
+    /// The world goes on by the clock, so many simulated seconds a second, whether the services keep up or not.
     RealTime {
         /// Simulated seconds a second.
         speed: f64,
@@ -29,8 +29,8 @@ pub enum Pad {
     Absent,
     /// It shows the mission, and can abort it and go on with it.
     Watches,
-    /// The drawing and the tasks come from it, as often as somebody sends them, in place of the mission's; the
-    /// run goes on until it is interrupted.
+    /// The drawing and the tasks come from it instead of the mission, as often as somebody sends them. The run goes on
+    /// until it is interrupted.
     Draws,
 }
 

@@ -1,7 +1,7 @@
 //! Random valid messages, for the tests of whatever carries messages. Never part of a running system.
 //!
-//! A sample is random in every bit that a message is free to choose: its floats are any floats, NaN
-//! and infinities with any payload among them.
+//! A sample is random in every bit that a message is free to choose. Its floats are any floats, among them NaN and
+//! infinities with any payload.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;

@@ -98,7 +98,7 @@ pub(crate) fn journey(journey: &Journey) -> bool {
         && near([journey.reference_x_m, journey.reference_y_m])
 }
 
-/// Numbers that a driver can have reached by this tick: whoever reads a tick waits for them.
+/// Numbers that a driver can have reached by this tick: a reader of a tick waits for them.
 pub(crate) fn tick(tick: &Tick) -> bool {
     let most = tick.header.seq.saturating_mul(MOST_READINGS);
     timely(&tick.header) && tick.newest.iter().all(|&newest| newest <= most)
@@ -374,8 +374,8 @@ mod tests {
         );
     }
 
-    /// A driver that left old ranges behind those that count drove well and had no scan in its recording: the
-    /// navigators took what the recorder rejected.
+    /// A driver left old ranges behind those that count. It drove well and had no scan in its recording: the
+    /// navigators accepted what the recorder rejected.
     #[test]
     fn what_is_valid_can_be_recorded() {
         let spoils: [Spoil<LaserScan>; 6] = [

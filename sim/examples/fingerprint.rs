@@ -1,5 +1,5 @@
-//! A fingerprint of everything that the sensors say, for each mission that ships and each robot: the same
-//! before and after a change that must not change a bit. `cargo run --example fingerprint -p sketchnav-sim`.
+//! A fingerprint of everything that the sensors say, for each mission that ships and each robot. It is the same before
+//! and after a change that must not change a bit. `cargo run --example fingerprint -p sketchnav-sim`.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

@@ -1,7 +1,7 @@
 //! The floor: physics, people, a robot that follows its drive, and its sensors. Commands in, an instant of
 //! motion, readings out. The first form of [`Simulation`].
 //!
-//! It never reads a clock and never decides about pace: whoever calls [`Simulation::step`] does.
+//! It never reads a clock and never sets the pace: the caller of [`Simulation::step`] does.
 
 use nalgebra::Rotation2;
 use serde::{Deserialize, Serialize};
@@ -282,8 +282,8 @@ impl Floor {
         })
     }
 
-    /// A contact begins with the first step that saw it and ends with the first that did not: what
-    /// comes and goes within a step is one contact. More events than a step can hold wait for the next.
+    /// A contact begins with the first step that saw it and ends with the first that did not. What comes and goes
+    /// within a step is one contact. More events than a step can hold wait for the next.
     fn collect_events(&mut self) {
         self.events.clear();
         for (body, touch) in self.touches.iter_mut().enumerate() {

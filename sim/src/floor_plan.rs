@@ -213,8 +213,8 @@ mod tests {
         }
     }
 
-    /// Walls at 1e308 m and furniture at 1e39 m are infinitely far away in single precision, and a table of 1e-30 m is
-    /// a point there: the physics panicked.
+    /// Walls at 1e308 m and furniture at 1e39 m are infinitely far away in single precision. A table of 1e-30 m is a
+    /// point there, and the physics panicked.
     #[test]
     fn what_is_beyond_any_building_is_refused_by_its_number() {
         let cases = [

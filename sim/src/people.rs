@@ -1,5 +1,5 @@
-//! People: discs that walk along their waypoints, there and back again, stay a while at each, and
-//! wait for a robot that is in the way.
+//! People: discs that walk along their waypoints, there and back again. They stay a while at each, and wait for a
+//! robot that is in the way.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};

@@ -255,8 +255,8 @@ fn vector2(v: Vector) -> Vector2<f64> {
 mod tests {
     use super::*;
 
-    /// Ten kilometres from the origin two corners a tenth of a millimetre apart are one in f32, and a wall of a
-    /// millimetre has no inside. `parry` panics where it is to find the hull of points that are all one.
+    /// Ten kilometres from the origin, two corners a tenth of a millimetre apart are one in f32. A wall of a
+    /// millimetre has no inside there. `parry` panics where it is to find the hull of points that are all one.
     #[test]
     fn what_has_no_inside_in_single_precision_is_a_line() {
         let far = 9_999.0;

@@ -2,8 +2,8 @@
 //! form of [`Simulation`].
 //!
 //! It has no walls, so nothing touches anything. The helicopter follows its commands as fast as its limits let it, and
-//! strays: its place and heading have random errors that grow with the square root of the way. It has neither odometer nor
-//! compass, and it never turns on purpose.
+//! strays. Its position and heading have random errors that grow with the square root of the way. It has neither
+//! odometer nor compass, and it never turns on purpose.
 
 use nalgebra::Vector2;
 use rand::RngExt;

@@ -8,8 +8,8 @@
 //! - `dots = [[x, y], …]`: places, metres;
 //! - `random = { dots, side_m, seed }`: equal probability everywhere on a square;
 //! - `clustered = { dots, side_m, clusters, spread_m, seed }`: normal distances around random centres;
-//! - `picture = { file, pixels_per_m }`: the spots of a picture taken straight from above; x to its right, y upwards, from
-//!   its lower left corner.
+//! - `picture = { file, pixels_per_m }`: the spots of a picture taken straight from above. The origin is its lower
+//!   left corner, x points to the right, y upwards.
 
 use serde::Deserialize;
 use sketchnav_dots::{generate, picture};

@@ -56,9 +56,9 @@ impl Raster {
         segments
     }
 
-    /// Rectangles, which may overlap, that hold solid cells alone and every solid cell within two
-    /// cells of a free one, also in the ring of cells around the grid. Each is as large as it can get:
-    /// wide first where the run of cells is wider than high, else high first. `None` where they are more than `most`.
+    /// Rectangles, which may overlap. They cover solid cells alone, and every solid cell within two cells of a free
+    /// one, also in the ring of cells around the grid. Each is as large as it can get: wide first where the run of
+    /// cells is wider than high, else high first. `None` where they are more than `most`.
     pub fn boxes(&self, most: usize) -> Option<Vec<CellBox>> {
         let mut covered = vec![false; (self.width + 2) * (self.height + 2)];
         let index = |x: i64, y: i64| (y + 1) as usize * (self.width + 2) + (x + 1) as usize;

@@ -1,10 +1,10 @@
 //! What a ray hits first: parry's ray casts against the faces of everything that stands, in one
 //! bounding volume tree, and against discs that move. Metres, frame `World`.
 //!
-//! Rapier's own query pipeline goes through its colliders, solid by solid: for the same rays it takes
-//! two to three times as long (`benches/world.rs` measures both). A range is right to two millimetres even
-//! where a ray grazes a wall: parry counts in single precision. [`sweep`] casts a whole scan at once, to the
-//! same bits; [`cone`] finds the nearest point in a cone.
+//! Rapier's own query pipeline goes through its colliders, solid by solid. For the same rays it takes two to three
+//! times as long (`benches/world.rs` measures both). A range is right to two millimetres even where a ray grazes a
+//! wall: parry counts in single precision. [`sweep`] casts a whole scan at once, to the same bits; [`cone`] finds the
+//! nearest point in a cone.
 
 pub mod cone;
 pub mod sweep;

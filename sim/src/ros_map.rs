@@ -1,12 +1,11 @@
 //! Maps of ROS's map_server: a YAML beside a picture.
 //!
-//! A cell's occupancy is p = (255 − v)/255 of its grey value v (v/255 where `negate` is set); above
-//! `occupied_thresh` it is occupied, below `free_thresh` free, else unknown (mode `trinary`).
-//! **Whatever is not free is solid here**: nobody knows that one could drive through an unknown cell,
-//! and people draw furniture with grey outlines. Beyond the picture everything is solid. What is drawn
-//! so lightly that the map calls it free (the inside of a cupboard, the thin legs of a chair) stays
-//! free, though a grey outline keeps the robot and the laser out of it; lowering `free_thresh` in the
-//! YAML makes it solid.
+//! The occupancy of a cell of grey value v is p = (255 − v)/255, or v/255 where `negate` is set. It is occupied above
+//! `occupied_thresh`, free below `free_thresh`, and unknown between (mode `trinary`). **Whatever is not free is solid
+//! here**: nobody knows that one could drive through an unknown cell, and people draw furniture with grey outlines.
+//! Beyond the picture everything is solid. What is drawn so lightly that the map calls it free (the inside of a
+//! cupboard, the thin legs of a chair) stays free. A grey outline still keeps the robot and the laser out of it. A
+//! lower `free_thresh` in the YAML makes it solid.
 
 use std::io::Cursor;
 
@@ -19,7 +18,7 @@ use crate::description::WorldDescription;
 use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
 
-/// The YAML of a map. Keys that are not known are left to whoever wrote them.
+/// The YAML of a map. Unknown keys are ignored.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct MapInfo {
     /// Path of the picture, relative to the YAML.
@@ -221,8 +220,8 @@ mod tests {
         assert!(map(YAML, "0 0").is_err());
     }
 
-    /// A picture of noise is a rectangle every few pixels, each of which the physics holds; one of a billion pixels
-    /// filled the memory before anybody saw how large it was.
+    /// A picture of noise is a rectangle every few pixels, each of which the physics holds. One of a billion pixels
+    /// filled the memory before its size was checked.
     #[test]
     fn a_picture_that_is_no_floor_is_refused() {
         let info = MapInfo::parse(YAML).unwrap();

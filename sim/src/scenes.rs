@@ -1,9 +1,9 @@
 //! Scenes of objects for routes past landmarks: the two of Chronis 2007, 5.1, and ones that are laid out by chance.
 //!
 //! The figures of Chronis 2007 are lost. Scene A is rebuilt from the relations of figure 4.29, scene B from its six
-//! commands; both in the pixels of the PDA, 5 inches each. A [`Kind`] and a number make another scene: yards, streets of
-//! blocks with crossings, halls of pillars and machines. Nobody looked at the numbers that are reported on before
-//! they were driven. The walls are farther than sonars reach.
+//! commands. Both are in the pixels of the PDA, 5 inches each. A [`Kind`] and a number make another scene: yards,
+//! streets of blocks with crossings, halls of pillars and machines. Nobody looked at the numbers that are reported on
+//! before they were driven. The walls are farther than sonars reach.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,5 +1,5 @@
-//! What the robot measures. A sensor is a module: its parameters come from the robot file, its noise from a
-//! random stream of its own, and it fills its message. [`Schedule`] says when it reads.
+//! What the robot measures. A sensor is a module. Its parameters come from the robot file, its noise from a random
+//! stream of its own, and it fills its message. [`Schedule`] says when it reads.
 
 pub mod camera;
 pub mod dots;
@@ -50,8 +50,8 @@ impl Schedule {
         Self { grain, spacing, taken: 0 }
     }
 
-    /// The number of the reading that is to be taken after so many physics steps since the start, if one is:
-    /// each number is given once. Asked after every physics step, beginning with none.
+    /// The number of the reading that is due after so many physics steps since the start, if one is. Each number is
+    /// given once. Asked after every physics step, beginning with none.
     pub fn take(&mut self, physics_steps: u64) -> Option<u64> {
         // What falls short of a whole number by rounding alone is that number.
         let moments = (self.taken as f64 * self.spacing - 1e-6).ceil();

@@ -1,8 +1,8 @@
-//! What a simulation is, whatever it simulates: it moves on by instants, says what the robot's sensors read at
-//! each, and can be stored between any two.
+//! What a simulation is, whatever it simulates. It advances by instants and says what the robot's sensors read at
+//! each. It can be stored between any two.
 //!
-//! A host owns the channels, the numbers and the pace; a simulation knows none of them. It names the channel of
-//! a reading and writes it where the host wants it: into shared memory, or into a place of the host's own.
+//! A host owns the channels, the numbers and the pace; a simulation knows none of them. It names the channel of a
+//! reading and writes it where the host wants it. That is shared memory, or a place of the host's own.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -21,7 +21,8 @@ pub trait Simulation: Serialize + DeserializeOwned {
     fn step(&mut self, command: Option<&VelocityCommand>);
 
     /// Hands out what belongs to the present instant, as often as it is asked. First come the contacts that began or
-    /// ended, then the truth, where people are, the odometry, and what each other sensor read since the instant before, oldest first.
+    /// ended, then the truth, the places of people, and the odometry. Then come the readings of the other sensors
+    /// since the instant before, oldest first.
     ///
     /// # Errors
     /// The first that `senses` meets; nothing is handed out after it.

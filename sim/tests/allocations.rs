@@ -40,8 +40,8 @@ const FLOOR: &str = "name='room'\nwall_thickness_m=0.2\n\
     [[person]]\nwaypoints=[[5.2,3.2],[0.6,3.2]]\nspeed_mps=0.8\n\
     [[person]]\nwaypoints=[[0.6,0.6],[2.4,2.4]]\nspeed_mps=0.5\npause_s=1.0\n";
 
-/// rapier 0.36 allocates 3 times a physics step (the list of bodies whose velocity was set, the solver's
-/// colours, its cursor) and 5 times while something is touched, and frees it all again.
+/// rapier 0.36 allocates 3 times a physics step: the list of bodies whose velocity was set, the solver's colours, its
+/// cursor. It allocates 5 times while something is touched, and frees it all again.
 const MOST_A_PHYSICS_STEP: u64 = 8;
 const PHYSICS_STEPS: u64 = 10;
 

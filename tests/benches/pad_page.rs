@@ -1,5 +1,5 @@
-//! What the pad's page costs in a browser: from the pen to ink with 500 strokes on the sheet, and the feed of a 10 Hz
-//! mission.
+//! What the pad's page costs in a browser. It measures from the pen to ink with 500 strokes on the sheet, and the feed
+//! of a 10 Hz mission.
 //!
 //! `cargo bench --bench pad_page` draws and drives by the browser of the test `pad_browser` and prints a line for each.
 

@@ -1,12 +1,13 @@
-//! What the tests of whole process trees share: a user's place of its own, commands run in it, and a
-//! look at what they left behind.
+//! What the tests of whole process trees share: a user's place of its own, commands run in it, and a look at
+//! leftovers.
 //!
-//! Every test has its own root (`XDG_RUNTIME_DIR`), so no test sees the systems of another. Nothing here
-//! waits for a length of time: a condition is asked for again, or a process's end awaited; the limits
-//! keep a test from hanging for ever and decide nothing else.
+//! Every test has its own root (`XDG_RUNTIME_DIR`), so no test sees the systems of another. Nothing here waits for a
+//! length of time. A condition is asked for again, or a process's end awaited. The limits keep a test from hanging for
+//! ever and decide nothing else.
 #![allow(dead_code, reason = "each test file uses its own part of this one")]
 
 pub mod browser;
+pub mod comments;
 pub mod data;
 pub mod page;
 pub mod pages;

@@ -1,6 +1,6 @@
 //! The pages of the documentation, as tests read them: prose, links, code, commands.
 //!
-//! A block of code that says `sh` is run by a test, section by section; a line that ends with `&` goes on in the
+//! A block of code that says `sh` is run by a test, section by section. A line that ends with `&` goes on in the
 //! background. One that says `text` is shown alone; its commands must be ones that the program takes.
 
 use std::fs;

@@ -1,5 +1,5 @@
-//! A small mission: two rooms of three by four metres with a door between them, drawn at 100 pixels a
-//! metre, and one task from the left room into the right one.
+//! A small mission: two rooms of three by four metres with a door between them, drawn at 100 pixels a metre. Its one
+//! task leads from the left room into the right one.
 
 use std::fs;
 use std::path::Path;

@@ -203,8 +203,8 @@ fn halves_become_one() {
     assert_eq!(messages(&to).len(), messages(&path).len());
 }
 
-/// A filter from the second second on said that everything before it was missing, and so did every part but
-/// the first; of `/health`, whose numbers tell nothing, whatever came of them.
+/// A filter from the second second on said that everything before it was missing. Every part but the first said so,
+/// too, and for `/health`, whose numbers say nothing, at any time.
 #[test]
 fn what_is_left_out_on_purpose_is_not_missing() {
     let folder = tempfile::tempdir().unwrap();

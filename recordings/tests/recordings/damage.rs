@@ -1,4 +1,4 @@
-//! Files that are cut, flipped, or lie: a clear error, or what is whole; never a panic, and never more
+//! Files that are cut, flipped, or lie. Each gives a clear error, or what is whole. None causes a panic, or takes more
 //! memory than the file and its longest chunk explain.
 
 use std::io::{Seek, SeekFrom, Write};
@@ -258,9 +258,9 @@ fn a_file_whose_magic_alone_is_damaged_is_recovered() {
     assert!(sketchnav_recordings::copy::recover(&path, &mut copy).is_err());
 }
 
-/// Files that mcap 0.26's own readers do not survive, limit or not: an attachment that ends before its checksum, and an
-/// uncompressed chunk that ends before its record does. When the first assertion fails, the library has learnt it, and
-/// its readers are worth another look (`records.rs`).
+/// Files that mcap 0.26's own readers do not survive, with a limit or without. One has an attachment that ends before
+/// its checksum, one an uncompressed chunk that ends before its record. When the first assertion fails, the library
+/// has learnt it, and its readers are worth another look (`records.rs`).
 #[test]
 fn what_the_librarys_readers_fall_over_is_an_error() {
     const ATTACHMENT: u8 = 9;

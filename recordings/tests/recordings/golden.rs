@@ -1,7 +1,7 @@
-//! Recordings of earlier versions stay readable: the files in `golden` hold what this version would
-//! write: `story.mcap` the messages of a mission, `samples.mcap` every message type, `log.mcap` a log of
-//! CARMEN, `cut.mcap` what a kill leaves. On purpose:
-//! `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-recordings golden`.
+//! Recordings of earlier versions stay readable: the files in `golden` hold what this version would write.
+//! `story.mcap` has the messages of a mission, `samples.mcap` every message type, `log.mcap` a log of CARMEN.
+//! `cut.mcap` is what a kill leaves. On purpose: `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-recordings
+//! golden`.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -36,8 +36,8 @@ fn check(name: &str, record: impl Fn(&Path)) -> PathBuf {
     golden
 }
 
-/// The first difference in any channel: `diff` leaves out health and faults, of which no two runs say the
-/// same, so that another form of those messages would have passed here.
+/// The first difference in any channel. `diff` leaves out health and faults, which differ from run to run, so that
+/// another form of those messages would have passed here.
 fn difference(a: &Path, b: &Path) -> Option<Difference> {
     let recorded = channels::all().filter(|spec| spec.is_recorded());
     let mut comparison = Comparison::of(recorded, Tolerances::default());

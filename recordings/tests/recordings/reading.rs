@@ -96,7 +96,7 @@ fn a_file_without_a_summary_has_an_index_too() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Whatever is selected: the same as everything, sifted.
+    /// Whatever is selected: the same as everything, filtered.
     #[test]
     fn a_selection_is_a_sieve(first in 0..50_u64, length in 0..50_u64, topics in prop::option::of(0..8_usize), of in 1..20_u64) {
         const TOPICS: [&str; 8] = ["/scan", "/odometry", "/sketch", "/tf", "/health", "/estimate", "/plan", "/none"];

@@ -252,8 +252,8 @@ fn the_times_of_a_topic_do_not_go_back() {
     assert_eq!(said, stamps);
 }
 
-/// The recorder says in `health` that it was started again, as every process does, and counts that itself beside: each
-/// of its restarts was judged to be two.
+/// The recorder says in `health` that it was started again, as every process does. It also counts that itself, so that
+/// each of its restarts was judged to be two.
 #[test]
 fn a_restart_of_the_recorder_is_one_restart() {
     let folder = tempfile::tempdir().unwrap();

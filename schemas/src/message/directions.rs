@@ -1,5 +1,5 @@
-//! Messages of directions from landmark to landmark (Park and Kender 1995): what a window shows of a plane of dots, what is
-//! said of it, the custom map, and how a journey stands.
+//! Messages of directions from landmark to landmark (Park and Kender 1995). They hold the dots that a window shows,
+//! the description of the window, the custom map, and the state of a journey.
 //!
 //! Places in the view are metres in the window's own axes, from its centre: x to its right, y upwards.
 

@@ -52,8 +52,8 @@ pub fn header(form: &HeaderForm, seq: u64, source_seq: u64) -> Result<Header, Ro
     Ok(Header { seq, stamp_ns: seconds * NS_PER_S + u64::from(nanosec), source_seq })
 }
 
-/// The entries of `all` that count; refuses a count above the capacity and entries behind the count
-/// that are not zero, for these do not travel.
+/// The entries of `all` that count. A count above the capacity is rejected. So are entries behind the count that are
+/// not zero, since these do not travel.
 fn counted<'a, T: bytemuck::Pod>(
     field: &'static str,
     all: &'a [T],

@@ -161,8 +161,8 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// List the channels with their messages, writers and readers, in the order of an instant; of a running system with
-    /// who is connected, what is kept, and the rates of a second.
+    /// List the channels with their messages, writers and readers, in the order of an instant. Of a running system,
+    /// also list who is connected, what is kept, and the rates.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input (no such system or kind), 3 anything else.\nExample: sketchnav channels --kind sketch\nExample: sketchnav channels lab --json"
     )]
@@ -416,6 +416,12 @@ pub struct EvalOptions {
     /// At most so many trials of each drawing, the same ones every time.
     #[arg(long)]
     pub sample: Option<usize>,
+    /// Of `eval all`: only these suites and studies, separated by commas.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub suites: Vec<String>,
+    /// Of `eval all`: fills the figures of this page, and keeps them as JSON beside it. More pages take those of the first.
+    #[arg(long = "page", value_name = "FILE")]
+    pub pages: Vec<PathBuf>,
     /// Only this trial, as `--verbose` and `--json` name it.
     #[arg(long, value_name = "TRIAL")]
     pub only: Option<String>,
@@ -490,8 +496,8 @@ pub struct ChaosOptions {
     /// Who may be killed, separated by commas.
     #[arg(long, value_delimiter = ',', value_parser = parse_service, default_values_t = SERVICES)]
     pub targets: Vec<Process>,
-    /// kill: at once, in the middle of whatever it does; stop: it stands still and its supervisor has to find
-    /// out; term: it is asked to end.
+    /// kill: at once, in the middle of whatever it does. stop: it stands still and its supervisor has to find out.
+    /// term: it is asked to end.
     #[arg(long, value_enum, default_value = "kill")]
     pub signal: KillSignal,
     /// Kill processes while they start, up to three times in a row.

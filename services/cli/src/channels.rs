@@ -1,5 +1,5 @@
-//! Shows the pipeline: every channel with its message, its writer and its readers, in the order of an instant; of a running
-//! system also who is connected, what its history holds, and the rates.
+//! Shows the pipeline: every channel with its message, its writer and its readers, in the order of an instant. Of a
+//! running system it also shows who is connected, what its history holds, and the rates.
 
 use anyhow::Context;
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};

@@ -142,7 +142,7 @@ fn start(
     word: &str,
     faults: Option<&Path>,
 ) -> Result<Child, Failure> {
-    let program = std::env::current_exe().context("this program's own path")?;
+    let program = std::env::current_exe().context("path of this program")?;
     let speed = match options.speed {
         Pace::Lockstep => "max".to_owned(),
         Pace::RealTime { speed } => speed.to_string(),

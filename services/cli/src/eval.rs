@@ -2,6 +2,7 @@
 
 pub mod all;
 mod machine;
+mod page;
 mod parts;
 mod processes;
 mod study;
@@ -31,6 +32,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     if name == all::WORD {
         return all::run(options);
     }
+    all::refuse_for_one(name, options).or_input()?;
     if let Some(study) = studies::find(name) {
         return study::run(study, options);
     }
@@ -149,6 +151,9 @@ fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> 
     if !options.methods.is_empty() {
         return Ok(options.methods.clone());
     }
+    if !suite.methods.is_empty() {
+        return Ok(suite.methods.clone());
+    }
     // Where all trials are driven by one method, whatever is asked for, its name stands over the table.
     let own = first.method.as_deref();
     let own = own.filter(|own| suite.trials.iter().all(|trial| trial.method.as_deref() == Some(own)));
@@ -160,7 +165,8 @@ fn jobs<'a>(suite: &'a Suite, methods: &'a [String], options: &EvalOptions) -> R
     let all = methods.iter().flat_map(|method| {
         let repetitions = repetitions.clone();
         let trials = repetitions.flat_map(|n| suite.trials.iter().map(move |trial| (trial, n)));
-        trials.map(move |(trial, n)| Job::new(trial, method, n, options.seed))
+        let driven = trials.filter(move |(trial, _)| suite.is_driven(trial, method, methods));
+        driven.map(move |(trial, n)| Job::new(trial, method, n, options.seed))
     });
     let Some(only) = &options.only else { return Ok(all.collect()) };
     let (name, repetition) = only.split_once('#').unwrap_or((only, "1"));
@@ -168,7 +174,8 @@ fn jobs<'a>(suite: &'a Suite, methods: &'a [String], options: &EvalOptions) -> R
     let trial = suite.trials.iter().find(|trial| trial.name == name);
     let trial =
         trial.ok_or_else(|| anyhow!("--only {only}: no trial of that name in this suite")).or_input()?;
-    Ok(methods.iter().map(|method| Job::new(trial, method, repetition, options.seed)).collect())
+    let methods = methods.iter().filter(|method| suite.is_driven(trial, method, methods));
+    Ok(methods.map(|method| Job::new(trial, method, repetition, options.seed)).collect())
 }
 
 /// The outcomes of each job.
@@ -187,7 +194,7 @@ fn drive_each(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Vec<Ended>>
     Ok(outcomes)
 }
 
-/// Told before anything is driven; whoever takes the folder away later has the results on standard output.
+/// Checked before anything is driven. If the folder is removed later, the results go to standard output.
 fn refuse_missing_folder(output: Option<&Path>) -> Result<(), Failure> {
     let folder = output.and_then(Path::parent).filter(|folder| !folder.as_os_str().is_empty());
     match folder.filter(|folder| !folder.is_dir()) {
@@ -250,11 +257,11 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Options that say where the outcomes come from, each with its value: the page of a merged experiment is the same as that
-/// of one machine.
+/// Options that say where the outcomes come from, each with its value. The page of a merged experiment is the same as
+/// that of one machine.
 const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
 
-/// As it was typed, but for where the program lies and where the outcomes come from.
+/// As it was typed, except for where the program lies and where the outcomes come from.
 fn command_line() -> String {
     let mut is_value = false;
     let is_shown = |word: &String| {
@@ -282,6 +289,10 @@ fn print(driven: &Driven<'_>, options: &EvalOptions, wall: Duration) -> anyhow::
         let of_method: Vec<_> = outcomes.iter().filter(|ended| ended.method == *method).collect();
         out!("\nmethod {method}, seed {}", options.seed)?;
         out!("{}", table::of_suite(suite, &of_method))?;
+    }
+    for section in suite.sections(outcomes) {
+        out!("\n{}\n{}", section.title, table::of_words(&section.table))?;
+        section.words.iter().try_for_each(|words| out!("{words}"))?;
     }
     if options.verbose {
         print_failures(outcomes)?;
@@ -337,6 +348,7 @@ fn json(
         "seed": options.seed,
         "notices": suite.notices,
         "methods": methods.collect::<Vec<_>>(),
+        "sections": suite.sections(outcomes),
         "outcomes": outcomes,
         "processes": check,
         "wall_seconds": wall.map(|wall| wall.as_secs_f64()),

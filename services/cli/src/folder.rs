@@ -17,7 +17,7 @@ pub fn create(out: &Path, name: &str) -> anyhow::Result<PathBuf> {
         match std::fs::create_dir(&folder) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
             made => {
-                made.with_context(|| format!("{}: cannot be made", folder.display()))?;
+                made.with_context(|| format!("{}: cannot be created", folder.display()))?;
                 return std::path::absolute(&folder).context("the current folder is gone");
             }
         }

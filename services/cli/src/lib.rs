@@ -3,11 +3,11 @@
 //!
 //! | to | take |
 //! |---|---|
-//! | write a navigator | [`sketchnav_stage`]: [`Stage`](sketchnav_stage::Stage), [`Navigator`]; [`main_with`] makes a program of it |
-//! | see who says what to whom | [`sketchnav_schemas::channels`], the pipeline as one table; messages in [`sketchnav_schemas::message`] |
+//! | write a navigator | [`sketchnav_stage`], with an example of a [`Stage`](sketchnav_stage::Stage); [`Navigator`]; [`main_with`] makes a program of it |
+//! | see who sends what to whom | [`sketchnav_schemas::channels`], the pipeline as one table; messages in [`sketchnav_schemas::message`] |
 //! | drive a mission in a test, without processes | [`sketchnav_rehearsal`] |
 //! | read, repair or compare recordings | [`sketchnav_recordings`] |
-//! | tell qualitative relations of objects | [`sketchnav_qualitative`]: no robot in it |
+//! | compute qualitative relations of objects | [`sketchnav_qualitative`]: no robot in it |
 //! | write a robot's driver, or read a running system | [`sketchnav_runtime`]: `Node`, `System` |
 //! | simulate a robot, a laser, people | [`sketchnav_sim`] |
 //! | judge runs and drive experiments | [`sketchnav_evaluation`] |

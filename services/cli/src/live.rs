@@ -54,7 +54,7 @@ pub fn measure(system: System) -> Result<(String, Vec<Figures>), Failure> {
     let specs: Vec<_> = channels::of_kind(&kind).collect();
     // Who is connected is asked before this observer is.
     let peers = specs.iter().map(|spec| node.peers(spec)).collect::<Result<Vec<_>, _>>();
-    let peers = peers.context("looking who is connected")?;
+    let peers = peers.context("listing the connected processes")?;
     let mut counted = open(&node, &specs)?;
     look_for(&node, &mut counted, WARM_UP)?;
     counted.iter_mut().for_each(|counted| (counted.messages, counted.bytes) = (0, 0));

@@ -151,7 +151,7 @@ fn follow(
     }
 }
 
-/// Prints an object with the error and the tasks as the planner told of them: no recording can be judged.
+/// Prints an object with the error and the tasks as the planner reported them: no recording can be judged.
 fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failure, Failure> {
     let (Failure::Input(error) | Failure::Plain(error) | Failure::Other(error) | Failure::Reported(error)) =
         failure;

@@ -1,7 +1,7 @@
 //! Tells a service manager how it goes (sd_notify(3)): ready, still alive, about to end.
 //!
-//! Without a manager (`NOTIFY_SOCKET`) there is nothing to tell, and nothing is done. What cannot be told is not told: the
-//! manager notices by itself.
+//! Without a manager (`NOTIFY_SOCKET`) there is nothing to tell, and nothing is done. A failed notification is dropped:
+//! the manager notices by itself.
 
 use std::env;
 use std::os::linux::net::SocketAddrExt;

@@ -1,4 +1,4 @@
-//! Prints without panicking: whoever read our output may have gone, and the disk behind it may be full.
+//! Prints without panicking: the reader of our output may have gone, and the disk behind it may be full.
 
 use std::fmt::Arguments;
 use std::io::{self, Write};

@@ -75,7 +75,7 @@ impl Beside {
 
     /// Starts it, and says where it is.
     pub fn start(self, system: &str) -> anyhow::Result<Running> {
-        let program = std::env::current_exe().context("this program's own path")?;
+        let program = std::env::current_exe().context("path of this program")?;
         let mut command = Command::new(program);
         command.args(["view", "--system", system, "--port", &self.port.number().to_string()]);
         // Its link is told here; a Ctrl-C is for the mission, which ends it.

@@ -55,6 +55,16 @@ pub enum EvalError {
         /// What stands there.
         found: String,
     },
+    /// A marker of a page that cannot be filled.
+    #[error("line {line}: expected {expected}, found {found:?}")]
+    Marker {
+        /// Which line of the page, from 1.
+        line: usize,
+        /// What would be right.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
     /// A data file of ours that is not what it should be.
     #[error("{what}: {cause}")]
     Data {

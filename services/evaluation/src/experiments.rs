@@ -1,5 +1,5 @@
-//! Experiments: a [`Suite`] is a list of [`Trial`]s, a trial is driven by the same cores as the
-//! processes, in one process, and becomes one [`TaskOutcome`] a task, which [`statistics`] counts.
+//! Experiments. A [`Suite`] is a list of [`Trial`]s. A trial is driven by the same cores as the processes, in one
+//! process. It gives one [`TaskOutcome`] a task, which [`statistics`] counts.
 //!
 //! ```text
 //! suites::load → Suite ─jobs::run_all→ TaskOutcomes ─statistics→ table, report
@@ -7,14 +7,15 @@
 //!
 //! What drives no missions is a [`Study`](studies::Study).
 //!
-//! The same suite, method and seed give the same outcomes, whatever the number of threads: a trial's
-//! seed is derived from the suite's seed and the trial's name alone.
+//! The same suite, method and seed give the same outcomes, whatever the number of threads. A trial's seed is derived
+//! from the suite's seed and the trial's name alone.
 
 pub mod ablation;
 pub mod corridor;
 pub mod corridor_cost;
 pub mod cost;
 pub mod deformed;
+pub mod figures;
 pub mod ground;
 pub mod jobs;
 pub mod land;
@@ -25,6 +26,7 @@ pub mod protocol;
 pub mod report;
 pub mod routes;
 pub mod run;
+pub mod section;
 pub mod sensitivity;
 pub mod statistics;
 pub mod studies;
@@ -34,6 +36,7 @@ pub mod table;
 pub mod trial;
 pub mod trial_picture;
 mod unmapped;
+pub mod variance;
 
 pub use outcome::{Kind, TaskOutcome};
 pub use suite::Suite;

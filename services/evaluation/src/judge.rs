@@ -1,7 +1,7 @@
 //! What a mission came to, by the true poses rather than by what the planner believed.
 //!
-//! A task is reached where the planner said so *and* the robot truly stood in the task's place
-//! (Boniardi et al. 2015, IV: "we considered a task successful if … the robot is able to access them").
+//! A task is reached where the planner said so *and* the robot truly stood in the task's place (Boniardi et al. 2015,
+//! IV). They "considered a task successful if … the robot is able to access them".
 //!
 //! Pure: messages and the mission in, a [`Verdict`] or [`figures::Figures`] out. But for [`log::Log`], which
 //! is what the judge needs of a recording, nothing here opens one, and nothing prints.
@@ -12,6 +12,7 @@ pub mod figures;
 pub mod homotopy;
 pub mod log;
 pub mod rooms;
+pub mod states;
 pub mod tables;
 pub mod trajectory;
 

@@ -3,8 +3,8 @@
 //! Pure: plain points in, an SVG as text out, the same text for the same points. Never reads a
 //! recording (see [`crate::judge::TaskSpan::of`] for cutting channels into tasks), never writes a file.
 //!
-//! Both pictures are 1200 units wide and drawn in units, so that lines and letters look alike whatever
-//! the size of a canvas or a building.
+//! Both pictures are 1200 units wide and drawn in units. So lines and letters look alike whatever the size of a canvas
+//! or a building.
 
 mod correspondence;
 mod floor;

@@ -9,8 +9,8 @@ use sketchnav_evaluation::judge::log::Log;
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels;
 
-/// What the judge needs comes in one pass; and a scan to which no command came is one, also where no estimate
-/// came to it either, as in real time. Estimates without a status were counted in its place.
+/// What the judge needs comes in one pass. A scan to which no command came counts as one, also where no estimate came
+/// to it either, as in real time. Estimates without a status were counted in its place.
 #[test]
 fn scans_without_a_command_are_counted() {
     let folder = tempfile::tempdir().unwrap();

@@ -138,7 +138,7 @@ impl Board {
     }
 }
 
-/// What a lock holds; whoever died with it left it whole, for it is replaced in one piece.
+/// What a lock holds. A thread that panicked with it left it whole, since it is replaced in one piece.
 pub fn image(place: &Mutex<Option<Image>>) -> Option<Image> {
     place.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }

@@ -1,6 +1,6 @@
 //! The pad's thread that owns the node: passes on what the pages want, and tells them what there is to see.
 //!
-//! What it sends is in its checkpoint before it is sent: a drawing that the sketcher has not answered when this
+//! What it sends is in its checkpoint before it is sent. A drawing that the sketcher has not answered when this
 //! process dies is sent again by its successor, with the same number. An abort goes before everything that waits.
 
 mod lookout;
@@ -165,8 +165,8 @@ impl<'a> Bridge<'a> {
         Ok(())
     }
 
-    /// Nothing is known of what was drawn, and people have to send it again: behind the last drawing that was
-    /// answered, and behind one that may not have been.
+    /// Nothing is known of what was drawn, and people have to send it again. It goes on behind the last drawing that
+    /// was answered, and behind one that may not have been.
     fn begin_behind(&mut self, node: &Node) -> anyhow::Result<()> {
         let mut last = 0;
         self.inbox.understood.take_kept(node, |answer| last = answer.header.source_seq)?;
@@ -419,7 +419,7 @@ impl<'a> Bridge<'a> {
     }
 }
 
-/// What whoever has sent a drawing is told of it.
+/// The answer to the sender of a drawing.
 fn facts(answer: &Understood) -> Value {
     json!({
         "seq": answer.header.source_seq,

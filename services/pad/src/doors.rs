@@ -1,9 +1,9 @@
 //! Connections that have not said yet whose they are, and which of them has to go when there are too many.
 //!
-//! Every connection is a stranger's until a request on it has named a session, or a page has joined by it: from
-//! then on the session's own bounds hold. Strangers are few. When one more comes than there may be, the oldest of
-//! those who have the most, by where they come from, goes for it: who opens connections and says nothing pushes
-//! out nobody but themselves, and who has something to say has said it before that.
+//! A connection belongs to a stranger until a request on it has named a session, or a page has joined by it. From then
+//! on the session's own bounds hold. Strangers are few. When there is one too many, the address with the most
+//! connections loses its oldest one. A client that opens connections and says nothing pushes out only its own. A
+//! client with something to say has said it before that.
 //!
 //! Pure: `T` is by whom a connection is told to go.
 
@@ -52,8 +52,8 @@ impl<T> Doors<T> {
     }
 }
 
-/// Where a connection comes from: an address of version 4, or a network of version 6, of whose addresses one
-/// device may have as many as it likes.
+/// Where a connection comes from: an address of version 4, or a network of version 6. One device may have as many
+/// addresses of its network as it likes.
 fn origin(from: IpAddr) -> IpAddr {
     match from.to_canonical() {
         IpAddr::V6(address) if !address.is_loopback() => {

@@ -1,9 +1,9 @@
 //! Who may ask, and how often: the page's own origin, the token, buckets for each session.
 //!
-//! Pure: time is the caller's. A pad is guarded by the name under which it is called: another page cannot make a
-//! browser send its own origin, nor a name of its own for the pad's address. So the name is a number, of an address on
-//! which the pad listens, `localhost`, or a host name that the user has allowed. An address that is not loopback wants a
-//! token, too.
+//! Pure: time is the caller's. A pad is guarded by the name under which it is called. Another page cannot make a
+//! browser send the pad's own origin, nor a name of its own for the pad's address. So the name is a number, of an
+//! address on which the pad listens, `localhost`, or a host name that the user has allowed. An address that is not
+//! loopback wants a token, too.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -233,8 +233,8 @@ mod tests {
         assert!(!check(Some("127.0.0.1:8000"), None) && !check(None, None));
     }
 
-    /// With `--bind 0.0.0.0` any name was taken: a page of `evil.example`, whose name leads to the pad's address, was
-    /// of the pad's own origin for the browser.
+    /// With `--bind 0.0.0.0` any name was accepted. A page of `evil.example`, whose name leads to the pad's address,
+    /// was of the pad's own origin for the browser.
     #[test]
     fn on_every_address_the_pad_is_called_by_a_number() {
         for (address, own, others) in [

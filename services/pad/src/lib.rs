@@ -1,14 +1,13 @@
-//! The pad: the page on which people draw a map and a path, send them, watch the robot and stop it (Boniardi et al. 2016, IV),
-//! and the process that serves it and passes on between it and the channels.
+//! The pad: the page on which people draw a map and a path, send them, watch the robot and stop it (Boniardi et al.
+//! 2016, IV). One process serves the page and connects it with the channels.
 //!
 //! ```text
 //! page ⇄ HTTP, WebSocket ⇄ server (thread, tokio) ─calls→ bridge (thread, owns the node) ⇄ channels
 //!                                                ←board─
 //! ```
 //! - [`protocol`]: what page and server say, and what of it is bounded;
-//! - [`machine`]: which step is allowed; [`sessions`]: who has the wheel, and whether they can be heard;
-//!   [`guard`]: who may ask, and how often; `doors`: which connections stay; [`feed`]: what there is to see. These
-//!   are pure;
+//! - [`machine`]: which step is allowed. [`sessions`]: who has the wheel, and whether they can be heard. [`guard`]:
+//!   who may ask, and how often. `doors`: which connections stay. [`feed`]: what there is to see. These are pure;
 //! - `server`, `bridge`: the threads around them. The server never touches a channel, the bridge never a socket.
 //!
 //! The page computes nothing of the robot's, and nothing here reads the truth.
@@ -63,15 +62,15 @@ pub struct Settings {
 pub enum PadError {
     /// The mission's navigator has no drawing.
     #[error(
-        "navigator.kind: expected a mission of kind {KIND:?}, which goes by what people draw on the page; found kind \
+        "navigator.kind: expected a mission of kind {KIND:?}, since people draw on the page; found kind \
          {0:?}. To watch it: sketchnav run MISSION --pad"
     )]
     Kind(String),
     /// Somebody could come from outside.
     #[error("{0}: expected a token for an address that is not loopback, found none")]
     NoToken(IpAddr),
-    /// The address cannot be listened on.
-    #[error("{address}: cannot be listened on: {source}; another one: --port, --bind")]
+    /// The server cannot listen on the address.
+    #[error("{address}: cannot listen there: {source}; choose another address: --port, --bind")]
     Address {
         /// Which.
         address: SocketAddr,

@@ -12,8 +12,8 @@ use sketchnav_schemas::message::{MissionStatus, PoseEstimate, Understood};
 
 use crate::protocol::{PathRequest, Refusal, SketchRequest, SketchType, Step};
 
-/// Statuses after an order, or after new tasks, that may still be about what was before: one that was on its way,
-/// and one to be on the safe side.
+/// Statuses after an order, or after new tasks, that may still be about what was before. One was on its way; the other
+/// is to be on the safe side.
 const SETTLING: u32 = 2;
 /// A planner that has said nothing for so long does not answer.
 const STALE: Duration = Duration::from_millis(1500);
@@ -78,7 +78,7 @@ pub struct Pending {
     /// When it was sent; not for a successor.
     #[serde(skip)]
     pub since: Duration,
-    /// Whether whoever sent it was told that the sketcher does not answer. It may yet.
+    /// Whether its sender was told that the sketcher does not answer. It may answer yet.
     #[serde(default)]
     pub late: bool,
 }
@@ -211,8 +211,8 @@ impl Machine {
         }
     }
 
-    /// As the planner says. One that waits, or has said nothing yet, is about to drive where it is ordered to: by a
-    /// page, or, where the mission is from a file, by the supervisor.
+    /// As the planner says. A planner that waits, or has said nothing yet, is about to drive where it is ordered to.
+    /// The order comes from a page, or from the supervisor where the mission is from a file.
     fn told(&self) -> State {
         let state = self.status.and_then(|status| TaskState::from_code(status.state));
         let is_ordered = self.memory.ordered || !self.draws;
@@ -264,8 +264,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Whether there is something to abort, as far as anybody can know: an abort too many changes nothing, one that
-    /// is not passed on has the robot drive off.
+    /// Whether there is something to abort, as far as anybody can know. An abort too many changes nothing; one that is
+    /// not passed on lets the robot drive off.
     fn may_be_under_way(&self) -> bool {
         match self.state() {
             State::Driving | State::Paused => true,
@@ -385,7 +385,7 @@ impl Machine {
         Ok(order)
     }
 
-    /// Whoever drives cannot be heard any more; what to tell the planner. A mission from a file needs nobody.
+    /// The driver cannot be heard any more: what to tell the planner. A mission from a file needs nobody.
     pub fn on_silence(&mut self) -> Option<Order> {
         (self.draws && self.state() == State::Driving).then(|| {
             self.assume(State::Paused);

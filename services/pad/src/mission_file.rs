@@ -242,8 +242,8 @@ mod tests {
         }
     }
 
-    /// The pad once took whatever name a page gave: saving "My floor" in the folder in which it was started with
-    /// `--mission my-floor.toml` replaced that hand-written mission, and "package" a `package.json` beside it.
+    /// The pad once took any name that a page gave. In a folder where it was started with `--mission my-floor.toml`,
+    /// saving "My floor" replaced that hand-written mission. Saving "package" replaced a `package.json` beside it.
     #[test]
     fn what_the_pad_has_not_written_is_never_replaced() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,20 +1,21 @@
 //! What the page and the server say to each other.
 //!
-//! All coordinates are pixels of the canvas, column and row from the top left; headings are counter-clockwise
-//! from "to the right" as one looks at it, so that (cos h, −sin h) is the direction on the page. The server
-//! turns the robot's frame (y up, other scale) round; the page never does.
+//! All coordinates are pixels of the canvas, column and row from the top left. Headings are counter-clockwise from "to
+//! the right" as one looks at it: (cos h, −sin h) is the direction on the page. The server turns the robot's frame (y
+//! up, other scale) round; the page never does.
 //!
 //! # HTTP
-//! Every `POST` has the header `x-sketchnav-session` (from the last `hello`); everything below, where the pad wants
-//! one, the header `x-sketchnav-token` or, behind the question mark, `token=…`. The answer is 200 `{"ok":true,…}`, or
-//! `{"error":"words"}` with a status of [`Refusal::status`]. `GET` of any other path is a file of the page, or 404.
+//! Every `POST` has the header `x-sketchnav-session` (from the last `hello`). Where the pad wants a token, everything
+//! below has the header `x-sketchnav-token` or, behind the question mark, `token=…`. The answer is 200
+//! `{"ok":true,…}`, or `{"error":"words"}` with a status of [`Refusal::status`]. `GET` of any other path is a file of
+//! the page, or 404.
 //!
 //! | request | body | answer beside `ok` |
 //! |---|---|---|
 //! | `POST /api/sketch` | strokes in JSON (`sketchnav_sketch::reading::strokes`; what only the page needs under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; of the sketch `wall_direction_rad`, `width_px`, `height_px` |
 //! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again` | |
-//! | `POST /api/wheel` | nothing: takes the wheel when nobody has it, or whoever had it cannot be heard | |
+//! | `POST /api/wheel` | nothing: takes the wheel when nobody has it, or its holder cannot be heard | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
 //! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, where no file is in the way that the pad has not written (409) | `files`: of the mission and of the drawing `name` and `text` (null for a photo) |
 //! | `GET /api/seat` | `?session=…`: whether a page would be let in now (503: not) | |
@@ -22,27 +23,27 @@
 //! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 where it is none |
 //!
 //! Sketches, paths, limits and missions are taken from the session that drives alone, and no other's are read. Of
-//! orders anybody may give one, `abort`, however often: it goes before all else, and is answered when it was passed on
-//! to the planner, or refused (409) where nothing is under way. A connection is one request: its head comes within
-//! 10 s, its body within 10 s (a drawing's or a path's within 60 s), or it is refused (408); a session makes few at the
+//! orders, anybody may give one, `abort`, however often. It goes before all else. It is answered when it was passed on
+//! to the planner, or refused (409) where nothing is under way. A connection is one request. Its head comes within 10
+//! s, its body within 10 s (a drawing's or a path's within 60 s), or it is refused (408). A session makes few at the
 //! same time, and not too often (429). Connections that say nothing are few, too (503): see `doors`.
 //!
-//! A sketch or a path may have a header `x-sketchnav-sending`, a name that the page makes for it. Who hears no answer,
-//! because the link breaks or the server dies, sends it again by the same name, and it is taken over once: what is
-//! still being read is waited for, what was answered is answered again.
+//! A sketch or a path may have a header `x-sketchnav-sending`, a name that the page makes for it. A page that hears no
+//! answer, because the link breaks or the server dies, sends the drawing again by the same name. It is taken over
+//! once. What is still being read is waited for, what was answered is answered again.
 //!
 //! The first path of a sketch places the robot at its first point, looking along it, or at its `start`, which goals
-//! need then; a later one leaves it where it has come to, unless it has a `start`.
+//! need then. A later one leaves the robot where it is, unless it has a `start`.
 //!
 //! # WebSocket
 //! `GET /ws?token=…&session=…`; `session` is that of the last `hello`, so that who comes back keeps the wheel.
 //! Everything is text, one JSON object each; what the page says has at most 1024 bytes.
 //!
 //! - `{"hello":{…}}`: [`Hello`], again whenever something in it changes but the trail, which grows in the feed;
-//! - `{"feed":{"n":…,…}}`: what there is to see ([`Feed`](crate::feed::Feed)), and for this page `drives`, `wheel`
-//!   (whether it can be taken) and `allowed` (the steps that are open to it); the page answers `{"seen":n}` when it has
-//!   drawn it. No more than two are on the way unseen (a page that says nothing gets one a second): a slow page gets the
-//!   newest picture, never a queue;
+//! - `{"feed":{"n":…,…}}` is what there is to see ([`Feed`](crate::feed::Feed)). For this page it adds `drives`,
+//!   `wheel` (whether it can be taken) and `allowed` (the steps that are open to it). The page answers `{"seen":n}`
+//!   when it has drawn it. No more than two are on the way unseen (a page that says nothing gets one a second). So a
+//!   slow page gets the newest picture, never a queue;
 //! - `{"ping":t}` is answered by `{"pong":t}`, any number;
 //! - `{"abort":true}`: as the order; the feed shows what becomes of it.
 
@@ -58,7 +59,7 @@ pub const MAX_STROKES: usize = 4096;
 pub const MAX_PATH_BYTES: usize = 1 << 20;
 /// Longest of all other requests, bytes.
 pub const MAX_SMALL_BYTES: usize = 4096;
-/// How long the link to whoever drives may be lost before the mission pauses, seconds: from, to.
+/// How long the link to the driver may be lost before the mission pauses, seconds: from, to.
 pub const LINK_LIMIT_S: [f64; 2] = [1.0, 60.0];
 /// The same where nobody has said otherwise.
 pub const DEFAULT_LINK_LIMIT_S: f64 = 3.0;

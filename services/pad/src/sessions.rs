@@ -1,4 +1,4 @@
-//! Who is there, who has the wheel, and whether whoever has it can be heard.
+//! Who is there, who has the wheel, and whether the driver can be heard.
 //!
 //! A session is a page, over all of its connections: one that comes back is the same. Times are since the
 //! pad's start, by the caller's clock.

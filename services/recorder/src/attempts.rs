@@ -48,7 +48,7 @@ mod tests {
         (*now - begin).as_secs_f64()
     }
 
-    /// A disk that was full for long once made the recorder slow for ever: it came back to a second full disk later
+    /// A disk that was full for long once made the recorder slow for ever. It came back to a second full disk later
     /// than the channels can hold.
     #[test]
     fn pauses_grow_while_the_disk_is_full_and_begin_anew_when_it_was_not() {

@@ -1,9 +1,9 @@
 //! What the recorder does with messages: writes them down, counts, says what is safe.
 //!
-//! Takes the messages in passes. A pass drains the ticks first, then every other channel in the order of the table. So at
-//! its end everything that was sent before its last tick is written.
-//! When the disk is full it goes on without writing: the robot drives on, and the world in lockstep,
-//! which waits for the recorder, is not stopped; where there is room again, another core goes on. Never opens a file, reads a clock or prints.
+//! Takes the messages in passes. A pass drains the ticks first, then every other channel in the order of the table. So
+//! at its end everything that was sent before its last tick is written. When the disk is full it goes on without
+//! writing. So the robot drives on, and the world in lockstep, which waits for the recorder, is not stopped. When
+//! there is room again, another core takes over. Never opens a file, reads a clock or prints.
 
 use std::io::Write;
 
@@ -74,9 +74,8 @@ impl<W: Write> Core<W> {
         self.writer.is_none()
     }
 
-    /// Goes on after an earlier part of the recording, which holds everything up to `positions`, the last
-    /// number of each recorded channel in the order of the table, and of which the world was told the
-    /// tick `acknowledged_tick`.
+    /// Goes on after an earlier part of the recording. That part holds everything up to `positions`, the last number
+    /// of each recorded channel in the order of the table. The world was told the tick `acknowledged_tick`.
     pub fn resume_after(&mut self, positions: &Positions, acknowledged_tick: u64) {
         if let Some(writer) = &mut self.writer {
             writer.resume_after(*positions);

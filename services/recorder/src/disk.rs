@@ -70,8 +70,8 @@ pub fn set_aside(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The file of a recording's part: the first one is the recording itself, `NAME.mcap`, what successors of
-/// a killed recorder write is `NAME.part2.mcap` and so on.
+/// The file of a recording's part. The first one is the recording itself, `NAME.mcap`; successors of a killed recorder
+/// write `NAME.part2.mcap` and so on.
 pub fn part(path: &Path, number: u32) -> PathBuf {
     if number == 1 { path.to_path_buf() } else { path.with_extension(format!("part{number}.mcap")) }
 }

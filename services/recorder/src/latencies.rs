@@ -1,5 +1,5 @@
-//! How long each stage takes for each tick, told on a channel of its own: what a person sees of it is in the
-//! recording, beside the health.
+//! How long each stage takes for each tick, on a channel of its own. So what a person sees of it is in the recording,
+//! beside the health.
 
 use sketchnav_runtime::{Node, Result, SendTimes, Sent, Writer};
 use sketchnav_schemas::channels::{COMMAND, LATENCY, Role, TICK, of_role};
@@ -13,7 +13,7 @@ pub(crate) struct Latencies {
     commands: SendTimes,
     /// The last command that was looked at.
     command: u64,
-    /// The last tick that was told of, by a predecessor too.
+    /// The last tick that was reported, also by a predecessor.
     tick: u64,
     writer: Writer<Latency>,
 }
@@ -34,7 +34,7 @@ impl Latencies {
         })
     }
 
-    /// Tells of every command since the last time. What is too long ago to be looked up is left out.
+    /// Reports every command since the last time. Those too long ago to be looked up are left out.
     pub(crate) fn tell(&mut self) -> Result<()> {
         let newest = self.commands.newest();
         let oldest = newest.saturating_sub(COMMAND.spec.history() as u64) + 1;

@@ -63,8 +63,8 @@ struct State {
 /// Records all channels of `node`'s system until it is asked to end; then what was sent by then, too.
 ///
 /// # Errors
-/// The run names no recording, its file cannot be begun, a channel fails; or, at the end, the
-/// recording is incomplete because the disk was full.
+/// The run names no recording, its file cannot be created, or a channel fails. At the end: the recording is incomplete
+/// because the disk was full.
 pub fn run(node: &Node) -> anyhow::Result<()> {
     let mut recorder = Recorder::open(node)?;
     while node.nap(NAP) != Wake::Terminate {
@@ -263,7 +263,7 @@ impl<'a> Recorder<'a> {
                 .disk
                 .as_ref()
                 .map_or(Ok(()), Disk::sync)
-                .context("the recording's last part is not on the device")?,
+                .context("the recording's last part was not written to the device")?,
             Some(_) => {
                 let cut = self.disk.as_ref().map_or(Ok(()), Disk::cut_back);
                 cut.context("the recording's last part may be cut off")?;
@@ -295,8 +295,8 @@ impl<'a> Recorder<'a> {
         self.take_all(|input| !(has_failed && input.waits_for_room(node)))
     }
 
-    /// Takes all that has come on the channels that are `wanted`: ticks first, so that everything that was sent before
-    /// the last of them is taken after it.
+    /// Takes all that has come on the channels that are `wanted`. Ticks come first, so that everything that was sent
+    /// before the last of them is taken after it.
     fn take_all(&mut self, mut wanted: impl FnMut(&mut Input) -> bool) -> anyhow::Result<()> {
         for is_tick in [true, false] {
             let turn = self.inputs.iter_mut().filter(|input| input.is_tick() == is_tick);
@@ -397,8 +397,8 @@ fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
     }
 }
 
-/// Where to go on: in the next part, or, where no checkpoint can be used, in the first that is free, with
-/// whatever the channels still have.
+/// Where to go on: in the next part. Where no checkpoint can be used, it is the first free part, with whatever the
+/// channels still have.
 fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<State> {
     let is_lost = found.is_lost();
     match found.state {
@@ -417,7 +417,7 @@ fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<
 fn begin(run: &RunConfig, path: &Path, state: &State) -> anyhow::Result<(FileCore, Disk)> {
     let name = || path.display().to_string();
     let created = Disk::create(path);
-    let (mut disk, sink) = created.with_context(|| format!("{}: the recording cannot be begun", name()))?;
+    let (mut disk, sink) = created.with_context(|| format!("{}: the recording cannot be created", name()))?;
     let files = sketchnav_recordings::sources::read(&run.mission);
     let core = Core::at(sink, run, &files, state.began_ns).with_context(name)?;
     disk.mark_whole().with_context(name)?;
@@ -481,8 +481,9 @@ impl Input {
     }
 
     /// Whether its messages are to stay in the channel while the file has failed, as nothing else keeps them: those
-    /// with cells. From the moment that the file fails the reader is opened anew, for the history to come again: what
-    /// came last may have been in what was cut off. Where that cannot be, what comes from now on waits all the same.
+    /// with cells. From the moment that the file fails, the reader is opened anew. So the history comes again: the
+    /// newest messages may have been in what was cut off. Where that cannot be, what comes from now on waits all the
+    /// same.
     fn waits_for_room(&mut self, node: &Node) -> bool {
         if self.reader.spec().max_cells == 0 {
             return false;

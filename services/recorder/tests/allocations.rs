@@ -16,10 +16,11 @@ use sketchnav_schemas::seed::stream;
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// What mcap 0.26 allocates, at most, for a chunk of [`RECORDED_EVERY`] messages of each of `topics`, its end
-/// included. For the chunk: zstd's output buffer, buffers of three checksums, two trees, the entry of the chunk index,
-/// the message index's list of each topic (first made for 4 messages, so it grows at the 1st, 5th, 9th, 17th …), a
-/// buffer of the whole chunk that is doubled when it is full; now and then one more for the list of chunks. The crate
-/// begins all of them anew with every chunk and has no option that keeps them, short of leaving out index and checksums.
+/// included. For the chunk there are zstd's output buffer, buffers of three checksums, two trees, and the entry of the
+/// chunk index. The message index has a list for each topic, first made for 4 messages: it grows at the 1st, 5th, 9th,
+/// 17th and so on. A buffer of the whole chunk is doubled when it is full. Now and then the list of chunks grows, too.
+/// The crate begins all of them anew with every chunk and has no option that keeps them, short of leaving out index
+/// and checksums.
 fn most_a_chunk(topics: u64) -> u64 {
     // The trees have nodes of eleven entries.
     47 + topics / 11 + 3 * topics

@@ -55,8 +55,8 @@ fn draw(sketches: &mut Writer<SketchMap>) {
     sketch.send().unwrap();
 }
 
-/// Records a run in which a sketch is drawn, a second one just before the disk is full, and so many while it is: the
-/// numbers of the sketches in the recording, and how many messages it says that are missing.
+/// Records a run in which a sketch is drawn, a second one just before the disk is full, and so many while it is. Gives
+/// the numbers of the sketches in the recording, and how many messages it reports as missing.
 fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("test.mcap");
@@ -108,9 +108,9 @@ fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
     (drawn, found.missing)
 }
 
-/// The recorder took sketches out of their channel while it could not write them, and went on behind them: the
-/// recording of a run on the pad had a route and estimates in a drawing that was not there, and nothing was missing by
-/// its numbers, for people do not draw again what is drawn.
+/// The recorder took sketches out of their channel while it could not write them, and went on behind them. The
+/// recording of a run on the pad had a route and estimates in a drawing that was not there. By its numbers nothing was
+/// missing, since people do not draw the same drawing twice.
 #[test]
 fn what_is_drawn_while_the_disk_is_full_is_recorded_when_there_is_room() {
     // The second one was taken, and lost with what could not be written.

@@ -60,8 +60,8 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
     Rc::into_inner(system).unwrap().remove().unwrap();
 }
 
-/// On a busy machine a mission of twelve instants was over before its recorder had met the writers: the recording lacked
-/// the odometry and the status, and counted nothing as missing.
+/// On a busy machine a mission of twelve instants was over before its recorder had met the writers. The recording
+/// lacked the odometry and the status, and counted nothing as missing.
 #[test]
 fn a_recorder_that_comes_late_takes_what_writers_have_left() {
     let folder = tempfile::tempdir().unwrap();

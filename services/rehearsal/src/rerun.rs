@@ -1,9 +1,10 @@
 //! One service's core, executed once more on the inputs that a recording holds.
 //!
-//! The inputs come in the order of time, those of an instant in the rhythm of a step; that is all that
-//! there is to the order in which a process saw them, for each takes its inputs by their stamps. In
-//! real time two things are not in a recording, and cannot be executed again: which command had come when
-//! the world went on, and between which two estimates an order came to the planner.
+//! The inputs come in the order of time, those of one instant in the order of a step. A process takes its inputs by
+//! their stamps, so this is the order in which it saw them.
+//!
+//! In real time two things are not recorded, and cannot be executed again. One is which command had come when the
+//! world went on. The other is between which two estimates an order came to the planner.
 
 mod subject;
 
@@ -41,12 +42,15 @@ pub enum RerunError {
     },
     /// The world in real time.
     #[error(
-        "the world was recorded in real time: which command had come by which step is not recorded; expected a recording in lockstep"
+        "expected a recording in lockstep for the world, found one in real time: it does not say which command had come \
+         by which step"
     )]
     RealTime,
     /// A run in which people took part.
     #[error(
-        "people took part in this run by the pad: at which step their drawings and orders came to the {process} is not recorded; expected the sketcher, or a recording without a pad, of the mission that the page saved, say"
+        "{process}: expected the sketcher, or a recording without a pad. In this run people took part by the pad, and the \
+         steps at which their drawings and orders came are not recorded. Run the mission that the page saved, and \
+         execute that recording again"
     )]
     People {
         /// The process.
@@ -86,7 +90,7 @@ pub fn run_of(recording: &Recording, folder: &std::path::Path) -> Result<RunConf
     Ok(run)
 }
 
-/// The channels that `process` writes and the recorder records, but for its health.
+/// The channels that `process` writes and the recorder records, except for its health.
 pub fn outputs(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> {
     channels::written_by(process, kind).filter(|spec| spec.is_recorded())
 }

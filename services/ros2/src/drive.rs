@@ -73,7 +73,7 @@ struct Driver<'a> {
     commanded: Instant,
     is_moving: bool,
     refused: u64,
-    /// Whoever lets go of it is not heard any more.
+    /// After it is dropped nothing is heard any more.
     _participant: Participant,
 }
 

@@ -13,16 +13,15 @@ thread_local! {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CountingAllocator;
 
-/// Allocations and reallocations of this thread so far, but for [`loan_handles_of_this_thread`];
+/// Allocations and reallocations of this thread so far, except for [`loan_handles_of_this_thread`];
 /// 0 for good where the binary has not installed [`CountingAllocator`].
 pub fn allocations_of_this_thread() -> u64 {
     COUNT.try_with(Cell::get).unwrap_or(0)
 }
 
-/// The allocations that iceoryx2 itself made for loans. Version 0.10 keeps a small handle of each
-/// loaned sample on the heap until the sample is sent, and offers no way around it: one a message
-/// sent, whatever the message's size. They are told apart so that a service's own steps can be held
-/// to none at all.
+/// The allocations that iceoryx2 itself made for loans. Version 0.10 keeps a small handle of each loaned sample on the
+/// heap until the sample is sent, and offers no way around it. That is one handle a message, whatever the message's
+/// size. They are told apart so that a service's own steps can be held to none at all.
 pub fn loan_handles_of_this_thread() -> u64 {
     HANDLES.try_with(Cell::get).unwrap_or(0)
 }

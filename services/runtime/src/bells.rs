@@ -1,13 +1,13 @@
 //! Doorbells: how a process sleeps until a message has come, and how the writer wakes it.
 //!
-//! One bell for each process, not one for each channel: a process sleeps in one place whatever it
-//! reads, and a writer wakes exactly those that the table lists as readers. Recorder and observers have
-//! no bell rung; they look every few milliseconds and cost the writers nothing.
+//! There is one bell for each process, not one for each channel. A process sleeps in one place, whatever it reads. A
+//! writer wakes exactly those that the table lists as readers. Recorder and observers have no bell rung; they look
+//! every few milliseconds and cost the writers nothing.
 //!
-//! A bell is a word in a page that all processes map, and a futex (`man 2 futex`): nothing of it can
-//! overflow, block the writer or be left behind by a killed process, and ringing a process that is
-//! awake is no system call. iceoryx2's event service was the alternative: a Unix socket each, whose
-//! path must be short, whose wait a stopped process interrupts, whose listener must be cleaned up.
+//! A bell is a word in a page that all processes map, and a futex (`man 2 futex`). Nothing of it can overflow, block
+//! the writer or be left behind by a killed process. Ringing a process that is awake is no system call. iceoryx2's
+//! event service was the alternative. It has a Unix socket each: its path must be short, a stopped process interrupts
+//! its wait, its listener must be cleaned up.
 
 use std::fs::OpenOptions;
 use std::num::NonZeroUsize;
@@ -172,7 +172,7 @@ fn sleep(word: &AtomicU32, value: u32, timeout: Duration) {
     unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAIT, value, &raw const timeout) };
 }
 
-/// Wakes whoever sleeps on `word`. Safe to call from a signal handler.
+/// Wakes all threads that sleep on `word`. Safe to call from a signal handler.
 pub(crate) fn wake(word: &AtomicU32) {
     // SAFETY: a plain system call on a valid address; errno is not read afterwards.
     unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAKE, i32::MAX) };

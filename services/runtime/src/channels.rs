@@ -1,7 +1,8 @@
 //! The channels of a system as services of iceoryx2: created by the supervisor, opened by everyone else.
 //!
-//! To iceoryx2 a message is a slice of words of eight bytes: the struct, and behind it its cells, whose number of bytes is
-//! the user header. Which struct it is an attribute of the service says, by name and fingerprint of the layout; two builds that disagree cannot meet.
+//! To iceoryx2 a message is a slice of words of eight bytes: the struct, and behind it its cells. The user header
+//! holds the number of bytes of the cells. Which struct it is an attribute of the service says, by name and
+//! fingerprint of the layout; two builds that disagree cannot meet.
 
 use std::any::Any;
 use std::fmt::Debug;

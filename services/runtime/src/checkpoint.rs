@@ -4,9 +4,9 @@
 //! kill at any moment leaves the other one whole. Of two good slots the one with the larger number
 //! counts; one that is damaged or of another version is refused, and said to be.
 //!
-//! A checkpoint need not be new: a core is deterministic, so from an older state and the inputs since
-//! then its successor comes to the very same outputs. The writers' histories hold several times
-//! [`CHECKPOINT_EVERY`] steps, so that even the older slot will do.
+//! A checkpoint need not be new, since a core is deterministic. From an older state and the inputs since then, its
+//! successor computes the very same outputs. The writers' histories hold several times [`CHECKPOINT_EVERY`] steps, so
+//! that even the older slot will do.
 //!
 //! Writing allocates nothing, unless the state has outgrown its slot.
 
@@ -91,7 +91,7 @@ pub(crate) fn slots(system: &System, process: Process) -> Result<[PathBuf; 2]> {
 
 impl<T: DeserializeOwned> Checkpoints<T> {
     /// Opens the slots of the node's process and reads what its predecessor left. `version` names the
-    /// form of the state: whoever changes the form changes it.
+    /// form of the state. A change of the form changes it.
     ///
     /// # Errors
     /// [`Error::File`] where shared memory is full or cannot be reached.

@@ -19,7 +19,7 @@ pub enum Error {
     /// A folder and a name that together make paths too long for iceoryx2.
     #[error(
         "{}: too long by {excess} characters for a system called {name:?}; set XDG_RUNTIME_DIR to a shorter \
-         folder, or choose a name half as much shorter",
+         folder, or choose a name that is shorter by half of that",
         root.display()
     )]
     PathTooLong {
@@ -74,8 +74,8 @@ pub enum Error {
     },
     /// No dead system belongs to a folder.
     #[error(
-        "{}: expected the folder of a run whose supervisor was killed, found nothing to go on with; a system \
-         that ended by itself leaves nothing, and the next one that starts clears what a killed one left",
+        "{}: expected the folder of a run whose supervisor was killed, found nothing to go on with. A system \
+         that ended by itself leaves nothing. The next one that starts clears what a killed one left",
         folder.display()
     )]
     NothingToResume {

@@ -1,9 +1,9 @@
 //! Shared memory whose maker was killed while it made it.
 //!
 //! iceoryx2 0.10 makes a file that its owner may write and nobody read, gives it its size, fills it and makes it
-//! readable at last. A process that is killed in between leaves one that nobody finishes. Whoever else needs it,
-//! a living writer or the supervisor that clears up behind the dead, is refused it, or waits for it for ever where
-//! it is root and the file still empty. So such a file goes when nobody has it open.
+//! readable at last. A process that is killed in between leaves one that nobody finishes. Whoever else needs it, a
+//! living writer or the supervisor that clears up behind the dead, is refused. As root, and with the file still empty,
+//! it waits for ever. So such a file goes when nobody has it open.
 
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
@@ -141,7 +141,7 @@ impl Sweeper {
     }
 }
 
-/// Ends the supervisor's process where it does not ask any more: iceoryx2 0.10 waits for ever for whoever makes a file
+/// Ends the supervisor's process when it does not ask any more. iceoryx2 0.10 waits for ever for whoever makes a file
 /// of the name that it needs itself. The kernel ends the other processes when the supervisor has gone.
 fn end_for_good(system: &System, error: &Error) -> ! {
     system.abandon();

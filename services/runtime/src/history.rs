@@ -1,13 +1,13 @@
 //! The last messages of a channel, kept for its writer's successor.
 //!
-//! A dead writer's samples and its history go with it (iceoryx2 0.10). So a writer notes each message
-//! here before it sends it, and its successor sends again what is here: whoever has had a message drops
-//! it by its number, whoever has not gets it, and a reader that comes late finds a history. A kill at
-//! any moment leaves at most the entry unreadable that was being written, whose message nobody has.
+//! A dead writer's samples and its history go with it (iceoryx2 0.10). So a writer notes each message here before it
+//! sends it, and its successor sends again what is here. Readers that have had a message drop it by its number; the
+//! others get it. A reader that comes late finds a history. A kill at any moment leaves at most the entry unreadable
+//! that was being written, whose message nobody has.
 //!
-//! Readers of the channel never look here, but for the recorder that goes on after its predecessor's
-//! death: whoever could send it again what it has missed may be dead too, or have ended. Beside each message stands when
-//! it was sent, by the clock: in the message itself nothing is that two runs would not agree on.
+//! Readers of the channel never look here. The exception is a recorder that goes on after its predecessor's death. The
+//! writer that could send its missed messages again may be dead or have ended. Beside each message stands when it was
+//! sent, by the clock: in the message itself nothing is that two runs would not agree on.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst, fence};

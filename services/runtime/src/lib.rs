@@ -15,12 +15,12 @@
 //! into the same file of `/dev/shm`. Receiving allocates nothing, and sending nothing but iceoryx2's own
 //! handle of a loan.
 //!
-//! Any process may be killed at any moment. Its writers keep their last messages, its checkpoint says
-//! where in each channel it stood; its successor takes what it missed out of the channels' histories,
-//! computes again what it may have sent already, and sends only what is new: each message exactly once.
+//! Any process may be killed at any moment. Its writers keep their last messages, and its checkpoint says where in
+//! each channel it stood. Its successor takes what it missed out of the channels' histories, and computes again what
+//! it may have sent already. It sends only what is new: each message exactly once.
 //!
-//! Nothing here knows what a message means but the tick's, and no process creates a channel but the supervisor: a
-//! process that dies while it creates one would wedge it for good (iceoryx2 0.10).
+//! Nothing here knows what a message means, except the tick. No process but the supervisor creates a channel: a
+//! process that dies while it creates one would block it for good (iceoryx2 0.10).
 
 mod allocations;
 mod bells;

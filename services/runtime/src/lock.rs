@@ -1,7 +1,7 @@
 //! A file that a living process holds: the kernel lets go of it the moment the process dies.
 //!
-//! Open-file-description locks (`F_OFD_SETLK`): unlike `flock` they can be asked for without being
-//! taken, unlike POSIX locks they do not vanish when the process closes another descriptor of the file.
+//! Open-file-description locks (`F_OFD_SETLK`). Unlike `flock` they can be queried without being taken. Unlike POSIX
+//! locks they do not vanish when the process closes another descriptor of the file.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
@@ -40,7 +40,7 @@ impl Lock {
         }
     }
 
-    /// Takes the lock of the file, waiting until whoever holds it lets go.
+    /// Takes the lock of the file, and waits until its holder lets go.
     pub(crate) fn take(path: &Path) -> io::Result<Self> {
         let file = open(path)?;
         loop {

@@ -182,8 +182,8 @@ impl Node {
         }
     }
 
-    /// Sleeps until a message comes on a channel that the table has this process read, until the time
-    /// is over or until the process is to end. A message that came since the last wait ends it at once.
+    /// Sleeps until a message comes on a channel that this process reads, until the time is over, or until the process
+    /// is to end. A message that came since the last wait ends it at once.
     ///
     /// The recorder and observers are not woken by messages; they wait a few milliseconds and look.
     pub fn wait(&self, timeout: Duration) -> Wake {
@@ -267,7 +267,7 @@ impl Node {
         self.bells.progress(process)
     }
 
-    /// A number that changes as long as `process` does anything: it looks up from its work at least every
+    /// A number that changes as long as `process` does anything. A process looks up from its work at least every
     /// quarter of a second, unless a step of it takes longer.
     pub fn signs_of_life(&self, process: Process) -> u32 {
         self.bells.signs_of_life(process)

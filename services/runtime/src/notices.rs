@@ -1,7 +1,7 @@
 //! Notices: what a process or a tool has the supervisor know, who tells it to everybody on `faults`.
 //!
-//! A file of the system's folder, a line of JSON each. A line is appended in one piece, so writers need no
-//! lock, one that is killed leaves none half, and nobody has to run for it to be kept. Not for what happens often.
+//! A file of the system's folder, a line of JSON each. A line is appended in one piece. So writers need no lock, a
+//! killed one leaves no half line, and no process has to run for it to be kept. Not for what happens often.
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};

@@ -27,9 +27,8 @@ struct Tally {
 }
 
 impl Tally {
-    /// A channel begins with 1, and a process of the mission misses what came before it joined;
-    /// an observer comes when it likes, and the pad shows what there is now: its successor has lost nothing of
-    /// what was shown before.
+    /// A channel begins with 1, and a process of the mission misses what came before it joined. An observer comes at
+    /// any time, and the pad shows the present. So its successor has lost nothing of what was shown before.
     fn new(spec: &ChannelSpec, process: Process) -> Self {
         let comes_late = matches!(process, Process::Observer | Process::Pad);
         let last = (!comes_late).then_some(0);
@@ -280,8 +279,8 @@ mod tests {
         assert_eq!(accepted(tally, &[40, 41, 43]), (vec![40, 41, 43], 1));
     }
 
-    /// A pad that was killed in the middle of a mission had its successor report all that had been sent until then,
-    /// 1675 messages, as lost.
+    /// A pad was killed in the middle of a mission. Its successor reported all that had been sent until then, 1675
+    /// messages, as lost.
     #[test]
     fn a_pad_that_was_started_again_has_lost_nothing_of_what_was_shown_before() {
         let tally = Tally::new(SCAN.spec, Process::Pad);

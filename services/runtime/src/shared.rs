@@ -1,7 +1,7 @@
 //! The files of a system in `/dev/shm`: their names, and whose they are.
 //!
 //! Each name begins with the system's prefix, `sketchnav_<name>_<token>_`. The token is random and stands in the
-//! system's folder, which no other user can enter. So nobody can make a file for a system that is yet to come, and no
+//! system's folder, which no other user can enter. So no process can make a file for a system that is yet to come. No
 //! system meets the files of an earlier one of its name.
 //!
 //! `<prefix>owner` is the first file that is made and the last that is removed. It names the system's folder, and the
@@ -89,7 +89,7 @@ impl SharedFiles {
         }
     }
 
-    /// All of them, in order of their names but for the owner's, which is the last.
+    /// All of them, in order of their names except for the owner's, which is the last.
     pub(crate) fn all(&self) -> Result<Vec<PathBuf>> {
         let begins = |path: &PathBuf| name_of(path).starts_with(&self.prefix);
         let mut files: Vec<_> = listed(Path::new(SHARED_MEMORY))?.into_iter().filter(begins).collect();
@@ -122,8 +122,8 @@ impl SharedFiles {
         Ok(())
     }
 
-    /// Has the memory of the small files handed out now: who finds none later is killed, and the supervisor is to
-    /// outlive a day on which there is none. (The large ones are large for the worst case.)
+    /// Allocates the memory of the small files now. A process that finds none later is killed, and the supervisor has
+    /// to survive a day on which there is none. (The large ones are large for the worst case.)
     pub(crate) fn reserve_small(&self) -> Result<()> {
         for path in self.all()? {
             let Ok(found) = fs::symlink_metadata(&path) else { continue };
@@ -155,7 +155,7 @@ impl SharedFiles {
         Ok(())
     }
 
-    /// Removes them, but for those whose names go on like one of `keep` behind the prefix.
+    /// Removes them, except for those whose names go on like one of `keep` behind the prefix.
     pub(crate) fn remove_but(&self, keep: &[&str]) -> Result<()> {
         for path in self.all()? {
             let rest = &name_of(&path)[self.prefix.len()..];

@@ -20,8 +20,8 @@ static BELL: AtomicPtr<AtomicU32> = AtomicPtr::new(null_mut());
 
 const SIGNALS: [Signal; 3] = [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP];
 
-/// Catches the signals, has them ring `bell` too, and lets through what was held back until now: the
-/// supervisor starts a process with SIGTERM blocked, so that none is ended before it can listen.
+/// Catches the signals, has them ring `bell` too, and delivers those that were blocked until now. The supervisor
+/// starts a process with SIGTERM blocked, so that none is ended before it can listen.
 pub(crate) fn install(bell: &'static AtomicU32) {
     install_last_words();
     BELL.store(std::ptr::from_ref(bell).cast_mut(), SeqCst);

@@ -37,8 +37,8 @@ use crate::{Error, Result, half_made, root};
 /// How the names of the files begin, behind the prefix, that successors go on with.
 const SUCCESSORS: [&str; 3] = ["history_", "checkpoint_", "owner"];
 const MAX_NAME: usize = 32;
-/// Longest root plus twice the name, bytes: iceoryx2 0.10 builds paths of at most 255 bytes out of the
-/// system's folder and the prefix, each of which holds the name, and panics beyond (measured).
+/// Longest root plus twice the name, bytes. iceoryx2 0.10 builds paths of at most 255 bytes out of the system's folder
+/// and the prefix, and panics beyond (measured). Each of the two holds the name.
 const MAX_ROOT_AND_NAMES: usize = 102;
 /// How long a process may take to end when its system goes.
 const LAST_WORD: Duration = Duration::from_secs(1);
@@ -91,8 +91,8 @@ impl System {
         Ok(())
     }
 
-    /// Takes over the dead system whose recording lies in `folder`, owned by this process from now on: what
-    /// its processes have left to their successors stays, everything else of it is cleared.
+    /// Takes over the dead system whose recording lies in `folder`; from now on this process owns it. What its
+    /// processes have left to their successors stays, everything else of it is cleared.
     ///
     /// # Errors
     /// [`Error::NothingToResume`] where there is none, or another system has cleared it when it started;

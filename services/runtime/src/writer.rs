@@ -31,11 +31,11 @@ type Loaned = SampleMut<ipc::Service, [u64], u64>;
 
 /// The writing end of a channel, whatever its message is.
 ///
-/// It keeps a copy of its last messages for the process that goes on when this one dies. That one's
-/// writer sends them again, for those who have not had them, and lets what it has kept pass: a message
-/// that is computed anew, with a number that was given already, is not sent again. (A channel that
-/// every process writes has no numbers to tell by, and nothing of it is kept. A message with cells is
-/// too large to be kept: whoever computes it anew sends it again, and readers drop what they have had.)
+/// It keeps a copy of its last messages for the process that goes on when this one dies. The successor sends them
+/// again for readers that have not had them, and does not send again what was kept. Such a message is computed anew,
+/// with a number that was given already. (A channel that every process writes has no numbers to tell by, and nothing
+/// of it is kept. A message with cells is too large to be kept: whoever computes it anew sends it again, and readers
+/// drop what they have had.)
 pub struct RawWriter {
     port: Rc<Port>,
     spec: &'static ChannelSpec,

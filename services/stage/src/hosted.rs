@@ -8,10 +8,10 @@ use crate::{Heard, Instant, Outbox, Remains, StageError};
 /// A part of a navigator.
 ///
 /// The same messages in the same order must give the same messages, to the bit: a host computes steps anew after a
-/// kill. All that changes is in [`Stage::state`], but for what follows from the instructions that hold: those are
+/// kill. All that changes is in [`Stage::state`], except for what follows from the instructions that hold: those are
 /// heard again before the state is restored.
 pub trait Stage {
-    /// Name and version of the form of the state: `sketch planner 5`. Whoever changes the form changes it.
+    /// Name and version of the form of the state: `sketch planner 5`. A change of the form changes it.
     const FORM: &'static str;
     /// The state as it is read back.
     type State: DeserializeOwned;

@@ -1,18 +1,75 @@
 //! A stage: one part of a navigator, as a pure function from messages to messages, with its state.
 //!
 //! A navigator has three stages. The *sketcher* takes in what a person gives; the *localizer* says in what situation
-//! the robot is; the *planner* drives. Each is declared once, by [`Stage`], and hosted three times: as a process
-//! over shared memory (`sketchnav-runtime`), in one process without it, and against a recording
-//! (both `sketchnav-rehearsal`). Channels, positions, checkpoints, waiting and health are the hosts'.
+//! the robot is; the *planner* drives. Each is declared once, by [`Stage`], and hosted three times.
+//! `sketchnav-runtime` hosts it as a process over shared memory. `sketchnav-rehearsal` hosts it in one process without
+//! that, and against a recording. Channels, positions, checkpoints, waiting and health are the hosts'.
 //!
 //! - [`Stage`]: what the author of a navigator writes.
-//! - [`Instant`]: the inputs of a step; [`Heard`]: a message that comes when it likes; [`Outbox`]: where a stage's
+//! - [`Instant`] has the inputs of a step. [`Heard`] is a message that may come at any time. In [`Outbox`] a stage's
 //!   messages are made, in the memory that they are sent from.
 //! - [`Navigator`]: three stages under the name by which a mission chooses them.
 //! - [`Hosted`], [`Inputs`], [`Sink`], [`Remains`]: what a host works with. [`Memory`] is a host's side in ordinary
 //!   memory.
 //!
 //! Nothing here opens a channel or a file, reads a clock or draws a random number.
+//!
+//! # A stage, and a step of it
+//!
+//! A planner that drives ahead for a hundred steps. Its host here is ordinary memory, as in a test.
+//!
+//! ```
+//! use serde::Serialize;
+//! use sketchnav_schemas::channels::{COMMAND, ChannelSpec};
+//! use sketchnav_schemas::codes::Process;
+//! use sketchnav_stage::{Instant, Memory, Outbox, Stage, StageError, Tap};
+//!
+//! struct Ahead {
+//!     steps: u32,
+//! }
+//!
+//! impl Stage for Ahead {
+//!     const FORM: &'static str = "ahead planner 1";
+//!     type State = u32;
+//!
+//!     fn step(&mut self, _: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
+//!         self.steps += 1;
+//!         let speed_mps = if self.steps <= 100 { 0.2 } else { 0.0 };
+//!         out.send(COMMAND, |command| command.twist.vx_mps = speed_mps)?;
+//!         Ok(())
+//!     }
+//!
+//!     fn state(&self) -> impl Serialize {
+//!         self.steps
+//!     }
+//!
+//!     fn restore(&mut self, steps: u32) -> Result<(), StageError> {
+//!         self.steps = steps;
+//!         Ok(())
+//!     }
+//! }
+//!
+//! struct Nobody;
+//!
+//! impl Tap for Nobody {
+//!     fn see(&mut self, _: &'static ChannelSpec, _: &[u8], _: &[u8]) {}
+//! }
+//!
+//! let inputs = Memory::of_reader(Process::Planner, "sketch");
+//! let mut outputs = Memory::of_writer(Process::Planner, "sketch");
+//! let (tick, stamp_ns) = (1, 100_000_000);
+//! let mut stage = Ahead { steps: 0 };
+//! stage.step(
+//!     &Instant::new(tick, stamp_ns, &inputs),
+//!     &mut Outbox::new(&mut outputs.tapped(&mut Nobody), stamp_ns, tick),
+//! )?;
+//! let sent = outputs.get(COMMAND.spec).expect("a command");
+//! let command = COMMAND.message(COMMAND.spec, sent.bytes()).expect("a message of this channel");
+//! assert_eq!((command.twist.vx_mps, command.header.source_seq), (0.2, tick));
+//! # Ok::<(), StageError>(())
+//! ```
+//!
+//! `tests/stranger/wall_follower.rs` is a whole navigator, and `docs/write-a-navigator.md` goes through it.
 
 mod hosted;
 mod input;

@@ -50,7 +50,7 @@ impl<'a> Outbox<'a> {
         Self { is_resuming, ..self }
     }
 
-    /// Sends a message that `fill` fills where it lies: all zero but for its header. Its number.
+    /// Sends a message that `fill` fills where it lies: all zero except for its header. Its number.
     ///
     /// # Errors
     /// A channel that the process may not write, or one that fails.

@@ -251,8 +251,8 @@ fn prepare(line: &mut ProcessLine) -> Result<()> {
     Ok(())
 }
 
-/// Has SIGCONT sent to this process when the other end of the pipe closes, as it does when the supervisor
-/// dies: a process that is stopped then would not hear that it is asked to end.
+/// Has SIGCONT sent to this process when the other end of the pipe closes, as it does when the supervisor dies. A
+/// process that is stopped then would not notice that it is asked to end.
 fn wake_at_hang_up(end: &OwnedFd) -> io::Result<()> {
     let settings = [
         (libc::F_SETFD, 0),

@@ -50,14 +50,14 @@ pub enum Error {
     #[error("{0}")]
     Died(Death),
     /// A process died as often as it was started again, and got nowhere in between.
-    #[error("{0}\nit was started again {1} times and died each time before it got any further: given up")]
+    #[error("{0}\nit was started again {1} times and died each time before it made progress: given up")]
     GivenUp(Death, u64),
     /// Nothing more happens in a lockstep.
     #[error(
-        "the mission stands still: for {seconds} s every process has waited for another one; the last tick that was \
-         answered is {tick}{rejected}"
+        "the mission is stuck: every process has waited for another one for {seconds} s; the last answered tick \
+         is {tick}{rejected}"
     )]
-    Standstill {
+    Stalled {
         /// For how long.
         seconds: u64,
         /// The tick of the last status.

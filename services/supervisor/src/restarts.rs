@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(restarts.pause_after_death(KILLED, 1000), Some(Duration::ZERO));
     }
 
-    /// A life of ten seconds counted as good, and a process that hangs is killed after thirty: one that hung in the
+    /// A life of ten seconds counted as good, and a process that hangs is killed after thirty. One that hung in the
     /// same drawing each time was started again for ever.
     #[test]
     fn who_hangs_each_time_is_given_up_whatever_it_has_sent_before() {

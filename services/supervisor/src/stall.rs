@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// Between two looks no more than this counts.
 const MOST_AT_ONCE: Duration = Duration::from_millis(100);
 
-/// For how long nobody has got any further.
+/// For how long no process has made progress.
 #[derive(Debug, Clone)]
 pub(crate) struct Stall {
     limit: Duration,

@@ -25,7 +25,7 @@ use crate::{Death, Error, Result};
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// A process that has ended well may have done so because of a last command whose status is on its way.
 const EARLY_END: Duration = Duration::from_secs(2);
-/// Room for the largest file that a channel makes, whoever reads it; 103 MiB were measured for a sketch.
+/// Room for the largest file that a channel makes, with any readers; 103 MiB were measured for a sketch.
 const LARGEST_FILE_MIB: u64 = 256;
 /// A signal that comes so long after the shutdown began is somebody who does not want to wait.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -43,7 +43,7 @@ pub struct Grace {
     /// One that is stopped (SIGSTOP) while the mission runs, before it is killed and started again.
     pub stopped: Duration,
     /// A lockstep in which every process waits for another one, before the mission is ended.
-    pub standstill: Duration,
+    pub stalled: Duration,
 }
 
 impl Default for Grace {
@@ -52,7 +52,7 @@ impl Default for Grace {
             services: Duration::from_secs(5),
             recorder: Duration::from_secs(30),
             stopped: Duration::from_secs(3),
-            standstill: Duration::from_secs(30),
+            stalled: Duration::from_secs(30),
         }
     }
 }
@@ -156,7 +156,7 @@ impl Supervisor {
         let pad = run.pad;
         let mut supervisor = Self::prepare(system, pad, grace, ceded)?;
         let paces_itself = run.pace == Pace::Lockstep && !pad.draws() && ceded == Ceded::default();
-        supervisor.stall = paces_itself.then(|| Stall::begin(grace.standstill, Instant::now()));
+        supervisor.stall = paces_itself.then(|| Stall::begin(grace.stalled, Instant::now()));
         for line in lines {
             supervisor.spawn(line)?;
         }
@@ -184,7 +184,7 @@ impl Supervisor {
                 return Ok(Progress::Ended);
             }
             self.check_children()?;
-            self.check_standstill()?;
+            self.check_stall()?;
             let left = end.saturating_duration_since(Instant::now());
             match self.node.as_ref().map(|node| node.nap(left.min(LOOK_EVERY))) {
                 Some(Wake::Terminate) => return Ok(Progress::Interrupted),
@@ -365,9 +365,9 @@ impl Supervisor {
     }
 
     /// # Errors
-    /// [`Error::Standstill`] where every process has waited for another one for too long. A recorder whose disk is full
+    /// [`Error::Stalled`] where every process has waited for another one for too long. A recorder whose disk is full
     /// is waited for.
-    fn check_standstill(&mut self) -> Result<()> {
+    fn check_stall(&mut self) -> Result<()> {
         let (Some(stall), Some(node), Some(ports)) = (&mut self.stall, &self.node, &self.ports) else {
             return Ok(());
         };
@@ -384,7 +384,7 @@ impl Supervisor {
             format!("; {process} rejected {} invalid messages", health.refused_messages)
         };
         let tick = self.status.map_or(0, |status| status.header.source_seq);
-        Err(Error::Standstill { seconds: stands.as_secs(), tick, rejected: rejected.map(word).collect() })
+        Err(Error::Stalled { seconds: stands.as_secs(), tick, rejected: rejected.map(word).collect() })
     }
 
     /// Ends the recorder. One that is dead, or is killed while it ends, has a successor that writes what

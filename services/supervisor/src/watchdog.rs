@@ -10,7 +10,7 @@ use sketchnav_runtime::ProcessState;
 
 /// Who is stopped and shows no sign of life for so long has missed its deadline, which is told.
 const DEADLINE: Duration = Duration::from_secs(1);
-/// One that seems to compute has more time before it is told of: drawings are read in one step.
+/// A process that seems to compute is reported later: drawings are read in one step.
 const BUSY_DEADLINE: Duration = Duration::from_secs(5);
 /// One that seems to compute may only be slow: a large drawing, a loaded machine.
 const BUSY_LIMIT: Duration = Duration::from_secs(30);
@@ -127,7 +127,7 @@ mod tests {
         }
     }
 
-    /// Until the kernel had taken it away, a process was once killed, and told of, at every look.
+    /// A process was once killed, and reported, at every look until the kernel had removed it.
     #[test]
     fn who_is_to_be_killed_is_told_of_once() {
         let mut now = Instant::now();

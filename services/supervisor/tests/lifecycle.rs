@@ -63,8 +63,8 @@ fn supervisor() {
     let order = [Process::Recorder, Process::Planner, Process::World, Process::Sketcher];
     let lines = order.map(|process| ProcessLine { process, command: act(process.word()), resumes: false });
     let services = if variable(PLOT) == "world-stays" { Duration::from_secs(8) } else { LONG };
-    let standstill = if variable(PLOT) == "planner-waits" { Duration::from_secs(2) } else { LONG };
-    let grace = Grace { services, recorder: LONG, stopped: LONG, standstill };
+    let stalled = if variable(PLOT) == "planner-waits" { Duration::from_secs(2) } else { LONG };
+    let grace = Grace { services, recorder: LONG, stopped: LONG, stalled };
     let mut supervisor = match Supervisor::start(&run, lines.into(), grace) {
         Ok(supervisor) => supervisor,
         Err(error) => return println!("\n> refused: {error}"),
@@ -346,8 +346,8 @@ fn a_lockstep_that_stands_still_is_told_and_ended() {
     let mut play = stage.play("planner-waits");
     assert_eq!(play.line(), "started");
     let said = play.line();
-    let expected = "bad input false: the mission stands still: for 2 s every process has waited for another one; the \
-                    last tick that was answered is 0";
+    let expected = "bad input false: the mission is stuck: every process has waited for another one for 2 s; the \
+                    last answered tick is 0";
     assert_eq!(said, expected);
     assert!(play.line().starts_with("down Ok(())"));
     stage.nothing_is_left();

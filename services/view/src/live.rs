@@ -213,8 +213,8 @@ fn is_wanted(topic: &Topic) -> bool {
     topic.is_watched() || topic.is_latched()
 }
 
-/// Opens a channel. Of what flows only the newest message is of use to who comes late; what people say and what went wrong
-/// is shown as far back as it is kept.
+/// Opens a channel. Of what flows, a late reader needs only the newest message. What people say and what went wrong is
+/// shown as far back as it is kept.
 fn open(node: &Node, spec: &'static ChannelSpec) -> Result<RawReader> {
     let mut reader = node.raw_reader(spec)?;
     let is_kept = matches!(spec.role, Role::Instruction | Role::Request | Role::Reply | Role::Report);

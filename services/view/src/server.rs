@@ -19,7 +19,7 @@ use crate::{Result, ViewError};
 const BACKLOG: usize = 512;
 /// How often viewers are told the time, at most.
 const TIME_EVERY: Duration = Duration::from_millis(50);
-/// Longest wait for viewers to be told of the end.
+/// Longest wait until viewers know of the end.
 const GOODBYE: Duration = Duration::from_millis(500);
 /// A thread for all viewers: what they get is ready.
 const THREADS: usize = 1;

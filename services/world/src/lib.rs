@@ -55,7 +55,9 @@ fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(
     let is_lost = found.is_lost();
     match found.state {
         Some((positions, world)) => Ok((Some(positions), world)),
-        None if is_lost => anyhow::bail!("no checkpoint can be used: nobody knows where the robot is"),
+        None if is_lost => {
+            anyhow::bail!("expected a usable checkpoint, found none: the robot's place is unknown")
+        }
         None => Ok((None, World::of_run(run)?)),
     }
 }
@@ -142,8 +144,8 @@ impl<S: Simulation> Shell<'_, S> {
         answered && tick < self.recorded_tick + LOCKSTEP_WINDOW
     }
 
-    /// In lockstep each command is for its own step, also where those of many steps have come: a world that
-    /// goes on from a checkpoint takes the steps since then again.
+    /// In lockstep each command is for its own step, also where those of many steps have come. A world that goes on
+    /// from a checkpoint takes the steps since then again.
     fn has_its_command(&self) -> bool {
         let tick = self.tick.last_seq();
         self.pace == Pace::Lockstep && self.held.is_some_and(|command| command.header.source_seq >= tick)

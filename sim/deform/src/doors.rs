@@ -161,7 +161,7 @@ fn sides(regions: &Regions, at: Vector2<f64>, along: Vector2<f64>) -> [Option<us
     [left, -left].map(|side| BESIDE_M.into_iter().find_map(|far| regions.at(at + side * far)))
 }
 
-/// Takes a length off a line's end, but for a tenth of its last piece.
+/// Takes a length off a line's end, except for a tenth of its last piece.
 pub(crate) fn shorten(points: &mut Vec<Vector2<f64>>, end: usize, by: f64) {
     if end == 0 {
         points.reverse();

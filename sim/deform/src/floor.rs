@@ -76,8 +76,8 @@ impl Floor {
         self.regions.at(place.coords())
     }
 
-    /// Places that a person would mark on the floor and in a drawing: the middle of every region, and
-    /// where these are few, what lies farthest from all of them, until there are seven.
+    /// Places that a person would mark on the floor and in a drawing. They are the middles of the regions. Where these
+    /// are few, places that are farthest from all others join them, until there are seven.
     pub fn places(&self) -> &[Point<World>] {
         &self.places
     }

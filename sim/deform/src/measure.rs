@@ -17,8 +17,8 @@ const LEAST_PLACES: usize = 4;
 
 /// Places of an annotated drawing.
 const ANNOTATED: usize = 7;
-/// How far an annotator's mark is from the place, root mean square, as a share of the places' extent: the
-/// marks that two annotators made for the same region are 0.21 of it apart (37 pairs).
+/// How far an annotator's mark is from the place, root mean square, as a share of the places' extent. The marks of two
+/// annotators for the same region are 0.21 of it apart (37 pairs).
 const MARK_SCATTER: f64 = 0.15;
 
 /// What people do, as [`Deformation::as_annotated`] measures it: the means over the seven annotated drawings
@@ -40,8 +40,8 @@ pub const PEOPLE: Deformation = Deformation {
 pub struct Deformation {
     /// Corresponding places that it was measured over.
     pub places: usize,
-    /// What the best similarity (move, turn, scale) leaves, root mean square, as a share of the places'
-    /// root mean square distance from their middle in the drawing.
+    /// The residual of the best similarity (translation, rotation, scale), root mean square. It is a share of the
+    /// places' root mean square distance from their middle in the drawing.
     pub similarity_residual: f64,
     /// The same of the best affine map.
     pub affine_residual: f64,

@@ -2,8 +2,8 @@
 
 use crate::grid::Grid;
 
-/// Walks around the set's lowest cell with the cells on the left, until it is back; holes in the set
-/// and pieces apart from that one are not in the outline. Empty where the set is.
+/// Walks around the set's lowest cell with the cells on the left, until it is back. Holes in the set, and pieces apart
+/// from that one, are not in the outline. Empty where the set is.
 pub(crate) fn polygon(grid: &Grid, belongs: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
     let Some(first) = (0..grid.len()).find(|&i| belongs(i)) else { return Vec::new() };
     let inside = |x: i64, y: i64| {
@@ -43,8 +43,8 @@ fn turn(at: [i64; 2], step: [i64; 2], inside: &impl Fn(i64, i64) -> bool) -> [i6
     [left, step, right].into_iter().rfind(|&edge| edge_is_border(cell, edge)).unwrap_or(left)
 }
 
-/// Whether an edge has a cell of the set on its left and none on its right: that one lies left of the
-/// edge that one gets by turning right.
+/// Whether an edge has a cell of the set on its left and none on its right. The cell on the left lies left of the edge
+/// that one gets by turning right.
 fn edge_is_border(cell: impl Fn([i64; 2]) -> bool, edge: [i64; 2]) -> bool {
     cell(edge) && !cell([edge[1], -edge[0]])
 }

@@ -1,5 +1,5 @@
-//! The rooms of a floor and the openings between them, found by the watersheds of the distance to the
-//! walls: where free space narrows between two wide places there is an opening.
+//! The rooms of a floor and the openings between them, found by the watersheds of the distance to the walls. Where
+//! free space narrows between two wide places there is an opening.
 //!
 //! Rooms that only a slit joins to the rest, and what lies outside, are none.
 

@@ -1,5 +1,5 @@
-//! Sketches of scenes of objects, as people deform them: out of scale, objects shifted, turned, too large or too small,
-//! some forgotten, the route redrawn past the objects as they are drawn, bent and smoothed.
+//! Sketches of scenes of objects, as people deform them. They are out of scale; objects are shifted, turned, too
+//! large, too small, or forgotten. The route is redrawn past the objects as they are drawn, bent and smoothed.
 //!
 //! Degree 0 traces the scene; at degree 1 objects are some 0.5 m beside their places; other degrees are in proportion. A
 //! drawing in which outlines meet or the route enters one is drawn anew: nobody draws that on purpose. After some attempts
@@ -12,8 +12,8 @@ use serde_json::json;
 use sketchnav_schemas::seed;
 use sketchnav_sim::scenes::{At, Scene, apart, distance, distance_to, middle};
 
-/// Standard deviations at degree 1: of the logarithm of the whole's scale, of its aspect, of an object's size and aspect;
-/// of an object's place, metres; of its heading, radians.
+/// Standard deviations at degree 1. They are of the logarithms of the whole's scale, its aspect, and an object's size
+/// and aspect. The others are of an object's place (metres) and heading (radians).
 const SCALE: f64 = 0.12;
 const ASPECT: f64 = 0.08;
 const SIZE: f64 = 0.2;

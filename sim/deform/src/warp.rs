@@ -1,11 +1,10 @@
 //! Where people put what: the map from the floor to the drawing.
 //!
-//! People draw rectangles as rectangles, in the right order and out of proportion. So along each of the
-//! two wall directions the map is monotone, with a logarithm of the local scale that wanders from patch to
-//! patch and from one part of the floor to another. Beside it, rows of rooms are shifted against each other,
-//! most of that where few walls run across (in the corridors), so that walls stay roughly straight; one end
-//! is drawn larger than the other. A little turn and shear of the whole.
-//! It is one to one: what would fold is shifted less.
+//! People draw rectangles as rectangles, in the right order and out of proportion. So the map is monotone along each
+//! of the two wall directions. The logarithm of its local scale wanders from patch to patch and from one part of the
+//! floor to another. Beside it, rows of rooms are shifted against each other, most where few walls run across (in the
+//! corridors). So walls stay roughly straight. One end is drawn larger than the other. A little turn and shear of the
+//! whole. It is one to one: what would fold is shifted less.
 
 use nalgebra::{Matrix2, Rotation2, Vector2};
 use rand::RngExt;
@@ -198,7 +197,7 @@ fn logs(count: usize, stretch_m: [f64; 2], deviation: f64, rng: &mut Pcg64Mcg) -
     logs
 }
 
-/// How far one is across the floor at each step, in patches: few where many walls run along that way, so
+/// How far one is across the floor at each step, in patches. Steps are short where many walls run along that way, so
 /// that shifts change where few walls do.
 fn bands(walls: &[Vec<Vector2<f64>>], across: usize, low: f64, count: usize) -> Vec<f64> {
     let running = |i: usize| {

@@ -43,8 +43,8 @@ fn assert_like_people(floor: &Floor, tolerance: f64) {
     }
 }
 
-/// A floor of the shape of the one that people drew: in a long building with narrow rooms the marks'
-/// scatter says more than the drawing.
+/// A floor of the shape of the one that people drew. In a long building with narrow rooms the marks' scatter says more
+/// than the drawing.
 #[test]
 fn degree_1_has_peoples_statistics() {
     assert_like_people(&floor("laboratory"), 0.2);

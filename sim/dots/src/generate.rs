@@ -53,8 +53,8 @@ pub fn clustered(
     }))
 }
 
-/// Places with equal probability everywhere on a square of this side, and more of them in a wall: an upright strip in the
-/// middle, a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
+/// Places with equal probability everywhere on a square of this side, and more of them in a wall. The wall is an
+/// upright strip in the middle, a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
 ///
 /// # Errors
 /// [`DotsError::Parameter`].

@@ -4,13 +4,12 @@
 //! ones first. It works out which rays may meet a face and intersects those with it. They lie one after the other
 //! in memory, so the compiler uses vector instructions. Faces behind what these rays have met are skipped.
 //!
-//! **The same bits.** Each intersection is counted as parry counts it. The tree's answer can differ from the
-//! least intersection. It leaves out a face whose bounding box begins behind the best hit so far. A rounded box
-//! may begin behind its face, or miss the ray. It leaves out no face whose box begins before the
-//! second hit.
-//! Where that is not so, which is rare, the tree is asked. Rays almost along a face, whose intersection
-//! parry treats in a way of its own, are left to parry. What is skipped would be hit `CLEAR_M` behind the
-//! nearest hit, at least: no rounding reaches so far, for a hit lies within the ends of its face.
+//! **The same bits.** Each intersection is counted as parry counts it. The tree's answer can differ from the least
+//! intersection. It leaves out a face whose bounding box begins behind the best hit so far. A rounded box may begin
+//! behind its face, or miss the ray. It leaves out no face whose box begins before the second hit. Where that is not
+//! so, which is rare, the tree is asked. Rays almost along a face, whose intersection parry treats in a way of its
+//! own, are left to parry. What is skipped would be hit at least `CLEAR_M` behind the nearest hit. No rounding reaches
+//! so far, since a hit lies within the ends of its face.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;

@@ -1,10 +1,9 @@
-//! Dead reckoning that errs: the velocity motion model (Thrun, Burgard and Fox, *Probabilistic
-//! Robotics*, table 5.3) with a drift that is constant during a run and slips on top.
+//! Dead reckoning with errors. It is the velocity motion model (Thrun, Burgard and Fox, *Probabilistic Robotics*,
+//! table 5.3) with slips and a drift that is constant during a run.
 //!
-//! Speed and turn rate of a step of length dt carry noise of variance (α₁ v² + α₂ ω²)/dt and
-//! (α₃ v² + α₄ ω²)/dt, so that the spread of a path does not depend on the length of the steps.
-//! An omnidirectional drive errs in both of its directions alike. The model's third noise, a final
-//! rotation, is left out: the turn rate's takes its place.
+//! Speed and turn rate of a step of length dt carry noise of variance (α₁ v² + α₂ ω²)/dt and (α₃ v² + α₄ ω²)/dt. So
+//! the spread of a path does not depend on the length of the steps. An omnidirectional drive errs in both of its
+//! directions alike. The model's third noise, a final rotation, is left out: the turn rate's takes its place.
 //!
 //! [`DeadReckoning`] counts a motion; [`Odometer`] has it count from one reading to the next.
 

@@ -1,8 +1,8 @@
 //! Kills the processes of a run at moments drawn by lot.
 //!
-//! A moment is a share of the mission, told by how much the world has done, not by the clock: however long
-//! the recoveries take, the kills spread over the whole mission. Which moments and which processes the seed
-//! decides; where in its step a process is hit, chance. Kills at start-up come whenever something starts.
+//! A moment is a share of the mission, measured by how much the world has done, not by the clock. However long the
+//! recoveries take, the kills spread over the whole mission. Which moments and which processes the seed decides; where
+//! in its step a process is hit, chance. Kills at start-up come whenever something starts.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fs;
@@ -177,7 +177,7 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// Whoever has just been started.
+    /// The process that has just been started.
     fn hit_the_young(&mut self) {
         for (process, pid) in serving(self.plan.supervisor) {
             let in_a_row = self.hits.iter().rev().filter(|hit| hit.process == process);

@@ -2,7 +2,7 @@
 //!
 //! The jobs of a suite are driven in small parts, each of which is there whole or not at all. So a run that was cut off goes
 //! on where it was. Parts of another experiment, build or machine are refused as `--merge` refuses them. A study is not
-//! driven again whose JSON is there for the same size and program.
+//! driven again whose JSON is there for the same size and program. `--page` fills the figures of pages.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -12,10 +12,11 @@ use anyhow::{Context, anyhow};
 use serde_json::{Value, json};
 use sketchnav_evaluation::EvalError;
 use sketchnav_evaluation::experiments::TaskOutcome as Ended;
-use sketchnav_evaluation::experiments::statistics::Tally;
+use sketchnav_evaluation::experiments::figures::{Experiment, Method};
 use sketchnav_evaluation::experiments::studies::{Size, Study, report};
 use sketchnav_evaluation::experiments::{studies, suites, table};
 
+use super::page::Pages;
 use super::parts::{self, Origin};
 use super::{Driven, choose, classify, drive_each, folders, jobs, machine, methods, study};
 use crate::args::EvalOptions;
@@ -29,48 +30,82 @@ const JOBS_OF_A_PART: usize = 32;
 /// The folder of parts within that of the results.
 const PARTS: &str = "parts";
 
-/// Suites that compare methods. The others are driven by the first method of their navigator.
+/// Suites that compare methods, or are about another one. The others are driven by the first method of their navigator.
 const COMPARED: [(&str, &[&str]); 9] = [
     ("building", &["outline", "boniardi-2015"]),
     ("building-079", &["outline", "boniardi-2015"]),
     ("corridor", &["corridor", "qtc-b", "argd", "combined"]),
     ("deformed", &["outline", "beam", "boniardi-2015"]),
     ("laboratory", &["outline", "boniardi-2015"]),
-    ("landmark-scenes", &["belief", "chronis-2007"]),
     ("people", &["outline", "beam", "boniardi-2015"]),
     ("people-exam", &["outline", "beam"]),
     ("routes", &["outline", "boniardi-2015"]),
+    ("sensitivity", &["beam"]),
 ];
 
 /// A line of the list: what was driven, and what came of it.
 struct Entry {
     name: &'static str,
     title: String,
-    figures: Vec<String>,
+    experiment: Experiment,
+    /// How large it is, where it is a study.
+    size: Option<String>,
+}
+
+impl Entry {
+    fn figures(&self) -> Vec<String> {
+        self.experiment.methods.iter().map(Method::words).chain(self.size.clone()).collect()
+    }
 }
 
 /// Drives them all; those whose data are missing are left out, and named.
 pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
     refuse_what_has_no_meaning(options).or_input()?;
     let folder = options.output.as_deref();
-    let folder =
-        folder.ok_or_else(|| anyhow!("eval {WORD}: expected a folder for the results: -o DIR")).or_input()?;
+    let folder = folder
+        .ok_or_else(|| anyhow!("eval {WORD}: expected -o DIR, the folder of the results"))
+        .or_input()?;
+    let wanted = wanted(options)?;
+    let mut pages = Pages::open(&options.pages)?;
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
-    let (mut entries, mut left_out) = (Vec::new(), Vec::new());
-    for name in suites::names() {
-        match of_suite(name, folder, options)? {
-            Ok(entry) => entries.push(entry),
+    let (mut entries, mut left_out) = (Vec::<Entry>::new(), Vec::new());
+    for name in wanted {
+        let driven = match studies::find(name) {
+            Some(study) => Ok(of_study(study, folder, options)?),
+            None => of_suite(name, folder, options)?,
+        };
+        match driven {
+            Ok(entry) => {
+                pages.put(name, entry.experiment.clone())?;
+                entries.push(entry);
+            }
             Err(why) => left_out.push(format!("`{name}`: {why}")),
         }
         write(&folder.join("README.md"), &list(&entries, &left_out, options)?)?;
     }
-    for study in studies::names().filter_map(studies::find) {
-        entries.push(of_study(study, folder, options)?);
-        write(&folder.join("README.md"), &list(&entries, &left_out, options)?)?;
-    }
+    pages.tell()?;
     left_out.iter().try_for_each(|why| out!("left out: {why}"))?;
     out!("{} of {} experiments in {}", entries.len(), entries.len() + left_out.len(), folder.display())?;
     Ok(if left_out.is_empty() { Outcome::Success } else { Outcome::Short })
+}
+
+/// The suites and studies that the user wants, all where nobody says.
+fn wanted(options: &EvalOptions) -> Result<Vec<&'static str>, Failure> {
+    let known: Vec<_> = suites::names().chain(studies::names()).collect();
+    if let Some(found) = options.suites.iter().find(|wanted| !known.contains(&wanted.as_str())) {
+        return Err(classify(EvalError::Suite { found: found.clone(), known: known.join(", ") }));
+    }
+    let is_wanted = |name: &&str| options.suites.is_empty() || options.suites.iter().any(|word| word == name);
+    Ok(known.into_iter().filter(is_wanted).collect())
+}
+
+/// Options that no single suite has.
+pub fn refuse_for_one(name: &str, options: &EvalOptions) -> anyhow::Result<()> {
+    let given = [("--suites", !options.suites.is_empty()), ("--page", !options.pages.is_empty())];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => Err(anyhow!("{option}: expected eval {WORD}, found eval {name}")),
+        None => Ok(()),
+    }
 }
 
 /// Options that are about one suite, or about parts on other machines.
@@ -129,7 +164,10 @@ fn of_suite(
     let driven = Driven { suite: &suite, methods: &methods, jobs: &jobs, outcomes: &outcomes };
     write(&folder.join(format!("{name}.json")), &super::json(&driven, options, None, None)?)?;
     write(&folder.join(format!("{name}.md")), &page(&driven, options))?;
-    Ok(Ok(Entry { name, title: suite.title.clone(), figures: figures(&driven) }))
+    let of_methods = methods.iter().map(|method| Method::of(&suite, method, &outcomes)).collect();
+    let command = command(name, &methods, options);
+    let experiment = Experiment { command, program: machine::program()?, methods: of_methods };
+    Ok(Ok(Entry { name, title: suite.title.clone(), experiment, size: None }))
 }
 
 /// The numbers of the jobs of each part.
@@ -139,18 +177,6 @@ fn ranges(count: usize) -> impl Iterator<Item = RangeInclusive<usize>> {
 
 fn of_method<'a>(driven: &'a Driven<'_>, method: &str) -> Vec<&'a Ended> {
     driven.outcomes.iter().filter(|ended| ended.method == method).collect()
-}
-
-/// For each method how many tasks were reached.
-fn figures(driven: &Driven<'_>) -> Vec<String> {
-    let figure = |method: &String| {
-        let counted = of_method(driven, method).into_iter().filter(|ended| driven.suite.counts(ended));
-        let tally = Tally::of(counted);
-        let [low, high] = tally.interval().map(|share| 100.0 * share);
-        let percent = tally.rate().map_or("–".to_owned(), |rate| format!("{:.1} %", 100.0 * rate));
-        format!("`{method}` {percent} ({low:.0} to {high:.0}) of {}", tally.attempts)
-    };
-    driven.methods.iter().map(figure).collect()
 }
 
 fn page(driven: &Driven<'_>, options: &EvalOptions) -> String {
@@ -169,6 +195,11 @@ fn page(driven: &Driven<'_>, options: &EvalOptions) -> String {
             text += &markdown(&table.header, &table.rows);
         }
         text.extend(table::note(driven.suite, &outcomes).map(|note| note + "\n\n"));
+    }
+    for section in driven.suite.sections(driven.outcomes) {
+        let _ = writeln!(text, "## {}\n", section.title);
+        text += &markdown(&section.table.header, &section.table.rows);
+        text.extend(section.words.iter().map(|words| format!("{words}\n\n")));
     }
     text
 }
@@ -204,18 +235,17 @@ fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Resu
     let size = Size { worlds: options.trials.map_or(study.worlds, u64::from), seed: options.seed };
     let (data, page) =
         (folder.join(format!("{}.json", study.name)), folder.join(format!("{}.md", study.name)));
-    let entry = Entry {
-        name: study.name,
-        title: study.title.to_owned(),
-        figures: vec![format!("{} worlds", size.worlds)],
-    };
     let program = machine::program()?;
+    let command = command(study.name, &[], options);
+    let experiment = Experiment { command: command.clone(), program: program.clone(), methods: Vec::new() };
+    let worlds = format!("{} worlds", size.worlds);
+    let entry = Entry { name: study.name, title: study.title.to_owned(), experiment, size: Some(worlds) };
     if page.is_file() && is_of(&data, size, &program) {
         return Ok(entry);
     }
     say!("{}: {} worlds", study.name, size.worlds);
     let figures = (study.run)(size).map_err(classify)?;
-    let mut text = heading(study.name, study.title, &command(study.name, &[], options));
+    let mut text = heading(study.name, study.title, &command);
     for figure in &figures {
         let _ = writeln!(text, "## {}\n", figure.table.title);
         text += &markdown(&figure.table.head, &report::rows(figure));
@@ -244,7 +274,7 @@ fn list(entries: &[Entry], left_out: &[String], options: &EvalOptions) -> Result
     );
     let header = ["experiment", "what is driven", "figures"].map(str::to_owned);
     let row = |entry: &Entry| {
-        vec![format!("[{0}]({0}.md)", entry.name), entry.title.clone(), entry.figures.join("<br>")]
+        vec![format!("[{0}]({0}.md)", entry.name), entry.title.clone(), entry.figures().join("<br>")]
     };
     text += &markdown(&header, &entries.iter().map(row).collect::<Vec<_>>());
     for why in left_out {
@@ -254,7 +284,7 @@ fn list(entries: &[Entry], left_out: &[String], options: &EvalOptions) -> Result
 }
 
 /// Writes a file that is there whole or not at all.
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
+pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let unfinished: PathBuf = path.with_extension("unfinished");
     let written = std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, path));
     written.with_context(|| path.display().to_string()).map_err(Failure::Other)
@@ -276,15 +306,15 @@ mod tests {
         of_suite("laboratory", folder, &options(folder)).unwrap().unwrap()
     }
 
-    /// The figures of all suites take hours, and whoever was cut off began again.
+    /// The figures of all suites take hours, and a run that was cut off began again.
     #[test]
     fn who_was_cut_off_goes_on_with_what_there_is() {
         let folder = tempfile::tempdir().unwrap();
         let first = drive(folder.path());
         assert!(
-            first.figures.len() == 2 && first.figures[0].starts_with("`outline` "),
+            first.figures().len() == 2 && first.figures()[0].starts_with("`outline` "),
             "{:?}",
-            first.figures
+            first.figures()
         );
         let part = folder.path().join("parts/laboratory/000001.json");
         let driven = std::fs::metadata(&part).unwrap().ino();
@@ -293,7 +323,7 @@ mod tests {
             "sketchnav eval laboratory --method outline,boniardi-2015 --trials 1 --sample 1 --seed 1"
         ));
         std::fs::remove_file(folder.path().join("laboratory.md")).unwrap();
-        assert_eq!(drive(folder.path()).figures, first.figures);
+        assert_eq!(drive(folder.path()).figures(), first.figures());
         assert_eq!(std::fs::metadata(&part).unwrap().ino(), driven, "it was driven again");
         assert_eq!(std::fs::read_to_string(folder.path().join("laboratory.md")).unwrap(), page);
     }
@@ -316,6 +346,21 @@ mod tests {
             let known: Vec<_> = sketchnav_navigators::all().flat_map(|navigator| navigator.methods).collect();
             assert!(methods.iter().all(|method| known.contains(&method)), "{name}");
         }
+    }
+
+    #[test]
+    fn a_suite_that_is_unknown_is_bad_input_and_the_others_are_driven_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let suites = |names: &[&str]| EvalOptions {
+            suites: names.iter().map(|&name| name.to_owned()).collect(),
+            ..options(folder.path())
+        };
+        assert_eq!(wanted(&suites(&["routes", "people"])).unwrap(), ["people", "routes"]);
+        assert_eq!(wanted(&suites(&[])).unwrap().len(), suites::names().count() + studies::names().count());
+        let Failure::Input(error) = wanted(&suites(&["peopl"])).unwrap_err() else { panic!() };
+        assert!(error.to_string().contains("suite \"peopl\": expected one of ablation"), "{error}");
+        let error = refuse_for_one("people", &suites(&["routes"])).unwrap_err().to_string();
+        assert_eq!(error, "--suites: expected eval all, found eval people");
     }
 
     #[test]

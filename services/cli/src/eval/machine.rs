@@ -1,7 +1,7 @@
 //! Which machine and which program drive: what the bits of an outcome depend on besides its inputs.
 //!
 //! The motion of the particles takes sines and exponentials from the C library, which chooses their code by the
-//! processor's features; so machines of one kind have the same library and the same such features.
+//! processor's features. So machines of one kind have the same library and the same such features.
 
 use std::ffi::CStr;
 
@@ -77,6 +77,6 @@ fn library() -> String {
 /// Version of this program, and a checksum of its file: two builds of one version may differ.
 pub fn program() -> anyhow::Result<String> {
     use anyhow::Context;
-    let bytes = std::fs::read("/proc/self/exe").context("this program's own file")?;
+    let bytes = std::fs::read("/proc/self/exe").context("file of this program")?;
     Ok(format!("{} {}", env!("CARGO_PKG_VERSION"), crc32fast::hash(&bytes)))
 }

@@ -113,7 +113,7 @@ fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
     Ok(hasher.finalize())
 }
 
-/// Everything that decides what is driven and how, but for the contents of files.
+/// Everything that decides what is driven and how, except for the contents of files.
 fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     let Trial {
         name, drawing, mission, robot, sheet, bytes, method, ends_with_contact, thinking_scans, ..

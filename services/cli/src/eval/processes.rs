@@ -122,7 +122,7 @@ fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result
 
 /// The recording of a run of the system in lockstep.
 fn by_processes(mission: &Path, seed: u64, place: &Path) -> anyhow::Result<PathBuf> {
-    let program = std::env::current_exe().context("this program's own path")?;
+    let program = std::env::current_exe().context("path of this program")?;
     let mut command = Command::new(program);
     command.arg("run").arg(mission).args(["--json", "--seed", &seed.to_string(), "--out"]).arg(place);
     command.args(["--system", &format!("eval-{}", std::process::id())]).stdin(Stdio::null());

@@ -1,4 +1,4 @@
-//! Files that appear under their names when they are whole: until then what was there before stays, which may
+//! Files that appear under their names when they are whole. Until then an earlier file of that name stays, which may
 //! be the very file that is being read. What is no file, a pipe or a device, is written as it is.
 
 use std::ffi::OsString;

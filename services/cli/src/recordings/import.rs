@@ -27,8 +27,8 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::plain_name;
 use crate::output::out;
 
-/// How far the place of the log's begin may be off where the drawing is the map: its own corrected pose, or a
-/// mark by hand.
+/// How far the place of the log's begin may be off where the drawing is the map. The place is its own corrected pose,
+/// or a mark by hand.
 const MAP_START_SPREAD_PX: f64 = 1.0;
 const MAP_START_SPREAD_RAD: f64 = 0.03;
 /// Of the task that a mission must have; nobody drives it.
@@ -160,7 +160,7 @@ fn run(
     })
 }
 
-/// A robot of whom only its laser is known. What the localizer does not ask for is as a Pioneer has it.
+/// A robot of which only the laser is known. What the localizer does not use is that of a Pioneer.
 fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
     let robot = Robot {
         name: LOG_SYSTEM.to_owned(),

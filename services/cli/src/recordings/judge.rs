@@ -137,9 +137,9 @@ fn journeys(recording: &Recording, log: &Log) -> anyhow::Result<Vec<JourneyVerdi
     directions::verdicts(&run, log)
 }
 
-/// Of each task with a drawn route whether the true way was homotopic to it, with respect to what was drawn
-/// (Boniardi et al. 2016, IV and V: what counts as success). The anchors' table of the drawing has the mission's
-/// name, that of the floor the floor plan's.
+/// Of each task with a drawn route whether the true way was homotopic to it, with respect to the drawing. That is what
+/// counts as success (Boniardi et al. 2016, IV and V). The anchors' table of the drawing has the mission's name, that
+/// of the floor the floor plan's.
 fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<String, bool>> {
     let recording = Recording::open(&judged.recording)?;
     let folder = tempfile::tempdir()?;
@@ -198,8 +198,8 @@ fn write_tables(judged: &[Judged], options: &JudgeOptions) -> Result<(), Failure
     Ok(())
 }
 
-/// A name for each recording that no other one has: its own, where several have the same with the folder
-/// before it, and where that does not tell them apart either, with a number behind.
+/// A name for each recording that no other one has. It is its own; where several have the same, the folder before it
+/// is added. Where that does not suffice either, a number follows.
 fn names(judged: &[&Judged]) -> Vec<String> {
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let in_folder = |path: &Path| {
@@ -247,7 +247,7 @@ pub fn table(judged: &[&Judged]) -> Table {
     table
 }
 
-/// What is told of a recording: name and value.
+/// Figures of a recording: name and value.
 pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     let figures = &judged.figures;
     let mut rows = Vec::new();

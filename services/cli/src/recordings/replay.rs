@@ -64,7 +64,7 @@ fn failure(error: anyhow::Error, file: &Path) -> Failure {
 fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<RunConfig, Failure> {
     if options.live.contains(&Process::World) {
         return Err(Failure::Input(anyhow!(
-            "--live world: a world that lives needs no recording; see `sketchnav run`"
+            "--live world: expected other processes; a live world needs no recording, see `sketchnav run`"
         )));
     }
     if options.live.contains(&Process::Recorder) != options.record.is_some() {

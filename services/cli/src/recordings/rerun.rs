@@ -35,7 +35,7 @@ pub fn rerun(file: &Path, options: &RerunOptions) -> Result<Outcome, Failure> {
         let process = options.process;
         let file = file.display();
         return Err(Failure::Input(anyhow!(
-            "{file}: the {process} has sent nothing, and has nothing to answer"
+            "{file}: expected messages of the {process}, found none: there is nothing to execute again"
         )));
     }
     if let (Some(copy), true) = (&copy, asks_what_if) {

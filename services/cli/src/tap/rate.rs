@@ -1,7 +1,8 @@
 //! Rates, bandwidth and delays of channels.
 //!
-//! A message's time is when its writer sent it, by the clock that all processes share: an observer looks every two
-//! milliseconds, and what it sees tells no interval. The delay of a message is the time since the tick that caused it.
+//! A message's time is when its writer sent it, by the clock that all processes share. An observer looks only every
+//! two milliseconds, so the times at which it sees them give no interval. The delay of a message is the time since the
+//! tick that caused it.
 
 use std::collections::VecDeque;
 use std::time::Instant;

@@ -94,7 +94,7 @@ impl Gatherer {
         })
     }
 
-    /// The system's node: for waiting, and for whoever wants to send a process a signal.
+    /// The system's node: for waiting, and for sending a process a signal.
     pub fn node(&self) -> &Node {
         &self.node
     }

@@ -41,7 +41,7 @@ const PARTS: [Part; 19] = [
     Part { name: "one-scale", localizer: "scales = 'one'", planner: "" },
     Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
     Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },
-    Part { name: "first-scan-unsifted", localizer: "start_scales = 'least-squares'", planner: "" },
+    Part { name: "first-scan-unfiltered", localizer: "start_scales = 'least-squares'", planner: "" },
     // In proportion as a whole, however the first scan's place is stretched.
     Part { name: "no-anisotropy", localizer: "anisotropic_share = 0.0", planner: "" },
     Part { name: "no-usual-size", localizer: "start_size_share = 0.0", planner: "" },
@@ -55,7 +55,7 @@ const PARTS: [Part; 19] = [
         localizer: "perturbed_share = 0.0\nperturbed_share_lost = 0.0",
         planner: "",
     },
-    Part { name: "no-loyalty", localizer: "mode_loyalty = 1.0", planner: "" },
+    Part { name: "no-hysteresis", localizer: "mode_hysteresis = 1.0", planner: "" },
     Part { name: "no-memory", localizer: "", planner: "obstacle_memory_s = 0.1" },
     // More doubt than there can be.
     Part { name: "believes-arrivals", localizer: "", planner: "look_above = 100.0\ndoubt_above = 100.0" },

@@ -1,5 +1,5 @@
-//! Suite `corridor-cost`: what a drive along a corridor costs by each method of the kind `corridor`, and by a map (Patil 2019,
-//! 5.5, tables 5.1 and 5.2). The map is a drawing of degree 0: the corridor's walls, traced.
+//! Suite `corridor-cost`: what a drive along a corridor costs (Patil 2019, 5.5, tables 5.1 and 5.2). It is driven by
+//! each method of the kind `corridor`, and by a map. The map is a drawing of degree 0: the corridor's walls, traced.
 
 use std::sync::Arc;
 

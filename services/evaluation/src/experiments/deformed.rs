@@ -271,7 +271,7 @@ mod tests {
         suite(&Folders::of_checkout()).unwrap()
     }
 
-    /// And at every degree the same ones, but for rooms that were forgotten.
+    /// And at every degree the same ones, except for rooms that were forgotten.
     #[test]
     fn every_trial_leads_from_one_region_to_another() {
         let suite = shipped();

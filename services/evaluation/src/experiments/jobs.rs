@@ -23,8 +23,8 @@ pub struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    /// The repetition's seed comes from the suite's seed and the names alone; methods share it, so that
-    /// they are compared in the same world with the same noise; so do variants of a trial.
+    /// The repetition's seed comes from the suite's seed and the names alone. Methods share it, so that they are
+    /// compared in the same world with the same noise. So do variants of a trial.
     pub fn new(trial: &'a Trial, method: &'a str, repetition: u32, suite_seed: u64) -> Self {
         let name = trial.variant_of.as_ref().unwrap_or(&trial.name);
         let seed = derived(suite_seed, &format!("eval/{name}#{repetition}"));

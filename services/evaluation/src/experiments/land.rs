@@ -1,5 +1,5 @@
-//! The suite `directions-land`: journeys of some 30 m from pole to pole by a custom map, with a noisy laser (Park and Kender
-//! 1995, 8: the paper names this navigator and does not build it).
+//! The suite `directions-land`: journeys of some 30 m from pole to pole by a custom map, with a noisy laser. The paper
+//! names this navigator and does not build it (Park and Kender 1995, 8).
 //!
 //! Each trial has a field of its own. The map-maker knows the poles; the navigator sees what its laser shows. A journey succeeds
 //! where the robot stops beside the pole of its goal and has touched nothing.
@@ -112,16 +112,9 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
     let robot = files::robot(&robot)?;
     let bytes = toml::to_string(&poles::plan(number)).unwrap_or_default();
     let trial = Trial {
-        name: format!("{number:03}"),
-        drawing: "field of poles".into(),
-        mission,
-        robot,
-        sheet: None,
-        method: None,
         ends_with_contact: true,
-        thinking_scans: 0,
-        variant_of: None,
         bytes: Some(Page::from(bytes.into_bytes())),
+        ..Trial::without_sheet(format!("{number:03}"), "field of poles".into(), mission, robot)
     };
     Ok(is_joined(&trial, &field, goal)?.then_some(trial))
 }

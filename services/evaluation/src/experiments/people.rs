@@ -1,11 +1,10 @@
-//! Suite `people`: ten drawings of one environment by ten people, and what two annotators say which
-//! places of a drawing are which places of the environment. Suite `people-exam`: six more by other people. Parameters may be
-//! chosen by the first, never by the second.
+//! Suite `people`: ten drawings of one environment by ten people. Two annotators say which places of a drawing are
+//! which places of the environment. Suite `people-exam`: six more by other people. Parameters may be chosen by the
+//! first, never by the second.
 //!
-//! A trial drives from one matched place to another in another region, with the start marked as people
-//! mark it; where it counts as arrived is judged by region, since two annotators' marks in one hall lie
-//! metres apart. Data: M. Mielle et al., "A method to find the robot's place in a hand-drawn map"
-//! (sketch_map_matching).
+//! A trial drives from one matched place to another in another region, with the start marked as people mark it.
+//! Arrival is judged by region, since two annotators' marks in one hall lie metres apart. Data: M. Mielle et al., "A
+//! method to find the robot's place in a hand-drawn map" (sketch_map_matching).
 //!
 //! - [`mod@matches`]: the annotators' files; [`regions`]: the environment's rooms.
 

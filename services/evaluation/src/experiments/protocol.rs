@@ -1,6 +1,6 @@
-//! Suites after the protocol of Boniardi et al. 2015, section IV: tasks in a row; the robot's pose is given at the
-//! start of the first, and again after a task that failed, at that task's goal. A suite has a mission
-//! file for each drawing and the paper's table to be set beside it.
+//! Suites after the protocol of Boniardi et al. 2015, section IV: tasks in a row. The robot's pose is given at the
+//! start of the first. After a task that failed it is given again, at that task's goal. A suite has a mission file for
+//! each drawing and the paper's table to be set beside it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,9 +1,9 @@
 //! Suite `routes`: 25 drawings, each with a route that the robot shall follow (Boniardi et al. 2016, V).
 //!
-//! A trial succeeds where the robot says that it is there, truly is no farther than the mission's
-//! limit from the goal that the person meant, and has come by a way that is homotopic to the drawn
-//! route with respect to what the person drew ([`Correspondence`]). The paper judges the estimated
-//! way and names no limit; the true way is judged here, and the missions say 1 m.
+//! A trial succeeds where the robot says that it is there, and truly is no farther than the mission's limit from the
+//! meant goal. Its way must also be homotopic to the drawn route with respect to what the person drew
+//! ([`Correspondence`]). The paper judges the estimated way and names no limit; the true way is judged here, and the
+//! missions say 1 m.
 //!
 //! The start is the route's first point and direction, with the error that the person made in drawing.
 

@@ -1,9 +1,8 @@
 //! Suite `sensitivity`: success against one condition at a time, all others as they are.
 //!
-//! The trials are those of suite `deformed` at degree 0.5 by the floors that ship, two by each drawing;
-//! a condition changes the trial and nothing of the methods' parameters, but for the one that says how
-//! large a building is expected to be. All lines of a trial have the
-//! same seeds, so that they differ by the condition alone.
+//! The trials are those of suite `deformed` at degree 0.5 by the floors that ship, two by each drawing. A condition
+//! changes the trial and no parameter of the methods. The exception is the parameter that says how large a building is
+//! expected to be. All lines of a trial have the same seeds, so that they differ by the condition alone.
 
 use sketchnav_schemas::codes::Process;
 

@@ -1,12 +1,12 @@
 //! Counts and intervals.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::statistics::wilson;
 
 use crate::experiments::outcome::{Kind, TaskOutcome};
 
 /// What many tasks came to.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Tasks driven.
     pub attempts: usize,

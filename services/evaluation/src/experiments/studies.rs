@@ -1,5 +1,5 @@
-//! Studies: experiments that drive no missions. A study is a pure function of a seed and a number of worlds, and gives tables;
-//! where the rows of a table are numbers, its columns are curves.
+//! Studies: experiments that drive no missions. A study is a pure function of a seed and a number of worlds, and gives
+//! tables. Where the rows of a table are numbers, its columns are curves.
 //!
 //! So figures of a paper, and statistics over thousands of simulated journeys, stand beside the suites, under the same command.
 

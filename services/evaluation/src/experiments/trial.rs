@@ -15,8 +15,8 @@ use sketchnav_schemas::seed;
 use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_sketch::reading::DrawnMap;
 
-/// Time for a task, seconds of simulation, by the shortest way to its place: no robot that drives there
-/// fails for lack of it, and one that looks for its way may drive five times as far.
+/// Time for a task, seconds of simulation, by the shortest way to its place. No robot that drives there fails for lack
+/// of it. One that searches for its way may drive five times as far.
 pub fn time_limit_s(shortest_way_m: f64) -> f64 {
     60.0 + 10.0 * shortest_way_m
 }
@@ -69,6 +69,24 @@ pub struct Trial {
     pub variant_of: Option<String>,
     /// What a person gives, where it lies in no folder; `None`: the mission names the file.
     pub bytes: Option<Page>,
+}
+
+impl Trial {
+    /// A drive of a navigator without a drawing, by the suite's method. Touches do not end it.
+    pub fn without_sheet(name: String, line: String, mission: Mission, robot: Robot) -> Self {
+        Self {
+            name,
+            drawing: line,
+            mission,
+            robot,
+            sheet: None,
+            method: None,
+            ends_with_contact: false,
+            thinking_scans: 0,
+            variant_of: None,
+            bytes: None,
+        }
+    }
 }
 
 /// What a person gives, where it lies in no folder.

@@ -14,8 +14,8 @@ use crate::experiments::outcome::Kind;
 use crate::experiments::run::{Driven, kind_of};
 use crate::experiments::trial::{Sheet, Trial};
 
-/// The pictures of a run as SVG, each with what it shows: `sketch` where there is one, `floor`; by the method `outline` also
-/// `outline-sketch` and `outline-floor`, what corresponded to what in the end.
+/// The pictures of a run as SVG, each with what it shows: `sketch` where there is one, and `floor`. The method
+/// `outline` has `outline-sketch` and `outline-floor`, too: what corresponded to what in the end.
 ///
 /// # Errors
 /// [`EvalError`] where the world or the drawing cannot be drawn.

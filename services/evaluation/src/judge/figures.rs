@@ -1,11 +1,11 @@
 //! The figures of a recording: how far the estimates were from the truth, how the mission went, how the
 //! services kept up.
 //!
-//! In a drawing an estimate has no metres of its own. Two errors are told of it. *Metric*: the trajectory in
-//! metres, by the map's resolution where the drawing is the map of the world, else by the mean of the local
-//! scales along the walls and across; brought onto the truth by a rotation and a translation. *Local*: how
-//! far the estimate is from where the best affine map of the whole trajectory puts the truth, in metres by the
-//! local scales of that very estimate; what a drawing's proportions do to all of it, is no error.
+//! In a drawing an estimate has no metres of its own. It has two errors. *Metric*: the trajectory in metres, brought
+//! onto the truth by a rotation and a translation. Pixels become metres by the map's resolution where the drawing is
+//! the map of the world. Else they do by the mean of the local scales along the walls and across. *Local*: how far the
+//! estimate is from the truth as the best affine map of the whole trajectory puts it. It is in metres by the local
+//! scales of that very estimate. What a drawing's proportions do to all of it is no error.
 
 use std::collections::BTreeMap;
 

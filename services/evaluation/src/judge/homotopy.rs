@@ -1,22 +1,21 @@
-//! Whether a way on the true floor passes the same things on the same sides, as often and in the same
-//! order, as a route in the drawing: the criterion of Boniardi et al. 2016, V-B, "homotopically equivalent with
-//! respect to the topology induced by the sketch".
+//! Whether a way on the true floor passes the same things on the same sides as a route in the drawing, as often and in
+//! the same order. It is the criterion of Boniardi et al. 2016, V-B: "homotopically equivalent with respect to the
+//! topology induced by the sketch".
 //!
-//! Way and route lie in different planes. What joins these are [`Anchor`]s: things of which both places
-//! are known, above all the obstacles that the person drew. (The estimated way lies in the drawing,
-//! but an estimate that is wrong in just the right manner would excuse itself; so the true way is judged.)
-//! On the anchors we lay a triangulation whose straight edges cross nowhere in either plane. Triangle
-//! upon triangle is then one map from plane to plane that is continuous both ways and carries every
-//! anchor to its like, and a way crosses the same edges in both planes. The sequence of edges is its *word*.
+//! Way and route lie in different planes. What joins these are [`Anchor`]s: things of which both places are known,
+//! above all the obstacles that the person drew. (The estimated way lies in the drawing, but an estimate that is wrong
+//! in just the right manner would excuse itself. So the true way is judged.) On the anchors we lay a triangulation
+//! whose straight edges cross nowhere in either plane. Triangle upon triangle is then one map from plane to plane,
+//! continuous both ways, that carries every anchor to its like. A way crosses the same edges in both planes. The
+//! sequence of edges is its *word*.
 //!
-//! A word without two equal neighbours is reduced. All triangles are discs and all anchors corners,
-//! so the plane without its anchors shrinks to the graph "triangle beside triangle"; a walk on a graph
-//! is determined up to homotopy by its reduced form. A closed line can thus be drawn together without
-//! passing over an anchor exactly where its word reduces to nothing: that is the fundamental (free)
-//! group, finer than winding numbers, which see no order. (S. Bhattacharya et al., "Topological
-//! constraints in search-based robot path planning", 2012, compare h-signatures; D. Grigoriev and
-//! A. Slissenko, 1998, reduced words of cuts.) Both lines are closed to one by joining their ends in
-//! the drawing.
+//! A word without two equal neighbours is reduced. All triangles are discs and all anchors corners, so the plane
+//! without its anchors shrinks to the graph "triangle beside triangle". A walk on a graph is determined up to homotopy
+//! by its reduced form. A closed line can thus be drawn together without passing over an anchor exactly where its word
+//! reduces to nothing. That is the fundamental (free) group, finer than winding numbers, which see no order. (S.
+//! Bhattacharya et al., "Topological constraints in search-based robot path planning", 2012, compare h-signatures; D.
+//! Grigoriev and A. Slissenko, 1998, reduced words of cuts.) Both lines are closed to one by joining their ends in the
+//! drawing.
 //!
 //! Anchors at wall ends and corners do no harm: no way leads around them but through a wall.
 //!
@@ -102,9 +101,9 @@ impl Correspondence {
         self.mesh.carry(&self.drawing, &self.floor, place)
     }
 
-    /// The reduced word of the closed line that runs along `way`, straight (in the drawing) to the
-    /// end of `route`, back along it, and straight to the begin of `way`: empty where the two are
-    /// homotopic. `None` where one of them is empty or leaves the anchors' surroundings.
+    /// The reduced word of a closed line. It runs along `way`, straight (in the drawing) to the end of `route`, back
+    /// along it, and straight to the begin of `way`. It is empty where the two are homotopic. `None` where one of them
+    /// is empty or leaves the anchors' surroundings.
     pub fn difference(&self, way: &[Point<World>], route: &[Point<Sketch>]) -> Option<Word> {
         let (first, last) = (self.to_drawing(*way.first()?)?, self.to_drawing(*way.last()?)?);
         let back: Vec<_> = std::iter::once(last).chain(route.iter().rev().copied()).chain([first]).collect();

@@ -1,12 +1,12 @@
-//! How far one trajectory is from another: absolute and relative errors, as evo and the TUM benchmark have
-//! them (Sturm et al., *A Benchmark for the Evaluation of RGB-D SLAM Systems*, IROS 2012).
+//! How far one trajectory is from another, as absolute and relative errors. They are those of evo and the TUM
+//! benchmark (Sturm et al., *A Benchmark for the Evaluation of RGB-D SLAM Systems*, IROS 2012).
 //!
 //! Pure. Both trajectories are as long as each other, their poses of one index belong together.
 
 use serde::Serialize;
 use sketchnav_schemas::geometry::Pose;
 
-/// What is told of a list of errors.
+/// Statistics of a list of errors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistics {
     /// How many.
@@ -80,8 +80,8 @@ pub fn absolute<'a, F>(truth: &'a [Pose<F>], estimate: &'a [Pose<F>]) -> impl It
     truth.iter().zip(estimate).map(|(t, e)| (t.x - e.x).hypot(t.y - e.y))
 }
 
-/// How far the ways of `delta` poses differ in length and direction, from pose 0 to `delta`, from there on and
-/// so forth: the translation of (Q⁻¹ᵢ Qᵢ₊δ)⁻¹ (P⁻¹ᵢ Pᵢ₊δ).
+/// How far the ways of `delta` poses differ in length and direction, from pose 0 to `delta`, from there on and so
+/// forth. It is the translation of (Q⁻¹ᵢ Qᵢ₊δ)⁻¹ (P⁻¹ᵢ Pᵢ₊δ).
 pub fn relative<'a, F>(
     truth: &'a [Pose<F>],
     estimate: &'a [Pose<F>],

@@ -1,8 +1,8 @@
 //! What markers tell: which are remembered, which two make a pair, how they move and how far they are.
 //!
-//! A pair is a marker on the left and one on the right, seen within 0.1 s of each other, the nearest ones of each side
-//! (Patil 2019, 3.2.2 and 3.2.3). Its relations are QTC_B of marker and robot, the robot at rest at the origin, and the
-//! class of the distance. Markers are remembered in the odometry frame while they are out of view.
+//! A pair is the nearest marker on the left and the nearest on the right, seen within 0.1 s of each other (Patil 2019,
+//! 3.2.2 and 3.2.3). Its relations are QTC_B of marker and robot, the robot at rest at the origin, and the class of
+//! the distance. Markers are remembered in the odometry frame while they are out of view.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_qualitative::qtc::{QtcB, Sign};

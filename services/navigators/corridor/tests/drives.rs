@@ -232,7 +232,8 @@ fn with_the_sign_of_qtc_the_published_rules_do_not_steer() {
     assert_ne!(ended.state(), TaskState::Reached, "{}", ended.words());
 }
 
-/// The turn to the right at a junction put a marker behind the robot that it had not come to: it was passed, 3.5 m away.
+/// The turn to the right at a junction put a marker behind the robot that it had not come to. It counted as passed,
+/// 3.5 m away.
 #[test]
 fn a_turn_passes_no_marker() {
     let corridor = Corridor::new(Shape::T, 2.4);

@@ -1,4 +1,5 @@
-//! How the cost of a survey and of a path grows with the number of dots, at one dot a window: a table, and the exponent.
+//! How the cost of a survey and of a path grows with the number of dots, at one dot a window. It prints a table, and
+//! the exponent.
 
 use std::time::Instant;
 

@@ -1,9 +1,9 @@
 //! The probability of arrival, by simulation of the navigator; and the path that maximises it. This part is ours.
 //!
 //! The map-maker knows its own errors and the navigator's. It simulates:
-//! 1. each transition by itself, as geometry, without and with verification: how often errors of position lead to another
-//!    dot. This takes the place of equations 1 and 2 in a search for the most reliable path, and it says where
-//!    verification pays: a count may be misread, too;
+//! 1. each transition by itself, as geometry, without and with verification: how often errors of position lead to
+//!    another dot. This takes the place of equations 1 and 2 in a search for the most reliable path. It also says
+//!    where verification pays, since a count may be misread, too.
 //! 2. whole journeys with the navigator, for a few candidate plans: verification, recovery, misses and all. The best one is
 //!    kept;
 //! 3. fresh journeys with that plan: their share of arrivals is the probability that the plan states. The choice among
@@ -27,6 +27,7 @@ use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Path, Start, Weights, best};
 use crate::plan::{Plan, Verify};
 use crate::plane::{DotId, Plane};
+use crate::wording::reworded;
 pub use trial::{Estimate, estimates};
 
 /// Around a path, how many window sides of the plane are simulated.
@@ -149,7 +150,12 @@ pub fn most_probable(
 ) -> Result<Plan, Error> {
     let estimates = estimates(atlas, pilot, effort.trials, seed)?;
     let mut plans = Vec::new();
+    let Settings { vocabulary, .. } = pilot.settings;
     for path in candidates(atlas, &estimates, start, goal, seed)? {
+        // First in other words: of equals, the first plan is kept.
+        let other = reworded(atlas, &path, vocabulary, pilot.settings.gate);
+        plans.push(Plan::choosing(atlas, other.clone(), |leg, _| estimates[leg.number as usize].pays())?);
+        plans.push(Plan::new(atlas, other, Verify::Nothing)?);
         plans.push(Plan::choosing(atlas, path.clone(), |leg, _| estimates[leg.number as usize].pays())?);
         plans.push(Plan::new(atlas, path.clone(), Verify::Nothing)?);
         plans.push(Plan::new(atlas, path, Verify::Recoverable)?);
@@ -190,8 +196,8 @@ fn ranked(
     Ok(tried.into_iter().map(|(_, plan)| plan).collect())
 }
 
-/// Paths that may be the most probable: by simulated transitions with and without a taste for short ways, by simulated
-/// transitions that vary, and by the models.
+/// Paths that may be the most probable. They come from simulated transitions with and without a preference for short
+/// ways, from transitions that vary, and from the models.
 fn candidates(
     atlas: &Atlas,
     estimates: &[Estimate],

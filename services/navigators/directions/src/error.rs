@@ -108,8 +108,8 @@ pub enum Error {
     },
     /// A goal to which no path leads.
     #[error(
-        "no path from dot {start} to dot {goal}: {reached} dots are reached from the start, {reaching} reach the goal; \
-         a path would have to lead from dot {from} to dot {to}, {gap:.3} apart"
+        "no path from dot {start} to dot {goal}: {reached} dots are reached from the start, {reaching} reach the goal. \
+         A path would have to lead from dot {from} to dot {to}, {gap:.3} apart"
     )]
     Unreachable {
         /// The landmark at the start.

@@ -1,8 +1,8 @@
 //! The experiments of Park and Kender 1995 as pure functions, by seed, and those that they leave out. Each gives a table.
 //!
-//! The paper's world: 100 dots on a square of ten windows. In its physical setting figure 30's distances say that a window
-//! is some 100 mm wide, so this module has a window of 100 mm on 1000 mm × 1000 mm. Its errors of 1 and 5 mm are then 0.01
-//! and 0.05 windows.
+//! The paper's world: 100 dots on a square of ten windows. In its physical setting, figure 30's distances say that a
+//! window is some 100 mm wide. So this module has a window of 100 mm on 1000 mm × 1000 mm. Its errors of 1 and 5 mm
+//! are then 0.01 and 0.05 windows.
 
 mod journeys;
 mod worlds;

@@ -25,8 +25,8 @@ pub fn clustered(dots: usize, side: f64, clusters: usize, spread: f64, seed: u64
     plane(places::clustered(dots, side, clusters, spread, seed))
 }
 
-/// Dots with equal probability everywhere on a square of this side, and more of them in a wall: an upright strip in the middle,
-/// a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
+/// Dots with equal probability everywhere on a square of this side, and more of them in a wall. The wall is an upright
+/// strip in the middle, a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
 pub fn walled(dots: usize, in_wall: usize, side: f64, seed: u64) -> Result<Plane, Error> {
     plane(places::walled(dots, in_wall, side, seed))
 }

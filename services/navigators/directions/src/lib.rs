@@ -9,7 +9,7 @@
 //! - [`isolation`], [`description`]: which dot of a view a word means; [`signature`]: what surrounds a dot; [`sight`]: what hides it;
 //! - [`parkway`], [`trajectory`], [`transitions`]: which landmark is attained from which, and their sparse matrix;
 //! - [`reliability`], [`fit`]: equations 1 and 2; [`recovery`]: errors that are detected and corrected;
-//! - [`atlas`]: all of that together; [`path`], [`plan`]: costs and the best path;
+//! - [`atlas`]: all of that together; [`path`], [`plan`]: costs and the best path; [`wording`]: words that depend on the path;
 //! - [`pillars`]: landmarks on land in a laser scan;
 //! - [`arrival`]: the most probable path, by simulation; [`experiments`]: the paper's, and ours.
 //!
@@ -18,7 +18,7 @@
 //! Both: [`custom_map`], the file that people read and write. The navigator: [`navigator`]. For trials: [`journey`].
 //!
 //! **Units and frames.** Lengths are in one unit that the caller chooses; the paper's is the millimetre. x points east, y
-//! north. The window never turns on purpose, so its axes are those of the plane but for the helicopter's own errors.
+//! north. The window never turns on purpose, so its axes are those of the plane except for the helicopter's own errors.
 //!
 //! Nothing here knows a clock, a file, a channel, a thread or randomness of its own.
 
@@ -46,6 +46,7 @@ pub mod signature;
 pub mod stages;
 pub mod trajectory;
 pub mod transitions;
+pub mod wording;
 
 #[cfg(test)]
 mod testing;

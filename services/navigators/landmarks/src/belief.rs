@@ -1,10 +1,10 @@
 //! Where the robot may be in the drawing: our own way, instead of exact matches (the default navigator).
 //!
 //! The hidden state is a pose in the drawing and how the drawing is stretched: how many real metres a drawn one stands
-//! for. Hypotheses of it (a particle filter; Thrun, Burgard and Fox 2005, table 8.2) move by odometry. The observations
-//! are relations: each object that the robot sees or remembers has a direction and a distance, and each hypothesis says
-//! which drawn outline should be there. People draw objects some decimetres beside their places, forget some and draw
-//! others too large; so a relation that fits no outline costs a bounded amount.
+//! for. Hypotheses of it (a particle filter; Thrun, Burgard and Fox 2005, table 8.2) move by odometry. The
+//! observations are relations. Each object that the robot sees or remembers has a direction and a distance. Each
+//! hypothesis says which drawn outline should be there. People draw objects some decimetres beside their places,
+//! forget some and draw others too large. So a relation that fits no outline costs a bounded amount.
 //!
 //! Nothing is allocated in an update. Randomness arrives with the state.
 

@@ -4,10 +4,10 @@
 //!
 //! α = Σ s / e^μ(x) · w(x) · cos(x π/8), β the same with the sine, μ(x) = p(x) · ln(r − 1) / r
 //!
-//! with p(x) the proximity in direction x and r the range, both in inches. So an object counts s = 200 where it touches, and
-//! s / (r − 1), about 1, where it is at the range of 150 inches; beyond it counts nothing. S₁ = √(α² + β²) says how much is
-//! to be avoided, F₁ = atan2(β, α) where. The printed minus between p(x) and the logarithm would leave 38 % of the force at
-//! the range, and nothing would be left of the path's command between objects.
+//! with p(x) the proximity in direction x and r the range, both in inches. So an object counts s = 200 where it
+//! touches. At the range of 150 inches it counts s / (r − 1), about 1, and nothing beyond. S₁ = √(α² + β²) says how
+//! much is to be avoided, F₁ = atan2(β, α) where. The printed minus between p(x) and the logarithm would leave 38 % of
+//! the force at the range. Nothing would be left of the path's command between objects.
 //!
 //! Formula 4.27, F₂ = d S₁ r / c + p t, we read with d = −F₁ in degrees: away from what is avoided. The weights of figure 4.25
 //! are lost: the text has them greatest in front, less at the sides, none in the rear; see [`WEIGHTS`].

@@ -1,7 +1,7 @@
 //! Extraction: from a sketch to a route of landmark states (Chronis 2007, 4.3, 4.6.1, 4.6.2, figure 4.11).
 //!
-//! 1. [`track`] walks along the drawn route and notes at each step the heading, the turning rate, the command and what
-//!    is in view: where each object is, how far and how wide.
+//! 1. [`track`] walks along the drawn route. At each step it notes the heading, the turning rate, the command, and
+//!    each object in view: where it is, how far and how wide.
 //! 2. [`events`] rates what happens around each change of the command by fuzzy rules.
 //! 3. [`states`] chooses the events that define each state, and adds states in the middle of long turns.
 
@@ -32,8 +32,8 @@ pub struct Parameters {
     pub proximity_tolerance_m: f64,
     /// A width is known to plus or minus this, of 180 (4.3.3).
     pub width_tolerance: f64,
-    /// The distance of the five adjacent points whose mean is a heading, in metres (4.3 has five pixels, and does not say
-    /// how dense they are after digitizing): half a step, 10 inches.
+    /// The distance of the five adjacent points whose mean is a heading: half a step, 10 inches, in metres. (4.3 has
+    /// five pixels, and does not say how dense they are after digitizing.)
     pub heading_point_m: f64,
     /// The robot turns where the turning rate is above this, in degrees per [`Self::turn_unit_m`]. The text has "0.7
     /// normalized units" and not their definition (4.3.4); see [`track`].

@@ -7,9 +7,10 @@
 //!   "obstacles": [ { "polygon": [[20, 60], [30, 60], [30, 70]], "label": "table" } ] }
 //! ```
 //!
-//! All coordinates are pixels of the canvas: column, row, row 0 at the top. `canvas` and `strokes` are required. A polygon
-//! of `obstacles` is a closed stroke with a label; a `route` is a stroke more. What else a pad writes (`start`, `goals`, the
-//! width of its pen) does not matter here: the form of a stroke tells what it is (see [`crate::sketch::strokes`]).
+//! All coordinates are pixels of the canvas: column, row, row 0 at the top. `canvas` and `strokes` are required. A
+//! polygon of `obstacles` is a closed stroke with a label; a `route` is a stroke more. What else a pad writes
+//! (`start`, `goals`, the width of its pen) does not matter here. The form of a stroke says what it is (see
+//! [`crate::sketch::strokes`]).
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;

@@ -3,8 +3,8 @@
 //! - Rule 1: the first state is not matched; its command is carried out at once.
 //! - Rule 2: the last state is not matched; once all others are, the robot stops where an object is nearer than 30 inches
 //!   in front.
-//! - After a turn begins, the robot turns by 30° before it matches again; after it moves forward, it goes 2 feet (five of
-//!   the text's cycles).
+//! - After a turn begins, the robot turns by 30° before it matches again. After it moves forward, it goes 2 feet (five
+//!   of the text's cycles).
 //! - Where the next state does not come in twice the expected time, the robot is lost and stops.
 //!
 //! A step allocates nothing. What it remembers is [`Progress`].
@@ -194,6 +194,11 @@ impl Follower {
         } else {
             self.route.states[self.progress.next - 1].command
         }
+    }
+
+    /// Whether it is lost.
+    pub const fn is_lost(&self) -> bool {
+        matches!(self.progress.ended, Some(Event::Lost(_)))
     }
 
     /// A person led the robot to where this state has just been matched; it goes on from there (4.8).

@@ -143,6 +143,15 @@ impl Guide {
         self.journey = journey;
     }
 
+    /// A person led the robot, which was lost, to a place on its route: it looks again. How far it went on the way there
+    /// does not count.
+    pub fn look_again(&mut self) {
+        if self.journey.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
+            self.journey.gone_m = self.journey.along_m;
+            self.journey.outcome = None;
+        }
+    }
+
     /// How far along the drawn route the robot is, in drawn metres.
     pub const fn along_m(&self) -> f64 {
         self.journey.along_m
@@ -310,6 +319,21 @@ mod tests {
     }
 
     #[test]
+    fn a_robot_that_was_lost_looks_again() {
+        let mut guide = start().guide;
+        let estimate = |fit| Estimate { at: [1.0, 0.0], heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit };
+        let sectors = [f64::INFINITY; 16];
+        let step = |guide: &mut Guide, fit| {
+            guide.step(&Guided { estimate: estimate(fit), sectors: &sectors, moved_m: 0.1 })
+        };
+        assert_eq!(step(&mut guide, 0.1).1, Some(Outcome::Lost));
+        assert_eq!(step(&mut guide, 0.8), (Drive::default(), None));
+        guide.look_again();
+        let (drive, outcome) = step(&mut guide, 0.8);
+        assert!(drive.speed_mps > 0.0 && outcome.is_none(), "{drive:?}");
+    }
+
+    #[test]
     fn a_guide_goes_on_from_what_it_remembers() {
         let run = |restore_at: usize| {
             let mut robot = start();
@@ -330,8 +354,8 @@ mod tests {
         }
     }
 
-    /// A robot was pushed back by half a metre between two readings: the bounds of its place on the route were the wrong
-    /// way round, and the planner panicked.
+    /// A robot was pushed back by half a metre between two readings. The bounds of its place on the route were the
+    /// wrong way round, and the planner panicked.
     #[test]
     fn a_robot_that_was_pushed_back_drives_on() {
         let mut robot = start();

@@ -9,9 +9,9 @@
 //! At the end, when the cabinet is right, then stop.
 //! ```
 //!
-//! - Directions: `ahead`, `ahead-left`, `left`, `behind-left`, `behind`, `behind-right`, `right`, `ahead-right`; between
-//!   them `ahead slightly left`, `left slightly ahead` and so on; or `in direction 13` (0 is ahead, 4 left).
-//!   `roughly left` is also either neighbour. `front` and `rear` are known, too.
+//! - Directions: `ahead`, `ahead-left`, `left`, `behind-left`, `behind`, `behind-right`, `right`, `ahead-right`.
+//!   Between them are `ahead slightly left`, `left slightly ahead` and so on. `in direction 13` is one by its number
+//!   (0 is ahead, 4 left). `roughly left` is also either neighbour. `front` and `rear` are known, too.
 //! - Surround relations: `around the robot`, `around the robot from left`, `around the robot but for right`.
 //! - Distances: `at most 2 m away`, `at least 2 m away`, `1 to 2 m away`, `about 2 m away` (± 22 inches); `m`, `cm`, `in`, `ft`.
 //!   `at proximity 135` is as in Chronis 2007, figure 4.10: inches, ± 22.

@@ -15,8 +15,8 @@ pub struct Patience {
     pub unknown_s: f64,
     /// The least expected time, in seconds: short legs end where the robot turned by 30° (ours: 3 s at 10° a second).
     pub least_s: f64,
-    /// A leg that took longer makes the next one longer by at most this factor (ours). One that took less time does not
-    /// make it shorter: its state was met from afar, and the way that was saved is still to go.
+    /// A leg that took longer makes the next one longer by at most this factor (ours). A leg that took less time does
+    /// not make it shorter. Its state was met from afar, and the way that was saved is still to go.
     pub most_stretch: f64,
 }
 

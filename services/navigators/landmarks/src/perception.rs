@@ -2,8 +2,8 @@
 //!
 //! Each return is a trapezoid on the axis of its beam, its small base at the range. Adjacent returns between which the
 //! robot does not fit are one object. Each object has its direction or surround relation, its proximity and its width.
-//! Nothing is allocated once the ring was seen. Any number of sensors will do, in any order of angles that goes around;
-//! for the many beams of a laser, [`crate::control::sectors`] makes sixteen of them.
+//! Nothing is allocated once the ring was seen. It takes any number of sensors, in any order of angles that goes
+//! around. Of the many beams of a laser, [`crate::control::sectors`] makes sixteen of them.
 
 use std::f64::consts::{FRAC_PI_8, PI, TAU};
 
@@ -98,8 +98,8 @@ impl Perception {
     /// A ring by the angles of its beams, in radians from the front, counter-clockwise, from one neighbour to the next.
     ///
     /// # Errors
-    /// [`Error::Sensor`] where there are fewer than eight beams, where angles do not go around once, or where a gap between
-    /// neighbours is above a right angle; [`Error::Number`].
+    /// [`Error::Sensor`] where there are fewer than eight beams, or angles do not go around once. It is also given for
+    /// a gap above a right angle between neighbours. [`Error::Number`].
     pub fn new(settings: Perceiving, angles_rad: &[f64]) -> Result<Self, Error> {
         let expected = "range sensors all around the robot";
         let wrong = |found: String| Err(Error::Sensor { expected, found });
@@ -153,7 +153,7 @@ impl Perception {
     }
 
     /// The histograms of constant and of gravitational forces of the object that was seen last, counter-clockwise from
-    /// ahead: of the only one, where one alone is in the ranges.
+    /// ahead. Where one object alone is in range, they are its.
     pub fn histograms(&self) -> [&[Force]; 2] {
         [&self.forces[0], &self.forces[1]]
     }
@@ -230,8 +230,8 @@ impl Perception {
         }
     }
 
-    /// The ends of a base of the trapezoid of a beam, right and left: at its range and so much beyond, up to half-way to
-    /// the neighbours' axes.
+    /// The ends of a base of the trapezoid of a beam, right and left. They lie at its range and so much beyond, up to
+    /// half-way to the neighbours' axes.
     fn base(&self, ranges_m: &[f64], beam: usize, beyond: f64) -> [Point; 2] {
         let count = self.angles_rad.len();
         let axis = self.angles_rad[beam];

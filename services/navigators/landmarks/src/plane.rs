@@ -31,8 +31,8 @@ pub fn wrap(angle_rad: f64) -> f64 {
     angle_rad - turns * std::f64::consts::TAU
 }
 
-/// A line in equal steps of about the length given, from its first to its last point; at least two points of a line that
-/// has two.
+/// A line in equal steps of about the length given, from its first to its last point. It has at least two points if
+/// the line has two.
 pub fn resample(line: &[At], step: f64) -> Vec<At> {
     let total = length(line);
     let [first, .., last] = line else { return line.to_vec() };

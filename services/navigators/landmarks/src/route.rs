@@ -203,8 +203,8 @@ impl Route {
     /// `Ok` where the route can be driven.
     ///
     /// # Errors
-    /// [`Error::States`]: fewer than two states; a last command that is not the only stop; a state between start and end
-    /// with no relation, or with too many; a relation that names no object.
+    /// [`Error::States`]: fewer than two states; a last command that is not the only stop. Between start and end: a
+    /// state with no relation, or with too many; a relation that names no object.
     pub fn check(&self) -> Result<(), Error> {
         let wrong = |expected, found: String| Err(Error::States { expected, found });
         let [_, middle @ .., last] = &self.states[..] else {

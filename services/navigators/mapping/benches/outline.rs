@@ -22,7 +22,7 @@ fn drawing() -> Region {
     Region::of(2540, 1252, |k| is_inside((k % 2540) as f64 + 0.5, (k / 2540) as f64 + 0.5))
 }
 
-/// The same floor at 94 px a metre, seen but for its right third.
+/// The same floor at 94 px a metre, seen except for its right third.
 fn map() -> CellGrid {
     let (width, height) = (560, 280);
     let mut grid = CellGrid::unknown(width, height, 0.05, [0.0, 0.0]);

@@ -1,9 +1,10 @@
 //! Which piece of a seen outline is which piece of a drawing's: a cyclic alignment of the two by dynamic programming.
 //!
-//! What is compared is the direction of the wall, as in the matching of closed contours (Schmidt, Farin and Cremers 2007; Sebastian,
-//! Klein and Kimia 2003), and, the more the nearer, bearing and distance from where the robot started. Scale does not
-//! enter: either side may go on where the other one stays, at a cost. A gap of the seen outline stands for
-//! any stretch of the drawing, at a small cost a sample. Both outlines go round counter-clockwise, so no alignment is a mirror image.
+//! The wall's directions are compared, as in the matching of closed contours (Schmidt, Farin and Cremers 2007;
+//! Sebastian, Klein and Kimia 2003). Near the robot's start, bearing and distance from there count too, more the
+//! nearer. Scale does not enter: either side may go on where the other one stays, at a cost. A gap of the seen outline
+//! stands for any stretch of the drawing, at a small cost a sample. Both outlines go round counter-clockwise, so no
+//! alignment is a mirror image.
 //!
 //! The drawing has no first sample: each of several is tried as the partner of the first piece. [`Search`] spreads
 //! these trials over as many steps as the caller likes.
@@ -235,8 +236,8 @@ impl Aligner {
         Alignment { cost, partners, misfits }
     }
 
-    /// The dynamic programme, a piece after the other: `column[i]` is the least cost of aligning the first i samples from the
-    /// start on with the pieces so far.
+    /// The dynamic programme, one piece after the other. `column[i]` is the least cost of aligning the first i samples
+    /// from the start on with the pieces so far.
     fn sweep<const TRACES: bool>(&mut self, start: usize) -> f64 {
         let (samples, first) = (self.samples, start * self.weights.stride);
         let Costs { stay, gap, unmatched, .. } = self.weights;
@@ -369,8 +370,8 @@ impl Search {
     }
 }
 
-/// The turn from the map to the drawing that is nearest to `guess_rad` and makes their walls parallel: walls of buildings mostly
-/// stand at right angles. `guess_rad` itself where either outline has no such directions.
+/// The turn from the map to the drawing that is nearest to `guess_rad` and makes their walls parallel. Walls of
+/// buildings mostly stand at right angles. `guess_rad` itself where either outline has no such directions.
 pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64 {
     const LEAST_COHERENCE: f64 = 0.3;
     let walls = seen.pieces.iter().filter_map(|piece| match piece {

@@ -22,7 +22,7 @@ pub struct CellGrid {
     pub height: usize,
     /// Side of a cell, in the unit of the frame (metres in a map, pixels in a drawing).
     pub cell: f64,
-    /// The lower left corner of the lower left cell, in the frame of whoever made the grid.
+    /// The lower left corner of the lower left cell, in the frame of the grid's maker.
     pub origin: [f64; 2],
     /// Row by row.
     pub cells: Vec<Cell>,

@@ -3,7 +3,7 @@
 //! - [`mapper`]: local mapping. Matches laser scans with the map so far and enters them.
 //! - [`occupancy`]: the map: cells that are free, occupied or unknown, of bounded size.
 //! - [`matching`]: where a scan fits the map best, within a window around the odometry's guess.
-//! - [`grid`]: the map as plain cells, for whoever reads it.
+//! - [`grid`]: the map as plain cells.
 //! - [`region`], [`outline`]: what of it is free, and the outline of that; the same of a drawing.
 //! - [`alignment`]: which piece of the one outline is which piece of the other.
 //! - [`harmonic`]: what that says of places inside.

@@ -1,5 +1,5 @@
-//! Local mapping on real logs: errors of relative poses against the logs' corrected poses (the metric of
-//! Burgard et al. 2009), beside those of the odometry alone. Skipped, with a notice, where the logs are missing.
+//! Local mapping on real logs. Errors of relative poses are against the logs' corrected poses (the metric of Burgard
+//! et al. 2009), beside those of the odometry alone. Skipped, with a notice, where the logs are missing.
 
 mod support;
 

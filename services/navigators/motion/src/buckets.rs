@@ -1,11 +1,10 @@
 //! A queue of cells by their cost, roughly: a ring of buckets (R. B. Dial, 1969), each a list linked
 //! through its cells.
 //!
-//! Within a bucket there is no order. Where a bucket is no wider than the cheapest step, no cell of it
-//! can make another of it cheaper, and a search that empties one bucket after the other settles every
-//! cell once; where it is wider, a cell that became cheaper comes again. Either way the costs are
-//! Dijkstra's. Every cell is in the queue at most once: its room is known beforehand, nothing is
-//! allocated.
+//! Within a bucket there is no order. Where a bucket is no wider than the cheapest step, none of its cells can make
+//! another one cheaper. A search that empties one bucket after the other then settles every cell once. Where it is
+//! wider, a cell that became cheaper comes again. Either way the costs are Dijkstra's. Every cell is in the queue at
+//! most once: its room is known beforehand, nothing is allocated.
 
 /// Buckets of the ring.
 const RING: usize = 4096;

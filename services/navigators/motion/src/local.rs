@@ -1,8 +1,8 @@
 //! The metric local planner (Boniardi et al. 2015, III-C): Dijkstra's algorithm on what the laser saw lately.
 //!
-//! A cell nearer to an obstacle than the robot's radius and a margin is impassable; one within a
-//! berth beyond costs more, and so does one that nobody has seen. A robot that stands too near to
-//! something, pushed or by a drift of odometry, may leave the way it finds.
+//! A cell nearer to an obstacle than the robot's radius and a margin is impassable. A cell within the inflation radius
+//! costs more, and so does an unseen cell. A robot that stands too near to something, pushed or by a drift of
+//! odometry, may leave the way it finds.
 
 use fearless_simd::{Level, dispatch};
 use serde::{Deserialize, Serialize};
@@ -127,9 +127,9 @@ impl LocalPlanner {
         index_of(self.corner, place).is_some()
     }
 
-    /// Of the cells that can be reached, the one with the least sum of `share` times the length of
-    /// the cheapest way there and `rest_m`, the rest of the way from there, metres; the first one
-    /// where several are equal. Length and not cost: a narrow passage must not keep the robot from getting on.
+    /// Among the reachable cells it takes the least sum of `share` times the length of the cheapest way there, and
+    /// `rest_m`. That is the rest of the way from there, metres. Where several are equal the first one counts. Length
+    /// and not cost: a narrow passage must not keep the robot from getting on.
     pub fn best(&self, share: f64, mut rest_m: impl FnMut(Point<Odom>) -> f64) -> Option<Point<Odom>> {
         let mut best = (None, f64::INFINITY);
         let (costs, lengths) = (self.frontier.costs(), self.frontier.lengths());

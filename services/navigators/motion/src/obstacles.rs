@@ -1,12 +1,12 @@
 //! What the laser saw lately: a rolling grid of obstacles in the odometry frame.
 //!
-//! It is the local grid map of Boniardi et al. 2015 of the scaled scan, seen in metres, with a memory: a laser that
-//! does not look back forgets the table it is about to turn into. A beam's end marks a cell, the
-//! way there clears cells; what was not seen for long is forgotten, because odometry drifts.
+//! It is the local grid map of Boniardi et al. 2015 of the scaled scan, in metres, with a memory. A laser that does
+//! not look back forgets the table into which the robot is about to turn. A beam's end marks a cell, the way there
+//! clears cells; what was not seen for long is forgotten, because odometry drifts.
 //!
-//! The grid lies fixed in the odometry frame and its window moves with the robot: cell (x, y) is
-//! kept in slot (x mod [`SIDE`], y mod [`SIDE`]), and nothing is ever moved. What is asked thousands of times a step,
-//! which cells of the window are occupied, is tabulated once a scan.
+//! The grid lies fixed in the odometry frame and its window moves with the robot. Cell (x, y) is kept in slot (x mod
+//! [`SIDE`], y mod [`SIDE`]), and nothing is ever moved. What is asked thousands of times a step, which cells of the
+//! window are occupied, is tabulated once a scan.
 
 use std::ops::Range;
 
@@ -330,7 +330,8 @@ fn fixed(cells: f64) -> i64 {
     (cells * (1_i64 << FRACTION_BITS) as f64) as i64
 }
 
-/// How many steps of `by` lead from a place on within the window, that one included, both in cells with fractions; `None` where it is outside.
+/// How many steps of `by` from a place on stay within the window, that place included, both in cells with fractions.
+/// `None` where the place is outside.
 fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
     const END: i64 = (SIDE as i64) << FRACTION_BITS;
     let along = |from: i64, by: i64| match by {
@@ -425,8 +426,8 @@ mod tests {
         obstacles.observe(&robot, 0.2, &robot, &scan(stamp_s, ranges));
     }
 
-    /// A laser of a degree a beam that looks along a wall hits it every half metre: the planner found
-    /// its way through the wall, between the hits, and turned back and forth in the door.
+    /// A laser of a degree a beam that looks along a wall hits it every half metre. The planner found its way through
+    /// the wall, between the hits, and turned back and forth in the door.
     #[test]
     fn a_wall_seen_along_its_length_has_no_holes() {
         let mut obstacles = Obstacles::new(10.0);

@@ -162,8 +162,8 @@ mod tests {
         assert!(!at(6.9) && at(7.1));
     }
 
-    /// One that creeps through a door at a tenth of a metre a second, as it slows down there, once was taken for one
-    /// that stands still, and gave up.
+    /// A robot crept through a door at a tenth of a metre a second, as it slows down there. It was taken for one that
+    /// stands still. It gave up.
     #[test]
     fn a_slow_robot_is_waited_for() {
         let mut progress = ProgressChecker::new(0.0, Point::new(0.0, 0.0));

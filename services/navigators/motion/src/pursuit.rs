@@ -1,6 +1,5 @@
-//! The velocity that follows a local path: pure pursuit (R. C. Coulter, 1992) for a robot that
-//! turns, straight pursuit for one that moves in any direction; both face where they drive, so that
-//! the laser looks ahead.
+//! The velocity that follows a local path: pure pursuit (R. C. Coulter, 1992) for a robot that turns, straight pursuit
+//! for one that moves in any direction. Both face where they drive, so that the laser looks ahead.
 //!
 //! Never commands into a place too near to a known obstacle, and never more than the limits allow.
 

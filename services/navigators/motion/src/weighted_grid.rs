@@ -1,8 +1,8 @@
 //! Dijkstra's algorithm on a grid of weighted cells with eight neighbours (E. W. Dijkstra, 1959).
 //!
-//! A grid is a slice of weights in rows of `stride` cells, the cost of a cell's length of way each;
-//! an infinite weight is impassable. The outermost cells must be impassable: then no neighbour's
-//! index leaves the grid. Ties are broken by index, so equal inputs give equal bits.
+//! A grid is a slice of weights in rows of `stride` cells. A weight is the cost of a cell's length of way; an infinite
+//! one is impassable. The outermost cells must be impassable: then no neighbour's index leaves the grid. Ties are
+//! broken by index, so equal inputs give equal bits.
 
 use super::buckets::Buckets;
 
@@ -79,8 +79,8 @@ impl Weights<'_> {
         ]
     }
 
-    /// Finds the cost of the cheapest way from `seed` to every cell, or to all that are as near as `stop`,
-    /// or to every one up to the cost `limit`. The seed must not lie on the border.
+    /// Finds the cost of the cheapest way from `seed` to every cell. The search may end with all cells as near as
+    /// `stop`, or with those up to the cost `limit`. The seed must not lie on the border.
     pub fn flood(&self, frontier: &mut Frontier, seed: usize, stop: Option<usize>, limit: f32) {
         let [least, most] = self.steps();
         frontier.cost.fill(f32::INFINITY);
@@ -143,9 +143,9 @@ impl Weights<'_> {
     }
 }
 
-/// The distance of every cell to the nearest cell of `solid`, between the cells' middles, at most
-/// `cap`; by two passes of the chamfer (0.955, 1.369) (G. Borgefors, 1986), which errs by 4.5 % at most.
-/// Cells on the border keep what `solid` says of them.
+/// The distance of every cell to the nearest cell of `solid`, from middle to middle, at most `cap`. It takes two
+/// passes of the chamfer (0.955, 1.369) (G. Borgefors, 1986), which errs by 4.5 % at most. Cells on the border keep
+/// what `solid` says of them.
 pub fn chamfer(solid: impl Fn(usize) -> bool, stride: usize, cell_length: f32, cap: f32, out: &mut [f32]) {
     for (cell, distance) in out.iter_mut().enumerate() {
         *distance = if solid(cell) { 0.0 } else { cap };

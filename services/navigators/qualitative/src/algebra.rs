@@ -1,10 +1,10 @@
 //! What calculi have in common: base relations, sets of them, conceptual neighbourhood, converse, composition.
 //!
-//! The base relations of a calculus are jointly exhaustive and pairwise disjoint: exactly one holds.
-//! Neighbourhood follows from continuity (Freksa 1991) by the theory of dominance (Galton 2001): a relation that is
-//! an equation, such as "touches" or "0", holds at the instant that ends or begins a time of another.
-//! So each calculus says only which relation may hold at the end of which: [`Relation::limits_to`].
-//! Composition is weak composition: the set of all relations that some three objects show.
+//! The base relations of a calculus are jointly exhaustive and pairwise disjoint: exactly one holds. Neighbourhood
+//! follows from continuity (Freksa 1991) by the theory of dominance (Galton 2001). A relation that is an equation,
+//! such as "touches" or "0", holds at the instant that ends or begins a time of another. So each calculus says only
+//! which relation may hold at the end of which: [`Relation::limits_to`]. Composition is weak composition: the set of
+//! all relations that some three objects show.
 
 use std::fmt;
 use std::marker::PhantomData;

@@ -42,13 +42,14 @@ words! {
 
 const COUNT: usize = 13;
 
-/// How ends compare: begin and begin, end and end, the end of a and the begin of b, the begin of a and the end of b.
+/// How ends compare. The order is begin and begin, end and end, the end of a and the begin of b, the begin of a and
+/// the end of b.
 type Ends = [Ordering; 4];
 
 impl Allen {
     /// The relation of two intervals, ends that differ by no more than `tolerance` being equal.
     ///
-    /// A tolerance above the length of an interval leaves no difference between its ends; intervals that touch so are
+    /// A tolerance above the length of an interval leaves no difference between its ends. Intervals that touch so are
     /// said to be equal, or else to meet.
     pub fn of(a: Interval, b: Interval, tolerance: f64) -> Self {
         let compare = |a: f64, b: f64| {

@@ -127,8 +127,8 @@ impl Scale {
         [below.map_or(0.0, |i| self.thresholds[i]), above.map_or(f64::INFINITY, |i| self.thresholds[i])]
     }
 
-    /// Every distance that a and c may have, where a and b have `first` and b and c have `next`: by the inequality of
-    /// the triangle, from |d₁ − d₂| to d₁ + d₂. It depends on the thresholds.
+    /// Every distance that a and c may have, where a and b have `first` and b and c have `next`. By the inequality of
+    /// the triangle it is from |d₁ − d₂| to d₁ + d₂. It depends on the thresholds.
     pub fn compose(&self, first: Rank, next: Rank) -> RangeInclusive<Rank> {
         let ([a_low, a_high], [b_low, b_high]) = (self.distances(first), self.distances(next));
         let low = (a_low - b_high).max(b_low - a_high).max(0.0);

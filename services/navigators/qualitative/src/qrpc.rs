@@ -1,12 +1,12 @@
 //! The qualitative rectilinear projection calculus (QRPC; Glez-Cabrera, Álvarez-Bravo and Díaz 2013, as Patil 2019,
-//! 2.2.2, gives it): how the straight projections of two oriented points i and j lie to each other.
+//! 2.2.2, gives it). It says how the straight projections of two oriented points i and j lie to each other.
 //!
 //! - [`Disposition`]: the projections are parallel or one line, in the same direction or opposite, or they cross at C.
 //! - `side`: i is left of the projection of j, **−**; on it, **0**; right of it, **+**.
 //! - `i_ahead`, `j_ahead`: C is in front of i (of j), **+**; where it is, **0**; behind it, **−**.
 //! - `ahead`: i is in front of j, **+**, abreast, **0**, or behind, **−**, when both lie on one line. Where the
-//!   projections cross, that of i is first turned about C, such that the two face each other; so the sign is that of the
-//!   sum of the distances of i and j to C.
+//!   projections cross, that of i is first turned about C, such that the two face each other. So the sign is that of
+//!   the sum of the distances of i and j to C.
 //!
 //! Patil 2019 says that without a crossing C counts as (+,+) or (−,−), and does not say when. Here it is (−,−) where the
 //! two point away from each other, and else (+,+).
@@ -62,8 +62,8 @@ pub struct Projections {
 }
 
 impl Projections {
-    /// With projections parallel that differ in direction by no more than `angle_rad`, and points on a line or at one
-    /// place that are no farther from it than `distance`.
+    /// Projections whose directions differ by no more than `angle_rad` count as parallel. Points no farther than
+    /// `distance` count as on a line or at one place.
     ///
     /// # Errors
     /// [`Error::Parameter`] where either is not a finite number from 0.

@@ -6,8 +6,8 @@
 //! - **QTC**: where both points coincide, all signs are 0. Times are counted from 1, unless nothing is collapsed and
 //!   nothing validated. QTC_BC inserts what [`crate::qtc::QtcBc`] shows not to suffice where the distance passes the
 //!   threshold. Every object must be seen at all times.
-//! - **RCC**: gaps up to twice the quantisation connect; but with a quantisation above 0 regions that touch or are
-//!   less than that apart count as overlapping.
+//! - **RCC**: gaps up to twice the quantisation connect. With a quantisation above 0, regions that touch or are less
+//!   than that apart count as overlapping.
 //! - **RCC4**: equal regions are `pp` both ways.
 //! - **Directions**: the cones are half open, clockwise.
 //! - **TPCC**: a border of 45° belongs to the next sector counter-clockwise. It takes the direction of sight for east

@@ -1,5 +1,5 @@
-//! The qualitative trajectory calculus (QTC; Van de Weghe 2004; Delafontaine, Cohn and Van de Weghe 2011): how two
-//! points k and l move to each other. QSRlib's `qtcbs`, `qtccs`, `qtcbcs`.
+//! The qualitative trajectory calculus (QTC; Van de Weghe 2004; Delafontaine, Cohn and Van de Weghe 2011). It says how
+//! two points k and l move to each other. QSRlib's `qtcbs`, `qtccs`, `qtcbcs`.
 //!
 //! Between a time t − 1 and a time t, with d = l(t−1) − k(t−1):
 //!
@@ -10,13 +10,13 @@
 //! - the fourth sign: l, of the line from l to k.
 //!
 //! Motion across a sign's line that is no longer than the quantisation is 0. QTC_B has the first two signs, QTC_C all
-//! four (after Zimmermann and Freksa's double cross), QTC_BC the four where the points are near at t and else the first
-//! two (Dondrup et al. 2015). These are the simplified calculi: they leave the relative speed out.
+//! four (after Zimmermann and Freksa's double cross). QTC_BC has the four where the points are near at t, and else the
+//! first two (Dondrup et al. 2015). These are the simplified calculi: they leave the relative speed out.
 //!
 //! Patil 2019, 2.2.1, has the signs as here. In the rules of 3.1.3 they are inverted, because there the robot is at
 //! rest in its own frame and the markers move.
 //!
-//! Where both points coincide at t − 1 there is no line: whoever moves, moves away, and to no side.
+//! Where both points coincide at t − 1 there is no line: a point that moves, moves away, and to no side.
 //!
 //! # Neighbourhood
 //! − and + are not neighbours: motion passes 0. The sign 0 may hold for an instant, the others not. So no sign leaves 0

@@ -4,8 +4,8 @@
 //! whole recording.
 //!
 //! **Times.** A relation of one time (RCC, directions) has the time of its sample as [`Timed::from_s`] and
-//! [`Timed::to_s`]. A relation of motion (QTC, moving or stationary) is of two samples: `from_s` is the time of the
-//! first, to whose poses "towards" and "left" refer, `to_s` that of the second.
+//! [`Timed::to_s`]. A relation of motion (QTC, moving or stationary) is of two samples. `from_s` is the time of the
+//! first, to whose poses "towards" and "left" refer. `to_s` is that of the second.
 //!
 //! **Gaps.** A sample may have no scene, because an object was not seen. What was seen before and after is not
 //! compared: no motion, no insertion, no neighbourhood. A pause longer than [`Options::max_gap_s`] is a gap too.

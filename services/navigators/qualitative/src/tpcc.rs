@@ -1,10 +1,10 @@
-//! The ternary point configuration calculus (TPCC; Moratz, Nebel and Freksa 2003): where a referent is, seen by
-//! somebody at the origin who looks at the relatum. QSRlib's `tpcc`.
+//! The ternary point configuration calculus (TPCC; Moratz, Nebel and Freksa 2003). It says where a referent is, seen
+//! by somebody at the origin who looks at the relatum. QSRlib's `tpcc`.
 //!
-//! Straight on is "back": behind the relatum. The word of a relation has c (close: no farther from the relatum than the
-//! origin is) or d (distant); then the sector, of 45°, or s for a straight or right-angled position. So `clb` is close,
-//! left of straight back, and `cbl` is farther to the left. The same place as the relatum is `sam`; where origin and
-//! relatum coincide, there is no direction: `dou`, and `tri` where all three do.
+//! Straight on is "back": behind the relatum. The word of a relation begins with c (close: no farther from the relatum
+//! than the origin is) or d (distant). Then comes the sector, of 45°, or s for a straight or right-angled position. So
+//! `clb` is close, left of straight back, and `cbl` is farther to the left. The same place as the relatum is `sam`;
+//! where origin and relatum coincide, there is no direction: `dou`, and `tri` where all three do.
 //!
 //! A border of 45° belongs to the sector at the line of sight, so that the mirror image holds. In place of a converse a
 //! ternary relation has permutations of its arguments ([`Permutation`]), whose results are sets.
@@ -121,8 +121,8 @@ impl Tpcc {
 
     /// Every relation that the same three points may have in another order.
     ///
-    /// It is found by looking: the borders of all relations, in the plane of the referent, are lines and circles, and
-    /// on each piece of the plane between them the relations are the same. This takes some microseconds and allocates.
+    /// It is found by looking. The borders of all relations, in the plane of the referent, are lines and circles. On
+    /// each piece of the plane between them the relations are the same. This takes some microseconds and allocates.
     pub fn permuted(self, permutation: Permutation) -> RelationSet<Self> {
         let [origin, relatum] = ORIGIN_AND_RELATUM.map(known);
         match self {
@@ -262,8 +262,8 @@ impl Curve {
     }
 }
 
-/// The borders: where the referent is straight or at 45° to either of the others, or they are to each other seen from
-/// it; and where two of the distances are equal.
+/// The borders. On one the referent is straight or at 45° to either of the others, or they are to each other seen from
+/// it. On another two of the distances are equal.
 fn borders() -> Vec<Curve> {
     let [a, b] = ORIGIN_AND_RELATUM;
     let turns = (0..4).map(|i| f64::from(i) * FRAC_PI_2 / 2.0).map(|angle| [angle.cos(), angle.sin()]);
@@ -313,7 +313,7 @@ pub struct Configurations {
 }
 
 impl Configurations {
-    /// The tolerance of the default: points that are in line but for rounding are.
+    /// The tolerance of the default: points that are in line except for rounding are.
     pub const TOLERANCE_RAD: f64 = 1e-9;
 
     /// With positions straight that are within `tolerance_rad` of it.

@@ -317,8 +317,8 @@ fn is_near(a: Force, b: Force) -> bool {
     }
 }
 
-/// A ring that crosses itself where a corner is on an edge was taken for a simple one: its chords were signed sums, and
-/// F_0 was 0.25 in place of 0.62. Found by `chords_and_sections_agree` in 20,000 cases.
+/// A ring that crosses itself where a corner is on an edge was taken for a simple one. Its chords were signed sums,
+/// and F_0 was 0.25 in place of 0.62. Found by `chords_and_sections_agree` in 20,000 cases.
 #[test]
 fn a_ring_that_crosses_itself_at_a_corner_is_not_simple() {
     let a = polygon(&[[5.2, 3.9], [5.2, 4.9], [6.2, 3.9]]);

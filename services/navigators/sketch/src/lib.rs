@@ -5,8 +5,8 @@
 //! - [`localization`]: Monte Carlo localization of the pose and two local scales in that map;
 //! - [`planning`]: a way through the map, and along drawn routes.
 //!
-//! Nothing here knows a clock, a file or a channel, or starts a thread: time, randomness, configuration and
-//! whoever is to help with the work arrive as arguments.
+//! Nothing here knows a clock, a file or a channel, or starts a thread. Time, randomness, configuration and helpers
+//! for the work arrive as arguments.
 
 pub mod localization;
 pub mod localizer;

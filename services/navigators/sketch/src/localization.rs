@@ -1,9 +1,9 @@
 //! Monte Carlo localization in a sketch: pose and two local scales at once (Boniardi et al. 2015, III-A).
 //!
-//! The state of a particle is (x, y, θ, a, b): a pose in the drawing, pixels, and the pixels that a
-//! metre is there along the walls' direction and across. An update propagates the particles by the
-//! scaled odometry (equation 6), weighs them by the scan (equations 7 and 8, or the beam model),
-//! and resamples. Between updates the estimate is dead-reckoned through its scales.
+//! The state of a particle is (x, y, θ, a, b). It has a pose in the drawing, pixels, and the scales there: pixels a
+//! metre along the walls' direction and across. An update propagates the particles by the scaled odometry (equation 6)
+//! and weighs them by the scan. Weights follow equations 7 and 8, or the beam model. Then it resamples. Between
+//! updates the estimate is dead-reckoned through its scales.
 //!
 //! It knows no clock, no file and no truth; after [`Localizer::new`] it allocates nothing; the same
 //! inputs give the same bits.
@@ -297,7 +297,7 @@ impl Localizer {
             radius_px: p.mode_radius_m * self.state.proportions.mean_scale_pxpm(),
             radius_rad: p.mode_radius_rad,
         };
-        let mode = find_mode(&self.state.particles, &kernel, last.as_ref(), p.mode_loyalty);
+        let mode = find_mode(&self.state.particles, &kernel, last.as_ref(), p.mode_hysteresis);
         let fit = self.fit(&mode.pose);
         if let Some(seen) = self.beam_model.error(&mut self.room) {
             self.state.drawing_error = learned(self.state.drawing_error, seen);
@@ -372,9 +372,9 @@ impl Localizer {
         }
     }
 
-    /// Draws the first particles: the pose as the person marked it, the scales as the first scan suggests
-    /// (there; what they are drawn back to is the drawing's mean), and once the noise of the motion model
-    /// (Boniardi et al. 2015, IV: "sampled according to the state model").
+    /// Draws the first particles. The pose is as the person marked it, and the scales are as the first scan suggests.
+    /// Later they are drawn back to the drawing's mean. Noise of the motion model is added once (Boniardi et al. 2015,
+    /// IV: "sampled according to the state model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);
         let first = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
@@ -500,8 +500,9 @@ mod tests {
         (220..280).filter(|&x| !localizer.grid.is_wall(x as f32 + 0.5, 150.5)).count()
     }
 
-    /// Loyalty once was to the place and heading of the last update, and a turn of an update (0.35 rad) is as wide as the
-    /// kernel: of two equal rivals the estimate could take the other one whenever the robot turned.
+    /// The hysteresis of the estimate once was about the place and heading of the last update. A turn of an update
+    /// (0.35 rad) is as wide as the kernel. So of two equal rivals the estimate could take the other one whenever the
+    /// robot turned.
     #[test]
     fn a_turn_does_not_change_the_robots_mind() {
         let parameters =

@@ -1,8 +1,8 @@
 //! The planner in drawings as a stage: drives the robot to its goals.
 //!
-//! It answers every estimate with a plan where one is due, one command and, last, one status. In
-//! lockstep the first estimate waits for the sketch, the route and the order to start; in real time
-//! the robot stands still until they have come. Orders come from the supervisor and from the pad.
+//! It answers every estimate with a plan where one is due, one command and, last, one status. In lockstep the first
+//! estimate waits for the sketch, the route and the order to start. In real time the robot stands still until they
+//! have come. Orders come from the supervisor and from the pad.
 
 mod arrival;
 pub mod core;

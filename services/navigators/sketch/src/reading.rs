@@ -1,5 +1,5 @@
-//! Reads what a person drew: pictures, photographs of paper, SVG, strokes; finds the walls and their
-//! direction, and places the mission's start and goals in the drawing.
+//! Reads what a person drew: pictures, photographs of paper, SVG, strokes. It finds the walls and their direction, and
+//! places the mission's start and goals in the drawing.
 //!
 //! ```text
 //! bytes ─raster, vector, strokes→ tones ─ink→ walls ─pen→ gaps closed ─direction→ DrawnMap

@@ -78,8 +78,8 @@ impl SketchGrid {
         self.height
     }
 
-    /// The direction φ of the reference frame R_S (Boniardi et al. 2015, III-B): scale a runs along it, scale b
-    /// across; radians in the sketch frame.
+    /// The direction φ of the reference frame R_S, radians in the sketch frame (Boniardi et al. 2015, III-B). Scale a
+    /// runs along it, scale b across.
     pub fn wall_direction_rad(&self) -> f64 {
         self.wall_direction_rad
     }

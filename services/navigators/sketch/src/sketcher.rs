@@ -89,8 +89,8 @@ fn write_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap, cells:
 
 /// Answers each drawing of the pad with one word, and sends what follows from it before.
 ///
-/// Its state holds the drawings that were taken over, so that its successor has what the pad has
-/// forgotten, and what there is to say to the last one.
+/// Its state holds the drawings that were taken over, since the pad has forgotten them, and the answer to the last
+/// one. A successor needs both.
 struct LiveSketcher {
     desk: Desk,
     answer: Option<Answer>,

@@ -1,5 +1,5 @@
-//! A robot drives through a small building and is tracked in drawings of it: stretched differently
-//! along and across, turned, wobbly, with furniture that is not drawn.
+//! A robot drives through a small building and is tracked in drawings of it. They are stretched differently along and
+//! across, turned and wobbly, and lack the furniture.
 
 mod support;
 

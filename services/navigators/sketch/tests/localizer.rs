@@ -140,8 +140,8 @@ fn each_scan_is_answered_and_the_scales_are_found() {
     }
 }
 
-/// A building is 25 m long by default, and this one is a room of 4 m: the first look alone tells little, a few metres'
-/// drive tells enough.
+/// A building is 25 m long by default, and this one is a room of 4 m. The first look alone shows little, a few metres'
+/// drive show enough.
 #[test]
 fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
     let (mut core, (map, cells)) = (core("").unwrap(), room());
@@ -190,8 +190,8 @@ fn an_estimate_that_waits_is_no_place_to_begin_at() {
     assert!((out.pose.x_px - 50.0).abs() < 5.0, "{:?}", out.pose);
 }
 
-/// A scan without any reading once fitted best of all: a robot with a covered lens was sure of itself, and even one that
-/// was lost found itself again.
+/// A scan without any reading once fitted best of all. A robot with a covered lens was sure of itself, and even a lost
+/// one found itself again.
 #[test]
 fn a_robot_that_sees_nothing_is_lost_and_one_that_sees_again_is_not() {
     let (mut core, (map, cells)) = (core("").unwrap(), room());

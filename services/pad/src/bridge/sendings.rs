@@ -1,4 +1,4 @@
-//! What is sent twice is taken over once: the page's own names for what it sends, and what was answered.
+//! Makes sending idempotent: the page's own names for what it sends, and the answers to it.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

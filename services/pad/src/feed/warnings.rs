@@ -44,7 +44,7 @@ impl Ends {
     }
 }
 
-/// What there is to say: about the robot, its tasks, its processes and the link to whoever drives.
+/// What there is to say: about the robot, its tasks, its processes and the link to the driver.
 pub fn warnings(
     status: Option<&MissionStatus>,
     tracking: Option<Tracking>,

@@ -188,9 +188,9 @@ fn a_mission_from_a_file_can_be_stopped_and_gone_on_with() {
     assert_eq!(scene.machine.check(Step::Sketch, true, scene.now).unwrap_err().status(), 409);
 }
 
-/// The order to start such a mission is the supervisor's. While the planner waited for the sketcher, who read a large
-/// photo, or had said nothing yet, in lockstep or to a pad that had just been started again, the pad took the mission
-/// for one that nobody had ordered: it threw an abort away, said `ok`, and the robot drove off.
+/// The order to start such a mission is the supervisor's. The planner waited for the sketcher, who read a large photo.
+/// Or it had said nothing yet, in lockstep or to a pad that had just been started again. The pad took the mission for
+/// one that nobody had ordered. It threw an abort away, said `ok`, and the robot drove off.
 #[test]
 fn a_mission_from_a_file_can_be_aborted_before_the_robot_drives() {
     let mut scene = Scene { machine: Machine::new(false, true), now: s(1) };
@@ -207,8 +207,8 @@ fn a_mission_from_a_file_can_be_aborted_before_the_robot_drives() {
     assert_eq!(scene.machine.state(), State::Aborted);
 }
 
-/// At many times real time more statuses are on their way than the pad waits for: the robot was told to go on, and
-/// an abort was refused since it had not said so.
+/// At many times real time more statuses are on their way than the pad waits for. The robot was told to go on, and an
+/// abort was refused since it had not said so.
 #[test]
 fn what_was_ordered_to_go_on_can_be_aborted_before_the_planner_says_so() {
     let mut scene = Scene::new(false);

@@ -1,8 +1,8 @@
 //! The listener: takes connections in, has each of them say what it wants in time, and bounds how long it stays.
 //!
-//! A connection is one request: each answer closes it, and there is none that only waits for the next. It has to tell the head of it soon,
-//! and to be through with all of it some time after; a WebSocket is bounded by its own rules from then on. Who has
-//! to go before the head has come is told why (408, 431, 503).
+//! A connection is one request: each answer closes it, and there is none that only waits for the next. Its head has to
+//! come soon, and all of it some time after. A WebSocket is bounded by its own rules from then on. Who has to go
+//! before the head has come is told why (408, 431, 503).
 
 use std::io::{Cursor, ErrorKind};
 use std::net::{IpAddr, SocketAddr};
@@ -66,7 +66,7 @@ impl Drop for Place {
     }
 }
 
-/// Serves whoever comes.
+/// Accepts and serves connections.
 pub(super) async fn listen(listener: TcpListener, router: Router) -> std::io::Error {
     let lobby = Lobby::default();
     loop {
@@ -209,8 +209,8 @@ mod tests {
         assert!(head_end(b"GET / HTTP/1.1\r\nhost: x\r\n\r", 0).is_none() && head_end(b"", 0).is_none());
     }
 
-    /// The length was looked at where the end had not come yet: a head of 20 kB whose end came with the last read was
-    /// taken.
+    /// The length was checked only where the end had not come yet. A head of 20 kB whose end came with the last read
+    /// was accepted.
     #[test]
     fn a_head_is_too_long_also_when_all_of_it_has_come() {
         let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();

@@ -24,8 +24,8 @@ const PING_EVERY: Duration = Duration::from_millis(500);
 /// Words of the page that wait for the answering task; more are dropped.
 const MAX_WORDS: usize = 32;
 
-/// A page of which nothing comes for so long has gone, whatever the system believes: its browser answers every sign
-/// of life that it is asked for, and while it is still taking in what came before the page asks for one itself.
+/// A page from which nothing comes for so long has gone, whatever the operating system believes. Its browser answers
+/// every ping. While the page still takes in what came before, it pings the pad itself.
 const SILENT: Duration = Duration::from_secs(20);
 /// What a page says is heard so often at once, and each second after that; the rest waits on its own link.
 const WORDS: [f64; 2] = [200.0, 60.0];

@@ -1,8 +1,8 @@
 //! Real processes on real shared memory.
 //!
-//! A test starts this very binary again as actors and talks to them line by line: an order to an
-//! actor's standard input, an answer from its standard output. Each test has a root of its own, so
-//! the tests do not see each other either.
+//! A test starts this very binary again as actors and talks to them line by line. An order goes to an actor's standard
+//! input, an answer comes from its standard output. Each test has a root of its own, so the tests do not see each
+//! other either.
 
 mod actor;
 mod hosted;
@@ -371,9 +371,9 @@ fn a_request_to_end_wakes_a_sleeper() {
     }
 }
 
-/// A process that was asked to end while it joined had its bell rung by the signal before it first
-/// looked at the bell, took the ring for an old one and slept for good; one in five systems that were
-/// interrupted at once hung on a loaded machine.
+/// A process that was asked to end while it joined had its bell rung by the signal before it first looked at the bell.
+/// It took the ring for an old one and slept for good. On a loaded machine one in five systems that were interrupted
+/// at once hung.
 #[test]
 fn a_request_to_end_before_joining_is_heard() {
     let stage = Stage::new();

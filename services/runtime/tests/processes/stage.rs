@@ -64,7 +64,7 @@ impl Stage {
         found.iter().map(|name| Path::new("/dev/shm").join(name)).collect()
     }
 
-    /// What lies in the root, but for its guard, and in shared memory under the name of `system`.
+    /// What lies in the root, except for its guard, and in shared memory under the name of `system`.
     pub fn leftovers(&self, system: &str) -> Vec<String> {
         let mut found = names(&self.folder());
         found.retain(|name| name != ".guard");

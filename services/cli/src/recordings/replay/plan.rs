@@ -30,7 +30,7 @@ pub fn speaker(channel: &ChannelSpec) -> Process {
 }
 
 impl Plan {
-    /// Refuses what cannot be played: a channel or a topic that is not there, a time without messages.
+    /// Rejects an unknown channel or topic, and a time without messages.
     pub fn new(recording: &Recording, options: &ReplayOptions) -> anyhow::Result<Self> {
         let (first_ns, last_ns) = recording.index()?.span_ns().context("the recording has no message")?;
         let asked = options.times.ns()?;
@@ -76,7 +76,7 @@ impl Plan {
         Selection::of_topics(self.topics.values().cloned())
     }
 
-    /// A damaged one counts: the player tells of it.
+    /// A damaged one counts: the player reports it.
     fn has_message(&self, recording: &Recording, times_ns: Range<u64>) -> bool {
         let selected = recording.select(self.selection().between(times_ns));
         selected.is_ok_and(|mut messages| messages.next().is_some())
@@ -91,8 +91,8 @@ fn plain(topic: &str) -> &str {
     topic.trim_start_matches('/')
 }
 
-/// By channel the topic that is played into it: those of the processes that are not live, all or those that
-/// are named, each its own or the one that is mapped to it.
+/// By channel the topic that is played into it. The channels are those of the processes that are not live, all or
+/// those that are named. The topic is their own or the one that is mapped to them.
 fn topics(options: &ReplayOptions, kind: &str) -> anyhow::Result<BTreeMap<&'static str, String>> {
     // What befalls live processes this system's supervisor tells.
     let is_told = |spec: &ChannelSpec| spec.name == FAULTS.spec.name && !options.live.is_empty();

@@ -127,7 +127,7 @@ impl<'a> Player<'a> {
                 return Ok(self.ports.nap(Duration::ZERO));
             };
             if since.elapsed() > PATIENCE {
-                bail!("no word from the {silent} within {} s", PATIENCE.as_secs());
+                bail!("expected a message of the {silent} within {} s, found none", PATIENCE.as_secs());
             }
             if self.ports.nap(NAP) == Wake::Terminate {
                 return Ok(Wake::Terminate);

@@ -86,7 +86,7 @@ impl Ports {
             if process != Process::Supervisor && !ports.nodes.contains_key(&process) {
                 let system = Rc::new(System::open(system)?);
                 let node =
-                    Node::join(system, process).with_context(|| format!("speaking for the {process}"))?;
+                    Node::join(system, process).with_context(|| format!("joining as the {process}"))?;
                 ports.nodes.insert(process, node);
             }
             let node = node_of(&ports.nodes, process, supervisor)?;

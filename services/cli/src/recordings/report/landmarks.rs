@@ -1,5 +1,5 @@
-//! The part of a report about landmarks: the sketch with its states, the true scene with the path and the matches,
-//! histograms of forces at the matches, and what the robot said of its place.
+//! The part of a report about landmarks. It has the sketch with its states, and the true scene with the path and the
+//! matches. Histograms of forces at the matches follow, and what the robot said of its place.
 
 use std::fmt::Write;
 

@@ -76,8 +76,8 @@ fn place(line: &str) -> Option<[f64; 2]> {
 pub struct Reading {
     /// The matches.
     pub matches: Vec<Match>,
-    /// z ↦ turn·z + shift leads from the world (x + iy) to the drawing (column − i·row), with the least squares
-    /// over the middles of the matches.
+    /// z ↦ turn·z + shift leads from the world (x + iy) to the drawing (column − i·row). It has the least squares over
+    /// the middles of the matches.
     turn: Complex<f64>,
     shift: Complex<f64>,
 }
@@ -98,15 +98,14 @@ impl Reading {
         Self { matches, turn, shift: middle_sketch - turn * middle_world }
     }
 
-    /// By how many degrees, in quarter turns, the drawing is turned against the world: people draw walls
-    /// along the paper, and one annotator reads one drawing upside down.
+    /// By how many degrees, in quarter turns, the drawing is turned against the world. People draw walls along the
+    /// paper, and one annotator reads one drawing upside down.
     pub fn quarter_turns_deg(&self) -> f64 {
         (self.turn.arg().to_degrees() / 90.0).round() * 90.0
     }
 
-    /// A match has several places on either side; the place of the drawing and the place of the world
-    /// (one that `counts` accepts) that agree best with all other matches. As [`Match::sketch`] and
-    /// [`Match::world`].
+    /// A match has several places on either side. This is the place of the drawing and the place of the world (one
+    /// that `counts` accepts) that agree best with all other matches. As [`Match::sketch`] and [`Match::world`].
     pub fn likeliest_pair(
         &self,
         index: usize,

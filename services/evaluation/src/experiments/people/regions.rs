@@ -75,8 +75,8 @@ impl Regions {
     }
 }
 
-/// Polygons as one: joined by cuts that lead from the first corner of the first to each other and back, which
-/// the even-odd rule does not see.
+/// Polygons as one. Cuts join them that lead from the first corner of the first to each other and back; the even-odd
+/// rule does not see them.
 fn place(polygons: Vec<Vec<[f64; 2]>>, center: [f64; 2]) -> Place {
     let mut corners: Vec<[f64; 2]> = Vec::new();
     let anchor = polygons[0][0];

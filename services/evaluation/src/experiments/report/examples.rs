@@ -21,8 +21,8 @@ pub struct Example {
     pub pictures: Vec<String>,
 }
 
-/// Drives some failures and some successes of the first method once more, and draws them: the same bits
-/// as before, so that nobody has to keep the logs of thousands of tasks.
+/// Drives some failures and some successes of the first method once more, and draws them. They are the same bits as
+/// before, so that nobody has to keep the logs of thousands of tasks.
 ///
 /// # Errors
 /// [`EvalError`] where a floor or a drawing cannot be drawn.

@@ -63,8 +63,8 @@ fn rounds_are_counted() {
     }
 }
 
-/// About the first thing, about the second, back about the first, back about the second: every winding
-/// number is 0, yet the line cannot be drawn together.
+/// About the first thing, about the second, back about the first, back about the second. Every winding number is 0,
+/// yet the line cannot be drawn together.
 #[test]
 fn order_counts_where_winding_numbers_see_nothing() {
     let room = Correspondence::new(&room()).unwrap();

@@ -1,7 +1,7 @@
 //! Reduced words: what a line crosses, without what it crosses there and back.
 
-/// A reduced word: the edges that a line crosses, each by the indices of its anchors (the four after
-/// the last are the frame's), without the crossings that undo each other.
+/// A reduced word: the edges that a line crosses, without the crossings that undo each other. An edge is given by the
+/// indices of its anchors; the four after the last are the frame's.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Word(Vec<[usize; 2]>);
 

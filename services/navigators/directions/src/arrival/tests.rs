@@ -62,8 +62,8 @@ fn without_errors_arrival_is_certain() {
     assert!(plan.itinerary().to_string().contains("probability of arrival"));
 }
 
-/// On worlds that the map-maker sees with errors: the plan that was simulated arrives more often than the paper's D/R plan,
-/// and about as often as it says.
+/// On worlds that the map-maker sees with errors. The plan that was simulated arrives more often than the paper's D/R
+/// plan, and about as often as it says.
 #[test]
 fn the_stated_probability_is_kept_and_is_better_than_the_ratio_of_the_paper() {
     let pilot = pilot(3.0);

@@ -1,7 +1,7 @@
 //! The way of a robot on land around what stands before it.
 //!
-//! It drives straight, or along the tangent of a landmark's circle: of all directions that are free, the one nearest to where
-//! it wants to be.
+//! It drives straight, or along the tangent of a landmark's circle. Of all free directions it takes the one nearest to
+//! where it wants to be.
 
 use crate::geometry::Point;
 

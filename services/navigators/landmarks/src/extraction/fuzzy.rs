@@ -9,8 +9,8 @@
 //!   far                   0   0   1          rear                                          0   0   0   0   1
 //! ```
 //!
-//! They have the flat parts that the examples need: state 6 of figure 4.29 has directions 1, 0 and 14 with "an equal score
-//! for all three", and the state at step 10 of figure 4.7 has 5, 6 and 12.
+//! They have the flat parts that the examples need. State 6 of figure 4.29 has directions 1, 0 and 14 with "an equal
+//! score for all three". The state at step 10 of figure 4.7 has 5, 6 and 12.
 //!
 //! An output is a number: very high 1, high 0.8, good 0.6, poor 0.2. The significance is the mean of the outputs of all
 //! rules, weighted by the degrees of their inputs (Sugeno's inference). An unchanged status fires no rule.

@@ -41,17 +41,17 @@ pub fn route(track: &Track, parameters: &Parameters, sketch: &Sketch) -> Result<
     Ok(Route { objects, states })
 }
 
-/// Dynamic conditions (4.6.1): the most significant events, and while the state is like the one before "add next
+/// Dynamic conditions (4.6.1) are the most significant events. While the state is like the one before, "add next
 /// significant object" (figure 4.11) with its most significant events. The first state after the start, which has none
 /// before, keeps the highest.
 ///
-/// It has to be another object: another direction of the same one would be an alternative, and the state would be met more
-/// often instead of less ("a more strict definition", 4.9).
+/// It has to be another object. Another direction of the same one would be an alternative, and the state would be met
+/// more often instead of less ("a more strict definition", 4.9).
 ///
 /// The text asks for "at least one object direction at an angle greater than 45 degrees from any of the object
 /// directions in conditions defining the previous QLS". The five decisions of the example in 4.9 hold only where this
-/// means: at least 45° (trash at 0 differs from files at 14), from one of them (cabinet at 1 differs from crate at 6,
-/// though trash was at 1).
+/// means at least 45° (trash at 0 differs from files at 14). It also means from one of them (cabinet at 1 differs from
+/// crate at 6, though trash was at 1).
 fn choose(events: &[Event], previous: Option<&[Place]>, distinct: u8) -> Vec<Event> {
     let mut left = events.to_vec();
     let mut chosen = Vec::new();
@@ -187,8 +187,8 @@ mod tests {
         assert_eq!(directions(&[event(2, 12, 0.9), event(5, 5, 0.5)], Some(&[2, 5])), [12]);
     }
 
-    /// The cabinet slightly left became "slightly left, left-front or left": the trash beside the robot met that in the
-    /// middle of the turn before, and routes that were drawn exactly led elsewhere.
+    /// The cabinet slightly left became "slightly left, left-front or left". The trash beside the robot met that in
+    /// the middle of the turn before, and routes that were drawn exactly led elsewhere.
     #[test]
     fn what_makes_a_state_differ_is_another_object_and_no_alternative() {
         let events =

@@ -1,8 +1,8 @@
 //! What the robot would see and do at each step along the drawn route (Chronis 2007, 4.3 to 4.3.4).
 //!
-//! The turning rate is "normalized" in the text, with a threshold of 0.7, and no unit is given. We read it as degrees per
-//! pixel of the PDA (5 inches): the robot's own turn, 10° a second at 25 inches a second, is 2 of these, and turns in the
-//! examples of figure 4.29 (8 to 10 steps for a right angle) are about as much.
+//! The turning rate is "normalized" in the text, with a threshold of 0.7, and no unit is given. We read it as degrees
+//! per pixel of the PDA (5 inches). The robot's own turn, 10° a second at 25 inches a second, is 2 of these. Turns in
+//! the examples of figure 4.29 (8 to 10 steps for a right angle) are about as much.
 
 use sketchnav_qualitative::Point;
 use sketchnav_qualitative::hof::{Force, Grade, Pair, Polygon, Surround, View, Workspace};
@@ -221,9 +221,9 @@ fn polygon(outline: &[At]) -> Result<Polygon, Error> {
     })
 }
 
-/// Where an object is by its histograms of constant and gravitational forces, and how wide, from 0 to 180: the direction
-/// with the highest degree of truth, or, where none is satisfactory, a surround relation (4.3.1, 4.5.2). `None` without
-/// forces.
+/// Where an object is by its histograms of constant and gravitational forces, and how wide, from 0 to 180 (4.3.1,
+/// 4.5.2). It is the direction with the highest degree of truth, or a surround relation where none is satisfactory.
+/// `None` without forces.
 pub fn place(constant: &[Force], gravitational: &[Force], heading_rad: f64) -> Option<(Place, f64)> {
     let [constant, gravitational] = [constant, gravitational].map(|forces| View::new(forces, heading_rad));
     let directions = usize::from(DIRECTIONS);

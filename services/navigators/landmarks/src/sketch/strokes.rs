@@ -1,5 +1,5 @@
-//! What each stroke means, by its form. Chronis 2007, 3.3, names the four classes; how the PDA's interface told them
-//! apart (Bailey 2003) is not in the text, so the rules and numbers are ours:
+//! What each stroke means, by its form. Chronis 2007, 3.3, names the four classes. How the PDA's interface separated
+//! them (Bailey 2003) is not in the text, so the rules and numbers are ours:
 //!
 //! - A stroke smaller than 1.5 % of the canvas is stray.
 //! - One that goes to and fro is a deletion of the strokes before it that it crosses out. One that crosses out nothing

@@ -1,6 +1,6 @@
-//! The two scenes of Chronis 2007, figure 5.2. The figures are lost: scene A is rebuilt from the relations of figure
-//! 4.29 (its commands and the places of files, table, trash, crate, cabinet, boxes), scene B from its six commands. In
-//! pixels of the PDA, 5 inches each.
+//! The two scenes of Chronis 2007, figure 5.2. The figures are lost. Scene A is rebuilt from the relations of figure
+//! 4.29: its commands and the places of files, table, trash, crate, cabinet, boxes. Scene B is rebuilt from its six
+//! commands. In pixels of the PDA, 5 inches each.
 
 use sketchnav_landmarks::plane::{At, resample};
 use sketchnav_landmarks::sketch::{Landmark, Sketch};

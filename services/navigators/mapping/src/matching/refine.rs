@@ -1,5 +1,5 @@
-//! From the best cell to the best pose: the posterior is a parabola near its peak. Its slopes and curvatures are measured
-//! over a cell, then over half a cell, on the interpolated field; so the steps of the raster even out.
+//! From the best cell to the best pose: the posterior is a parabola near its peak. Its slopes and curvatures are
+//! measured over a cell, then over half a cell, on the interpolated field. So the steps of the raster even out.
 
 use nalgebra::{Matrix3, Vector3};
 use sketchnav_schemas::geometry::{Pose, wrap_angle};

@@ -1,5 +1,5 @@
-//! The best pose on a raster of cells and angles, by branch and bound (Hess et al. 2016, algorithm 2): a block of
-//! shifts is looked into only if its bound beats the best pose so far. The result is that of a full search.
+//! The best pose on a raster of cells and angles, by branch and bound (Hess et al. 2016, algorithm 2). A block of
+//! shifts is searched only if its bound beats the best pose so far. The result is that of a full search.
 
 use sketchnav_schemas::geometry::Pose;
 

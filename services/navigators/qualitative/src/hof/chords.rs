@@ -1,9 +1,9 @@
 //! Constant forces of two objects that a line parts: the product of their chords, integrated.
 //!
-//! Where all of the argument is after the referent, F_0(θ) = ∫ X(u) Z(u) du, with X and Z the lengths of the two objects on
-//! the parallel u. The length in a simple ring follows from the edges that the
-//! parallel meets: the heights of those that go one way, less the heights of those that go back. It is linear between corners, so nothing has to be
-//! sorted along the direction.
+//! Where all of the argument is after the referent, F_0(θ) = ∫ X(u) Z(u) du. X and Z are the lengths of the two
+//! objects on the parallel u. The length in a simple ring follows from the edges that the parallel meets. It is the
+//! sum of the heights of those that go one way, less those that go back. It is linear between corners, so nothing has
+//! to be sorted along the direction.
 
 /// An edge across the direction: from where to where it goes, and its line's height at 0 and slope, with the sign of its way.
 #[derive(Debug, Clone, Copy)]
@@ -21,8 +21,8 @@ pub(super) struct Chords {
 }
 
 impl Chords {
-    /// F_0 by the edges of both objects, their corners across and along the direction, the parallels between which both
-    /// are, and the corners in their order across, between them.
+    /// What F_0 needs: the edges of both objects, and their corners across and along the direction. From these follow
+    /// the parallels that both objects meet, and the corners between them in their order across.
     pub(super) fn constant_force(
         &mut self,
         edges: [&[[usize; 2]]; 2],

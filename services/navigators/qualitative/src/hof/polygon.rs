@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::geometry::Point;
 
-/// A polygon of one or more rings. A point is inside where an odd number of rings is around it: a ring in another one is
-/// a hole, rings beside each other are parts. Where the edges of a ring cross, the same rule holds.
+/// A polygon of one or more rings. A point is inside where an odd number of rings is around it. So a ring in another
+/// one is a hole, and rings beside each other are parts. Where the edges of a ring cross, the same rule holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
     corners: Vec<Point>,

@@ -147,8 +147,8 @@ fn constant(a: Section, b: Section) -> f64 {
     ((2.0 * (x[0] * z[0] + x[1] * z[1]) + x[0] * z[1] + x[1] * z[0]) / 6.0).max(0.0)
 }
 
-/// F_2 of sections with a gap y between them that changes little in the strip: ln[(x + y)(y + z) / (y(x + y + z))], which
-/// is ln(1 + xz / (y(x + y + z))), loses no digits however far they are.
+/// F_2 of sections with a gap y between them that changes little in the strip: ln[(x + y)(y + z) / (y(x + y + z))].
+/// The form ln(1 + xz / (y(x + y + z))) loses no digits however far they are.
 fn gravitational([a_low, a_high]: Section, [b_low, b_high]: Section) -> f64 {
     let between = |[from, to]: [f64; 2], at: f64| from + (to - from) * at;
     let part = |(at, weight)| {

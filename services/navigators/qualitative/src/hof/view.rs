@@ -1,5 +1,5 @@
-//! What a histogram of forces says: how true it is that the argument is in a direction, whether one direction describes
-//! it at all, how wide it is, and whether it surrounds the referent.
+//! What a histogram of forces says. How true is it that the argument is in a direction? Does one direction describe it
+//! at all? How wide is it, and does it surround the referent?
 //!
 //! Sources: Matsakis et al. 2001 (degree of truth); Chronis 2007, 3.2.2 (sixteen directions, surround relations).
 //! Nothing here allocates.
@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Force;
 
-/// A histogram as seen with a heading. The histogram is turned, not the objects: its directions are those of the plane,
-/// from 0 on and evenly spaced; those that are asked for and answered are counter-clockwise from the heading.
+/// A histogram as seen with a heading. The histogram is turned, not the objects. Its directions are those of the
+/// plane, from 0 on and evenly spaced. Those that are asked for and answered are counter-clockwise from the heading.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
     forces: &'a [Force],
@@ -62,8 +62,8 @@ impl Assessment {
 }
 
 impl Surround {
-    /// The relation by the width of the histogram of constant forces: from π/3 to 2π/3 the referent is surrounded from
-    /// the main direction; above it is surrounded, with an opening where it can escape. `None` below π/3.
+    /// The relation by the width of the histogram of constant forces. From π/3 to 2π/3 the referent is surrounded from
+    /// the main direction. Above, it is surrounded, with an opening where it can escape. `None` below π/3.
     pub fn by_width(width_rad: f64, main: usize, directions: usize, can_escape: bool) -> Option<Self> {
         if width_rad < FRAC_PI_3 {
             None
@@ -139,14 +139,14 @@ fn best(directions: usize, degree: impl Fn(f64) -> Option<f64>) -> Option<Assess
     best
 }
 
-/// How true it is that the argument is in a direction of the referent, from 0 to 1, by a histogram of directions from 0
-/// on that are evenly spaced (after Matsakis et al. 2001). `None` where a force is infinite or none is above 0.
+/// How true it is that the argument is in a direction of the referent, from 0 to 1 (after Matsakis et al. 2001). The
+/// histogram has directions from 0 on that are evenly spaced. `None` where a force is infinite or none is above 0.
 ///
 /// - Forces more than a right angle off `direction_rad` contradict it. Their moments about the right angle on their side
 ///   cancel as much of the moments of the forces within, from that right angle on inwards. What is left is effective.
-/// - A threshold tells optimal parts of the effective forces from others: their mean with weights that are 1 up to a
-///   quarter of a right angle off the direction and 0 from a half on. The part of a force up to it is optimal: it counts
-///   as if it were in the direction. The part above keeps its angle.
+/// - A threshold separates the optimal parts of the effective forces from the others. It is their mean with weights of
+///   1 up to a quarter of a right angle off the direction, and 0 from a half on. The part of a force up to it is
+///   optimal: it counts as if it were in the direction. The part above keeps its angle.
 /// - The degree is 1 − |mean angle| / (π/2), times the share of the effective forces in all.
 pub fn degree_of_truth(histogram: &[Force], direction_rad: f64) -> Option<f64> {
     let bins = Bins::new(histogram, direction_rad);

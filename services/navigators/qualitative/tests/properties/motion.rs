@@ -44,7 +44,7 @@ fn curve() -> impl Strategy<Value = Curve> {
         .prop_map(|([x, y], [r1, w1, p1], [r2, w2, p2])| Curve([x / 4.0, y / 4.0, r1, w1, p1, r2, w2, p2]))
 }
 
-/// Follows a motion from 0 to 3: what differs from one time to the next is looked at more closely until each change is
+/// Follows a motion from 0 to 3. A difference from one time to the next is looked at more closely until each change is
 /// one between neighbours.
 fn passes_neighbours_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<usize, TestCaseError> {
     fn refined<R: Relation>(

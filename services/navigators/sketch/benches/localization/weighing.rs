@@ -1,10 +1,9 @@
-//! The hot loop against its yardsticks: every particle against every beam, resampling, and the
-//! preparation of a drawing, on a map of 400 × 400 cells with 180 beams.
+//! The hot loop against its yardsticks, on a map of 400 × 400 cells with 180 beams. It has every particle against
+//! every beam, resampling, and the preparation of a drawing.
 //!
-//! Yardsticks (one core of such a machine): beluga 2.1.1 weighs 441 to 457 million particle-beams a
-//! second with its likelihood field and three-dimensional state, nav2's filter 27 to 34 million;
-//! beluga resamples 100,000 particles in 12.8 ms. The groups `…/scalar` are this crate's own plain
-//! loops, for ratios within one run.
+//! Yardsticks, one core of such a machine, in particle-beams a second: beluga 2.1.1 weighs 441 to 457 million with its
+//! likelihood field and three-dimensional state. nav2's filter weighs 27 to 34 million. beluga resamples 100,000
+//! particles in 12.8 ms. The groups `…/scalar` are this crate's own plain loops, for ratios within one run.
 
 use std::hint::black_box;
 use std::sync::Arc;

@@ -1,10 +1,10 @@
 //! How many particles the belief needs (Fox 2003, *Adapting the sample size in particle filters through
-//! KLD-sampling*): so many that, with probability 1 − δ, the particles' distribution over bins is no
-//! farther than ε (Kullback-Leibler) from the belief's.
+//! KLD-sampling*). With probability 1 − δ, the particles' distribution over bins is then no farther than ε
+//! (Kullback-Leibler) from the belief's.
 //!
-//! The bins are of x, y and θ. The scales have none: they spread about as far wherever the robot is, so
-//! that bins of five dimensions would hold one particle each and the bound would always be the most.
-//! It allocates nothing after [`SampleSize::new`].
+//! The bins are of x, y and θ. The scales have none, since they spread about as far wherever the robot is. Bins of
+//! five dimensions would hold one particle each, and the bound would always be the most. It allocates nothing after
+//! [`SampleSize::new`].
 
 use std::f32::consts::TAU;
 

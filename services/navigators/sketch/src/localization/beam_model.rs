@@ -1,9 +1,9 @@
 //! How likely a scan is from a pose with two scales by what is to be seen from there: the beam
 //! model.
 //!
-//! A drawing errs in range by proportion, and it errs in bearing: a door is drawn too narrow or beside
-//! its place, so where the robot truly is some beams pass where the drawing has a wall. The range r of
-//! a beam is therefore explained by what the drawing shows at bearings β + δ near by,
+//! A drawing errs in range by proportion, and it errs in bearing. A door is drawn too narrow or beside its place, so
+//! some beams pass where the drawing has a wall, even from the true pose. The range r of a beam is therefore explained
+//! by what the drawing shows at bearings β + δ near by,
 //!
 //! ```text
 //! p(r) = Σ_δ q(δ) p(r | expected range at β + δ),
@@ -12,11 +12,11 @@
 //! the likelihood proper of a reading whose error of the bearing is not known. (The best δ alone, a
 //! maximum, forgives most where most is to be seen, and pulls the estimate there.)
 //!
-//! About an expected range x a reading r is, by e = ln(r / x): about there (Laplace, of width w), short of
-//! it (what is not drawn: a level below which the Laplace term does not fall on that side), or anywhere. A
-//! beam without return says that the wall is beyond the sensor's range. With r and x to the power 1/w at
-//! hand, the Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w): five bearings cost no exponential
-//! and no table.
+//! About an expected range x a reading r is, by e = ln(r / x), one of three. It is about there (Laplace, of width w),
+//! or anywhere. Or it is short of it: what is not drawn sets a level below which the Laplace term does not fall on
+//! that side. A beam without return says that the wall is beyond the sensor's range. With r and x to the power 1/w at
+//! hand, the Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w). So five bearings cost no exponential and no
+//! table.
 //!
 //! How wide w is depends on who drew: a surveyed map errs by its cells, a drawing from memory by a
 //! quarter. The filter learns it while it drives ([`learned`]).
@@ -173,8 +173,8 @@ impl BeamModel {
         }
     }
 
-    /// How many times as much a scan tells as in a drawing by hand, as far as this one is believed to be more
-    /// exact: what is left of its errors is the sensor's, of each beam its own.
+    /// How many times as much a scan tells as in a drawing by hand, as far as this one is believed to be more exact.
+    /// The errors that are left are the sensor's, of each beam its own.
     pub fn exactness(&self) -> f32 {
         (self.widths[1] / self.width).sqrt()
     }
@@ -202,8 +202,8 @@ impl BeamModel {
         self.readings.iter().map(|reading| self.likelihood(reading, &room.expected).ln()).sum()
     }
 
-    /// The median of |ln(measured / expected)| of the beams that returned, at their own bearings, where
-    /// [`Self::log_likelihood`] was last asked for with this `room`; `None` where none returned.
+    /// The median of |ln(measured / expected)| of the beams that returned, at their own bearings. It is that of the
+    /// last call of [`Self::log_likelihood`] with this `room`; `None` where none returned.
     pub fn error(&self, room: &mut Room) -> Option<f32> {
         let Room { expected, errors } = room;
         errors.clear();
@@ -363,7 +363,7 @@ mod tests {
         beam_model.likelihood_of_each(simd, reading, &vec![expected; beam_model.readings.len()]).into()
     }
 
-    /// With a laser of 79 m, a reading and a wall both under 7 cm were an infinite fit: their ratio to the longest
+    /// With a laser of 79 m, a reading and a wall both under 7 cm were an infinite fit. Their ratio to the longest
     /// range, to the power 1/w of a map, left the range of single precision.
     #[test]
     fn the_shortest_ranges_of_a_long_laser_are_as_likely_as_any() {

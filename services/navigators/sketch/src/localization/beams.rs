@@ -74,8 +74,8 @@ impl Beams {
         self.range_m.is_empty()
     }
 
-    /// Takes at most `wanted` beams of `scan`, evenly spread; what is invalid (NaN, too near) is left
-    /// out, what did not return (+∞, or beyond the longest range) counts as such.
+    /// Takes at most `wanted` beams of `scan`, evenly spread. Invalid beams (NaN, too near) are left out. Beams that
+    /// did not return (+∞, or beyond the longest range) count as such.
     pub fn select(&mut self, scan: &LaserScan, mounting: &Mounting, wanted: usize) {
         self.clear();
         self.origin_m = [mounting.x_m, mounting.y_m];

@@ -1,13 +1,13 @@
 //! Doors as wide as doors are.
 //!
-//! Who draws a door leaves a gap in a wall. The gap is a sign: where it is counts, how wide it is does not,
-//! and hasty hands leave it narrow. Taken for a measure it tells the filter that the drawing is smaller here
-//! than it is, and the robot drives past the right door. So gaps in walls that are narrower than a door are
-//! widened before the filter looks at the drawing, as far as the walls beside them allow.
+//! Who draws a door leaves a gap in a wall. The gap is a sign: where it is counts, how wide it is does not, and hasty
+//! hands leave it narrow. Taken for a measure it tells the filter that the drawing is smaller here than it is, and the
+//! robot drives past the right door. So gaps in walls that are narrower than a door are widened before the filter uses
+//! the drawing. The walls beside them limit that.
 //!
-//! Left as drawn are passages that do not open out on both sides (a corridor, a door along a wall that runs on
-//! past it), gaps in walls thicker than about half the gap, slips of the pen, and what lies within a door's
-//! width of a narrower gap. Posts between two gaps stay.
+//! Some passages stay as drawn. They do not open out on both sides, as a corridor or a door along a wall that runs on
+//! past it. Or their walls are thicker than about half the gap. Slips of the pen stay, too, and gaps within a door's
+//! width of a narrower one. Posts between two gaps stay.
 
 use fearless_simd::{Level, dispatch};
 use nalgebra::Vector2;
@@ -114,9 +114,8 @@ impl Side {
         self.end + self.away * along + turned(self.away) * beside
     }
 
-    /// How much of its wall the side gives to the gap, at most `missing_px`, and of the wall's length up to
-    /// where it ends or another meets it no more than its share. Nothing where it goes on for less than the
-    /// gap is wide: a post.
+    /// How much of its wall the side gives to the gap, at most `missing_px`. Of the wall's length, up to its end or
+    /// the next wall, it gives no more than its share. Nothing where it goes on for less than the gap is wide: a post.
     fn yields_px(&self, sketch: &SketchGrid, missing_px: f32) -> f32 {
         let is_wall = |along: f32, beside: i32| {
             let [x, y] = self.at(along, beside as f32).map(|v| v.round() as i64).into();
@@ -352,9 +351,9 @@ impl Merged {
         Self { x, y, own2: vec![0; width], gains: vec![false; width] }
     }
 
-    /// Goes along a row, away from the side `SIDE`: each cell takes the wall of the one before, or of what is `known`, where
-    /// that is nearer than its own. Cells are asked one after the other only where one of them gains by it: where none
-    /// does by what the one before had at first, none does at all.
+    /// Goes along a row, away from the side `SIDE`. Each cell takes the wall of the cell before, or of what is
+    /// `known`, where that is nearer than its own. Cells are asked one after the other only where one of them gains by
+    /// it. Where none gains by what the one before had at first, none gains at all.
     fn pass<const SIDE: isize>(&mut self, row: Row<'_>, known: &Known) {
         dispatch!(Level::new(), _simd => self.merge::<SIDE>(&row, known));
         let count = self.own2.len();

@@ -1,9 +1,9 @@
 //! The drawing as the filter asks for it: how far to the next wall, and how far along a beam.
 //!
-//! A drawing of millions of pixels is reduced until it fits a cache; a cell is wall where any of its
-//! pixels is, so that no wall gets a hole. Rays jump from box to box: around a free cell whose
-//! nearest wall is `r` cells away (chessboard distance) lies a square of `2r − 1` free cells, and a
-//! ray may go to its edge at once. The jump is exact: the result is that of a walk cell by cell.
+//! A drawing of millions of pixels is reduced until it fits a cache. A cell is wall where any of its pixels is, so
+//! that no wall gets a hole. Rays jump from box to box. Around a free cell whose nearest wall is `r` cells away
+//! (chessboard distance) lies a square of `2r − 1` free cells. A ray may go to its edge at once. The jump is exact:
+//! the result is that of a walk cell by cell.
 //!
 //! It knows no scale: a direction's length is what a unit of the result means.
 
@@ -54,8 +54,9 @@ impl Grid {
         self.free_radius.iter().map(|&radius| radius == 0)
     }
 
-    /// The distance from each cell to the nearest surface of a wall, in steps of half a cell, row by row from the bottom,
-    /// the ring included. Within a wall it grows again: what a laser measures is a surface, not the inside of a pillar.
+    /// The distance from each cell to the nearest surface of a wall, in steps of half a cell. Rows run from the
+    /// bottom, the ring included. Within a wall it grows again: what a laser measures is a surface, not the inside of
+    /// a pillar.
     pub fn distance_steps(&self) -> &[u8] {
         &self.distance
     }
@@ -78,10 +79,10 @@ impl Grid {
         self.free_radius[at] == 0
     }
 
-    /// How far the ray (x, y) + t·(dx, dy), all in pixels, goes before it enters a wall: t, at most
-    /// `t_max`. A ray that begins in a wall leaves it first, where that takes no more than `t_leave`; 0
-    /// where it takes more: a drawn line is where a person's hand went, and a robot that is believed to
-    /// stand on it does see the rooms beside it, but nobody stands inside a pillar.
+    /// How far the ray (x, y) + t·(dx, dy), all in pixels, goes before it enters a wall: t, at most `t_max`. A ray
+    /// that begins in a wall leaves it first, where that takes no more than `t_leave`; it is 0 where it takes more. A
+    /// drawn line is where a person's hand went: a robot that is believed to stand on it does see the rooms beside it.
+    /// Nobody stands inside a pillar.
     #[inline]
     pub fn cast(&self, from_px: [f32; 2], direction_px: [f32; 2], t_leave: f32, t_max: f32) -> f32 {
         let ([x_px, y_px], [dx_px, dy_px]) = (from_px, direction_px);

@@ -1,8 +1,8 @@
 //! Sixteen numbers at once: the functions that the filter's inner loops need.
 //!
-//! Every operation is one that IEEE 754 rounds exactly (no fused multiply-add, no estimated
-//! reciprocals, no library call), in an order that is written down here, so that every set of vector
-//! instructions gives the same bits. Coefficients: Cody and Waite 1980, Cephes.
+//! Every operation is one that IEEE 754 rounds exactly: no fused multiply-add, no estimated reciprocals, no library
+//! call. Their order is written down here. So every set of vector instructions gives the same bits. Coefficients: Cody
+//! and Waite 1980, Cephes.
 
 use fearless_simd::{f32x16, i32x16, prelude::*};
 
@@ -99,9 +99,9 @@ pub fn fast_log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
 /// The largest power of two that [`fast_exp2`] is for; its inverse is the least.
 pub const MOST_EXP2: f32 = 120.0;
 
-/// 2 to the power x·times, from −120 to 120, and its inverse, both to 0.3 %: the bits of a number are nearly its
-/// logarithm (Schraudolph 1999). What the straight line between two powers is too high by, a parabola takes away:
-/// the same one for both, since it is even about the middle.
+/// 2 to the power x·times, from −120 to 120, and its inverse, both to 0.3 %. The bits of a number are nearly its
+/// logarithm (Schraudolph 1999). The straight line between two powers is too high. A parabola takes that away, the
+/// same one for both, since it is even about the middle.
 #[inline(always)]
 pub fn fast_exp2<S: Simd>(x: f32x16<S>, times: f32) -> [f32x16<S>; 2] {
     const UNIT: f32 = (1 << 23) as f32;
@@ -114,8 +114,8 @@ pub fn fast_exp2<S: Simd>(x: f32x16<S>, times: f32) -> [f32x16<S>; 2] {
     [bits(one + log2 * UNIT), bits(one - log2 * UNIT)]
 }
 
-/// The direction of (x, y) in `per_turn`-ths of a turn, to 0.0001 turns and not yet rounded, from −½ to ½ of a
-/// turn: within a quarter the arc tangent of how far it is from the middle (Hastings 1955), mirrored into the others.
+/// The direction of (x, y) in `per_turn`-ths of a turn, to 0.0001 turns and not yet rounded, from −½ to ½ of a turn.
+/// Within a quarter it is the arc tangent of the offset from the middle (Hastings 1955), mirrored into the others.
 #[inline(always)]
 pub fn direction<S: Simd>(x: f32x16<S>, y: f32x16<S>, per_turn: f32) -> f32x16<S> {
     let (along, across) = (x.abs(), y.abs());

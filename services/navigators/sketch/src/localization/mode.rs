@@ -86,17 +86,17 @@ impl Candidates {
     }
 }
 
-/// The mode of `set`. Near `last`, where the robot was believed to be, the density counts `loyalty`
+/// The mode of `set`. Near `last`, where the robot was believed to be, the density counts `hysteresis`
 /// times, so that two equal rivals do not take turns.
-pub fn find_mode(set: &ParticleSet, kernel: &Kernel, last: Option<&ScaledPose>, loyalty: f32) -> Mode {
+pub fn find_mode(set: &ParticleSet, kernel: &Kernel, last: Option<&ScaledPose>, hysteresis: f32) -> Mode {
     let mut candidates = Candidates::of(set);
     candidates.weigh(Level::new(), set, kernel);
     let mut best = (f32::NEG_INFINITY, set.pose(0));
     for (&particle, density) in candidates.particle.iter().zip(candidates.density).take(candidates.count) {
         let pose = set.pose(particle);
-        let faith = if last.is_some_and(|l| kernel.overlap(l, &pose)) { loyalty } else { 1.0 };
-        if density * faith > best.0 {
-            best = (density * faith, pose);
+        let factor = if last.is_some_and(|l| kernel.overlap(l, &pose)) { hysteresis } else { 1.0 };
+        if density * factor > best.0 {
+            best = (density * factor, pose);
         }
     }
     let mut pose = best.1;

@@ -1,9 +1,9 @@
 //! The evolution of the state (Boniardi et al. 2015, equation 6): odometry through the local metric, Gamma
 //! noise on the scales.
 //!
-//! Noise that grows with the way depends on the drive. An omnidirectional one errs ahead, to the left and
-//! in its heading, each on its own; a differential one does not slide sideways: it turns, rolls and turns,
-//! and errs in each (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.6).
+//! Noise that grows with the way depends on the drive. An omnidirectional one errs ahead, to the left and in its
+//! heading, each on its own. A differential one does not slide sideways. It turns, rolls and turns, and errs in each
+//! (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.6).
 
 use std::f32::consts::TAU;
 
@@ -66,9 +66,9 @@ impl Proportions {
         [mean_a + anisotropy, mean_b - anisotropy]
     }
 
-    /// What a particle takes the whole drawing to be stretched by: nothing, or, `anisotropic_share` of them,
-    /// a part of what the place of the first scan is. A drawing is mostly in proportion but for single places,
-    /// yet some are a strip from end to end.
+    /// By how much a particle takes the whole drawing to be stretched. Most take nothing; a share of
+    /// `anisotropic_share` takes a part of the stretch at the place of the first scan. A drawing is mostly in
+    /// proportion except for single places, yet some are a strip from end to end.
     pub(super) fn anisotropy(&self, p: &Parameters, rng: &mut Pcg64Mcg) -> f32 {
         let is_anisotropic = p.anisotropic_share > 0.0 && rng.random::<f32>() < p.anisotropic_share;
         if is_anisotropic { self.first_anisotropy * rng.random::<f32>() } else { 0.0 }
@@ -154,8 +154,8 @@ pub fn propagate(
     }
 }
 
-/// Perturbs each particle with probability `share`: position, heading and scales get wide noise, so
-/// that the set can find back to a place that it had given up. None is thrown into a wall.
+/// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the set can
+/// find back to a place that it had given up. None is thrown into a wall.
 pub fn perturb(
     set: &mut ParticleSet,
     share: f32,
@@ -186,8 +186,8 @@ pub fn perturb(
     }
 }
 
-/// Throws each particle with probability `share` anywhere in the free space, with any heading and scales
-/// about the drawing's mean (Thrun, Burgard and Fox, table 8.3, line 13).
+/// Throws each particle with probability `share` anywhere in the free space (Thrun, Burgard and Fox, table 8.3, line
+/// 13). Its heading is any, its scales are about the drawing's mean.
 pub fn inject(
     set: &mut ParticleSet,
     share: f32,
@@ -263,9 +263,9 @@ mod tests {
         set
     }
 
-    /// A drawing is stretched along its walls, not along the picture's edges. The perturbation once took
-    /// the picture's axes: in a drawing tilted by 45° it threw particles equally far along and across a
-    /// corridor that is drawn nine times too long.
+    /// A drawing is stretched along its walls, not along the picture's edges. The perturbation once took the picture's
+    /// axes. In a drawing tilted by 45° it threw particles equally far along and across a corridor that is drawn nine
+    /// times too long.
     #[test]
     fn a_perturbation_is_stretched_along_the_walls() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(std::f64::consts::FRAC_PI_4));
@@ -296,8 +296,8 @@ mod tests {
         (mean, variance.sqrt())
     }
 
-    /// η and ζ of Γ(σ⁻², σ²), equation (6): mean σ⁻²·σ² = 1, variance σ⁻²·σ⁴ = σ², independent; the
-    /// scales are 30 and 10 in the mean whatever happens.
+    /// η and ζ of Γ(σ⁻², σ²), equation (6): mean σ⁻²·σ² = 1, variance σ⁻²·σ⁴ = σ², independent; the scales are 30 and
+    /// 10 in the mean whatever happens.
     #[test]
     fn the_scales_are_martingales() {
         for (parameters, motion) in [
@@ -318,8 +318,8 @@ mod tests {
         }
     }
 
-    /// 1 m ahead with 0.1/√m: an omnidirectional robot is off by 0.1 m to either side; a differential one
-    /// only by what its heading was off at first: √(0.04/2) rad, 0.141 m.
+    /// 1 m ahead with 0.1/√m: an omnidirectional robot is off by 0.1 m to either side. A differential one is off only
+    /// by its heading at first: √(0.04/2) rad, 0.141 m.
     #[test]
     fn who_cannot_slide_is_off_to_the_side_by_its_heading_alone() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
@@ -359,8 +359,8 @@ mod tests {
         assert!((sample(thrown.iter().map(|&i| set.y_px[i])).0 - 200.0).abs() < 20.0);
     }
 
-    /// Scales once were drawn back to what they are in the mean, along the walls as across, in every particle: of
-    /// three thousand hardly one lay in a drawing that is nine times as wide as it is high from end to end.
+    /// Scales once were drawn back to their mean, along the walls as across, in every particle. Some drawings are nine
+    /// times as wide as high from end to end. Of three thousand particles hardly one fitted such a drawing.
     #[test]
     fn some_believe_that_the_whole_is_drawn_as_the_first_scan_has_it() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
@@ -397,8 +397,8 @@ mod tests {
         assert!(sample(set.ln_a.iter().copied()).1 > 0.1);
     }
 
-    /// ε of equation (6) is in metres: σ₁ = σ₂ = 0.1 m ahead and to the left are 3 px along the walls
-    /// and 1 px across by the scales 30 and 10; σ₃ = 0.2 rad.
+    /// ε of equation (6) is in metres. By the scales 30 and 10, σ₁ = σ₂ = 0.1 m are 3 px along the walls and 1 px
+    /// across. σ₃ = 0.2 rad.
     #[test]
     fn the_noise_of_a_step_goes_through_the_scales() {
         let parameters = Parameters { step_noise_m: 0.1, step_noise_rad: 0.2, ..Parameters::paper() };
@@ -412,8 +412,8 @@ mod tests {
         }
     }
 
-    /// Equation (6) with the scales 30 along the walls and 10 across: 0.5 m ahead are 15 px for who heads
-    /// along the walls and 5 px for who heads across.
+    /// Equation (6) with the scales 30 along the walls and 10 across. 0.5 m ahead are 15 px along the walls and 5 px
+    /// across.
     #[test]
     fn a_step_is_stretched_by_each_particle_own_scales() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));

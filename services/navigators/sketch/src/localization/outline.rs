@@ -1,9 +1,9 @@
 //! The outline of the drawn building. A robot that starts inside stays inside: what lies around the
 //! building is no place for a particle, however well the scan would fit there.
 //!
-//! People leave their outlines open, for an entrance or by a hasty hand. So outside is what a square
-//! brush reaches from beside the sheet that is as wide as the widest opening that counts as closed (a
-//! morphological opening of what lies around the building).
+//! People leave their outlines open, for an entrance or by a hasty hand. So outside is what a square brush reaches
+//! from beside the sheet. The brush is as wide as the widest opening that counts as closed (a morphological opening of
+//! the surroundings).
 
 use std::ops::Range;
 
@@ -61,8 +61,8 @@ mod tests {
 
     const SIZE: usize = 100;
 
-    /// A sheet of 100 × 100 px with a room from (20, 20) to (80, 80), whose upper wall is open for `gap`
-    /// px from its middle on.
+    /// A sheet of 100 × 100 px with a room from (20, 20) to (80, 80). Its upper wall is open for `gap` px from its
+    /// middle on.
     fn room(gap: usize) -> SketchGrid {
         let cell = |i: usize| {
             let (column, row) = (i % SIZE, i / SIZE);
@@ -84,8 +84,8 @@ mod tests {
         assert!(!free(10, 50) && !free(50, 90) && !free(0, 0) && !free(99, 99));
     }
 
-    /// People fill the sheet. A brush that was believed to fit at every cell of the sheet's edge once reached as far
-    /// into the rooms behind the outer walls as it is wide.
+    /// People fill the sheet. A brush that was believed to fit at every cell of the sheet's edge reached too far. It
+    /// came into the rooms behind the outer walls, by its own width.
     #[test]
     fn a_room_that_fills_its_sheet_stays_whole() {
         for margin in [0, 1, 3, 8] {

@@ -51,8 +51,8 @@ pub struct Parameters {
     pub beams: usize,
     /// How the likelihood of a scan is computed.
     pub likelihood: Likelihood,
-    /// The beams of a scan are not independent: all together they count as so many, by a drawing by hand; as
-    /// many more by one that has shown itself more exact, as the root of its narrower width has it.
+    /// The beams of a scan are not independent. By a drawing by hand, all together count as so many. By a more exact
+    /// drawing they count as more, by the root of its narrower width.
     pub independent_beams: f32,
     /// Travelled distance after which a scan is used, metres.
     pub update_distance_m: f64,
@@ -102,22 +102,22 @@ pub struct Parameters {
     pub start_scales: StartScales,
     /// How much of the two scales' difference in the first scan is believed, 0 to 1.
     pub start_anisotropy: f32,
-    /// Share of the particles that take the whole drawing to be stretched by a part of what the first scan's
-    /// place is, each by a part of its own; the others take it to be in proportion as a whole.
+    /// Share of the particles that take the whole drawing to be stretched, each by its own part of the stretch at the
+    /// first scan's place. The others take it to be in proportion as a whole.
     pub anisotropic_share: f32,
     /// Extent of a building, metres: with the extent of the drawing it says a scale.
     pub building_size_m: f32,
-    /// How much of the drawing's mean scale comes from that, 0 to 1 (geometric mean), rather than from the
-    /// first scan: that is a sample of one place, and people draw places at scales far apart. Where the
-    /// first scan sees nothing, all does.
+    /// How much of the drawing's mean scale comes from that, 0 to 1 (geometric mean), and not from the first scan. A
+    /// first scan is a sample of one place, and people draw places at scales far apart. Where the first scan sees
+    /// nothing, all does.
     pub start_size_share: f32,
 
     /// Standard deviation of the likelihood field, metres.
     pub field_sigma_m: f32,
     /// Share of readings that the drawing does not explain.
     pub field_random: f32,
-    /// Width of the Laplace terms on the virtual scales, as a share of the mean scale (λ and ν of
-    /// equation 7); 0 switches them off.
+    /// Width of the Laplace terms on the virtual scales, as a share of the mean scale (λ and ν of equation 7). 0
+    /// switches them off.
     pub field_scale_width: f32,
 
     /// Width of the Laplace distribution of ln(measured / expected) for a drawing by hand.
@@ -139,8 +139,8 @@ pub struct Parameters {
     pub perturbed_share: f32,
     /// How much more of them where the scans fit worse than they used to.
     pub perturbed_share_lost: f32,
-    /// Share of particles thrown anywhere in the drawing's free space where the scans fit worse than they
-    /// used to, times how much worse (Thrun, Burgard and Fox, table 8.3).
+    /// Share of particles thrown anywhere in the drawing's free space, times how much worse the scans fit than before
+    /// (Thrun, Burgard and Fox, table 8.3).
     pub injected_share_lost: f32,
     /// Standard deviation of a perturbation of the position, metres.
     pub perturbation_m: f32,
@@ -154,7 +154,7 @@ pub struct Parameters {
     /// Radius of the kernel in heading, radians.
     pub mode_radius_rad: f32,
     /// Factor on the density near the last estimate: a rival must be so much denser.
-    pub mode_loyalty: f32,
+    pub mode_hysteresis: f32,
 
     /// Mean log likelihood of a beam below which the estimate is doubtful.
     pub doubtful_below: f32,
@@ -217,7 +217,7 @@ impl Default for Parameters {
             perturbation_log_scale: 0.3,
             mode_radius_m: 0.6,
             mode_radius_rad: 0.35,
-            mode_loyalty: 1.3,
+            mode_hysteresis: 1.3,
             doubtful_below: -1.2,
             lost_below: -1.9,
             hysteresis: 0.2,
@@ -236,9 +236,9 @@ impl Parameters {
         }
     }
 
-    /// Boniardi et al. 2015, equations 2 to 8, as written. Where it gives no value, ours was chosen as its authors
-    /// say that they chose theirs (Boniardi et al. 2016, V-B): those of odometry and sensor where the drawing is the
-    /// true floor plan, the scales' variances between following the drawing and false matches.
+    /// Boniardi et al. 2015, equations 2 to 8, as written. Where it gives no value, ours was chosen as its authors say
+    /// that they chose theirs (Boniardi et al. 2016, V-B). Those of odometry and sensor were chosen where the drawing
+    /// is the true floor plan. The scales' variances lie between following the drawing and false matches.
     pub fn paper() -> Self {
         Self {
             // Not given.
@@ -358,7 +358,7 @@ impl Parameters {
             ("bearing_width_rad", self.bearing_width_rad.into()),
             ("mode_radius_m", self.mode_radius_m.into()),
             ("mode_radius_rad", self.mode_radius_rad.into()),
-            ("mode_loyalty", self.mode_loyalty.into()),
+            ("mode_hysteresis", self.mode_hysteresis.into()),
         ]
     }
 

@@ -22,7 +22,7 @@ pub struct ParticleSet {
     pub ln_a: Vec<f32>,
     /// Natural logarithm of scale b, pixels a metre.
     pub ln_b: Vec<f32>,
-    /// What the particle takes the drawing as a whole to be stretched by: half the logarithm of mean scale a
+    /// By how much the particle takes the drawing as a whole to be stretched. It is half the logarithm of mean scale a
     /// over mean scale b, beyond the drawing's mean.
     pub anisotropy: Vec<f32>,
     /// Logarithm of the weight, up to a constant.
@@ -170,11 +170,11 @@ impl Resampler {
         set.log_weight.resize(count, 0.0);
     }
 
-    /// Pointer k of the new set, (k + offset) / count, lies in the piece of the first particle with which
-    /// the weights' sum exceeds it. There is no branch that depends on a weight, for it would be guessed
-    /// wrong at every other particle: each marks the pointer where its piece begins, over the mark of
-    /// those before it with no pointer in theirs, and the last mark up to a pointer is its ancestor
-    /// ([`fill_up`]). Who has no weight marks the place behind the last pointer.
+    /// Pointer k of the new set is (k + offset) / count. It lies in the piece of the first particle with which the
+    /// weights' sum exceeds it. No branch depends on a weight, since the processor would mispredict it at every other
+    /// particle. Each particle marks the pointer where its piece begins, over the mark of earlier ones with no pointer
+    /// in theirs. The last mark up to a pointer is its ancestor ([`fill_up`]). Who has no weight marks the place
+    /// behind the last pointer.
     fn mark(&mut self, weight: &[f32], offset: f64) {
         let count = self.ancestor.len() - 1;
         self.ancestor.fill(0);
@@ -192,8 +192,8 @@ impl Resampler {
     }
 }
 
-/// Puts the last mark before it where there is none: the greatest up to each place, sixteen at a time by
-/// doubling steps (Hillis and Steele 1986).
+/// Fills each gap with the last mark before it. That is the greatest up to each place, sixteen at a time by doubling
+/// steps (Hillis and Steele 1986).
 #[inline(always)]
 fn fill_up<S: Simd>(simd: S, marks: &mut [u32]) {
     let none = u32x16::splat(simd, 0);

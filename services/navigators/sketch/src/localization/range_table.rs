@@ -1,10 +1,9 @@
 //! How far one sees from everywhere in every direction, tabulated: what the beam model asks
 //! thousands of times an update.
 //!
-//! For each cell of the reduced drawing and each of [`DIRECTIONS`] directions stands the logarithm of
-//! the range to the first wall, in a byte, filled in by sweeping parallel lines over the drawing
-//! (`sweep.rs`). An entry is the exact range from a place in the cell, in a direction at most half
-//! a step off.
+//! It has an entry for each cell of the reduced drawing and each of [`DIRECTIONS`] directions. The entry is the
+//! logarithm of the range to the first wall, in a byte. Parallel lines that sweep over the drawing fill it in
+//! (`sweep.rs`). An entry is the exact range from a place in the cell, in a direction at most half a step off.
 //!
 //! A cell in a wall also has the way through that wall (see [`Grid::cast`]). It knows no scale.
 
@@ -15,9 +14,9 @@ use super::range_code::{DIRECTIONS, NEVER, PER_OCTAVE, SHORTEST_LOG2};
 use super::sweep::{SQUARE, Sweep, Views, Walls, transpose_bytes, transposed};
 use fearless_simd::{Level, dispatch, prelude::*, u8x16};
 
-/// Most cells of a drawing's table: their ranges fill 32 MB, and the ways out of walls as much again
-/// where all is wall. (A table of 200,000 cells, whose walls are thicker and doors narrower, lost the
-/// way in 11 of 40 drives through a wobbly drawing in which none was lost with this one.)
+/// Most cells of a drawing's table: their ranges fill 32 MB, and the ways out of walls as much again where all is
+/// wall. (A table of 200,000 cells has thicker walls and narrower doors. By it the filter lost the way in 11 of 40
+/// drives through a wobbly drawing, and by this one in none.)
 pub const RANGE_TABLE_CELLS: usize = 500_000;
 /// The row of the ways out of the ring around the drawing: none.
 const OUTSIDE: u32 = 1;

@@ -177,8 +177,8 @@ pub(super) fn extent_px(sketch: &SketchGrid) -> f32 {
 mod tests {
     use super::*;
 
-    /// The first scan says 10 and 40 px/m, the drawing's size 90: half way between, by their logarithms,
-    /// are √(10·90) = 30 and √(40·90) = 60.
+    /// The first scan says 10 and 40 px/m, the drawing's size 90. Half way between, by their logarithms, are √(10·90)
+    /// = 30 and √(40·90) = 60.
     #[test]
     fn the_mean_scale_is_between_the_first_scans_and_the_drawings() {
         let start = Start { pose: Pose::new(0.0, 0.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };

@@ -1,8 +1,8 @@
 //! Parallel lines, swept over a drawing: how far one sees from every cell in one direction.
 //!
-//! There is one line for each cell across. All are followed backwards at once, through every cell that
-//! they touch, so no wall, however thin or slanted, is ever slipped through; each cell takes what is
-//! seen from the point of its line in the middle column (or row). It knows no scale.
+//! There is one line for each cell across. All are followed backwards at once, through every cell that they touch. So
+//! no wall is ever slipped through, however thin or slanted. Each cell takes what is seen from its line's point in the
+//! middle column (or row). It knows no scale.
 
 use std::ops::Range;
 
@@ -29,8 +29,8 @@ fn place(cells: f32) -> Place {
     2 * parts as Place + Place::from(parts.fract() > 0.0)
 }
 
-/// Where lines pass the middle of the drawing, in parts of a cell: nearly in the cells' middle, but so
-/// that those at 45° do not run from corner to corner, where rounding would choose the side.
+/// Where lines pass the middle of the drawing, in parts of a cell. It is nearly the cells' middle, but lines at 45° do
+/// not run from corner to corner, where rounding would choose the side.
 pub const OFF_CORNERS: f64 = 0.4;
 
 /// What is wall, row by row and column by column: lines take whichever they cross.
@@ -90,8 +90,8 @@ fn transpose_bytes_by<S: Simd>(simd: S, from: &[u8], width: usize, to: &mut [u8]
 /// Bytes a side of a square that is turned over at once.
 pub const SQUARE: usize = 16;
 
-/// The columns of a square of bytes by its rows: four times every other one of the first half of the rows' bytes and of
-/// the second.
+/// The columns of a square of bytes by its rows. It takes, four times, every other byte of the first half of the rows
+/// and of the second.
 #[inline(always)]
 pub fn transposed<S: Simd>(mut rows: [u8x16<S>; SQUARE]) -> [u8x16<S>; SQUARE] {
     for _ in 0..SQUARE.ilog2() {
@@ -168,8 +168,8 @@ impl Sweep {
         self.upright
     }
 
-    /// Writes into `plane` the code of the range from each cell, and into `leave` the codes of the ways out of the wall from
-    /// each cell in one.
+    /// Writes into `plane` the code of the range from each cell. Into `leave` it writes the codes of the ways out of
+    /// the wall, for each cell in one.
     pub fn run(&self, walls: &Walls, views: &mut Views, plane: &mut [u8], leave: &mut [u8]) {
         dispatch!(Level::new(), _simd => self.run_through(walls, views, plane, leave));
     }

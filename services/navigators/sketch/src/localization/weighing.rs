@@ -1,8 +1,8 @@
 //! The hot loop: every particle against every beam, sixteen particles at a time.
 //!
-//! A particle's pose and scales become one 2 × 2 matrix; by the likelihood field a beam then costs two
-//! multiply-adds an axis, an index and a look-up. Particles do not know of each other, and each adds up its beams in their
-//! order: neither the width of the processor's vectors nor the number of threads changes a bit.
+//! A particle's pose and scales become one 2 × 2 matrix. By the likelihood field a beam then costs two multiply-adds
+//! an axis, an index and a look-up. Particles are independent of each other, and each adds up its beams in their
+//! order. Neither the width of the processor's vectors nor the number of threads changes a bit.
 
 use std::cell::Cell;
 
@@ -152,8 +152,8 @@ impl Model for FieldOfScan<'_> {
     }
 }
 
-/// Of beams within this arc the first and the last are looked along: between them all is nearly even (at 6°, by a
-/// drawing that is stretched twofold, to 0.2° and a hundredth of an octave). So more than a beam every 3° is cheap.
+/// Of beams within this arc the first and the last are looked along. Between them all is nearly even: at 6°, by a
+/// drawing that is stretched twofold, to 0.2° and a hundredth of an octave. So more than a beam every 3° is cheap.
 const ARC_RAD: f32 = 0.105;
 
 /// Where sixteen particles look along a beam, in directions of the table, and the binary logarithm of how long a
@@ -197,8 +197,8 @@ struct NearestLook {
     log2_scale: [f32; LANES],
 }
 
-/// What a thread works with, an entry a beam. (The steps of the model go over all beams one after the other:
-/// what a beam needs is a long chain, and a processor overlaps several short ones.)
+/// What a thread works with, an entry a beam. (The steps of the model go over all beams one after the other. A beam
+/// needs a long chain of operations, and a processor overlaps several short ones.)
 #[derive(Debug, Default)]
 struct Scratch {
     looks: Vec<NearestLook>,
@@ -467,8 +467,8 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
-        /// Every entry of the table is exact for a place in the cell and a direction near by (tested
-        /// beside it); here the whole model, in the mean over particles anywhere.
+        /// Every entry of the table is exact for a place in the cell and a direction near by (tested beside it). This
+        /// tests the whole model, in the mean over particles anywhere.
         #[test]
         fn the_table_agrees_with_ray_casting(case in 0u64..1_000_000) {
             let mut rng = seed::stream(case, "beam_model");

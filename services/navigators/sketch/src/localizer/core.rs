@@ -108,8 +108,8 @@ impl Core {
         })
     }
 
-    /// Has the filter begin where an estimate says that the robot was, once a sketch comes, instead of at
-    /// its start: for who knows nothing but what was last sent. An estimate that still waits for a sketch says
+    /// Has the filter begin at the robot's place of an estimate, once a sketch comes, instead of at its start. It is
+    /// for a localizer that knows nothing but its last message. An estimate that still waits for a sketch says
     /// nothing.
     pub fn begin_at(&mut self, last: &PoseEstimate) {
         if last.tracking == Tracking::Waiting.code() {
@@ -198,7 +198,7 @@ impl Core {
         self.estimate.is_some() && stamp_ns >= self.particles_due_ns
     }
 
-    /// Writes a sample of the particles, but for its header.
+    /// Writes a sample of the particles, except for its header.
     pub fn write_particles(&mut self, stamp_ns: u64, out: &mut Particles) {
         if let Some(localizer) = &self.localizer {
             localizer.particles().sample(out);
@@ -206,7 +206,7 @@ impl Core {
         self.particles_due_ns = stamp_ns + PARTICLES_EVERY_NS;
     }
 
-    /// Writes the estimate, but for its header; before there is a sketch, that it waits for one.
+    /// Writes the estimate, except for its header; before there is a sketch, that it waits for one.
     pub fn write_estimate(&self, out: &mut PoseEstimate) {
         out.odometry = self.odometry.unwrap_or_else(|| PoseM::new(&Pose::<Odom>::new(0.0, 0.0, 0.0)));
         out.tracking = Tracking::Waiting.code();

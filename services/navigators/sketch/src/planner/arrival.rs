@@ -1,9 +1,9 @@
 //! Whether to believe that the goal is here.
 //!
-//! Rooms look alike: an estimate that is wrong arrives all the same. Two things give many wrong arrivals
-//! away. The scans fit worse than at a goal that is truly reached, and on the way the estimate jumped from
-//! one place of the drawing to another. Who doubts an arrival looks around first, once a task: a full turn
-//! shows what the laser did not see on its way in. Who still doubts then says so.
+//! Rooms look alike: an estimate that is wrong arrives all the same. Two things give many wrong arrivals away. The
+//! scans fit worse than at a goal that is truly reached. On the way, the estimate jumped from one place of the drawing
+//! to another. Who doubts an arrival looks around first, once a task: a full turn shows what the laser did not see on
+//! its way in. Who still doubts then says so.
 
 use crate::planning::chart::Chart;
 use crate::planning::parameters::Parameters;
@@ -83,7 +83,7 @@ impl Arrival {
         self.look == Look::UnderWay
     }
 
-    /// A maneuver has ended; it may have been the look.
+    /// A recovery behaviour has ended; it may have been the look.
     pub fn end_look(&mut self) {
         if self.is_looking() {
             self.look = Look::Done;
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn no_other_maneuver_counts_as_the_look() {
+    fn no_other_recovery_counts_as_the_look() {
         let p = Parameters::default();
         let mut arrival = after(-p.doubt_above - 0.1, 0);
         arrival.end_look();

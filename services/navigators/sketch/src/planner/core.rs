@@ -1,9 +1,8 @@
 //! The planner without its process: a pure function from messages to messages, and its state.
 //!
-//! Each estimate, with the scan that caused it, is a step: [`Core::step`] decides, then
-//! [`Core::write_plan`] (where the step planned), [`Core::write_command`] and [`Core::write_status`]
-//! write the step's messages straight into the memory they are sent from. Their headers' `seq` is
-//! left to whoever sends them.
+//! Each estimate, with the scan that caused it, is a step. [`Core::step`] decides. Then [`Core::write_plan`] (where
+//! the step planned), [`Core::write_command`] and [`Core::write_status`] write the messages of the step. They write
+//! straight into the memory from which these are sent. The sender sets the `seq` of their headers.
 //!
 //! Knows no clock, file, thread or channel; draws no random numbers; allocates only when a sketch,
 //! a route or a configuration arrives.
@@ -245,7 +244,7 @@ impl Core {
         self.driver.has_news()
     }
 
-    /// Writes what of the drawing corresponds to what was seen, but for its header.
+    /// Writes what of the drawing corresponds to what was seen, except for its header.
     pub fn write_correspondence(&self, odometry: &Odometry, out: &mut Correspondence) {
         out.odometry = odometry.pose;
         self.driver.write_correspondence(out);

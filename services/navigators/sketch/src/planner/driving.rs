@@ -1,6 +1,6 @@
 //! Driving to a goal or along a drawn route: from the chart of the estimate to a velocity.
 //!
-//! A step keeps to the drawn route, looks whether the task has ended or the robot gets no farther, plans where that
+//! A step keeps to the drawn route, and checks whether the task has ended or the robot is stuck. It plans where that
 //! is due, and follows the local path.
 
 mod exploring;

@@ -118,7 +118,7 @@ struct Rival {
     place: Place,
 }
 
-/// All that changes, but for the map.
+/// All that changes, except for the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
     /// What is looked for now.

@@ -1,8 +1,8 @@
 //! How long the robot has been on its way, against the way that the drawing shows.
 //!
-//! Who drives past the right door comes to places that look like others, and may go on among them for long: each
-//! step seems to lead nearer. That it takes out of all proportion to the drawn way gives it away. It is the time that
-//! counts, not the way driven: who goes astray also stands, backs up and looks around.
+//! A robot that drives past the right door comes to places that look like others. It may go on among them for long,
+//! since each step seems to lead nearer. That it takes out of all proportion to the drawn way gives it away. It is the
+//! time that counts, not the way driven: who goes astray also stands, backs up and looks around.
 
 use crate::planning::parameters::Parameters;
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ impl Journey {
         self.counts = true;
     }
 
-    /// The time on the way, seconds, and the way drawn, metres, where the first is out of all proportion for a robot that
+    /// The time on the way, seconds, and the way drawn, metres, where the first is out of proportion for a robot that
     /// may drive `speed_mps`.
     pub fn astray(&self, now_s: f64, speed_mps: f64, parameters: &Parameters) -> Option<(f64, f64)> {
         let (on_way_s, drawn_m) = (now_s - self.began_s, self.drawn_m?);
@@ -68,8 +68,8 @@ mod tests {
         assert_eq!(at(&journey, 451.0, 0.1), Some((451.0, 10.0)));
     }
 
-    /// The watch once began anew whenever a place was found to be shut: a robot that was elsewhere found one after
-    /// the other, and went on until its time was over.
+    /// The watch once began anew whenever a place was found to be shut. A robot that was elsewhere found one after the
+    /// other, and went on until its time was over.
     #[test]
     fn a_way_around_gets_the_time_that_it_takes_and_no_more() {
         let mut journey = Journey::new(0.0);

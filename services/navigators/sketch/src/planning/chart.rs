@@ -1,8 +1,8 @@
 //! The chart that joins the drawing and the metres around the robot (Boniardi et al. 2015, equations 2 and 3).
 //!
-//! Near the estimated pose the drawing is an affine image of the floor: turned by the heading,
-//! stretched by a along the walls' direction φ and by b across. The chart is valid for a few metres
-//! around the robot; farther away the drawing has another scale.
+//! Near the estimated pose the drawing is an affine image of the floor. It is turned by the heading, and stretched by
+//! a along the walls' direction φ and by b across. The chart is valid for a few metres around the robot; farther away
+//! the drawing has another scale.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};

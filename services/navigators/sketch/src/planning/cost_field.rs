@@ -1,11 +1,10 @@
 //! The global connectivity planner (Boniardi et al. 2015, III-C): what it costs to reach the goal from every
 //! place of the drawing.
 //!
-//! One run of Dijkstra's algorithm from the goal serves the whole way there: a path is a descent
-//! from wherever the robot is. Ways near drawn walls cost more, so that a path keeps to the middle
-//! of corridors and doors; ways through drawn walls cost so much that only a drawing without any
-//! other way makes a path take one. A large drawing is planned on a coarser grid, a cell of which is
-//! wall where any of its pixels is.
+//! One run of Dijkstra's algorithm from the goal serves the whole way there: a path is a descent from wherever the
+//! robot is. Ways near drawn walls cost more, so that a path keeps to the middle of corridors and doors. Ways through
+//! drawn walls cost far more. A path takes one only in a drawing without any other way. A large drawing is planned on
+//! a coarser grid, a cell of which is wall where any of its pixels is.
 //!
 //! Lengths and costs are in pixels: the drawing's metric is unknown away from the robot.
 
@@ -129,8 +128,8 @@ impl CostField {
         self.goal.is_some_and(|goal| self.free_cell(goal) == cell)
     }
 
-    /// Whether no drawn wall lies between the two places; the walls in which they may lie themselves do not count,
-    /// for a cell is wall where a corner of it is.
+    /// Whether no drawn wall lies between the two places. The walls in which they may lie themselves do not count,
+    /// since a cell is wall where a corner of it is.
     pub fn sees(&self, from: Point<Sketch>, to: Point<Sketch>) -> bool {
         let steps = (from.distance(&to) / self.pixels_per_cell as f64 * 2.0).ceil().max(1.0) as usize;
         let (mut left_first_wall, last) = (false, self.cell(to));

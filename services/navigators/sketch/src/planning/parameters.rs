@@ -52,20 +52,21 @@ pub struct Parameters {
     pub recoveries: u32,
     /// How often to recover during one task.
     pub recoveries_per_task: u32,
-    /// Who has been on the way for longer than this many times the drawn way, and `astray_m` with it, takes at half a
-    /// metre a second, or at what the robot may drive where that is less, is elsewhere than the estimate says, and lost.
+    /// A robot is lost when it is on the way for longer than so many times what the drawn way and `astray_m` take. It
+    /// is not where the estimate says. The drawn way is timed at half a metre a second, or at the robot's limit where
+    /// that is less.
     pub astray_factor: f64,
     /// What is added to the drawn way before it is multiplied, metres.
     pub astray_m: f64,
-    /// An arrival is doubted by how badly the scans fit, minus the mean log likelihood of a beam, and half the
-    /// logarithm of how often the estimate jumped. Above this the robot looks around before it believes.
+    /// An arrival is doubted by how badly the scans fit: minus the mean log likelihood of a beam. Half the logarithm
+    /// of how often the estimate jumped is added. Above this the robot looks around before it believes.
     pub look_above: f64,
     /// Above this, having looked around, it is lost.
     pub doubt_above: f64,
     /// Whether goals are found by the outline of what was seen.
     pub by_outline: bool,
-    /// Only in drawings of open floors. Passages are shut that are narrower than some width, up to a fifth of the drawing's
-    /// longer side: the largest part that is left keeps this share of the area, whatever the width.
+    /// Only in drawings of open floors. Passages narrower than some width are shut, up to a fifth of the drawing's
+    /// longer side. The largest part that is left keeps this share of the area, whatever the width.
     pub least_open_share: f64,
     /// How large buildings are, metres: what the outline's proportions begin with.
     pub building_size_m: f64,
@@ -154,8 +155,7 @@ impl Parameters {
     }
 
     /// Planning as Boniardi et al. 2015, III-C, describes it. What it leaves open (the radius ρ, the distance from
-    /// walls, the speeds) is as in ours, so that the methods differ in what they are about. It believes every
-    /// arrival.
+    /// walls, the speeds) is as in ours. So the methods differ only in what defines them. It believes every arrival.
     pub fn paper() -> Self {
         Self { look_above: NEVER, doubt_above: NEVER, ..Self::default() }
     }

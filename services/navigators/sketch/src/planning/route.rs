@@ -1,10 +1,10 @@
 //! Following a drawn route (Boniardi et al. 2016, III-A): where the robot is on it, and where to go next.
 //!
-//! The route Π is kept as waypoints at even distances. The robot's place on it, k(t), is the waypoint
-//! at half the arc length of the sub-path that lies in the local window W(x, r_L). Where the route
-//! crosses itself the window holds several pieces of it; the order of the waypoints and the mark up
-//! to which they were visited tell which piece counts. The next waypoint is the first one after k(t)
-//! outside of the look-ahead window W(x_k, r_H), or the first free one from there.
+//! The route Π is kept as waypoints at even distances. The robot's place on it, k(t), is the waypoint at half the arc
+//! length of the sub-path that lies in the local window W(x, r_L). Where the route crosses itself, the window holds
+//! several pieces of it. The order of the waypoints, and the mark up to which they were visited, say which piece
+//! counts. The next waypoint is the first one after k(t) outside of the look-ahead window W(x_k, r_H), or the first
+//! free one from there.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, Sketch};
@@ -13,8 +13,8 @@ use super::chart::Chart;
 
 /// Most waypoints of a route.
 pub const MAX_WAYPOINTS: usize = 4096;
-/// A piece of the route counts as the next one where it begins within so many window radii, along
-/// the route, of what was visited: a robot that is driven off its route must not skip a loop of it.
+/// A piece of the route counts as the next one where it begins within so many window radii, along the route, of what
+/// was visited. A robot that is driven off its route must not skip a loop of it.
 const LONGEST_JUMP: f64 = 3.0;
 
 /// A drawn route and how far the robot has come on it.
@@ -84,8 +84,8 @@ impl DrawnRoute {
         }
     }
 
-    /// The connected piece of the sub-path in the window that holds the last visited waypoint, or
-    /// the next one after it: indices of its first and last waypoint.
+    /// The connected piece of the sub-path in the window that holds the last visited waypoint, or the next one after
+    /// it. Gives the indices of its first and last waypoint.
     fn piece(&self, chart: &Chart, window_m: f64) -> Option<(usize, usize)> {
         let robot = chart.robot_px().position();
         let inside = |k: &usize| chart.distance_m(robot, self.waypoints[*k]) < window_m;
@@ -97,9 +97,9 @@ impl DrawnRoute {
         Some((first, last))
     }
 
-    /// The next waypoint to go to: the first one beyond the look-ahead window around the robot's
-    /// place (the route's last one where none is), or from there the first one that `is_free`;
-    /// where none is free, the blocked one.
+    /// The next waypoint to go to. It is the first one beyond the look-ahead window around the robot's place, or the
+    /// route's last one. If that is not free, it is the next one that `is_free`. Where none is free, it is the blocked
+    /// one.
     pub fn next(
         &self,
         chart: &Chart,

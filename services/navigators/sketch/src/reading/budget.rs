@@ -1,8 +1,8 @@
 //! How much work a drawing may be.
 //!
-//! Drawings come from strangers. One of a few lines once kept the sketcher busy for hours or filled the memory: a filter
-//! with a billion octaves, masks in masks, half a million strokes. So all work is counted before it is done, in *steps*
-//! of about a nanosecond, and nothing here depends on a clock: a drawing is taken everywhere or nowhere.
+//! Drawings come from strangers. A file of a few lines once kept the sketcher busy for hours or filled the memory. It
+//! had a filter with a billion octaves, masks in masks, or half a million strokes. So all work is counted before it is
+//! done, in *steps* of about a nanosecond. Nothing here depends on a clock: a drawing is taken everywhere or nowhere.
 
 /// Most steps by which a drawing is painted. A plan of 20,000 strokes takes less than a twentieth of them.
 pub(crate) const MOST_STEPS: f64 = 3e9;

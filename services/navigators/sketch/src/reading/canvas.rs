@@ -1,5 +1,5 @@
-//! Drawings for the tests: a small building in lines, at any angle, with a steady or an unsteady hand,
-//! on clean paper or on a photographed sheet.
+//! Drawings for the tests: a small building in lines, at any angle. The hand is steady or not, on clean paper or on a
+//! photographed sheet.
 
 use std::io::Cursor;
 

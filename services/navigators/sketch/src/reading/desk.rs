@@ -1,8 +1,8 @@
 //! Drawings as they come from the pad, one after the other: what holds, and what is refused.
 //!
-//! A drawing is a sketch or what is marked in it. The first marks after a sketch place the robot (Boniardi et al. 2016,
-//! IV: it starts where the route starts and looks along it); later ones leave it where it has come to, unless
-//! they say where it starts. What is refused leaves everything as it was.
+//! A drawing is a sketch or what is marked in it. The first marks after a sketch place the robot: it starts where the
+//! route starts and looks along it (Boniardi et al. 2016, IV). Later marks leave it where it is, unless they have a
+//! start. What is refused leaves everything as it was.
 //!
 //! The same parsing and the same checks as for files; nothing here opens a channel or a file.
 
@@ -19,7 +19,7 @@ use super::settings::Options;
 
 /// What errors call a drawing that is in no file.
 pub const NAME: &str = "the drawing";
-/// Time for a task from the pad, seconds of simulation: whoever watches can abort it.
+/// Time for a task from the pad, seconds of simulation. A person watches and can abort it.
 const TIME_LIMIT_S: f64 = 1800.0;
 
 /// What was taken over, as it came: a [`Desk`] comes to the same by it.

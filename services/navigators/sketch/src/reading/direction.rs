@@ -1,6 +1,6 @@
-//! The direction of the walls, along which the drawing may be stretched (Boniardi et al. 2015, III-B): Canny's
-//! edges, the segments of the progressive probabilistic Hough transform, k-means over their directions
-//! modulo a right angle, the centroid of the biggest cluster.
+//! The direction of the walls, along which the drawing may be stretched (Boniardi et al. 2015, III-B). It takes
+//! Canny's edges and the segments of the progressive probabilistic Hough transform. k-means clusters their directions
+//! modulo a right angle; the centroid of the biggest cluster is the direction.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 

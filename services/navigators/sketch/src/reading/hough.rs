@@ -1,9 +1,9 @@
 //! The progressive probabilistic Hough transform: line segments in an edge picture.
 //!
-//! Source: Matas, Galambos and Kittler, *Robust detection of lines using the progressive
-//! probabilistic Hough transform*, Computer Vision and Image Understanding 78 (2000). Edge pixels vote
-//! in random order; as soon as a line has votes enough, the picture is searched along it, the longest
-//! stretch without a wide gap is taken, and its pixels vote no more.
+//! Source: Matas, Galambos and Kittler, *Robust detection of lines using the progressive probabilistic Hough
+//! transform*, Computer Vision and Image Understanding 78 (2000). Edge pixels vote in random order. As soon as a line
+//! has votes enough, the picture is searched along it. The longest stretch without a wide gap is taken, and its pixels
+//! vote no more.
 
 use std::f64::consts::PI;
 

@@ -1,13 +1,13 @@
 //! Tells ink from paper: which pixels of a picture are walls.
 //!
-//! Three kinds of pictures come in. A *clean* picture has two tones, far apart, and little else: its
-//! threshold is Otsu's. Everything else is taken for a *photograph* of strokes on paper under uneven
-//! light: each pixel is divided by the brightness of the paper around it (a box mean over an integral
-//! image, the strokes left out), and Otsu's threshold tells the strokes of the levelled picture.
+//! Three kinds of pictures come in. A *clean* picture has two tones, far apart, and little else: its threshold is
+//! Otsu's. Everything else is taken for a *photograph* of strokes on paper under uneven light. Each pixel is divided
+//! by the brightness of the paper around it (a box mean over an integral image, the strokes left out). Otsu's
+//! threshold then finds the strokes of the levelled picture.
 //!
-//! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*: free space in one
-//! tone, the outside and everything solid in the other. The tone along the border is paper in the one
-//! and solid in the other; how much of the other tone lies deep inside it decides which.
+//! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*. The filled one has free space in
+//! one tone, the outside and everything solid in the other. The tone along the border is paper in the one and solid in
+//! the other. How much of the other tone lies deep inside it decides which.
 //!
 //! Sources: Otsu 1979 (threshold); Bradley and Roth 2007 (adaptive threshold by integral image).
 
@@ -26,8 +26,8 @@ const CLEAN_CONTRAST: usize = 64;
 const LEAST_CONTRAST: f64 = 24.0;
 /// What is farther from its edge than this share of the diagonal is no stroke,
 const DEEP_SHARE: f64 = 0.02;
-/// and where more than this share of a tone's area is so, the tone is free space: some pillars and
-/// tables may be filled, but not most of what is drawn.
+/// and where more than this share of a tone's area is so, the tone is free space. Some pillars and tables may be
+/// filled, but not most of a drawing.
 const DEEP_AREA_SHARE: f64 = 0.3;
 /// The window whose mean is the paper's brightness, a share of the longer side.
 const PAPER_WINDOW_SHARE: f64 = 0.125;
@@ -167,8 +167,8 @@ fn photograph(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     Some(Ink { walls, kind: Kind::Photograph })
 }
 
-/// Strokes are few and stand out far from their surroundings, paper is plenty and near them: the
-/// skew of the differences tells which side the strokes are on.
+/// Strokes are few and stand out far from their surroundings; paper is plenty and near them. So the skew of the
+/// differences shows on which side the strokes are.
 fn strokes_are_dark(picture: &GrayImage, around: &GrayImage) -> bool {
     let pairs = picture.iter().zip(around.iter()).map(|(&v, &m)| (f64::from(v), f64::from(m).max(1.0)));
     pairs.map(|(v, m)| ((v - m) / m).powi(3)).sum::<f64>() <= 0.0

@@ -1,7 +1,7 @@
 //! The pen: how wide its strokes are, and what a person with that pen did not mean to draw.
 //!
-//! A gap narrower than the stroke is a slip of the hand, not a door: a morphological closing with a
-//! disc as wide as the stroke fills it. Distances are exact and Euclidean.
+//! A gap narrower than the stroke is a slip of the hand, not a door. A morphological closing with a disc as wide as
+//! the stroke fills it. Distances are exact and Euclidean.
 
 use std::ops::Range;
 

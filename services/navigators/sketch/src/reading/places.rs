@@ -1,9 +1,8 @@
-//! Where the robot starts and where it shall go: what the mission or the drawing says in image
-//! pixels, checked against the drawing and turned into its frame.
+//! Where the robot starts and where it shall go. The mission or the drawing gives it in image pixels; it is checked
+//! against the drawing and turned into its frame.
 //!
-//! Whatever is placed lies in the drawing, in free space, and can be reached from the start over free
-//! cells, as far as the drawing tells. A drawn route alone may brush a wall by a pen's width: its ends
-//! may not.
+//! Every such place lies in the drawing and in free space. It can be reached from the start over free cells, as far as
+//! the drawing shows. A drawn route alone may brush a wall by a pen's width: its ends may not.
 
 use std::ops::Range;
 
@@ -88,9 +87,9 @@ impl Intent {
     /// A start that is not said is the first point of a route that is the first task (Boniardi et al. 2016, IV).
     ///
     /// # Errors
-    /// [`SketchError`] that names the start or the task, the place in image pixels and what was
-    /// expected: outside the drawing, inside a wall, unreachable; no start, no heading; too many tasks
-    /// or points, or none.
+    /// [`SketchError`] that names the start or the task, the place in image pixels and what was expected. The place
+    /// may be outside the drawing, inside a wall, or unreachable. Start or heading may be missing; tasks or points may
+    /// be none or too many.
     pub fn place(&self, drawing: &DrawnMap, settings: &Settings) -> Result<Places, SketchError> {
         self.check_counts()?;
         let route = self.tasks.first().filter(|task| task.is_route());

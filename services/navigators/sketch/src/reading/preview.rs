@@ -19,9 +19,8 @@ const ACROSS: Rgb<u8> = Rgb([40, 110, 200]);
 const START: Rgb<u8> = Rgb([20, 140, 60]);
 const GOAL: Rgb<u8> = Rgb([170, 60, 170]);
 
-/// Paints the drawing as PNG: walls dark, free space white (grey where the start does not reach), the
-/// wall direction red and the direction across it blue from the middle, the start green, goals and
-/// routes purple.
+/// Paints the drawing as PNG. Walls are dark, free space is white (grey where the start does not reach). From the
+/// middle the wall direction is red, the direction across it blue. The start is green, goals and routes purple.
 ///
 /// # Errors
 /// [`SketchError::Broken`] where the picture cannot be encoded.

@@ -1,7 +1,7 @@
 //! Pictures of pixels: PNG and JPEG, decoded within bounds and scaled to the canvas.
 //!
-//! The rows of what comes out run from the bottom up; this and the other decoders are the only
-//! places where row 0 is at the top.
+//! The output's rows run from the bottom up. This and the other decoders are the only places where row 0 is at the
+//! top.
 
 use std::io::Cursor;
 

@@ -46,8 +46,8 @@ pub struct Settings {
     pub start_spread_share: f64,
     /// Standard deviation of the start heading, degrees.
     pub start_spread_deg: f64,
-    /// How far a drawn route must lead until it tells the start heading, a share of the diagonal:
-    /// people begin with a squiggle (Boniardi et al. 2016, IV).
+    /// How far a drawn route must lead until it gives the start heading, a share of the diagonal. People begin with a
+    /// squiggle (Boniardi et al. 2016, IV).
     pub heading_distance_share: f64,
     /// Shortest line that tells a wall direction, a share of the diagonal.
     pub line_length_share: f64,

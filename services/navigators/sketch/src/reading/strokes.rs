@@ -9,8 +9,9 @@
 //!   "goals": [ { "name": "kitchen", "at": [800, 400] } ],
 //!   "route": [[150, 200], [400, 220], [800, 400]] }
 //! ```
-//! Under the key `pad` a page may keep what only it needs. `canvas` and `strokes` are required. A stroke is 5 px wide unless it says so; an obstacle is solid;
-//! a heading is degrees counter-clockwise from "to the right" as one looks at it.
+//! Under the key `pad` a page may keep what only it needs. `canvas` and `strokes` are required. A stroke is 5 px wide
+//! unless it says so, and an obstacle is solid. A heading is in degrees, counter-clockwise from "to the right" as one
+//! looks at it.
 
 use resvg::tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke as Pen, Transform,

@@ -90,8 +90,8 @@ fn tones_are_told_apart() {
     }
 }
 
-/// Free space in white, all else black, as some people's drawings come: black is solid although there
-/// is more of it, and although it is no line.
+/// Free space in white, all else black, as some people's drawings are. Black is solid although there is more of it,
+/// and although it is no line.
 #[test]
 fn a_filled_drawing_is_solid_outside() {
     let page = GrayImage::from_fn(300, 200, |x, y| {
@@ -453,7 +453,7 @@ fn too_large(bytes: &[u8]) -> String {
     }
 }
 
-/// A filter of one line kept the sketcher busy for hours: each octave of noise, and each neighbour of a pixel, is
+/// A filter of one line kept the sketcher busy for hours. Each octave of noise, and each neighbour of a pixel, is
 /// computed for every pixel.
 #[test]
 fn a_filter_that_takes_hours_is_refused_by_its_name() {

@@ -6,8 +6,8 @@ use sketchnav_schemas::codes::TaskState::{Blocked, Finished, Lost, Reached, Time
 
 use crate::support::*;
 
-/// A corridor 2 m wide along y = 1, 12 m long; above it two rooms 4 m deep with a door each, 0.9 m
-/// wide, at x = 3 and x = `second_door`.
+/// A corridor 2 m wide along y = 1, 12 m long. Above it are two rooms 4 m deep with a door each, 0.9 m wide, at x = 3
+/// and x = `second_door`.
 fn two_rooms(second_door: f64) -> Vec<Line> {
     vec![
         [0.0, 0.0, 12.0, 0.0],
@@ -33,7 +33,7 @@ fn it_visits_two_rooms_through_their_doors() {
         assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
         assert!(outcome.passes(&[[3.0, 2.0], [2.0, 4.5], [3.0, 2.0], [9.0, 2.0], [10.5, 4.5]], 0.5));
         assert!(outcome.length_m() < 24.0, "{}", outcome.length_m());
-        assert_eq!(outcome.standstills, 0);
+        assert_eq!(outcome.recoveries, 0);
     }
 }
 
@@ -44,7 +44,7 @@ fn it_finds_the_door_that_is_not_where_the_drawing_says() {
         scene.drawn = two_rooms(drawn_at);
         let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
         assert_eq!(outcome.states(), [Reached, Finished], "{drawn_at}: {:?}", outcome.ends);
-        assert_eq!(outcome.standstills, 0, "{drawn_at}");
+        assert_eq!(outcome.recoveries, 0, "{drawn_at}");
         assert!(outcome.closest_m > 0.0, "{drawn_at}: {}", outcome.closest_m);
     }
 }
@@ -61,7 +61,7 @@ fn go_around(robot: &str) {
     scene.discs = vec![[5.0, 0.9, 0.35], [8.0, 1.4, 0.25], [9.4, 3.6, 0.3]];
     let outcome = Drive::new(scene, robot, &[&[[10.5, 4.5]]], 180.0).run(200.0);
     assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
-    assert_eq!(outcome.standstills, 0);
+    assert_eq!(outcome.recoveries, 0);
     assert!(outcome.closest_m > 0.0, "{}", outcome.closest_m);
 }
 
@@ -95,8 +95,8 @@ fn it_says_where_the_drawing_shows_no_way() {
     assert!(outcome.ends[0].1.starts_with("the drawing shows no way to (230, 155) px"), "{:?}", outcome.ends);
 }
 
-/// A robot that was held to a share of its speed was watched as if it took all of it: at a fifth it once was taken
-/// for one that drives about one place, and gave up in the open corridor.
+/// A robot that was held to a share of its speed was watched as if it took all of it. At a fifth it was taken for one
+/// that circles about one place, and gave up in the open corridor.
 #[test]
 fn a_robot_held_to_a_share_of_its_speed_is_waited_for() {
     for share in [0.5, 0.2] {
@@ -104,7 +104,7 @@ fn a_robot_held_to_a_share_of_its_speed_is_waited_for() {
         let slow = config(ROBOTINO, &format!("speed_share = {share}"));
         let outcome = Drive::with(scene, slow, &[&[[10.5, 4.5]]], 300.0).run(400.0);
         assert_eq!(outcome.states(), [Reached, Finished], "{share}: {:?}", outcome.ends);
-        assert_eq!(outcome.standstills, 0, "{share}");
+        assert_eq!(outcome.recoveries, 0, "{share}");
     }
 }
 
@@ -144,16 +144,15 @@ fn it_says_lost_where_nothing_around_looks_like_the_goal() {
     assert_eq!(outcome.ends[0].1, reason);
 }
 
-/// Following the local path at 0.7 m ahead cut the corner of a door's jamb: the safety check stopped
-/// the robot there, and it stood for seven seconds, backed up and tried again, before every door that
-/// it came to from the side.
+/// Following the local path at 0.7 m ahead cut the corner of a door's jamb. The safety check stopped the robot there.
+/// It stood for seven seconds, backed up and tried again, before every door that it came to from the side.
 #[test]
 fn it_does_not_stick_at_a_door_jamb() {
     for x in [6.6, 7.5, 8.4, 9.6, 10.5, 11.4] {
         for y in [0.5, 1.0, 1.5] {
             let scene = Scene::faithful(two_rooms(9.0), SIZE, [x, y, 0.0]);
             let outcome = Drive::new(scene, ROBOTINO, &[&[[9.0 + (9.0 - x), 4.5]]], 60.0).run(100.0);
-            assert_eq!((outcome.states(), outcome.standstills), (vec![Reached, Finished], 0), "{x} {y}");
+            assert_eq!((outcome.states(), outcome.recoveries), (vec![Reached, Finished], 0), "{x} {y}");
             assert!(outcome.closest_m > 0.02, "{x} {y}: {}", outcome.closest_m);
         }
     }

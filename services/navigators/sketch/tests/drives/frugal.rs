@@ -8,7 +8,7 @@ use crate::support::*;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// A goal behind a shut door: plans, standstills, recovery, blockages, the next task, the end.
+/// A goal behind a shut door: plans, being stuck, recovery, blockages, the next task, the end.
 #[test]
 fn a_step_allocates_nothing() {
     let walls = vec![

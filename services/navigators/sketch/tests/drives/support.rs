@@ -1,5 +1,5 @@
-//! A small kinematic world: straight walls, round obstacles, a disc for a robot, and a drawing whose
-//! estimate is perfect, so that a test of the planner tests the planner.
+//! A small kinematic world: straight walls, round obstacles, a disc for a robot. The estimate in its drawing is
+//! perfect, so that a test of the planner tests the planner.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::codes::{FREE, Order, TaskState, Tracking, WALL};
@@ -48,8 +48,8 @@ pub struct Outcome {
     pub commands: Vec<VelocityCommand>,
     pub seconds: f64,
     pub plans: usize,
-    /// How often it began to recover from a standstill.
-    pub standstills: usize,
+    /// How often it began to recover from being stuck.
+    pub recoveries: usize,
     pub all_bytes: Vec<u8>,
 }
 
@@ -267,7 +267,7 @@ impl Drive {
                 outcome.ends.push((state, status.reason.as_str().to_owned()));
             }
             let recovers = status.reason.as_str().starts_with("no progress");
-            outcome.standstills += usize::from(recovers && !recovering);
+            outcome.recoveries += usize::from(recovers && !recovering);
             recovering = recovers;
             outcome.commands.push(command);
             if command.last == 1 {

@@ -99,8 +99,8 @@ impl Drawing {
     }
 }
 
-/// A scan of `beams` beams from a pose (x m, y m, yaw rad), the last as far to the left as the first to
-/// the right; each range has an error.
+/// A scan of `beams` beams from a pose (x m, y m, yaw rad). The last beam is as far to the left as the first to the
+/// right; each range has an error.
 pub fn scan_from(
     [x, y, yaw]: [f64; 3],
     beams: usize,

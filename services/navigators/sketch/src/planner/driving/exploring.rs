@@ -1,5 +1,5 @@
-//! Driving by what the outline of the seen space says: the explorer sets courses through its map, and the local planner
-//! follows them around what the laser sees.
+//! Driving by the outline of the seen space. The explorer sets courses through its map, and the local planner follows
+//! them around what the laser sees.
 
 use std::f64::consts::TAU;
 
@@ -88,8 +88,8 @@ impl Driver {
         TaskStatus::Driving(Reason::Surveying)
     }
 
-    /// A maneuver has ended. If it was a look of the explorer's, it takes in what was seen; the filter's arrivals are doubted by
-    /// looks, too, in drawings that the explorer leaves alone.
+    /// A recovery behaviour has ended. If it was a look of the explorer's, it takes in what was seen. The
+    /// filter's arrivals are doubted by looks, too, in drawings that the explorer leaves alone.
     pub(super) fn end_look(&mut self) {
         let is_explorers = self.attempt.guide == Guide::Outline && self.attempt.arrival.is_looking();
         if let Some(explorer) = self.explorer.as_mut().filter(|_| is_explorers) {
@@ -117,7 +117,7 @@ impl Driver {
         self.explorer.as_mut().is_some_and(Explorer::has_news)
     }
 
-    /// Writes what corresponds to what, but for its header.
+    /// Writes what corresponds to what, except for its header.
     pub fn write_correspondence(&self, out: &mut Correspondence) {
         if let Some(explorer) = &self.explorer {
             explorer.write(out);

@@ -1,7 +1,7 @@
 //! What the driver remembers from step to step, for a checkpoint.
 //!
 //! The cost field is large and follows from the drawing, the goal and the blockages: it is solved
-//! again. What the local planner found is used up within the step, but for where there is room.
+//! again. What the local planner found is used up within the step, except for where there is room.
 
 use crate::planning::chart::Chart;
 use crate::planning::route::DrawnRoute;

@@ -1,9 +1,9 @@
 //! The way: planned anew when it is due, or when something new lies on it.
 //!
-//! It leads down the cost field, or along the drawn route, to a target in the local window, and to that
-//! by the local planner (Boniardi et al. 2015, III-C; 2016, III-A). Where the target is shut off or in an obstacle, because the drawing is wrong by some
-//! tens of centimetres, the robot goes to the farthest waypoint before it that is in reach; where
-//! none is, to that cell in reach from which the least is left to go.
+//! It leads down the cost field, or along the drawn route, to a target in the local window. The local planner leads to
+//! that (Boniardi et al. 2015, III-C; 2016, III-A). Where the drawing is wrong by some tens of centimetres, the target
+//! may be shut off or in an obstacle. Then the robot goes to the farthest reachable waypoint before it. Where none is,
+//! it goes to the reachable cell with the least way left.
 
 use std::iter::once;
 
@@ -109,9 +109,9 @@ pub(super) fn is_in_reach(local: &LocalPlanner, target: Point<Odom>, drawn_m: f6
     local.is_free(target) && local.length_m(target).is_some_and(|length| length <= most_m)
 }
 
-/// The farthest waypoint of the path in the window around its first point, the first one where
-/// several are as far (Boniardi et al. 2015, III-C). The path counts only until it first leaves the window:
-/// where it comes back, behind a wall, the laser sees no way to it.
+/// The farthest waypoint of the path in the window around its first point (Boniardi et al. 2015, III-C). Where several
+/// are as far, the first one counts. The path counts only until it first leaves the window: where it comes back,
+/// behind a wall, the laser sees no way to it.
 pub(super) fn farthest_within<F>(path: &[Point<F>], window: f64, inside: impl Fn(Point<F>) -> bool) -> usize
 where
     Point<F>: Copy,

@@ -1,4 +1,5 @@
-//! Ways through what was seen: a coarse grid of the map, and the cost of the way to the end of a course from each of its cells.
+//! Ways through what was seen. It has a coarse grid of the map, and the cost of the way to the end of a course from
+//! each cell.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::outline::Place;

@@ -1,4 +1,4 @@
-//! What the explorer tells whoever looks on.
+//! What the explorer shows to people who watch.
 
 use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::outline::Place;
@@ -14,7 +14,7 @@ impl Explorer {
         std::mem::take(&mut self.state.is_news)
     }
 
-    /// Writes what corresponds to what, but for header and odometry.
+    /// Writes what corresponds to what, except for header and odometry.
     pub fn write(&self, out: &mut Correspondence) {
         out.robot = PoseM::new(&self.robot());
         out.rival_margin = self.state.rival.map_or(-1.0, |rival| rival.margin);

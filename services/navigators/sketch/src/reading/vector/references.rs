@@ -1,4 +1,4 @@
-//! How many elements an SVG comes to where each reference counts as what it refers to, found before anything follows
+//! How many elements an SVG has where each reference counts as what it refers to. It is found before anything follows
 //! the references: ten lines of `<use>` can stand for a billion elements.
 //!
 //! Which rule of a style sheet is whose is found roughly, and rather too often than not at all.

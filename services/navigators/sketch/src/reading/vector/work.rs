@@ -145,7 +145,7 @@ impl Work {
         clip.clip_path().map_or(Ok(()), |clip| self.clip(clip, place))
     }
 
-    /// What a clip path shows: its groups have no pages but for clip paths of their own.
+    /// What a clip path shows: its groups have no pages except for clip paths of their own.
     fn clipped(&mut self, group: &Group, place: Place) -> Result<(), TooMuch> {
         for node in group.children() {
             match node {

@@ -1,0 +1,116 @@
+//! Pages whose figures come from experiments: a JSON file beside the first page keeps what was driven, and the pages'
+//! markers show it. What was not driven keeps the figures of the file.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use sketchnav_evaluation::experiments::figures::{Experiment, Figures};
+
+use super::all::write;
+use crate::failure::{Failure, OrInput};
+use crate::output::out;
+
+/// Pages, and the figures that they show.
+pub struct Pages<'a> {
+    paths: &'a [PathBuf],
+    figures: Figures,
+}
+
+impl<'a> Pages<'a> {
+    /// Opens the pages, and the figures beside the first one where there are any. Wrong markers show before anything is
+    /// driven.
+    pub fn open(paths: &'a [PathBuf]) -> Result<Self, Failure> {
+        let kept = paths.first().map(|page| file_beside(page)).filter(|file| file.is_file());
+        let figures = kept.map(|file| read(&file)).transpose().or_input()?.unwrap_or_default();
+        let pages = Self { paths, figures };
+        pages.filled().or_input()?;
+        Ok(pages)
+    }
+
+    /// Takes the figures of an experiment, keeps them, and fills the pages.
+    pub fn put(&mut self, name: &str, experiment: Experiment) -> Result<(), Failure> {
+        let Some(first) = self.paths.first() else { return Ok(()) };
+        self.figures.experiments.insert(name.to_owned(), experiment);
+        let text = serde_json::to_string_pretty(&self.figures).context("the figures as JSON");
+        write(&file_beside(first), &(text.map_err(Failure::Other)? + "\n"))?;
+        for (path, page, _) in self.filled().map_err(Failure::Other)? {
+            write(path, &page)?;
+        }
+        Ok(())
+    }
+
+    /// Names the experiments of each page that have no figures.
+    pub fn tell(&self) -> Result<(), Failure> {
+        for (path, _, not_driven) in self.filled().map_err(Failure::Other)? {
+            let names: Vec<_> = not_driven.into_iter().collect();
+            let words = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            out!("{}: figures of an earlier version: {words}", path.display())?;
+        }
+        Ok(())
+    }
+
+    /// Each page with its figures, and the experiments that it has none of.
+    fn filled(&self) -> anyhow::Result<Vec<(&'a Path, String, BTreeSet<String>)>> {
+        let fill = |path: &'a PathBuf| {
+            let named = || path.display().to_string();
+            let page = std::fs::read_to_string(path).with_context(named)?;
+            let filled = self.figures.fill(&page).with_context(named)?;
+            Ok((path.as_path(), filled.page, filled.not_driven))
+        };
+        self.paths.iter().map(fill).collect()
+    }
+}
+
+/// `docs/results.json` of `docs/results.md`.
+fn file_beside(page: &Path) -> PathBuf {
+    page.with_extension("json")
+}
+
+fn read(file: &Path) -> anyhow::Result<Figures> {
+    let named = || file.display().to_string();
+    let text = std::fs::read_to_string(file).with_context(named)?;
+    serde_json::from_str(&text).with_context(named)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn experiment() -> Experiment {
+        let (command, program) = ("sketchnav eval routes".to_owned(), "0.1.0 7".to_owned());
+        let json = r#"{ "method": "outline", "lines": {}, "total": { "attempts": 4, "reached": 4, "wrong_arrival": 0,
+            "wrong_side": 0, "collided": 0, "lost": 0, "blocked": 0, "timed_out": 0, "aborted": 0, "with_collision": 0 } }"#;
+        Experiment { command, program, methods: vec![serde_json::from_str(json).unwrap()] }
+    }
+
+    #[test]
+    fn figures_stay_beside_the_page_for_the_next_run_of_other_experiments() {
+        let folder = tempfile::tempdir().unwrap();
+        let pages = [folder.path().join("results.md"), folder.path().join("README.md")];
+        let text = |old: &str| format!("<!--= routes outline of-->{old}<!--=-->");
+        pages.iter().for_each(|page| std::fs::write(page, text("?")).unwrap());
+        Pages::open(&pages).unwrap().put("routes", experiment()).unwrap();
+        let shown = || pages.each_ref().map(|page| std::fs::read_to_string(page).unwrap());
+        assert_eq!(shown(), [text("4 of 4"), text("4 of 4")]);
+        let mut later = Pages::open(&pages).unwrap();
+        later.put("people", experiment()).unwrap();
+        assert_eq!(later.figures.experiments.len(), 2);
+        assert_eq!(shown(), [text("4 of 4"), text("4 of 4")]);
+    }
+
+    #[test]
+    fn a_page_that_is_missing_or_wrong_is_bad_input_before_anything_is_driven() {
+        let folder = tempfile::tempdir().unwrap();
+        let page = [folder.path().join("results.md")];
+        let words = || match Pages::open(&page).err().unwrap() {
+            Failure::Input(error) => format!("{error:#}"),
+            _ => panic!("expected bad input"),
+        };
+        assert!(words().contains("results.md"));
+        std::fs::write(&page[0], "\n<!--= peopl outline of-->?<!--=-->").unwrap();
+        assert!(words().contains("results.md: line 2: expected one of ablation"), "{}", words());
+        std::fs::write(page[0].with_extension("json"), "{").unwrap();
+        assert!(words().contains("results.json"), "{}", words());
+    }
+}

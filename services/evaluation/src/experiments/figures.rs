@@ -1,0 +1,333 @@
+//! The figures of experiments as a page shows them: what each came to, and markers in the page that this fills.
+//!
+//! A marker is a pair of comments of HTML, which readers of the page do not see. The first one says what is to stand
+//! between them: experiment, method, form, and lines of the experiment's table where it is not about all of it.
+//!
+//! ```text
+//! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->
+//! <!--= deformed outline percent 0.5; 1-->100 %, 82.1 %<!--=-->
+//! <!--= experiments--> … a table of all experiments with their commands … <!--=-->
+//! ```
+//!
+//! A figure of an experiment that was not driven stays as it is and gets a dagger. It never drives anything and reads no
+//! file.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::EvalError;
+use crate::experiments::outcome::{Kind, TaskOutcome};
+use crate::experiments::statistics::Tally;
+use crate::experiments::suite::Suite;
+use crate::experiments::{studies, suites};
+
+const BEGIN: &str = "<!--= ";
+const OPEN: &str = "-->";
+const END: &str = "<!--=-->";
+/// Behind a figure that was not driven again.
+const EARLIER: &str = " †";
+/// The marker of the table of all experiments.
+const EXPERIMENTS: &str = "experiments";
+const FORMS: &str = "share, percent, of, rated, reached, attempts, known, or how tasks ended";
+
+/// What experiments came to, by name.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Figures {
+    /// Suites and studies.
+    pub experiments: BTreeMap<String, Experiment>,
+}
+
+/// What one experiment came to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// What makes the figures again.
+    pub command: String,
+    /// Which program drove it.
+    pub program: String,
+    /// Each method; none where it is a study.
+    pub methods: Vec<Method>,
+}
+
+/// What the drives by one method came to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Method {
+    /// Its word.
+    pub method: String,
+    /// All tasks that count.
+    pub total: Tally,
+    /// Those of each line of the suite's table.
+    pub lines: BTreeMap<String, Tally>,
+}
+
+impl Method {
+    /// Counts the outcomes of the suite by this method.
+    pub fn of(suite: &Suite, method: &str, outcomes: &[TaskOutcome]) -> Self {
+        let counted = || outcomes.iter().filter(|ended| ended.method == method && suite.counts(ended));
+        let line = |line: String| {
+            let tally = Tally::of(counted().filter(|ended| ended.drawing == line));
+            (line, tally)
+        };
+        let lines = suite.drawings().into_iter().map(line).collect();
+        Self { method: method.to_owned(), total: Tally::of(counted()), lines }
+    }
+
+    /// The share of reached tasks in words: ``"`outline` 97.5 % (95 to 99) of 320"``.
+    pub fn words(&self) -> String {
+        format!("`{}` {}", self.method, share(self.total))
+    }
+}
+
+/// A page whose markers were filled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Filled {
+    /// The page.
+    pub page: String,
+    /// Experiments of the page without figures.
+    pub not_driven: BTreeSet<String>,
+}
+
+impl Figures {
+    /// Fills the markers of a page. Filling twice changes nothing.
+    ///
+    /// # Errors
+    /// [`EvalError::Marker`]: one that does not end, or that names an experiment, a method, a form or a line that there
+    /// is not.
+    pub fn fill(&self, page: &str) -> Result<Filled, EvalError> {
+        let mut filled = Filled { page: String::with_capacity(page.len()), not_driven: BTreeSet::new() };
+        let mut rest = page;
+        while let Some((before, marked)) = rest.split_once(BEGIN) {
+            let line = page[..page.len() - rest.len() + before.len()].matches('\n').count() + 1;
+            let wrong = |(expected, found)| EvalError::Marker { line, expected, found };
+            let (words, text) = split(marked, OPEN).map_err(wrong)?;
+            let (old, after) = split(text, END).map_err(wrong)?;
+            let marker = Marker::read(words).map_err(wrong)?;
+            let new = self.text(&marker, &mut filled.not_driven).map_err(wrong)?;
+            let new = new.unwrap_or_else(|| old.trim_end_matches(EARLIER).to_owned() + EARLIER);
+            let _ = write!(filled.page, "{before}{BEGIN}{words}{OPEN}{new}{END}");
+            rest = after;
+        }
+        filled.page += rest;
+        Ok(filled)
+    }
+
+    /// What stands in a marker; `None` where it was not driven.
+    fn text(&self, marker: &Marker<'_>, not_driven: &mut BTreeSet<String>) -> Result<Option<String>, Wrong> {
+        let Marker::Figure { experiment, method, form, lines } = marker else {
+            return Ok(Some(self.table()));
+        };
+        let Some(found) = self.experiments.get(*experiment) else {
+            not_driven.insert((*experiment).to_owned());
+            return Ok(None);
+        };
+        let known = || found.methods.iter().map(|found| found.method.as_str()).collect::<Vec<_>>().join(", ");
+        let of_method = found.methods.iter().find(|found| found.method == *method);
+        let of_method = of_method.ok_or_else(|| one_of(&known(), method))?;
+        if lines.is_empty() {
+            return Ok(Some(form.of(of_method.total)));
+        }
+        let known = || of_method.lines.keys().map(String::as_str).collect::<Vec<_>>().join("; ");
+        let figure = |line: &str| match of_method.lines.get(line) {
+            Some(tally) => Ok(form.of(*tally)),
+            None => Err(one_of(&known(), line)),
+        };
+        let figures = lines.split("; ").map(figure).collect::<Result<Vec<_>, _>>()?;
+        Ok(Some(figures.join(", ")))
+    }
+
+    /// The table of all experiments.
+    fn table(&self) -> String {
+        let mut text = "\n\n| experiment | command | tasks reached |\n|---|---|---|\n".to_owned();
+        for name in suites::names().chain(studies::names()) {
+            let row = self.experiments.get(name).map(|found| {
+                let reached: Vec<_> = found.methods.iter().map(Method::words).collect();
+                format!("`{}` | {}", found.command, reached.join("<br>"))
+            });
+            let row = row.unwrap_or_else(|| format!("`sketchnav eval {name}` | not driven{EARLIER}"));
+            let _ = writeln!(text, "| `{name}` | {row} |");
+        }
+        text + "\n"
+    }
+}
+
+/// What was expected, and what was found.
+type Wrong = (String, String);
+
+fn one_of(known: &str, found: &str) -> Wrong {
+    (format!("one of {known}"), found.to_owned())
+}
+
+fn split<'a>(text: &'a str, end: &str) -> Result<(&'a str, &'a str), Wrong> {
+    let begin = || text.lines().next().unwrap_or_default().to_owned();
+    text.split_once(end).ok_or_else(|| (format!("a marker that ends with {end}"), begin()))
+}
+
+enum Marker<'a> {
+    Experiments,
+    Figure { experiment: &'a str, method: &'a str, form: Form, lines: String },
+}
+
+impl<'a> Marker<'a> {
+    fn read(words: &'a str) -> Result<Self, Wrong> {
+        let all: Vec<_> = words.split_whitespace().collect();
+        match all[..] {
+            [EXPERIMENTS] => Ok(Self::Experiments),
+            [experiment, method, form, ref lines @ ..] => {
+                if !suites::names().any(|known| known == experiment) {
+                    return Err(one_of(&suites::names().collect::<Vec<_>>().join(", "), experiment));
+                }
+                let form = Form::read(form).ok_or_else(|| one_of(FORMS, form))?;
+                Ok(Self::Figure { experiment, method, form, lines: lines.join(" ") })
+            }
+            _ => Err(("experiment, method and form".to_owned(), words.to_owned())),
+        }
+    }
+}
+
+/// How a figure is written.
+#[derive(Clone, Copy)]
+enum Form {
+    /// `97.5 % (95 to 99) of 320`.
+    Share,
+    /// `97.5 %`.
+    Percent,
+    /// `54 of 55`.
+    Of,
+    /// `54 of 55 (98 %; 90 to 100)`.
+    Rated,
+    /// `55`.
+    Attempts,
+    /// `80.9 %`: the share of failures that the robot knows.
+    Known,
+    /// How many ended so.
+    Count(Kind),
+}
+
+impl Form {
+    fn read(word: &str) -> Option<Self> {
+        Some(match word {
+            "share" => Self::Share,
+            "percent" => Self::Percent,
+            "of" => Self::Of,
+            "rated" => Self::Rated,
+            "attempts" => Self::Attempts,
+            "known" => Self::Known,
+            _ => Self::Count(Kind::ALL.into_iter().find(|kind| kind.word().replace(' ', "-") == word)?),
+        })
+    }
+
+    fn of(self, tally: Tally) -> String {
+        let Tally { reached, attempts, .. } = tally;
+        match self {
+            Self::Share => share(tally),
+            Self::Percent => percent(tally.rate()),
+            Self::Of => format!("{reached} of {attempts}"),
+            Self::Rated => {
+                let [low, high] = ends(tally);
+                let rate = tally.rate().map_or("–".to_owned(), |rate| format!("{:.0}", 100.0 * rate));
+                format!("{reached} of {attempts} ({rate} %; {low} to {high})")
+            }
+            Self::Attempts => attempts.to_string(),
+            Self::Known => percent(tally.share_that_knows()),
+            Self::Count(kind) => tally.count(kind).to_string(),
+        }
+    }
+}
+
+fn share(tally: Tally) -> String {
+    let [low, high] = ends(tally);
+    format!("{} ({low} to {high}) of {}", percent(tally.rate()), tally.attempts)
+}
+
+fn ends(tally: Tally) -> [String; 2] {
+    tally.interval().map(|end| format!("{:.0}", 100.0 * end))
+}
+
+/// `97.5 %`, and `100 %` where it is all of them.
+fn percent(rate: Option<f64>) -> String {
+    match rate {
+        None => "–".to_owned(),
+        Some(rate) if rate == 0.0 || rate == 1.0 => format!("{:.0} %", 100.0 * rate),
+        Some(rate) => format!("{:.1} %", 100.0 * rate),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figures() -> Figures {
+        let tally = |reached, lost, attempts| Tally { reached, lost, attempts, ..Tally::default() };
+        let lines = [("hall 1".to_owned(), tally(7, 3, 10)), ("yard".to_owned(), tally(2, 0, 2))].into();
+        let outline = Method { method: "outline".into(), total: tally(312, 4, 320), lines };
+        let (command, program) = ("sketchnav eval people --seed 1".to_owned(), "0.1.0 7".to_owned());
+        let people = Experiment { command, program, methods: vec![outline] };
+        Figures { experiments: [("people".to_owned(), people)].into() }
+    }
+
+    fn filled(page: &str) -> String {
+        let filled = figures().fill(page).unwrap();
+        assert_eq!(figures().fill(&filled.page).unwrap(), filled, "filling twice changes something");
+        filled.page
+    }
+
+    fn error(page: &str) -> String {
+        figures().fill(page).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn markers_are_filled_and_the_rest_of_the_page_stays() {
+        for (marker, figure) in [
+            ("people outline share", "97.5 % (95 to 99) of 320"),
+            ("people outline percent", "97.5 %"),
+            ("people outline of", "312 of 320"),
+            ("people outline rated hall 1", "7 of 10 (70 %; 40 to 89)"),
+            ("people outline attempts", "320"),
+            ("people outline reached", "312"),
+            ("people outline known hall 1", "100 %"),
+            ("people outline wrong-arrival", "0"),
+            ("people outline of hall 1; yard", "7 of 10, 2 of 2"),
+        ] {
+            let page = format!("| a | <!--= {marker}-->old<!--=--> | b |\nend\n");
+            assert_eq!(filled(&page), format!("| a | <!--= {marker}-->{figure}<!--=--> | b |\nend\n"));
+        }
+        assert_eq!(filled("no marker\n"), "no marker\n");
+    }
+
+    /// Figures of the page were copied by hand, and nobody could tell which ones were of the code beside it.
+    #[test]
+    fn a_figure_that_was_not_driven_gets_a_dagger_once() {
+        let page = "<!--= routes outline share-->95.0 %<!--=-->";
+        let filled = figures().fill(page).unwrap();
+        assert_eq!(filled.page, "<!--= routes outline share-->95.0 % †<!--=-->");
+        assert_eq!(filled.not_driven, BTreeSet::from(["routes".to_owned()]));
+        assert_eq!(figures().fill(&filled.page).unwrap(), filled);
+    }
+
+    #[test]
+    fn the_table_of_experiments_names_all_of_them() {
+        let page = filled("<!--= experiments--><!--=-->");
+        assert!(suites::names().chain(studies::names()).all(|name| page.contains(&format!("| `{name}` |"))));
+        assert!(page.contains("| `sketchnav eval people --seed 1` | `outline` 97.5 % (95 to 99) of 320 |"));
+        assert!(page.contains("`sketchnav eval routes` | not driven †"));
+    }
+
+    #[test]
+    fn a_marker_of_what_there_is_not_is_an_error_with_its_line() {
+        for (page, words) in [
+            ("\n<!--= peopl outline share-->x<!--=-->", "line 2: expected one of ablation,"),
+            ("<!--= people beam share-->x<!--=-->", "line 1: expected one of outline, found \"beam\""),
+            ("<!--= people outline shares-->x<!--=-->", "expected one of share, percent"),
+            ("<!--= people outline share hall-->x<!--=-->", "expected one of hall 1; yard, found \"hall\""),
+            ("<!--= people-->x<!--=-->", "expected experiment, method and form, found \"people\""),
+            ("<!--= people outline share-->x\n", "expected a marker that ends with <!--=-->"),
+            ("<!--= people outline", "expected a marker that ends with -->"),
+        ] {
+            assert!(error(page).contains(words), "{}", error(page));
+        }
+    }
+}

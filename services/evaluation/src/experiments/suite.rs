@@ -46,6 +46,9 @@ impl Folders {
     }
 }
 
+/// What is told of all outcomes of a suite.
+pub type Telling = fn(&[TaskOutcome]) -> Vec<Section>;
+
 /// A list of trials with a heading.
 #[derive(Debug, Default)]
 pub struct Suite {
@@ -75,7 +78,7 @@ pub struct Suite {
     /// table has a line for each drawing.
     pub legs: Vec<Leg>,
     /// What it tells of all outcomes beside its tables.
-    pub tells: Option<fn(&[TaskOutcome]) -> Vec<Section>>,
+    pub tells: Option<Telling>,
 }
 
 /// A published count.

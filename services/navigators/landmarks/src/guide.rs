@@ -323,7 +323,7 @@ mod tests {
         let mut guide = start().guide;
         let estimate = |fit| Estimate { at: [1.0, 0.0], heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit };
         let sectors = [f64::INFINITY; 16];
-        let mut step = |guide: &mut Guide, fit| {
+        let step = |guide: &mut Guide, fit| {
             guide.step(&Guided { estimate: estimate(fit), sectors: &sectors, moved_m: 0.1 })
         };
         assert_eq!(step(&mut guide, 0.1).1, Some(Outcome::Lost));

@@ -58,7 +58,7 @@ pub struct Suite {
     pub trials: Vec<Trial>,
     /// What a line of its table is, where it is no drawing: then the trials' `drawing` says that.
     pub lines: Option<&'static str>,
-    /// Repetitions where nobody says how many.
+    /// Repetitions by default.
     pub repetitions: u32,
     /// What others reached with a suite of the same protocol, where no table lists its tasks.
     pub paper: Vec<Published>,

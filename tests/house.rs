@@ -28,8 +28,8 @@ const SHARED: [&str; 3] = ["sketchnav-mapping", "sketchnav-motion", "sketchnav-q
 /// What they must not reach, by any way.
 const IMPURE: [&str; 7] = ["iceoryx2", "axum", "tokio", "mcap", "rapier2d", "nix", "sketchnav-runtime"];
 
-/// The names of the packages that each package depends on, those for tests left out.
-fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+/// What cargo knows of the workspace.
+fn metadata() -> Value {
     // Packages for other platforms may never have been downloaded.
     let host = Command::new("rustc").args(["--print", "host-tuple"]).output().unwrap();
     let host = String::from_utf8(host.stdout).unwrap();
@@ -47,9 +47,20 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
         .output()
         .unwrap();
     assert!(cargo.status.success(), "{}", String::from_utf8_lossy(&cargo.stderr));
-    let metadata: Value = serde_json::from_slice(&cargo.stdout).unwrap();
-    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    serde_json::from_slice(&cargo.stdout).unwrap()
+}
+
+fn list(value: &Value) -> Vec<Value> {
+    value.as_array().cloned().unwrap_or_default()
+}
+
+fn text(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+/// The names of the packages that each package depends on, those for tests left out.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let metadata = metadata();
     let names: BTreeMap<_, _> =
         list(&metadata["packages"]).iter().map(|p| (text(&p["id"]), text(&p["name"]))).collect();
     let is_normal = |dep: &Value| list(&dep["dep_kinds"]).iter().any(|kind| kind["kind"].is_null());
@@ -84,6 +95,27 @@ fn pure_crates_reach_no_process_no_network_no_recording_and_no_physics() {
     }
     let runtime = reached("sketchnav-runtime", &all);
     assert!(runtime.contains("iceoryx2"), "the test sees what is there");
+}
+
+/// `cargo run --release` builds all default members. The live view was one: a fresh clone compiled 45 crates more than it
+/// needed.
+#[test]
+fn a_crate_behind_a_feature_of_the_program_is_no_default_member() {
+    let metadata = metadata();
+    let packages = list(&metadata["packages"]);
+    let named = |id: &Value| packages.iter().find(|package| &package["id"] == id).map(|p| text(&p["name"]));
+    let members: BTreeSet<_> =
+        list(&metadata["workspace_default_members"]).iter().filter_map(named).collect();
+    let program = packages.iter().find(|package| package["name"] == "sketchnav").unwrap();
+    let dependencies = list(&program["dependencies"]);
+    let optional: BTreeSet<_> =
+        dependencies.iter().filter(|d| d["optional"] == true).map(|d| text(&d["name"])).collect();
+    assert!(
+        optional.contains("sketchnav-view") && members.contains("sketchnav-sim"),
+        "the test sees what is there"
+    );
+    let both: Vec<_> = optional.intersection(&members).collect();
+    assert!(both.is_empty(), "{both:?}: take it out of default-members");
 }
 
 /// A navigator can be understood, changed and removed without a look at the others.

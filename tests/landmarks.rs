@@ -33,7 +33,13 @@ fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
     place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
     let judged = place.fine(&format!("judge {recording} --json")).json();
     assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
-    let words = ["The sketch with its states", "Histograms of forces", "Fit of what is seen", "when the"];
+    let words = [
+        "The sketch with its states",
+        "The true scene: the path, and what matched",
+        "Histograms of forces",
+        "Fit of what is seen",
+        "when the",
+    ];
     place.page_says(recording, &words);
 }
 
@@ -102,6 +108,15 @@ fn what_is_wrong_is_said_before_anything_starts() {
         mission.replace("kind = \"landmarks\"", "kind = \"landmarks\"\nmethod = \"chronis-2007\"");
     let by_words = by_states.replace(&format!("drawing = \"{SKETCH}\""), "route_file = \"mine.txt\"");
     let words = "When the desk is ahaed, then turn left.\n";
+    // A route that turns, and one object.
+    let around = |object: [[u32; 2]; 4]| {
+        format!(
+            "{{ \"canvas\": [160, 160], \"strokes\": [], \"obstacles\": [{{ \"polygon\": {object:?}, \"label\": \"bin\" }}], \"route\": [[20, 140], [80, 140], [80, 20]] }}"
+        )
+    };
+    let far = around([[140, 5], [150, 5], [150, 15], [140, 15]]);
+    let on_the_way = around([[40, 130], [60, 130], [60, 150], [40, 150]]);
+    let twisted = around([[100, 100], [120, 120], [120, 100], [100, 120]]);
     for (mission, sketch, told) in [
         (
             mission.replace("nomad200", "blind.toml"),
@@ -118,6 +133,9 @@ fn what_is_wrong_is_said_before_anything_starts() {
         (mission.clone(), &no_route, "a-04.json: expected an open line as the route"),
         (mission.clone(), &crossed, "a-04.json: expected objects apart"),
         (mission.clone(), &"{ \"canvas\": 3 }".to_owned(), "a-04.json: expected strokes in JSON"),
+        (by_states, &far, "where the robot is to turn"),
+        (mission.clone(), &on_the_way, "a-04.json: expected a route past objects, it enters bin at ("),
+        (mission.clone(), &twisted, "a-04.json: bin: expected an outline that does not cross itself"),
         (by_words.clone(), &drawn, "mine.txt: line 1, word 5: expected a direction"),
         (by_words, &drawn, "did you mean \"ahead\"?"),
     ] {

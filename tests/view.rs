@@ -269,11 +269,24 @@ fn bad_input_is_refused_before_anything_begins() {
     assert!(!place.files().join("out/demo-001").exists());
 }
 
-/// Every topic of the layout exists, and every field that it plots.
+/// The panels that a layout arranges.
+fn panels(layout: &Value) -> BTreeSet<String> {
+    match layout.as_str() {
+        Some(panel) => BTreeSet::from([panel.to_owned()]),
+        None => ["first", "second"].iter().flat_map(|half| panels(&layout[*half])).collect(),
+    }
+}
+
+/// Every topic of the layout exists, and every field that it plots; every panel is arranged, and of a kind that both viewers have
+/// (Lichtblick: packages/suite-base/src/panels).
 #[test]
 fn the_layout_names_what_there_is() {
     let file = repository().join("docs/foxglove-layout.json");
     let layout: Value = serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap();
+    let configured = layout["configById"].as_object().unwrap().keys().cloned().collect::<BTreeSet<_>>();
+    assert_eq!(panels(&layout["layout"]), configured);
+    let kinds = configured.iter().map(|panel| panel.split('!').next().unwrap());
+    assert!(kinds.clone().all(|kind| ["3D", "Plot", "RawMessages"].contains(&kind)), "{configured:?}");
     let mut known: BTreeMap<String, String> = BTreeMap::new();
     for spec in channels::all() {
         known.insert(format!("/{}", spec.name), spec.message.schema());

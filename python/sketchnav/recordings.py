@@ -14,6 +14,8 @@ class Recording:
 
     def __init__(self, path):
         self.path = pathlib.Path(path)
+        if not self.path.exists() and self.path.with_name(f"{self.path.stem}_0.mcap").exists():
+            raise ValueError(f"{path}: expected one file, found several; `sketchnav merge {path} -o whole.mcap` makes one of them")
         with self._reader() as reader:
             summary = reader.get_summary()
         if summary is None:

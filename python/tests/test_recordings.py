@@ -27,6 +27,12 @@ def test_fields_are_columns():
     assert isinstance(scans["ranges"].iloc[0], np.ndarray)
 
 
+def test_a_recording_of_several_files_says_how_to_make_one(tmp_path):
+    (tmp_path / "run_0.mcap").touch()
+    with pytest.raises(ValueError, match="sketchnav merge"):
+        sketchnav.open(tmp_path / "run.mcap")
+
+
 def test_a_topic_that_is_not_there_is_told():
     with pytest.raises(KeyError, match="expected one of"):
         sketchnav.open(RECORDING).frame("wind")

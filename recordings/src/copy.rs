@@ -96,6 +96,11 @@ impl<W: Write> Copy<W> {
         self.counts = last.iter().map(go_on).collect();
     }
 
+    /// What comes before the first message of these topics is left out on purpose: it is not missing.
+    pub(crate) fn begins_late(&mut self, topics: BTreeSet<String>) {
+        self.late = topics;
+    }
+
     /// By topic the last number.
     fn last_numbers(&self) -> BTreeMap<String, u64> {
         let last = |(topic, count): (&String, &Count)| Some((topic.clone(), count.sequence.as_ref()?.last()));
@@ -351,7 +356,7 @@ pub fn window<W: Write>(
 }
 
 /// Takes over what describes a recording, wherever in the file it stands.
-fn describe<W: Write>(recording: &Recording, copy: &mut Copy<W>) -> Result<(), RecordingError> {
+pub(crate) fn describe<W: Write>(recording: &Recording, copy: &mut Copy<W>) -> Result<(), RecordingError> {
     let (path, index) = (recording.path(), recording.index()?);
     for name in index.metadata_names() {
         if let Some(facts) = index.metadata(path, name)? {
@@ -361,7 +366,7 @@ fn describe<W: Write>(recording: &Recording, copy: &mut Copy<W>) -> Result<(), R
     index.attachments.iter().try_for_each(|entry| copy.attachment(&index.attachment(path, entry)?))
 }
 
-fn topic_names(recording: &Recording) -> Result<BTreeSet<String>, RecordingError> {
+pub(crate) fn topic_names(recording: &Recording) -> Result<BTreeSet<String>, RecordingError> {
     Ok(recording.topics()?.iter().map(|topic| topic.name.clone()).collect())
 }
 

@@ -3,6 +3,7 @@
 //! - [`writer`]: writes one, over any [`std::io::Write`]; [`sequence`]: counts what is missing.
 //! - [`reader`]: reads one message by message, whole or cut off by a kill; [`index`]: where it is what.
 //! - [`join`](mod@join): makes one of the parts that a killed recorder and its successors leave.
+//! - [`series`]: a recording that was cut into files while it grew.
 //! - [`diff`]: the first difference of two; [`info`]: what is in one; [`mod@faults`]: what went wrong in it.
 //! - [`copy`](mod@copy): repairs, filters, merges, splits; [`rosbag2`]: folders as ROS 2 has them.
 //! - [`carmen`], [`mod@import`]: other people's logs; [`sources`]: the files of a run inside its recording.
@@ -31,6 +32,7 @@ pub mod records;
 pub mod rosbag2;
 mod selection;
 pub mod sequence;
+pub mod series;
 pub mod sources;
 mod timeline;
 pub mod writer;

@@ -74,6 +74,16 @@ pub struct Writer<W: Write> {
     restarts: u32,
     lives: Lives,
     cdr: Vec<u8>,
+    /// Whether the last message of each latched channel is kept, for the next file.
+    keeps_latched: bool,
+    begin_ns: u64,
+}
+
+/// The last message of a latched channel.
+#[derive(Debug, Clone, Default)]
+pub struct Latched {
+    sequence: u32,
+    cdr: Vec<u8>,
 }
 
 /// How a channel stands.
@@ -90,6 +100,7 @@ pub struct Topic {
     /// Messages that could not be said in ROS 2.
     pub refused: u64,
     id: u16,
+    latched: Option<Latched>,
 }
 
 impl<W: Write> Writer<W> {
@@ -107,6 +118,19 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// As [`Writer::create`].
     pub fn create_with(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
+        Self::create_at(sink, run, files, 0)
+    }
+
+    /// The same of a file that begins at this time of the run, nanoseconds.
+    ///
+    /// # Errors
+    /// As [`Writer::create`].
+    pub fn create_at(
+        sink: W,
+        run: &RunConfig,
+        files: &[Attachment],
+        begin_ns: u64,
+    ) -> Result<Self, RecordingError> {
         let mut mcap = begin(sink)?;
         describe(&mut mcap, run)?;
         for Attachment { name, media_type, data } in files {
@@ -116,7 +140,7 @@ impl<W: Write> Writer<W> {
         let topics: Vec<_> = recorded.map(|spec| declare(&mut mcap, spec)).collect::<Result<_, _>>()?;
         let forms = topics.iter().map(|topic| topic.spec.message.spare()).collect();
         let largest = topics.iter().map(|topic| topic.spec.message.size).max().unwrap_or_default();
-        let transform_topic = add_transforms(&mut mcap, run)?;
+        let transform_topic = add_transforms(&mut mcap, run, begin_ns)?;
         let mut writer = Self {
             mcap,
             topics,
@@ -129,6 +153,8 @@ impl<W: Write> Writer<W> {
             message_count: 1, // of /tf_static
             restarts: 0,
             cdr: Vec::with_capacity(CDR_GROWTH * largest),
+            keeps_latched: !run.split.is_never(),
+            begin_ns,
         };
         writer.flush()?;
         Ok(writer)
@@ -178,6 +204,9 @@ impl<W: Write> Writer<W> {
         topic.facts.see_time(log_ns);
         let id = topic.id;
         let sequence = header.seq as u32; // `encode` refuses larger ones
+        if self.keeps_latched && spec.is_latched() {
+            topic.latched = Some(Latched { sequence, cdr: self.cdr.clone() });
+        }
         self.append(id, sequence, log_ns)?;
         if *spec == *channels::ODOMETRY.spec {
             self.write_transform(message)?;
@@ -238,6 +267,29 @@ impl<W: Write> Writer<W> {
         }
     }
 
+    /// Takes the last message of each latched channel, in the order of [`Writer::topics`], where the run has several files.
+    pub fn take_latched(&mut self) -> Vec<Option<Latched>> {
+        self.topics.iter_mut().map(|topic| topic.latched.take()).collect()
+    }
+
+    /// Begins with what was latched in the file before, as a reader that comes late would get it, at this time.
+    ///
+    /// # Errors
+    /// [`RecordingError::Write`] where the sink fails.
+    pub fn repeat(&mut self, latched: Vec<Option<Latched>>, log_ns: u64) -> Result<(), RecordingError> {
+        for (index, last) in latched.into_iter().enumerate() {
+            let (Some(topic), Some(last)) = (self.topics.get_mut(index), last) else { continue };
+            topic.messages += 1;
+            topic.facts.see_time(log_ns);
+            self.cdr.clear();
+            self.cdr.extend_from_slice(&last.cdr);
+            let (id, sequence) = (topic.id, last.sequence);
+            topic.latched = Some(last);
+            self.append(id, sequence, log_ns)?;
+        }
+        Ok(())
+    }
+
     /// Has the recording say how often its recorder was killed and started again.
     pub fn survived(&mut self, restarts: u32) {
         self.restarts = restarts;
@@ -274,7 +326,7 @@ impl<W: Write> Writer<W> {
 
 impl<W: Write> Writer<W> {
     fn topic_facts(&self) -> Result<BTreeMap<String, String>, RecordingError> {
-        let still = TopicFacts { times_ns: Some((0, 0)), ..TopicFacts::default() };
+        let still = TopicFacts { times_ns: Some((self.begin_ns, self.begin_ns)), ..TopicFacts::default() };
         let transforms = [("/tf_static".into(), &still), ("/tf".into(), &self.transform_facts)];
         let of_topic = |topic: &'_ Topic| (topic_name(topic.spec.name), topic.facts.to_json());
         let told = self.topics.iter().map(of_topic);
@@ -378,7 +430,7 @@ fn declare<W: Write>(mcap: &mut Mcap<W>, spec: &'static ChannelSpec) -> Result<T
     let schema = spec.message.schema();
     let id = add_topic(mcap, &topic_name(spec.name), (spec.message.ros2, &schema), &metadata)?;
     let (sequence, facts) = (Sequence::default(), TopicFacts::default());
-    Ok(Topic { spec, sequence, facts, messages: 0, refused: 0, id })
+    Ok(Topic { spec, sequence, facts, messages: 0, refused: 0, id, latched: None })
 }
 
 fn add_topic<W: Write>(
@@ -392,7 +444,11 @@ fn add_topic<W: Write>(
 }
 
 /// Declares `/tf`, writes the one message of `/tf_static` where the robot has a laser; gives the id of `/tf`.
-fn add_transforms<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<u16, RecordingError> {
+fn add_transforms<W: Write>(
+    mcap: &mut Mcap<W>,
+    run: &RunConfig,
+    begin_ns: u64,
+) -> Result<u16, RecordingError> {
     let text = transforms::schema();
     let schema = (transforms::TYPE, text.as_str());
     if let Some(laser) = &run.robot.laser {
@@ -401,7 +457,12 @@ fn add_transforms<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<u16, 
         let mut cdr = Vec::new();
         let said = transforms::laser_in_base(laser, &mut cdr);
         said.map_err(|source| transform_error("/tf_static", source))?;
-        let header = records::MessageHeader { channel_id: id, sequence: 1, log_time: 0, publish_time: 0 };
+        let header = records::MessageHeader {
+            channel_id: id,
+            sequence: 1,
+            log_time: begin_ns,
+            publish_time: begin_ns,
+        };
         mcap.write_to_known_channel(&header, &cdr).map_err(RecordingError::Write)?;
     }
     add_topic(mcap, "/tf", schema, &BTreeMap::new())

@@ -139,10 +139,43 @@ impl Parameters {
         self.0.entry(process.word().to_owned()).or_default()
     }
 
+    /// Those of some processes, as their stages have them, the defaults too.
+    ///
+    /// # Errors
+    /// A value that TOML does not have.
+    pub fn in_force(
+        tables: impl IntoIterator<Item = (Process, Result<toml::Table, toml::ser::Error>)>,
+    ) -> Result<Self, toml::ser::Error> {
+        tables
+            .into_iter()
+            .map(|(process, table)| Ok((process.word().to_owned(), table?)))
+            .collect::<Result<_, _>>()
+            .map(Self)
+    }
+
+    /// Every parameter as `localizer.belief.hypotheses`, with its value, those of a process by name.
+    pub fn all(&self) -> Vec<(String, &toml::Value)> {
+        let mut all = Vec::new();
+        for (process, table) in &self.0 {
+            flatten(process, table, &mut all);
+        }
+        all
+    }
+
     /// Takes over every key of `other`.
     pub fn extend(&mut self, other: &Self) {
         for (process, table) in &other.0 {
             lay_over(self.0.entry(process.clone()).or_default(), table);
+        }
+    }
+}
+
+fn flatten<'a>(prefix: &str, table: &'a toml::Table, all: &mut Vec<(String, &'a toml::Value)>) {
+    for (key, value) in table {
+        let name = format!("{prefix}.{key}");
+        match value {
+            toml::Value::Table(inner) => flatten(&name, inner, all),
+            value => all.push((name, value)),
         }
     }
 }

@@ -46,6 +46,31 @@ impl Pad {
     }
 }
 
+/// When a recording goes on in a next file while it grows: as soon as one of the two holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Split {
+    /// The file has so many bytes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bytes: Option<u64>,
+    /// So much simulated time has passed in it, nanoseconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_ns: Option<u64>,
+}
+
+impl Split {
+    /// Whether the recording is one file.
+    pub fn is_never(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Whether a file of this size and length is full.
+    pub fn is_full(&self, bytes: u64, duration_ns: u64) -> bool {
+        self.bytes.is_some_and(|most| bytes >= most)
+            || self.duration_ns.is_some_and(|longest| duration_ns >= longest)
+    }
+}
+
 /// A run: written by the supervisor as `run.json` in the system's folder, read by every process.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -62,6 +87,9 @@ pub struct RunConfig {
     pub pace: Pace,
     /// The recording's path; `None` where nothing records.
     pub recording: Option<String>,
+    /// When the recording goes on in a next file.
+    #[serde(default, skip_serializing_if = "Split::is_never")]
+    pub split: Split,
     /// Whether people take part by the pad's page.
     #[serde(default, skip_serializing_if = "Pad::is_absent")]
     pub pad: Pad,
@@ -84,6 +112,7 @@ impl RunConfig {
             seed,
             pace: Pace::Lockstep,
             recording: None,
+            split: Split::default(),
             pad: Pad::Absent,
             without: Vec::new(),
             faults: Vec::new(),

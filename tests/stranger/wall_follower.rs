@@ -58,6 +58,7 @@ const NAVIGATOR: Navigator = Navigator {
         tasks(mission).map(drop)
     },
     check_markers: None,
+    parameters: |mission, _| Ok(mission.parameters.clone()),
     sketcher: |_, _| Ok(Box::new(Silent)),
     localizer: |_, _| Ok(Box::new(Ears { heard: None })),
     planner: |run, _| Ok(Box::new(Driver { tasks: tasks(&run.mission)?, state: State::default() })),

@@ -104,6 +104,11 @@ impl Viewer {
         }
     }
 
+    /// The same until the server goes away.
+    pub fn try_next(&mut self) -> Option<()> {
+        self.socket.read().ok().map(drop)
+    }
+
     /// What comes next.
     pub fn next(&mut self) -> Came {
         loop {

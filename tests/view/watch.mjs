@@ -24,6 +24,7 @@ const topics = {};
 const newest = {};
 const subscriptions = new Map();
 let isEnding = false;
+let client;
 
 // Once: messages go on coming while the answer is written.
 function end(words) {
@@ -58,20 +59,21 @@ function came({ subscriptionId, data }) {
   if (missing.size === 0) end();
 }
 
+// Sets all handlers before it returns: what came in one packet with the answer to the handshake is handed on right after.
+function watch(socket) {
+  client = new FoxgloveClient({ ws: socket });
+  client.on("error", (error) => end(`error: ${error}`));
+  client.on("close", () => end("the view has ended"));
+  client.on("advertise", announced);
+  client.on("message", came);
+}
+
 // The view may still be about to listen.
 function connect() {
-  return new Promise((resolve) => {
-    const socket = new WebSocket(url, ["foxglove.sdk.v1"]);
-    socket.once("open", () => resolve(socket));
-    socket.once("error", () => setTimeout(() => resolve(connect()), 100));
-  });
+  const socket = new WebSocket(url, ["foxglove.sdk.v1"]);
+  socket.once("open", () => watch(socket));
+  socket.once("error", () => setTimeout(connect, 100));
 }
 
 setTimeout(() => end(`nothing on ${[...missing].join(", ")}`), LIMIT_MS);
-const socket = await connect();
-// The client's handlers are set before anything that has come is handed on.
-const client = new FoxgloveClient({ ws: socket });
-client.on("error", (error) => end(`error: ${error}`));
-client.on("close", () => end("the view has ended"));
-client.on("advertise", announced);
-client.on("message", came);
+connect();

@@ -59,6 +59,9 @@ impl Cli {
             Some(Command::Restart { options }) => options.json,
             Some(Command::Send { options }) => options.json,
             Some(Command::Snapshot { options }) => options.json,
+            Some(Command::Param { what: Param::List { options } | Param::Get { options, .. } }) => {
+                options.json
+            }
             Some(Command::Graph { options }) => options.json,
             Some(
                 Command::Ps { json }
@@ -88,7 +91,7 @@ pub enum Command {
         mission: Option<PathBuf>,
         /// Go on with the mission whose recording is in this folder, after its supervisor was killed. Seed, pace and
         /// processes are those of that run.
-        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults"])]
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults", "split_size", "split_duration"])]
         resume: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,
@@ -252,6 +255,14 @@ pub enum Command {
         #[command(flatten)]
         options: SendOptions,
     },
+    /// Tell the parameters of a running system as they are in force: those of the mission, and the defaults.
+    #[command(
+        after_help = "A parameter is set at the start of a run: in the mission, or tried on a recording by `rerun --set`.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav param get localizer.beams --system lab"
+    )]
+    Param {
+        #[command(subcommand)]
+        what: Param,
+    },
     /// Keep the last seconds of what a running system records, now or when something is said on a channel.
     #[command(
         after_help = "The copy is a recording of its own, with what is latched; the system records on.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
@@ -328,6 +339,35 @@ pub enum Command {
     /// The tools for recordings.
     #[command(flatten)]
     Recordings(crate::recordings::args::Tool),
+}
+
+/// Which parameters.
+#[derive(Debug, Clone, Subcommand)]
+pub enum Param {
+    /// Print all, one a line.
+    List {
+        #[command(flatten)]
+        options: ParamOptions,
+    },
+    /// Print the value of one.
+    Get {
+        /// Its process and key: `localizer.beams`.
+        #[arg(value_name = "PROCESS.KEY")]
+        key: String,
+        #[command(flatten)]
+        options: ParamOptions,
+    },
+}
+
+/// Whose parameters, and how.
+#[derive(Debug, Clone, Args)]
+pub struct ParamOptions {
+    /// The system's name; may be left out where only one runs.
+    #[arg(long)]
+    pub system: Option<String>,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// How to draw a floor.

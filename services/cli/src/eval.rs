@@ -151,6 +151,9 @@ fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> 
     if !options.methods.is_empty() {
         return Ok(options.methods.clone());
     }
+    if !suite.methods.is_empty() {
+        return Ok(suite.methods.clone());
+    }
     // Where all trials are driven by one method, whatever is asked for, its name stands over the table.
     let own = first.method.as_deref();
     let own = own.filter(|own| suite.trials.iter().all(|trial| trial.method.as_deref() == Some(own)));
@@ -162,7 +165,8 @@ fn jobs<'a>(suite: &'a Suite, methods: &'a [String], options: &EvalOptions) -> R
     let all = methods.iter().flat_map(|method| {
         let repetitions = repetitions.clone();
         let trials = repetitions.flat_map(|n| suite.trials.iter().map(move |trial| (trial, n)));
-        trials.map(move |(trial, n)| Job::new(trial, method, n, options.seed))
+        let driven = trials.filter(move |(trial, _)| suite.is_driven(trial, method, methods));
+        driven.map(move |(trial, n)| Job::new(trial, method, n, options.seed))
     });
     let Some(only) = &options.only else { return Ok(all.collect()) };
     let (name, repetition) = only.split_once('#').unwrap_or((only, "1"));
@@ -170,7 +174,8 @@ fn jobs<'a>(suite: &'a Suite, methods: &'a [String], options: &EvalOptions) -> R
     let trial = suite.trials.iter().find(|trial| trial.name == name);
     let trial =
         trial.ok_or_else(|| anyhow!("--only {only}: no trial of that name in this suite")).or_input()?;
-    Ok(methods.iter().map(|method| Job::new(trial, method, repetition, options.seed)).collect())
+    let methods = methods.iter().filter(|method| suite.is_driven(trial, method, methods));
+    Ok(methods.map(|method| Job::new(trial, method, repetition, options.seed)).collect())
 }
 
 /// The outcomes of each job.
@@ -285,6 +290,10 @@ fn print(driven: &Driven<'_>, options: &EvalOptions, wall: Duration) -> anyhow::
         out!("\nmethod {method}, seed {}", options.seed)?;
         out!("{}", table::of_suite(suite, &of_method))?;
     }
+    for section in suite.sections(outcomes) {
+        out!("\n{}\n{}", section.title, table::of_words(&section.table))?;
+        section.words.iter().try_for_each(|words| out!("{words}"))?;
+    }
     if options.verbose {
         print_failures(outcomes)?;
     }
@@ -339,6 +348,7 @@ fn json(
         "seed": options.seed,
         "notices": suite.notices,
         "methods": methods.collect::<Vec<_>>(),
+        "sections": suite.sections(outcomes),
         "outcomes": outcomes,
         "processes": check,
         "wall_seconds": wall.map(|wall| wall.as_secs_f64()),

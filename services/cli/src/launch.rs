@@ -69,6 +69,7 @@ pub fn configure(
         seed: options.seed,
         pace,
         recording: Some(recording),
+        split: options.split.of(),
         pad,
         without: options.without.clone(),
         faults,

@@ -107,6 +107,7 @@ mod mission;
 mod notify;
 mod output;
 mod pad;
+mod param;
 mod recordings;
 mod relations;
 mod report;
@@ -127,6 +128,7 @@ use sketchnav_stage::Navigator;
 
 use args::{Cli, Command};
 use failure::{Failure, Outcome, exit_code};
+use recordings::whole::Whole;
 
 /// What this project's own program does: reads the command line and obeys it.
 pub fn main() -> ExitCode {
@@ -184,11 +186,14 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Logs { options }) => logs::logs(&options),
         Some(Command::Restart { options }) => step_in::restart(&options),
         Some(Command::Send { options }) => step_in::send(&options),
+        Some(Command::Param { what }) => param::param(&what),
         Some(Command::Snapshot { options }) => recordings::snapshot::snapshot(&options),
         Some(Command::Bridge { other }) => bridge::bridge(&other),
-        Some(Command::Diff { a, b, json }) => tools::diff(&a, &b, json),
+        Some(Command::Diff { a, b, json }) => tools::diff(Whole::of(&a)?.path(), Whole::of(&b)?.path(), json),
         Some(Command::Info { file, json }) => tools::info(&file, json),
-        Some(Command::Relations { file, options }) => relations::relations(&file, &options),
+        Some(Command::Relations { file, options }) => {
+            relations::relations(Whole::of(&file)?.path(), &options)
+        }
         Some(Command::Landmarks { mission, table }) => landmarks::print(&mission, table),
         Some(Command::Completions { shell }) => manuals::completions(shell),
         Some(Command::Man { folder }) => manuals::man(&folder),

@@ -9,6 +9,7 @@ pub mod report;
 mod rerun;
 mod rewrite;
 pub mod snapshot;
+pub mod whole;
 
 use std::path::Path;
 
@@ -18,19 +19,22 @@ use sketchnav_recordings::{Recording, RecordingError};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::say;
 use args::Tool;
+use whole::Whole;
 
 /// Does what the subcommand says.
 pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
     match tool {
-        Tool::Replay { file, options } => replay::replay(&file, &options),
-        Tool::Rerun { file, options } => rerun::rerun(&file, &options),
-        Tool::Judge { files, options } => judge::judge(&files, &options),
-        Tool::Report { file, output, rooms, json } => report::report(&file, &output, rooms.as_deref(), json),
+        Tool::Replay { file, options } => replay::replay(Whole::of(&file)?.path(), &options),
+        Tool::Rerun { file, options } => rerun::rerun(Whole::of(&file)?.path(), &options),
+        Tool::Judge { files, options } => judge::judge(&Whole::of_all(&files)?.1, &options),
+        Tool::Report { file, output, rooms, json } => {
+            report::report(Whole::of(&file)?.path(), &output, rooms.as_deref(), json)
+        }
         Tool::Import { log, options } => import::import(&log, &options),
         Tool::Recover { file, output, json } => rewrite::recover(&file, &output, json),
-        Tool::Filter { file, options } => rewrite::filter(&file, &options),
-        Tool::Merge { files, output, json } => rewrite::merge(&files, &output, json),
-        Tool::Split { file, options } => rewrite::split(&file, &options),
+        Tool::Filter { file, options } => rewrite::filter(Whole::of(&file)?.path(), &options),
+        Tool::Merge { files, output, json } => rewrite::merge(&Whole::of_all(&files)?.1, &output, json),
+        Tool::Split { file, options } => rewrite::split(Whole::of(&file)?.path(), &options),
     }
 }
 

@@ -21,6 +21,7 @@ use sketchnav_supervisor::Supervisor;
 use crate::failure::Failure;
 use crate::output::out;
 use crate::recordings::report::directions::plane_picture;
+use crate::recordings::whole::Whole;
 
 /// A run's figures; `--json` prints just this.
 #[derive(Debug, Serialize)]
@@ -58,11 +59,11 @@ impl Report {
         folder: &Path,
     ) -> Result<Self, Failure> {
         let recording = run.recording.as_deref().unwrap_or_default();
-        let log = Recording::open(Path::new(recording)).and_then(|recording| Log::with_particles(&recording));
+        let whole = Whole::of(Path::new(recording))?;
+        let log = Recording::open(whole.path()).and_then(|recording| Log::with_particles(&recording));
         let log = log.with_context(|| format!("{recording}: the recording of this run"))?;
         let verdict = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts);
-        let missing =
-            sketchnav_recordings::info::info(Path::new(recording)).context(recording.to_owned())?.missing;
+        let missing = sketchnav_recordings::info::info(whole.path()).context(recording.to_owned())?.missing;
         let pictures = draw(run, &log, &verdict, folder)?;
         // Who did not run has said nothing: mostly the pad.
         let processes = channels::SERVICES.into_iter().chain(channels::EXTRAS);

@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use nix::sys::signal::Signal;
+use sketchnav_landmarks::mission::KIND as LANDMARKS;
 use sketchnav_runtime::{Node, SendTimes, System, Wake};
 use sketchnav_schemas::channels::MISSION;
-use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::codes::{Order, Process};
 
 use crate::args::{RestartOptions, SendOptions};
 use crate::failure::{Failure, OrInput, Outcome};
@@ -75,9 +76,15 @@ fn successor(system: &System, process: Process, before: u32, patience: Duration)
 pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let (name, run) = (system.name().to_owned(), system.run_config().or_input()?);
-    let (order, task) = (options.order, options.task - 1);
-    let tasks = run.mission.task.len() as u32;
-    if task >= tasks.max(1) {
+    let (order, tasks) = (options.order, run.mission.task.len() as u32);
+    // An order to resume has the number of a state in the place of a task's.
+    let task = options.state.unwrap_or(options.task - 1);
+    if options.state.is_some() && (order != Order::Resume || run.mission.navigator_kind() != LANDMARKS) {
+        let expected = format!("--state: expected `resume` of a mission of kind {LANDMARKS:?}");
+        let found = format!("found `{order}` of kind {:?}", run.mission.navigator_kind());
+        return Err(Failure::Input(anyhow!("{expected}, {found}")));
+    }
+    if options.state.is_none() && task >= tasks.max(1) {
         let found = options.task;
         return Err(Failure::Input(anyhow!(
             "--task: expected 1 to {tasks}, for {name:?} has {tasks} tasks, found {found}"

@@ -13,6 +13,7 @@ use sketchnav_schemas::channels::FAULTS;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::recordings;
+use crate::recordings::whole::Whole;
 
 /// Compares two recordings.
 pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
@@ -58,7 +59,8 @@ fn look(file: &Path) -> Result<Told, RecordingError> {
 /// Prints what a recording holds, or every recording of a folder.
 pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     if !path.is_dir() {
-        let told = look(path).or_input()?;
+        let mut told = look(Whole::of(path)?.path()).or_input()?;
+        told.info.path = path.display().to_string();
         return if json { print_json(&told) } else { print(&told) }
             .map(|()| Outcome::Success)
             .map_err(Failure::from);

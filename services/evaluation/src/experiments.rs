@@ -26,6 +26,7 @@ pub mod protocol;
 pub mod report;
 pub mod routes;
 pub mod run;
+pub mod section;
 pub mod sensitivity;
 pub mod statistics;
 pub mod studies;
@@ -35,6 +36,7 @@ pub mod table;
 pub mod trial;
 pub mod trial_picture;
 mod unmapped;
+pub mod variance;
 
 pub use outcome::{Kind, TaskOutcome};
 pub use suite::Suite;

@@ -12,6 +12,7 @@ pub mod figures;
 pub mod homotopy;
 pub mod log;
 pub mod rooms;
+pub mod states;
 pub mod tables;
 pub mod trajectory;
 

@@ -9,6 +9,7 @@ use sketchnav_evaluation::judge::judge;
 use sketchnav_evaluation::judge::log::Log;
 use sketchnav_rehearsal::{Rehearsal, Tap};
 use sketchnav_schemas::channels::{CONTACT, ChannelSpec, ITINERARY, JOURNEY, STATUS, TRUTH};
+use sketchnav_schemas::floor_plan::Person;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::{files, poles};
 
@@ -60,6 +61,28 @@ fn in_gusts_and_among_clusters_as_many_journeys_arrive_as_the_map_maker_says() {
     let (mean, variance) =
         stated.fold((0.0, 0.0), |(mean, variance), p| (mean + p, variance + p * (1.0 - p)));
     assert!((arrived - mean).abs() < 3.0 * f64::sqrt(variance), "{arrived} {mean} {verdicts:?}");
+}
+
+/// Somebody stands on the first pole's way to the second: the robot goes around, touches nobody, and arrives all the same.
+#[test]
+fn on_land_the_robot_goes_around_somebody_in_its_way() {
+    let mut run = run("poles.toml", 1);
+    run.mission.task.truncate(1);
+    let made = sketchnav_directions::stages::sketcher::make(&run, &|file| std::fs::read(file)).unwrap();
+    let places: Vec<_> = made.landmarks[0].iter().map(|(_, at)| *at).collect();
+    let way_m = |pair: &&[sketchnav_directions::Point]| (pair[1] - pair[0]).norm();
+    let longest = places.windows(2).max_by(|a, b| way_m(a).total_cmp(&way_m(b))).unwrap();
+    let middle = (longest[0] + longest[1]) * 0.5;
+    run.mission.world.person.push(Person {
+        waypoints: vec![[middle.x, middle.y]],
+        speed_mps: 0.5,
+        radius_m: 0.25,
+        pause_s: 0.0,
+    });
+    let log = log_of(&run);
+    let verdict = judged(&run, &log, &poles::poles(1)).remove(0);
+    assert!(verdict.kind.is_some_and(Kind::is_success), "{verdict:?}");
+    assert!(log.contacts.is_empty(), "{:?}", log.contacts.len());
 }
 
 /// The robot sees its laser alone. It drives around poles in its way, and touches none.

@@ -5,16 +5,44 @@
 use std::sync::OnceLock;
 
 use sketchnav_corridor as corridor;
+use sketchnav_directions::arrival::Effort;
 use sketchnav_directions::stages as directions;
+use sketchnav_directions::stages::mission::{PlannerParameters, SketcherParameters};
 use sketchnav_landmarks as landmarks;
 use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::method::Method;
-use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::mission::{Mission, Parameters};
+use sketchnav_schemas::robot::Robot;
 use sketchnav_sketch::localizer::{self, Localizer};
 use sketchnav_sketch::planner::{self, Planner};
 use sketchnav_sketch::reading::Options;
 use sketchnav_sketch::sketcher::sketcher;
-use sketchnav_stage::Navigator;
+use sketchnav_stage::{Navigator, StageError};
+use toml::Table;
+
+fn in_force(
+    tables: impl IntoIterator<Item = (Process, Result<Table, toml::ser::Error>)>,
+) -> Result<Parameters, StageError> {
+    Ok(Parameters::in_force(tables)?)
+}
+
+fn map_maker(mission: &Mission) -> Result<SketcherParameters, StageError> {
+    let Effort { trials, trial_journeys, journeys } = directions::mission::effort(mission)?;
+    Ok(SketcherParameters { trials, trial_journeys, journeys })
+}
+
+fn pilot(mission: &Mission, robot: &Robot) -> Result<PlannerParameters, StageError> {
+    let settings = directions::mission::settings(mission, robot)?;
+    Ok(PlannerParameters {
+        looks: settings.looks,
+        patience: settings.patience,
+        most_recoveries: settings.most_recoveries,
+        longest_entry_s: settings.longest_entry_s,
+        gain: settings.gain,
+        weight: settings.weight,
+    })
+}
 
 const METHODS: [&str; 5] = [
     Method::Outline.word(),
@@ -36,6 +64,13 @@ pub const SKETCH: Navigator = Navigator {
         Ok(())
     },
     check_markers: None,
+    parameters: |mission, robot| {
+        in_force([
+            (Process::Sketcher, Table::try_from(Options::of_mission(mission, 0)?.settings)),
+            (Process::Localizer, Table::try_from(localizer::core::demanded(mission, robot)?.0)),
+            (Process::Planner, Table::try_from(planner::core::parameters(mission)?)),
+        ])
+    },
     sketcher,
     localizer: |run, _| Ok(Box::new(Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(Planner::new(run)?)),
@@ -48,6 +83,12 @@ pub const CORRIDOR: Navigator = Navigator {
     methods: &corridor::mission::METHODS,
     check: |mission, robot| Ok(corridor::planner::check(mission, robot)?),
     check_markers: Some(|mission, markers| Ok(corridor::planner::check_markers(mission, markers)?)),
+    parameters: |mission, _| {
+        in_force([
+            (Process::Localizer, Table::try_from(corridor::localizer::parameters(mission)?.0)),
+            (Process::Planner, Table::try_from(corridor::planner::parameters(mission)?)),
+        ])
+    },
     sketcher: |run, files| Ok(Box::new(corridor::sketcher::Sketcher::new(run, files)?)),
     localizer: |run, _| Ok(Box::new(corridor::localizer::Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(corridor::planner::Planner::new(run)?)),
@@ -60,6 +101,14 @@ pub const LANDMARKS: Navigator = Navigator {
     methods: &landmarks::mission::METHODS,
     check: |mission, robot| Ok(landmarks::planner::check(mission, robot)?),
     check_markers: None,
+    parameters: |mission, _| {
+        let parameters = landmarks::mission::Parameters::of(mission)?;
+        in_force([
+            (Process::Sketcher, Table::try_from(parameters.extraction)),
+            (Process::Localizer, Table::try_from(parameters.localizer)),
+            (Process::Planner, Table::try_from(parameters.planner)),
+        ])
+    },
     sketcher: |run, files| Ok(Box::new(landmarks::sketcher::Sketcher::new(run, files)?)),
     localizer: |run, _| Ok(Box::new(landmarks::localizer::Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(landmarks::planner::Planner::new(run)?)),
@@ -72,6 +121,12 @@ pub const DIRECTIONS: Navigator = Navigator {
     methods: &directions::mission::METHODS,
     check: |mission, robot| Ok(directions::mission::check(mission, robot)?),
     check_markers: None,
+    parameters: |mission, robot| {
+        in_force([
+            (Process::Sketcher, Table::try_from(map_maker(mission)?)),
+            (Process::Planner, Table::try_from(pilot(mission, robot)?)),
+        ])
+    },
     sketcher: |run, files| Ok(Box::new(directions::sketcher::Sketcher::new(run, files)?)),
     localizer: |run, _| Ok(Box::new(directions::localizer::Localizer::new(run)?)),
     planner: |run, _| Ok(Box::new(directions::planner::Planner::new(run)?)),

@@ -8,6 +8,7 @@
 use std::io::Write;
 
 use sketchnav_recordings::reader::Attachment;
+use sketchnav_recordings::writer::Latched;
 use sketchnav_recordings::{RecordingError, Writer};
 use sketchnav_schemas::channels::{ChannelSpec, MAX_CHANNELS, RECORDED_EVERY, Role};
 use sketchnav_schemas::erased;
@@ -48,7 +49,15 @@ impl<W: Write> Core<W> {
     /// # Errors
     /// [`RecordingError`] where not even the beginning can be written.
     pub fn new(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
-        let writer = Some(Writer::create_with(sink, run, files)?);
+        Self::at(sink, run, files, 0)
+    }
+
+    /// The same of a file that begins at this time of the run, nanoseconds.
+    ///
+    /// # Errors
+    /// As [`Core::new`].
+    pub fn at(sink: W, run: &RunConfig, files: &[Attachment], begin_ns: u64) -> Result<Self, RecordingError> {
+        let writer = Some(Writer::create_at(sink, run, files, begin_ns)?);
         let newest_tick = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         Ok(Self { writer, report: Report::default(), newest_tick, acknowledged_tick: 0 })
     }
@@ -72,6 +81,29 @@ impl<W: Write> Core<W> {
             writer.resume_after(*positions);
         }
         (self.newest_tick.seq, self.acknowledged_tick) = (acknowledged_tick, acknowledged_tick);
+    }
+
+    /// Takes what a next file is to begin with: the last message of each latched channel.
+    pub fn take_latched(&mut self) -> Vec<Option<Latched>> {
+        self.writer.as_mut().map(Writer::take_latched).unwrap_or_default()
+    }
+
+    /// Begins with what was latched in the file before.
+    ///
+    /// # Errors
+    /// The sink has failed, which is said once.
+    pub fn repeat(&mut self, latched: Vec<Option<Latched>>, stamp_ns: u64) -> Result<(), RecordingError> {
+        match self.writer.as_mut().map_or(Ok(()), |writer| writer.repeat(latched, stamp_ns)) {
+            Ok(()) => Ok(()),
+            Err(error) => Err(self.fail(error)),
+        }
+    }
+
+    /// Has the recording say how often its recorder was killed and started again.
+    pub fn survived(&mut self, restarts: u32) {
+        if let Some(writer) = &mut self.writer {
+            writer.survived(restarts);
+        }
     }
 
     /// The last number of each recorded channel, in the order of the table.

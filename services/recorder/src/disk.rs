@@ -35,6 +35,11 @@ impl Disk {
         Ok(())
     }
 
+    /// How much is whole.
+    pub fn whole_bytes(&self) -> u64 {
+        self.whole_bytes
+    }
+
     /// Hands everything that is whole to the device, in case the power fails.
     ///
     /// # Errors

@@ -8,15 +8,18 @@
 //!
 //! When it is killed, its successor goes on in a next part, with what came after the last checkpoint, out of the
 //! channels' histories. At the end the parts become one file.
+//!
+//! Where the run asks for files of a size or a length, the parts are those files and stay (`series.rs`).
 
 mod attempts;
 pub mod core;
 pub mod disk;
 mod latencies;
+mod series;
 
 use std::fs::File;
 use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -38,7 +41,7 @@ const NAP: Duration = Duration::from_millis(5);
 /// How often what is written is flushed and handed to the device, at least.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
 /// The form of [`State`].
-const CHECKPOINT: &str = "recorder 4";
+const CHECKPOINT: &str = "recorder 5";
 
 /// What a successor needs to know.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
@@ -50,6 +53,10 @@ struct State {
     /// What is safe in this part and the ones before it.
     positions: Positions,
     acknowledged_tick: u64,
+    /// The simulated time of that tick, nanoseconds.
+    acknowledged_ns: u64,
+    /// When the file began.
+    began_ns: u64,
 }
 
 /// Records all channels of `node`'s system until it is asked to end; then what was sent by then, too.
@@ -97,15 +104,16 @@ impl<'a> Recorder<'a> {
         let path = path(&run)?;
         let (mut checkpoints, found) = Checkpoints::open(node, CHECKPOINT)?;
         found.report(node);
-        let state = resume(path, found).with_context(|| path.display().to_string())?;
+        let state = resume(&run, path, found).with_context(|| path.display().to_string())?;
         checkpoints.write(&state)?;
-        let (mut core, disk) = match begin(&run, &part(path, state.part)) {
+        let (mut core, disk) = match begin(&run, &file(&run, path, state.part), &state) {
             Ok((core, disk)) => (core, Some(disk)),
             // The robot drives; its recorder, killed while the disk was full, is no reason to stop it.
             Err(error) if state.part > 1 => (Core::failed(format!("{error:#}")), None),
             Err(error) => return Err(error),
         };
         core.resume_after(&state.positions, state.acknowledged_tick);
+        core.survived(state.restarts);
         let kind = run.mission.navigator_kind().to_owned();
         let inputs = Input::all(node, &kind)?;
         let waits = run.pace == Pace::Lockstep;
@@ -155,6 +163,7 @@ impl<'a> Recorder<'a> {
         if let Some(recorded) = self.told(due).flatten() {
             self.stamp_ns = recorded.header.stamp_ns;
             self.acknowledge(&recorded)?;
+            self.cut_if_due()?;
         }
         self.sync_if_due();
         if self.core.has_failed() {
@@ -170,13 +179,15 @@ impl<'a> Recorder<'a> {
             return Ok(());
         }
         let (path, number) = (path(&self.run)?, self.state.part + 1);
-        let file = part(path, number);
-        let Ok((mut core, disk)) = begin(&self.run, &file) else {
+        self.state.began_ns = self.state.acknowledged_ns;
+        let file = file(&self.run, path, number);
+        let Ok((mut core, disk)) = begin(&self.run, &file, &self.state) else {
             // What is there of it holds no message.
             let _ = std::fs::remove_file(file);
             return Ok(());
         };
         core.resume_after(&self.state.positions, self.state.acknowledged_tick);
+        core.survived(self.state.restarts);
         (self.core, self.disk, self.state.part) = (core, Some(disk), number);
         self.checkpoints.write(&self.state)?;
         self.catch_up()?;
@@ -184,6 +195,52 @@ impl<'a> Recorder<'a> {
         let words = format!("recording again, in {}: {missing} messages missing so far", file.display());
         self.node.report_fault(FaultKind::RecordingResumed, missing, &words);
         Ok(())
+    }
+
+    /// Goes on in a next file, where the run is to have several and this one is full. Everything up to here is safe, and
+    /// the world was told so.
+    fn cut_if_due(&mut self) -> anyhow::Result<()> {
+        let bytes = self.disk.as_ref().map_or(0, Disk::whole_bytes);
+        let is_full = self.run.split.is_full(bytes, self.stamp_ns.saturating_sub(self.state.began_ns));
+        if !is_full || self.core.has_failed() {
+            return Ok(());
+        }
+        let latched = self.core.take_latched();
+        let failed = Core::failed("the next file is not there yet".to_owned());
+        let (report, _sink) = std::mem::replace(&mut self.core, failed).finish();
+        if let Some(failure) = report.failure {
+            self.fail(failure);
+            return Ok(());
+        }
+        self.disk
+            .as_ref()
+            .map_or(Ok(()), Disk::sync)
+            .context("a file of the recording is not on the device")?;
+        (self.state.part, self.state.began_ns) = (self.state.part + 1, self.stamp_ns);
+        self.checkpoints.write(&self.state)?;
+        match begin(&self.run, &file(&self.run, path(&self.run)?, self.state.part), &self.state) {
+            Ok((core, disk)) => (self.core, self.disk) = (core, Some(disk)),
+            Err(error) => {
+                self.disk = None;
+                self.fail(format!("{error:#}"));
+                return Ok(());
+            }
+        }
+        self.core.resume_after(&self.state.positions, self.state.acknowledged_tick);
+        self.core.survived(self.state.restarts);
+        let repeated = self.core.repeat(latched, self.stamp_ns);
+        self.told(repeated);
+        Ok(())
+    }
+
+    /// Says that the recording failed between two files; another attempt is made as after any failure.
+    fn fail(&mut self, failure: String) {
+        let words = format!("{failure}; the mission goes on, the recording so far stays readable");
+        self.node.report_fault(FaultKind::RecordingFailed, 0, &words);
+        if let Some(Err(error)) = self.disk.as_ref().map(Disk::cut_back) {
+            eprintln!("its last part may be cut off: {error}");
+        }
+        self.core = Core::failed(failure);
     }
 
     /// Drains every channel a last time and ends the file.
@@ -207,7 +264,9 @@ impl<'a> Recorder<'a> {
                 cut.context("the recording's last part may be cut off")?;
             }
         }
-        if self.state.part > 1 && report.failure.is_none() {
+        if !self.run.split.is_never() && report.failure.is_none() {
+            series::close(path(&self.run)?, &mut report).context("the recording's files")?;
+        } else if self.state.part > 1 && report.failure.is_none() {
             join(&self.run, &self.state, &mut report).context("the recording's parts cannot be joined")?;
         }
         tell(&report)
@@ -248,6 +307,7 @@ impl<'a> Recorder<'a> {
     fn acknowledge(&mut self, recorded: &Recorded) -> anyhow::Result<()> {
         // Before the world is told, who then lets the channels forget.
         self.state.acknowledged_tick = recorded.header.source_seq;
+        self.state.acknowledged_ns = recorded.header.stamp_ns;
         if let Some(disk) = self.disk.as_mut().filter(|_| !self.core.has_failed()) {
             disk.mark_whole()?;
             self.state.positions = self.core.positions();
@@ -324,26 +384,37 @@ fn path(run: &RunConfig) -> anyhow::Result<&Path> {
     run.recording.as_ref().map(Path::new).context("run.json: expected the recording's path, found none")
 }
 
-/// Where to go on: in the next part. Where no checkpoint can be used, it is the first free part, with whatever the
-/// channels still have.
-fn resume(path: &Path, found: Found<State>) -> std::io::Result<State> {
-    let is_lost = found.is_lost();
-    match found.state {
-        Some(state) => Ok(State { part: state.part + 1, restarts: state.restarts + 1, ..state }),
-        None if is_lost => {
-            let free = (1..u32::MAX).find(|&number| !part(path, number).exists());
-            Ok(State { part: free.unwrap_or(u32::MAX), ..State::default() })
-        }
-        None => set_aside(path).map(|()| State { part: 1, ..State::default() }),
+/// The file of this part, from 1.
+fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
+    match run.split.is_never() {
+        true => part(path, number),
+        false => sketchnav_recordings::series::file(path, number - 1),
     }
 }
 
-fn begin(run: &RunConfig, path: &Path) -> anyhow::Result<(FileCore, Disk)> {
+/// Where to go on: in the next part. Where no checkpoint can be used, it is the first free part, with whatever the
+/// channels still have.
+fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<State> {
+    let is_lost = found.is_lost();
+    match found.state {
+        Some(state) => {
+            let (part, restarts, began_ns) = (state.part + 1, state.restarts + 1, state.acknowledged_ns);
+            Ok(State { part, restarts, began_ns, ..state })
+        }
+        None if is_lost => {
+            let free = (1..u32::MAX).find(|&number| !file(run, path, number).exists());
+            Ok(State { part: free.unwrap_or(u32::MAX), ..State::default() })
+        }
+        None => set_aside(&file(run, path, 1)).map(|()| State { part: 1, ..State::default() }),
+    }
+}
+
+fn begin(run: &RunConfig, path: &Path, state: &State) -> anyhow::Result<(FileCore, Disk)> {
     let name = || path.display().to_string();
     let created = Disk::create(path);
     let (mut disk, sink) = created.with_context(|| format!("{}: the recording cannot be created", name()))?;
     let files = sketchnav_recordings::sources::read(&run.mission);
-    let core = Core::new(sink, run, &files).with_context(name)?;
+    let core = Core::at(sink, run, &files, state.began_ns).with_context(name)?;
     disk.mark_whole().with_context(name)?;
     Ok((core, disk))
 }

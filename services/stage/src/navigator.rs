@@ -2,7 +2,7 @@
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::floor_plan::Marker;
-use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::mission::{Mission, Parameters};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
 
@@ -16,6 +16,9 @@ pub type Make = fn(&RunConfig, &Files<'_>) -> Result<Box<dyn Hosted>, StageError
 
 /// Checks a mission against the markers of its floor.
 pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
+
+/// Tells the parameters of a mission's stages.
+pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 
 /// Three stages under the name by which a mission chooses them.
 #[derive(Debug, Clone, Copy)]
@@ -31,6 +34,8 @@ pub struct Navigator {
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
     /// What it demands of the markers of a floor; `None` for a navigator that needs none.
     pub check_markers: Option<CheckMarkers>,
+    /// Every parameter of its stages as it is in force in a mission, the defaults too.
+    pub parameters: InForce,
     /// Takes in what a person gives.
     pub sketcher: Make,
     /// Says in what situation the robot is.

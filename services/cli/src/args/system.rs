@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::run::Pace;
+use sketchnav_schemas::run::{Pace, Split};
+use sketchnav_schemas::time::nanoseconds;
 
 use super::values::{MAX_SPEED, parse_service, parse_speed};
 
@@ -37,6 +38,28 @@ pub struct SystemOptions {
     /// Seconds after which a process that is stopped (SIGSTOP) is killed and started again.
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = parse_seconds)]
     pub stopped_limit: f64,
+    #[command(flatten)]
+    pub split: SplitWhileGrowing,
+}
+
+/// How a recording is cut into files while it grows: `NAME_0.mcap`, `NAME_1.mcap` and so on.
+#[derive(Debug, Clone, Args)]
+pub struct SplitWhileGrowing {
+    /// Begin a next file of the recording, NAME_0.mcap, NAME_1.mcap and so on, when one has so many megabytes. NAME.mcap stands for
+    /// all of them.
+    #[arg(long, value_name = "MEGABYTES", value_parser = parse_megabytes)]
+    split_size: Option<f64>,
+    /// The same when one has so many simulated seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    split_duration: Option<f64>,
+}
+
+impl SplitWhileGrowing {
+    /// As the recorder is told.
+    pub fn of(&self) -> Split {
+        let bytes = self.split_size.map(|megabytes| (megabytes * 1e6) as u64);
+        Split { bytes, duration_ns: self.split_duration.map(nanoseconds) }
+    }
 }
 
 /// How to run a mission.
@@ -120,6 +143,12 @@ fn parse_pace(text: &str) -> Result<Pace, String> {
         Pace::Lockstep => Err(format!("expected a number above 0 and up to {MAX_SPEED}")),
         pace => Ok(pace),
     }
+}
+
+/// The size of a file.
+fn parse_megabytes(text: &str) -> Result<f64, String> {
+    let megabytes = text.parse().ok().filter(|megabytes| (0.1..=1e6).contains(megabytes));
+    megabytes.ok_or_else(|| "expected a number of megabytes, from 0.1 to 1000000".into())
 }
 
 /// A length of time that a person waits for.

@@ -130,6 +130,9 @@ pub struct SendOptions {
     /// The task that it is about, from 1, where the order names one.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub task: u32,
+    /// With `resume`: the landmark state that a lost robot was led to, from 1. It goes on from there.
+    #[arg(long, value_name = "N", conflicts_with = "task", value_parser = clap::value_parser!(u32).range(1..))]
+    pub state: Option<u32>,
     /// The system's name; may be left out where only one runs.
     #[arg(long)]
     pub system: Option<String>,

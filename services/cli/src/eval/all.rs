@@ -31,13 +31,12 @@ const JOBS_OF_A_PART: usize = 32;
 const PARTS: &str = "parts";
 
 /// Suites that compare methods, or are about another one. The others are driven by the first method of their navigator.
-const COMPARED: [(&str, &[&str]); 10] = [
+const COMPARED: [(&str, &[&str]); 9] = [
     ("building", &["outline", "boniardi-2015"]),
     ("building-079", &["outline", "boniardi-2015"]),
     ("corridor", &["corridor", "qtc-b", "argd", "combined"]),
     ("deformed", &["outline", "beam", "boniardi-2015"]),
     ("laboratory", &["outline", "boniardi-2015"]),
-    ("landmark-scenes", &["belief", "chronis-2007"]),
     ("people", &["outline", "beam", "boniardi-2015"]),
     ("people-exam", &["outline", "beam"]),
     ("routes", &["outline", "boniardi-2015"]),
@@ -196,6 +195,11 @@ fn page(driven: &Driven<'_>, options: &EvalOptions) -> String {
             text += &markdown(&table.header, &table.rows);
         }
         text.extend(table::note(driven.suite, &outcomes).map(|note| note + "\n\n"));
+    }
+    for section in driven.suite.sections(driven.outcomes) {
+        let _ = writeln!(text, "## {}\n", section.title);
+        text += &markdown(&section.table.header, &section.table.rows);
+        text.extend(section.words.iter().map(|words| format!("{words}\n\n")));
     }
     text
 }

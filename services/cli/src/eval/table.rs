@@ -9,6 +9,11 @@ pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> String {
     tables.chain(table::note(suite, outcomes)).collect::<Vec<_>>().join("\n")
 }
 
+/// A table of a section.
+pub fn of_words(table: &table::Table) -> String {
+    drawn(table.clone()).to_string()
+}
+
 /// In the style of all others.
 fn drawn(words: table::Table) -> Table {
     let mut table = Table::new();

@@ -17,7 +17,7 @@ use sketchnav_schemas::message::{Header, PosePx, Route, SketchMap};
 use sketchnav_schemas::method::Method;
 use sketchnav_schemas::mission::{Mission, Parameters, Place, Start, WorldSource};
 use sketchnav_schemas::robot::{Drive, Laser, Limits, OdometryNoise, Robot};
-use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_schemas::run::{Pace, Pad, RunConfig, Split};
 use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_sim::ros_map::{MapInfo, OccupancyMap};
 
@@ -153,6 +153,7 @@ fn run(
         seed: options.seed,
         pace: Pace::Lockstep,
         recording,
+        split: Split::default(),
         pad: Pad::Absent,
         without: Vec::new(),
         faults: Vec::new(),

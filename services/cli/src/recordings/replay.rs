@@ -16,7 +16,7 @@ use anyhow::{Context, anyhow};
 use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_rehearsal::rerun;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::{Pace, RunConfig, Split};
 use sketchnav_supervisor::{Grace, ProcessLine, Supervisor};
 
 use super::args::{Rate, ReplayOptions};
@@ -93,5 +93,6 @@ fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<
     let record =
         options.record.as_ref().map(std::path::absolute).transpose().context("--record").or_input()?;
     run.recording = record.map(|path| path.to_string_lossy().into_owned());
+    run.split = Split::default();
     Ok(run)
 }

@@ -11,6 +11,7 @@ use sketchnav_recorder::disk::part;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::copy::window;
 use sketchnav_recordings::reader::Selection;
+use sketchnav_recordings::series;
 use sketchnav_runtime::{Node, SendTimes, Wake};
 use sketchnav_schemas::channels::{self, TICK};
 use sketchnav_schemas::codes::Process;
@@ -119,6 +120,7 @@ fn wait_for_file(node: &Node, path: &Path, end_ns: u64) -> anyhow::Result<Vec<Re
 /// What a recorder, or one after the other, has written so far.
 fn parts(path: &Path) -> anyhow::Result<Vec<Recording>> {
     let files = (1..).map(|number| part(path, number)).take_while(|file| file.exists());
+    let files = files.chain(series::files(path)?);
     let parts = files.map(|file| Recording::open(&file)).collect::<Result<Vec<_>, _>>()?;
     ensure!(!parts.is_empty(), "{}: expected the recording of the system, found none", path.display());
     Ok(parts)

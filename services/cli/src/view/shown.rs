@@ -12,6 +12,7 @@ use sketchnav_view::{ViewError, file, live};
 use crate::args::ViewOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
+use crate::recordings::whole::Whole;
 
 /// A port that is free.
 pub fn port(number: u16) -> Result<Port, Failure> {
@@ -31,7 +32,8 @@ pub fn system(system: System, port: Port) -> Result<Outcome, Failure> {
 
 /// Shows a recording.
 pub fn file(path: &Path, port: Port, options: &ViewOptions) -> Result<Outcome, Failure> {
-    let recording = Recording::open(path).or_input()?;
+    let whole = Whole::of(path)?;
+    let recording = Recording::open(whole.path()).or_input()?;
     let how =
         file::Options { rate: options.rate.unwrap_or(1.0), again: options.again, is_paused: options.paused };
     file::play(&recording, port, how, || announce(port)).map_err(classify)?;

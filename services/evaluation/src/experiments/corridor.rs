@@ -166,18 +166,7 @@ pub(crate) fn trial(
         task: vec![task(corridor, drive)],
         parameters: Parameters::default(),
     };
-    Ok(Trial {
-        name,
-        drawing: line,
-        mission,
-        robot,
-        sheet: None,
-        method: None,
-        ends_with_contact: true,
-        thinking_scans: 0,
-        variant_of: None,
-        bytes: None,
-    })
+    Ok(Trial { ends_with_contact: true, ..Trial::without_sheet(name, line, mission, robot) })
 }
 
 fn absolute(path: &Path) -> String {

@@ -112,16 +112,9 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
     let robot = files::robot(&robot)?;
     let bytes = toml::to_string(&poles::plan(number)).unwrap_or_default();
     let trial = Trial {
-        name: format!("{number:03}"),
-        drawing: "field of poles".into(),
-        mission,
-        robot,
-        sheet: None,
-        method: None,
         ends_with_contact: true,
-        thinking_scans: 0,
-        variant_of: None,
         bytes: Some(Page::from(bytes.into_bytes())),
+        ..Trial::without_sheet(format!("{number:03}"), "field of poles".into(), mission, robot)
     };
     Ok(is_joined(&trial, &field, goal)?.then_some(trial))
 }

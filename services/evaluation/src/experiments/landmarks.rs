@@ -4,6 +4,10 @@
 //! The scenes and sketches are not those of the thesis, whose figures are lost: see [`sketchnav_sim::scenes`]. A drive
 //! succeeds where the robot stops before the object at the route's end.
 
+mod figures;
+mod published;
+mod tables;
+
 use std::path::Path;
 
 use serde_json::json;
@@ -56,18 +60,22 @@ fn text(path: &Path) -> String {
 }
 
 fn trial(name: String, line: String, mission: Mission) -> Result<Trial, EvalError> {
-    Ok(Trial {
-        name,
-        drawing: line,
-        mission,
-        robot: files::robot(ROBOT)?,
-        sheet: None,
-        method: None,
-        ends_with_contact: false,
-        thinking_scans: 0,
-        variant_of: None,
-        bytes: None,
-    })
+    Ok(Trial::without_sheet(name, line, mission, files::robot(ROBOT)?))
+}
+
+/// The same trials by states, without the additional ones: another line each.
+fn without_additional(trials: &[Trial]) -> Vec<Trial> {
+    let one = |trial: &Trial| {
+        let mut base = trial.clone();
+        base.name += tables::BASE;
+        base.drawing += ", without additional states";
+        base.variant_of = Some(trial.name.clone());
+        base.method = Some(STATES.into());
+        let sketcher = base.mission.parameters.of_mut(Process::Sketcher);
+        sketcher.insert("additional_states".into(), false.into());
+        base
+    };
+    trials.iter().map(one).collect()
 }
 
 /// The trials by the sketches that ship: 11 of scene A, 9 of scene B.
@@ -89,20 +97,28 @@ fn sketched(folders: &Folders) -> Result<Vec<Trial>, EvalError> {
 /// # Errors
 /// [`EvalError`] with the file that is missing.
 pub fn scenes(folders: &Folders) -> Result<Suite, EvalError> {
-    let published = |name: &str, reached, attempts| Published { name: name.into(), reached, attempts };
+    let mut trials = sketched(folders)?;
+    trials.extend(without_additional(&trials));
+    let published = |scene: &published::Scene, additional: bool| Published {
+        name: format!(
+            "paper {}{}",
+            scene.word.to_uppercase(),
+            if additional { "" } else { ", without additional states" }
+        ),
+        reached: scene.reached[usize::from(additional)] as u32,
+        attempts: 5 * scene.sketches.len() as u32,
+    };
+    let paper = |additional: bool| published::SCENES.iter().map(move |scene| published(scene, additional));
     Ok(Suite {
         name: "landmark-scenes".into(),
         title: "Two scenes of Chronis 2007 by 11 and 9 sketches, five runs each.".into(),
         notices: vec![NOTICE.into()],
-        trials: sketched(folders)?,
+        trials,
         lines: Some("scene"),
+        methods: vec![BELIEF.into(), STATES.into()],
         repetitions: REPETITIONS,
-        paper: vec![
-            published("paper A", 27, 55),
-            published("paper B", 32, 45),
-            published("paper A, with additional states", 48, 55),
-            published("paper B, with additional states", 32, 45),
-        ],
+        paper: paper(true).chain(paper(false)).collect(),
+        tells: Some(tables::sections),
         ..Suite::default()
     })
 }
@@ -411,6 +427,24 @@ mod tests {
         assert!(recipes.iter().all(|page| matches!(page, Page::Made(recipe) if !recipe.is_made())));
         // Each has an origin of its own.
         assert_ne!(recipes[0].origin(), recipes[1].origin());
+    }
+
+    /// The trials without additional states are by states alone: a belief would be driven twice.
+    #[test]
+    fn a_trial_with_a_method_of_its_own_is_driven_once() {
+        let suite = scenes(&Folders::of_checkout()).unwrap();
+        assert_eq!((suite.trials.len(), suite.methods.len()), (40, 2));
+        let count = |methods: &[&str]| {
+            let methods: Vec<_> = methods.iter().map(|method| (*method).to_owned()).collect();
+            let of =
+                |method| suite.trials.iter().filter(|trial| suite.is_driven(trial, method, &methods)).count();
+            methods.iter().map(|method| of(method)).collect::<Vec<_>>()
+        };
+        assert_eq!(count(&[BELIEF, STATES]), [20, 40]);
+        assert_eq!((count(&[BELIEF]), count(&[STATES])), (vec![20], vec![40]));
+        let isolated = isolation(&Folders::of_checkout()).unwrap();
+        let methods = [BELIEF.to_owned()];
+        assert!(isolated.trials.iter().all(|trial| isolated.is_driven(trial, BELIEF, &methods)));
     }
 
     /// A robot that believed its sonars and looked 1.2 m ahead cut its turns. The routes were not those that were

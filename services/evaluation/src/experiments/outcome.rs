@@ -2,6 +2,7 @@
 
 use crate::experiments::cost::Cost;
 use crate::judge::TaskVerdict;
+use crate::judge::states::StateDriven;
 use serde::{Deserialize, Serialize};
 
 /// How a task ended. Only the first is a success.
@@ -97,6 +98,9 @@ pub struct TaskOutcome {
     pub collisions: u32,
     /// What it cost.
     pub cost: Cost,
+    /// The landmark states of a drive by such states, in order; empty otherwise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub states: Vec<StateDriven>,
 }
 
 impl TaskOutcome {

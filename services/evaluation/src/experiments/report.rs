@@ -10,6 +10,7 @@ use crate::page;
 use maud::{Markup, PreEscaped, html};
 
 use crate::experiments::outcome::TaskOutcome;
+use crate::experiments::section::Section;
 use crate::experiments::statistics::Tally;
 use crate::experiments::suite::{Curve, Suite};
 use crate::experiments::table::{self, Table};
@@ -49,6 +50,7 @@ impl Report<'_> {
                 (self.rates())
                 (self.curves())
                 @for (i, method) in self.methods.iter().enumerate() { (self.figures(i, method)) }
+                @for section in &self.suite.sections(self.outcomes) { (told(section)) }
                 (self.failures())
                 (self.pictures())
             }
@@ -151,6 +153,21 @@ impl Report<'_> {
     }
 }
 
+fn told(section: &Section) -> Markup {
+    html! {
+        h2 { (section.title) }
+        (drawn(&section.table))
+        @for words in &section.words { p { (words) } }
+        @if !section.plots.is_empty() {
+            p.legend {
+                span { span class="key m0" {} "succeeds" }
+                span { span class="key wrong-arrival" {} "fails" }
+            }
+            div.cards { @for plot in &section.plots { (chart::marks(plot)) } }
+        }
+    }
+}
+
 fn drawn(table: &Table) -> Markup {
     page::table(&table.header, &table.rows)
 }
@@ -177,6 +194,7 @@ mod tests {
             final_error_m: None,
             collisions: 0,
             cost: Default::default(),
+            states: Vec::new(),
         }
     }
 

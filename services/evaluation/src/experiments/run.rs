@@ -1,10 +1,17 @@
 //! Drives a trial by the services' own cores and judges it.
 
+use sketchnav_landmarks::instructions::Instructions;
+use sketchnav_landmarks::language;
+use sketchnav_landmarks::mission::{LandmarksMission, Method};
 use sketchnav_rehearsal::{Rehearsal, RehearsalError, Tap};
-use sketchnav_schemas::channels::{COMMAND, CONTACT, CORRESPONDENCE, ChannelSpec, ESTIMATE, STATUS, TRUTH};
+use sketchnav_schemas::channels::{
+    COMMAND, CONTACT, CORRESPONDENCE, ChannelSpec, ESTIMATE, LANDMARK_PROGRESS, LANDMARK_ROUTE,
+    LANDMARK_VIEW, STATUS, TRUTH,
+};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{
-    Contact, Correspondence, GroundTruth, MissionStatus, PoseEstimate, VelocityCommand,
+    Contact, Correspondence, GroundTruth, LandmarkProgress, LandmarkView, MissionStatus, PoseEstimate,
+    VelocityCommand,
 };
 use sketchnav_schemas::mission::{MissionError, Task};
 use sketchnav_schemas::run::RunConfig;
@@ -15,6 +22,7 @@ use crate::error::EvalError;
 use crate::experiments::cost::{Cost, clearance_m};
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::trial::{Page, Trial};
+use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
 
 /// What a run said, as far as judging and drawing need it.
@@ -34,16 +42,27 @@ pub struct Log {
     pub commands: Vec<VelocityCommand>,
     /// The stamp of every message on any channel.
     pub stamps_ns: Vec<u64>,
+    /// The route past landmarks, as the sketcher says it; empty without one.
+    pub landmark_route: Vec<u8>,
+    /// What was seen of landmarks, one a step.
+    pub landmark_views: Vec<LandmarkView>,
+    /// How far the robot had come along its landmarks, one a step.
+    pub landmark_progress: Vec<LandmarkProgress>,
 }
 
 impl Tap for Log {
-    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], _cells: &[u8]) {
+    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) {
         self.truth.extend(TRUTH.message(spec, message));
         self.status.extend(STATUS.message(spec, message));
         self.contacts.extend(CONTACT.message(spec, message));
         self.estimates.extend(ESTIMATE.message(spec, message));
         self.correspondences.extend(CORRESPONDENCE.message(spec, message));
         self.commands.extend(COMMAND.message(spec, message));
+        if LANDMARK_ROUTE.message(spec, message).is_some() {
+            self.landmark_route = cells.to_vec();
+        }
+        self.landmark_views.extend(LANDMARK_VIEW.message(spec, message));
+        self.landmark_progress.extend(LANDMARK_PROGRESS.message(spec, message));
         self.stamps_ns.push(sketchnav_schemas::erased::header(message).stamp_ns);
     }
 }
@@ -201,6 +220,24 @@ fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     }
 }
 
+/// The states of a drive by landmark states; none of another drive, nor of one by words, where nothing is drawn.
+fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
+    let log = &driven.log;
+    let by_states =
+        LandmarksMission::of(&driven.run.mission).is_ok_and(|it| it.method == Method::Chronis2007);
+    let instructions = Instructions::read(&log.landmark_route).ok().filter(|_| by_states);
+    let Some(Instructions { sketch: Some(sketch), words }) = instructions else { return Vec::new() };
+    let Ok(route) = language::read(&words) else { return Vec::new() };
+    let said = Said {
+        route: &route,
+        sketch: &sketch,
+        views: &log.landmark_views,
+        progress: &log.landmark_progress,
+        truth: &log.truth,
+    };
+    judge::states::states(&driven.run, &said, is_reached)
+}
+
 /// The outcomes of a run's tasks.
 pub fn outcomes<'a>(
     trial: &'a Trial,
@@ -211,6 +248,7 @@ pub fn outcomes<'a>(
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
     driven.verdicts.iter().zip(spans).enumerate().map(move |(i, (verdict, span))| {
         let end = span.and_then(|span| span.of(&driven.log.truth).last().copied());
+        let kind = kind_of(trial, driven, span.as_ref(), i);
         TaskOutcome {
             id: format!("{}#{repetition}", trial.name),
             drawing: trial.drawing.clone(),
@@ -218,7 +256,7 @@ pub fn outcomes<'a>(
             seed: driven.run.seed,
             task: verdict.name.clone(),
             task_index: driven.first_task + i,
-            kind: kind_of(trial, driven, span.as_ref(), i),
+            kind,
             reason: verdict.reason.clone(),
             time_s: verdict.time_s,
             path_m: verdict.path_m,
@@ -226,6 +264,7 @@ pub fn outcomes<'a>(
             final_error_m: verdict.final_error_m,
             collisions: verdict.collisions,
             cost: span.map_or_else(Cost::default, |span| cost(trial, driven, &span, verdict.time_s)),
+            states: states(driven, kind == Kind::Reached),
         }
     })
 }

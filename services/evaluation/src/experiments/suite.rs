@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::error::EvalError;
 use crate::experiments::outcome::TaskOutcome;
+use crate::experiments::section::Section;
 use crate::experiments::trial::Trial;
 
 /// Where files lie.
@@ -58,6 +59,8 @@ pub struct Suite {
     pub trials: Vec<Trial>,
     /// What a line of its table is, where it is no drawing: then the trials' `drawing` says that.
     pub lines: Option<&'static str>,
+    /// The methods that it compares by default; empty: the first one of its kind of navigator.
+    pub methods: Vec<String>,
     /// Repetitions by default.
     pub repetitions: u32,
     /// What others reached with a suite of the same protocol, where no table lists its tasks.
@@ -71,7 +74,12 @@ pub struct Suite {
     /// The tasks that count, where a published table lists them: its lines. Empty: all tasks count, and the
     /// table has a line for each drawing.
     pub legs: Vec<Leg>,
+    /// What it tells of all outcomes beside its tables.
+    pub tells: Option<Tells>,
 }
+
+/// Sections of a suite, from all of its outcomes.
+pub type Tells = fn(&[TaskOutcome]) -> Vec<Section>;
 
 /// A published count.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,6 +158,21 @@ impl Suite {
             }
         };
         self.paper.iter().cloned().chain((0..columns).map(column)).collect()
+    }
+
+    /// Whether a trial is driven by one of the methods. A trial with a method of its own is driven by no other that is asked
+    /// for; where its own is not among them it is left out, if the suite compares methods, else driven once.
+    pub fn is_driven(&self, trial: &Trial, method: &str, methods: &[String]) -> bool {
+        match &trial.method {
+            None => true,
+            Some(own) if methods.contains(own) => own == method,
+            Some(_) => self.methods.is_empty() && methods.first().is_some_and(|first| first == method),
+        }
+    }
+
+    /// What it tells of all outcomes beside its tables.
+    pub fn sections(&self, outcomes: &[TaskOutcome]) -> Vec<Section> {
+        self.tells.map_or(Vec::new(), |tells| tells(outcomes))
     }
 
     /// Whether an outcome counts: legs that only lead from one to the next do not.

@@ -1,5 +1,6 @@
 //! The figures of a suite as tables of words, for the terminal and for the report alike.
 
+use serde::Serialize;
 use sketchnav_schemas::statistics::wilson;
 
 use crate::experiments::cost;
@@ -8,7 +9,7 @@ use crate::experiments::statistics::Tally;
 use crate::experiments::suite::{Leg, Suite};
 
 /// A table: the first column names the line, the others are figures.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Table {
     /// Over the columns.
     pub header: Vec<String>,
@@ -72,7 +73,9 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let of_drawing = |drawing: String| {
         line(&drawing, Tally::of(outcomes.iter().copied().filter(|ended| ended.drawing == drawing)))
     };
-    let mut rows: Vec<_> = suite.drawings().into_iter().map(of_drawing).collect();
+    // Lines of another method have no attempts of this one.
+    let is_driven = |drawing: &String| outcomes.iter().any(|ended| ended.drawing == *drawing);
+    let mut rows: Vec<_> = suite.drawings().into_iter().filter(is_driven).map(of_drawing).collect();
     rows.push(line("all", Tally::of(outcomes.iter().copied())));
     if !suite.told.is_empty() {
         header.extend(["most failures".into(), "published".into()]);

@@ -71,6 +71,24 @@ pub struct Trial {
     pub bytes: Option<Page>,
 }
 
+impl Trial {
+    /// A drive of a navigator without a drawing, by the suite's method. Touches do not end it.
+    pub fn without_sheet(name: String, line: String, mission: Mission, robot: Robot) -> Self {
+        Self {
+            name,
+            drawing: line,
+            mission,
+            robot,
+            sheet: None,
+            method: None,
+            ends_with_contact: false,
+            thinking_scans: 0,
+            variant_of: None,
+            bytes: None,
+        }
+    }
+}
+
 /// What a person gives, where it lies in no folder.
 #[derive(Debug, Clone)]
 pub enum Page {

@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 use sketchnav_directions::journey::Kind;
+use sketchnav_directions::stages::sketcher::maps_of;
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::message::Journey;
@@ -39,6 +40,7 @@ fn as_word<S: serde::Serializer>(kind: &Option<Kind>, serializer: S) -> Result<S
 /// The verdict of each task's journey over the true `dots`; `names` are the tasks'.
 pub fn journeys(log: &Log, names: &[String], dots: &[[f64; 2]]) -> Vec<JourneyVerdict> {
     let spans = spans(names.len(), &log.status);
+    let maps = log.directions.as_deref().and_then(|text| maps_of(text).ok()).unwrap_or_default();
     let verdict = |(task, (name, span)): (usize, (&String, &Option<TaskSpan>))| {
         let steps: Vec<&Journey> = span.iter().flat_map(|span| span.of(&log.journeys)).collect();
         let attained = attained(log, &steps, dots);
@@ -46,13 +48,17 @@ pub fn journeys(log: &Log, names: &[String], dots: &[[f64; 2]]) -> Vec<JourneyVe
             .flat_map(|itinerary| itinerary.landmarks(task))
             .map(|landmark| nearest(dots, [landmark.x_m.into(), landmark.y_m.into()]))
             .collect();
+        let agreement: Vec<bool> = match maps.get(task) {
+            Some(map) => map.agreement(&attained, &meant).collect(),
+            None => attained.iter().zip(&meant).map(|(one, other)| one == other).collect(),
+        };
         let recoveries = steps.last().map_or(0, |step| step.recoveries);
         let stated = log.itinerary.as_ref().and_then(|itinerary| itinerary.journeys().get(task));
         JourneyVerdict {
             task: name.clone(),
-            kind: span.as_ref().and_then(|span| kind(span.state, &steps, &attained, &meant)),
+            kind: span.as_ref().and_then(|span| kind(span.state, &steps, (&attained, &meant), &agreement)),
             accepted: attained.len() as u32,
-            right: attained.iter().zip(&meant).filter(|(one, other)| one == other).count() as u32,
+            right: agreement.iter().filter(|is_right| **is_right).count() as u32,
             recoveries,
             stated: stated.map(|journey| journey.probability).filter(|stated| *stated >= 0.0),
             attained,
@@ -82,14 +88,20 @@ fn attained(log: &Log, steps: &[&Journey], dots: &[[f64; 2]]) -> Vec<usize> {
     attained
 }
 
-fn kind(state: TaskState, steps: &[&Journey], attained: &[usize], meant: &[usize]) -> Option<Kind> {
+fn kind(
+    state: TaskState,
+    steps: &[&Journey],
+    (attained, meant): (&[usize], &[usize]),
+    agreement: &[bool],
+) -> Option<Kind> {
+    let is_planned = attained.len() == meant.len() && agreement.iter().all(|is_right| *is_right);
     let last = steps.last()?;
     match state {
         TaskState::Lost if last.cannot_locate == 1 => Some(Kind::CannotLocate),
         TaskState::Lost => Some(Kind::Lost),
         TaskState::Reached if meant.is_empty() => None,
         TaskState::Reached if attained.last() != meant.last() => Some(Kind::Astray),
-        TaskState::Reached if attained != meant => Some(Kind::Unaware),
+        TaskState::Reached if !is_planned => Some(Kind::Unaware),
         TaskState::Reached if last.recoveries > 0 => Some(Kind::Recovered),
         TaskState::Reached => Some(Kind::Direct),
         _ => None,
@@ -153,6 +165,16 @@ mod tests {
         let lost = |flag| judged(&[0, 1], TaskState::Lost, |journey| journey.cannot_locate = flag).kind;
         assert_eq!([lost(1), lost(0)], [Some(Kind::CannotLocate), Some(Kind::Lost)]);
         assert_eq!(judged(&[0, 1], TaskState::TimedOut, |_| ()).kind, None);
+    }
+
+    #[test]
+    fn where_landmarks_are_confusable_each_of_them_is_right() {
+        let mut log = log(&[0, 2, 2], TaskState::Reached, |_| ());
+        let judged = |log: &Log| journeys(log, &["there".to_owned()], &DOTS).remove(0);
+        log.directions = Some("(*, SW)\n(Isol, SW)\n(Isol, -)\n".to_owned());
+        assert_eq!((judged(&log).kind, judged(&log).right), (Some(Kind::Unaware), 2));
+        log.directions = Some("(*, SW)\n(Confusable, SW)\n(Isol, -)\n".to_owned());
+        assert_eq!((judged(&log).kind, judged(&log).right), (Some(Kind::Direct), 3));
     }
 
     #[test]

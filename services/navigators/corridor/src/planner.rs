@@ -151,7 +151,11 @@ fn numbers(markers: &[Marker]) -> String {
     }
 }
 
-fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
+/// The parameters that a mission gives the planner.
+///
+/// # Errors
+/// [`MissionError::Key`].
+pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
     let wrong = |reason: String| MissionError::Key { key: "parameters.planner".into(), reason };
     let parameters: Parameters = overlaid(&Parameters::default(), mission.parameters.of(Process::Planner))
         .map_err(|error| wrong(error.message().to_owned()))?;

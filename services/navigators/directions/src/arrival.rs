@@ -27,6 +27,7 @@ use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Path, Start, Weights, best};
 use crate::plan::{Plan, Verify};
 use crate::plane::{DotId, Plane};
+use crate::wording::reworded;
 pub use trial::{Estimate, estimates};
 
 /// Around a path, how many window sides of the plane are simulated.
@@ -149,7 +150,12 @@ pub fn most_probable(
 ) -> Result<Plan, Error> {
     let estimates = estimates(atlas, pilot, effort.trials, seed)?;
     let mut plans = Vec::new();
+    let Settings { vocabulary, .. } = pilot.settings;
     for path in candidates(atlas, &estimates, start, goal, seed)? {
+        // First in other words: of equals, the first plan is kept.
+        let other = reworded(atlas, &path, vocabulary, pilot.settings.gate);
+        plans.push(Plan::choosing(atlas, other.clone(), |leg, _| estimates[leg.number as usize].pays())?);
+        plans.push(Plan::new(atlas, other, Verify::Nothing)?);
         plans.push(Plan::choosing(atlas, path.clone(), |leg, _| estimates[leg.number as usize].pays())?);
         plans.push(Plan::new(atlas, path.clone(), Verify::Nothing)?);
         plans.push(Plan::new(atlas, path, Verify::Recoverable)?);

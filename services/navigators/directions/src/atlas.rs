@@ -24,6 +24,8 @@ pub struct Atlas {
     pub unreliability: Vec<f32>,
     /// The errors and models that it stands on.
     pub reliability: Reliability,
+    /// The word by which recoveries seek.
+    recovers_by: Descriptor,
     /// From which corners of each landmark transitions lead on, a bit each.
     exits: Vec<u8>,
 }
@@ -41,7 +43,15 @@ impl Atlas {
         let exits = (0..plane.len() as DotId)
             .map(|dot| transitions.from(dot).iter().fold(0, |bits, entry| bits | 1 << entry.corner as u8))
             .collect();
-        Self { plane, window, transitions, signatures, unreliability, reliability, exits }
+        // A navigator that lacks the word of the paper's recoveries comes back by one that it has.
+        let knows_isolated = kinds.words.is_empty() || kinds.words.contains(&Descriptor::Isolated);
+        let recovers_by = if knows_isolated { Descriptor::Isolated } else { kinds.words[0] };
+        Self { plane, window, transitions, signatures, unreliability, reliability, recovers_by, exits }
+    }
+
+    /// The ways back after errors.
+    pub fn recoveries(&self) -> Result<Recoveries<'_>, Error> {
+        Recoveries::new(&self.plane, self.window, &self.signatures, self.recovers_by)
     }
 
     /// Whether a transition leads on from a landmark in a corner.
@@ -62,7 +72,7 @@ impl Atlas {
     /// The parkways and trajectories of which a check says something: [`Check::is_detectable`] or [`Check::is_recoverable`]
     /// (4.2.4).
     pub fn checked(&self, keeps: impl Fn(Check) -> bool) -> Result<Transitions, Error> {
-        let recoveries = Recoveries::new(&self.plane, self.window, &self.signatures, Descriptor::Isolated)?;
+        let recoveries = self.recoveries()?;
         Ok(self.transitions.filtered(|from, transition| {
             let aside = self.reliability.aside(&self.plane, from, transition);
             keeps(recoveries.check(from, transition, aside))

@@ -7,8 +7,9 @@
 //! (Isol, Trajp, (2, NW, Isol), (1, -), -)
 //! ```
 //!
-//! An entry is `(D, [T,] [E,] M)`. `D` says which landmark to seek ([`Descriptor`]). `T` is `Trajp` or `Trajn`: slide
-//! along the line from the reference to that landmark, forwards or backwards. Each `E` says what to do when so many
+//! An entry is `(D, [B,] [T,] [E,] M)`. `D` says which landmark to seek ([`Descriptor`]). `B` is the compass bearing of that
+//! landmark from the reference, `000` to `359`: a robot on land corrects its heading by it. `T` is `Trajp` or `Trajn`:
+//! slide along the line from the reference to that landmark, forwards or backwards. Each `E` says what to do when so many
 //! quadrants of the attained landmark are occupied. `(3, -)` takes it as right; `(4, SW, Isol)` moves it to a corner
 //! and seeks again. `M` is the corner for the attained landmark; `-` stands in the last entry alone and does nothing.
 //!
@@ -42,6 +43,8 @@ pub struct CustomMap(Vec<Entry>);
 pub struct Entry {
     /// Which landmark to seek.
     pub word: Descriptor,
+    /// Its bearing from the reference, degrees from north to the east, if the map says it.
+    pub bearing_deg: Option<u16>,
     /// In which direction to slide along the line of the reference and that landmark, if at all.
     pub trajectory: Option<Direction>,
     /// How to verify the landmark that was attained, if at all.
@@ -59,6 +62,8 @@ pub enum Direction {
     Backward,
 }
 
+/// Degrees of a full turn: a bearing is less.
+pub const FULL_TURN_DEG: u16 = 360;
 /// The most ways back of an entry.
 pub const MOST_RECOVERIES: usize = 8;
 /// The greatest difference of a panorama from one that is taken for it.
@@ -199,6 +204,12 @@ impl CustomMap {
     pub fn entries(&self) -> &[Entry] {
         &self.0
     }
+
+    /// For each entry that was finished, whether its landmark is the one that is meant. Of confusable ones each is.
+    pub fn agreement<T: PartialEq>(&self, attained: &[T], meant: &[T]) -> impl Iterator<Item = bool> {
+        let pairs = self.0.iter().zip(attained.iter().zip(meant));
+        pairs.map(|(entry, (attained, meant))| entry.word == Descriptor::Confusable || attained == meant)
+    }
 }
 
 impl TryFrom<Vec<Entry>> for CustomMap {
@@ -227,6 +238,9 @@ impl Direction {
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "({}", self.word)?;
+        if let Some(bearing_deg) = self.bearing_deg {
+            write!(f, ", {bearing_deg:03}")?;
+        }
         if let Some(direction) = self.trajectory {
             write!(f, ", {}", direction.word())?;
         }

@@ -49,6 +49,9 @@ impl Descriptor {
         Self::Any,
     ];
 
+    /// The words whose landmark follows from one view alone.
+    pub const DEFINITE: [Self; 4] = [Self::Obvious, Self::Isolated, Self::IsolatedPair, Self::PlusPair];
+
     /// The word as custom maps have it.
     pub const fn word(self) -> &'static str {
         match self {

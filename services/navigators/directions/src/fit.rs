@@ -1,7 +1,7 @@
 //! Fits equations 1 and 2 to simulations, by seed, and reports how well they fit.
 //!
-//! The constants of [`crate::reliability`] are results of [`landmarks`] and [`trajectories`] with [`Effort::FULL`], from
-//! other random streams than those of today. A refit agrees with them; the tests say how closely.
+//! The constants of [`crate::reliability`] are results of [`landmarks`] and [`trajectories`] with [`Effort::FULL`] and the seed
+//! of the example `fit`. A refit agrees with them; the tests say how closely.
 
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;

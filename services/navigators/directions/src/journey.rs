@@ -285,12 +285,18 @@ impl<'a> Journey<'a> {
         }
     }
 
+    /// Whether the landmarks are those that the map means.
+    fn is_planned(&self, attained: &[DotId]) -> bool {
+        attained.len() == self.intended.len()
+            && self.navigator.map().agreement(attained, self.intended).all(|is_right| is_right)
+    }
+
     fn judge(&self, outcome: Outcome, report: &Report) -> Kind {
         match outcome {
             Outcome::CannotLocate => Kind::CannotLocate,
             Outcome::Lost => Kind::Lost,
             Outcome::Arrived if report.attained.last() != self.intended.last() => Kind::Astray,
-            Outcome::Arrived if report.attained != self.intended => Kind::Unaware,
+            Outcome::Arrived if !self.is_planned(&report.attained) => Kind::Unaware,
             Outcome::Arrived if report.recoveries > 0 => Kind::Recovered,
             Outcome::Arrived => Kind::Direct,
         }

@@ -9,7 +9,7 @@
 //! - [`isolation`], [`description`]: which dot of a view a word means; [`signature`]: what surrounds a dot; [`sight`]: what hides it;
 //! - [`parkway`], [`trajectory`], [`transitions`]: which landmark is attained from which, and their sparse matrix;
 //! - [`reliability`], [`fit`]: equations 1 and 2; [`recovery`]: errors that are detected and corrected;
-//! - [`atlas`]: all of that together; [`path`], [`plan`]: costs and the best path;
+//! - [`atlas`]: all of that together; [`path`], [`plan`]: costs and the best path; [`wording`]: words that depend on the path;
 //! - [`pillars`]: landmarks on land in a laser scan;
 //! - [`arrival`]: the most probable path, by simulation; [`experiments`]: the paper's, and ours.
 //!
@@ -46,6 +46,7 @@ pub mod signature;
 pub mod stages;
 pub mod trajectory;
 pub mod transitions;
+pub mod wording;
 
 #[cfg(test)]
 mod testing;

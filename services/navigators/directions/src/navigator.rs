@@ -18,9 +18,11 @@
 //! It knows of itself that it has arrived, that it cannot locate a landmark, and that it is lost ([`Outcome`]).
 
 mod detour;
+pub mod heading;
 mod steps;
 pub mod tracks;
 
+use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
 
 use crate::custom_map::CustomMap;
@@ -28,6 +30,7 @@ use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
 use crate::signature::Signature;
+use heading::Heading;
 use tracks::Tracks;
 
 /// How a navigator sees and moves. Lengths are in the plane's unit.
@@ -55,6 +58,8 @@ pub struct Settings {
     pub most_recoveries: u8,
     /// How long it works on an entry before it gives up, in seconds.
     pub longest_entry_s: f64,
+    /// Standard deviation of its heading at the start, radians. On land it corrects it by the bearings of its map.
+    pub heading_rad: f64,
 }
 
 impl Settings {
@@ -72,6 +77,7 @@ impl Settings {
             patience: 5,
             most_recoveries: 8,
             longest_entry_s: 120.0,
+            heading_rad: 0.0,
         };
         match window.land {
             None => above,
@@ -104,6 +110,9 @@ impl Settings {
                 return wrong(what, "a number above 0", value);
             }
         }
+        if !(0.0..=1.0).contains(&self.heading_rad) {
+            return wrong("error of the heading", "0 to 1 radians", self.heading_rad);
+        }
         if !(self.weight > 0.0 && self.weight <= 1.0) {
             return wrong("weight", "a number above 0, at most 1", self.weight);
         }
@@ -113,6 +122,9 @@ impl Settings {
         Ok(self)
     }
 }
+
+/// The most dots of a view that count on land: more than any description copes with.
+const MOST_SEEN: usize = 128;
 
 /// What a navigator is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -197,6 +209,8 @@ pub struct State {
     /// Seconds since the entry began.
     spent_s: f64,
     velocity: Point,
+    /// All places here are in the map's axes as this believes them.
+    heading: Heading,
     reference: Option<Mark>,
     /// How many views have been taken at this stand.
     looks: u8,
@@ -251,6 +265,7 @@ impl Navigator {
             tries: 0,
             spent_s: 0.0,
             velocity: Point::default(),
+            heading: Heading::of_sigma(self.settings.heading_rad),
             reference: None,
             looks: 0,
             waited: 0,
@@ -260,27 +275,50 @@ impl Navigator {
         }
     }
 
+    /// The state at the beginning of a journey that follows another: what it knows of its heading remains.
+    pub fn start_behind(&self, last: &State) -> State {
+        State { heading: last.heading, ..self.start() }
+    }
+
     /// One step: what the window shows now, and how long ago the last step was. The first step has no time before it.
     pub fn step(&self, state: &mut State, view: &[Point], elapsed_s: f64) -> Output {
-        steps::step(self, state, view, elapsed_s);
+        let mut turned = ArrayVec::new();
+        steps::step(self, state, self.in_map_axes(state, view, &mut turned), elapsed_s);
         state.output()
     }
 
     /// One step after the journey: the window moves over the landmark that was attained. It has an outcome when it is there.
     pub fn hover(&self, state: &mut State, view: &[Point], elapsed_s: f64) -> Output {
+        let mut turned = ArrayVec::new();
+        let view = self.in_map_axes(state, view, &mut turned);
         let is_there = steps::hover(&self.settings, state, view, elapsed_s);
         Output { outcome: state.outcome().filter(|_| is_there), ..state.output() }
+    }
+
+    /// What the window shows along the map's axes. Above a plane the window's axes are taken for those of the map.
+    fn in_map_axes<'a>(
+        &self,
+        state: &State,
+        view: &'a [Point],
+        turned: &'a mut ArrayVec<Point, MOST_SEEN>,
+    ) -> &'a [Point] {
+        if self.settings.window.land.is_none() {
+            return view;
+        }
+        turned.extend(view.iter().take(MOST_SEEN).map(|dot| dot.turned(state.heading.turned_rad)));
+        turned
     }
 }
 
 impl State {
     /// What the last step gave.
     pub fn output(&self) -> Output {
+        let turned_rad = self.heading.turned_rad;
         Output {
-            velocity: self.velocity,
+            velocity: self.velocity.turned(-turned_rad),
             activity: self.activity(),
             entry: self.entry,
-            reference: self.reference.map(|mark| mark.place),
+            reference: self.reference.map(|mark| mark.place.turned(-turned_rad)),
             accepted: self.accepted,
             recoveries: self.recoveries,
             outcome: self.outcome(),
@@ -289,7 +327,12 @@ impl State {
 
     /// Somebody stopped the window: it does not move until the next step.
     pub fn stand_still(&mut self) {
-        self.velocity = Point::default();
+        self.moves_by(Point::default());
+    }
+
+    /// The window moves by another velocity, in its own axes, until the next step: something is in its way.
+    pub fn moves_by(&mut self, velocity: Point) {
+        self.velocity = velocity.turned(self.heading.turned_rad);
     }
 
     /// How the journey has ended, if it has.

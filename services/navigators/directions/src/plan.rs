@@ -5,9 +5,10 @@ use std::fmt;
 use crate::custom_map::{CustomMap, Direction, Entry, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
+use crate::navigator::heading;
 use crate::path::{Atlas, Leg, Path};
 use crate::plane::DotId;
-use crate::recovery::{Check, Recoveries};
+use crate::recovery::Check;
 use crate::transitions::Movement;
 
 /// Which errors a map lets the navigator notice.
@@ -50,8 +51,7 @@ impl Plan {
         path: Path,
         verifies: impl Fn(&Leg, Check) -> bool,
     ) -> Result<Self, Error> {
-        let recoveries =
-            Recoveries::new(&atlas.plane, atlas.window, &atlas.signatures, Descriptor::Isolated)?;
+        let recoveries = atlas.recoveries()?;
         let check = |leg: &Leg| {
             let aside = atlas.reliability.aside(&atlas.plane, leg.from, &leg.transition);
             recoveries.check(leg.from, &leg.transition, aside)
@@ -59,13 +59,16 @@ impl Plan {
         let checks: Vec<_> = path.legs.iter().map(check).collect();
         let first = Entry {
             word: Descriptor::Any,
+            bearing_deg: None,
             trajectory: None,
             verification: None,
             place: path.legs.first().map(|leg| leg.transition.corner),
         };
         let entry = |(leg, &check): (&Leg, &Check)| {
-            let verification = check.verification().filter(|_| verifies(leg, check));
-            entry(leg, verification)
+            // Which of several confusable landmarks it is needs no proof.
+            let is_definite = leg.transition.word != Descriptor::Confusable;
+            let verification = check.verification().filter(|_| is_definite && verifies(leg, check));
+            entry(atlas, leg, verification)
         };
         let others = path.legs.iter().zip(&checks).map(entry);
         let map = CustomMap::new(std::iter::once(first).chain(others).collect())?;
@@ -83,13 +86,22 @@ impl Plan {
     }
 }
 
-fn entry(leg: &Leg, verification: Option<Verification>) -> Entry {
+fn entry(atlas: &Atlas, leg: &Leg, verification: Option<Verification>) -> Entry {
     let trajectory = match leg.transition.movement {
         Movement::Seek => None,
         Movement::Forward => Some(Direction::Forward),
         Movement::Backward => Some(Direction::Backward),
     };
-    Entry { word: leg.transition.word, trajectory, verification, place: leg.place }
+    let bearing_deg = bearing_deg(atlas, leg);
+    Entry { word: leg.transition.word, bearing_deg, trajectory, verification, place: leg.place }
+}
+
+/// The bearing of a leg's landmark, for a robot on land whose heading is not known exactly. Confusable landmarks have several.
+fn bearing_deg(atlas: &Atlas, leg: &Leg) -> Option<u16> {
+    let corrects = atlas.window.land.is_some() && atlas.reliability.noise.heading_rad > 0.0;
+    let is_definite = leg.transition.word != Descriptor::Confusable;
+    let way = atlas.plane.dot(leg.transition.seen) - atlas.plane.dot(leg.from);
+    (corrects && is_definite).then(|| heading::bearing_deg(way))
 }
 
 /// Prints a plan as figure 30 does.

@@ -3,9 +3,11 @@
 //! - [`mission`]: the keys of a mission of this kind;
 //! - [`sketcher`]: the map-maker. It sees the whole plane as the global camera does, and writes the custom maps;
 //! - [`localizer`]: describes what is in view;
-//! - [`planner`]: the navigator. It has the custom map and the description, and nothing else.
+//! - [`planner`]: the navigator. It has the custom map and the description, and nothing else; on land a [`guard`] keeps it from
+//!   what is no landmark.
 
 pub mod error;
+pub mod guard;
 pub mod localizer;
 pub mod mission;
 pub mod planner;

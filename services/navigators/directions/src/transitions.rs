@@ -54,7 +54,7 @@ pub struct Transitions {
 /// What transitions a map-maker looks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinds<'a> {
-    /// The words. `New`, `Confusable` and `*` mean no landmark that is known beforehand: they have no transitions.
+    /// The words. Those that are not [`Descriptor::DEFINITE`] have no transitions.
     pub words: &'a [Descriptor],
     /// Whether there are trajectories too.
     pub trajectories: bool,
@@ -103,8 +103,11 @@ impl Candidates {
 
     /// The dot that a word means; none for words that mean no landmark that is known beforehand.
     pub fn pick(&self, word: Descriptor) -> Option<DotId> {
-        let is_definite = !matches!(word, Descriptor::New | Descriptor::Confusable | Descriptor::Any);
-        is_definite.then(|| word.pick(&self.places)).flatten().map(|index| self.dots[index])
+        Descriptor::DEFINITE
+            .contains(&word)
+            .then(|| word.pick(&self.places))
+            .flatten()
+            .map(|index| self.dots[index])
     }
 }
 

@@ -196,6 +196,11 @@ impl Follower {
         }
     }
 
+    /// Whether it is lost.
+    pub const fn is_lost(&self) -> bool {
+        matches!(self.progress.ended, Some(Event::Lost(_)))
+    }
+
     /// A person led the robot to where this state has just been matched; it goes on from there (4.8).
     ///
     /// # Errors

@@ -143,6 +143,15 @@ impl Guide {
         self.journey = journey;
     }
 
+    /// A person led the robot, which was lost, to a place on its route: it looks again. How far it went on the way there
+    /// does not count.
+    pub fn look_again(&mut self) {
+        if self.journey.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
+            self.journey.gone_m = self.journey.along_m;
+            self.journey.outcome = None;
+        }
+    }
+
     /// How far along the drawn route the robot is, in drawn metres.
     pub const fn along_m(&self) -> f64 {
         self.journey.along_m
@@ -307,6 +316,21 @@ mod tests {
         let estimate = Estimate { at: [1.0, 0.0], heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit: 0.1 };
         let sectors = [f64::INFINITY; 16];
         assert_eq!(guide.step(&Guided { estimate, sectors: &sectors, moved_m: 0.1 }).1, Some(Outcome::Lost));
+    }
+
+    #[test]
+    fn a_robot_that_was_lost_looks_again() {
+        let mut guide = start().guide;
+        let estimate = |fit| Estimate { at: [1.0, 0.0], heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit };
+        let sectors = [f64::INFINITY; 16];
+        let step = |guide: &mut Guide, fit| {
+            guide.step(&Guided { estimate: estimate(fit), sectors: &sectors, moved_m: 0.1 })
+        };
+        assert_eq!(step(&mut guide, 0.1).1, Some(Outcome::Lost));
+        assert_eq!(step(&mut guide, 0.8), (Drive::default(), None));
+        guide.look_again();
+        let (drive, outcome) = step(&mut guide, 0.8);
+        assert!(drive.speed_mps > 0.0 && outcome.is_none(), "{drive:?}");
     }
 
     #[test]

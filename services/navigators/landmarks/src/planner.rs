@@ -7,7 +7,7 @@ use sketchnav_motion::mission::{Mission as Errands, Phase, TaskInfo};
 use sketchnav_schemas::channels::{
     COMMAND, LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, MISSION, ODOMETRY, ORDERS, STATUS,
 };
-use sketchnav_schemas::codes::{LandmarkEvent, RouteCommand, TaskState};
+use sketchnav_schemas::codes::{LandmarkEvent, Order, RouteCommand, TaskState};
 use sketchnav_schemas::message::{LandmarkProgress, LandmarkView, MetRelation, Text, Twist};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::{Limits, Robot};
@@ -166,7 +166,7 @@ impl Planner {
                     format_args!("{front_m:.1} m before what is at the route's end"),
                 );
             }
-            Some(End::Lost(why)) => self.mission.end(TaskState::Lost, why),
+            Some(End::Lost(why)) => self.mission.lose(why),
             None if self.course.standing_s > self.parameters.blocked_s => {
                 self.mission.end(TaskState::Blocked, "no way past what is in front");
             }
@@ -178,6 +178,29 @@ impl Planner {
             }
         }
         self.stop();
+    }
+
+    /// A person has the robot resume: where it stands, or, with a number, from the state that it was led to (4.8). A
+    /// number is that of a state before the last, from 1; 0 is none.
+    fn resume(&mut self, number: usize) {
+        match &mut self.driver {
+            Some(Driver::States(follower)) if number > 0 || follower.is_lost() => {
+                let state = if number > 0 { number - 1 } else { follower.next() - 1 };
+                match follower.resume_at(state) {
+                    Ok(()) => self.course = Course { next: state + 1, ..self.course },
+                    Err(_) => {
+                        let last = follower.route().states.len() - 1;
+                        self.mission.lose(format_args!("expected a state from 1 to {last}, found {number}"));
+                    }
+                }
+            }
+            Some(Driver::Belief { .. }) if number > 0 => {
+                self.mission.lose("a belief knows no states; lead the robot there, resume without one");
+            }
+            Some(Driver::Belief { guide, .. }) => guide.look_again(),
+            Some(Driver::States(_)) | None => {}
+        }
+        self.course.standing_s = 0.0;
     }
 
     fn stop(&mut self) {
@@ -352,6 +375,9 @@ impl Stage for Planner {
             self.along_m = along_m.into_iter().map_while(|along| along).collect();
         } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
             self.mission.on_order(order, 1);
+            if Order::from_code(order.order) == Some(Order::Resume) {
+                self.resume(order.task as usize);
+            }
         }
         Ok(())
     }

@@ -32,14 +32,18 @@ pub enum Hold {
     Unattended,
     /// A person aborted the mission, and may go on with it.
     Aborted,
+    /// It does not know where it is, and waits for a person's help.
+    Lost,
 }
 
 impl Hold {
-    fn status(self) -> (TaskState, &'static str) {
+    /// What a status says; `None` where the reason was said when it was held.
+    fn status(self) -> Option<(TaskState, &'static str)> {
         match self {
-            Self::Paused => (TaskState::Paused, "stopped by a person"),
-            Self::Unattended => (TaskState::Paused, "stopped: the link to whoever drives was lost"),
-            Self::Aborted => (TaskState::Aborted, ABORTED),
+            Self::Paused => Some((TaskState::Paused, "stopped by a person")),
+            Self::Unattended => Some((TaskState::Paused, "stopped: the link to whoever drives was lost")),
+            Self::Aborted => Some((TaskState::Aborted, ABORTED)),
+            Self::Lost => None,
         }
     }
 }
@@ -252,8 +256,9 @@ impl Mission {
     /// Whether a person or a lost link holds the robot; the status says so.
     pub fn is_held(&mut self) -> bool {
         let Some(hold) = self.held else { return false };
-        let (state, reason) = hold.status();
-        self.report(state, reason);
+        if let Some((state, reason)) = hold.status() {
+            self.report(state, reason);
+        }
         true
     }
 
@@ -302,6 +307,17 @@ impl Mission {
         self.phase = Phase::Ended;
         self.reached += u32::from(state == TaskState::Reached);
         self.report(state, reason);
+    }
+
+    /// The robot does not know where it is. Where people take part it stands until one of them has it resume; else the
+    /// task ends.
+    pub fn lose(&mut self, reason: impl Display) {
+        if self.pad.is_absent() {
+            self.end(TaskState::Lost, reason);
+        } else {
+            self.held = Some(Hold::Lost);
+            self.report(TaskState::Paused, format_args!("lost, waits for help: {reason}"));
+        }
     }
 
     /// Sets what the next status says. A reason that is too long is cut.
@@ -369,6 +385,19 @@ mod tests {
             mission.obey(Order::Resume);
             assert_eq!((mission.phase, mission.task, mission.is_driving()), (Phase::Driving, 2, true));
         }
+    }
+
+    #[test]
+    fn a_robot_that_is_lost_waits_for_help_where_there_are_people() {
+        let mut mission = driving(Pad::Watches);
+        mission.lose("no door");
+        assert!(mission.is_held() && mission.reason.as_str() == "lost, waits for help: no door");
+        assert_eq!((mission.phase, mission.state), (Phase::Driving, TaskState::Paused.code()));
+        mission.obey(Order::Resume);
+        assert!(mission.is_driving() && !mission.is_held());
+        let mut alone = driving(Pad::Absent);
+        alone.lose("no door");
+        assert_eq!((alone.phase, alone.state), (Phase::Ended, TaskState::Lost.code()));
     }
 
     #[test]

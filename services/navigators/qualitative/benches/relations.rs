@@ -62,6 +62,7 @@ fn relations(criterion: &mut Criterion) {
 /// The histogram of 180 directions of a robot's box and an object with twelve corners, at two distances. It includes
 /// all that a navigator needs in a step: the objects prepared, and the best of sixteen directions. Nothing is
 /// allocated.
+/// The yardstick, in the same run: how far across each of the 180 directions all corners are. Any strips begin with that.
 fn robot(criterion: &mut Criterion) {
     let at = |x, y| Point::new(x, y).expect("finite");
     let robot = Polygon::new([at(-10.0, -10.0), at(10.0, -10.0), at(10.0, 10.0), at(-10.0, 10.0)]);
@@ -69,8 +70,9 @@ fn robot(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("robot and twelve corners, 180 directions");
     for distance in [40.0, 100.0] {
         let corners = (0..12).map(|i| (f64::from(i) / 12.0 * TAU, if i % 2 == 0 { 18.0 } else { 23.0 }));
-        let object = corners.map(|(angle, r)| at(distance + r * angle.cos(), 7.0 + r * angle.sin()));
-        let object = Polygon::new(object).expect("an area");
+        let corners = corners.map(|(angle, r)| [distance + r * angle.cos(), 7.0 + r * angle.sin()]);
+        let corners: Vec<[f64; 2]> = corners.collect();
+        let object = Polygon::new(corners.iter().map(|[x, y]| at(*x, *y))).expect("an area");
         let (mut pair, mut workspace) = (Pair::new(&object, &robot), Workspace::default());
         let mut forces = [Force::ZERO; 180];
         for r in [0.0, 1.0, 2.0] {
@@ -81,6 +83,15 @@ fn robot(criterion: &mut Criterion) {
                 });
             });
         }
+        let all: Vec<_> =
+            corners.into_iter().chain([[-10.0, -10.0], [10.0, -10.0], [10.0, 10.0], [-10.0, 10.0]]).collect();
+        let across = |i: u32| {
+            let (sin, cos) = (f64::from(i) / 180.0 * TAU).sin_cos();
+            all.iter().map(|[x, y]| black_box(y * cos - x * sin)).fold(f64::INFINITY, f64::min)
+        };
+        group.bench_function(format!("yardstick: all corners across, {distance} in"), |bencher| {
+            bencher.iter(|| (0..180).map(across).sum::<f64>());
+        });
         group.bench_function(format!("best of 16, {distance} in"), |bencher| {
             bencher.iter(|| View::new(black_box(&forces), 0.3).assess(16));
         });

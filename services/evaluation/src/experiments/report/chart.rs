@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use crate::experiments::outcome::Kind;
+use crate::experiments::section::{Form, Mark, Plot};
 use crate::experiments::statistics::Tally;
 use crate::experiments::suite::Curve;
 use crate::experiments::table::percent;
@@ -166,6 +167,53 @@ pub fn curve(curve: &Curve, methods: &[Vec<(f64, Tally)>]) -> Markup {
             }
         }
     }
+}
+
+/// What succeeded and what failed, as dots or bars above the numbers of a suite's parts.
+pub fn marks(plot: &Plot) -> Markup {
+    let [left, top, right, below] = RIM;
+    let count = plot.marks.iter().map(|mark| mark.x).fold(1.0, f64::max);
+    let highest = round_up(plot.marks.iter().map(|mark| mark.y).fold(0.0, f64::max));
+    let width = (SIZE[0] - left - right) / count;
+    let x = |at: f64| left + (at - 0.5) * width;
+    let y = |value: f64| top + (1.0 - value / highest) * (SIZE[1] - top - below);
+    let base = SIZE[1] - below;
+    // Not more numbers than there is room for.
+    let each = (count / 8.0).ceil().max(1.0);
+    let numbers = (1..=count as usize).filter(|number| (*number as f64 - 1.0) % each == 0.0);
+    let class = |mark: &Mark| if mark.is_success { "m0" } else { "wrong-arrival" };
+    let said = |mark: &Mark| format!("{} {}: {:.1} {}", plot.x_unit, mark.x, mark.y, plot.y_unit);
+    html! {
+        figure.card {
+            figcaption { (plot.title) " " small { (plot.y_unit) } }
+            svg viewBox={ "0 0 " (SIZE[0]) " " (SIZE[1]) } role="img" {
+                @for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
+                    @let value = highest * part;
+                    line.grid x1=(left) x2=(SIZE[0] - right) y1=(y(value)) y2=(y(value)) {}
+                    text x=(left - 6.0) y=(y(value) + 4.0) text-anchor="end" { (value) }
+                }
+                @for number in numbers {
+                    text x=(format!("{:.1}", x(number as f64))) y=(base + 16.0) text-anchor="middle" { (number) }
+                }
+                text x=(f64::midpoint(left, SIZE[0] - right)) y=(SIZE[1] - 6.0) text-anchor="middle" { (plot.x_unit) }
+                @for mark in &plot.marks {
+                    g class=(class(mark)) {
+                        @match plot.form {
+                            Form::Dots => circle cx=(format!("{:.1}", x(mark.x))) cy=(format!("{:.1}", y(mark.y))) r="4" { title { (said(mark)) } },
+                            Form::Bars => rect.bar x=(format!("{:.1}", x(mark.x) - 0.35 * width)) width=(format!("{:.1}", 0.7 * width))
+                                y=(format!("{:.1}", y(mark.y))) height=(format!("{:.1}", base - y(mark.y))) { title { (said(mark)) } },
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The least number of a few figures that is not below: a quarter of it has few figures, too.
+fn round_up(value: f64) -> f64 {
+    let unit = 10_f64.powf(value.max(1e-6).log10().floor());
+    [1.0, 2.0, 4.0, 6.0, 8.0, 10.0].into_iter().map(|n| n * unit).find(|top| *top >= value).unwrap_or(value)
 }
 
 fn rates(points: &[(f64, Tally)]) -> impl Iterator<Item = (f64, f64)> {

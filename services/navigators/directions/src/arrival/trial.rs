@@ -16,7 +16,6 @@ use crate::geometry::{Corner, Land, Point};
 use crate::journey::Noise;
 use crate::path::Atlas;
 use crate::plane::DotId;
-use crate::recovery::Recoveries;
 use crate::sight::is_seen;
 use crate::signature::Signature;
 use crate::trajectory::Slide;
@@ -45,7 +44,7 @@ impl Estimate {
 
 /// Estimates all transitions, one after the other.
 pub fn estimates(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> Result<Vec<Estimate>, Error> {
-    let recoveries = Recoveries::new(&atlas.plane, atlas.window, &atlas.signatures, Descriptor::Isolated)?;
+    let recoveries = atlas.recoveries()?;
     let mut trial = Trial::new(atlas, pilot, stream(seed, "directions/transitions"));
     let share = |hits: u32| (f64::from(hits) + 1.0) / (f64::from(trials) + 2.0);
     let mut estimate = |(from, transition): (DotId, &Transition)| {

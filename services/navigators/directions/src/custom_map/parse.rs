@@ -2,7 +2,9 @@
 
 use std::str::FromStr;
 
-use super::{CustomMap, Direction, Entry, MOST_ENTRIES, MOST_RECOVERIES, Recovery, Sign, Verification};
+use super::{
+    CustomMap, Direction, Entry, FULL_TURN_DEG, MOST_ENTRIES, MOST_RECOVERIES, Recovery, Sign, Verification,
+};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
@@ -114,20 +116,35 @@ impl<'a> Reader<'a> {
         self.expect("(", "\"(\" of an entry")?;
         let word = self.descriptor()?;
         self.expect(",", "\",\"")?;
+        let bearing_deg = self.bearing()?;
         let trajectory = [Direction::Forward, Direction::Backward].into_iter().find(|d| self.skips(d.word()));
         if trajectory.is_some() {
             self.expect(",", "\",\"")?;
         }
         let verification = self.verification()?;
         let token = self.take();
-        let expected = match (trajectory, verification) {
-            (None, None) => "\"Trajp\", \"Trajn\", \"(\", a corner (SE, SW, NE, NW) or \"-\"",
+        let expected = match (bearing_deg, trajectory, verification) {
+            (None, None, None) => {
+                "a bearing (000 to 359), \"Trajp\", \"Trajn\", \"(\", a corner (SE, SW, NE, NW) or \"-\""
+            }
             _ => "\"(\", a corner (SE, SW, NE, NW) or \"-\"",
         };
         let place =
             if token.is("-") { None } else { Some(corner(token).ok_or_else(|| token.error(expected))?) };
         self.expect(")", "\")\"")?;
-        Ok(Entry { word, trajectory, verification, place })
+        Ok(Entry { word, bearing_deg, trajectory, verification, place })
+    }
+
+    fn bearing(&mut self) -> Result<Option<u16>, Error> {
+        let token = self.peek(0);
+        if !token.text.starts_with(|c: char| c.is_ascii_digit()) {
+            return Ok(None);
+        }
+        self.next += 1;
+        let bearing_deg = token.text.parse().ok().filter(|&bearing_deg| bearing_deg < FULL_TURN_DEG);
+        let bearing_deg = bearing_deg.ok_or_else(|| token.error("a bearing from 000 to 359"))?;
+        self.expect(",", "\",\"")?;
+        Ok(Some(bearing_deg))
     }
 
     fn descriptor(&mut self) -> Result<Descriptor, Error> {

@@ -67,8 +67,10 @@ fn errors_name_line_column_and_word() {
         ("(Isol, SW)\n(Isolated, NE)", "line 2, column 2: expected a landmark: "),
         (
             "(Isol, UP)",
-            "line 1, column 8: expected \"Trajp\", \"Trajn\", \"(\", a corner (SE, SW, NE, NW) or \"-\", found \"UP\"",
+            "line 1, column 8: expected a bearing (000 to 359), \"Trajp\", \"Trajn\", \"(\", a corner (SE, SW, NE, NW) or \"-\", found \"UP\"",
         ),
+        ("(Isol, 360, SW)", "line 1, column 8: expected a bearing from 000 to 359, found \"360\""),
+        ("(Isol, 045 SW)", "line 1, column 12: expected \",\", found \"SW\""),
         ("(Isol, SW", "line 1, column 10: expected \")\", found the end"),
         (
             "(Isol, (5, -), SW)",
@@ -95,7 +97,8 @@ fn errors_name_line_column_and_word() {
 
 #[test]
 fn maps_that_cannot_be_followed_are_rejected() {
-    let entry = |place| Entry { word: Descriptor::Isolated, trajectory: None, verification: None, place };
+    let plain = parsed("(Isol, -)").entries()[0];
+    let entry = |place| Entry { place, ..plain };
     assert!(matches!(CustomMap::new(Vec::new()), Err(Error::MapLength { found: 0, .. })));
     let early = CustomMap::new(vec![entry(Some(Corner::Se)), entry(None), entry(None)]);
     assert_eq!(early, Err(Error::NoCorner { entry: 2 }));
@@ -119,9 +122,11 @@ fn entry() -> impl Strategy<Value = Entry> {
     let direction = prop::option::of(
         prop::bool::ANY.prop_map(|p| if p { Direction::Forward } else { Direction::Backward }),
     );
-    (0_usize..7, direction, prop::option::of(verification), 0_usize..4).prop_map(
-        |(word, trajectory, verification, place)| Entry {
+    let bearing = prop::option::of(0..FULL_TURN_DEG);
+    (0_usize..7, bearing, direction, prop::option::of(verification), 0_usize..4).prop_map(
+        |(word, bearing_deg, trajectory, verification, place)| Entry {
             word: Descriptor::ALL[word],
+            bearing_deg,
             trajectory,
             verification,
             place: Some(Corner::ALL[place]),

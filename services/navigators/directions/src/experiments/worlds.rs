@@ -1,7 +1,6 @@
 //! Experiments without a journey: figures 7, 11, 14, 15, 16, 21, 26, 27 and 29.
 
 use super::{DOTS, SIDE, Table, window};
-use crate::description::Descriptor;
 use crate::error::Error;
 use crate::fit::{Effort, identified};
 use crate::generate::uniform;
@@ -10,7 +9,7 @@ use crate::journey::Noise;
 use crate::parkway::{count, general};
 use crate::path::{Atlas, Measure, Objective, Path, Start, best};
 use crate::plane::DotId;
-use crate::recovery::{Check, Recoveries};
+use crate::recovery::Check;
 use crate::reliability::{LandmarkModel, Reliability};
 use crate::transitions::{Kinds, Transitions};
 
@@ -122,8 +121,7 @@ pub fn recoverable(populations: &[usize], worlds: u64, seed: u64) -> Result<Tabl
         for world in 0..worlds {
             let plane = uniform(dots, SIDE, seed.wrapping_add(world))?;
             let atlas = Atlas::new(plane, window()?, Kinds::PAPER, model);
-            let recoveries =
-                Recoveries::new(&atlas.plane, atlas.window, &atlas.signatures, Descriptor::Isolated)?;
+            let recoveries = atlas.recoveries()?;
             for (from, transition) in atlas.transitions.all() {
                 let aside = model.aside(&atlas.plane, from, transition);
                 let column = match recoveries.check(from, transition, aside) {

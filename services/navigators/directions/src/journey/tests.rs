@@ -203,6 +203,26 @@ fn on_land_a_panorama_tells_the_wrong_pole_and_the_way_back() {
     assert_eq!((report.kind, report.recoveries), (Kind::Recovered, 1), "{report:?}");
 }
 
+/// The pole to seek lies 2° beside the edge of its quadrant. A robot that looks further aside takes it to be beyond, and goes to
+/// another one; the bearing of the pole before tells it so.
+#[test]
+fn on_land_bearings_correct_the_heading() {
+    let world = plane(&[(0.0, 0.0), (4.0, 3.0), (4.15, 7.6), (7.0, 4.0)]);
+    let noise = Noise { heading_rad: 5_f64.to_radians(), ..Noise::NONE };
+    let arrivals = |map: &str| {
+        let usual = Settings::new(on_land(), 0.0);
+        let settings = Settings { speed: 0.5, heading_rad: noise.heading_rad, ..usual };
+        let navigator = Navigator::new(settings, map.parse().unwrap()).unwrap();
+        let journey = Journey::new(&world, &navigator, &[0, 1, 2], noise).unwrap();
+        let from = on_land().centre_from(Corner::Sw);
+        let kind = |seed| journey.run(from, &mut stream(seed, "journey"), |_, _, _| {}).kind;
+        (0..40).filter(|&seed| kind(seed) == Kind::Direct).count()
+    };
+    let (with, without) =
+        (arrivals("(*, SW)\n(Isol, 053, SW)\n(Isol, 002, -)"), arrivals("(*, SW)\n(Isol, SW)\n(Isol, -)"));
+    assert!(with >= 39 && without <= 35, "{with} {without}");
+}
+
 #[test]
 fn on_land_there_are_no_trajectories() {
     let settings = Settings::new(on_land(), 0.02);

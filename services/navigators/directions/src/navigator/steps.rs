@@ -21,7 +21,13 @@ pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], ela
     let moved = state.velocity * elapsed_s;
     state.before.shift(moved);
     state.tracks.shift(moved);
-    let is_lost = state.reference.as_mut().is_some_and(|mark| !mark.follow(settings, view, moved));
+    let is_lost = state.reference.as_mut().is_some_and(|mark| {
+        let expected = mark.place - moved;
+        let is_seen = mark.follow(settings, view, moved);
+        // What was seen before is where it was beside the reference, however the window has moved.
+        state.before.shift(expected - mark.place);
+        !is_seen
+    });
     // On a slide the reference leaves the view, as it should.
     let is_sliding = matches!(state.phase, Phase::Slide { .. });
     if (is_lost && !is_sliding) || state.spent_s > settings.longest_entry_s {
@@ -147,7 +153,10 @@ fn describe(
         return;
     };
     state.waited = 0;
-    std::mem::swap(&mut state.before, &mut state.tracks);
+    remember(state, settings, corner);
+    let bearing_deg = navigator.map.entries()[usize::from(state.entry)].bearing_deg.filter(|_| !is_recovery);
+    let turn_rad = correct_heading(state, settings, bearing_deg, place);
+    let place = place.turned(turn_rad);
     let is_trajectory =
         navigator.map.entries()[usize::from(state.entry)].trajectory.is_some() && !is_recovery;
     if is_trajectory && state.reference.is_some() {
@@ -158,6 +167,26 @@ fn describe(
     } else {
         attain(navigator, state, place);
     }
+}
+
+/// Corrects the heading by the bearing of a landmark at a place. Returns by how much the map's axes have turned.
+fn correct_heading(state: &mut State, settings: &Settings, bearing_deg: Option<u16>, place: Point) -> f64 {
+    let (Some(bearing_deg), Some(mark)) = (bearing_deg, state.reference) else { return 0.0 };
+    let turn_rad = state.heading.correct(bearing_deg, place - mark.place, settings.tolerance);
+    state.reference = Some(Mark { place: mark.place.turned(turn_rad), ..mark });
+    state.before.turn(turn_rad);
+    turn_rad
+}
+
+/// What this view shows is not new in the next one: the reference, and what the window proper has in view with it.
+fn remember(state: &mut State, settings: &Settings, corner: Option<Corner>) {
+    let (origin, _) = state.others(settings, state.reference);
+    let window = settings.window;
+    state.tracks.mark(|place| match corner {
+        Some(corner) => place == origin || corner.covers(place - origin, window.side),
+        None => window.shows(place),
+    });
+    std::mem::swap(&mut state.before, &mut state.tracks);
 }
 
 /// Where the landmark is that a word means, relative to the window's centre.
@@ -185,7 +214,8 @@ fn picked(
         candidates = shown(settings.slack());
     }
     if word == Descriptor::New {
-        let is_old = |dot: Point| state.before.0.iter().any(|old| (old.place - dot).norm() <= settings.gate);
+        let known = || state.before.0.iter().filter(|old| old.was_inside);
+        let is_old = |dot: Point| known().any(|old| (old.place - dot).norm() <= settings.gate);
         candidates.retain(|dot| !is_old(*dot + origin));
     }
     word.pick(&candidates).map(|index| candidates[index] + origin)
@@ -257,9 +287,11 @@ fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point,
                 (-slid < enters && enters <= 0.0).then_some((enters, track.place))
             },
         );
-    if let Some((_, place)) = entered.min_by(|a, b| a.0.total_cmp(&b.0)) {
+    if let Some((enters, place)) = entered.min_by(|a, b| a.0.total_cmp(&b.0)) {
         state.velocity = Point::default();
-        state.before = state.tracks.clone();
+        // The window has slid on since the landmark came in.
+        state.tracks.mark_inside(settings.window, left_of(along) * aside + along * enters);
+        std::mem::swap(&mut state.before, &mut state.tracks);
         attain(navigator, state, place);
     }
 }

@@ -42,6 +42,11 @@ impl Tracks {
         self.0.iter_mut().for_each(|track| track.place = track.place - moved);
     }
 
+    /// Turns the axes: the dots turn to the left.
+    pub fn turn(&mut self, by_rad: f64) {
+        self.0.iter_mut().for_each(|track| track.place = track.place.turned(by_rad));
+    }
+
     /// Takes a view that was made at the place where the last one was made: positions are averaged.
     pub fn average(&mut self, view: &[Point], gate: f64) {
         self.follow(view, gate, |track, seen| {
@@ -72,9 +77,14 @@ impl Tracks {
         }
     }
 
+    /// Marks what was in view, by where it is.
+    pub fn mark(&mut self, is_inside: impl Fn(Point) -> bool) {
+        self.0.iter_mut().for_each(|track| track.was_inside = is_inside(track.place));
+    }
+
     /// Marks what the window proper would show with its centre at a place.
     pub fn mark_inside(&mut self, window: Window, centre: Point) {
-        self.0.iter_mut().for_each(|track| track.was_inside = window.shows(track.place - centre));
+        self.mark(|place| window.shows(place - centre));
     }
 
     /// Forgets what the camera cannot see any more, and what it does not see although it should.

@@ -89,8 +89,13 @@ fn one_candidate_is_trivial() {
 
 /// The navigator stands over a dot that it has mistaken, verifies it, and comes to the target.
 fn recovers(world: &Plane, verification: Verification, from: DotId, target: DotId) -> Kind {
-    let entry =
-        Entry { word: Descriptor::Any, trajectory: None, verification: Some(verification), place: None };
+    let entry = Entry {
+        word: Descriptor::Any,
+        bearing_deg: None,
+        trajectory: None,
+        verification: Some(verification),
+        place: None,
+    };
     let map = CustomMap::new(vec![entry]).unwrap();
     let settings = Settings { most_recoveries: 40, ..Settings::new(window(), 0.0) };
     let navigator = Navigator::new(settings, map).unwrap();

@@ -26,6 +26,7 @@
 //! Somebody may write the custom map: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`. Its
 //! task may list `landmarks = [[x, y], …]`, one for each entry: those that the map means, for the judge.
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sketchnav_dots::camera::Known;
 use sketchnav_schemas::codes::Process;
@@ -34,7 +35,7 @@ use sketchnav_schemas::mission::{Mission, MissionError, Task, keys, overlaid};
 use sketchnav_schemas::robot::{Drive, Laser, Robot};
 
 use super::error::DirectionsError;
-use crate::arrival::{Effort, Pilot};
+use crate::arrival::{Effort, Pilot, WORDS};
 use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Land, Point, Window};
@@ -43,6 +44,7 @@ use crate::navigator::Settings;
 use crate::path::Objective;
 use crate::pillars::Finder;
 use crate::plan::Verify;
+use crate::transitions::Kinds;
 
 /// The word of `[navigator] kind`.
 pub const KIND: &str = "directions";
@@ -203,6 +205,17 @@ impl DirectionsMission {
         }
         Ok(Self { method, source, land, verify, words, goals, landmarks })
     }
+
+    /// The words with which the map-maker plans: the method's own, or else any whose landmark is known beforehand, as far as
+    /// the navigator understands them.
+    pub fn planned(&self) -> Vec<Descriptor> {
+        let usual: &[Descriptor] = if self.method == Method::Arrival { &WORDS } else { Kinds::PAPER.words };
+        let understood = |words: &[Descriptor]| -> Vec<Descriptor> {
+            words.iter().copied().filter(|word| self.words.contains(word)).collect()
+        };
+        let words = understood(usual);
+        if words.is_empty() { understood(&Descriptor::DEFINITE) } else { words }
+    }
 }
 
 fn wrong(key: &str, expected: &'static str, found: &str) -> MissionError {
@@ -348,6 +361,17 @@ pub struct SketcherParameters {
     pub journeys: u32,
 }
 
+/// The parameters of a process: the usual ones but for what the mission's table says.
+fn parameters<T: Serialize + DeserializeOwned>(
+    mission: &Mission,
+    process: Process,
+    key: &str,
+    usual: &T,
+) -> Result<T, MissionError> {
+    let given = overlaid(usual, mission.parameters.of(process));
+    given.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
+}
+
 /// Most simulations of each kind.
 const MOST_SIMULATIONS: u32 = 100_000;
 
@@ -358,10 +382,8 @@ const MOST_SIMULATIONS: u32 = 100_000;
 pub fn effort(mission: &Mission) -> Result<Effort, MissionError> {
     let Effort { trials, trial_journeys, journeys } = Effort::USUAL;
     let usual = SketcherParameters { trials, trial_journeys, journeys };
-    let given = overlaid(&usual, mission.parameters.of(Process::Sketcher));
-    let SketcherParameters { trials, trial_journeys, journeys } = given.map_err(|error| {
-        MissionError::Key { key: "parameters.sketcher".into(), reason: error.message().to_owned() }
-    })?;
+    let SketcherParameters { trials, trial_journeys, journeys } =
+        parameters(mission, Process::Sketcher, "parameters.sketcher", &usual)?;
     for (key, count) in [("trials", trials), ("trial_journeys", trial_journeys), ("journeys", journeys)] {
         if !(1..=MOST_SIMULATIONS).contains(&count) {
             return Err(wrong(&format!("parameters.sketcher.{key}"), "1 to 100000", &count.to_string()));
@@ -429,7 +451,7 @@ pub fn finder(mission: &Mission, robot: &Robot) -> Result<Option<Finder>, Direct
 pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, DirectionsError> {
     let (window, noise_m) = sight(mission, robot)?;
     let usual = Settings::new(window, noise_m);
-    let parameters = PlannerParameters {
+    let defaults = PlannerParameters {
         looks: usual.looks,
         patience: usual.patience,
         most_recoveries: usual.most_recoveries,
@@ -437,15 +459,12 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
         gain: usual.gain,
         weight: usual.weight,
     };
-    let given = overlaid(&parameters, mission.parameters.of(Process::Planner));
-    let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } = given
-        .map_err(|error| MissionError::Key {
-            key: "parameters.planner".into(),
-            reason: error.message().to_owned(),
-        })?;
-    let words = DirectionsMission::of(mission)?.words;
+    let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } =
+        parameters(mission, Process::Planner, "parameters.planner", &defaults)?;
+    let DirectionsMission { words, land, .. } = DirectionsMission::of(mission)?;
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
+        heading_rad: land.map_or(0.0, |land| land.heading_noise_deg.to_radians()),
         // A step is a tick: it never moves further in one than it may see.
         speed: usual.speed.min(robot.limits.speed_mps),
         looks,
@@ -504,10 +523,10 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
         let expected = "0: the window's axes are those of the plane";
         return Err(wrong("start.world_heading_deg", expected, &found).into());
     }
-    let plans = read.words.iter().any(|word| crate::arrival::WORDS.contains(word));
-    if !matches!(read.source, Source::Map { .. }) && !plans {
+    let is_made = !matches!(read.source, Source::Map { .. });
+    if is_made && (read.planned().is_empty() || !read.words.contains(&Descriptor::Any)) {
         let found = read.words.iter().map(|word| word.word()).collect::<Vec<_>>().join(", ");
-        let expected = "Isol or IsolPair among them: the map-maker plans with those";
+        let expected = "* and one of Obvious, Isol, IsolPair, PlusPair: the map-maker plans with those";
         return Err(wrong("navigator.words", expected, &found).into());
     }
     if !mission.parameters.of(Process::Localizer).is_empty() {
@@ -602,8 +621,12 @@ mod tests {
                 "start.world_heading_deg: expected 0",
             ),
             (
-                MISSION.replace("kind='directions'", "kind='directions'\nwords=['*']"),
-                "navigator.words: expected Isol",
+                MISSION.replace("kind='directions'", "kind='directions'\nwords=['*', 'New']"),
+                "navigator.words: expected * and one of Obvious, Isol, IsolPair, PlusPair",
+            ),
+            (
+                MISSION.replace("kind='directions'", "kind='directions'\nwords=['Isol']"),
+                "navigator.words: expected * and one of",
             ),
         ] {
             let error = checked(&text, "helicopter").unwrap_err();

@@ -6,16 +6,16 @@
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::mission::{Mission as Errands, Motion, Phase, TaskInfo};
-use sketchnav_schemas::channels::{COMMAND, DESCRIPTION, DIRECTIONS, JOURNEY, MISSION, ORDERS, STATUS};
+use sketchnav_schemas::channels::{COMMAND, DESCRIPTION, DIRECTIONS, JOURNEY, MISSION, ORDERS, SCAN, STATUS};
 use sketchnav_schemas::codes::{Activity as Code, TaskState};
-use sketchnav_schemas::message::{Description, Journey, MAX_DOTS, Text, Twist};
+use sketchnav_schemas::message::{Description, Journey, LaserScan, MAX_DOTS, Text, Twist};
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use super::error::DirectionsError;
+use super::guard::{Guard, Last};
 use super::mission;
-use super::sketcher::BETWEEN;
-use crate::custom_map::CustomMap;
+use super::sketcher::maps_of;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::navigator::{self, Activity, Navigator, Outcome, Output, Settings};
@@ -27,6 +27,8 @@ pub struct Planner {
     nominal_dt_s: f64,
     waits_for_order: bool,
     navigators: Vec<Navigator>,
+    /// Keeps a robot on land from what is no landmark.
+    guard: Option<Guard>,
     memory: Memory,
 }
 
@@ -40,6 +42,8 @@ pub struct Memory {
     hovers: bool,
     /// The number of the last view, and when it was taken.
     seen: Option<(u64, u64)>,
+    /// On land, the last command.
+    last: Option<Last>,
 }
 
 impl Planner {
@@ -53,13 +57,17 @@ impl Planner {
             name: Text::new(&task.name),
             time_limit_s: task.time_limit_s,
         };
+        let settings = mission::settings(&run.mission, &run.robot)?;
+        let guard = settings.window.land.map(|_| Guard::new(&run.robot)).transpose()?;
+        let last = guard.as_ref().map(Guard::at_rest);
         Ok(Self {
-            settings: mission::settings(&run.mission, &run.robot)?,
+            settings,
             tasks: run.mission.task.iter().map(info).collect(),
             nominal_dt_s: 1.0 / run.robot.tick_hz(),
             waits_for_order: run.pace == Pace::Lockstep,
             navigators: Vec::new(),
-            memory: Memory { errands: Errands::new(run.pad), journey: None, hovers: false, seen: None },
+            guard,
+            memory: Memory { errands: Errands::new(run.pad), journey: None, hovers: false, seen: None, last },
         })
     }
 
@@ -72,7 +80,11 @@ impl Planner {
         let (is_ready, count) = (self.memory.errands.is_ordered() && self.has_maps(), self.tasks.len());
         if let Some(next) = self.memory.errands.due(is_ready, count) {
             self.memory.errands.begin(next);
-            self.memory.journey = self.navigators.get(next).map(Navigator::start);
+            let last = self.memory.journey.take();
+            self.memory.journey = self.navigators.get(next).map(|navigator| match &last {
+                Some(last) => navigator.start_behind(last),
+                None => navigator.start(),
+            });
             (self.memory.hovers, self.memory.seen) = (false, None);
         }
         match self.memory.errands.phase() {
@@ -159,6 +171,17 @@ impl Planner {
         output.map_or(Point::default(), |output| output.velocity)
     }
 
+    /// The velocity that what is near allows.
+    fn guarded(&mut self, scan: Option<&LaserScan>) -> Point {
+        let wish = self.velocity();
+        let (Some(guard), Some(last), Some(scan)) = (&mut self.guard, &mut self.memory.last, scan) else {
+            return wish;
+        };
+        let velocity = guard.command(last, wish, scan, self.nominal_dt_s);
+        self.memory.journey.iter_mut().for_each(|journey| journey.moves_by(velocity));
+        velocity
+    }
+
     fn write_journey(&self, journey: &mut Journey) {
         journey.task = self.memory.errands.task() as u32;
         journey.activity = Code::Rest.code();
@@ -199,13 +222,11 @@ impl std::fmt::Display for Progress<'_> {
 
 /// The navigators of the maps in a text.
 fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
-    let lines: Vec<&str> = text.lines().collect();
-    let maps = lines.split(|line| line.trim() == BETWEEN).map(|lines| lines.join("\n").parse::<CustomMap>());
-    maps.map(|map| Navigator::new(settings, map?)).collect()
+    maps_of(text)?.into_iter().map(|map| Navigator::new(settings, map)).collect()
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "directions planner 1";
+    const FORM: &'static str = "directions planner 2";
     type State = Memory;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
@@ -233,7 +254,7 @@ impl Stage for Planner {
             self.go_on(description);
         }
         out.send(JOURNEY, |journey| self.write_journey(journey))?;
-        let velocity = self.velocity();
+        let velocity = self.guarded(instant.newest(SCAN));
         out.send(COMMAND, |command| {
             command.twist = Twist { vx_mps: velocity.x, vy_mps: velocity.y, yaw_rate_radps: 0.0 };
             command.last = self.memory.errands.is_last().into();

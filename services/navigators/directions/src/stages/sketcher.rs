@@ -20,9 +20,8 @@ use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
 use super::mission::{self, DirectionsMission, LandKeys, Source};
-use crate::arrival::{Effort, Pilot, WORDS, most_probable};
+use crate::arrival::{Effort, Pilot, most_probable};
 use crate::custom_map::CustomMap;
-use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::navigator::Navigator;
@@ -149,8 +148,7 @@ fn plans(
     map_noise_m: f64,
 ) -> Result<Made, DirectionsError> {
     let pilot = mission::pilot(&run.mission, &run.robot, map_noise_m)?;
-    let known: &[Descriptor] = if read.method.objective().is_none() { &WORDS } else { Kinds::PAPER.words };
-    let words: Vec<_> = known.iter().copied().filter(|word| read.words.contains(word)).collect();
+    let words = read.planned();
     let kinds = Kinds { words: &words, trajectories: true };
     let atlas = Atlas::new(plane, pilot.settings.window, kinds, Reliability::fitted(pilot.noise));
     let maker = Maker { atlas: &atlas, read, pilot, effort: mission::effort(&run.mission)?, seed: run.seed };
@@ -238,6 +236,15 @@ impl Sketcher {
     }
 }
 
+/// The maps in the text of several.
+///
+/// # Errors
+/// [`Error`] for a text that is no map, with the line within its map.
+pub fn maps_of(text: &str) -> Result<Vec<CustomMap>, Error> {
+    let lines: Vec<&str> = text.lines().collect();
+    lines.split(|line| line.trim() == BETWEEN).map(|lines| lines.join("\n").parse()).collect()
+}
+
 /// The maps as one text.
 fn text(maps: &[CustomMap]) -> String {
     let mut text = String::new();
@@ -291,4 +298,51 @@ impl Stage for Sketcher {
 pub fn dots_of(cells: &[u8]) -> impl Iterator<Item = Point> + '_ {
     let number = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
     cells.chunks_exact(8).map(move |cell| Point::new(number(&cell[..4]), number(&cell[4..])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture of 320 × 100 pixels of 2.5 mm, with a dark square for each dot: column and row of its middle.
+    fn picture(dots: &[[usize; 2]]) -> Vec<u8> {
+        let is_dark = |column: usize, row: usize| {
+            dots.iter().any(|dot| column.abs_diff(dot[0]) <= 2 && row.abs_diff(dot[1]) <= 2)
+        };
+        let mut text = "P2 320 100 255\n".to_owned();
+        for row in 0..100 {
+            for column in 0..320 {
+                text.push_str(if is_dark(column, row) { "10 " } else { "245 " });
+            }
+            text.push('\n');
+        }
+        text.into_bytes()
+    }
+
+    fn made(dots: &[[usize; 2]], goal: [f64; 2]) -> Result<Made, DirectionsError> {
+        let mission = format!(
+            "name='m'\nrobot='helicopter'\nworld={{plane='p.toml'}}\nstart={{world=[0.1,0.1],world_heading_deg=0}}\n\
+             [navigator]\nkind='directions'\nplane_file='p.png'\n\
+             calibration=[[0,0,0,0.25],[320,0,0.8,0.25],[0,100,0,0],[320,100,0.8,0]]\n\
+             [[task]]\nname='over'\ngoal={goal:?}\n"
+        );
+        let robot = sketchnav_sim::robots::find("helicopter").unwrap().unwrap();
+        let run = RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), robot, 1);
+        make(&run, &|_| Ok(picture(dots)))
+    }
+
+    /// Two pairs, and no line of one pair leads to the other.
+    const APART: [[usize; 2]; 4] = [[40, 60], [60, 40], [280, 60], [280, 36]];
+
+    #[test]
+    fn a_goal_that_no_path_reaches_is_named_with_what_would_join_it() {
+        let error = made(&APART, [0.7, 0.16]).unwrap_err().to_string();
+        assert!(error.starts_with("task 1 (over): no path from dot "), "{error}");
+        assert!(
+            error.contains(": 2 dots are reached from the start, 2 reach the goal; a path would have to"),
+            "{error}"
+        );
+        let made = made(&APART, [0.15, 0.15]).unwrap();
+        assert_eq!(made.maps[0].entries().len(), 2, "{}", made.maps[0]);
+    }
 }

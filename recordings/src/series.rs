@@ -1,0 +1,145 @@
+//! A recording that was cut into files while it grew: `NAME_0.mcap`, `NAME_1.mcap` and so on, as rosbag2 names them.
+//!
+//! Each file is a recording of its own. `NAME.mcap` is no file then, and stands for all of them: [`whole`] makes it.
+//! After a kill the recorder goes on in a next file, a little before the place where the file before it ends. So a message
+//! may be in two files, and never in none.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use sketchnav_schemas::channels::has_many_writers;
+
+use crate::copy::{Copy, PartFacts, describe, topic_names};
+use crate::error::RecordingError;
+use crate::join::join;
+use crate::reader::{RawMessage, Recording};
+use crate::selection::Selection;
+use crate::writer::RECORDER_METADATA;
+
+/// The file of this number, from 0, of the recording `NAME.mcap`.
+pub fn file(path: &Path, number: u32) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}_{number}.mcap"))
+}
+
+/// The number of a file in the recording `NAME.mcap`; none where it is none of its files.
+pub fn number(path: &Path, name: &str) -> Option<u32> {
+    let stem = path.file_stem()?.to_str()?;
+    let number = name.strip_prefix(stem)?.strip_prefix('_')?.strip_suffix(".mcap")?;
+    let is_plain = number == "0" || (!number.starts_with('0') && number.bytes().all(|b| b.is_ascii_digit()));
+    is_plain.then(|| number.parse().ok())?
+}
+
+/// The files of the recording `NAME.mcap` that are there, by number. A kill may leave a number out.
+///
+/// # Errors
+/// As the system says; a folder that is not there has no files.
+pub fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = match std::fs::read_dir(folder) {
+        Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+            return Ok(Vec::new());
+        }
+        entries => entries?,
+    };
+    let mut found = BTreeMap::new();
+    for entry in entries {
+        let name = entry?.file_name();
+        found.extend(name.to_str().and_then(|name| number(path, name)).map(|n| (n, file(path, n))));
+    }
+    Ok(found.into_values().collect())
+}
+
+/// Writes one recording of all files, each message once.
+///
+/// # Errors
+/// [`RecordingError`]: a file is damaged (not: cut off), the first does not say what run it is of, the sink fails.
+pub fn whole<W: Write>(files: &[PathBuf], sink: W) -> Result<W, RecordingError> {
+    let Some(first) = files.first() else {
+        let reason = "expected a file of the recording, found none".to_owned();
+        return Err(RecordingError::Run { what: "files", reason });
+    };
+    let mut writer = join(files, &Recording::open(first)?.run()?, sink)?;
+    let restarts = files.iter().filter_map(|file| restarts(file).ok()?).max();
+    writer.survived(restarts.unwrap_or(0));
+    writer.finish()
+}
+
+/// How often the recorder had been started again by then, where the file says so.
+fn restarts(file: &Path) -> Result<Option<u32>, RecordingError> {
+    let facts = Recording::open(file)?.index()?.metadata(file, RECORDER_METADATA)?;
+    Ok(facts.and_then(|facts| facts.get("restarts")?.parse().ok()))
+}
+
+/// Copies a file that a kill has cut off, as one with its end. What the `next` file has as well is left out.
+///
+/// # Errors
+/// [`RecordingError`].
+pub fn mend<W: Write>(
+    recording: &Recording,
+    next: Option<&Recording>,
+    copy: &mut Copy<W>,
+) -> Result<(), RecordingError> {
+    describe(recording, copy)?;
+    recording.topics()?.iter().try_for_each(|topic| copy.declare(topic).map(drop))?;
+    copy.begins_late(topic_names(recording)?);
+    let first = next.map(first_numbers).transpose()?.unwrap_or_default();
+    let is_there_too =
+        |message: &RawMessage| first.get(&message.topic.name).is_some_and(|first| message.sequence >= *first);
+    for message in recording.select(Selection::default())? {
+        let message = message?;
+        if !is_there_too(&message) {
+            copy.message(&message)?;
+        }
+    }
+    Ok(())
+}
+
+/// By topic the number with which the recording begins; not of topics with many writers, whose numbers tell nothing.
+fn first_numbers(recording: &Recording) -> Result<BTreeMap<String, u32>, RecordingError> {
+    let mut first = BTreeMap::new();
+    for message in recording.select(Selection::default())? {
+        let message = message?;
+        if !has_many_writers(&message.topic.name) && !first.contains_key(&message.topic.name) {
+            first.insert(message.topic.name.clone(), message.sequence);
+        }
+    }
+    Ok(first)
+}
+
+/// What is in a file, for rosbag2's `metadata.yaml`.
+///
+/// # Errors
+/// As [`crate::info::info`].
+pub fn facts(file: &Path) -> Result<PartFacts, RecordingError> {
+    let info = crate::info::info(file)?;
+    let (first_ns, last_ns) = Recording::open(file)?.index()?.span_ns().unwrap_or_default();
+    let messages = info.topics.into_iter().filter(|topic| topic.messages > 0);
+    let messages = messages.map(|topic| (topic.topic, topic.messages)).collect();
+    Ok(PartFacts { first_ns, last_ns, messages })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_found_by_number_and_no_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let names =
+            ["a_10.mcap", "a_2.mcap", "a_0.mcap", "a_01.mcap", "a.mcap", "a_x.mcap", "ab_1.mcap", "a_1.txt"];
+        for name in names {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let found = files(&folder.path().join("a.mcap")).unwrap();
+        let found: Vec<_> = found.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
+        assert_eq!(found, ["a_0.mcap", "a_2.mcap", "a_10.mcap"]);
+        assert_eq!(files(&folder.path().join("nowhere/a.mcap")).unwrap(), Vec::<PathBuf>::new());
+    }
+
+    #[test]
+    fn a_recording_without_files_is_refused() {
+        assert!(whole(&[], Vec::new()).unwrap_err().to_string().contains("expected a file"));
+    }
+}

@@ -1,0 +1,253 @@
+//! The words of a path that depend on what comes before or after: `New` and `Confusable` (Park and Kender 1995, 5.6).
+//!
+//! Whether a landmark is *new* depends on what the window showed when the reference was chosen. Whether landmarks are
+//! *confusable* depends on where the path leads from each of them. So neither is a transition by itself: they take the place of
+//! other words in a path that has been found.
+
+use crate::description::{Descriptor, Vocabulary};
+use crate::path::{Atlas, Leg, Path};
+use crate::plane::DotId;
+use crate::transitions::{Candidates, Movement};
+
+/// The path with `New` and `Confusable` wherever they hold and the navigator understands them. Nearer than `slack` to the edge
+/// of what the window showed, nothing is surely new or old.
+///
+/// A landmark that is new is the only one, and with confusable ones nothing can be mistaken: both are as certain as a
+/// single candidate is by equation 1.
+pub fn reworded(atlas: &Atlas, path: &Path, vocabulary: Vocabulary, slack: f64) -> Path {
+    let mut reworded = path.clone();
+    for index in (0..path.legs.len()).rev() {
+        let leg = &path.legs[index];
+        let before = index.checked_sub(1).map(|before| &path.legs[before]);
+        // What follows a confusable landmark keeps its word: it has been looked at from each of them. And what is new behind that
+        // depends on from where it was chosen.
+        let word_at = |at: usize| reworded.legs.get(at).map(|leg| leg.transition.word);
+        let next = path.legs.get(index + 1).filter(|next| {
+            word_at(index + 1) == Some(next.transition.word) && word_at(index + 2) != Some(Descriptor::New)
+        });
+        let word =
+            if vocabulary.has(Descriptor::New) && before.is_some_and(|it| is_new(atlas, it, leg, slack)) {
+                Descriptor::New
+            } else if vocabulary.has(Descriptor::Confusable)
+                && next.is_some_and(|it| are_confusable(atlas, leg, it))
+            {
+                Descriptor::Confusable
+            } else {
+                continue;
+            };
+        reworded.legs[index].transition.word = word;
+        reworded.legs[index].unreliability = 0.0;
+    }
+    reworded.unreliability = reworded.legs.iter().map(|leg| leg.unreliability).sum();
+    reworded
+}
+
+/// Whether the landmark of a leg is the only one of several candidates that the last movement has brought in.
+fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
+    if before.transition.movement != Movement::Seek || leg.transition.movement != Movement::Seek {
+        return false;
+    }
+    let (old, now) = (candidates(atlas, before), candidates(atlas, leg));
+    let reference = atlas.plane.dot(before.from);
+    let is_old = |dot: DotId| dot == before.from || old.dots.contains(&dot);
+    let is_sure = |dot: DotId| {
+        let slack = if is_old(dot) { -slack } else { slack };
+        let relative = atlas.plane.dot(dot) - reference;
+        let covers = before.transition.corner.nearly_covers(relative, atlas.window.side, slack);
+        dot == before.from || covers == is_old(dot)
+    };
+    now.dots.len() > 1
+        && now.dots.iter().all(|&dot| is_sure(dot))
+        && now.dots.iter().filter(|&&dot| !is_old(dot)).eq([&leg.transition.seen])
+}
+
+/// Whether the next leg leads from each of several candidates to where it leads from the landmark.
+fn are_confusable(atlas: &Atlas, leg: &Leg, next: &Leg) -> bool {
+    let (onward, now) = (next.transition, candidates(atlas, leg));
+    let leads = |dot: DotId| {
+        let mut transitions = atlas.transitions.from(dot).iter();
+        transitions.any(|it| {
+            (it.corner, it.word, it.movement, it.to)
+                == (onward.corner, onward.word, onward.movement, onward.to)
+        })
+    };
+    leg.transition.movement == Movement::Seek && now.dots.len() > 1 && now.dots.iter().all(|&dot| leads(dot))
+}
+
+fn candidates(atlas: &Atlas, leg: &Leg) -> Candidates {
+    let mut candidates = Candidates::default();
+    candidates.find(&atlas.plane, atlas.window, leg.from, leg.transition.corner);
+    candidates
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_schemas::seed::stream;
+
+    use super::*;
+    use crate::custom_map::CustomMap;
+    use crate::generate::uniform;
+    use crate::geometry::{Land, Point, Window};
+    use crate::journey::{Journey, Kind, Noise, Report};
+    use crate::navigator::{Navigator, Settings};
+    use crate::path::{Measure, Objective, Start, best};
+    use crate::plan::{Plan, Verify};
+    use crate::plane::Plane;
+    use crate::reliability::Reliability;
+    use crate::testing::plane;
+    use crate::transitions::Kinds;
+
+    fn window() -> Window {
+        Window::new(10.0, 1.5).unwrap()
+    }
+
+    fn atlas(plane: Plane, window: Window) -> Atlas {
+        let words = [Descriptor::Isolated, Descriptor::IsolatedPair];
+        let kinds = Kinds { words: &words, trajectories: true };
+        Atlas::new(plane, window, kinds, Reliability::fitted(Noise::NONE))
+    }
+
+    /// The shortest path in the words of before and after.
+    fn path(atlas: &Atlas, from: DotId, to: DotId, slack: f64) -> Option<Path> {
+        let start = Start::over(&atlas.plane, from).unwrap();
+        let path = best(atlas, start, to, Measure::Windows, Objective::SHORTEST).ok()?;
+        Some(reworded(atlas, &path, Vocabulary::ALL, slack))
+    }
+
+    fn words(path: &Path) -> Vec<Descriptor> {
+        path.legs.iter().map(|leg| leg.transition.word).collect()
+    }
+
+    fn follow(world: &Plane, window: Window, map: &CustomMap, meant: &[DotId], start: Start) -> Report {
+        let usual = Settings::new(window, 0.0);
+        let settings = Settings { speed: window.land.map_or(usual.speed, |_| 0.5), ..usual };
+        let navigator = Navigator::new(settings, map.clone()).unwrap();
+        let journey = Journey::new(world, &navigator, meant, Noise::NONE).unwrap();
+        journey.run(start.centre, &mut stream(1, "journey"), |_, _, _| {})
+    }
+
+    /// South-west in the window lies the start; the isolated dot is the second. From there the pair is known, and the last dot
+    /// is new.
+    const ONWARD: [(f64, f64); 5] = [(0.0, 0.0), (4.0, 1.0), (8.0, 8.0), (8.5, 8.5), (13.0, 3.0)];
+
+    #[test]
+    fn a_landmark_that_the_last_movement_brought_in_is_new() {
+        let atlas = atlas(plane(&ONWARD), window());
+        let reworded = path(&atlas, 0, 4, 0.5).unwrap();
+        assert_eq!(words(&reworded), [Descriptor::Isolated, Descriptor::New]);
+        assert_eq!(reworded.legs[1].unreliability, 0.0);
+        // The pair lies 1.5 from the edge of the first view: too near for larger errors.
+        assert_eq!(words(&path(&atlas, 0, 4, 2.0).unwrap()), [Descriptor::Isolated; 2]);
+    }
+
+    #[test]
+    fn two_new_landmarks_are_none() {
+        let two = plane(&[&ONWARD[..], &[(13.5, 8.0)]].concat());
+        let atlas = atlas(two, window());
+        for goal in 1..6 {
+            let all = path(&atlas, 0, goal, 0.1).map(|path| words(&path)).unwrap_or_default();
+            assert!(!all.contains(&Descriptor::New), "{goal}: {all:?}");
+        }
+    }
+
+    /// The new landmark lies beside an old one, and a third is the most isolated: only `New` means it.
+    #[test]
+    fn the_navigator_finds_a_new_landmark_that_no_other_word_means() {
+        let world = plane(&[(0.0, 0.0), (4.0, 1.0), (5.0, 9.5), (9.6, 4.0), (11.0, 4.2)]);
+        let start = Start::over(&world, 0).unwrap();
+        let to = |word: &str| {
+            let map = format!("(*, SW)\n(*, SW)\n({word}, -)").parse().unwrap();
+            *follow(&world, window(), &map, &[0, 1, 4], start).attained.last().unwrap()
+        };
+        assert_eq!((to("New"), to("Isol"), to("*")), (4, 2, 3));
+    }
+
+    #[test]
+    fn landmarks_that_lead_to_the_same_are_confusable_and_any_of_them_is_right() {
+        // From either of two dots the same third one is alone in view.
+        let fork = plane(&[(0.0, 0.0), (5.0, 2.0), (2.0, 5.5), (11.0, 11.5)]);
+        let atlas = atlas(fork, window());
+        let reworded = path(&atlas, 0, 3, 0.5).unwrap();
+        assert_eq!(words(&reworded), [Descriptor::Confusable, Descriptor::Isolated]);
+        let plan = Plan::new(&atlas, reworded, Verify::Detectable).unwrap();
+        assert_eq!(plan.map.to_string(), "(*, SW)\n(Confusable, SW)\n(Isol, -)\n");
+        for meant in [[0, 1, 3], [0, 2, 3]] {
+            let report = follow(&atlas.plane, window(), &plan.map, &meant, plan.path.start);
+            assert_eq!((report.kind, report.attained.len()), (Kind::Direct, 3), "{report:?}");
+        }
+    }
+
+    #[test]
+    fn a_navigator_is_told_no_word_that_it_lacks() {
+        let atlas = atlas(plane(&ONWARD), window());
+        let start = Start::over(&atlas.plane, 0).unwrap();
+        let path = best(&atlas, start, 4, Measure::Windows, Objective::SHORTEST).unwrap();
+        let knows = Vocabulary::of(&[Descriptor::Any, Descriptor::Isolated, Descriptor::Confusable]);
+        assert_eq!(reworded(&atlas, &path, knows, 0.5), path);
+    }
+
+    /// How often each of the two words stands in plans that are followed directly in the words of before, and how many of these
+    /// plans there are and are followed directly in their new words.
+    struct Agreement {
+        new: usize,
+        confusable: usize,
+        plans: usize,
+        direct: usize,
+    }
+
+    /// Without errors the navigator should read each view as the map-maker did, and go from landmark to landmark as planned.
+    fn agreement(window: Window, worlds: impl Iterator<Item = Plane>) -> Agreement {
+        let mut all = Agreement { new: 0, confusable: 0, plans: 0, direct: 0 };
+        for world in worlds {
+            let atlas = atlas(world, window);
+            for goal in [5, 17, 33, 41, 55, 73] {
+                let Some(reworded) = path(&atlas, 2, goal, 0.06 * window.side) else { continue };
+                let of = |word| words(&reworded).into_iter().filter(|it| *it == word).count();
+                let (new, confusable) = (of(Descriptor::New), of(Descriptor::Confusable));
+                if new + confusable == 0 {
+                    continue;
+                }
+                let plan = Plan::new(&atlas, reworded, Verify::Nothing).unwrap();
+                let read: CustomMap = plan.map.to_string().parse().unwrap();
+                assert_eq!(read, plan.map);
+                let is_direct = |map: &CustomMap| {
+                    let (meant, start) = (plan.landmarks(), plan.path.start);
+                    follow(&atlas.plane, window, map, &meant, start).kind == Kind::Direct
+                };
+                let start = plan.path.start;
+                let plain = best(&atlas, start, goal, Measure::Windows, Objective::SHORTEST).unwrap();
+                if !is_direct(&Plan::new(&atlas, plain, Verify::Nothing).unwrap().map) {
+                    continue;
+                }
+                (all.new, all.confusable) = (all.new + new, all.confusable + confusable);
+                (all.plans, all.direct) = (all.plans + 1, all.direct + usize::from(is_direct(&read)));
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn what_the_map_maker_calls_new_and_confusable_the_navigator_finds() {
+        let all = agreement(window(), (0..40).map(|seed| uniform(150, 100.0, seed).unwrap()));
+        assert!(all.new > 20 && all.confusable > 20, "{} {}", all.new, all.confusable);
+        assert!(all.plans > 60 && all.direct == all.plans, "{} of {}", all.direct, all.plans);
+    }
+
+    /// On land too. There the robot does not stand exactly where it should, and so poles hide others now and then.
+    #[test]
+    fn on_land_a_new_pole_is_found() {
+        let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+        let field = |seed| {
+            let mut apart: Vec<Point> = Vec::new();
+            for &place in uniform(140, 36.0, seed).unwrap().dots() {
+                if apart.iter().all(|other| (*other - place).norm() > 1.6) {
+                    apart.push(place);
+                }
+            }
+            Plane::new(apart).unwrap()
+        };
+        let all = agreement(Window::on_land(land).unwrap(), (0..12).map(field));
+        assert!(all.new > 3, "{}", all.new);
+        assert!(all.direct * 10 >= all.plans * 9, "{} of {}", all.direct, all.plans);
+    }
+}

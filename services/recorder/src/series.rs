@@ -1,0 +1,64 @@
+//! The end of a recording that was cut into files: what kills have cut off gets its end, and `metadata.yaml` says what files
+//! there are, so that the folder is one of rosbag2.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use sketchnav_recordings::copy::{Copy, PartFacts};
+use sketchnav_recordings::info::info;
+use sketchnav_recordings::records::Damage;
+use sketchnav_recordings::series::{facts, files, mend};
+use sketchnav_recordings::{Recording, RecordingError, rosbag2};
+
+use crate::core::Report;
+
+/// The file that names the files of a folder of rosbag2.
+const METADATA: &str = "metadata.yaml";
+
+/// Closes the recording `path` and counts what is in it.
+pub(crate) fn close(path: &Path, report: &mut Report) -> anyhow::Result<()> {
+    let files = with_messages(files(path)?)?;
+    for (file, next) in files.iter().zip(files.iter().skip(1).map(Some).chain([None])) {
+        if Recording::open(file)?.index()?.is_cut_off() {
+            give_end(file, next.map(PathBuf::as_path)).with_context(|| file.display().to_string())?;
+        }
+    }
+    let told = files.iter().map(|file| Ok((name(file), facts(file)?)));
+    let told = told.collect::<Result<Vec<(String, PartFacts)>, RecordingError>>()?;
+    if let Some(first) = files.first() {
+        let yaml = rosbag2::metadata_yaml(&told, &Recording::open(first)?.topics()?);
+        let draft = path.with_file_name("metadata.unfinished");
+        std::fs::write(&draft, yaml)?;
+        std::fs::rename(&draft, path.with_file_name(METADATA))?;
+    }
+    report.messages = told.iter().flat_map(|(_, part)| part.messages.values()).sum();
+    report.missing = files.iter().map(|file| Ok(info(file)?.missing)).sum::<Result<u64, RecordingError>>()?;
+    Ok(())
+}
+
+/// Takes away files that a kill left before they held anything.
+fn with_messages(files: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
+    let mut kept = Vec::new();
+    for file in files {
+        match Recording::open(&file) {
+            Err(RecordingError::Damaged { source: Damage::Empty, .. }) => std::fs::remove_file(&file)?,
+            _ => kept.push(file),
+        }
+    }
+    Ok(kept)
+}
+
+fn give_end(file: &Path, next: Option<&Path>) -> anyhow::Result<()> {
+    let draft = file.with_extension("mended");
+    let mut copy = Copy::new(BufWriter::new(File::create(&draft)?))?;
+    let next = next.map(Recording::open).transpose()?;
+    mend(&Recording::open(file)?, next.as_ref(), &mut copy)?;
+    copy.finish()?.get_ref().sync_data()?;
+    Ok(std::fs::rename(&draft, file)?)
+}
+
+fn name(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}

@@ -1,0 +1,122 @@
+//! A recording that is cut into files while it grows: nothing is lost, whoever is killed, and all files are one recording.
+
+mod support;
+
+use std::fs::OpenOptions;
+use std::path::Path;
+use std::rc::Rc;
+
+use sketchnav_recorder::Recorder;
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::info::info;
+use sketchnav_recordings::series;
+use sketchnav_runtime::{Channels, Node, System};
+use sketchnav_schemas::channels::{ODOMETRY, SKETCH, TICK};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::run::Split;
+use support::{header, run};
+
+fn ticks(file: &Path) -> Vec<u64> {
+    let ticks = Recording::open(file).unwrap().channel(TICK).unwrap();
+    ticks.map(|message| message.unwrap().0.header.seq).collect()
+}
+
+#[test]
+fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("runs/test.mcap");
+    let mut run = run("series", &path);
+    run.split = Split { bytes: None, duration_ns: Some(4_000_000_000) };
+    let system = Rc::new(System::create(&run).unwrap());
+    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
+    let channels = Channels::create(&supervisor).unwrap();
+    let open = |process| Node::join(System::open(&run.system).unwrap(), process).unwrap();
+    let (world, sketcher) = (open(Process::World), open(Process::Sketcher));
+    let (mut ticks_out, mut odometry) = (world.writer(TICK).unwrap(), world.writer(ODOMETRY).unwrap());
+    let mut sketches = sketcher.writer(SKETCH).unwrap();
+    let mut step = |seq| {
+        odometry.send(|message| message.header = header(seq)).unwrap();
+        ticks_out.send(|message| message.header = header(seq)).unwrap();
+    };
+
+    let mut seq = 0;
+    for life in 1..=4 {
+        let node = open(Process::Recorder);
+        let mut recorder = Recorder::open(&node).unwrap();
+        if life == 1 {
+            let mut sketch = sketches.loan_with(1).unwrap();
+            (sketch.width_px, sketch.height_px) = (1, 1);
+            sketch.send().unwrap();
+        }
+        for _ in 0..100 {
+            seq += 1;
+            step(seq);
+            recorder.pass().unwrap();
+        }
+        // Some that nobody has looked at when it dies.
+        for _ in 0..5 {
+            seq += 1;
+            step(seq);
+        }
+        drop(recorder);
+        let newest = series::files(&path).unwrap().pop().unwrap();
+        let file = OpenOptions::new().write(true).open(newest).unwrap();
+        file.set_len(file.metadata().unwrap().len() - 50).unwrap();
+    }
+    let node = open(Process::Recorder);
+    Recorder::open(&node).unwrap().end().unwrap();
+
+    let files = series::files(&path).unwrap();
+    assert!(files.len() > 8 && !path.exists(), "{files:?}");
+    let mut together = Vec::new();
+    for file in &files {
+        let found = info(file).unwrap();
+        assert!(found.clean_end && found.missing == 0 && found.duration_s < 7.0, "{found:#?}");
+        together.extend(ticks(file));
+    }
+    assert_eq!(together, (1..=seq).collect::<Vec<_>>(), "each message is in one file");
+    // The second file comes after no kill: it has what is latched.
+    assert_eq!(Recording::open(&files[1]).unwrap().channel(SKETCH).unwrap().count(), 1);
+
+    let whole = folder.path().join("whole.mcap");
+    series::whole(&files, std::fs::File::create(&whole).unwrap()).unwrap();
+    let found = info(&whole).unwrap();
+    assert_eq!((found.missing, found.clean_end, found.restarts), (0, true, 4), "{found:#?}");
+    assert_eq!(ticks(&whole), together);
+    assert_eq!(Recording::open(&whole).unwrap().channel(SKETCH).unwrap().count(), 1, "it was sent once");
+    let yaml = std::fs::read_to_string(path.with_file_name("metadata.yaml")).unwrap();
+    let named = files.iter().filter(|file| yaml.contains(file.file_name().unwrap().to_str().unwrap()));
+    assert_eq!(named.count(), files.len(), "{yaml}");
+
+    drop((node, ticks_out, odometry, sketches, world, sketcher, channels, supervisor));
+    Rc::into_inner(system).unwrap().remove().unwrap();
+}
+
+/// Without an end of its own a large run was one file, whatever was asked for: the size is looked at where the length is.
+#[test]
+fn a_file_ends_when_it_is_as_large_as_the_run_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("test.mcap");
+    let mut run = run("series-size", &path);
+    run.split = Split { bytes: Some(60_000), duration_ns: None };
+    let system = Rc::new(System::create(&run).unwrap());
+    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
+    let channels = Channels::create(&supervisor).unwrap();
+    let open = |process| Node::join(System::open(&run.system).unwrap(), process).unwrap();
+    let (world, node) = (open(Process::World), open(Process::Recorder));
+    let mut ticks_out = world.writer(TICK).unwrap();
+    let mut recorder = Recorder::open(&node).unwrap();
+    for seq in 1..=1600 {
+        ticks_out.send(|message| message.header = header(seq)).unwrap();
+        recorder.pass().unwrap();
+    }
+    recorder.end().unwrap();
+    let files = series::files(&path).unwrap();
+    let sizes: Vec<_> = files.iter().map(|file| file.metadata().unwrap().len()).collect();
+    // The description of the run and the index come to some 40 kB.
+    assert!(files.len() > 1 && sizes.iter().all(|bytes| *bytes < 110_000), "{sizes:?}");
+    assert_eq!(files.iter().flat_map(|file| ticks(file)).collect::<Vec<_>>(), (1..=1600).collect::<Vec<_>>());
+
+    drop((node, ticks_out, world, channels, supervisor));
+    Rc::into_inner(system).unwrap().remove().unwrap();
+}

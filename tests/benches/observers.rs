@@ -1,0 +1,195 @@
+//! What observers cost the robot: the time from a tick to its command while the demo drives in real time, with nobody attached, with
+//! the live view and a viewer that watches every topic, with the bridge to ROS 2, and with both.
+//!
+//! `cargo bench --bench observers` drives one mission, in which the four take turns, each for some seconds and each time in another
+//! order. `--features ros2` adds the bridge; `-- --turns 12` measures longer. The figures come from the recording, so that nothing
+//! observes but what is measured. Viewer and readers run on the same machine. Figures mean something where nothing else runs.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+use std::path::Path;
+use std::thread::sleep;
+use std::time::Duration;
+
+use nix::sys::signal::Signal;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use sketchnav_recordings::Recording;
+use sketchnav_runtime::{Node, SendTimes, System};
+use sketchnav_schemas::channels::{self, LATENCY, TICK};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::ros2::derived;
+use support::viewer::{Viewer, view};
+use support::{Place, Running};
+
+/// What an observer needs to come or to go; not measured.
+const SETTLE: Duration = Duration::from_secs(2);
+/// How long a turn is.
+const TURN: Duration = Duration::from_secs(8);
+/// Turns of each, unless `--turns` says otherwise.
+const TURNS: usize = 6;
+/// Draws for an interval.
+const DRAWS: usize = 2000;
+/// The system's name.
+const SYSTEM: &str = "observed";
+
+/// Who is attached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Attached {
+    Nobody,
+    View,
+    Bridge,
+    Both,
+}
+
+impl Attached {
+    fn all() -> &'static [Self] {
+        if cfg!(feature = "ros2") {
+            return &[Self::Nobody, Self::View, Self::Bridge, Self::Both];
+        }
+        println!("without the bridge: built without the feature ros2");
+        &[Self::Nobody, Self::View]
+    }
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Nobody => "nobody",
+            Self::View => "the live view, watched",
+            Self::Bridge => "the bridge to ROS 2",
+            Self::Both => "both",
+        }
+    }
+}
+
+/// The ticks of a turn.
+struct Turn {
+    attached: Attached,
+    ticks: std::ops::Range<u64>,
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    // `cargo test --benches` only wants to know that it starts.
+    if arguments.iter().any(|argument| argument == "--test") {
+        return;
+    }
+    let turns = arguments.iter().skip_while(|word| *word != "--turns").nth(1);
+    let turns = turns.map_or(TURNS, |number| number.parse().expect("--turns: a number"));
+    let place = Place::new();
+    // SAFETY: no other thread runs yet.
+    unsafe { std::env::set_var("XDG_RUNTIME_DIR", place.root().parent().expect("a folder above")) };
+    let mut running = place.start(&format!("run demo --speed 1 --json --out out --system {SYSTEM}"));
+    place.wait_until_driving(&mut running, SYSTEM);
+    let taken = take_turns(&place, turns);
+    running.signal(Signal::SIGINT);
+    let report = running.end().json();
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    let recording = report["recording"].as_str().expect("the recording's path");
+    print(&taken, &delays(Path::new(recording)));
+}
+
+/// Attaches each of them in turn until the mission ends.
+fn take_turns(place: &Place, turns: usize) -> Vec<Turn> {
+    let node =
+        System::open(SYSTEM).and_then(|system| Node::join(system, Process::Observer)).expect("the system");
+    let ticks = SendTimes::open(&node, TICK.spec).expect("the ticks");
+    let (all, mut taken) = (Attached::all(), Vec::new());
+    for turn in 0..turns {
+        for place_in_turn in 0..all.len() {
+            // Each begins as often as the others: what is dear on the way is not always the same one's.
+            let attached = all[(turn + place_in_turn) % all.len()];
+            let observers = attach(place, attached);
+            sleep(SETTLE);
+            let begin = ticks.newest() + 1;
+            sleep(TURN);
+            let end = ticks.newest() + 1;
+            drop(observers);
+            sleep(SETTLE);
+            if System::open(SYSTEM).is_err() {
+                return taken;
+            }
+            taken.push(Turn { attached, ticks: begin..end });
+        }
+    }
+    taken
+}
+
+/// Observers that are ended when they are dropped.
+fn attach(place: &Place, attached: Attached) -> Vec<Running> {
+    let mut observers = Vec::new();
+    if matches!(attached, Attached::View | Attached::Both) {
+        let (running, link) = view(place, SYSTEM);
+        let kind = channels::of_kind("sketch").filter(|spec| spec.is_recorded());
+        let topics = kind.map(|spec| 1 + derived::of_channel(spec).count()).sum::<usize>() + 2;
+        let mut viewer = Viewer::of_all(&link, topics);
+        // It ends with the view.
+        std::thread::spawn(move || while viewer.try_next().is_some() {});
+        observers.push(running);
+    }
+    if matches!(attached, Attached::Bridge | Attached::Both) {
+        observers
+            .push(place.start(&format!("bridge ros2 --system {SYSTEM} --domain 77 --interface 127.0.0.1")));
+    }
+    observers
+}
+
+/// By tick, from the tick to its command, milliseconds.
+fn delays(recording: &Path) -> Vec<(u64, f64)> {
+    let latencies = Recording::open(recording).and_then(|recording| recording.all(LATENCY));
+    let latencies = latencies.expect("a recording that can be read");
+    let delay = |ns: u64| ns as f64 / 1e6;
+    latencies.iter().map(|l| (l.header.source_seq, delay(l.situation_ns + l.command_ns))).collect()
+}
+
+fn print(taken: &[Turn], delays: &[(u64, f64)]) {
+    let of_turn = |turn: &Turn| {
+        let inside = delays.iter().filter(|(tick, _)| turn.ticks.contains(tick));
+        inside.map(|(_, ms)| *ms).collect::<Vec<_>>()
+    };
+    let of =
+        |attached| taken.iter().filter(|turn| turn.attached == attached).map(of_turn).collect::<Vec<_>>();
+    let alone = of(Attached::Nobody);
+    println!("from tick to command, ms; the interval of a ratio is of 95 %, by drawing whole turns");
+    for &attached in Attached::all() {
+        let turns = of(attached);
+        let mut all = turns.concat();
+        all.sort_by(f64::total_cmp);
+        let (median, p99, most) = (rank(&all, 0.5), rank(&all, 0.99), rank(&all, 1.0));
+        print!(
+            "{:<24} {:5} ticks: {median:6.2} median {p99:6.2} (99 %) {most:6.2} most",
+            attached.word(),
+            all.len()
+        );
+        if attached == Attached::Nobody {
+            println!();
+        } else {
+            let (ratio, low, high) = ratio(&turns, &alone);
+            println!(", 99 %: {ratio:.2} times as long ({low:.2} to {high:.2})");
+        }
+    }
+}
+
+/// The value that this share of the values does not exceed; they are sorted.
+fn rank(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    sorted[((sorted.len() as f64 * share).ceil() as usize).clamp(1, last + 1) - 1]
+}
+
+/// How many times as long the slowest percent is with observers, and an interval (bootstrap over turns).
+fn ratio(with: &[Vec<f64>], without: &[Vec<f64>]) -> (f64, f64, f64) {
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let p99 = |turns: Vec<&Vec<f64>>| {
+        let mut all: Vec<f64> = turns.into_iter().flatten().copied().collect();
+        all.sort_by(f64::total_cmp);
+        rank(&all, 0.99)
+    };
+    let mut draw = |turns: &'_ [Vec<f64>]| -> f64 {
+        let drawn: Vec<usize> = (0..turns.len()).map(|_| random.random_range(0..turns.len())).collect();
+        p99(drawn.into_iter().map(|turn| &turns[turn]).collect())
+    };
+    let mut drawn: Vec<f64> = (0..DRAWS).map(|_| draw(with) / draw(without)).collect();
+    drawn.sort_by(f64::total_cmp);
+    let found = p99(with.iter().collect()) / p99(without.iter().collect());
+    (found, rank(&drawn, 0.025), rank(&drawn, 0.975))
+}

@@ -62,9 +62,9 @@ pub struct Suite {
     pub trials: Vec<Trial>,
     /// What a line of its table is, where it is no drawing: then the trials' `drawing` says that.
     pub lines: Option<&'static str>,
-    /// The methods that it compares where nobody names any; empty: the first one of its kind of navigator.
+    /// The methods that it compares by default; empty: the first one of its kind of navigator.
     pub methods: Vec<String>,
-    /// Repetitions where nobody says how many.
+    /// Repetitions by default.
     pub repetitions: u32,
     /// What others reached with a suite of the same protocol, where no table lists its tasks.
     pub paper: Vec<Published>,

@@ -21,7 +21,7 @@ pub struct RawMessage {
     pub sequence: u32,
     /// Simulation time, nanoseconds; of `/health`, which several processes write, no earlier than of the one before.
     pub stamp_ns: u64,
-    /// When it was sent, where the file tells it apart, nanoseconds.
+    /// When it was sent, nanoseconds, where the file has that apart.
     pub publish_ns: u64,
     /// Its CDR.
     pub cdr: Vec<u8>,

@@ -22,7 +22,7 @@ pub struct FaultInfo {
     pub process: &'static str,
     /// Its process id.
     pub pid: u32,
-    /// How often it was started again so far, where that is told.
+    /// How often it was started again so far, where that is known.
     pub restarts: u32,
     /// Messages that are missing because of it.
     pub missing: u32,

@@ -215,7 +215,7 @@ impl Index {
     }
 }
 
-/// A chunk or a run whose channels nobody has listed.
+/// A chunk or a run whose channels are not listed.
 fn entry(first_ns: u64, last_ns: u64, at: u64, bytes: u64) -> ChunkEntry {
     ChunkEntry { first_ns, last_ns, at, bytes, index_bytes: 0, channels: Vec::new() }
 }

@@ -86,7 +86,7 @@ pub struct AttachmentInfo {
     pub bytes: u64,
 }
 
-/// Tells what is in the recording at `path`.
+/// Summarizes the recording at `path`.
 ///
 /// # Errors
 /// [`RecordingError::File`], or [`RecordingError::Damaged`].

@@ -154,7 +154,7 @@ impl Recording {
         Timeline::of(&self.path, self.index()?, selection)
     }
 
-    /// The last message of each latched topic before a time, nanoseconds: what somebody who begins there has to know.
+    /// The last message of each latched topic before a time, nanoseconds: what a reader that begins there has to know.
     ///
     /// # Errors
     /// As [`Recording::select`] and its items.

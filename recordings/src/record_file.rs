@@ -50,7 +50,7 @@ impl RecordFile {
         if magic == *mcap::MAGIC { Ok(file) } else { Err(Damage::NoMcap.into()) }
     }
 
-    /// Opens a file whose magic may be damaged, and tells whether it is: then a header must stand behind it.
+    /// Opens a file whose magic may be damaged, and says whether it is: then a header must stand behind it.
     pub fn open_damaged(path: &Path) -> Result<(Self, bool), Stop> {
         let (mut file, magic) = Self::begin(path)?;
         if magic == *mcap::MAGIC {

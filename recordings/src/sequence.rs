@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Most gaps of a topic that are told one by one.
+/// Most gaps of a topic that are listed one by one.
 pub(crate) const MAX_GAPS: usize = 16;
 
 /// What a number says about its message.

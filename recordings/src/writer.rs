@@ -37,11 +37,11 @@ pub(crate) const CHUNK_BYTES: u64 = 768 * 1024;
 const CDR_GROWTH: usize = 2;
 /// Name of the metadata that describes the run.
 pub const RUN_METADATA: &str = "sketchnav";
-/// Name of the metadata that tells about each topic.
+/// Name of the metadata about each topic.
 pub const TOPICS_METADATA: &str = "topics";
-/// Name of the metadata that tells how often each process was started again.
+/// Name of the metadata about how often each process was started again.
 pub const RESTARTS_METADATA: &str = "restarts";
-/// Name of the metadata that tells what the recorder survived.
+/// Name of the metadata about what the recorder survived.
 pub const RECORDER_METADATA: &str = "recorder";
 /// Name of the attachment that holds the [`RunConfig`].
 pub const RUN_ATTACHMENT: &str = "run.json";

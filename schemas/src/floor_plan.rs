@@ -85,7 +85,7 @@ pub struct Furniture {
     pub radius_m: Option<f64>,
 }
 
-/// Somebody who walks from waypoint to waypoint, there and back again, and waits for a robot in the way.
+/// A person who walks from waypoint to waypoint, there and back again, and waits for a robot in the way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Person {

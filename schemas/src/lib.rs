@@ -6,7 +6,7 @@
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
 //! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`bounds`]: the bounds of the numbers in them.
 //! - [`sketch_mission`]: what of a mission belongs to the navigator in drawings; [`method`]: its methods.
-//! - [`run`]: what a process is told at its start; [`seed`]: random streams; [`statistics`]: what is said of counts.
+//! - [`run`]: what a process gets at its start; [`seed`]: random streams; [`statistics`]: intervals of counts.
 //!
 //! Nothing here opens a file, reads a clock or knows how a message travels.
 

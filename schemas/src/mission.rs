@@ -611,7 +611,7 @@ mod tests {
         }
     }
 
-    /// It was told as Rust prints it: "Place { polygon: None, center: Some([1.0, 2.0]), …".
+    /// The error had it as Rust prints it: "Place { polygon: None, center: Some([1.0, 2.0]), …".
     #[test]
     fn a_place_that_is_none_is_told_in_the_words_of_the_file() {
         let error = refusal("center = [1.0, 2.0], radius_m = 1.0", "center = [1.0, 2.5]");

@@ -295,7 +295,7 @@ pub enum RobotError {
         /// What stands there.
         found: f64,
     },
-    /// A sensor that somebody needs and the robot does not have.
+    /// A sensor that is needed and the robot does not have.
     #[error("robot {robot:?}: expected the sensor [{key}] in its file, found none")]
     Lacks {
         /// The robot's name.

@@ -1,4 +1,4 @@
-//! What every process of a system is told at its start: the mission resolved, the seed, the pace.
+//! What every process of a system gets at its start: the resolved mission, the seed, the pace.
 
 use serde::{Deserialize, Serialize};
 
@@ -93,7 +93,7 @@ pub struct RunConfig {
     /// Whether people take part by the pad's page.
     #[serde(default, skip_serializing_if = "Pad::is_absent")]
     pub pad: Pad,
-    /// The services that the supervisor does not start: somebody runs them by hand, or a robot's driver stands in for
+    /// The services that the supervisor does not start: they run by hand, or a robot's driver stands in for
     /// the world.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<Process>,
@@ -103,7 +103,7 @@ pub struct RunConfig {
 }
 
 impl RunConfig {
-    /// A run in lockstep that nobody records, for one process or a test.
+    /// A run in lockstep without a recording, for one process or a test.
     pub fn lockstep(system: &str, mission: Mission, robot: Robot, seed: u64) -> Self {
         Self {
             system: system.to_owned(),

@@ -3,7 +3,7 @@
 //! ```text
 //! cargo run -p sketchnav-sim --example global_camera -- x.plane.toml x.png
 //! ```
-//! The known points are told to half a pixel, as somebody reads them in a picture. So positions by this calibration have
+//! The known points are given to half a pixel, as people read them in a picture. So positions by this calibration have
 //! errors, as those of Park and Kender 1995 (7.1.1).
 
 use sketchnav_dots::camera::{Camera, Known};

@@ -10,7 +10,7 @@ use crate::sensors::Disc;
 /// How near a person lets a robot come before waiting, metres between the two bodies.
 const PERSONAL_SPACE_M: f64 = 0.3;
 
-/// Somebody on the way.
+/// A person on the way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Walker {
     person: Person,

@@ -113,7 +113,7 @@ fn a_cell_of_the_drawing_is_named() {
     assert_eq!((found.channel, found.what), ("sketch", what));
 }
 
-/// What people draw has no field that tells its length. Two drawings, one of which began with the whole of the other,
+/// What people draw has no field for its length. Two drawings, one of which began with the whole of the other,
 /// differed in no byte as far as both went. They counted as the same.
 #[test]
 fn a_longer_drawing_is_another_one() {

@@ -54,7 +54,7 @@ fn every_message_of_every_channel_comes_back() {
     }
 }
 
-/// A recording may come from anywhere: nobody has parsed its robot's file. A stranger's robot reached the cores.
+/// A recording may come from anywhere: its robot's file was not parsed. A stranger's robot reached the cores.
 #[test]
 fn a_robot_that_cannot_be_is_refused_from_a_recording_too() {
     let folder = tempfile::tempdir().unwrap();

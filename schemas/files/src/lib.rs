@@ -1,6 +1,6 @@
 //! Reads the files that people give: missions, robots, floors, drawings, tables. None is read beyond its [`Limit`].
 //!
-//! A file tells its size before it is read. What tells none, a pipe say, or grows meanwhile, is read as far as the limit
+//! A file has a size before it is read. What has none, such as a pipe, or grows meanwhile, is read as far as the limit
 //! and one byte more. So a file of 8 GB that was named by mistake takes no memory, and its error says what is allowed.
 
 use std::fs::File;
@@ -99,7 +99,7 @@ mod tests {
 
     const FEW: Limit = Limit { what: "a note", bytes: 10 };
 
-    /// A sparse file of 8 GB was read into memory before anybody asked how large it is.
+    /// A sparse file of 8 GB was read into memory before its size was checked.
     #[test]
     fn a_file_that_is_too_large_is_refused_before_it_is_read() {
         let folder = tempfile::tempdir().unwrap();
@@ -112,7 +112,7 @@ mod tests {
         assert!(error.starts_with("expected a mission of at most 4194304 bytes"), "{error}");
     }
 
-    /// A pipe tells no size; neither does a device.
+    /// A pipe has no size; neither has a device.
     #[test]
     fn what_tells_no_size_is_read_as_far_as_the_limit() {
         let folder = tempfile::tempdir().unwrap();

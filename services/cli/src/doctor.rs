@@ -62,7 +62,7 @@ impl Finding {
     }
 }
 
-/// Makes every check and tells what was found: exit code 1 where there is an error.
+/// Makes every check and prints what was found: exit code 1 where there is an error.
 pub fn doctor(json: bool) -> Result<Outcome, Failure> {
     let findings: Vec<_> = checks::all().collect();
     let worst = findings.iter().map(|finding| finding.level).max().unwrap_or(Level::Fine);

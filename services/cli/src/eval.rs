@@ -140,7 +140,7 @@ fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The methods that the user wants, the first of the suite's kind of navigator where nobody says.
+/// The methods that the user wants, the first of the suite's kind of navigator where the user names none.
 fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> {
     let Some(first) = suite.trials.first() else { return Ok(options.methods.clone()) };
     let known = sketchnav_navigators::of(&first.mission)?.methods;

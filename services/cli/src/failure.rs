@@ -73,7 +73,7 @@ fn report(error: &anyhow::Error, code: u8, json: bool) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// The error and its causes; a cause that the text has told already is not told again.
+/// The error and its causes; a cause that is in the text already is not repeated.
 pub fn story(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |story, cause| {
         let cause = cause.to_string();
@@ -85,7 +85,7 @@ pub fn story(error: &anyhow::Error) -> String {
 mod tests {
     use super::*;
 
-    /// A missing file was told three times over: "m.toml: cannot be read: No such file …: cannot be …".
+    /// A missing file was reported three times over: "m.toml: cannot be read: No such file …: cannot be …".
     #[test]
     fn a_cause_is_told_once() {
         let missing = sketchnav_sim::mission_file::load("/nowhere/m.toml".as_ref()).unwrap_err();

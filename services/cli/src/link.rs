@@ -56,7 +56,7 @@ impl Link {
         Ok(line)
     }
 
-    /// Whether somebody listens there.
+    /// Whether a process listens there.
     pub fn is_up(&self) -> bool {
         let host = if self.site.bind.is_unspecified() { loopback(self.site.bind) } else { self.site.bind };
         TcpStream::connect_timeout(&SocketAddr::new(host, self.site.port), LOOK).is_ok()

@@ -1,4 +1,4 @@
-//! Tells a service manager how it goes (sd_notify(3)): ready, still alive, about to end.
+//! Notifies a service manager (sd_notify(3)): ready, still alive, about to end.
 //!
 //! Without a manager (`NOTIFY_SOCKET`) there is nothing to tell, and nothing is done. A failed notification is dropped:
 //! the manager notices by itself.

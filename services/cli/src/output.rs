@@ -4,7 +4,7 @@ use std::fmt::Arguments;
 use std::io::{self, Write};
 
 /// A line of a result on standard output. Where its reader has gone nobody misses it, and what the command comes to
-/// stays what it is: its exit code tells.
+/// stays what it is: its exit code says so.
 ///
 /// # Errors
 /// Where it cannot be written: a full disk, say.
@@ -15,7 +15,7 @@ pub fn line(text: Arguments<'_>) -> anyhow::Result<()> {
     }
 }
 
-/// A line of what goes on for as long as somebody reads it.
+/// A line of an output that goes on for as long as it is read.
 ///
 /// # Errors
 /// Where nobody takes it; see [`is_unheard`].
@@ -25,7 +25,7 @@ pub fn live_line(text: Arguments<'_>) -> anyhow::Result<()> {
     Ok(out.flush()?)
 }
 
-/// A line on standard error; where nobody takes it, nobody misses it.
+/// A line on standard error; it is dropped where it cannot be written.
 pub fn aside(text: Arguments<'_>) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
@@ -41,7 +41,7 @@ macro_rules! out {
     ($($text:tt)*) => { $crate::output::line(format_args!($($text)*)) };
 }
 
-/// Prints a line on standard output, and says where nobody reads any more.
+/// Prints a line on standard output, and says when it is not read any more.
 macro_rules! live {
     ($($text:tt)*) => { $crate::output::live_line(format_args!($($text)*)) };
 }

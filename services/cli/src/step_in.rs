@@ -1,6 +1,6 @@
 //! Steps in by hand: starts a process of a running system anew, gives an order.
 //!
-//! Both stand on `faults`, so the recording tells what a person did.
+//! Both stand on `faults`, so the recording has what a person did.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant};

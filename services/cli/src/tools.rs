@@ -56,7 +56,7 @@ fn look(file: &Path) -> Result<Told, RecordingError> {
     Ok(Told { info, faults })
 }
 
-/// Tells what a recording holds, or every recording of a folder.
+/// Prints what a recording holds, or every recording of a folder.
 pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     if !path.is_dir() {
         let mut told = look(Whole::of(path)?.path()).or_input()?;

@@ -1,6 +1,6 @@
 //! Drives missions in one process and prints how each task ended.
 //!
-//! `cargo run --release -p sketchnav-evaluation --example rehearse -- --help` tells the options.
+//! `cargo run --release -p sketchnav-evaluation --example rehearse -- --help` lists the options.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

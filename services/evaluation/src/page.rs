@@ -76,7 +76,7 @@ pub struct Chart<'a> {
 /// Size of a chart, and what is left around the plot in it: left, top, right, below.
 const SIZE: [f64; 2] = [340.0, 210.0];
 const RIM: [f64; 4] = [40.0, 10.0, 10.0, 30.0];
-/// Points of a curve: more than there are pixels help nobody.
+/// Points of a curve: more than there are pixels cannot be seen.
 const MOST_POINTS: usize = 320;
 const LINES: usize = 4;
 
@@ -145,7 +145,7 @@ fn fixed(value: f64) -> String {
     format!("{value:.1}")
 }
 
-/// Without more figures than can be told apart.
+/// Without more digits than can be read.
 fn short(value: f64) -> String {
     let text = match value.abs() {
         v if v >= 100.0 || v == 0.0 => format!("{value:.0}"),

@@ -84,7 +84,7 @@ pub struct Picture {
     pub watcher_may: Vec<Step>,
 }
 
-/// What a page is told when it comes, and again when that changes.
+/// What a page gets when it comes, and again when that changes.
 #[derive(Debug, Clone)]
 pub struct Welcome {
     /// But for the session and who drives.

@@ -1,4 +1,4 @@
-//! The pad's thread that owns the node: passes on what the pages want, and tells them what there is to see.
+//! The pad's thread that owns the node: forwards what the pages want, and sends them what there is to see.
 //!
 //! What it sends is in its checkpoint before it is sent. A drawing that the sketcher has not answered when this
 //! process dies is sent again by its successor, with the same number. An abort goes before everything that waits.

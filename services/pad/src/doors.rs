@@ -5,7 +5,7 @@
 //! connections loses its oldest one. A client that opens connections and says nothing pushes out only its own. A
 //! client with something to say has said it before that.
 //!
-//! Pure: `T` is by whom a connection is told to go.
+//! Pure: by `T` a connection learns that it has to go.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv6Addr};

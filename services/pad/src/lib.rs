@@ -66,7 +66,7 @@ pub enum PadError {
          {0:?}. To watch it: sketchnav run MISSION --pad"
     )]
     Kind(String),
-    /// Somebody could come from outside.
+    /// The page could be reached from outside.
     #[error("{0}: expected a token for an address that is not loopback, found none")]
     NoToken(IpAddr),
     /// The server cannot listen on the address.

@@ -32,7 +32,7 @@ pub enum State {
     Path,
     /// The robot drives, or is about to.
     Driving,
-    /// Somebody has aborted.
+    /// A page has aborted.
     Aborted,
     /// The robot waits for who drives.
     Paused,
@@ -132,7 +132,7 @@ pub struct Memory {
     pub path: Option<Path>,
     /// What has no answer yet.
     pub pending: Option<Pending>,
-    /// Whether somebody has ordered the path to be driven.
+    /// Whether a page has ordered the path to be driven.
     pub ordered: bool,
 }
 

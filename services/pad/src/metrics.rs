@@ -1,6 +1,6 @@
 //! What Prometheus reads at `/metrics`: figures of the processes and the channels, in its text format (version 0.0.4).
 //!
-//! Made when somebody asks, of what is known anyway. Nothing is measured for it. Rates are for Prometheus to take: `rate()` of a
+//! Made on request, of what is known anyway. Nothing is measured for it. Rates are for Prometheus to take: `rate()` of a
 //! counter.
 
 use std::collections::BTreeMap;
@@ -55,7 +55,7 @@ impl Metrics {
         Ok(Self { channels, health: BTreeMap::new() })
     }
 
-    /// A process has told how it is.
+    /// A process has reported its health.
     pub fn on_health(&mut self, health: &Health) {
         self.health.insert(health.process, *health);
     }

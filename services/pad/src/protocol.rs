@@ -61,7 +61,7 @@ pub const MAX_PATH_BYTES: usize = 1 << 20;
 pub const MAX_SMALL_BYTES: usize = 4096;
 /// How long the link to the driver may be lost before the mission pauses, seconds: from, to.
 pub const LINK_LIMIT_S: [f64; 2] = [1.0, 60.0];
-/// The same where nobody has said otherwise.
+/// The default of that.
 pub const DEFAULT_LINK_LIMIT_S: f64 = 3.0;
 
 /// Why a request is not done, in words for the page.

@@ -68,7 +68,7 @@ impl IntoResponse for Refusal {
     }
 }
 
-/// Serves until `end` is told; in a thread of its own.
+/// Serves until `end` is notified; in a thread of its own.
 ///
 /// # Errors
 /// Where the listener fails.

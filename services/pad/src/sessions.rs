@@ -27,7 +27,7 @@ pub struct Sessions {
     known: BTreeMap<String, Session>,
     driver: Option<String>,
     limit: Duration,
-    /// Whether the driver's silence was told.
+    /// Whether the driver's silence was reported.
     is_told: bool,
 }
 

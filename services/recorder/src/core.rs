@@ -75,7 +75,7 @@ impl<W: Write> Core<W> {
     }
 
     /// Goes on after an earlier part of the recording. That part holds everything up to `positions`, the last number
-    /// of each recorded channel in the order of the table. The world was told the tick `acknowledged_tick`.
+    /// of each recorded channel in the order of the table. The tick `acknowledged_tick` was acknowledged to the world.
     pub fn resume_after(&mut self, positions: &Positions, acknowledged_tick: u64) {
         if let Some(writer) = &mut self.writer {
             writer.resume_after(*positions);

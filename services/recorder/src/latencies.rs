@@ -5,7 +5,7 @@ use sketchnav_runtime::{Node, Result, SendTimes, Sent, Writer};
 use sketchnav_schemas::channels::{COMMAND, LATENCY, Role, TICK, of_role};
 use sketchnav_schemas::message::{Header, Latency};
 
-/// Reads when ticks, situations and commands were sent, and tells the differences.
+/// Reads when ticks, situations and commands were sent, and reports the delays.
 pub(crate) struct Latencies {
     ticks: SendTimes,
     /// None where the navigator has no such channel.

@@ -1,7 +1,7 @@
 //! The process that writes every channel to a file: a thin shell around [`core::Core`].
 //!
 //! Messages do not wake it: every few milliseconds it drains all channels, in the order of the table. In lockstep it
-//! tells the world what is safe in the file. So the world never runs further ahead than the channels can hold.
+//! acknowledges to the world what is safe in the file. So the world never runs further ahead than the channels can hold.
 //!
 //! A full disk does not stop the robot. The recorder reports it, and goes on in a next part when there is room again,
 //! with what the channels still have. It counts what is missing.
@@ -152,7 +152,7 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Drains every channel once, and tells the world where that is due.
+    /// Drains every channel once, and acknowledges to the world where that is due.
     ///
     /// # Errors
     /// A channel fails. A message that is refused and a disk that is full are printed.

@@ -42,7 +42,7 @@ fn the_world_is_told_every_so_many_ticks() {
     assert_eq!(told[1].message_count, 32 + 1, "and the static transform");
 }
 
-/// A pass may take many ticks at once; all of them are told with the last one.
+/// A pass may take many ticks at once; the last one acknowledges all of them.
 #[test]
 fn a_late_recorder_catches_up_in_one_pass() {
     let mut core = Core::new(Vec::new(), &run(), &[]).unwrap();

@@ -102,7 +102,7 @@ impl Rehearsal {
         Self { thinking_scans, ..self }
     }
 
-    /// Drives the mission to its end, or until the tap has seen enough; tells how long that took.
+    /// Drives the mission to its end, or until the tap has seen enough; returns how long that took.
     ///
     /// # Errors
     /// [`RehearsalError::Stage`] where the drawing or the tasks do not suit the stages.

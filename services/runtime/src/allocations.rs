@@ -21,7 +21,7 @@ pub fn allocations_of_this_thread() -> u64 {
 
 /// The allocations that iceoryx2 itself made for loans. Version 0.10 keeps a small handle of each loaned sample on the
 /// heap until the sample is sent, and offers no way around it. That is one handle a message, whatever the message's
-/// size. They are told apart so that a service's own steps can be held to none at all.
+/// size. They are counted apart so that a service's own steps can be held to none at all.
 pub fn loan_handles_of_this_thread() -> u64 {
     HANDLES.try_with(Cell::get).unwrap_or(0)
 }

@@ -97,7 +97,7 @@ impl Bells {
         }
     }
 
-    /// Tells the writer of a channel that a reader has come, who wants the history.
+    /// Notifies the writer of a channel that a reader has come, which wants the history.
     pub(crate) fn announce_reader(&self, writer: Process) {
         self.slot(writer).joined.fetch_add(1, SeqCst);
         self.ring(writer);

@@ -31,7 +31,7 @@ const MAX_WRITERS: usize = 16;
 const CLEARING: Duration = Duration::from_millis(500);
 /// Processes that have a channel open at the same time.
 const MAX_NODES: usize = 32;
-/// Samples that a reader holds at the same time. A message with cells is large, and nobody holds an old one.
+/// Samples that a reader holds at the same time. A message with cells is large, and no reader holds an old one.
 const MAX_HELD: usize = 8;
 const MAX_HELD_WITH_CELLS: usize = 2;
 /// The attribute that names a channel's message type.

@@ -44,7 +44,7 @@ pub enum Error {
         /// What is there.
         found: String,
     },
-    /// Somebody else has put a file among those of a system, or a link.
+    /// Another user has put a file or a link among those of a system.
     #[error("{}: expected a file of user {uid} alone, found {found}; remove it", path.display())]
     ForeignFile {
         /// The file.
@@ -214,7 +214,7 @@ impl Error {
         matches!(self, Self::BadName { .. } | Self::PathTooLong { .. } | Self::AlreadyRunning { .. })
     }
 
-    /// Whether what was asked for is not there, or somebody else has it.
+    /// Whether what was asked for is not there, or taken.
     pub fn is_about_what_to_resume(&self) -> bool {
         matches!(self, Self::NothingToResume { .. } | Self::AlreadyRunning { .. })
     }
@@ -263,7 +263,7 @@ mod tests {
 
     use super::explained;
 
-    /// `ExceedsMaxSupportedSubscribers` alone once told a user that eight observers had taken all places.
+    /// Once a user saw only `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
     #[test]
     fn what_the_shared_memory_library_says_is_explained() {
         let said = [

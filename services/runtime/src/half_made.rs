@@ -3,7 +3,7 @@
 //! iceoryx2 0.10 makes a file that its owner may write and nobody read, gives it its size, fills it and makes it
 //! readable at last. A process that is killed in between leaves one that nobody finishes. Whoever else needs it, a
 //! living writer or the supervisor that clears up behind the dead, is refused. As root, and with the file still empty,
-//! it waits for ever. So such a file goes when nobody has it open.
+//! it waits for ever. So such a file is removed when no process has it open.
 
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};

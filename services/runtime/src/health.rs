@@ -1,4 +1,4 @@
-//! Signs of life: what a process tells the supervisor about itself, once a second and at its end.
+//! Health: what a process reports about itself, once a second and at its end.
 
 use std::rc::Rc;
 use std::time::{Duration, Instant};

@@ -61,7 +61,7 @@ impl Lock {
     }
 }
 
-/// Whether somebody holds the lock of the file; a missing file is held by nobody.
+/// Whether the lock of the file is held; that of a missing file is not.
 pub(crate) fn is_held(path: &Path) -> io::Result<bool> {
     let file = match OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(path) {
         Ok(file) => file,

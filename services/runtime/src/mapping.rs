@@ -1,6 +1,6 @@
 //! A file in shared memory that one process writes, and that its successor and others read: what survives a kill.
 //!
-//! It is an array of atomic words. Another process may write it at any moment, so nobody holds a plain reference into it:
+//! It is an array of atomic words. Another process may write it at any moment, so there is no plain reference into it:
 //! words are copied in and out. What belongs together is marked by its owner, by numbers that are written first and last.
 //!
 //! Its memory is reserved when it is made, so that a full `/dev/shm` is an error then and no signal later.
@@ -33,7 +33,7 @@ impl Mapping {
     /// Opens the file, or makes it, with at least `length` words (more than 0).
     ///
     /// # Errors
-    /// [`Error::ForeignFile`] where somebody else has made it, or it is a link.
+    /// [`Error::ForeignFile`] where another user has made it, or it is a link.
     pub(crate) fn open(path: &Path, length: usize) -> Result<Self> {
         let file = match shared::private(path) {
             Ok(file) => file,

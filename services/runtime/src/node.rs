@@ -74,7 +74,7 @@ impl Counters {
     }
 }
 
-/// A writer of this node, to be told that a reader has come.
+/// A writer of this node, which learns that a reader has come.
 struct OwnWriter {
     port: Weak<dyn UpdateConnections>,
     /// The number of its last message.
@@ -132,7 +132,7 @@ impl Node {
         self.process
     }
 
-    /// What the supervisor told every process.
+    /// What the supervisor gave every process.
     pub fn run_config(&self) -> Result<RunConfig> {
         self.system.run_config()
     }

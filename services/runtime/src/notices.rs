@@ -1,4 +1,4 @@
-//! Notices: what a process or a tool has the supervisor know, who tells it to everybody on `faults`.
+//! Notices: what a process or a tool reports to the supervisor, which publishes it on `faults`.
 //!
 //! A file of the system's folder, a line of JSON each. A line is appended in one piece. So writers need no lock, a
 //! killed one leaves no half line, and no process has to run for it to be kept. Not for what happens often.
@@ -88,7 +88,7 @@ impl Line {
 
 impl System {
     /// Sends the process `pid`, which serves as `process`, a signal, and has the system's record say so,
-    /// before anybody can see what comes of it. `by`: who does it.
+    /// before its effects can be seen. `by`: who does it.
     ///
     /// # Errors
     /// [`Error::File`] where the system has gone; [`Error::Signal`] where the process has.
@@ -106,7 +106,7 @@ impl System {
         sent.map_err(|error| Error::Signal { process, pid, source: error.into() })
     }
 
-    /// Has the supervisor give the planner an order, and tell everybody that somebody has it do so. `by`: who does it.
+    /// Has the supervisor give the planner an order, and report who asked for it. `by`: who does it.
     ///
     /// # Errors
     /// [`Error::File`] where the system has gone.
@@ -160,7 +160,7 @@ impl Node {
 pub struct Notices {
     path: PathBuf,
     file: File,
-    /// What was read and not yet told.
+    /// What was read and not yet reported.
     rest: Vec<u8>,
 }
 

@@ -22,7 +22,7 @@ struct Tally {
     /// The last number; `None` where the first one may be any.
     last: Option<u64>,
     lost: u64,
-    /// Several writers, each with its own numbers: nothing can be told from them.
+    /// Several writers, each with its own numbers: these say nothing about the channel.
     many_writers: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The folder of all systems of a user. Never one that somebody else could have prepared.
+//! The folder of all systems of a user. Never one that another user could have prepared.
 
 use std::fs::{self, DirBuilder};
 use std::io::ErrorKind;
@@ -20,7 +20,7 @@ pub(crate) fn of_this_user() -> Result<PathBuf> {
     Ok(root)
 }
 
-/// Held while a system comes or goes, so that nobody takes a system that is being made for a dead one.
+/// Held while a system comes or goes, so that a system that is being made is not taken for a dead one.
 pub(crate) fn guard(root: &Path) -> Result<Lock> {
     let path = root.join(".guard");
     Lock::take(&path).map_err(Error::file(path, "locking"))

@@ -97,7 +97,7 @@ impl SharedFiles {
         Ok(files)
     }
 
-    /// Looks for files that somebody else has put among them.
+    /// Looks for files that another user has put among them.
     ///
     /// # Errors
     /// [`Error::ForeignFile`] with the first one.
@@ -268,7 +268,7 @@ fn is_token(text: &str) -> bool {
     text.len() == DIGITS && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
 }
 
-/// Makes the file whole, and locked, before anybody can see it.
+/// Makes the file whole, and locked, before another process can see it.
 fn make_owner(path: &Path, folder: &Path) -> std::io::Result<Lock> {
     let unnamed = || {
         let mut options = OpenOptions::new();
@@ -372,7 +372,7 @@ mod tests {
 
     use super::*;
 
-    /// Another user once made `checkpoint_localizer_0` under a name that a hash told, and read the scans of a mission.
+    /// Another user once made `checkpoint_localizer_0` under a name that came from a hash, and read the scans of a mission.
     #[test]
     fn no_two_systems_have_the_same_prefix() {
         let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());

@@ -207,7 +207,7 @@ impl System {
         self.folder.join("logs").join(format!("{process}.log"))
     }
 
-    /// What the supervisor told every process.
+    /// What the supervisor gave every process.
     ///
     /// # Errors
     /// [`Error::File`] where `run.json` cannot be read or is too large; [`Error::RunConfig`].
@@ -233,7 +233,7 @@ impl System {
         Ok(found)
     }
 
-    /// As long as the lock is held, nobody takes the system away.
+    /// As long as the lock is held, no process removes the system.
     ///
     /// # Errors
     /// [`Error::NotRunning`] where it has gone already.
@@ -344,7 +344,7 @@ impl System {
         write(self.iceoryx2_config(), config.as_bytes())
     }
 
-    /// Ends what still lives and clears what nobody goes on with.
+    /// Ends what still lives and clears what no run continues.
     fn clear_for_successors(&self, run: &RunConfig) -> Result<()> {
         self.end_processes()?;
         self.shared()?.remove_but(&SUCCESSORS)?;

@@ -210,7 +210,7 @@ fn words(bytes: usize) -> usize {
     bytes.div_ceil(ALIGNMENT)
 }
 
-/// A message in shared memory that nobody reads yet. Dropped, it was never there.
+/// A message in shared memory that is not sent yet. Dropped, it was never there.
 pub struct RawLoan<'a> {
     sample: Loaned,
     cells: usize,
@@ -289,7 +289,7 @@ impl<T: Message> Writer<T> {
     }
 }
 
-/// A message in shared memory that nobody reads yet. Dropped, it was never there.
+/// A message in shared memory that is not sent yet. Dropped, it was never there.
 pub struct Loan<'a, T> {
     raw: RawLoan<'a>,
     message: PhantomData<fn(T)>,

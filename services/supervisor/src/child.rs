@@ -165,7 +165,7 @@ impl Child {
         self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
     }
 
-    /// Whether it has looked up from its work lately, as far as the last look at it tells.
+    /// Whether it has looked up from its work lately, as far as the last look at it shows.
     pub(crate) fn is_responsive(&self) -> bool {
         self.watchdog.is_quiet()
     }

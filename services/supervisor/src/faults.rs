@@ -1,4 +1,4 @@
-//! Tells everybody what goes wrong with the processes, and right again: the channel `faults`.
+//! Reports what goes wrong with the processes, and right again: the channel `faults`.
 
 use std::os::unix::process::ExitStatusExt;
 use std::time::Duration;
@@ -36,7 +36,7 @@ impl Faults {
         })
     }
 
-    /// What is told from here on happened after the status with this header.
+    /// What is reported from here on happened after the status with this header.
     pub(crate) fn is_now(&mut self, header: Header) {
         self.now = header;
     }
@@ -46,7 +46,7 @@ impl Faults {
         self.recording_stands
     }
 
-    /// Tells what others have noticed.
+    /// Reports what others have noticed.
     pub(crate) fn pass_on(&mut self) -> Result<()> {
         while let Some(notice) = self.notices.receive()? {
             let Notice { kind, process, pid, signal, missing, words, order } = notice;
@@ -63,7 +63,7 @@ impl Faults {
         std::mem::take(&mut self.orders)
     }
 
-    /// Tells something; `fill` adds to it.
+    /// Reports something; `fill` adds to it.
     pub(crate) fn tell(
         &mut self,
         kind: FaultKind,
@@ -85,7 +85,7 @@ impl Faults {
         Ok(())
     }
 
-    /// Tells of a death, behind whatever others say about it.
+    /// Reports a death, behind what others say about it.
     pub(crate) fn died(&mut self, death: &Death) -> Result<()> {
         self.pass_on()?;
         self.tell(FaultKind::Died, death.process, death.pid, |fault| {
@@ -95,7 +95,7 @@ impl Faults {
         })
     }
 
-    /// Tells that a process is unresponsive, and what the supervisor makes of it.
+    /// Reports that a process is unresponsive, and what the supervisor does about it.
     pub(crate) fn unresponsive(
         &mut self,
         process: Process,

@@ -1,5 +1,5 @@
 //! What becomes of a process over its lives: started again when it dies, ended when it is unresponsive for too
-//! long; and everybody is told.
+//! long; and `faults` reports it.
 
 use std::time::Duration;
 

@@ -20,7 +20,7 @@ pub(crate) enum End {
     Hung,
     /// It ended by itself: by an error, a panic, a crash.
     Failed,
-    /// Somebody else ended it.
+    /// Another process ended it.
     Killed {
         /// The length of its life.
         after: Duration,

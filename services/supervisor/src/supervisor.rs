@@ -27,7 +27,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(4);
 const EARLY_END: Duration = Duration::from_secs(2);
 /// Room for the largest file that a channel makes, with any readers; 103 MiB were measured for a sketch.
 const LARGEST_FILE_MIB: u64 = 256;
-/// A signal that comes so long after the shutdown began is somebody who does not want to wait.
+/// A signal that comes so long after the shutdown began means that the user does not want to wait.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// How long a recorder may take to meet its writers before they end.

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use sketchnav_runtime::ProcessState;
 
-/// Who is stopped and shows no sign of life for so long has missed its deadline, which is told.
+/// A stopped process without a heartbeat for so long has missed its deadline, and is reported.
 const DEADLINE: Duration = Duration::from_secs(1);
 /// A process that seems to compute is reported later: drawings are read in one step.
 const BUSY_DEADLINE: Duration = Duration::from_secs(5);

@@ -18,7 +18,7 @@ use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_sim::{Senses, Simulation, World};
 
-/// How long to sleep at most before looking whether somebody new listens.
+/// How long to sleep at most before looking for new readers.
 const LOOK_UP: Duration = Duration::from_millis(20);
 /// How often to look for the first answer, and how long to wait for it.
 const LOOK_SOON: Duration = Duration::from_millis(2);

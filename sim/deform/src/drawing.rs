@@ -1,4 +1,4 @@
-//! A floor as somebody might draw it, and which place of it is which place of the drawing.
+//! A floor as a person might draw it, and which place of it is which place of the drawing.
 
 use nalgebra::Vector2;
 use rand::RngExt;

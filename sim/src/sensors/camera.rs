@@ -123,7 +123,7 @@ impl Camera {
     }
 }
 
-/// Whether nothing stands and nobody walks between two places.
+/// Whether the line between two places is free of things and people.
 fn is_open(scene: &Scene<'_>, from: Vector2<f64>, to: Vector2<f64>) -> bool {
     let distance_m = (to - from).norm();
     let direction = (to - from) / distance_m.max(f64::MIN_POSITIVE);

@@ -23,7 +23,7 @@ use crate::args::ChaosOptions;
 
 /// How often to look.
 const LOOK_EVERY: Duration = Duration::from_micros(500);
-/// After this share of the mission nobody is killed: what is killed later has nothing left to recover.
+/// After this share of the mission no process is killed: a later one would have nothing left to recover.
 const LAST_SHARE: f64 = 0.95;
 /// The same in real time, where a mission may end sooner than the undisturbed one.
 const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;

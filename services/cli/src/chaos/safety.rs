@@ -1,5 +1,5 @@
-//! Whether the robot was safe while its processes died: it stops when nobody commands it, and touches no
-//! wall. Told from the recording of a run in real time.
+//! Whether the robot was safe while its processes died: it stops without commands, and touches no
+//! wall. It is judged by the recording of a run in real time.
 
 use std::path::Path;
 

@@ -29,7 +29,7 @@ const HAPPENED: &str = "# What happened, each fault at the first message at or a
 const PLANNED: &str =
     "# Played by `sketchnav chaos MISSION --schedule FILE` and `sketchnav run MISSION --faults FILE`.\n";
 
-/// The schedule that somebody names, read before anything starts.
+/// The schedule that the user names, read before anything starts.
 pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>, Failure> {
     let Some(path) = &options.schedule else { return Ok(None) };
     let kind = match mission::is_demo(mission) {
@@ -108,7 +108,7 @@ fn write_with(path: &Path, heading: &str, plan: &FaultPlan) -> anyhow::Result<()
     std::fs::write(path, format!("{heading}{text}")).with_context(|| path.display().to_string())
 }
 
-/// Writes what befell the run whose results lie below `out`, as its recording tells.
+/// Writes the faults of the run whose results lie below `out`, as its recording has them.
 pub fn write_happened(path: &Path, out: &Path) -> anyhow::Result<()> {
     let mut plan = FaultPlan::default();
     if let Some(recording) = recording_below(out) {

@@ -89,7 +89,7 @@ pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
     Ok(if left_out.is_empty() { Outcome::Success } else { Outcome::Short })
 }
 
-/// The suites and studies that the user wants, all where nobody says.
+/// The suites and studies that the user wants, all where the user names none.
 fn wanted(options: &EvalOptions) -> Result<Vec<&'static str>, Failure> {
     let known: Vec<_> = suites::names().chain(studies::names()).collect();
     if let Some(found) = options.suites.iter().find(|wanted| !known.contains(&wanted.as_str())) {

@@ -1,7 +1,7 @@
 //! Experiments in parts: one job on any machine, and all parts together as if one machine had driven them all.
 //!
 //! A part says which experiment it belongs to by a fingerprint of everything that decides its outcomes. Parts of another
-//! experiment are refused, and those of another kind of machine or another build, unless somebody asks for them.
+//! experiment are refused, and those of another kind of machine or another build, unless the user asks for them.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;

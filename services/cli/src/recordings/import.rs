@@ -31,7 +31,7 @@ use crate::output::out;
 /// or a mark by hand.
 const MAP_START_SPREAD_PX: f64 = 1.0;
 const MAP_START_SPREAD_RAD: f64 = 0.03;
-/// Of the task that a mission must have; nobody drives it.
+/// Of the task that a mission must have; it is not driven.
 const TIME_LIMIT_S: f64 = 180.0;
 /// Numbers of what is sent once.
 const ONCE: Header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
@@ -208,7 +208,7 @@ fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
 }
 
 /// The map as a drawing: a cell a pixel, walls where it is occupied; whatever is not known is free to look
-/// through. Both scales are known, and the localizer is told so.
+/// through. Both scales are known, and the localizer gets them.
 fn of_map(map: &Path, first: &CarmenScan, run: &mut RunConfig) -> Result<Drawn, Failure> {
     let known = occupied(map).or_input()?;
     let (width, height) = known.raster().size();

@@ -141,7 +141,7 @@ impl Page<'_> {
         })
     }
 
-    /// Spread over the way: where the particles are told apart best, at the beginning, and later on.
+    /// Spread over the way: where it can be read best, at the beginning, and later on.
     fn moments(&self) -> anyhow::Result<Markup> {
         let (Some((map, cells)), particles) = (&self.log.sketch, &self.log.particles) else {
             return Ok(html! {});

@@ -198,7 +198,7 @@ fn parts(
     Ok(parts)
 }
 
-/// Parts of an earlier split would stay beside the new ones, and nobody could tell them apart.
+/// Parts of an earlier split would stay beside the new ones, and could not be distinguished.
 fn refuse_earlier_parts(folder: &Path, stem: &str, rosbag2: bool) -> anyhow::Result<()> {
     let is_part = |name: &str| {
         let number = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')?.strip_suffix(".mcap"));

@@ -293,7 +293,7 @@ mod tests {
     }
 
     /// The figures by which `sketchnav deform` goes are those of the annotated drawings. Which of several
-    /// marks for one place is the right one, nobody says; here it is the likeliest.
+    /// marks for one place is the right one is not known; here it is the likeliest.
     #[test]
     fn people_deform_as_the_marks_in_their_drawings_say() {
         let folder = data::folder().join("sketches/kth");

@@ -54,7 +54,7 @@ impl Kind {
         }
     }
 
-    /// Of a judged task, as far as its verdict tells: not by which way the robot came, nor whether a touch is a failure.
+    /// Of a judged task, as far as its verdict says: not by which way the robot came, nor whether a touch is a failure.
     pub fn of(verdict: &TaskVerdict) -> Self {
         match (verdict.reached, verdict.state.as_str()) {
             (true, _) => Self::Reached,

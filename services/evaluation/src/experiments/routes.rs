@@ -24,7 +24,7 @@ use crate::judge::homotopy::Correspondence;
 const TITLE: &str = "25 drawings with drawn routes, landscape and portrait, in two floors of panels; reached: within 1 m of the goal by a way homotopic to the route.";
 const NOTICE: &str =
     "paper: Boniardi et al. 2016; each of its 25 drawings is of another person and was driven once.";
-/// Of each drawing, where nobody says how many.
+/// Of each drawing, by default.
 const REPETITIONS: u32 = 4;
 
 /// Loads the suite.

@@ -38,7 +38,7 @@ pub struct Log {
     pub estimates: Vec<PoseEstimate>,
     /// What of the drawing corresponded to what it had seen.
     pub correspondences: Vec<Correspondence>,
-    /// What it was told to do, one a step.
+    /// Its commands, one a step.
     pub commands: Vec<VelocityCommand>,
     /// The stamp of every message on any channel.
     pub stamps_ns: Vec<u64>,
@@ -175,7 +175,7 @@ fn drive_from(
     Ok(Driven { run, sketch, first_task, log, busy_s, verdicts })
 }
 
-/// Drives one repetition of a trial and tells how its tasks ended.
+/// Drives one repetition of a trial and returns how its tasks ended.
 ///
 /// # Errors
 /// As [`drive`].

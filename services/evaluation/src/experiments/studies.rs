@@ -33,7 +33,7 @@ pub struct Study {
     pub name: &'static str,
     /// What is done, in a sentence or two.
     pub title: &'static str,
-    /// Worlds where nobody says how many.
+    /// Worlds by default.
     pub worlds: u64,
     /// Does it.
     pub run: fn(Size) -> Result<Vec<Figure>, EvalError>,

@@ -46,6 +46,9 @@ impl Folders {
     }
 }
 
+/// What is told of all outcomes of a suite.
+pub type Telling = fn(&[TaskOutcome]) -> Vec<Section>;
+
 /// A list of trials with a heading.
 #[derive(Debug, Default)]
 pub struct Suite {
@@ -59,9 +62,9 @@ pub struct Suite {
     pub trials: Vec<Trial>,
     /// What a line of its table is, where it is no drawing: then the trials' `drawing` says that.
     pub lines: Option<&'static str>,
-    /// The methods that it compares where nobody names any; empty: the first one of its kind of navigator.
+    /// The methods that it compares by default; empty: the first one of its kind of navigator.
     pub methods: Vec<String>,
-    /// Repetitions where nobody says how many.
+    /// Repetitions by default.
     pub repetitions: u32,
     /// What others reached with a suite of the same protocol, where no table lists its tasks.
     pub paper: Vec<Published>,
@@ -75,11 +78,8 @@ pub struct Suite {
     /// table has a line for each drawing.
     pub legs: Vec<Leg>,
     /// What it tells of all outcomes beside its tables.
-    pub tells: Option<Tells>,
+    pub tells: Option<Telling>,
 }
-
-/// Sections of a suite, from all of its outcomes.
-pub type Tells = fn(&[TaskOutcome]) -> Vec<Section>;
 
 /// A published count.
 #[derive(Debug, Clone, PartialEq)]

@@ -145,7 +145,7 @@ impl Log {
         Ok(log)
     }
 
-    /// What was told in another frame than the last drawing's, or in none.
+    /// What was said in another frame than the last drawing's, or in none.
     fn forget_earlier_drawings(&mut self) {
         let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
         self.estimates.retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());

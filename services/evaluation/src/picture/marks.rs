@@ -5,7 +5,7 @@ use sketchnav_schemas::geometry::{Point, Pose};
 use super::svg::{SHEET_WIDTH, Sheet};
 use super::task::{TaskMark, TaskPicture};
 
-/// One after the other for the tasks; told apart on white, also by most who are colour-blind.
+/// One after the other for the tasks. They differ on white, also for most people who are colour-blind.
 const COLOURS: [&str; 10] = [
     "#2f6fd0", "#e07b16", "#2b9a55", "#c23b8f", "#7a52cc", "#0e9aa7", "#a8641f", "#d14545", "#5b8a00",
     "#5a6b86",

@@ -2,7 +2,7 @@
 
 use sketchnav_schemas::geometry::Point;
 
-/// How a task ended, as far as a picture tells.
+/// How a task ended, as far as a picture shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TaskMark {
     /// Reached.

@@ -4,7 +4,7 @@
 //! - [`sketcher`], [`localizer`], [`planner`]: the stages;
 //! - [`rules`]: rule files; the methods `qtc-b` and `argd` of Patil 2019 and `combined` drive by them;
 //! - [`perception`]: markers in memory, pairs, relations;
-//! - [`course`], [`way`]: this project's own method: the way on through free space, seen by laser or told by markers, and its
+//! - [`course`], [`way`]: this project's own method: the way on through free space, seen by laser or known by markers, and its
 //!   length.
 //!
 //! Nothing here knows a clock, a file, a channel or a map. Time, messages and configuration arrive as arguments.

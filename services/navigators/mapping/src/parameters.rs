@@ -17,7 +17,7 @@ pub struct OdometryNoise {
     pub yaw_floor_rad: f64,
 }
 
-/// All that the mapper can be told.
+/// Parameters of the mapper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
     /// Side of a cell.

@@ -64,7 +64,7 @@ pub struct TaskInfo {
 pub enum Motion<'a> {
     /// By its odometry.
     Odometry(&'a Odometry),
-    /// By what it was told to do: a robot without odometry.
+    /// By its commands: a robot without odometry.
     Commanded {
         /// Its speed since the last step, m/s.
         speed_mps: f64,
@@ -134,7 +134,7 @@ impl Mission {
         self.elapsed_s
     }
 
-    /// Whether somebody has ordered the start.
+    /// Whether the start was ordered.
     pub fn is_ordered(&self) -> bool {
         self.ordered
     }
@@ -149,7 +149,7 @@ impl Mission {
         self.phase == Phase::Over && !self.pad.draws()
     }
 
-    /// Forgets what it was about; the robot stands until somebody orders the start again.
+    /// Forgets what it was about; the robot stands until the start is ordered again.
     pub fn begin_anew(&mut self) {
         (self.phase, self.held, self.ordered) = (Phase::Waiting, None, false);
         (self.task, self.reached) = (0, 0);

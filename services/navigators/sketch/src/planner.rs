@@ -55,7 +55,7 @@ impl Stage for Planner {
         self.core.is_ready() || !self.waits_for_order
     }
 
-    /// An instant has no answer before the first scan and odometry: the world stops a robot that nobody commands.
+    /// An instant has no answer before the first scan and odometry: the world stops a robot without commands.
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let core = &mut self.core;
         let (Some(estimate), Some(odometry)) = (instant.newest(ESTIMATE), instant.newest(ODOMETRY)) else {

@@ -66,7 +66,7 @@ impl Bridge<'_> {
         }
     }
 
-    /// Tells all pages anew who they are and what there is.
+    /// Sends all pages again who they are and what there is.
     pub(super) fn welcome(&mut self) {
         self.caller.board.welcome.send_replace(Some(Arc::new(self.greeting())));
         self.is_new = true;

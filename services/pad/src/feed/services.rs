@@ -1,4 +1,4 @@
-//! Which processes are up, by what the supervisor tells on `faults`.
+//! Which processes are up, by the supervisor's reports on `faults`.
 
 use std::collections::BTreeMap;
 

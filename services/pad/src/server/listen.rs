@@ -2,7 +2,7 @@
 //!
 //! A connection is one request: each answer closes it, and there is none that only waits for the next. Its head has to
 //! come soon, and all of it some time after. A WebSocket is bounded by its own rules from then on. Who has to go
-//! before the head has come is told why (408, 431, 503).
+//! before the head has come gets the reason (408, 431, 503).
 
 use std::io::{Cursor, ErrorKind};
 use std::net::{IpAddr, SocketAddr};

@@ -29,7 +29,7 @@ const MAX_WORDS: usize = 32;
 const SILENT: Duration = Duration::from_secs(20);
 /// What a page says is heard so often at once, and each second after that; the rest waits on its own link.
 const WORDS: [f64; 2] = [200.0, 60.0];
-/// The bridge is told so often that a page was heard.
+/// The bridge learns so often that a page was heard.
 const HEARD_EVERY: Duration = Duration::from_millis(100);
 
 /// Talks to a page until it goes.
@@ -43,7 +43,7 @@ pub(super) async fn serve(socket: WebSocket, session: &str, caller: &Caller) {
     }
 }
 
-/// Tells the page the newest of everything, and answers it.
+/// Sends the page the newest of everything, and answers it.
 async fn talk(
     mut sink: SplitSink<WebSocket, Message>,
     session: &str,
@@ -114,7 +114,7 @@ async fn listen(
     }
 }
 
-/// What a page was told and has seen.
+/// What a page got and has seen.
 struct Talk {
     session: String,
     sent: u64,

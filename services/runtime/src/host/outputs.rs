@@ -60,7 +60,7 @@ impl Outputs {
 }
 
 impl Sink for Outputs {
-    /// What only onlookers read wakes nobody: another message of the same step follows.
+    /// A message that only observers read wakes no process: another message of the same step follows.
     fn put(&mut self, put: Put<'_>) -> Result<u64, StageError> {
         let writer = self.writers.iter_mut().find(|writer| writer.spec() == put.spec);
         let writer =

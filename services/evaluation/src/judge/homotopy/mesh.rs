@@ -112,7 +112,7 @@ impl Mesh {
         self.triangles.len()
     }
 
-    /// Carries a place from plane to plane: the triangle that it lies in tells where to.
+    /// Carries a place from plane to plane: the triangle that it lies in says where to.
     pub(super) fn carry<F: Copy, G: Copy>(
         &self,
         from: &Plane<F>,

@@ -163,7 +163,7 @@ mod tests {
         }
     }
 
-    /// Two long walls say nothing about the way along them: there the prior holds, and the covariance tells.
+    /// Two long walls say nothing about the way along them: there the prior holds, and the covariance shows it.
     #[test]
     fn a_corridor_leaves_its_direction_to_the_odometry() {
         let field = room();

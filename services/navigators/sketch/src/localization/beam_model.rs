@@ -88,7 +88,7 @@ pub struct BeamModel {
     readings: Vec<Reading>,
     /// Binary logarithm of the sensor's longest range, metres: the unit of [`Powers`].
     unit_log2: f32,
-    /// Binary logarithms of the shortest and the longest range that are told apart, metres.
+    /// Binary logarithms of the shortest and the longest range of the table, metres.
     bounds_log2: [f32; 2],
 }
 
@@ -173,7 +173,7 @@ impl BeamModel {
         }
     }
 
-    /// How many times as much a scan tells as in a drawing by hand, as far as this one is believed to be more exact.
+    /// How many times as much a scan counts as in a drawing by hand, as far as this one is believed to be more exact.
     /// The errors that are left are the sensor's, of each beam its own.
     pub fn exactness(&self) -> f32 {
         (self.widths[1] / self.width).sqrt()

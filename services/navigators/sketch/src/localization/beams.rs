@@ -21,7 +21,7 @@ impl From<&Laser> for Mounting {
     }
 }
 
-/// Shortest range that is told apart from nothing, metres.
+/// Shortest range that differs from none, metres.
 pub const SHORTEST_M: f32 = 0.05;
 
 /// An even selection of a scan's valid beams, one array for each property.

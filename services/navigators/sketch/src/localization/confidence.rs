@@ -1,4 +1,4 @@
-//! How sure the localization is, with hysteresis: a judgement that flickers helps nobody.
+//! How sure the localization is, with hysteresis, so that the judgement does not flicker.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Tracking;

@@ -1,7 +1,7 @@
 //! Doors as wide as doors are.
 //!
 //! Who draws a door leaves a gap in a wall. The gap is a sign: where it is counts, how wide it is does not, and hasty
-//! hands leave it narrow. Taken for a measure it tells the filter that the drawing is smaller here than it is, and the
+//! hands leave it narrow. Taken for a measure, the gap makes the drawing seem smaller here than it is, and the
 //! robot drives past the right door. So gaps in walls that are narrower than a door are widened before the filter uses
 //! the drawing. The walls beside them limit that.
 //!
@@ -395,7 +395,7 @@ impl Merged {
     }
 }
 
-/// Takes what is known where it is nearer than a cell's own wall; and tells how near that is.
+/// Takes what is known where it is nearer than a cell's own wall; and returns how near that is.
 #[expect(clippy::too_many_arguments, reason = "plain slices")]
 #[inline(always)]
 fn merge(

@@ -15,7 +15,7 @@ pub enum Reason {
     NoSketch,
     /// The route is missing.
     NoRoute,
-    /// Nobody has ordered the start.
+    /// The start was not ordered yet.
     NoOrder,
     /// The localizer has no pose yet.
     NoPose,

@@ -9,7 +9,7 @@ use super::settings::Options;
 use super::walls::Walls;
 use super::{ink, raster, strokes, vector};
 
-/// Reads a drawing: PNG, JPEG, SVG or [`strokes`](super::strokes) in JSON, told apart by their content.
+/// Reads a drawing: PNG, JPEG, SVG or [`strokes`](super::strokes) in JSON, recognized by their content.
 ///
 /// `file` is the file's name, for the errors. A drawing of more than
 /// [`MAX_SKETCH_CELLS`](sketchnav_schemas::channels::MAX_SKETCH_CELLS) pixels is scaled down; points

@@ -1,4 +1,4 @@
-//! Tells ink from paper: which pixels of a picture are walls.
+//! Separates ink from paper: which pixels of a picture are walls.
 //!
 //! Three kinds of pictures come in. A *clean* picture has two tones, far apart, and little else: its threshold is
 //! Otsu's. Everything else is taken for a *photograph* of strokes on paper under uneven light. Each pixel is divided

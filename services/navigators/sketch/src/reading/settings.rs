@@ -49,7 +49,7 @@ pub struct Settings {
     /// How far a drawn route must lead until it gives the start heading, a share of the diagonal. People begin with a
     /// squiggle (Boniardi et al. 2016, IV).
     pub heading_distance_share: f64,
-    /// Shortest line that tells a wall direction, a share of the diagonal.
+    /// Shortest line that counts for the wall direction, a share of the diagonal.
     pub line_length_share: f64,
     /// Widest gap within such a line, pixels.
     pub line_gap_px: u32,

@@ -27,7 +27,7 @@ pub(crate) struct Walls {
     pub mask: GrayImage,
     /// Sketch pixels an image pixel.
     pub scale: f64,
-    /// The pen's width where the file tells it, sketch pixels.
+    /// The pen's width where the file has it, sketch pixels.
     pub pen_width_px: Option<f64>,
     pub kind: Kind,
     pub marks: Marks,

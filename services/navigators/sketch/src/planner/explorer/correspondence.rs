@@ -9,7 +9,7 @@ use super::course::Likely;
 use super::{Aim, Explorer};
 
 impl Explorer {
-    /// Whether there is something that was not told yet; asking makes it told.
+    /// Whether there is something new to send; asking takes it as sent.
     pub fn has_news(&mut self) -> bool {
         std::mem::take(&mut self.state.is_news)
     }

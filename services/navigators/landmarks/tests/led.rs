@@ -54,7 +54,9 @@ struct Drive {
 
 impl Drive {
     fn begin(pad: Pad) -> Self {
-        let run = RunConfig::lockstep("t", Mission::parse(MISSION).unwrap(), Robot::parse(NOMAD).unwrap(), 1);
+        let mut mission = Mission::parse(MISSION).unwrap();
+        mission.task[0].time_limit_s = 1000.0;
+        let run = RunConfig::lockstep("t", mission, Robot::parse(NOMAD).unwrap(), 1);
         let mut planner = Planner::new(&RunConfig { pad, ..run }).unwrap();
         let cells = Instructions { sketch: None, words: WORDS.into() }.write().unwrap();
         let route = LandmarkRoute::zeroed();

@@ -326,7 +326,7 @@ fn cumulative(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Section {
         table: Table { header: words(&header), rows },
         words: vec![
             "Intervals of P are Student's over the sketches, those of runs Wilson's. Five runs of one sketch are alike, so the latter are too narrow for other sketches.".into(),
-            "Why fewer runs reach the goal than in the thesis: its sketches and scenes are lost, so what it was tuned on is not here. By routes that are exact, the same program reaches the goal as often as the thesis does (`landmark-isolation`). So it is the sketches' errors of distance and width that states do not bear: a state asks for each of its objects in its sixteenth of a turn, within 22 inches and 30 units of width, and one that does not come ends the run.".into(),
+            "Why fewer runs reach the goal than in the thesis: its sketches and scenes are lost, so what it was tuned on is not here. By routes that are exact, the same program reaches the goal as often as the thesis does (`landmark-isolation`). So it is the errors of the sketches that states do not bear: a state asks for each of its objects in its sixteenth of a turn, within 22 inches and 30 units of width, and one that does not come ends the run.".into(),
         ],
         plots: Vec::new(),
     }

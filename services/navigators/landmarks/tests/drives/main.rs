@@ -302,16 +302,20 @@ fn careless_sketches_are_followed_by_belief() {
 }
 
 #[test]
-fn a_robot_that_was_led_to_the_next_state_reaches_its_goal() {
-    // Chronis 2007, 4.8: the trash is gone, so the state before it does not come.
+fn a_lost_robot_that_is_led_on_reaches_its_goal() {
+    // Chronis 2007, 4.8: the trash is gone, and states with it do not come. A person leads the robot to each of them.
     let scene = scene_a();
     let route = extract(&scene.as_sketch(), &Parameters::default()).unwrap();
     let objects: Vec<_> = scene.objects.iter().filter(|one| one.name != "trash").cloned().collect();
-    let alone = follow(&objects, &scene, &route, 1);
-    assert_eq!(alone.end, End::Lost);
-    // Which it waits for then; a person leads it there.
-    let missed = 1 + alone.matched;
-    let along_m = route.along_m()[missed].unwrap();
-    let led = follow_from(&objects, &scene, &route, 1, Some((missed, along_m)));
-    assert_eq!(led.end, End::Goal, "{led:?}, led to state {missed}");
+    let mut run = follow(&objects, &scene, &route, 1);
+    assert_eq!(run.end, End::Lost);
+    let (mut state, mut helped) = (0, 0);
+    while run.end == End::Lost {
+        // The one that did not come.
+        state += run.matched + 1;
+        let along_m = route.along_m()[state].unwrap();
+        run = follow_from(&objects, &scene, &route, 1, Some((state, along_m)));
+        helped += 1;
+    }
+    assert!(run.end == End::Goal && helped <= 3, "{run:?}, led to state {state}, the last of {helped}");
 }

@@ -10,7 +10,8 @@
 //!
 //! This crate does not judge or draw recordings; `sketchnav-evaluation` does. Nothing here reads a clock, or knows how
 //! a message travels between processes. Recordings are read from files and written to any sink that the caller gives.
-//! [`sources`] alone reads other files, and writes those of a recording into a folder.
+//! [`sources`] alone reads other files, and writes those of a recording into a folder. [`series`]
+//! looks which files a folder has.
 
 pub mod carmen;
 mod content;

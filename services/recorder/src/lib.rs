@@ -25,6 +25,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use sketchnav_recordings::RecordingError;
+use sketchnav_recordings::writer::Latched;
 use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, RawReader, Step, Wake, Writer};
 use sketchnav_schemas::channels::{self, RECORDED, Role};
 use sketchnav_schemas::codes::FaultKind;
@@ -130,7 +131,7 @@ impl<'a> Recorder<'a> {
             latencies: Latencies::open(node, &kind)?,
             health: HealthReporter::new(node)?,
             synced: Instant::now(),
-            stamp_ns: 0,
+            stamp_ns: state.acknowledged_ns,
         };
         if state.part > 1 {
             recorder.catch_up()?;
@@ -212,10 +213,14 @@ impl<'a> Recorder<'a> {
             self.fail(failure);
             return Ok(());
         }
-        self.disk
-            .as_ref()
-            .map_or(Ok(()), Disk::sync)
-            .context("a file of the recording is not on the device")?;
+        if let Some(Err(error)) = self.disk.as_ref().map(Disk::sync) {
+            eprintln!("a file of the recording is not on the device yet: {error}");
+        }
+        self.begin_next(latched)
+    }
+
+    /// Begins the next file with what is latched.
+    fn begin_next(&mut self, latched: Vec<Option<Latched>>) -> anyhow::Result<()> {
         (self.state.part, self.state.began_ns) = (self.state.part + 1, self.stamp_ns);
         self.checkpoints.write(&self.state)?;
         match begin(&self.run, &file(&self.run, path(&self.run)?, self.state.part), &self.state) {

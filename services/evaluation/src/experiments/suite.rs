@@ -46,6 +46,9 @@ impl Folders {
     }
 }
 
+/// What is told of all outcomes of a suite.
+pub type Telling = fn(&[TaskOutcome]) -> Vec<Section>;
+
 /// A list of trials with a heading.
 #[derive(Debug, Default)]
 pub struct Suite {
@@ -75,11 +78,8 @@ pub struct Suite {
     /// table has a line for each drawing.
     pub legs: Vec<Leg>,
     /// What it tells of all outcomes beside its tables.
-    pub tells: Option<Tells>,
+    pub tells: Option<Telling>,
 }
-
-/// Sections of a suite, from all of its outcomes.
-pub type Tells = fn(&[TaskOutcome]) -> Vec<Section>;
 
 /// A published count.
 #[derive(Debug, Clone, PartialEq)]

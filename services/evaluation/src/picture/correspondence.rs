@@ -85,6 +85,10 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
     let way = &found.way_m[..(found.way_count as usize).min(found.way_m.len())];
     let way: Vec<_> = way.iter().map(|place| at(place.map(f64::from))).collect();
     sheet.line(&way, "stroke=\"#1d8a4a\" stroke-width=\"3.5\" stroke-dasharray=\"9 6\"");
+    let (seen, unseen) = corrected(found.samples(), &partners);
+    sheet.segments(&seen, "stroke=\"#49566b\" stroke-width=\"2\" stroke-opacity=\"0.7\"");
+    let dashed = "stroke=\"#49566b\" stroke-width=\"1.4\" stroke-opacity=\"0.6\" stroke-dasharray=\"3 5\"";
+    sheet.segments(&unseen, dashed);
     for (k, (sample, at)) in found.samples().iter().zip(&partners).enumerate() {
         if sample.partner != PartnerKind::Nothing.code() {
             dot(&mut sheet, at, &colour(k, found), sample);
@@ -100,8 +104,28 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
         cross(&mut sheet, &at(found.rival_m), "#c2410c");
     }
     sheet.scale_bar(1.0);
+    line_of_words(
+        &mut sheet,
+        "Dark line: the drawing as the floor has corrected it; dotted where nobody has looked.",
+    );
     words(&mut sheet, found);
     sheet.finish()
+}
+
+type Segments = Vec<[Point<World>; 2]>;
+
+/// The drawing as the floor has corrected it: its outline through the partners of its samples. What leads along walls that
+/// were seen, and what leads through gaps. Samples without a partner are left out.
+fn corrected(samples: &[OutlineSample], partners: &[Point<World>]) -> (Segments, Segments) {
+    let has_partner = |(sample, _): &(&OutlineSample, _)| sample.partner != PartnerKind::Nothing.code();
+    let placed: Vec<_> = samples.iter().zip(partners).filter(has_partner).collect();
+    let is_wall = |sample: &OutlineSample| sample.partner == PartnerKind::Wall.code();
+    let (mut seen, mut unseen) = (Vec::new(), Vec::new());
+    for ((a, from), (b, to)) in placed.iter().zip(placed.iter().cycle().skip(1)) {
+        let segments = if is_wall(a) && is_wall(b) { &mut seen } else { &mut unseen };
+        segments.push([**from, **to]);
+    }
+    (seen, unseen)
 }
 
 fn bounds<'a>(points: impl Iterator<Item = &'a Point<World>>) -> ([f64; 2], [f64; 2]) {
@@ -156,9 +180,29 @@ fn words(sheet: &mut Sheet, found: &Correspondence) {
         "{:.0} % of the goal's outline seen, {:.0} % behind gaps; aim: {aim}{margin}.",
         shares[0], shares[1]
     );
-    for line in [key, &told] {
-        let bottom = sheet.bottom;
-        sheet.text([24.0, bottom + 12.0], 16.0, "start", "#20242c", "400", line);
-        sheet.bottom += 22.0;
+    [key, &told].into_iter().for_each(|line| line_of_words(sheet, line));
+}
+
+fn line_of_words(sheet: &mut Sheet, line: &str) {
+    let bottom = sheet.bottom;
+    sheet.text([24.0, bottom + 12.0], 16.0, "start", "#20242c", "400", line);
+    sheet.bottom += 22.0;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_corrected_drawing_goes_round_and_leaves_out_what_has_no_partner() {
+        let kinds = [PartnerKind::Wall, PartnerKind::Wall, PartnerKind::Nothing, PartnerKind::Gap];
+        let sample =
+            |kind: PartnerKind| OutlineSample { partner: kind.code(), ..bytemuck::Zeroable::zeroed() };
+        let partners: Vec<_> = (0..4).map(|k| Point::<World>::new(f64::from(k), 0.0)).collect();
+        let (seen, unseen) = corrected(&kinds.map(sample), &partners);
+        let places = |segments: Segments| segments.iter().map(|[a, b]| [a.x, b.x]).collect::<Vec<_>>();
+        assert_eq!(places(seen), [[0.0, 1.0]]);
+        assert_eq!(places(unseen), [[1.0, 3.0], [3.0, 0.0]]);
+        assert_eq!(corrected(&[], &[]), (Vec::new(), Vec::new()));
     }
 }

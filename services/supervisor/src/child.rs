@@ -177,7 +177,8 @@ impl Child {
 
     /// What there is to say about its end.
     pub(crate) fn death(&self, status: ExitStatus) -> Death {
-        Death { process: self.process, pid: self.child.id(), status, last_lines: last_lines(&self.log) }
+        let (pid, hung) = (self.child.id(), self.hung());
+        Death { process: self.process, pid, status, hung, last_lines: last_lines(&self.log) }
     }
 
     pub(crate) fn signal(&mut self, signal: Signal) -> Result<()> {

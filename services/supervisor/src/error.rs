@@ -91,6 +91,8 @@ pub struct Death {
     pub pid: u32,
     /// How it ended.
     pub status: ExitStatus,
+    /// Whether the supervisor ended it, because it gave no sign of life.
+    pub hung: bool,
     /// The last lines that it printed.
     pub last_lines: String,
 }
@@ -105,7 +107,8 @@ impl Death {
             (None, signal) => {
                 let signal = signal.unwrap_or_default();
                 let name = Signal::try_from(signal).map_or("unknown", Signal::as_str);
-                format!("{process} (process {pid}) was killed by signal {signal} ({name})")
+                let why = if self.hung { ", because it gave no sign of life for too long" } else { "" };
+                format!("{process} (process {pid}) was killed by signal {signal} ({name}){why}")
             }
         }
     }
@@ -118,5 +121,19 @@ impl Display for Death {
             return f.write_str("; it printed nothing");
         }
         write!(f, "; its last words:\n{}", self.last_lines)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The person saw a SIGKILL, and looked for whoever had sent it.
+    #[test]
+    fn a_process_that_was_ended_for_its_silence_is_named_with_that_reason() {
+        let (process, status) = (Process::Planner, ExitStatus::from_raw(9));
+        let death = |hung| Death { process, pid: 7, status, hung, last_lines: String::new() };
+        assert_eq!(death(false).how(), "planner (process 7) was killed by signal 9 (SIGKILL)");
+        assert!(death(true).how().ends_with("(SIGKILL), because it gave no sign of life for too long"));
     }
 }

@@ -193,8 +193,7 @@ impl Page<'_> {
             let origin = picture::origin_of(found, &self.log.truth);
             let seen = self.log.truth.iter().take_while(|truth| truth.header.stamp_ns <= until);
             let trail: Vec<_> = seen.map(|truth| truth.pose().position()).collect();
-            let route = self.log.route.as_ref();
-            let goal = route.and_then(|route| route.points(route.tasks().last()?).last());
+            let goal = self.log.goal_at(until);
             figures.push(picture::drawn_outline(&picture::DrawnOutline {
                 title: &format!("{:.0} s: the sketch's outline", seconds(until)),
                 width_px: map.width_px,

@@ -7,7 +7,7 @@ use sketchnav_schemas::channels::{
     JOURNEY, LATENCY, MARKERS, ORDERS, PARTICLES, PEOPLE, RELATIONS, ROUTE, SCAN, SKETCH, STATUS, TRUTH,
 };
 use sketchnav_schemas::codes::{Order, TaskState, Tracking};
-use sketchnav_schemas::geometry::{Pose, Sketch, World};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::{
     Contact, Correspondence, Fault, GroundTruth, Health, Itinerary, Journey, Latency, MarkerView, Message,
     MissionStatus, Particles, People, PoseEstimate, Relations, Route, RouteTask, SketchMap, VelocityCommand,
@@ -115,6 +115,14 @@ const NEEDED: [&ChannelSpec; 18] = [
 ];
 
 impl Log {
+    /// The goal of the task that was driven at that time.
+    pub fn goal_at(&self, stamp_ns: u64) -> Option<Point<Sketch>> {
+        let until = self.status.partition_point(|status| status.header.stamp_ns <= stamp_ns);
+        let task = self.status[..until].last().map_or(0, |status| status.task as usize);
+        let route = self.route.as_ref()?;
+        route.points(route.tasks().get(task)?).last()
+    }
+
     /// Reads it, without the particles.
     ///
     /// # Errors
@@ -285,5 +293,36 @@ fn instant(truth: Pose<World>, estimate: &PoseEstimate) -> Instant {
         effective_sample_size: estimate.effective_sample_size,
         fit: estimate.fit,
         tracking: estimate.tracking,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    /// The report's pictures of an early task showed the goal of the last one.
+    #[test]
+    fn the_goal_is_that_of_the_task_of_the_moment() {
+        let mut route: Box<Route> = Box::new(Zeroable::zeroed());
+        route.task_count = 2;
+        for (k, at) in [[10.0, 20.0], [30.0, 40.0]].into_iter().enumerate() {
+            (route.tasks[k].first_point, route.tasks[k].point_count) = (k as u32, 1);
+            route.points_px[k] = at;
+        }
+        let status = |stamp_ns, task| {
+            let mut status = MissionStatus { task, ..Zeroable::zeroed() };
+            status.header.stamp_ns = stamp_ns;
+            status
+        };
+        let log = Log {
+            status: vec![status(1, 0), status(5, 0), status(6, 1)],
+            route: Some(route),
+            ..Log::default()
+        };
+        let goals = [0, 5, 6, 9].map(|stamp_ns| log.goal_at(stamp_ns).map(|goal| goal.x));
+        assert_eq!(goals, [Some(10.0), Some(10.0), Some(30.0), Some(30.0)]);
+        assert_eq!(Log::default().goal_at(5), None);
     }
 }

@@ -235,7 +235,7 @@ fn a_chunk_that_ends_behind_the_file_is_named() {
     std::fs::write(&path, &file).unwrap();
     let mut selected = Recording::open(&path).unwrap().select(Selection::default()).unwrap();
     let error = selected.find_map(Result::err).unwrap().to_string();
-    assert!(error.contains(&format!("byte {at}: the file ends before")), "{error}");
+    assert!(error.contains(&format!("byte {at}: the file ends within the record")), "{error}");
 }
 
 /// A file with nothing damaged but its first bytes was refused by `recover` too, which is there for damaged files.

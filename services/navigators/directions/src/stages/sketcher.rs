@@ -339,7 +339,7 @@ mod tests {
         let error = made(&APART, [0.7, 0.16]).unwrap_err().to_string();
         assert!(error.starts_with("task 1 (over): no path from dot "), "{error}");
         assert!(
-            error.contains(": 2 dots are reached from the start, 2 reach the goal; a path would have to"),
+            error.contains(": 2 dots are reached from the start, 2 reach the goal. A path would have to"),
             "{error}"
         );
         let made = made(&APART, [0.15, 0.15]).unwrap();

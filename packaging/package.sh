@@ -26,4 +26,5 @@ for shell in bash zsh fish; do
     "$release/sketchnav" completions $shell >"$made/sketchnav.$shell"
 done
 
-cargo deb --no-build
+# The release profile keeps line numbers for backtraces; a package has none.
+cargo deb --no-build --strip

@@ -1,5 +1,6 @@
-//! What observers cost the robot: the time from a tick to its command while the demo drives in real time, with nobody attached, with
-//! the live view and a viewer that watches every topic, with the bridge to ROS 2, and with both.
+//! What observers cost the robot: the time from a tick to its command, while the demo drives in real time.
+//!
+//! There are four cases: nobody is attached; the live view, with a viewer of every topic; the bridge to ROS 2; both.
 //!
 //! `cargo bench --bench observers` drives one mission, in which the four take turns, each for some seconds and each time in another
 //! order. `--features ros2` adds the bridge; `-- --turns 12` measures longer. The figures come from the recording, so that nothing
@@ -100,6 +101,7 @@ fn take_turns(place: &Place, turns: usize) -> Vec<Turn> {
             // Each begins as often as the others: what is dear on the way is not always the same one's.
             let attached = all[(turn + place_in_turn) % all.len()];
             let observers = attach(place, attached);
+            // The mission is driven in real time: what is measured is what it does while this process waits.
             sleep(SETTLE);
             let begin = ticks.newest() + 1;
             sleep(TURN);

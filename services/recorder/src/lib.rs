@@ -482,8 +482,8 @@ impl Input {
 
     /// Whether its messages are to stay in the channel while the file has failed, as nothing else keeps them: those
     /// with cells. From the moment that the file fails, the reader is opened anew. So the history comes again: the
-    /// newest messages may have been in what was cut off. Where that cannot be, what comes from now on waits all the
-    /// same.
+    /// newest messages may have been in what was cut off. If that fails, the old reader still
+    /// has the messages that come from now on.
     fn waits_for_room(&mut self, node: &Node) -> bool {
         if self.reader.spec().max_cells == 0 {
             return false;

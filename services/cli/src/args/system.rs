@@ -55,7 +55,7 @@ pub struct SplitWhileGrowing {
 }
 
 impl SplitWhileGrowing {
-    /// As the recorder is told.
+    /// The limits in the recorder's units.
     pub fn of(&self) -> Split {
         let bytes = self.split_size.map(|megabytes| (megabytes * 1e6) as u64);
         Split { bytes, duration_ns: self.split_duration.map(nanoseconds) }

@@ -46,7 +46,7 @@ impl Folders {
     }
 }
 
-/// What is told of all outcomes of a suite.
+/// Makes the sections of a suite from all of its outcomes.
 pub type Telling = fn(&[TaskOutcome]) -> Vec<Section>;
 
 /// A list of trials with a heading.

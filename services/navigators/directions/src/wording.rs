@@ -186,8 +186,8 @@ mod tests {
         assert_eq!(reworded(&atlas, &path, knows, 0.5), path);
     }
 
-    /// How often each of the two words stands in plans that are followed directly in the words of before, and how many of these
-    /// plans there are and are followed directly in their new words.
+    /// Counts over plans that are followed directly in the words of before: how often each of the two words stands in
+    /// them, how many plans they are, and how many are followed directly in the new words.
     struct Agreement {
         new: usize,
         confusable: usize,

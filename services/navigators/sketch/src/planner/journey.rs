@@ -36,8 +36,8 @@ impl Journey {
         self.counts = true;
     }
 
-    /// The time on the way, seconds, and the way drawn, metres, where the first is out of proportion for a robot that
-    /// may drive `speed_mps`.
+    /// The time on the way, seconds, and the length of the drawn way, metres. `None` unless the time is out of
+    /// proportion for a robot that may drive `speed_mps`.
     pub fn astray(&self, now_s: f64, speed_mps: f64, parameters: &Parameters) -> Option<(f64, f64)> {
         let (on_way_s, drawn_m) = (now_s - self.began_s, self.drawn_m?);
         let most_m = parameters.astray_factor * (drawn_m + parameters.astray_m);

@@ -9,8 +9,12 @@ use support::Place;
 fn plan(place: &Place, name: &str, faults: &[&str]) {
     let fault = |words: &&str| {
         let [channel, message, action] = words.split(' ').collect::<Vec<_>>()[..] else { panic!("{words}") };
-        let delay = if action == "delay" { "delay_ms = 300\n" } else { "" };
-        format!("[[fault]]\nchannel = \"{channel}\"\nmessage = {message}\ndo = \"{action}\"\n{delay}\n")
+        let more = match action {
+            "delay" => "delay_ms = 300\n",
+            "starve" => "share = 0.05\nduration_ms = 700\n",
+            _ => "",
+        };
+        format!("[[fault]]\nchannel = \"{channel}\"\nmessage = {message}\ndo = \"{action}\"\n{more}\n")
     };
     std::fs::write(place.files().join(name), faults.iter().map(fault).collect::<String>()).unwrap();
 }
@@ -71,6 +75,98 @@ fn processes_are_hit_before_the_messages_that_the_plan_names_and_nothing_is_lost
     ));
     place.fine(&format!("diff {} again.mcap", recording(&report)));
     place.assert_nothing_left("hit");
+}
+
+/// Who gets little of the processor is waited for. Nobody is killed for it, though the limit for stopped processes is far
+/// shorter than the starvation.
+#[test]
+fn a_starved_process_is_only_slower_in_lockstep() {
+    let place = Place::new();
+    let (calm, _) = place.mission("run demo --out calm", "calm");
+    plan(
+        &place,
+        "plan.toml",
+        &[
+            "route 1 starve",
+            "estimate 40 starve",
+            "tick 100 starve",
+            "status 120 starve",
+            "status 150 starve",
+            "latency 20 starve",
+        ],
+    );
+    let (report, code) = place.mission("run demo --faults plan.toml --stopped-limit 0.1 --out hit", "hit");
+    assert_eq!((code, &report["lost_messages"]), (0, &0.into()), "{report:#}");
+    place.fine(&format!("diff {} {}", recording(&calm), recording(&report)));
+    let words = happened(&place, &report);
+    assert_eq!(words.len(), 6, "{words:?}");
+    assert!(words.iter().all(|words| words.ends_with(", 5 % of the time for 700 ms")), "{words:?}");
+    let info = place.fine(&format!("info {} --json", recording(&report))).json();
+    let others = info["faults"].as_array().unwrap().iter().filter(|fault| fault["kind"] != "injected");
+    assert_eq!(others.count(), 0, "{info:#}");
+    place.assert_nothing_left("hit");
+}
+
+/// In real time nobody waits. The planner is stopped for 95 ms before it may send the command: however fast or slow the
+/// machine is, that command is late.
+#[test]
+fn the_commands_of_a_starved_planner_are_late_in_real_time() {
+    let place = Place::new();
+    plan(&place, "plan.toml", &["command 40 starve"]);
+    let running = place.start("run demo --faults plan.toml --speed 5 --json --system hungry --out hungry");
+    // Once its latency is told, it is in the recording.
+    support::wait_until("the end of the starvation", || {
+        let told = place.run("echo latency --system hungry --once");
+        told.code == Some(0) && told.json()["source_seq"].as_u64().unwrap() > 60
+    });
+    running.signal(nix::sys::signal::Signal::SIGINT);
+    let report = running.end().json();
+    let judged = place.fine(&format!("judge {} --json", recording(&report))).json();
+    let most_ms = judged["latency_ms"]["situation to command"]["max"].as_f64().unwrap();
+    assert!(most_ms >= 95.0, "{:#}", judged["latency_ms"]);
+    place.assert_nothing_left("hungry");
+}
+
+/// The kernel ends or continues whom the supervisor leaves behind: nobody is left stopped.
+#[test]
+fn nobody_is_left_stopped_by_a_supervisor_that_is_killed() {
+    let place = Place::new();
+    std::fs::write(
+        place.files().join("plan.toml"),
+        ["latency", "status"].map(|channel| {
+            format!("[[fault]]\nchannel = \"{channel}\"\nmessage = 20\ndo = \"starve\"\nshare = 0.01\nduration_ms = 60000\n")
+        }).concat(),
+    )
+    .unwrap();
+    let running =
+        place.start("run demo --faults plan.toml --speed 1 --json --system orphaned --out orphaned");
+    support::wait_until("two starvations", || {
+        let told = place.run("echo faults --system orphaned --count 2");
+        told.code == Some(0) && told.out.matches("starve at").count() == 2
+    });
+    running.signal(nix::sys::signal::Signal::SIGKILL);
+    running.end();
+    support::wait_until("the end of all processes", || place.living().is_empty());
+    place.fine("clean");
+    place.assert_nothing_left("orphaned");
+}
+
+#[test]
+fn chaos_draws_starvations_and_plays_them_again() {
+    let place = Place::new();
+    let drawn = place.run("chaos demo --at-messages --signal starve,kill --kills 6 --seed 4 --json");
+    assert_eq!(drawn.code, Some(0), "{drawn}");
+    let report = drawn.json();
+    assert_eq!((&report["kills"], &report["identical"]), (&6.into(), &true.into()), "{report:#}");
+    let starvations = report["starvations"].as_u64().unwrap();
+    assert!((1..6).contains(&starvations), "{report:#}");
+    let schedule = report["schedule"].as_str().unwrap();
+    let again = place.run(&format!("chaos demo --schedule {schedule} --seed 4 --json"));
+    assert_eq!((again.code, &again.json()["starvations"]), (Some(0), &starvations.into()), "{again}");
+    let refused = place.run("chaos demo --signal starve --kills 1");
+    assert_eq!(refused.code, Some(2), "{refused}");
+    assert!(refused.err.contains("--signal starve: expected --at-messages"), "{refused}");
+    assert!(!place.files().join("out/chaos-003").exists());
 }
 
 /// A writer that is killed before the same message again and again gets nowhere and is given up. This failure does not

@@ -4,8 +4,8 @@
 //! [[fault]]
 //! channel = "estimate"   # of whose writer or messages
 //! message = 120          # its number, from 1; or time_s = 11.9: the first one at or after that simulated time
-//! do = "kill"            # kill, stop, term, drop, duplicate, delay, reorder or corrupt-checkpoint
-//! when = "before"        # or "after" it was sent: kill, stop and term
+//! do = "kill"            # kill, stop, term, starve, drop, duplicate, delay, reorder or corrupt-checkpoint
+//! when = "before"        # or "after" it was sent: kill, stop, term and starve
 //! ```
 //! The moment is one of the mission, not of the clock, so that the same plan does the same thing again.
 
@@ -19,6 +19,10 @@ use crate::time::nanoseconds;
 pub const MAX_FAULTS: usize = 10_000;
 /// Longest delay, milliseconds.
 pub const MAX_DELAY_MS: u64 = 60_000;
+/// Longest starvation, milliseconds.
+pub const MAX_STARVATION_MS: u64 = 60_000;
+/// Shares of the processor that a starved process may have, from and to.
+pub const SHARES: [f64; 2] = [0.01, 0.9];
 
 /// What is done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,6 +34,8 @@ pub enum Action {
     Stop,
     /// The writer gets SIGTERM.
     Term,
+    /// The writer gets only a share of the processor for some time.
+    Starve,
     /// The message is not sent.
     Drop,
     /// The message is sent twice.
@@ -43,9 +49,9 @@ pub enum Action {
 }
 
 impl Action {
-    /// Whether it ends or stops the writer.
+    /// Whether it ends, stops or starves the writer.
     pub const fn is_for_the_process(self) -> bool {
-        matches!(self, Self::Kill | Self::Stop | Self::Term | Self::CorruptCheckpoint)
+        matches!(self, Self::Kill | Self::Stop | Self::Term | Self::Starve | Self::CorruptCheckpoint)
     }
 
     /// The word for people and files.
@@ -54,6 +60,7 @@ impl Action {
             Self::Kill => "kill",
             Self::Stop => "stop",
             Self::Term => "term",
+            Self::Starve => "starve",
             Self::Drop => "drop",
             Self::Duplicate => "duplicate",
             Self::Delay => "delay",
@@ -80,6 +87,15 @@ impl When {
     }
 }
 
+/// How little of the processor a process gets, and for how long.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Starvation {
+    /// Share of the time in which it may run: one of [`SHARES`] or between them.
+    pub share: f64,
+    /// For how long, by the clock.
+    pub duration_ms: u64,
+}
+
 /// A fault.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -101,13 +117,33 @@ pub struct PlannedFault {
     /// How long a delay is, by the clock.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay_ms: Option<u64>,
+    /// Share of the time in which a starved process may run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// How long a process is starved, by the clock.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_ms: Option<u64>,
 }
 
 impl PlannedFault {
     /// Something that befalls the writer of a channel before it sends this message.
     pub fn at_message(channel: &str, message: u64, action: Action) -> Self {
-        let (time_s, when, delay_ms) = (None, When::Before, None);
-        Self { channel: channel.to_owned(), message: Some(message), time_s, action, when, delay_ms }
+        Self {
+            channel: channel.to_owned(),
+            message: Some(message),
+            time_s: None,
+            action,
+            when: When::Before,
+            delay_ms: None,
+            share: None,
+            duration_ms: None,
+        }
+    }
+
+    /// How the writer is starved, where it is.
+    pub fn starvation(&self) -> Option<Starvation> {
+        let (share, duration_ms) = (self.share?, self.duration_ms?);
+        (self.action == Action::Starve).then_some(Starvation { share, duration_ms })
     }
 
     /// Whether a message of the channel is the one.
@@ -188,14 +224,39 @@ impl PlannedFault {
             (Some(_), Some(_)) => return wrong("message", "message or time_s", "both".to_owned()),
             (None, None) => return wrong("message", "message or time_s", "none of them".to_owned()),
         }
-        match (self.action, self.delay_ms) {
-            (Action::Delay, Some(1..=MAX_DELAY_MS)) => {}
-            (Action::Delay, found) => {
-                let found = found.map_or("none".to_owned(), |ms| ms.to_string());
-                return wrong("delay_ms", &format!("1 to {MAX_DELAY_MS}"), found);
+        let [least, most] = SHARES;
+        let is_share = |share: f64| (least..=most).contains(&share);
+        let numbers = [
+            (
+                "delay_ms",
+                Action::Delay,
+                self.delay_ms.map(|ms| (ms.to_string(), (1..=MAX_DELAY_MS).contains(&ms))),
+                format!("1 to {MAX_DELAY_MS}"),
+            ),
+            (
+                "share",
+                Action::Starve,
+                self.share.map(|share| (share.to_string(), is_share(share))),
+                format!("{least} to {most}"),
+            ),
+            (
+                "duration_ms",
+                Action::Starve,
+                self.duration_ms.map(|ms| (ms.to_string(), (1..=MAX_STARVATION_MS).contains(&ms))),
+                format!("1 to {MAX_STARVATION_MS}"),
+            ),
+        ];
+        for (key, action, found, range) in numbers {
+            let belongs = self.action == action;
+            match found {
+                None if belongs => return wrong(key, &range, "none".to_owned()),
+                Some((found, false)) if belongs => return wrong(key, &range, found),
+                Some((found, _)) if !belongs => {
+                    let expected = format!("none, for only {} has one", action.word());
+                    return wrong(key, &expected, found);
+                }
+                _ => {}
             }
-            (_, Some(ms)) => return wrong("delay_ms", "none, for only a delay has one", ms.to_string()),
-            (_, None) => {}
         }
         if self.when == When::After && !self.action.is_for_the_process() {
             return wrong("when", "\"before\"", "\"after\"".to_owned());
@@ -242,6 +303,11 @@ mod tests {
             ("delay_ms = 200", "", "fault 2: delay_ms: expected 1 to 60000, found none"),
             ("delay_ms = 200", "when = \"after\"\ndelay_ms = 2", "fault 2: when: expected \"before\""),
             ("\"kill\"", "\"hug\"", "unknown variant"),
+            ("\"kill\"", "\"starve\"", "fault 1: share: expected 0.01 to 0.9, found none"),
+            ("\"kill\"", "\"starve\"\nshare = 1.0", "fault 1: share: expected 0.01 to 0.9, found 1"),
+            ("\"kill\"", "\"starve\"\nshare = 0.1", "fault 1: duration_ms: expected 1 to 60000, found none"),
+            ("\"kill\"", "\"kill\"\nshare = 0.1", "fault 1: share: expected none, for only starve has one"),
+            ("\"delay\"", "\"drop\"", "fault 2: delay_ms: expected none, for only delay has one"),
         ] {
             let error = told(from, to);
             assert!(error.contains(words), "{error}");
@@ -250,7 +316,26 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_text_is_a_plan_or_an_error(text in "(\\[\\[fault\\]\\]\n)?(channel = \"scan\"\n)?(message = [0-9]{0,20}\n)?(do = \"(kill|delay|x)\"\n)?.{0,20}") {
+        fn a_starvation_within_its_bounds_is_read_as_it_was_written(
+            share in -0.1..1.1, duration_ms in 0..2 * MAX_STARVATION_MS, message in 1..u64::from(u32::MAX),
+        ) {
+            let starved = PlannedFault {
+                share: Some(share),
+                duration_ms: Some(duration_ms),
+                ..PlannedFault::at_message("status", message, Action::Starve)
+            };
+            let plan = FaultPlan { fault: vec![starved] };
+            let read = FaultPlan::parse(&toml::to_string(&plan).unwrap(), "sketch");
+            let is_good = (SHARES[0]..=SHARES[1]).contains(&share) && (1..=MAX_STARVATION_MS).contains(&duration_ms);
+            prop_assert_eq!(read.is_ok(), is_good);
+            if let Ok(read) = read {
+                prop_assert_eq!(read.fault[0].starvation(), Some(Starvation { share, duration_ms }));
+                prop_assert_eq!(read, plan);
+            }
+        }
+
+        #[test]
+        fn any_text_is_a_plan_or_an_error(text in "(\\[\\[fault\\]\\]\n)?(channel = \"scan\"\n)?(message = [0-9]{0,20}\n)?(do = \"(kill|delay|starve|x)\"\n)?(share = [0-9.]{0,4}\n)?.{0,20}") {
             let _ = FaultPlan::parse(&text, "sketch");
         }
     }

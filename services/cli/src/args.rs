@@ -134,7 +134,7 @@ pub enum Command {
     },
     /// Run a mission twice, kill its processes the second time, and compare the two.
     #[command(
-        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not (or fewer kills than asked), 2 bad input, 3 anything else.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
+        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not (or fewer kills than asked), 2 bad input, 3 anything else.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --at-messages --signal kill,starve --kills 6\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
     )]
     Chaos {
         /// The mission file (TOML), or `demo`.
@@ -496,10 +496,11 @@ pub struct ChaosOptions {
     /// Who may be killed, separated by commas.
     #[arg(long, value_delimiter = ',', value_parser = parse_service, default_values_t = SERVICES)]
     pub targets: Vec<Process>,
-    /// kill: at once, in the middle of whatever it does. stop: it stands still and its supervisor has to find out.
-    /// term: it is asked to end.
-    #[arg(long, value_enum, default_value = "kill")]
-    pub signal: KillSignal,
+    /// What befalls them, separated by commas; each time one is drawn. kill: at once, in the middle of whatever it does.
+    /// stop: it stands still and its supervisor has to find out. term: it is asked to end. starve: it gets 2 to 50 % of
+    /// the processor for 0.2 to 2 s; needs `--at-messages`.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "kill")]
+    pub signal: Vec<KillSignal>,
     /// Kill processes while they start, up to three times in a row.
     #[arg(long)]
     pub at_start_up: bool,
@@ -529,7 +530,7 @@ pub enum Shell {
     Zsh,
 }
 
-/// What to kill with.
+/// What befalls a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum KillSignal {
     /// SIGKILL.
@@ -538,6 +539,8 @@ pub enum KillSignal {
     Stop,
     /// SIGTERM.
     Term,
+    /// SIGSTOP and SIGCONT in turns.
+    Starve,
 }
 
 /// How to look at a running system.

@@ -19,7 +19,7 @@ use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::Pace;
 
-use crate::args::ChaosOptions;
+use crate::args::{ChaosOptions, KillSignal};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::create;
 use crate::output::out;
@@ -32,6 +32,8 @@ struct Report {
     kills: usize,
     /// How many were asked for: fewer are no proof.
     asked: u32,
+    /// How many of the kills ended nobody: the process got only a share of the processor for some time.
+    starvations: usize,
     by_process: BTreeMap<&'static str, usize>,
     success: bool,
     /// Whether every message is the undisturbed run's; `None` in real time, where no two runs agree.
@@ -71,6 +73,10 @@ struct Recovery {
 
 /// Runs the mission in the file `mission` undisturbed and disturbed.
 pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure> {
+    if options.signal.contains(&KillSignal::Starve) && !options.at_messages {
+        let error = anyhow!("--signal starve: expected --at-messages, found kills at random moments");
+        return Err(Failure::Input(error));
+    }
     let given = schedule::given(options, mission)?;
     let folder = create(&options.out, "chaos").or_input()?;
     let undisturbed = report(start(mission, options, &folder.join("undisturbed"), "calm", None)?)?;
@@ -123,11 +129,19 @@ fn by_lot(
 struct Kill {
     process: Process,
     recovered_ms: Option<f64>,
+    /// It got less of the processor, and there is nothing to recover from.
+    is_starved: bool,
 }
 
 impl Kill {
     fn of(hit: &Hit) -> Self {
-        Self { process: hit.process, recovered_ms: hit.recovered.map(|time| time.as_secs_f64() * 1e3) }
+        let recovered_ms = hit.recovered.map(|time| time.as_secs_f64() * 1e3);
+        Self { process: hit.process, recovered_ms, is_starved: false }
+    }
+
+    /// Whether its process is still to recover.
+    fn is_open(&self) -> bool {
+        self.recovered_ms.is_none() && !self.is_starved
     }
 }
 
@@ -208,6 +222,7 @@ fn judge(
         safety,
         kills: kills.len(),
         asked,
+        starvations: kills.iter().filter(|kill| kill.is_starved).count(),
         by_process,
         success: disturbed["success"] == true,
         identical,
@@ -232,14 +247,18 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
         out!("{}", serde_json::to_string(report).context("the report as JSON")?)?;
         return Ok(());
     }
-    let Report { kills, asked, success, lost_messages, orphans, .. } = report;
+    let Report { kills, asked, starvations, success, lost_messages, orphans, .. } = report;
     let same = match report.identical {
         Some(true) => "every message as if nothing had been",
         Some(false) => "messages differ from the undisturbed run's",
         None => "in real time, where no two runs agree",
     };
     let end = if *success { "every task reached" } else { "not every task reached" };
-    out!("{kills} of {asked} kills: {end}; {same}; {lost_messages} messages lost")?;
+    let starved = match starvations {
+        0 => String::new(),
+        count => format!(" ({count} of them starvations)"),
+    };
+    out!("{kills} of {asked} kills{starved}: {end}; {same}; {lost_messages} messages lost")?;
     for (process, count) in &report.by_process {
         let Some(Recovery { median, p99, max }) = report.recovery_ms.get(process) else { continue };
         out!(

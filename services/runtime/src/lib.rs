@@ -40,6 +40,7 @@ mod reader;
 mod root;
 mod shared;
 mod signals;
+mod starvation;
 mod survey;
 mod system;
 mod trap;

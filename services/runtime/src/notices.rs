@@ -12,6 +12,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::{FaultKind, Order, Process};
+use sketchnav_schemas::fault_plan::Starvation;
 
 use crate::node::Node;
 use crate::system::System;
@@ -21,7 +22,7 @@ use crate::{Error, Result};
 const MAX_WORDS: usize = 512;
 
 /// Something that the supervisor is to know.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Notice {
     /// What has happened.
     pub kind: FaultKind,
@@ -37,6 +38,8 @@ pub struct Notice {
     pub words: String,
     /// What a tool has the supervisor order, and the task that it is about.
     pub order: Option<(Order, u32)>,
+    /// How little of the processor it gets from now on: its silence is to be borne.
+    pub starvation: Option<Starvation>,
 }
 
 /// A notice as it stands in the file.
@@ -50,6 +53,8 @@ struct Line {
     words: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     order: Option<(u32, u32)>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    starvation: Option<Starvation>,
 }
 
 impl Notice {
@@ -63,6 +68,7 @@ impl Notice {
             missing: self.missing,
             words: self.words[..end.unwrap_or(0)].to_owned(),
             order: self.order.map(|(order, task)| (order.code(), task)),
+            starvation: self.starvation,
         }
     }
 }
@@ -82,6 +88,7 @@ impl Line {
             signal: self.signal,
             missing: self.missing,
             words: self.words,
+            starvation: self.starvation,
         })
     }
 }
@@ -101,6 +108,7 @@ impl System {
             missing: 0,
             words: format!("{by}: {signal} sent"),
             order: None,
+            starvation: None,
         })?;
         let sent = kill(Pid::from_raw(pid as i32), signal);
         sent.map_err(|error| Error::Signal { process, pid, source: error.into() })
@@ -119,6 +127,7 @@ impl System {
             missing: 0,
             words: format!("{by}: ordered {order}"),
             order: Some((order, task)),
+            starvation: None,
         })
     }
 
@@ -149,6 +158,7 @@ impl Node {
             missing: u32::try_from(missing).unwrap_or(u32::MAX),
             words: words.to_owned(),
             order: None,
+            starvation: None,
         };
         if let Err(error) = self.system().notify(&notice) {
             eprintln!("the supervisor does not hear of it: {error}");
@@ -210,7 +220,8 @@ mod tests {
 
     fn notice(words: &str) -> Notice {
         let (kind, process) = (FaultKind::RecordingFailed, Process::Recorder);
-        Notice { kind, process, pid: 7, signal: 0, missing: 3, words: words.into(), order: None }
+        let (order, starvation) = (None, None);
+        Notice { kind, process, pid: 7, signal: 0, missing: 3, words: words.into(), order, starvation }
     }
 
     #[test]

@@ -10,14 +10,15 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::Duration;
 
-use nix::sys::signal::Signal;
+use nix::sys::signal::{Signal, raise};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::codes::{FaultKind, Process};
-use sketchnav_schemas::fault_plan::{Action, FaultPlan, PlannedFault, When};
+use sketchnav_schemas::fault_plan::{Action, FaultPlan, PlannedFault, Starvation, When};
 
 use crate::checkpoint;
 use crate::node::Node;
 use crate::notices::Notice;
+use crate::starvation::starve;
 use crate::system::System;
 use crate::{Error, Result};
 
@@ -58,7 +59,7 @@ impl Trap {
                 Action::Reorder => fate.is_held = true,
                 // The writer is held up, as its process would be by a slow disk: that is what was planned.
                 Action::Delay => std::thread::sleep(Duration::from_millis(fault.delay_ms.unwrap_or(0))),
-                action => self.hit(action)?,
+                _ => self.hit(&fault)?,
             }
         }
         Ok(fate)
@@ -68,7 +69,7 @@ impl Trap {
     pub(crate) fn after(&mut self, seq: u64, stamp_ns: u64) -> Result<()> {
         while let Some((place, fault)) = self.next(seq, stamp_ns, When::After)? {
             self.tell(place, &fault, seq)?;
-            self.hit(fault.action)?;
+            self.hit(&fault)?;
         }
         Ok(())
     }
@@ -98,26 +99,34 @@ impl Trap {
 
     fn tell(&self, place: usize, fault: &PlannedFault, seq: u64) -> Result<()> {
         let (number, word, channel) = (place + 1, fault.action.word(), &fault.channel);
+        let starvation = fault.starvation();
+        let how = starvation.map_or(String::new(), |Starvation { share, duration_ms }| {
+            format!(", {} % of the time for {duration_ms} ms", share * 100.0)
+        });
         self.system.notify(&Notice {
             kind: FaultKind::Injected,
             process: self.process,
             pid: std::process::id(),
             signal: signal_of(fault.action).map_or(0, |signal| signal as u32),
             missing: u32::from(fault.action == Action::Drop),
-            words: format!("fault {number} of the plan: {word} at {channel} {seq}"),
+            words: format!("fault {number} of the plan: {word} at {channel} {seq}{how}"),
             order: None,
+            starvation,
         })
     }
 
-    fn hit(&self, action: Action) -> Result<()> {
-        if action == Action::CorruptCheckpoint {
+    fn hit(&self, fault: &PlannedFault) -> Result<()> {
+        if fault.action == Action::CorruptCheckpoint {
             let slots = checkpoint::slots(&self.system, self.process)?;
             corrupt_newest(&slots)?;
         }
-        let Some(signal) = signal_of(action) else { return Ok(()) };
-        let raised = nix::sys::signal::raise(signal);
+        let done = match (fault.starvation(), signal_of(fault.action)) {
+            (Some(starvation), _) => starve(starvation),
+            (None, Some(signal)) => raise(signal),
+            (None, None) => Ok(()),
+        };
         let pid = std::process::id();
-        raised.map_err(|error| Error::Signal { process: self.process, pid, source: error.into() })
+        done.map_err(|error| Error::Signal { process: self.process, pid, source: error.into() })
     }
 }
 

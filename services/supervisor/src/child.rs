@@ -18,6 +18,7 @@ use nix::sys::signal::{SigSet, Signal, kill};
 use nix::unistd::{Pid, getpid, getppid, pipe2};
 use sketchnav_runtime::ProcessState;
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::fault_plan::Starvation;
 
 use crate::restarts::{End, Restarts};
 use crate::watchdog::{Alarm, Watchdog};
@@ -163,6 +164,16 @@ impl Child {
     pub(crate) fn watch(&mut self, signs_of_life: u32) -> Alarm {
         let pid = self.child.id();
         self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
+    }
+
+    /// Bears with it from now on, for it is starved.
+    pub(crate) fn bear(&mut self, starvation: Starvation) {
+        self.watchdog.bear(starvation, Instant::now());
+    }
+
+    /// Whether it is being starved.
+    pub(crate) fn is_starved(&self) -> bool {
+        self.watchdog.is_starved(Instant::now())
     }
 
     /// Whether it has looked up from its work lately, as far as the last look at it shows.

@@ -6,6 +6,7 @@ use std::time::Duration;
 use sketchnav_runtime::{Node, Notice, Notices, Writer};
 use sketchnav_schemas::channels::FAULTS;
 use sketchnav_schemas::codes::{FaultKind, Order, Process};
+use sketchnav_schemas::fault_plan::Starvation;
 use sketchnav_schemas::message::{Fault, Header, Text};
 
 use crate::{Death, Result};
@@ -20,6 +21,8 @@ pub(crate) struct Faults {
     recording_stands: bool,
     /// What tools have it order, in turn.
     orders: Vec<(Order, u32)>,
+    /// Who is starved from now on, by process id.
+    starved: Vec<(u32, Starvation)>,
 }
 
 impl Faults {
@@ -33,6 +36,7 @@ impl Faults {
             now,
             recording_stands: false,
             orders: Vec::new(),
+            starved: Vec::new(),
         })
     }
 
@@ -49,10 +53,13 @@ impl Faults {
     /// Reports what others have noticed.
     pub(crate) fn pass_on(&mut self) -> Result<()> {
         while let Some(notice) = self.notices.receive()? {
-            let Notice { kind, process, pid, signal, missing, words, order } = notice;
+            let Notice { kind, process, pid, signal, missing, words, order, starvation } = notice;
             self.orders.extend(order);
+            self.starved.extend(starvation.map(|starvation| (pid, starvation)));
             self.tell(kind, process, pid, |fault| {
                 (fault.signal, fault.missing, fault.words) = (signal, missing, Text::new(&words));
+                let duration_ms = starvation.map_or(0, |starvation| starvation.duration_ms);
+                fault.duration_ns = Duration::from_millis(duration_ms).as_nanos() as u64;
             })?;
         }
         Ok(())
@@ -61,6 +68,11 @@ impl Faults {
     /// What tools have the supervisor order since the last call, each with the task that it is about.
     pub(crate) fn take_orders(&mut self) -> Vec<(Order, u32)> {
         std::mem::take(&mut self.orders)
+    }
+
+    /// Who is starved since the last call, by process id.
+    pub(crate) fn take_starved(&mut self) -> Vec<(u32, Starvation)> {
+        std::mem::take(&mut self.starved)
     }
 
     /// Reports something; `fill` adds to it.

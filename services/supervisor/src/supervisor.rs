@@ -326,6 +326,10 @@ impl Supervisor {
             ports.faults.is_now(status.header);
         }
         ports.faults.pass_on()?;
+        for (pid, starvation) in ports.faults.take_starved() {
+            let starved = self.children.iter_mut().filter(|child| child.pid() == pid);
+            starved.for_each(|child| child.bear(starvation));
+        }
         while let Some(health) = ports.health.receive()? {
             self.health.insert((health.process, health.pid), *health);
         }
@@ -375,7 +379,7 @@ impl Supervisor {
         let mut progress = 0;
         for child in &mut self.children {
             progress += u64::from(node.progress(child.process));
-            everybody_waits &= child.ended()?.is_none() && child.is_responsive();
+            everybody_waits &= child.ended()?.is_none() && child.is_responsive() && !child.is_starved();
         }
         let Some(stands) = stall.look(Instant::now(), progress, everybody_waits) else { return Ok(()) };
         let rejected = self.health.values().filter(|health| health.refused_messages > 0);

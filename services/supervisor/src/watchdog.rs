@@ -2,11 +2,13 @@
 //!
 //! Every process looks up from its work at least every quarter of a second. One that does not is stopped
 //! (SIGSTOP), hangs, or takes long over something; the kernel says which of the first two it is not. Time in
-//! which the supervisor itself did not run does not count: then nothing ran, perhaps.
+//! which the supervisor itself did not run does not count: then nothing ran, perhaps. Of the time in which a plan
+//! starves the process only its share counts, and a stop is a part of the starvation. Afterwards it begins anew.
 
 use std::time::{Duration, Instant};
 
 use sketchnav_runtime::ProcessState;
+use sketchnav_schemas::fault_plan::Starvation;
 
 /// A stopped process without a heartbeat for so long has missed its deadline, and is reported.
 const DEADLINE: Duration = Duration::from_secs(1);
@@ -26,6 +28,8 @@ pub(crate) struct Watchdog {
     is_told: bool,
     /// One that is stopped is killed after so long.
     stopped_limit: Duration,
+    /// The share of the time in which it may run, and until when.
+    starved: Option<(f64, Instant)>,
     /// It was to be killed: until it is gone there is nothing more to say.
     is_condemned: bool,
     /// It was to be killed because it hangs, and not because somebody had stopped it.
@@ -50,7 +54,18 @@ impl Watchdog {
     pub(crate) fn begin(signs: u32, now: Instant, stopped_limit: Duration) -> Self {
         let unresponsive = Duration::ZERO;
         let (is_told, is_condemned, hangs) = (false, false, false);
-        Self { signs, looked: now, unresponsive, is_told, stopped_limit, is_condemned, hangs }
+        let starved = None;
+        Self { signs, looked: now, unresponsive, is_told, stopped_limit, starved, is_condemned, hangs }
+    }
+
+    /// Bears with a process that a plan starves from now on.
+    pub(crate) fn bear(&mut self, Starvation { share, duration_ms }: Starvation, now: Instant) {
+        self.starved = Some((share, now + Duration::from_millis(duration_ms)));
+    }
+
+    /// Whether a plan starves it at that time.
+    pub(crate) fn is_starved(&self, now: Instant) -> bool {
+        self.starved.is_some_and(|(_, until)| now < until)
     }
 
     /// Whether it was to be killed because it hangs. One that somebody has stopped does not.
@@ -78,11 +93,18 @@ impl Watchdog {
                 Alarm::Nothing
             };
         }
-        self.unresponsive += since.min(MOST_AT_ONCE);
+        if self.starved.take_if(|(_, until)| *until <= now).is_some() {
+            self.unresponsive = Duration::ZERO;
+        }
+        let share = self.starved.map_or(1.0, |(share, _)| share);
+        self.unresponsive += since.min(MOST_AT_ONCE).mul_f64(share);
         if self.unresponsive < DEADLINE {
             return Alarm::Nothing;
         }
-        let state = state();
+        let state = match state() {
+            ProcessState::Stopped if self.is_starved(now) => ProcessState::Running,
+            state => state,
+        };
         let (deadline, limit) = match state {
             ProcessState::Stopped => (DEADLINE, self.stopped_limit),
             // Somebody looks at it.
@@ -158,6 +180,22 @@ mod tests {
         assert_eq!(watchdog.look(8, now + LOOK, || ProcessState::Stopped), Alarm::Over(DEADLINE));
         assert_eq!(watchdog.look(9, now + 2 * LOOK, || ProcessState::Stopped), Alarm::Nothing);
         assert_eq!(watchdog.unresponsive, Duration::ZERO);
+    }
+
+    /// A tenth of the processor for fifty seconds is five seconds of it: long for a stopped process, not for a busy one.
+    #[test]
+    fn who_is_starved_is_not_blamed_for_it_and_afterwards_is_again() {
+        let mut now = Instant::now();
+        let mut watchdog = Watchdog::begin(7, now, LIMIT);
+        watchdog.bear(Starvation { share: 0.1, duration_ms: 40_000 }, now);
+        let end = now + Duration::from_secs(40);
+        while now + LOOK < end {
+            now += LOOK;
+            assert_eq!(watchdog.look(7, now, || ProcessState::Stopped), Alarm::Nothing);
+        }
+        assert!(!watchdog.is_starved(end));
+        assert_eq!(next(&mut watchdog, &mut now, ProcessState::Stopped), Alarm::Missed(DEADLINE));
+        assert_eq!(next(&mut watchdog, &mut now, ProcessState::Stopped), Alarm::Kill(LIMIT));
     }
 
     /// The machine was asleep, or the supervisor itself was stopped.

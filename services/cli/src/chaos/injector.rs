@@ -19,7 +19,7 @@ use sketchnav_schemas::fault_plan::Action;
 use sketchnav_schemas::run::Pace;
 use sketchnav_schemas::seed;
 
-use crate::args::ChaosOptions;
+use crate::args::{ChaosOptions, KillSignal};
 
 /// How often to look.
 const LOOK_EVERY: Duration = Duration::from_micros(500);
@@ -204,7 +204,10 @@ impl<'a> Injector<'a> {
     fn hit(&mut self, process: Process, pid: u32) -> bool {
         let progress = self.progress(process);
         let Some((system, _)) = &self.system else { return false };
-        let is_hit = system.inject(process, pid, self.options.signal.signal(), "chaos").is_ok();
+        let Some(signal) = KillSignal::drawn(&self.options.signal, &mut self.rng).signal() else {
+            return false;
+        };
+        let is_hit = system.inject(process, pid, signal, "chaos").is_ok();
         if is_hit {
             self.hits.push(Hit { process, recovered: None, at: Instant::now(), progress });
         }
@@ -238,9 +241,9 @@ pub fn orphans(system: &str) -> usize {
     pids.filter(serves).count()
 }
 
-impl crate::args::KillSignal {
+impl KillSignal {
     /// All there are.
-    pub const ALL: [Self; 3] = [Self::Kill, Self::Stop, Self::Term];
+    pub const ALL: [Self; 4] = [Self::Kill, Self::Stop, Self::Term, Self::Starve];
 
     /// The same in a schedule.
     pub fn action(self) -> Action {
@@ -248,15 +251,25 @@ impl crate::args::KillSignal {
             Self::Kill => Action::Kill,
             Self::Stop => Action::Stop,
             Self::Term => Action::Term,
+            Self::Starve => Action::Starve,
         }
     }
 
-    /// The signal.
-    pub fn signal(self) -> Signal {
+    /// The signal, where one does it.
+    pub fn signal(self) -> Option<Signal> {
         match self {
-            Self::Kill => Signal::SIGKILL,
-            Self::Stop => Signal::SIGSTOP,
-            Self::Term => Signal::SIGTERM,
+            Self::Kill => Some(Signal::SIGKILL),
+            Self::Stop => Some(Signal::SIGSTOP),
+            Self::Term => Some(Signal::SIGTERM),
+            Self::Starve => None,
+        }
+    }
+
+    /// One of `kinds`, of which there is at least one.
+    pub fn drawn(kinds: &[Self], rng: &mut Pcg64Mcg) -> Self {
+        match kinds {
+            [only] => *only,
+            kinds => kinds[rng.random_range(0..kinds.len())],
         }
     }
 }

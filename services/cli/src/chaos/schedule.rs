@@ -1,6 +1,7 @@
 //! Schedules of faults: drawn, read, written, played.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
@@ -24,6 +25,9 @@ use crate::mission;
 const LAST_SHARE: f64 = 0.9;
 /// A process is hit so many times at one message: after some more it would be given up.
 const MOST_AT_ONE: usize = 3;
+/// Of the processor, what a starved process gets, percent; and for how long, ms.
+const SHARES_PERCENT: RangeInclusive<u32> = 2..=50;
+const STARVATION_MS: RangeInclusive<u64> = 200..=2000;
 /// How a schedule that was not planned says what it is.
 const HAPPENED: &str = "# What happened, each fault at the first message at or after its time.\n";
 const PLANNED: &str =
@@ -78,8 +82,16 @@ fn draw(options: &ChaosOptions, kind: &str, counts: &BTreeMap<&str, u64>) -> any
     let mut plan: Vec<PlannedFault> = Vec::new();
     while plan.len() < options.kills as usize {
         let (channel, last) = places[rng.random_range(0..places.len())];
-        let fault = PlannedFault::at_message(channel, rng.random_range(1..=last), options.signal.action());
-        if plan.iter().filter(|other| **other == fault).count() < MOST_AT_ONE {
+        let message = rng.random_range(1..=last);
+        let kind = KillSignal::drawn(&options.signal, &mut rng);
+        let mut fault = PlannedFault::at_message(channel, message, kind.action());
+        if kind == KillSignal::Starve {
+            fault.share = Some(f64::from(rng.random_range(SHARES_PERCENT)) / 100.0);
+            fault.duration_ms = Some(rng.random_range(STARVATION_MS));
+        }
+        let is_there =
+            |other: &&PlannedFault| (&other.channel, other.message) == (&fault.channel, fault.message);
+        if plan.iter().filter(is_there).count() < MOST_AT_ONE {
             plan.push(fault);
         }
     }
@@ -122,7 +134,9 @@ pub fn write_happened(path: &Path, out: &Path) -> anyhow::Result<()> {
 }
 
 fn again(fault: &FaultInfo, kind: &str) -> Option<PlannedFault> {
-    let sent = KillSignal::ALL.into_iter().find(|signal| fault.words.contains(signal.signal().as_str()));
+    let is_told =
+        |kind: &KillSignal| kind.signal().is_some_and(|signal| fault.words.contains(signal.as_str()));
+    let sent = KillSignal::ALL.into_iter().find(is_told);
     let action = sent.filter(|_| fault.kind == FaultKind::Injected.word())?.action();
     let channel = mouth(fault.process.parse().ok()?, kind, |_| true)?.name;
     Some(PlannedFault {
@@ -146,10 +160,10 @@ pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
     for fault in faults(recording).context("the disturbed recording")? {
         let Ok(process) = fault.process.parse() else { continue };
         if fault.kind == FaultKind::Injected.word() {
-            kills.push(Kill { process, recovered_ms: None });
+            // Alone a starvation lasts.
+            kills.push(Kill { process, recovered_ms: None, is_starved: fault.duration_ms > 0.0 });
         } else if fault.kind == FaultKind::Recovered.word() {
-            let open =
-                kills.iter_mut().rev().find(|kill| kill.process == process && kill.recovered_ms.is_none());
+            let open = kills.iter_mut().rev().find(|kill| kill.process == process && kill.is_open());
             open.into_iter().for_each(|kill| kill.recovered_ms = Some(fault.duration_ms));
         }
     }
@@ -185,6 +199,19 @@ mod tests {
         assert_eq!(drawn.fault.len(), 40);
         assert!(drawn.fault.iter().all(|fault| fault.message.is_some_and(|message| message <= 900)));
         assert!(drawn.fault.iter().filter(|fault| fault.channel == "route").count() <= MOST_AT_ONE);
+        let text = toml::to_string(&drawn).unwrap();
+        assert_eq!(FaultPlan::parse(&text, "sketch").unwrap(), drawn);
+    }
+
+    #[test]
+    fn what_befalls_a_process_is_drawn_too_and_starvations_are_written_as_they_are() {
+        let counts = BTreeMap::from([("tick", 1000), ("estimate", 1000), ("status", 1000)]);
+        let options = ChaosOptions::of_words(&["--kills", "60", "--at-messages", "--signal", "kill,starve"]);
+        let drawn = draw(&options, "sketch", &counts).unwrap();
+        let starved = drawn.fault.iter().filter_map(PlannedFault::starvation).count();
+        let killed = drawn.fault.iter().filter(|fault| fault.action == KillSignal::Kill.action()).count();
+        assert_eq!(starved + killed, 60);
+        assert!(starved > 10 && killed > 10, "{starved} starvations, {killed} kills");
         let text = toml::to_string(&drawn).unwrap();
         assert_eq!(FaultPlan::parse(&text, "sketch").unwrap(), drawn);
     }

@@ -1,0 +1,67 @@
+//! Starves this very process: for some time it gets only a share of the processor, as on a machine with too few cores.
+//!
+//! The process stops itself (SIGSTOP) again and again. It needs neither root nor control groups, takes nothing from
+//! other processes, and gives the same share on every machine. A competitor for the cores would do none of these.
+//!
+//! Before each stop the kernel gets a timer that continues the process (SIGCONT). So nobody else is needed for it:
+//! whoever else is killed meanwhile, the process is continued.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use nix::errno::Errno;
+use nix::sys::signal::{SigEvent, SigevNotify, Signal, raise};
+use nix::sys::time::TimeSpec;
+use nix::sys::timer::{Expiration, Timer, TimerSetTimeFlags};
+use nix::time::ClockId;
+use sketchnav_schemas::fault_plan::Starvation;
+
+/// Of each such time the process runs its share, and is stopped for the rest. It is as long as the slices of a busy
+/// scheduler, and shorter than the time without commands after which a robot stops.
+const PERIOD: Duration = Duration::from_millis(100);
+/// The process is continued again so long after the end of a stop. The first timer is in vain where a busy machine
+/// delays the stop itself until after it.
+const BACKUPS: [Duration; 3] = [Duration::ZERO, Duration::from_secs(1), Duration::from_secs(30)];
+
+/// Begins at once, with a stop, and goes on beside the caller.
+///
+/// # Errors
+/// Where the kernel has no timer or no thread left; the process is not stopped then.
+pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
+    let end = Instant::now() + Duration::from_millis(starvation.duration_ms);
+    let run = PERIOD.mul_f64(starvation.share);
+    let stop = move || {
+        let left = end.saturating_duration_since(Instant::now());
+        stop_for((PERIOD - run).min(left)).map(|()| end > Instant::now())
+    };
+    if stop()? {
+        let go_on = move || {
+            loop {
+                thread::sleep(run);
+                // Without timers the starvation is over: a stop would have no end.
+                if !stop().unwrap_or(false) {
+                    return;
+                }
+            }
+        };
+        let started = thread::Builder::new().name("starvation".to_owned()).spawn(go_on);
+        started.map_err(|error| error.raw_os_error().map_or(Errno::EAGAIN, Errno::from_raw))?;
+    }
+    Ok(())
+}
+
+/// Stops this process, all its threads, for so long.
+fn stop_for(pause: Duration) -> Result<(), Errno> {
+    if pause.is_zero() {
+        return Ok(());
+    }
+    let mut timers = Vec::with_capacity(BACKUPS.len());
+    for backup in BACKUPS {
+        let event = SigEvent::new(SigevNotify::SigevSignal { signal: Signal::SIGCONT, si_value: 0 });
+        let mut timer = Timer::new(ClockId::CLOCK_MONOTONIC, event)?;
+        let expiration = Expiration::OneShot(TimeSpec::from_duration(pause + backup));
+        timer.set(expiration, TimerSetTimeFlags::empty())?;
+        timers.push(timer);
+    }
+    raise(Signal::SIGSTOP)
+}

@@ -24,7 +24,8 @@ pub use self::tools::{
     EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, SnapshotOptions, Tap,
     ViewOptions,
 };
-use self::values::{parse_served, parse_service, parse_speed};
+pub use self::values::FloorPlace;
+use self::values::{parse_place, parse_served, parse_service, parse_speed};
 use crate::eval::all::WORD as ALL;
 use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
@@ -124,7 +125,7 @@ pub enum Command {
     },
     /// Draw a floor as people deform what they draw: out of proportion, doors shifted, no furniture.
     #[command(
-        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav deform sim/missions/building/building.floor.toml --degree 1 --seed 3 -o drawing.png"
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav deform sim/missions/building/building.floor.toml --degree 1 --seed 3 -o drawing.png\nExample: sketchnav deform sim/missions/building/building.floor.toml --place 2.0,6.95,0 --place 14.0,10.6 -o drawing.png"
     )]
     Deform {
         /// A floor plan (.toml) or a map of map_server (.yaml).
@@ -382,6 +383,10 @@ pub struct DeformOptions {
     /// Where to write it: strokes (.json), .svg or .png.
     #[arg(short, long, default_value = "sketch.json")]
     pub output: PathBuf,
+    /// Say where this place of the floor lies in the drawing: metres, and a heading in degrees for a start. May be
+    /// repeated.
+    #[arg(long = "place", value_name = "X,Y[,DEG]", value_parser = parse_place, allow_hyphen_values = true)]
+    pub places: Vec<FloorPlace>,
     /// One JSON object on standard output instead of text.
     #[arg(long)]
     pub json: bool,

@@ -1,26 +1,33 @@
-//! Writes a drawing of a floor, deformed as people deform what they draw.
+//! Writes a drawing of a floor, deformed as people deform what they draw, and says where which place of the floor lies in it.
 
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
-use sketchnav_deform::{DeformError, Deformation, DeformedDrawing, Floor, PEOPLE, files};
+use serde::Serialize;
+use sketchnav_deform::{DeformError, Deformation, DeformedDrawing, Floor, Furnishing, PEOPLE, files};
+use sketchnav_schemas::geometry::{Point, Pose, World};
 
-use crate::args::DeformOptions;
+use crate::args::{DeformOptions, FloorPlace};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
+
+/// So many pieces of furniture that the drawing leaves out are printed.
+const PRINTED: usize = 12;
 
 /// Draws the floor of `map`.
 pub fn deform(map: &Path, options: &DeformOptions) -> Result<Outcome, Failure> {
     let floor = files::floor(map).or_input()?;
     let drawing = sketchnav_deform::deform(&floor, options.degree, options.seed).or_input()?;
+    let asked = options.places.iter().map(|place| asked(&floor, &drawing, place));
+    let asked = asked.collect::<anyhow::Result<Vec<_>>>().or_input()?;
     let bytes = encoded(&drawing, &options.output)?;
     std::fs::write(&options.output, bytes)
         .with_context(|| options.output.display().to_string())
         .or_input()?;
     if options.json {
-        out!("{}", json(&floor, &drawing, options))?;
+        out!("{}", json(&floor, &drawing, options, &asked))?;
     } else {
-        print(&floor, &drawing, options)?;
+        print(&floor, &drawing, options, &asked)?;
     }
     Ok(Outcome::Success)
 }
@@ -34,32 +41,118 @@ fn encoded(drawing: &DeformedDrawing, path: &Path) -> Result<Vec<u8>, Failure> {
     }
 }
 
-/// The middles of the rooms that were forgotten, metres.
-fn forgotten(floor: &Floor, drawing: &DeformedDrawing) -> Vec<[f64; 2]> {
-    let middle = |&room: &usize| [floor.regions()[room].center.x, floor.regions()[room].center.y];
-    drawing.forgotten.iter().map(middle).collect()
+/// A place of the floor, and where it lies in the drawing.
+#[derive(Serialize)]
+struct Drawn {
+    /// Metres of the floor.
+    at_m: [f64; 2],
+    /// Column and row of the drawing; `None` in a room that was forgotten.
+    at_px: Option<[f64; 2]>,
+    /// How a heading at the place is drawn, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    heading_deg: Option<f64>,
 }
 
-fn json(floor: &Floor, drawing: &DeformedDrawing, options: &DeformOptions) -> serde_json::Value {
+/// Where a place lies that the user has asked for.
+fn asked(floor: &Floor, drawing: &DeformedDrawing, place: &FloorPlace) -> anyhow::Result<Drawn> {
+    let [x, y] = place.at_m;
+    if floor.region_at(&Point::<World>::new(x, y)).is_none() {
+        let [low, high] = extent(floor);
+        return Err(anyhow!(
+            "--place {x},{y}: expected a place in a room, found a wall or the outside; the rooms reach from ({:.1}, {:.1}) to ({:.1}, {:.1}) m",
+            low[0],
+            low[1],
+            high[0],
+            high[1]
+        ));
+    }
+    let heading_rad = place.heading_deg.unwrap_or(0.0).to_radians();
+    let pose = drawing.pose_to_sketch(&Pose::new(x, y, heading_rad));
+    Ok(Drawn {
+        at_m: place.at_m,
+        at_px: pose.map(|pose| drawing.to_image(&pose.position()).map(f64::round)),
+        heading_deg: pose
+            .filter(|_| place.heading_deg.is_some())
+            .map(|pose| pose.yaw_rad.to_degrees().round()),
+    })
+}
+
+/// The lower left and the upper right corner of all rooms.
+fn extent(floor: &Floor) -> [[f64; 2]; 2] {
+    let corners = floor.regions().iter().flat_map(|region| &region.polygon);
+    corners.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], at| {
+        [[low[0].min(at[0]), low[1].min(at[1])], [high[0].max(at[0]), high[1].max(at[1])]]
+    })
+}
+
+/// The middles of the rooms.
+fn rooms(floor: &Floor, drawing: &DeformedDrawing) -> Vec<Drawn> {
+    let room = |center: &Point<World>| {
+        let at = drawing.to_sketch(center);
+        let at_px = at.map(|at| drawing.to_image(&at).map(f64::round));
+        Drawn { at_m: [center.x, center.y], at_px, heading_deg: None }
+    };
+    floor.regions().iter().map(|region| room(&region.center)).collect()
+}
+
+fn json(
+    floor: &Floor,
+    drawing: &DeformedDrawing,
+    options: &DeformOptions,
+    asked: &[Drawn],
+) -> serde_json::Value {
+    let rooms = rooms(floor, drawing);
+    let forgotten: Vec<_> = rooms.iter().filter(|room| room.at_px.is_none()).map(|room| room.at_m).collect();
+    let furniture = |piece: &Furnishing| {
+        let Furnishing { name, center, size_m } = piece;
+        serde_json::json!({ "name": name, "center_m": [center.x, center.y], "size_m": size_m })
+    };
     serde_json::json!({
         "floor": floor.name,
         "degree": options.degree,
         "seed": options.seed,
         "drawing": options.output,
         "canvas_px": drawing.canvas_px,
-        "regions": floor.regions().len(),
-        "forgotten": forgotten(floor, drawing),
+        "regions": rooms.len(),
+        "rooms": rooms,
+        "places": asked,
+        "forgotten": forgotten,
+        "left_out": floor.furniture().iter().map(furniture).collect::<Vec<_>>(),
         "deformation": drawing.deformation,
         "as_annotated": drawing.as_annotated,
         "people": PEOPLE,
     })
 }
 
-fn print(floor: &Floor, drawing: &DeformedDrawing, options: &DeformOptions) -> anyhow::Result<()> {
+fn print(
+    floor: &Floor,
+    drawing: &DeformedDrawing,
+    options: &DeformOptions,
+    asked: &[Drawn],
+) -> anyhow::Result<()> {
     let [width, height] = drawing.canvas_px;
     out!("{}  {width} × {height} px, {} strokes", options.output.display(), drawing.strokes.len())?;
-    for [x, y] in forgotten(floor, drawing) {
-        out!("forgotten: the room around ({x:.1}, {y:.1}) m")?;
+    for Drawn { at_m: [x, y], at_px, .. } in rooms(floor, drawing) {
+        match at_px {
+            Some([column, row]) => out!("the room around ({x:.1}, {y:.1}) m is at [{column}, {row}]")?,
+            None => out!("forgotten: the room around ({x:.1}, {y:.1}) m")?,
+        }
+    }
+    for Drawn { at_m: [x, y], at_px, heading_deg } in asked {
+        match (at_px, heading_deg) {
+            (None, _) => out!("({x}, {y}) m lies in a room that was forgotten")?,
+            (Some([column, row]), None) => out!("({x}, {y}) m: goal = [{column}, {row}]")?,
+            (Some([column, row]), Some(heading)) => {
+                out!("({x}, {y}) m: start = [{column}, {row}], start_heading_deg = {heading}")?;
+            }
+        }
+    }
+    for Furnishing { name, center, size_m: [length, width] } in floor.furniture().iter().take(PRINTED) {
+        let what = if name.is_empty() { "a piece that was taken for furniture" } else { name };
+        out!("left out: {what}, {length:.1} m × {width:.1} m at ({:.1}, {:.1}) m", center.x, center.y)?;
+    }
+    if let Some(more @ 1..) = floor.furniture().len().checked_sub(PRINTED) {
+        out!("left out: {more} more pieces; --json lists all")?;
     }
     let rows = [
         ("deformation", drawing.deformation),

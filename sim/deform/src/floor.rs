@@ -24,6 +24,18 @@ pub struct Floor {
     pub(crate) walls: Vec<Vec<Vector2<f64>>>,
     pub(crate) regions: Regions,
     places: Vec<Point<World>>,
+    furniture: Vec<Furnishing>,
+}
+
+/// Something that stands around, and that no drawing shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Furnishing {
+    /// Its name, where the floor has one.
+    pub name: String,
+    /// Its middle.
+    pub center: Point<World>,
+    /// How far it reaches along x and y.
+    pub size_m: [f64; 2],
 }
 
 impl Floor {
@@ -36,7 +48,11 @@ impl Floor {
         let regions = Regions::of(&Solid::of_walls(&world)?);
         let lines = sketchnav_sim::floor_plan::middle_lines(plan)?;
         let walls = lines.into_iter().map(|line| line.map(Vector2::from).to_vec()).collect();
-        Self::checked(plan.name.clone(), walls, regions)
+        let pieces = plan.furniture.iter().zip(&world.furniture);
+        let furniture = pieces
+            .map(|(piece, solid)| Furnishing::of(&piece.name, solid.corners().iter().copied()))
+            .collect();
+        Self::checked(plan.name.clone(), walls, regions, furniture)
     }
 
     /// The floor of a map. What stands free within a room and is smaller than two metres is taken for
@@ -47,23 +63,40 @@ impl Floor {
     pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Self, DeformError> {
         let mut solid = Solid::of_map(map);
         let furnished = Regions::of(&solid);
-        trace::remove_furniture(&mut solid, &furnished);
+        let removed = trace::remove_furniture(&mut solid, &furnished);
+        let half_m = solid.grid.cell_m / 2.0;
+        let corners = |&i: &usize| {
+            let middle = solid.grid.middle(i);
+            [middle.add_scalar(-half_m).into(), middle.add_scalar(half_m).into()]
+        };
+        let furniture: Vec<_> =
+            removed.iter().map(|piece| Furnishing::of("", piece.iter().flat_map(corners))).collect();
         let regions = Regions::of(&solid);
         let walls = trace::walls(&solid, &regions);
-        Self::checked(name.to_owned(), walls, regions)
+        Self::checked(name.to_owned(), walls, regions, furniture)
     }
 
-    fn checked(name: String, walls: Vec<Vec<Vector2<f64>>>, regions: Regions) -> Result<Self, DeformError> {
+    fn checked(
+        name: String,
+        walls: Vec<Vec<Vector2<f64>>>,
+        regions: Regions,
+        furniture: Vec<Furnishing>,
+    ) -> Result<Self, DeformError> {
         if regions.list.is_empty() || walls.is_empty() {
             return Err(DeformError::NoRegions { name, least_m2: LEAST_AREA_M2 });
         }
         let places = places(&regions);
-        Ok(Self { name, walls, regions, places })
+        Ok(Self { name, walls, regions, places, furniture })
     }
 
     /// Its rooms, corridors and the parts of its halls.
     pub fn regions(&self) -> &[Region] {
         &self.regions.list
+    }
+
+    /// What stands around, and is left out of drawings: of a plan its furniture, of a map what was taken for such.
+    pub fn furniture(&self) -> &[Furnishing] {
+        &self.furniture
     }
 
     /// The openings between the regions.
@@ -80,6 +113,17 @@ impl Floor {
     /// are few, places that are farthest from all others join them, until there are seven.
     pub fn places(&self) -> &[Point<World>] {
         &self.places
+    }
+}
+
+impl Furnishing {
+    fn of(name: &str, corners: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        let mut low = Vector2::repeat(f64::INFINITY);
+        let mut high = Vector2::repeat(f64::NEG_INFINITY);
+        for corner in corners.into_iter().map(Vector2::from) {
+            (low, high) = (low.inf(&corner), high.sup(&corner));
+        }
+        Self { name: name.to_owned(), center: ((low + high) / 2.0).into(), size_m: (high - low).into() }
     }
 }
 

@@ -25,7 +25,7 @@ mod warp;
 
 pub use drawing::{DeformedDrawing, MOST_DEGREE, deform};
 pub use error::DeformError;
-pub use floor::Floor;
+pub use floor::{Floor, Furnishing};
 pub use hand::Stroke;
 pub use measure::{Deformation, PEOPLE};
 pub use regions::{Doorway, Region};

@@ -49,9 +49,10 @@ fn without_slits(grid: &Grid, rooms: Vec<bool>) -> Vec<bool> {
     rooms.into_iter().zip(far_m).map(|(room, far_m)| room && far_m <= reach_m).collect()
 }
 
-/// Clears what stands around in rooms.
-pub(crate) fn remove_furniture(solid: &mut Solid, regions: &Regions) {
+/// Clears what stands around in rooms; the cells of each piece.
+pub(crate) fn remove_furniture(solid: &mut Solid, regions: &Regions) -> Vec<Vec<usize>> {
     let grid = solid.grid.clone();
+    let mut removed = Vec::new();
     let mut seen = vec![false; grid.len()];
     for i in 0..grid.len() {
         if !solid.cells[i] || seen[i] {
@@ -60,8 +61,10 @@ pub(crate) fn remove_furniture(solid: &mut Solid, regions: &Regions) {
         let piece = connected(&grid, i, &solid.cells, &mut seen);
         if is_furniture(&grid, &piece, regions) {
             piece.iter().for_each(|&i| solid.cells[i] = false);
+            removed.push(piece);
         }
     }
+    removed
 }
 
 fn connected(grid: &Grid, from: usize, cells: &[bool], seen: &mut [bool]) -> Vec<usize> {

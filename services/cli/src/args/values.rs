@@ -26,6 +26,24 @@ pub fn parse_pattern(text: &str) -> Result<Regex, String> {
     Regex::new(&format!("^(?:{text})$")).map_err(|error| format!("expected a regular expression: {error}"))
 }
 
+/// A place of a floor, metres, and a heading there, degrees counter-clockwise from the x axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FloorPlace {
+    pub at_m: [f64; 2],
+    pub heading_deg: Option<f64>,
+}
+
+/// `X,Y` or `X,Y,DEG`.
+pub fn parse_place(text: &str) -> Result<FloorPlace, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
+    let numbers = numbers.ok().filter(|numbers| numbers.iter().all(|number| number.is_finite()));
+    match numbers.as_deref() {
+        Some(&[x, y]) => Ok(FloorPlace { at_m: [x, y], heading_deg: None }),
+        Some(&[x, y, heading]) => Ok(FloorPlace { at_m: [x, y], heading_deg: Some(heading) }),
+        _ => Err("expected X,Y in metres, or X,Y,DEG".to_owned()),
+    }
+}
+
 /// Beyond this no machine keeps up; `max` is for those who want all that there is.
 pub const MAX_SPEED: f64 = 100.0;
 
@@ -50,6 +68,15 @@ mod tests {
         assert!(pattern.is_match("scan") && pattern.is_match("odometry"));
         assert!(!pattern.is_match("scanner") && !pattern.is_match("a-scan"));
         assert!(parse_pattern("(").unwrap_err().contains("expected a regular expression"));
+    }
+
+    #[test]
+    fn a_place_has_two_numbers_or_three() {
+        let place = |heading_deg| Ok(FloorPlace { at_m: [-1.5, 2.0], heading_deg });
+        assert_eq!((parse_place("-1.5,2"), parse_place("-1.5, 2, 90")), (place(None), place(Some(90.0))));
+        for wrong in ["", "1", "1,2,3,4", "1,x", "nan,1"] {
+            assert!(parse_place(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -351,7 +351,7 @@ fn names_a_file(key: &str) -> bool {
 }
 
 /// What errors call a task.
-pub(crate) fn task_key(number: usize, name: &str) -> String {
+pub fn task_key(number: usize, name: &str) -> String {
     format!("task {number} ({name})")
 }
 

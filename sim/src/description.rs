@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::bounds;
 use sketchnav_schemas::floor_plan::{Furniture, Marker, Person};
+use sketchnav_schemas::mission::{Place, Task, task_key};
 
 use crate::convex::{Convex, Segment};
 use crate::error::{SimError, check, check_within};
@@ -29,7 +30,59 @@ pub struct WorldDescription {
 /// How far from a face a marker may be given, metres.
 const MARKER_SLACK_M: f64 = 0.02;
 
+/// From where to where something reaches along the axes, metres.
+pub(crate) struct Extent {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Extent {
+    /// Of these points; of none it meets nothing.
+    pub(crate) fn of(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        let nothing = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+        points.into_iter().fold(nothing, |Self { low, high }, at| Self {
+            low: [low[0].min(at[0]), low[1].min(at[1])],
+            high: [high[0].max(at[0]), high[1].max(at[1])],
+        })
+    }
+
+    /// Whether the two have a point in common.
+    pub(crate) fn meets(&self, other: &Self) -> bool {
+        (0..2).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
+    }
+
+    /// What is wrong with something outside the walls that reach so far.
+    pub(crate) fn outside(&self) -> String {
+        let Self { low: [left, bottom], high: [right, top] } = self;
+        format!("outside the walls, which reach from ({left:.2}, {bottom:.2}) to ({right:.2}, {top:.2}) m")
+    }
+}
+
 impl WorldDescription {
+    /// How far the walls reach.
+    pub(crate) fn extent(&self) -> Extent {
+        Extent::of(self.outline.iter().flatten().copied())
+    }
+
+    /// Checks that each task's `there` reaches into the walls: nobody can be at one that does not.
+    ///
+    /// # Errors
+    /// [`SimError::Value`] with the task, the place, and how far the walls reach.
+    pub fn check_places(&self, tasks: &[Task]) -> Result<(), SimError> {
+        let walls = self.extent();
+        for (i, Task { name, there, .. }) in tasks.iter().enumerate() {
+            let place = Extent::of(outermost(there));
+            if !there.is_unknown() && !walls.meets(&place) {
+                let Extent { low, high } = place;
+                let key = format!("{}.there", task_key(i + 1, name));
+                let from_to = format!("({:.2}, {:.2}) to ({:.2}, {:.2}) m", low[0], low[1], high[0], high[1]);
+                let found = format!("{from_to}, {}", walls.outside());
+                return Err(SimError::Value { key, expected: "a place within the walls", found });
+            }
+        }
+        Ok(())
+    }
+
     /// Puts `furniture` into the world.
     ///
     /// # Errors
@@ -104,6 +157,13 @@ fn distance_m([a, b]: &Segment, at: [f64; 2]) -> f64 {
     let along = b - a;
     let share = ((at - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     (at - a - along * share).norm()
+}
+
+/// The outermost points of a place.
+fn outermost(place: &Place) -> Vec<[f64; 2]> {
+    let disc = place.center.zip(place.radius_m).into_iter();
+    let disc = disc.flat_map(|([x, y], radius)| [[x - radius, y - radius], [x + radius, y + radius]]);
+    place.polygon.iter().flatten().copied().chain(disc).collect()
 }
 
 fn solid(piece: &Furniture, key: &str) -> Result<Convex, SimError> {

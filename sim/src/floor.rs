@@ -14,7 +14,7 @@ use sketchnav_schemas::robot::{Drive, Limits, Robot};
 use sketchnav_schemas::seed;
 
 use crate::convex::{Convex, Segment};
-use crate::description::WorldDescription;
+use crate::description::{Extent, WorldDescription};
 use crate::drive;
 use crate::error::{SimError, check, check_start};
 use crate::people::Walker;
@@ -113,21 +113,12 @@ struct Event {
 }
 
 /// Outside the outermost walls there is nothing to be seen, and nowhere to go.
-fn check_within_walls(start: &Pose<World>, outline: &[Segment]) -> Result<(), SimError> {
-    let extent = |axis: usize| {
-        let along = outline.iter().flatten().map(|corner| corner[axis]);
-        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
-    };
-    let ((left, right), (bottom, top)) = (extent(0), extent(1));
-    let within = (left..=right).contains(&start.x) && (bottom..=top).contains(&start.y);
-    let walls = format!(
-        "({}, {}) m, outside the walls, which reach from ({left:.2}, {bottom:.2}) to ({right:.2}, {top:.2}) m",
-        start.x, start.y
-    );
-    if within {
+fn check_within_walls(start: &Pose<World>, extent: &Extent) -> Result<(), SimError> {
+    if extent.meets(&Extent::of([[start.x, start.y]])) {
         return Ok(());
     }
-    Err(SimError::Value { key: "start.world".into(), expected: "a place within the walls", found: walls })
+    let found = format!("({}, {}) m, {}", start.x, start.y, extent.outside());
+    Err(SimError::Value { key: "start.world".into(), expected: "a place within the walls", found })
 }
 
 /// Keys for what only a plane of dots has.
@@ -166,7 +157,7 @@ impl Floor {
         robot.check_numbers()?;
         check_sensors(robot)?;
         check_start(&start)?;
-        check_within_walls(&start, &description.outline)?;
+        check_within_walls(&start, &description.extent())?;
         let (tick_hz, period_s) = (robot.tick_hz(), 1.0 / robot.tick_hz());
         let substeps = substeps(robot, period_s);
         let at = TruePose { at: start.position().coords(), yaw_rad: start.yaw_rad };

@@ -33,7 +33,9 @@ impl World {
             let plane = DotPlane::new(description, &run.robot, pose, run.seed)?;
             return Ok(Self::Plane(Box::new(plane)));
         }
-        let floor = Floor::new(files::world(source)?, &run.robot, pose, run.seed)?;
+        let description = files::world(source)?;
+        description.check_places(&run.mission.task)?;
+        let floor = Floor::new(description, &run.robot, pose, run.seed)?;
         Ok(Self::Floor(Box::new(floor)))
     }
 }

@@ -16,6 +16,7 @@ use sketchnav_schemas::geometry::{Base, Point, Pose, Sketch, World};
 use sketchnav_schemas::message::{MarkerView, Particles, People};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
+use sketchnav_sketch::planner::ROOMS;
 use sketchnav_supervisor::Supervisor;
 
 use crate::failure::Failure;
@@ -30,6 +31,9 @@ pub struct Report {
     seed: u64,
     #[serde(flatten)]
     verdict: Verdict,
+    /// How the method drove instead, and why, where it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    driven: Option<&'static str>,
     wall_seconds: f64,
     real_time_factor: f64,
     lost_messages: u64,
@@ -72,6 +76,7 @@ impl Report {
         Ok(Self {
             mission: run.mission.name.clone(),
             seed: run.seed,
+            driven: log.drove_by_rooms().then_some(ROOMS),
             wall_seconds: wall.as_secs_f64(),
             real_time_factor: verdict.sim_seconds / wall.as_secs_f64(),
             verdict,
@@ -105,6 +110,9 @@ impl Report {
             self.real_time_factor,
             self.lost_messages,
         )?;
+        if let Some(how) = self.driven {
+            out!("method     {how}")?;
+        }
         out!("recording  {}", self.recording)?;
         for picture in &self.pictures {
             out!("picture    {}", picture.display())?;

@@ -25,6 +25,7 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::message::{PairedMarker, Plan, Relations};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
+use sketchnav_sketch::planner::ROOMS;
 
 use super::judge::{self, Judged};
 use crate::failure::{Failure, OrInput, Outcome};
@@ -116,6 +117,7 @@ impl Page<'_> {
                 span { "recording " b { (file) } }
                 @for key in ["seed", "method", "pace", "robot", "version"] { span { (key) " " b { (fact(key)) } } }
             }
+            @if self.log.drove_by_rooms() { p.notice { "The planner said: " (ROOMS) "." } }
         }
     }
 

@@ -20,6 +20,7 @@ use sketchnav_recordings::RecordingError;
 use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::reader::{RawMessage, Recording, Selection};
 use sketchnav_recordings::writer::topic_name;
+use sketchnav_sketch::planner::ROOMS;
 
 /// An estimate beside the truth of its instant.
 #[derive(Debug, Clone, Copy)]
@@ -115,6 +116,11 @@ const NEEDED: [&ChannelSpec; 18] = [
 ];
 
 impl Log {
+    /// Whether the method `outline` drove as `beam`, for the drawing shows rooms.
+    pub fn drove_by_rooms(&self) -> bool {
+        self.status.iter().any(|status| status.reason.as_str() == ROOMS)
+    }
+
     /// The goal of the task that was driven at that time.
     pub fn goal_at(&self, stamp_ns: u64) -> Option<Point<Sketch>> {
         let until = self.status.partition_point(|status| status.header.stamp_ns <= stamp_ns);

@@ -19,6 +19,7 @@ use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use self::core::{Core, PlannerError, State};
+pub use self::reason::ROOMS;
 
 /// The planner of a run.
 pub struct Planner {

@@ -260,7 +260,11 @@ impl Driver {
         }
         let share = self.parameters.speed_share * if lost { LOST_SHARE } else { 1.0 };
         self.pursuit.follow(&self.local_path, &chart.robot_m(), &self.obstacles, share, dt_s);
-        TaskStatus::Driving(if self.attempt.detour { Reason::Detour } else { Reason::None })
+        TaskStatus::Driving(match (self.attempt.detour, self.attempt.guide) {
+            (true, _) => Reason::Detour,
+            (false, Guide::Goal) if self.explorer.as_ref().is_some_and(Explorer::sees_rooms) => Reason::Rooms,
+            (false, _) => Reason::None,
+        })
     }
 
     /// The last command.

@@ -221,6 +221,11 @@ impl Explorer {
         self.paper.as_ref().is_some_and(|paper| paper.open_share >= self.parameters.least_open_share)
     }
 
+    /// Whether the drawing shows rooms, so that goals are to be found by the filter.
+    pub fn sees_rooms(&self) -> bool {
+        self.paper.is_some() && !self.is_in_charge()
+    }
+
     /// Takes in a scan of a robot that believes to be at `robot` by its wheels.
     pub fn observe(&mut self, robot: Pose<Odom>, base_from_laser: Pose<Base>, scan: &LaserScan) {
         if !self.is_in_charge() {

@@ -6,11 +6,16 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 
 use super::explorer::{Aim, Evidence};
 
+/// What the planner of the method `outline` says on its way to a goal by a drawing of rooms.
+pub const ROOMS: &str = "a drawing of rooms: driving as by `beam`";
+
 /// Why the state is what it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reason {
     /// Nothing to say.
     None,
+    /// The drawing shows rooms, so its outline is not what the robot goes by.
+    Rooms,
     /// The sketch is missing.
     NoSketch,
     /// The route is missing.
@@ -53,6 +58,7 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::None => Ok(()),
+            Self::Rooms => f.write_str(ROOMS),
             Self::NoSketch => f.write_str("waiting for the sketch"),
             Self::NoRoute => f.write_str("waiting for the route"),
             Self::NoOrder => f.write_str("waiting for the order to start"),
@@ -112,6 +118,7 @@ mod tests {
     fn every_reason_fits_its_field() {
         let far = Point::new(-1234.0, 1234.0);
         for reason in [
+            Reason::Rooms,
             Reason::Shut(far, 10),
             Reason::NoDrawnWay(far),
             Reason::Recovering(10),

@@ -117,11 +117,14 @@ macro_rules! __own {
     )* }) => {
         const _: () = {
             use $crate::declare::{or, way};
-            use $crate::ros2::{Definition, Line, Own, Ros2Error, Way};
+            use $crate::ros2::{Definition, Line, Own, Ros2Error, Way, is_untold};
 
             /// Field for field what the `.msg` says.
             #[derive(Default, serde::Serialize, serde::Deserialize)]
-            pub struct Form { $($field: <way!($($way)? $(where $count)?) as Way<$type>>::Form,)* }
+            pub struct Form { $(
+                #[serde(skip_serializing_if = "is_untold")]
+                $field: <way!($($way)? $(where $count)?) as Way<$type>>::Form,
+            )* }
 
             impl Own for $name {
                 type Form = Form;

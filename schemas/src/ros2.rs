@@ -23,7 +23,7 @@ pub mod transforms;
 
 pub use definitions::{Definition, Line};
 pub use fields::Field;
-pub use own::{Counted, Itself, Own, OwnMessage, OwnPart, Slice, Stamped, Untold, Way, Zero};
+pub use own::{Counted, Itself, Own, OwnMessage, OwnPart, Slice, Stamped, Untold, Way, Zero, is_untold};
 
 use byteorder::LittleEndian;
 use serde::{Serialize, de::DeserializeOwned};

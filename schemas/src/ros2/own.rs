@@ -124,6 +124,11 @@ impl Way<u32> for Untold {
     }
 }
 
+/// Whether a field's form says nothing. CDR has no bytes for it, and JSON no field.
+pub fn is_untold<T>(_: &T) -> bool {
+    size_of::<T>() == 0
+}
+
 /// Not at all: it is always zero.
 #[derive(Debug)]
 pub struct Zero;

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::channels::{self, Channel, ChannelVisitor};
 use crate::codes::{Code, FaultKind, Process};
+use crate::erased;
 use crate::layout::Role;
 use crate::message::*;
 use crate::samples::sample;
@@ -60,6 +61,26 @@ impl Check for FormsAreUsedAgain {
             assert!(out == cdr(&message, &cells), "{}: message {seq} is not the same", T::NAME);
         }
     }
+}
+
+/// As JSON a message has the fields of its `.msg`. The count of a list and what fills padding once were there as `null`.
+struct JsonHasNoFieldWithoutAForm;
+impl Check for JsonHasNoFieldWithoutAForm {
+    fn check<T: Ros2>(&self) {
+        let (message, cells) = sample::<T>(&mut stream(3, T::NAME), 1);
+        let type_ = erased::MessageType::of::<T>();
+        let json = type_.json(bytemuck::bytes_of(&message), &cells).unwrap();
+        let layout = type_.layout();
+        let untold = layout.fields.iter().filter(|field| matches!(field.role, Role::Count | Role::Zero));
+        for field in untold {
+            assert!(json.get(field.name).is_none(), "{}: {}: {json:#}", T::NAME, field.name);
+        }
+    }
+}
+
+#[test]
+fn json_has_no_field_without_a_form() {
+    every(JsonHasNoFieldWithoutAForm);
 }
 
 struct SurvivesDamage {

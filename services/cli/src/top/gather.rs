@@ -47,9 +47,9 @@ pub struct Row {
     pub queue: Option<u64>,
     /// Since its last message; `None` before the first.
     pub age_ms: Option<f64>,
-    /// Mean time of a step.
+    /// Mean time of a step between its last two reports; it reports once a second.
     pub step_ms: Option<f64>,
-    /// Longest step in the last second.
+    /// Longest step between the same two.
     pub step_max_ms: Option<f64>,
     /// Messages that it lost.
     pub lost: u64,
@@ -66,8 +66,49 @@ pub struct Gatherer {
     since: Instant,
     told: Vec<String>,
     restarts: BTreeMap<u32, u32>,
-    lives: BTreeMap<u32, Health>,
+    lives: BTreeMap<u32, Life>,
     status: Option<MissionStatus>,
+}
+
+/// What a process has reported of its present life.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Life {
+    last: Health,
+    /// Steps between the last two reports, and the time inside them.
+    steps: u64,
+    busy_ns: u64,
+}
+
+impl Life {
+    fn begin(first: Health) -> Self {
+        Self { last: first, steps: first.steps, busy_ns: first.busy_ns }
+    }
+
+    fn hear(&mut self, next: Health) {
+        let since = |next: u64, last: u64| next.saturating_sub(last);
+        *self = match self.last.pid == next.pid {
+            true => Self {
+                last: next,
+                steps: since(next.steps, self.last.steps),
+                busy_ns: since(next.busy_ns, self.last.busy_ns),
+            },
+            false => Self::begin(next),
+        };
+    }
+
+    /// The mean of the steps between the last two reports, milliseconds; `None` where there were none.
+    fn step_ms(&self) -> Option<f64> {
+        (self.steps > 0).then(|| ms(self.busy_ns) / self.steps as f64)
+    }
+
+    /// The longest of them.
+    fn step_max_ms(&self) -> Option<f64> {
+        (self.steps > 0).then(|| ms(self.last.step_max_ns))
+    }
+}
+
+fn ms(ns: u64) -> f64 {
+    ns as f64 / 1e6
 }
 
 impl Gatherer {
@@ -114,7 +155,11 @@ impl Gatherer {
             self.told.drain(..surplus);
         }
         while let Some(health) = self.health.receive()? {
-            self.lives.insert(health.process, *health);
+            let health = *health;
+            self.lives
+                .entry(health.process)
+                .and_modify(|life| life.hear(health))
+                .or_insert_with(|| Life::begin(health));
         }
         while let Some(status) = self.statuses.receive()? {
             self.status = Some(*status);
@@ -148,8 +193,7 @@ impl Gatherer {
         let own = || self.taps.iter().filter(|tap| tap.reader.spec().writer == Some(process));
         let messages: u64 = own().map(|tap| tap.count()).sum();
         let heard = own().filter_map(|tap| tap.heard).max();
-        let health = self.lives.get(&process.code()).filter(|health| health.steps > 0);
-        let ms = |ns: u64| ns as f64 / 1e6;
+        let life = self.lives.get(&process.code());
         Row {
             process: process.word(),
             pid,
@@ -158,9 +202,9 @@ impl Gatherer {
             rate_hz: messages as f64 / took.as_secs_f64(),
             queue: self.queue(process),
             age_ms: heard.map(|heard| heard.elapsed().as_secs_f64() * 1e3),
-            step_ms: health.map(|health| ms(health.busy_ns) / health.steps as f64),
-            step_max_ms: health.map(|health| ms(health.step_max_ns)),
-            lost: health.map_or(0, |health| health.lost_messages),
+            step_ms: life.and_then(Life::step_ms),
+            step_max_ms: life.and_then(Life::step_max_ms),
+            lost: life.map_or(0, |life| life.last.lost_messages),
         }
     }
 
@@ -230,5 +274,28 @@ impl Counted {
 
     fn count_anew(&mut self) {
         self.from_seq = self.newest.map(|newest| newest.seq);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn health(pid: u32, steps: u64, busy_ns: u64, step_max_ns: u64) -> Health {
+        Health { pid, steps, busy_ns, step_max_ns, ..bytemuck::Zeroable::zeroed() }
+    }
+
+    /// The mean was one of the whole life and the longest one of the last second: a process that had just had its long
+    /// steps was shown with a mean above its longest.
+    #[test]
+    fn the_mean_step_and_the_longest_are_of_the_same_time() {
+        let mut life = Life::begin(health(7, 10, 50_000_000, 9_000_000));
+        assert_eq!((life.step_ms(), life.step_max_ms()), (Some(5.0), Some(9.0)));
+        life.hear(health(7, 30, 70_000_000, 2_000_000));
+        assert_eq!((life.step_ms(), life.step_max_ms()), (Some(1.0), Some(2.0)));
+        life.hear(health(7, 30, 70_000_000, 0));
+        assert_eq!((life.step_ms(), life.step_max_ms()), (None, None), "it has done nothing since");
+        life.hear(health(8, 2, 4_000_000, 3_000_000));
+        assert_eq!((life.step_ms(), life.step_max_ms()), (Some(2.0), Some(3.0)), "a new life");
     }
 }

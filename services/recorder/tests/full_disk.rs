@@ -3,7 +3,6 @@
 mod support;
 
 use std::path::Path;
-use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
@@ -11,11 +10,11 @@ use nix::sys::signal::{SigSet, Signal};
 use sketchnav_recorder::Recorder;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
-use sketchnav_runtime::{Channels, Node, System, Writer};
+use sketchnav_runtime::Writer;
 use sketchnav_schemas::channels::{SKETCH, TICK};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::SketchMap;
-use support::{header, run};
+use support::{TestSystem, header, run};
 
 /// Longest that the recorder may take to go on.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -62,12 +61,9 @@ fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
     let path = folder.path().join("test.mcap");
     let next_part = path.with_extension("part2.mcap");
     let run = run("full-disk", &path);
-    let system = Rc::new(System::create(&run).unwrap());
-    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
-    let channels = Channels::create(&supervisor).unwrap();
-    let open = |process| Node::join(System::open(&run.system).unwrap(), process).unwrap();
+    let system = TestSystem::create(&run);
     let (world, sketcher, recorder_node) =
-        (open(Process::World), open(Process::Sketcher), open(Process::Recorder));
+        (system.join(Process::World), system.join(Process::Sketcher), system.join(Process::Recorder));
     let mut ticks = world.writer(TICK).unwrap();
     let mut sketches = sketcher.writer(SKETCH).unwrap();
     let mut recorder = Recorder::open(&recorder_node).unwrap();
@@ -103,8 +99,8 @@ fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
     let drawn = recording.channel(SKETCH).unwrap().map(|sketch| sketch.unwrap().0.header.seq).collect();
     let found = info(&path).unwrap();
     assert_eq!((found.clean_end, found.restarts), (true, 0), "{found:#?}");
-    drop((ticks, sketches, world, sketcher, recorder_node, channels, supervisor));
-    Rc::into_inner(system).unwrap().remove().unwrap();
+    drop((ticks, sketches, world, sketcher, recorder_node));
+    system.remove();
     (drawn, found.missing)
 }
 

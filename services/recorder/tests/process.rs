@@ -2,27 +2,22 @@
 
 mod support;
 
-use std::rc::Rc;
-
 use sketchnav_recorder::Recorder;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
-use sketchnav_runtime::{Channels, Node, System};
 use sketchnav_schemas::channels::{ODOMETRY, RECORDED, SKETCH, TICK};
 use sketchnav_schemas::codes::Process;
-use support::{header, run};
+use support::{TestSystem, header, run};
 
 #[test]
 fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
     let run = run("recorder", &path);
-    let system = Rc::new(System::create(&run).unwrap());
-    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
-    let channels = Channels::create(&supervisor).unwrap();
-    let world = Node::join(System::open(&run.system).unwrap(), Process::World).unwrap();
-    let sketcher = Node::join(System::open(&run.system).unwrap(), Process::Sketcher).unwrap();
-    let recorder_node = Node::join(System::open(&run.system).unwrap(), Process::Recorder).unwrap();
+    let system = TestSystem::create(&run);
+    let world = system.join(Process::World);
+    let sketcher = system.join(Process::Sketcher);
+    let recorder_node = system.join(Process::Recorder);
     let mut recorder = Recorder::open(&recorder_node).unwrap();
 
     let (mut ticks, mut odometry) = (world.writer(TICK).unwrap(), world.writer(ODOMETRY).unwrap());
@@ -56,8 +51,8 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
     assert_eq!(drawn[0].as_ref().unwrap().1, [0, 100, 0, 0, 0, 100]);
 
     drop((ticks, odometry, recorded, sketches));
-    drop((world, sketcher, recorder_node, channels, supervisor));
-    Rc::into_inner(system).unwrap().remove().unwrap();
+    drop((world, sketcher, recorder_node));
+    system.remove();
 }
 
 /// On a busy machine a mission of twelve instants was over before its recorder had met the writers. The recording
@@ -67,23 +62,21 @@ fn a_recorder_that_comes_late_takes_what_writers_have_left() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
     let run = run("late", &path);
-    let system = Rc::new(System::create(&run).unwrap());
-    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
-    let channels = Channels::create(&supervisor).unwrap();
-    let world = Node::join(System::open(&run.system).unwrap(), Process::World).unwrap();
+    let system = TestSystem::create(&run);
+    let world = system.join(Process::World);
     let (mut ticks, mut odometry) = (world.writer(TICK).unwrap(), world.writer(ODOMETRY).unwrap());
     for seq in 1..=12 {
         odometry.send(|message| message.header = header(seq)).unwrap();
         ticks.send(|message| message.header = header(seq)).unwrap();
     }
     drop((ticks, odometry, world));
-    let node = Node::join(System::open(&run.system).unwrap(), Process::Recorder).unwrap();
+    let node = system.join(Process::Recorder);
     Recorder::open(&node).unwrap().end().unwrap();
 
     let recording = Recording::open(&path).unwrap();
     let numbers = |messages: Vec<u64>| assert_eq!(messages, (1..=12).collect::<Vec<_>>());
     numbers(recording.channel(TICK).unwrap().map(|message| message.unwrap().0.header.seq).collect());
     numbers(recording.channel(ODOMETRY).unwrap().map(|message| message.unwrap().0.header.seq).collect());
-    drop((node, channels, supervisor));
-    Rc::into_inner(system).unwrap().remove().unwrap();
+    drop(node);
+    system.remove();
 }

@@ -4,17 +4,15 @@ mod support;
 
 use std::fs::OpenOptions;
 use std::path::Path;
-use std::rc::Rc;
 
 use sketchnav_recorder::Recorder;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::series;
-use sketchnav_runtime::{Channels, Node, System};
 use sketchnav_schemas::channels::{ODOMETRY, SKETCH, TICK};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::Split;
-use support::{header, run};
+use support::{TestSystem, header, run};
 
 fn ticks(file: &Path) -> Vec<u64> {
     let ticks = Recording::open(file).unwrap().channel(TICK).unwrap();
@@ -27,11 +25,8 @@ fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
     let path = folder.path().join("runs/test.mcap");
     let mut run = run("series", &path);
     run.split = Split { bytes: None, duration_ns: Some(4_000_000_000) };
-    let system = Rc::new(System::create(&run).unwrap());
-    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
-    let channels = Channels::create(&supervisor).unwrap();
-    let open = |process| Node::join(System::open(&run.system).unwrap(), process).unwrap();
-    let (world, sketcher) = (open(Process::World), open(Process::Sketcher));
+    let system = TestSystem::create(&run);
+    let (world, sketcher) = (system.join(Process::World), system.join(Process::Sketcher));
     let (mut ticks_out, mut odometry) = (world.writer(TICK).unwrap(), world.writer(ODOMETRY).unwrap());
     let mut sketches = sketcher.writer(SKETCH).unwrap();
     let mut step = |seq| {
@@ -41,7 +36,7 @@ fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
 
     let mut seq = 0;
     for life in 1..=4 {
-        let node = open(Process::Recorder);
+        let node = system.join(Process::Recorder);
         let mut recorder = Recorder::open(&node).unwrap();
         if life == 1 {
             let mut sketch = sketches.loan_with(1).unwrap();
@@ -63,7 +58,7 @@ fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
         let file = OpenOptions::new().write(true).open(newest).unwrap();
         file.set_len(file.metadata().unwrap().len() - 50).unwrap();
     }
-    let node = open(Process::Recorder);
+    let node = system.join(Process::Recorder);
     Recorder::open(&node).unwrap().end().unwrap();
 
     let files = series::files(&path).unwrap();
@@ -88,8 +83,8 @@ fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
     let named = files.iter().filter(|file| yaml.contains(file.file_name().unwrap().to_str().unwrap()));
     assert_eq!(named.count(), files.len(), "{yaml}");
 
-    drop((node, ticks_out, odometry, sketches, world, sketcher, channels, supervisor));
-    Rc::into_inner(system).unwrap().remove().unwrap();
+    drop((node, ticks_out, odometry, sketches, world, sketcher));
+    system.remove();
 }
 
 /// Without an end of its own a large run was one file, whatever was asked for: the size is looked at where the length is.
@@ -99,11 +94,8 @@ fn a_file_ends_when_it_is_as_large_as_the_run_says() {
     let path = folder.path().join("test.mcap");
     let mut run = run("series-size", &path);
     run.split = Split { bytes: Some(60_000), duration_ns: None };
-    let system = Rc::new(System::create(&run).unwrap());
-    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
-    let channels = Channels::create(&supervisor).unwrap();
-    let open = |process| Node::join(System::open(&run.system).unwrap(), process).unwrap();
-    let (world, node) = (open(Process::World), open(Process::Recorder));
+    let system = TestSystem::create(&run);
+    let (world, node) = (system.join(Process::World), system.join(Process::Recorder));
     let mut ticks_out = world.writer(TICK).unwrap();
     let mut recorder = Recorder::open(&node).unwrap();
     for seq in 1..=1600 {
@@ -117,6 +109,6 @@ fn a_file_ends_when_it_is_as_large_as_the_run_says() {
     assert!(files.len() > 1 && sizes.iter().all(|bytes| *bytes < 110_000), "{sizes:?}");
     assert_eq!(files.iter().flat_map(|file| ticks(file)).collect::<Vec<_>>(), (1..=1600).collect::<Vec<_>>());
 
-    drop((node, ticks_out, world, channels, supervisor));
-    Rc::into_inner(system).unwrap().remove().unwrap();
+    drop((node, ticks_out, world));
+    system.remove();
 }

@@ -3,26 +3,21 @@
 mod support;
 
 use std::fs::OpenOptions;
-use std::rc::Rc;
 
 use sketchnav_recorder::Recorder;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
-use sketchnav_runtime::{Channels, Node, System};
 use sketchnav_schemas::channels::{ODOMETRY, RECORDED, TICK};
 use sketchnav_schemas::codes::Process;
-use support::{header, run};
+use support::{TestSystem, header, run};
 
 #[test]
 fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
     let run = run("successor", &path);
-    let system = Rc::new(System::create(&run).unwrap());
-    let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
-    let channels = Channels::create(&supervisor).unwrap();
-    let open = |process| Node::join(System::open(&run.system).unwrap(), process).unwrap();
-    let world = open(Process::World);
+    let system = TestSystem::create(&run);
+    let world = system.join(Process::World);
     let (mut ticks, mut odometry) = (world.writer(TICK).unwrap(), world.writer(ODOMETRY).unwrap());
     let mut recorded = world.reader(RECORDED).unwrap();
     let mut step = |seq| {
@@ -32,7 +27,7 @@ fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
 
     let mut seq = 0;
     for life in 1..=3 {
-        let node = open(Process::Recorder);
+        let node = system.join(Process::Recorder);
         let mut recorder = Recorder::open(&node).unwrap();
         for _ in 0..40 {
             seq += 1;
@@ -50,7 +45,7 @@ fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
         let file = OpenOptions::new().write(true).open(part).unwrap();
         file.set_len(file.metadata().unwrap().len() - 50).unwrap();
     }
-    let node = open(Process::Recorder);
+    let node = system.join(Process::Recorder);
     Recorder::open(&node).unwrap().end().unwrap();
 
     let found = info(&path).unwrap();
@@ -66,6 +61,6 @@ fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
     let files = std::fs::read_dir(path.parent().unwrap()).unwrap().count();
     assert_eq!(files, 1, "the parts are gone");
 
-    drop((recorded, node, world, channels, supervisor));
-    Rc::into_inner(system).unwrap().remove().unwrap();
+    drop((recorded, node, world));
+    system.remove();
 }

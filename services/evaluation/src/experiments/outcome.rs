@@ -103,6 +103,30 @@ pub struct TaskOutcome {
     pub states: Vec<StateDriven>,
 }
 
+#[cfg(test)]
+impl TaskOutcome {
+    /// One for tests: a trial's name with its repetition, and how it ended.
+    pub fn sample(id: &str, kind: Kind) -> Self {
+        Self {
+            id: id.to_owned(),
+            drawing: String::new(),
+            method: String::new(),
+            seed: 1,
+            task: String::new(),
+            task_index: 0,
+            kind,
+            reason: String::new(),
+            time_s: 1.0,
+            path_m: 1.0,
+            end: None,
+            final_error_m: None,
+            collisions: 0,
+            cost: Cost::default(),
+            states: Vec::new(),
+        }
+    }
+}
+
 impl TaskOutcome {
     /// Whether the task succeeded.
     pub fn is_success(&self) -> bool {

@@ -180,21 +180,11 @@ mod tests {
 
     fn outcome(drawing: &str, kind: Kind) -> TaskOutcome {
         TaskOutcome {
-            id: format!("{drawing}#1"),
             drawing: drawing.into(),
             method: "beam".into(),
-            seed: 1,
             task: "0 → 1".into(),
-            task_index: 0,
-            kind,
             reason: "a <b> & c".into(),
-            time_s: 1.0,
-            path_m: 1.0,
-            end: None,
-            final_error_m: None,
-            collisions: 0,
-            cost: Default::default(),
-            states: Vec::new(),
+            ..TaskOutcome::sample(&format!("{drawing}#1"), kind)
         }
     }
 

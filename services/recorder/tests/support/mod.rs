@@ -1,7 +1,10 @@
-//! What the tests of the recorder share: a run of a system of its own, and the world's headers.
+//! What the tests of the recorder share: a run, a system of its own with all channels, and the world's headers.
 
 use std::path::Path;
+use std::rc::Rc;
 
+use sketchnav_runtime::{Channels, Node, System};
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::run::RunConfig;
 
@@ -16,4 +19,32 @@ pub fn run(name: &str, recording: &Path) -> RunConfig {
 /// The header of the scan `seq`.
 pub fn header(seq: u64) -> Header {
     Header { seq: 0, stamp_ns: seq * 100_000_000, source_seq: seq }
+}
+
+/// A system with all its channels, whose processes are nodes of the test.
+pub struct TestSystem {
+    system: Rc<System>,
+    supervisor: Node,
+    channels: Channels,
+}
+
+impl TestSystem {
+    /// That of the run.
+    pub fn create(run: &RunConfig) -> Self {
+        let system = Rc::new(System::create(run).unwrap());
+        let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
+        let channels = Channels::create(&supervisor).unwrap();
+        Self { system, supervisor, channels }
+    }
+
+    /// A process of it.
+    pub fn join(&self, process: Process) -> Node {
+        Node::join(System::open(self.system.name()).unwrap(), process).unwrap()
+    }
+
+    /// Takes it away, when its processes and their ends of channels have gone.
+    pub fn remove(self) {
+        drop((self.channels, self.supervisor));
+        Rc::into_inner(self.system).unwrap().remove().unwrap();
+    }
 }

@@ -395,22 +395,11 @@ mod tests {
             steps: if i == 0 { 0.0 } else { 4.0 },
             turned_deg: 80.0,
         };
+        let kind = if correct == states { Kind::Reached } else { Kind::Lost };
         TaskOutcome {
-            id: format!("{trial}#{repetition}"),
-            drawing: String::new(),
             method: "chronis-2007".into(),
-            seed: 1,
-            task: String::new(),
-            task_index: 0,
-            kind: if correct == states { Kind::Reached } else { Kind::Lost },
-            reason: String::new(),
-            time_s: 1.0,
-            path_m: 1.0,
-            end: None,
-            final_error_m: None,
-            collisions: 0,
-            cost: Default::default(),
             states: (0..states).map(state).collect(),
+            ..TaskOutcome::sample(&format!("{trial}#{repetition}"), kind)
         }
     }
 

@@ -53,6 +53,90 @@ fn echo_prints_fields_tables_and_several_channels() {
     ended(running);
 }
 
+/// A running system's messages were all that `echo` could print; of a recording there was no way to see one.
+#[test]
+fn echo_prints_a_recording_as_it_prints_a_system() {
+    let place = Place::new();
+    room::write(place.files());
+    let (report, code) = place.mission("run room.toml", "recorded");
+    assert_eq!(code, 0, "{report:#}");
+    let file = report["recording"].as_str().unwrap();
+    let newest = place.fine(&format!("echo status --file {file} --once")).json();
+    let all = lines(&place.fine(&format!("echo status --file {file}")));
+    assert_eq!((all.last(), &all[0]["seq"]), (Some(&newest), &1.into()));
+    assert_eq!(newest["message"]["reason"], all[all.len() - 1]["message"]["reason"]);
+    let table =
+        place.fine(&format!("echo odometry --file {file} --count 3 --csv --field pose.pose.position.x"));
+    let rows: Vec<_> = table.out.lines().collect();
+    assert_eq!((rows.len(), rows[0]), (4, "seq,stamp_ns,source_seq,pose.pose.position.x"), "{table}");
+    let several = lines(&place.fine(&format!("echo --regex scan|tick --file {file} --count 9")));
+    let of = |channel: &str| several.iter().filter(|line| line["channel"] == channel).count();
+    assert!(several.len() == 9 && of("scan") > 0 && of("tick") > 0, "{several:?}");
+    for (wrong, words) in [
+        (format!("echo wind --file {file}"), "channel \"wind\": expected one of"),
+        (format!("echo sonar --file {file}"), "expected one of"),
+        (format!("echo {file}"), "echo CHANNEL --file"),
+        ("echo status --file nothing.mcap".to_owned(), "nothing.mcap"),
+    ] {
+        let wrong = place.run(&wrong);
+        assert!(wrong.code == Some(2) && wrong.err.contains(words), "{wrong}");
+    }
+}
+
+/// A supervisor that was killed left a mission that goes on, and `ps` said that no system runs.
+#[test]
+fn ps_tells_how_a_mission_goes_on_whose_supervisor_was_killed() {
+    let place = Place::new();
+    let running = started(&place);
+    running.signal(Signal::SIGKILL);
+    running.end();
+    wait_until("the end of all processes", || place.living().is_empty());
+    let told = place.fine("ps");
+    let words = "tools: its supervisor was killed; it goes on with: sketchnav run --resume ";
+    let folder =
+        told.out.lines().find_map(|line| line.strip_prefix(words)).unwrap_or_else(|| panic!("{told}"));
+    let resumed = place.run(&format!("run --resume {folder} --json"));
+    assert_eq!(resumed.code, Some(0), "{resumed}");
+    assert!(!place.fine("ps").out.contains("was killed"));
+}
+
+#[test]
+fn a_build_says_which_one_it_is() {
+    let place = Place::new();
+    let told = place.fine("--version");
+    let begin = format!("sketchnav {} (", env!("CARGO_PKG_VERSION"));
+    assert!(told.out.starts_with(&begin) && told.out.contains("build "), "{told}");
+    assert_eq!(place.fine("-V").out, told.out);
+    let usage = place.fine("run --help").out;
+    assert!(usage.contains("sketchnav run --resume <DIR>"), "{usage}");
+}
+
+/// Whoever wrote a mission for a deformed floor had to look for start and goals with an image editor.
+#[test]
+fn deform_says_where_places_land_and_what_it_leaves_out() {
+    let place = Place::new();
+    let floor = repository().join("sim/missions/building/building.floor.toml");
+    let deform = |options: &str| format!("deform {} -o drawing.svg {options}", floor.display());
+    let traced = place.fine(&deform("--degree 0 --place 2.0,6.95,90 --place 14.0,10.6 --json")).json();
+    let pixel = |i: usize, axis: usize| traced["places"][i]["at_px"][axis].as_f64().unwrap();
+    // Traced: one scale in both directions, rows downwards.
+    let px_per_m = [(pixel(1, 0) - pixel(0, 0)) / 12.0, (pixel(0, 1) - pixel(1, 1)) / 3.65];
+    assert!((px_per_m[0] - px_per_m[1]).abs() < 0.5, "{px_per_m:?}: {traced:#}");
+    assert_eq!(traced["places"][0]["heading_deg"], 90.0, "{traced:#}");
+    assert!(traced["rooms"].as_array().unwrap().iter().all(|room| room["at_px"].is_array()), "{traced:#}");
+    let names: Vec<_> = traced["left_out"].as_array().unwrap().iter().map(|piece| &piece["name"]).collect();
+    assert!(names.contains(&&"desk".into()), "{names:?}");
+    let words = place.fine(&deform("--place 14.0,10.6")).out;
+    for expected in
+        ["(14, 10.6) m: goal = [", "left out: desk, 1.6 m × 0.8 m at (4.1, 12.9) m", "the room around ("]
+    {
+        assert!(words.contains(expected), "{expected}: {words}");
+    }
+    let wrong = place.run(&deform("--place 140,10"));
+    assert_eq!(wrong.code, Some(2), "{wrong}");
+    assert!(wrong.err.contains("--place 140,10: expected a place in a room"), "{wrong}");
+}
+
 /// A history is up to 128 messages long: `--once` is for who wants to know how it is now.
 #[test]
 fn once_is_the_newest_message() {

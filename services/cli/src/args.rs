@@ -218,9 +218,10 @@ pub enum Command {
         #[command(flatten)]
         options: ViewOptions,
     },
-    /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come.
+    /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come. With
+    /// `--file`, those of a recording.
     #[command(
-        after_help = "Exit codes: 0 done, 2 bad input (no such channel or field), 3 anything else.\nExample: sketchnav echo estimate --count 10\nExample: sketchnav echo odometry --csv --field pose.pose.position.x --field pose.pose.position.y\nExample: sketchnav echo --regex 'scan|odo.*' --once"
+        after_help = "Exit codes: 0 done, 2 bad input (no such channel or field), 3 anything else.\nExample: sketchnav echo estimate --count 10\nExample: sketchnav echo odometry --csv --field pose.pose.position.x --field pose.pose.position.y\nExample: sketchnav echo --regex 'scan|odo.*' --once\nExample: sketchnav echo status --once --file results/building-a.mcap"
     )]
     Echo {
         #[command(flatten)]

@@ -4,6 +4,7 @@ mod echo;
 mod field;
 mod rate;
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
@@ -64,7 +65,12 @@ fn follow<L: Listener>(tap: &Tap, amount: Amount, listener: &mut L) -> Result<Ou
 }
 
 fn known(name: &str) -> Result<&'static ChannelSpec, Failure> {
-    let unknown = || anyhow!("channel {name:?}: expected one of {}", channels::names());
+    let unknown = || match Path::new(name).exists() {
+        true => {
+            anyhow!("channel {name:?}: found a file; of a recording: sketchnav echo CHANNEL --file {name}")
+        }
+        false => anyhow!("channel {name:?}: expected one of {}", channels::names()),
+    };
     channels::find(name).ok_or_else(unknown).or_input()
 }
 

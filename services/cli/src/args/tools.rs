@@ -63,6 +63,9 @@ pub struct EchoOptions {
     /// Print one message: the newest that there is, or the first that comes.
     #[arg(long, conflicts_with = "count")]
     pub once: bool,
+    /// The messages of this recording, in the order of time, instead of a running system's.
+    #[arg(long, value_name = "RECORDING", conflicts_with = "system")]
+    pub file: Option<PathBuf>,
     /// A table with commas instead of JSON: number, time, cause and the fields; without --field all that are in no list.
     #[arg(long, conflicts_with = "regex")]
     pub csv: bool,

@@ -39,10 +39,14 @@ fn experiments() -> PossibleValuesParser {
 #[command(
     name = "sketchnav",
     version,
+    disable_version_flag = true,
     about,
     after_help = "Example: sketchnav run my-floor.toml --seed 3 --out results\nWithout a subcommand the demo mission runs."
 )]
 pub struct Cli {
+    /// Print the version, the commit where the builder has named it, and the number of the build.
+    #[arg(short = 'V', long)]
+    pub version: bool,
     /// What to do.
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -84,6 +88,7 @@ impl Cli {
 pub enum Command {
     /// Run a mission: start its processes, drive to its goals, record everything.
     #[command(
+        override_usage = "sketchnav run [OPTIONS] <MISSION>\n       sketchnav run --resume <DIR> [OPTIONS]",
         after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json"
     )]
     Run {

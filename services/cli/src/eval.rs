@@ -1,7 +1,7 @@
 //! Experiments: runs a suite, prints its table.
 
 pub mod all;
-mod machine;
+pub mod machine;
 mod page;
 mod parts;
 mod processes;

@@ -159,6 +159,10 @@ pub fn command_line() -> clap::Command {
 }
 
 fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
+    if cli.version {
+        output::out!("sketchnav {}", eval::machine::build()?)?;
+        return Ok(Outcome::Success);
+    }
     match cli.command {
         None => dispatch(Cli::parse_from(["sketchnav", "demo"])),
         Some(Command::Demo { options }) => mission::demo(&options),

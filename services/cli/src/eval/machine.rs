@@ -76,7 +76,18 @@ fn library() -> String {
 
 /// Version of this program, and a checksum of its file: two builds of one version may differ.
 pub fn program() -> anyhow::Result<String> {
+    Ok(format!("{} {}", env!("CARGO_PKG_VERSION"), checksum()?))
+}
+
+/// The same for people, with the commit where whoever built the program has named it: `SKETCHNAV_COMMIT` in the
+/// environment of cargo.
+pub fn build() -> anyhow::Result<String> {
+    let commit = option_env!("SKETCHNAV_COMMIT").map_or(String::new(), |commit| format!("commit {commit}, "));
+    Ok(format!("{} ({commit}build {})", env!("CARGO_PKG_VERSION"), checksum()?))
+}
+
+fn checksum() -> anyhow::Result<u32> {
     use anyhow::Context;
     let bytes = std::fs::read("/proc/self/exe").context("file of this program")?;
-    Ok(format!("{} {}", env!("CARGO_PKG_VERSION"), crc32fast::hash(&bytes)))
+    Ok(crc32fast::hash(&bytes))
 }

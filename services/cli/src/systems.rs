@@ -1,10 +1,12 @@
 //! What runs on this machine.
 
+use std::path::Path;
+
 use anyhow::Context;
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 use sketchnav_runtime::System;
-use sketchnav_schemas::run::Pace;
+use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::failure::{Failure, Outcome};
 use crate::output::out;
@@ -31,12 +33,30 @@ pub fn ps(json: bool) -> Result<Outcome, Failure> {
     let rows: Vec<_> = systems.iter().filter_map(|system| row(system).ok()).collect();
     if json {
         out!("{}", serde_json::to_string(&rows).context("the list as JSON")?)?;
-    } else if rows.is_empty() {
+        return Ok(Outcome::Success);
+    }
+    if rows.is_empty() {
         out!("no system runs; `sketchnav demo` starts one")?;
     } else {
         out!("{}", table(&rows))?;
     }
+    // One that is being made has no description yet.
+    let dead = System::list_dead().context("looking for dead systems")?;
+    let dead = dead.iter().filter_map(|system| Some((system, system.run_config().ok()?)));
+    dead.into_iter().try_for_each(|(system, run)| out!("{}", how_to_go_on(system.name(), &run)))?;
     Ok(Outcome::Success)
+}
+
+/// What becomes of a system whose supervisor was killed.
+fn how_to_go_on(name: &str, run: &RunConfig) -> String {
+    let folder = run.recording.as_deref().and_then(|recording| Path::new(recording).parent());
+    match folder {
+        Some(folder) => format!(
+            "{name}: its supervisor was killed; it goes on with: sketchnav run --resume {}",
+            folder.display()
+        ),
+        None => format!("{name}: its supervisor was killed; `sketchnav clean` removes what it has left"),
+    }
 }
 
 /// Removes what dead systems of this user have left.

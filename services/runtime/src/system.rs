@@ -140,14 +140,23 @@ impl System {
 
     /// The systems of this user whose supervisor lives, by name.
     pub fn list() -> Result<Vec<Self>> {
+        Self::list_with(true)
+    }
+
+    /// The systems of this user whose supervisor was killed, and that nobody has cleared or resumed yet, by name.
+    pub fn list_dead() -> Result<Vec<Self>> {
+        Self::list_with(false)
+    }
+
+    fn list_with(is_alive: bool) -> Result<Vec<Self>> {
         let root = root::of_this_user()?;
-        let mut alive = Vec::new();
+        let mut found = Vec::new();
         for system in all(&root)? {
-            if system.is_alive()? {
-                alive.push(system);
+            if system.is_alive()? == is_alive {
+                found.push(system);
             }
         }
-        Ok(alive)
+        Ok(found)
     }
 
     /// Clears what systems left behind whose supervisor died: processes, folder, shared memory; and shared memory of

@@ -168,9 +168,7 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     for polygon in &picture.shapes.furniture {
         sheet.polygon(polygon, "fill=\"#e9dcc6\" stroke=\"#cbb894\" stroke-width=\"0.8\"");
     }
-    for way in picture.people {
-        sheet.line(way, "stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\"");
-    }
+    marks::ways(&mut sheet, picture.people);
     sheet
         .segments(&picture.shapes.walls, "stroke=\"#2b303b\" stroke-width=\"2.4\" stroke-linecap=\"square\"");
     for marker in &picture.shapes.markers {

@@ -1,5 +1,7 @@
 //! What is drawn on a plan: tasks, trails, the start, contacts, the legend.
 
+use std::collections::BTreeSet;
+
 use sketchnav_schemas::geometry::{Point, Pose};
 
 use super::svg::{SHEET_WIDTH, Sheet};
@@ -47,6 +49,38 @@ pub enum Symbol {
 
 fn colour(task: usize) -> &'static str {
     COLOURS[task % COLOURS.len()]
+}
+
+/// How a person's way is drawn.
+const WAY: &str = "stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\"";
+/// A piece of a way that lies in such a square was drawn already where another piece lies there.
+const SAME_M: f64 = 0.25;
+
+/// The ways of people, each place once: the dots of who goes to and fro would come to lie between each other, and look like a
+/// line.
+pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
+    let mut drawn = BTreeSet::new();
+    for way in ways {
+        first_passes(way, &mut drawn).iter().for_each(|piece| sheet.line(piece, WAY));
+    }
+}
+
+/// The pieces of a way through squares that nobody has drawn before.
+fn first_passes<F>(way: &[Point<F>], drawn: &mut BTreeSet<[i64; 2]>) -> Vec<Vec<Point<F>>> {
+    let (mut pieces, mut piece) = (Vec::new(), Vec::new());
+    let mut last = None;
+    for at in way {
+        let square = [at.x, at.y].map(|v| (v / SAME_M).floor() as i64);
+        let goes_on = last == Some(square) && !piece.is_empty();
+        if drawn.insert(square) || goes_on {
+            piece.push(*at);
+        } else if !piece.is_empty() {
+            pieces.push(std::mem::take(&mut piece));
+        }
+        last = Some(square);
+    }
+    pieces.extend((!piece.is_empty()).then_some(piece));
+    pieces
 }
 
 /// The tasks' places, lightly tinted.
@@ -172,7 +206,7 @@ fn draw_symbol(sheet: &mut Sheet, symbol: Symbol, [x, y]: [f64; 2]) -> &'static 
             x - 9.0
         )),
         Symbol::Line(_, colour) => sheet.raw(line(&format!("stroke=\"{colour}\" stroke-width=\"2.6\""))),
-        Symbol::Person => sheet.raw(line("stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\"")),
+        Symbol::Person => sheet.raw(line(WAY)),
     }
     match symbol {
         Symbol::Start => "start",
@@ -262,4 +296,26 @@ fn star(sheet: &mut Sheet, [x, y]: [f64; 2]) {
     sheet.raw(format_args!(
         "<path d=\"M0 -7L1.8 -1.8L7 0L1.8 1.8L0 7L-1.8 1.8L-7 0L-1.8 -1.8z\" transform=\"translate({x:.1} {y:.1}) rotate(22)\" fill=\"#ff5a1f\" stroke=\"#ffffff\" stroke-width=\"0.8\"/>"
     ));
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_schemas::geometry::World;
+
+    use super::*;
+
+    /// A person who went along a corridor ten times was drawn as a line, which the legend did not have.
+    #[test]
+    fn who_goes_to_and_fro_is_drawn_once() {
+        let there = (0..=40).map(|i| Point::<World>::new(0.1 * f64::from(i), 1.0));
+        let back = there.clone().rev();
+        let way: Vec<_> = there.clone().chain(back).chain(there.clone()).collect();
+        let pieces = first_passes(&way, &mut BTreeSet::new());
+        assert_eq!(pieces.len(), 1);
+        let length = pieces[0].len();
+        assert!((41..=44).contains(&length), "{length} points: the way, and what lies in its last square");
+        let elsewhere = way.iter().map(|at| Point::new(at.x, at.y + 1.0)).collect::<Vec<_>>();
+        let both = [way, elsewhere].concat();
+        assert_eq!(first_passes(&both, &mut BTreeSet::new()).len(), 2);
+    }
 }

@@ -122,7 +122,7 @@ fn a_bad_mission_file_is_refused() {
         Case {
             story: "no mission",
             spoil: |folder| fs::remove_file(folder.join(room::MISSION)).unwrap(),
-            says: &["room.toml", "No such file"],
+            says: &["room.toml", "expected a mission: No such file"],
         },
         Case {
             story: "no TOML",
@@ -140,6 +140,14 @@ fn a_bad_mission_file_is_refused() {
                 in_mission(folder, "[navigator]\nkind = \"sketch\"\ndrawing =", "[sketch]\nfile =")
             },
             says: &["room.toml", "an old mission file", "`sketch.file` to `navigator.drawing`"],
+        },
+        Case {
+            story: "a goal's true place in another town",
+            spoil: |folder| in_mission(folder, "center = [4.8, 3.0]", "center = [480.0, 3.0]"),
+            says: &[
+                "task 1 (next door).there: expected a place within the walls",
+                "found (478.80, 1.80) to (481.20, 4.20) m, outside the walls, which reach from (",
+            ],
         },
         Case {
             story: "a navigator that nobody built",

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
-use support::{Ended, Place, Running, skipped};
+use support::{Ended, Place, Running, repository, room, skipped, wait_until};
 
 const NAME: &str = "tools";
 

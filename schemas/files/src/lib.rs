@@ -63,7 +63,10 @@ impl Limit {
 /// # Errors
 /// As the system says; [`ErrorKind::FileTooLarge`] with the limit.
 pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
+    let file = File::open(path).map_err(|error| {
+        let words = format!("expected {}: {error}", limit.what);
+        io::Error::new(error.kind(), words)
+    })?;
     limit.check(file.metadata()?.len())?;
     read_from(file, limit)
 }
@@ -131,7 +134,9 @@ mod tests {
 
     #[test]
     fn other_errors_are_the_systems() {
-        assert_eq!(read("/nowhere", FEW).unwrap_err().kind(), ErrorKind::NotFound);
+        let error = read("/nowhere", FEW).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::NotFound);
+        assert!(error.to_string().starts_with("expected a note: No such file"), "{error}");
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bytes");
         std::fs::write(&path, [0xff]).unwrap();

@@ -5,6 +5,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+/// Cells of more characters are text: they are read from the left and may take several lines.
+const LONGEST_IN_A_LINE: usize = 32;
 const STYLE: &str = include_str!("page/style.css");
 
 /// A whole page.
@@ -35,7 +37,8 @@ pub fn table(header: &[String], rows: &[Vec<String>]) -> Markup {
                     @for row in rows {
                         tr {
                             @for (i, cell) in row.iter().enumerate() {
-                                @if i == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                                @let is_text = cell.chars().count() > LONGEST_IN_A_LINE;
+                                @if i == 0 { th scope="row" { (cell) } } @else { td.text[is_text] { (cell) } }
                             }
                         }
                     }

@@ -125,7 +125,7 @@ pub enum SketchError {
         nearest: [f64; 2],
     },
     /// A place that no free way leads to.
-    #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free way from the start at ({:.0}, {:.0}), found walls all around", place[0], place[1], start[0], start[1])]
+    #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free way from the start at ({:.0}, {:.0}), found walls all around; the nearest place with a way is ({:.0}, {:.0}): move it there, or draw a door", place[0], place[1], start[0], start[1], nearest[0], nearest[1])]
     Unreachable {
         /// The task.
         what: String,
@@ -135,6 +135,8 @@ pub enum SketchError {
         file: String,
         /// Where the way begins.
         start: [f64; 2],
+        /// The place with a way that is nearest.
+        nearest: [f64; 2],
     },
     /// More tasks or points than a route message holds, or none.
     #[error("{key}: expected {expected}, found {found}")]

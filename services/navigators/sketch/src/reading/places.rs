@@ -190,8 +190,17 @@ fn in_wall(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> SketchError {
     }
 }
 
-/// The middle of the nearest free cell, by rings of growing squares.
+/// The middle of the nearest free cell.
 fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
+    nearest(drawing, point, |cell| drawing.cell(cell) == Some(FREE))
+}
+
+/// The middle of the nearest cell of those that are meant, by rings of growing squares.
+fn nearest(
+    drawing: &DrawnMap,
+    point: &Point<Sketch>,
+    is_meant: impl Fn(&Point<Sketch>) -> bool,
+) -> Option<Point<Sketch>> {
     let (width, height) = (i64::from(drawing.width_px), i64::from(drawing.height_px));
     let (x, y) = (point.x as i64, point.y as i64);
     let mut best: Option<Point<Sketch>> = None;
@@ -204,7 +213,7 @@ fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketc
         for (dx, dy) in sides {
             let cell = Point::new((x + dx) as f64 + 0.5, (y + dy) as f64 + 0.5);
             let nearer = best.is_none_or(|found| cell.distance(point) < found.distance(point));
-            if nearer && drawing.cell(&cell) == Some(FREE) {
+            if nearer && is_meant(&cell) {
                 best = Some(cell);
             }
         }
@@ -253,10 +262,16 @@ impl<'a> Reachable<'a> {
 
     fn free(&self, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
         let point = free(self.drawing, what, at)?;
-        if self.drawing.index(&point).is_some_and(|index| self.cells[index]) {
+        let is_reached = |point: &Point<Sketch>| {
+            let index = self.drawing.index(point);
+            index.is_some_and(|index| self.cells[index])
+        };
+        if is_reached(&point) {
             return Ok(point);
         }
+        let nearest = nearest(self.drawing, &point, is_reached).unwrap_or(self.start);
         Err(SketchError::Unreachable {
+            nearest: self.drawing.to_image(&nearest),
             what: what.to_owned(),
             place: at,
             file: self.drawing.file.clone(),

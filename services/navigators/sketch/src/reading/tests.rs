@@ -146,7 +146,10 @@ fn hairline_gaps_close_and_doors_stay() {
         let intent = Intent { start: Some([300.0, 100.0]), heading_deg: Some(0.0), tasks: vec![goal] };
         intent.place(&drawing, &Settings::default())
     };
-    assert!(matches!(through(1.5), Err(SketchError::Unreachable { .. })));
+    let Err(error @ SketchError::Unreachable { nearest, .. }) = &through(1.5) else { panic!("a way") };
+    assert!((nearest[0] - 300.0).abs() < 5.0 && (230.0..250.0).contains(&nearest[1]), "{error}");
+    assert!(error.to_string().starts_with("task 1 (over): goal at (300, 400) of"), "{error}");
+    assert!(error.to_string().ends_with("move it there, or draw a door"), "{error}");
     assert!(through(30.0).is_ok());
 }
 

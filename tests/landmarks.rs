@@ -45,7 +45,7 @@ fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
 
 #[test]
 fn kills_leave_the_same_bytes_by_every_method() {
-    for (mission, kills) in [("scene-b.toml", 8), ("scene-a-words.toml", 6)] {
+    for (mission, kills) in [("scene-b.toml", 8), ("scene-a-labels.toml", 8), ("scene-a-words.toml", 6)] {
         place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }
 }
@@ -76,6 +76,40 @@ fn a_sketch_and_its_words_drive_to_the_same_place() {
         commands.map(|command| command.unwrap().0).collect::<Vec<_>>()
     };
     assert_eq!(commands(&recording), commands(&again));
+}
+
+#[test]
+fn labels_that_a_camera_reads_are_believed() {
+    let place = place("scene-a-labels.toml");
+    let recording = &place.driven("mission.toml");
+    assert!(place.messages(recording)["/markers"] > 100);
+    place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
+}
+
+#[test]
+fn markers_that_mean_nothing_are_named() {
+    let place = place("scene-a-labels.toml");
+    let mission = read(&place, "mission.toml");
+    for (from, to, words) in [
+        (
+            "desk = [61,",
+            "desc = [61,",
+            "navigator.markers.desc: expected one object with this label in the sketch, found 0; did you mean \"desk\"?",
+        ),
+        (
+            "desk = [61,",
+            "desk = [60,",
+            "navigator.markers.desk: expected a marker of the world, which has 24, found 60",
+        ),
+        ("nomad200-camera", "nomad200", "robot \"nomad200\": expected a section [camera]"),
+    ] {
+        write(&place, "mission.toml", &mission.replace(from, to));
+        let said = place.run("run mission.toml");
+        assert_eq!(said.code, Some(2), "{}", said.err);
+        assert!(said.err.contains(words), "{}", said.err);
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
-use sketchnav_schemas::floor_plan::{FloorPlan, Furniture, Wall};
+use sketchnav_schemas::floor_plan::{FloorPlan, Furniture, Marker, Wall};
 use sketchnav_schemas::geometry::encloses;
 use sketchnav_schemas::mission::{Place, Start};
 use sketchnav_schemas::seed;
@@ -27,6 +27,8 @@ const BESIDE_WAY_M: f64 = 0.9;
 const BETWEEN_M: f64 = 0.9;
 /// Of the goal and an object.
 const BESIDE_GOAL_M: f64 = 0.8;
+/// Faces that are shorter have no marker, metres.
+const LEAST_FACE_M: f64 = 0.2;
 /// Fewest objects of a scene.
 const LEAST_OBJECTS: usize = 7;
 /// Lengths of ways, metres.
@@ -257,6 +259,41 @@ impl Scene {
     /// Its file's name.
     pub fn file_name(&self) -> String {
         format!("{}.floor.toml", self.name)
+    }
+
+    /// Markers on the objects: one in the middle of each face of 0.2 m or more, with the numbers 100 · object + face,
+    /// from 1.
+    pub fn markers(&self) -> Vec<Marker> {
+        let of = |(i, object): (usize, &Object)| {
+            let corners = object.outline.clone();
+            let centre = middle(&corners);
+            let faces = (0..corners.len()).filter_map(move |face| {
+                let [from, to] = [corners[face], corners[(face + 1) % corners.len()]];
+                let at = middle(&[from, to]);
+                let along = [to[0] - from[0], to[1] - from[1]];
+                // Away from the middle, whichever way round the corners are.
+                let outward = [along[1], -along[0]];
+                let is_away = outward[0] * (at[0] - centre[0]) + outward[1] * (at[1] - centre[1]) > 0.0;
+                let [x, y] = if is_away { outward } else { outward.map(|length| -length) };
+                let id = (100 * (i + 1) + face + 1) as u32;
+                (distance(from, to) >= LEAST_FACE_M).then(|| Marker {
+                    id,
+                    at,
+                    facing_deg: y.atan2(x).to_degrees(),
+                })
+            });
+            faces.collect::<Vec<_>>()
+        };
+        self.objects.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// The numbers of the markers on each object, by its name.
+    pub fn marker_numbers(&self) -> impl Iterator<Item = (&str, Vec<u32>)> {
+        let markers = self.markers();
+        self.objects.iter().enumerate().map(move |(i, object)| {
+            let is_on = |marker: &&Marker| marker.id / 100 == i as u32 + 1;
+            (object.name.as_str(), markers.iter().filter(is_on).map(|marker| marker.id).collect())
+        })
     }
 
     /// The floor plan.

@@ -100,7 +100,7 @@ pub const LANDMARKS: Navigator = Navigator {
     about: "drives along a route that a person sketched past landmarks, or described in words",
     methods: &landmarks::mission::METHODS,
     check: |mission, robot| Ok(landmarks::planner::check(mission, robot)?),
-    check_markers: None,
+    check_markers: Some(|mission, markers| Ok(landmarks::planner::check_markers(mission, markers)?)),
     parameters: |mission, _| {
         let parameters = landmarks::mission::Parameters::of(mission)?;
         in_force([

@@ -1,5 +1,5 @@
 //! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`,
-//! `landmark-isolation`, `landmark-deformed`.
+//! `landmark-isolation`, `landmark-deformed`, `landmark-labels`.
 //!
 //! The scenes and sketches are not those of the thesis, whose figures are lost: see [`sketchnav_sim::scenes`]. A drive
 //! succeeds where the robot stops before the object at the route's end.
@@ -11,6 +11,8 @@ mod tables;
 use std::path::Path;
 
 use serde_json::json;
+use sketchnav_landmarks::file;
+use sketchnav_landmarks::sketch::{Reading, Sketch};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::floor_plan::FloorPlan;
 use sketchnav_schemas::mission::{Mission, NavigatorChoice, Parameters, Task, WorldSource};
@@ -25,6 +27,8 @@ use crate::experiments::trial::{Page, Trial};
 
 const KIND: &str = "landmarks";
 const ROBOT: &str = "nomad200";
+/// The same with a camera that finds markers.
+const ROBOT_WITH_CAMERA: &str = "nomad200-camera";
 const STATES: &str = "chronis-2007";
 const BELIEF: &str = "belief";
 const FOLDER: &str = "sim/missions/landmarks";
@@ -350,19 +354,42 @@ fn guide_exactly(guided: &mut Trial) {
 /// # Errors
 /// As [`scenes`].
 pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
+    Ok(Suite {
+        name: "landmark-deformed".into(),
+        title: "Twelve scenes by ten sketches of each degree, deformed as people deform them.".into(),
+        ..by_degrees(folders, by_deformed)?
+    })
+}
+
+/// Loads the suite `landmark-labels`: the drives of `landmark-deformed` by a robot that reads what the sketch names.
+///
+/// # Errors
+/// As [`scenes`].
+pub fn labels(folders: &Folders) -> Result<Suite, EvalError> {
+    Ok(Suite {
+        name: "landmark-labels".into(),
+        title: "The same scenes and sketches by a robot with a camera: objects have markers, which the mission gives the labels of the sketch.".into(),
+        ..by_degrees(folders, by_labels)?
+    })
+}
+
+/// Makes a trial of a scene by a sketch of a degree and a number, for a line of the table.
+type ByDegree = fn(&Folders, &Scene, f64, u64, String) -> Result<Trial, EvalError>;
+
+fn by_degrees(folders: &Folders, trial: ByDegree) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     for degree in DEGREES {
         for scene in Scene::twelve(1) {
             for number in 1..=SKETCHES {
-                trials.push(by_deformed(folders, &scene, degree, number, format!("degree {degree:.1}"))?);
+                trials.push(trial(folders, &scene, degree, number, format!("degree {degree:.1}"))?);
             }
         }
     }
     let points = DEGREES.map(|degree| (degree, format!("degree {degree:.1}"))).into();
     Ok(Suite {
-        name: "landmark-deformed".into(),
-        title: "Twelve scenes by ten sketches of each degree, deformed as people deform them.".into(),
-        notices: vec!["The belief's parameters were chosen on other sketches of scene A.".into()],
+        notices: vec![
+            "The belief's parameters were chosen on other scenes and sketches: `landmark-choice`.".into(),
+        ],
         trials,
         lines: Some("sketches"),
         repetitions: 1,
@@ -402,8 +429,7 @@ fn by_deformed(
     number: u64,
     line: String,
 ) -> Result<Trial, EvalError> {
-    let seed = number + 1000 * (degree * 10.0) as u64;
-    let sketch = sketchnav_deform::scenes::sketch(scene, degree, seed);
+    let sketch = sketchnav_deform::scenes::sketch(scene, degree, sketch_seed(degree, number));
     let given = toml::Table::from_iter([
         ("drawing".to_owned(), "sketch".into()),
         ("canvas_m".to_owned(), sketch.canvas_m().into()),
@@ -411,6 +437,34 @@ fn by_deformed(
     let name = format!("{}/{degree:.1}/{number}", scene.name);
     let one = trial(name, line, mission(folders, scene, given))?;
     Ok(Trial { bytes: Some(sketch.file().into_bytes().into()), ..one })
+}
+
+/// The same by a robot with a camera, past objects with markers. Those are known whose label in the sketch is their own.
+fn by_labels(
+    folders: &Folders,
+    scene: &Scene,
+    degree: f64,
+    number: u64,
+    line: String,
+) -> Result<Trial, EvalError> {
+    let mut one = by_deformed(folders, scene, degree, number, line)?;
+    one.robot = files::robot(ROBOT_WITH_CAMERA)?;
+    one.mission.robot = ROBOT_WITH_CAMERA.into();
+    one.mission.world.marker = scene.markers();
+    let sketch = sketchnav_deform::scenes::sketch(scene, degree, sketch_seed(degree, number));
+    let reading = Reading { canvas_m: sketch.canvas_m(), ..Reading::default() };
+    let read = file::read(sketch.file().as_bytes()).and_then(|drawing| Sketch::read(&drawing, &reading));
+    let known = read.map_or(Vec::new(), |sketch| sketch.landmarks);
+    let is_known = |name: &str| known.iter().filter(|landmark| landmark.name == name).count() == 1;
+    let labels = scene.marker_numbers().filter(|(name, _)| is_known(name));
+    let table: toml::Table = labels.map(|(name, numbers)| (name.to_owned(), numbers.into())).collect();
+    one.mission.navigator.given.insert("markers".into(), table.into());
+    Ok(one)
+}
+
+/// The seed of a sketch.
+fn sketch_seed(degree: f64, number: u64) -> u64 {
+    number + 1000 * (degree * 10.0) as u64
 }
 
 #[cfg(test)]

@@ -226,7 +226,7 @@ fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     let by_states =
         LandmarksMission::of(&driven.run.mission).is_ok_and(|it| it.method == Method::Chronis2007);
     let instructions = Instructions::read(&log.landmark_route).ok().filter(|_| by_states);
-    let Some(Instructions { sketch: Some(sketch), words }) = instructions else { return Vec::new() };
+    let Some(Instructions { sketch: Some(sketch), words, .. }) = instructions else { return Vec::new() };
     let Ok(route) = language::read(&words) else { return Vec::new() };
     let said = Said {
         route: &route,

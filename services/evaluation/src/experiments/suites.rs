@@ -14,7 +14,7 @@ use crate::experiments::{
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 19] = [
+const SUITES: [(&str, Loader); 20] = [
     ("ablation", ablation::suite),
     ("building-079", protocol::building_079),
     ("building", protocol::building),
@@ -29,6 +29,7 @@ const SUITES: [(&str, Loader); 19] = [
     ("landmark-deformed", landmarks::deformed),
     ("landmark-features", landmarks::features),
     ("landmark-isolation", landmarks::isolation),
+    ("landmark-labels", landmarks::labels),
     ("landmark-scenes", landmarks::scenes),
     ("people", people::suite),
     ("people-exam", people::exam),

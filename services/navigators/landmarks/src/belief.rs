@@ -31,6 +31,8 @@ pub struct Believing {
     pub cone: f64,
     /// How likely it is that a relation is of something that was not drawn.
     pub undrawn: f64,
+    /// How likely it is that a marker is on another object than the person says.
+    pub mistaken: f64,
     /// How many independent relations those of one update count as: a drawing is wrong in the same way again and again.
     pub independent: f64,
     /// The error of the way in the drawing, as a part of it; and of the heading, in radians per metre.
@@ -54,6 +56,7 @@ impl Default for Believing {
             outline_sd_m: 0.35,
             cone: 0.15,
             undrawn: 0.15,
+            mistaken: 0.02,
             independent: 3.0,
             way_sd: 0.12,
             heading_sd: 0.06,
@@ -65,6 +68,8 @@ impl Default for Believing {
     }
 }
 
+/// The share of an update in the mean fit.
+const FIT_RATE: f64 = 0.05;
 /// Most hypotheses.
 const MOST_HYPOTHESES: usize = 20_000;
 
@@ -74,13 +79,15 @@ impl Believing {
     /// # Errors
     /// [`Error::Number`] with the key.
     pub fn check(&self) -> Result<(), Error> {
-        let Self { hypotheses, outline_sd_m, cone, undrawn, independent, .. } = *self;
+        let Self { hypotheses, outline_sd_m, cone, undrawn, mistaken, independent, .. } = *self;
         if !(1..=MOST_HYPOTHESES).contains(&hypotheses) {
             let (what, found) = ("hypotheses".into(), hypotheses as f64);
             return Err(Error::Number { what, expected: "1 to 20000", found });
         }
-        if !(0.0..=1.0).contains(&undrawn) {
-            return Err(Error::Number { what: "undrawn".into(), expected: "0 to 1", found: undrawn });
+        for (what, found) in [("undrawn", undrawn), ("mistaken", mistaken)] {
+            if !(0.0..=1.0).contains(&found) {
+                return Err(Error::Number { what: what.into(), expected: "0 to 1", found });
+            }
         }
         numbers::above_0(&[("outline_sd_m", outline_sd_m), ("independent", independent)])?;
         let Self { way_sd, heading_sd, stretch_sd, start_stretch_sd, start_sd_m, start_heading_sd, .. } =
@@ -105,6 +112,15 @@ struct Hypothesis {
     /// Real metres for a drawn one.
     stretch: f64,
     weight: f64,
+}
+
+impl Hypothesis {
+    /// Where something is in the drawing, and the square of how far from the robot there.
+    fn place(&self, (sin, cos): (f64, f64), relation: Relation) -> (At, f64) {
+        let [ahead, left] = [relation.ahead_m, relation.left_m].map(|length| length / self.stretch);
+        let [x, y] = self.at;
+        ([x + ahead * cos - left * sin, y + ahead * sin + left * cos], ahead * ahead + left * left)
+    }
 }
 
 /// Where the robot probably is.
@@ -174,12 +190,13 @@ impl Belief {
 
     /// What is seen and remembered.
     pub fn seen(&mut self, memory: &Memory, outlines: &Outlines) {
-        let relations = memory.relations();
-        if relations.is_empty() {
+        let (relations, marked) = (memory.relations(), memory.marked());
+        if relations.is_empty() && marked.is_empty() {
             return;
         }
         let settings = self.settings;
-        let part = (settings.independent / relations.len() as f64).min(1.0);
+        let part_of = |count: usize| (settings.independent / count.max(1) as f64).min(1.0);
+        let (part, marked_part) = (part_of(relations.len()), part_of(marked.len()));
         let mut fit = 0.0;
         let mut sum = 0.0;
         for one in &mut self.hypotheses {
@@ -187,20 +204,28 @@ impl Belief {
             let mut log = 0.0;
             let mut fits = 0.0;
             for relation in relations {
-                let likelihood = likelihood(one, turn, *relation, outlines, &settings);
+                let (at, square) = one.place(turn, *relation);
+                let likelihood = likelihood(outlines.nearest(at), square, &settings);
                 log += (settings.undrawn + (1.0 - settings.undrawn) * likelihood).ln();
                 fits += likelihood;
             }
             // The robot stands in no object.
-            if outlines.distance(one.at) < 0.0 {
+            if outlines.nearest(one.at) < 0.0 {
                 log -= 2.0 / part;
             }
-            one.weight *= (log * part).exp();
+            let mut log = log * part;
+            for (object, relation) in marked {
+                let (at, square) = one.place(turn, *relation);
+                let likelihood = likelihood(outlines.marked(*object, at), square, &settings);
+                log += marked_part * (settings.mistaken + (1.0 - settings.mistaken) * likelihood).ln();
+            }
+            one.weight *= log.exp();
             sum += one.weight;
-            fit += one.weight * fits / relations.len() as f64;
+            fit += one.weight * fits / relations.len().max(1) as f64;
         }
-        let rate = 0.05;
-        self.fit += rate * (fit / sum - self.fit);
+        if !relations.is_empty() {
+            self.fit += FIT_RATE * (fit / sum - self.fit);
+        }
         self.hypotheses.iter_mut().for_each(|one| one.weight /= sum);
         self.resample();
     }
@@ -250,25 +275,17 @@ impl Belief {
     }
 }
 
-/// How well a relation fits the drawing, from 0 to 1: by how far the outline next to where the object should be is off.
-/// Inside an object is as far off as outside.
-fn likelihood(
-    one: &Hypothesis,
-    (sin, cos): (f64, f64),
-    relation: Relation,
-    outlines: &Outlines,
-    settings: &Believing,
-) -> f64 {
-    let [ahead, left] = [relation.ahead_m, relation.left_m].map(|length| length / one.stretch);
-    let off = outlines.distance([one.at[0] + ahead * cos - left * sin, one.at[1] + ahead * sin + left * cos]);
-    let cone = settings.cone * settings.cone * (ahead * ahead + left * left);
+/// How well a relation fits the drawing, from 0 to 1: by how far the outline is off where the object should be, and by
+/// the square of the distance from the robot. Inside an object is as far off as outside.
+fn likelihood(off: f64, square: f64, settings: &Believing) -> f64 {
+    let cone = settings.cone * settings.cone * square;
     (-0.5 * off * off / (settings.outline_sd_m * settings.outline_sd_m + cone)).exp()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::Remembering;
+    use crate::memory::{Remembering, SeenMarker};
     use crate::sketch::{Landmark, Sketch};
 
     fn square(x: f64, y: f64) -> Landmark {
@@ -278,11 +295,8 @@ mod tests {
 
     fn outlines() -> Outlines {
         let route = vec![[0.0, 0.0], [10.0, 0.0]];
-        Outlines::of(&Sketch {
-            landmarks: vec![square(3.0, 1.0), square(6.0, -2.5)],
-            route,
-            metres_per_pixel: 1.0,
-        })
+        let landmarks = vec![square(3.0, 1.0), square(6.0, -2.5)];
+        Outlines::of(&Sketch { landmarks, route, metres_per_pixel: 1.0 }, &[0, 1])
     }
 
     /// What a robot there sees of the drawing: the nearest corners and edges, in a world that is so many times larger.
@@ -328,6 +342,28 @@ mod tests {
             belief.seen(&memory, &outlines);
         }
         assert!((belief.estimate().stretch - 1.3).abs() < 0.15, "{:?}", belief.estimate());
+    }
+
+    /// Two objects look the same to a sonar, and the robot was set down before the other one than it believes.
+    #[test]
+    fn a_marker_tells_two_objects_apart() {
+        let outlines = outlines();
+        let at = |marked: bool| {
+            let mut belief =
+                Belief::new([1.0, 0.0], 0.0, Believing { start_sd_m: 1.5, ..Believing::default() }, 3);
+            let mut memory = Memory::new(Remembering::default());
+            let marker = Relation::polar(plane::direction([4.5, 0.0], [6.5, -1.5]), 2.5);
+            for _ in 0..60 {
+                belief.moved(0.01, 0.0);
+                memory.moved(0.01, 0.0);
+                let seen = SeenMarker { marker: 9, object: 1, relation: marker };
+                memory.see_markers(marked.then_some(seen).into_iter());
+                belief.seen(&memory, &outlines);
+            }
+            belief.estimate().at[0]
+        };
+        assert!(at(false) < 2.2, "{}", at(false));
+        assert!((at(true) - 4.8).abs() < 0.9, "{}", at(true));
     }
 
     #[test]

@@ -24,6 +24,16 @@ pub enum Error {
     /// A file that is no strokes in JSON.
     #[error("expected strokes in JSON: {0}")]
     Json(String),
+    /// A label of a mission that no object of the sketch has, or several.
+    #[error("navigator.markers.{label}: expected one object with this label in the sketch, found {found}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
+    Label {
+        /// The label.
+        label: String,
+        /// How many objects have it.
+        found: usize,
+        /// The label that is nearest to it.
+        nearest: Option<String>,
+    },
     /// Words in a file that is no text.
     #[error("byte {}: expected UTF-8, found something else", at + 1)]
     Text {
@@ -159,6 +169,16 @@ pub enum LandmarksError {
     Blind {
         /// The robot's name.
         robot: String,
+    },
+    /// A marker of a mission that the world does not have.
+    #[error("navigator.markers.{label}: expected a marker of the world, which has {count}, found {found}")]
+    Marker {
+        /// The label of its object.
+        label: String,
+        /// Its number.
+        found: u32,
+        /// How many markers the world has.
+        count: usize,
     },
     /// A ring of too few sonars.
     #[error("robot {robot:?}: sonar.sonars: expected 8 or more, found {found}")]

@@ -1,5 +1,7 @@
 //! What the sketcher tells the other stages: the sketch, the landmark states, or both.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, LandmarksError};
@@ -7,7 +9,7 @@ use crate::extraction::{self, extract};
 use crate::language;
 use crate::mission::{Given, LandmarksMission, Method};
 use crate::route::Route;
-use crate::sketch::Sketch;
+use crate::sketch::{Landmark, Sketch};
 use crate::{file, plane};
 
 /// A route to drive.
@@ -17,6 +19,18 @@ pub struct Instructions {
     pub sketch: Option<Sketch>,
     /// The landmark states in words; empty where the sketch gives none and none are needed.
     pub words: String,
+    /// The markers on its objects, by their numbers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub markers: Vec<Marked>,
+}
+
+/// A marker on an object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Marked {
+    /// The number of the marker.
+    pub marker: u32,
+    /// The number of the object among the landmarks of the sketch.
+    pub landmark: usize,
 }
 
 impl Instructions {
@@ -34,7 +48,11 @@ impl Instructions {
         let Given::Drawing(_, reading) = &mission.given else {
             let text = std::str::from_utf8(bytes).map_err(|error| Error::Text { at: error.valid_up_to() })?;
             // What is printed is what is driven.
-            return Ok(Self { sketch: None, words: language::print(&language::read(text)?) });
+            return Ok(Self {
+                sketch: None,
+                words: language::print(&language::read(text)?),
+                markers: Vec::new(),
+            });
         };
         let sketch = Sketch::read(&file::read(bytes)?, reading)?;
         let words = match extract(&sketch, parameters) {
@@ -44,7 +62,8 @@ impl Instructions {
             }
             Err(error) => return Err(error),
         };
-        Ok(Self { sketch: Some(sketch), words })
+        let markers = marked(&mission.markers, &sketch)?;
+        Ok(Self { sketch: Some(sketch), words, markers })
     }
 
     /// From the slice behind a message.
@@ -78,5 +97,50 @@ impl Instructions {
         }
         let route = self.route().ok().flatten();
         route.and_then(|route| route.along_m().last().copied().flatten()).unwrap_or(0.0)
+    }
+}
+
+/// The markers on the objects of a sketch, by the objects' labels.
+fn marked(markers: &BTreeMap<String, Vec<u32>>, sketch: &Sketch) -> Result<Vec<Marked>, Error> {
+    let mut all = Vec::new();
+    for (label, numbers) in markers {
+        let has_label = |(_, landmark): &(usize, &Landmark)| landmark.name == *label;
+        let mut found = sketch.landmarks.iter().enumerate().filter(has_label).map(|(i, _)| i);
+        let (first, others) = (found.next(), found.count());
+        let Some(landmark) = first.filter(|_| others == 0) else {
+            let known: Vec<_> = sketch.landmarks.iter().map(|landmark| landmark.name.as_str()).collect();
+            let nearest = first.is_none().then(|| language::nearest(label, &known)).flatten();
+            let found = others + usize::from(first.is_some());
+            return Err(Error::Label { label: label.clone(), found, nearest });
+        };
+        all.extend(numbers.iter().map(|&marker| Marked { marker, landmark }));
+    }
+    all.sort_unstable_by_key(|marked| marked.marker);
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_name_one_object_each() {
+        let landmark = |name: &str| Landmark { name: name.into(), outline: Vec::new() };
+        let landmarks = ["desk", "tree", "tree"].map(landmark).into();
+        let sketch = Sketch { landmarks, route: Vec::new(), metres_per_pixel: 1.0 };
+        let of = |label: &str| marked(&BTreeMap::from([(label.to_owned(), vec![8, 3])]), &sketch);
+        let on_desk = |marker| Marked { marker, landmark: 0 };
+        assert_eq!(of("desk").unwrap(), [on_desk(3), on_desk(8)]);
+        for (label, words) in [
+            ("desc", "found 0; did you mean \"desk\"?"),
+            (
+                "cupboard",
+                "navigator.markers.cupboard: expected one object with this label in the sketch, found 0",
+            ),
+            ("tree", "found 2"),
+        ] {
+            let error = of(label).unwrap_err().to_string();
+            assert!(error.ends_with(words), "{error}");
+        }
     }
 }

@@ -28,6 +28,7 @@ mod words;
 
 pub use print::{print, table};
 pub use read::read;
+pub use words::nearest;
 
 #[cfg(test)]
 mod tests;

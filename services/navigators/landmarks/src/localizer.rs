@@ -2,15 +2,16 @@
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::channels::{LANDMARK_ROUTE, LANDMARK_VIEW, ODOMETRY, SCAN, SONAR};
-use sketchnav_schemas::message::{LandmarkView, PoseM};
+use sketchnav_schemas::channels::{LANDMARK_ROUTE, LANDMARK_VIEW, MARKERS, ODOMETRY, SCAN, SONAR};
+use sketchnav_schemas::message::{LandmarkView, MarkerView, PoseM};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed;
 use sketchnav_stage::{Heard, Instant, Outbox, Stage, StageError};
 
 use crate::error::LandmarksError;
-use crate::instructions::Instructions;
+use crate::instructions::{Instructions, Marked};
 use crate::locator::{Located, Locating, Locator};
+use crate::memory::{Relation, SeenMarker};
 use crate::mission::Parameters;
 use crate::motion::Motion;
 use crate::perception::{Perceiving, Perception};
@@ -30,6 +31,10 @@ pub struct Localizer {
     /// Whether the route was heard.
     is_told: bool,
     locator: Option<Locator>,
+    /// The markers on objects, by their numbers.
+    markers: Vec<Marked>,
+    /// The objects that have markers.
+    marked: Vec<usize>,
 }
 
 /// The localizer's state, as it is read back from a checkpoint.
@@ -63,7 +68,29 @@ impl Localizer {
         let perception = Perception::nomad(settings)
             .map_err(|cause| LandmarksError::Input { file: "parameters.localizer".into(), cause })?;
         let (locating, motion) = (parameters.locating(), Motion::default());
-        Ok(Self { locating, seed: run.seed, ring, perception, motion, is_told: false, locator: None })
+        Ok(Self {
+            locating,
+            seed: run.seed,
+            ring,
+            perception,
+            motion,
+            is_told: false,
+            locator: None,
+            markers: Vec::new(),
+            marked: Vec::new(),
+        })
+    }
+
+    /// Takes in the markers that are on objects of the sketch.
+    fn see_markers(&mut self, view: &MarkerView) {
+        let Some(locator) = &mut self.locator else { return };
+        let (markers, marked) = (&self.markers, &self.marked);
+        locator.see_markers(view.markers().iter().filter_map(|seen| {
+            let i = markers.binary_search_by_key(&seen.id, |known| known.marker).ok()?;
+            let object = marked.binary_search(&markers[i].landmark).ok()?;
+            let [ahead_m, left_m] = [seen.x_m, seen.y_m].map(f64::from);
+            Some(SeenMarker { marker: seen.id, object, relation: Relation { ahead_m, left_m } })
+        }));
     }
 
     fn write(&self, view: &mut LandmarkView) {
@@ -109,7 +136,13 @@ impl Stage for Localizer {
         if message.on(LANDMARK_ROUTE).is_some() {
             let instructions = Instructions::read(message.cells())?;
             let seed = seed::stream(self.seed, STREAM).random();
-            let locator = instructions.sketch.map(|sketch| Locator::new(&sketch, self.locating, seed));
+            self.markers = instructions.markers;
+            self.marked = self.markers.iter().map(|marker| marker.landmark).collect();
+            self.marked.sort_unstable();
+            self.marked.dedup();
+            let marked = &self.marked;
+            let locator =
+                instructions.sketch.map(|sketch| Locator::new(&sketch, marked, self.locating, seed));
             (self.locator, self.is_told) = (locator.transpose()?, true);
         }
         Ok(())
@@ -124,6 +157,9 @@ impl Stage for Localizer {
         let [moved_m, turned_rad] = self.motion.to(&odometry.pose());
         let is_fresh = sense(&mut self.ring, instant);
         self.perception.see(&self.ring.sectors())?;
+        if let Some(view) = instant.fresh(MARKERS).filter(|_| !self.markers.is_empty()) {
+            self.see_markers(view);
+        }
         if let Some(locator) = &mut self.locator {
             let returns = self.ring.returns();
             locator.step(moved_m, turned_rad, is_fresh.then_some(&returns));

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::belief::{Belief, Believing, Estimate};
 use crate::error::Error;
 use crate::extraction::track::headings;
-use crate::memory::{Memory, Relation, Remembering};
+use crate::memory::{Memory, Relation, Remembering, SeenMarker};
 use crate::numbers;
 use crate::outlines::Outlines;
 use crate::route::INCH_M;
@@ -62,11 +62,11 @@ pub struct Locator {
 }
 
 impl Locator {
-    /// At the start of a sketch's route.
+    /// At the start of a sketch's route. The objects with the numbers `marked` have markers.
     ///
     /// # Errors
     /// [`Error::NoRoute`].
-    pub fn new(sketch: &Sketch, settings: Locating, seed: u64) -> Result<Self, Error> {
+    pub fn new(sketch: &Sketch, marked: &[usize], settings: Locating, seed: u64) -> Result<Self, Error> {
         if sketch.route.len() < 2 {
             return Err(Error::NoRoute { objects: sketch.landmarks.len(), stray: 0 });
         }
@@ -74,7 +74,7 @@ impl Locator {
         let heading_rad = headings(&sketch.route, 10.0 * INCH_M)[0];
         let belief = Belief::new(sketch.route[0], heading_rad, settings.belief, seed);
         let located = Located { belief, memory: Memory::new(settings.memory), has_moved: false };
-        Ok(Self { outlines: Outlines::of(sketch), located })
+        Ok(Self { outlines: Outlines::of(sketch, marked), located })
     }
 
     /// What it remembers.
@@ -97,6 +97,11 @@ impl Locator {
     /// Where everything is that is remembered.
     pub fn relations(&self) -> &[Relation] {
         self.located.memory.relations()
+    }
+
+    /// The robot sees markers, where it is after the last step.
+    pub fn see_markers(&mut self, seen: impl Iterator<Item = SeenMarker>) {
+        self.located.memory.see_markers(seen);
     }
 
     /// The robot moved and turned, in real metres and radians, and sees this, where its sensor has spoken.
@@ -127,7 +132,8 @@ mod tests {
         let wall = vec![[5.0, -2.0], [5.5, -2.0], [5.5, 2.0], [5.0, 2.0]];
         let landmarks = vec![Landmark { name: "wall".into(), outline: wall }];
         let route = plane::resample(&[[0.0, 0.0], [4.0, 0.0]], 0.5);
-        Locator::new(&Sketch { landmarks, route, metres_per_pixel: 0.1 }, Locating::default(), 1).unwrap()
+        Locator::new(&Sketch { landmarks, route, metres_per_pixel: 0.1 }, &[], Locating::default(), 1)
+            .unwrap()
     }
 
     const AHEAD: Returns<'_> =

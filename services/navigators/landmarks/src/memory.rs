@@ -8,6 +8,8 @@ use crate::plane::{self, At};
 
 /// How many places are remembered.
 pub const PLACES: usize = 48;
+/// How many markers are remembered.
+pub const MARKERS: usize = 32;
 
 /// How places are remembered.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -65,11 +67,51 @@ impl Relation {
     }
 }
 
+/// A marker that the camera sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeenMarker {
+    /// Its number.
+    pub marker: u32,
+    /// The number of its object among those with markers.
+    pub object: usize,
+    /// Where it is.
+    pub relation: Relation,
+}
+
+/// A marker in the frame of the odometry.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct MarkedPlace {
+    marker: u32,
+    object: usize,
+    place: Place,
+}
+
 /// A place in the frame of the odometry, and how far the robot had gone when it was seen last.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Place {
     at: At,
     seen_at_m: f64,
+}
+
+/// The robot in the frame of the odometry.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    at: At,
+    sin: f64,
+    cos: f64,
+}
+
+impl Frame {
+    fn place(self, Relation { ahead_m, left_m }: Relation) -> At {
+        let Self { at, sin, cos } = self;
+        [at[0] + ahead_m * cos - left_m * sin, at[1] + ahead_m * sin + left_m * cos]
+    }
+
+    fn relation(self, place: At) -> Relation {
+        let Self { at, sin, cos } = self;
+        let [x, y] = [place[0] - at[0], place[1] - at[1]];
+        Relation { ahead_m: x * cos + y * sin, left_m: y * cos - x * sin }
+    }
 }
 
 /// What the robot remembers of its surroundings.
@@ -81,19 +123,33 @@ pub struct Memory {
     gone_m: f64,
     places: Vec<Place>,
     relations: Vec<Relation>,
+    marked_places: Vec<MarkedPlace>,
+    marked: Vec<(usize, Relation)>,
 }
 
 impl Memory {
     /// Nothing yet.
     pub fn new(settings: Remembering) -> Self {
         let (places, relations) = (Vec::with_capacity(PLACES), Vec::with_capacity(PLACES));
-        Self { settings, at: [0.0; 2], heading_rad: 0.0, gone_m: 0.0, places, relations }
+        let (marked_places, marked) = (Vec::with_capacity(MARKERS), Vec::with_capacity(MARKERS));
+        Self {
+            settings,
+            at: [0.0; 2],
+            heading_rad: 0.0,
+            gone_m: 0.0,
+            places,
+            relations,
+            marked_places,
+            marked,
+        }
     }
 
     /// Room for all places: a checkpoint keeps values, not room.
     pub fn reserve(&mut self) {
         self.places.reserve_exact(PLACES.saturating_sub(self.places.len()));
         self.relations.reserve_exact(PLACES.saturating_sub(self.relations.len()));
+        self.marked_places.reserve_exact(MARKERS.saturating_sub(self.marked_places.len()));
+        self.marked.reserve_exact(MARKERS.saturating_sub(self.marked.len()));
     }
 
     /// The robot moved and turned.
@@ -110,18 +166,44 @@ impl Memory {
         let Remembering { keep_m, reach_m, .. } = self.settings;
         let gone_m = self.gone_m;
         self.places.retain(|place| gone_m - place.seen_at_m <= keep_m);
-        let (sin, cos) = self.heading_rad.sin_cos();
         for one in returns.filter(|one| one.distance_m() <= reach_m) {
-            let x = self.at[0] + one.ahead_m * cos - one.left_m * sin;
-            let y = self.at[1] + one.ahead_m * sin + one.left_m * cos;
-            self.add(Place { at: [x, y], seen_at_m: gone_m });
+            self.add(self.place(one));
         }
-        let at = self.at;
+        let frame = self.frame();
         self.relations.clear();
-        self.relations.extend(self.places.iter().map(|place| {
-            let [x, y] = [place.at[0] - at[0], place.at[1] - at[1]];
-            Relation { ahead_m: x * cos + y * sin, left_m: y * cos - x * sin }
-        }));
+        self.relations.extend(self.places.iter().map(|place| frame.relation(place.at)));
+    }
+
+    /// Takes markers in, as [`Self::see`] does returns. Each is remembered once, where it was seen last.
+    pub fn see_markers(&mut self, seen: impl Iterator<Item = SeenMarker>) {
+        let (gone_m, keep_m) = (self.gone_m, self.settings.keep_m);
+        self.marked_places.retain(|marked| gone_m - marked.place.seen_at_m <= keep_m);
+        for SeenMarker { marker, object, relation } in seen {
+            let new = MarkedPlace { marker, object, place: self.place(relation) };
+            if let Some(known) = self.marked_places.iter_mut().find(|known| known.marker == marker) {
+                *known = new;
+            } else if self.marked_places.len() < MARKERS {
+                self.marked_places.push(new);
+            } else if let Some(oldest) =
+                (self.marked_places.iter_mut()).min_by(|a, b| a.place.seen_at_m.total_cmp(&b.place.seen_at_m))
+            {
+                *oldest = new;
+            }
+        }
+        let frame = self.frame();
+        self.marked.clear();
+        self.marked
+            .extend(self.marked_places.iter().map(|marked| (marked.object, frame.relation(marked.place.at))));
+    }
+
+    fn frame(&self) -> Frame {
+        let (sin, cos) = self.heading_rad.sin_cos();
+        Frame { at: self.at, sin, cos }
+    }
+
+    /// Where something is that is seen now.
+    fn place(&self, relation: Relation) -> Place {
+        Place { at: self.frame().place(relation), seen_at_m: self.gone_m }
     }
 
     /// A place takes the one of an older sight of it; where there is no room, that of the oldest.
@@ -135,6 +217,11 @@ impl Memory {
         {
             *oldest = place;
         }
+    }
+
+    /// Where markers are that are remembered: each with the number of its object among those with markers.
+    pub fn marked(&self) -> &[(usize, Relation)] {
+        &self.marked
     }
 
     /// Where everything is that is remembered.
@@ -168,6 +255,24 @@ mod tests {
         memory.moved(1.1, 0.0);
         see(&mut memory, &[]);
         assert_eq!(memory.relations(), [], "3.1 m on it is forgotten");
+    }
+
+    #[test]
+    fn a_marker_is_remembered_once_where_it_was_seen_last() {
+        let mut memory = Memory::new(Remembering::default());
+        let seen =
+            |marker, ahead_m| SeenMarker { marker, object: 7, relation: Relation { ahead_m, left_m: 0.0 } };
+        memory.see_markers([seen(1, 2.0), seen(2, 3.0)].into_iter());
+        memory.moved(1.0, 0.0);
+        memory.see_markers([seen(1, 1.1)].into_iter());
+        let ahead_m =
+            |memory: &Memory| memory.marked().iter().map(|(_, one)| one.ahead_m).collect::<Vec<_>>();
+        assert_eq!(ahead_m(&memory), [1.1, 2.0]);
+        memory.moved(2.5, 0.0);
+        memory.see_markers(std::iter::empty());
+        assert!((ahead_m(&memory)[0] + 1.4).abs() < 1e-9, "the second one is forgotten");
+        memory.see_markers((0..99).map(|i| seen(i, 1.0)));
+        assert_eq!(memory.marked().len(), MARKERS);
     }
 
     #[test]

@@ -7,11 +7,15 @@
 //! drawing = "sketch.json"        # strokes: see `file`
 //! canvas_m = 20.32               # what the longer side of the canvas stands for, in metres
 //! # route_file = "route.txt"     # for chronis-2007, in place of a drawing: see `language`
+//! # [navigator.markers]          # for belief and a robot with a camera: which markers are on which labelled object
+//! # desk = [7, 8]
 //! ```
 //!
 //! The mission has one task: the route. `[parameters.sketcher]` are those of [`extraction`](crate::extraction::Parameters),
 //! `[parameters.localizer]` those of [`Locating`] and, in a table `perception`, of [`Perceiving`]; `[parameters.planner]`
 //! has the tables `states` ([`Following`]) and `belief` ([`Guiding`]).
+
+use std::collections::BTreeMap;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -62,6 +66,8 @@ pub struct LandmarksMission {
     pub method: Method,
     /// By what.
     pub given: Given,
+    /// The numbers of the markers on an object, by its label in the sketch.
+    pub markers: BTreeMap<String, Vec<u32>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -72,6 +78,25 @@ struct NavigatorKeys {
     drawing: Option<String>,
     canvas_m: Option<f64>,
     route_file: Option<String>,
+    #[serde(default)]
+    markers: BTreeMap<String, Numbers>,
+}
+
+/// One marker, or several.
+#[derive(Debug, Deserialize)]
+#[serde(untagged, expecting = "expected the number of a marker, or a list of numbers")]
+enum Numbers {
+    One(u32),
+    Several(Vec<u32>),
+}
+
+impl Numbers {
+    fn list(self) -> Vec<u32> {
+        match self {
+            Self::One(number) => vec![number],
+            Self::Several(numbers) => numbers,
+        }
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -84,11 +109,25 @@ impl LandmarksMission {
     /// # Errors
     /// [`MissionError`] with the key and what was expected.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
-        let NavigatorKeys { method, drawing, canvas_m, route_file } =
+        let NavigatorKeys { method, drawing, canvas_m, route_file, markers } =
             keys("navigator", &mission.navigator.given)?;
         let wrong = |key: &str, expected, found: String| {
             Err(MissionError::Value { key: format!("navigator.{key}"), expected, found })
         };
+        let markers: BTreeMap<_, _> =
+            markers.into_iter().map(|(label, numbers)| (label, numbers.list())).collect();
+        if method != Method::Belief && !markers.is_empty() {
+            return wrong("markers", "them with method \"belief\" only", "them with another one".into());
+        }
+        let mut owners = BTreeMap::new();
+        for (label, numbers) in &markers {
+            for number in numbers {
+                if let Some(other) = owners.insert(number, label) {
+                    let found = format!("marker {number} on {other:?}, too");
+                    return wrong(&format!("markers.{label}"), "markers of this object only", found);
+                }
+            }
+        }
         if mission.task.len() != 1 {
             let (expected, found) = ("one task, which is the route", mission.task.len().to_string());
             return Err(MissionError::Value { key: "task".into(), expected, found });
@@ -115,7 +154,7 @@ impl LandmarksMission {
             (None, None) => return wrong("drawing", "it or route_file", "neither".into()),
             (Some(_), Some(_)) => return wrong("drawing", "it or route_file", "both".into()),
         };
-        Ok(Self { method, given })
+        Ok(Self { method, given, markers })
     }
 }
 
@@ -263,6 +302,18 @@ mod tests {
             (("drawing=", "canvas_m=0.0\ndrawing="), "navigator.canvas_m: expected 0.1 to 10000, found 0"),
             (("drawing=", "method='best'\ndrawing="), "navigator: unknown variant `best`"),
             (("drawing=", "metres=1\ndrawing="), "navigator: unknown field `metres`"),
+            (
+                ("drawing=", "markers={desk=3,box=[2,3]}\ndrawing="),
+                "navigator.markers.desk: expected markers of this object only, found marker 3 on \"box\", too",
+            ),
+            (
+                ("drawing=", "method='chronis-2007'\nmarkers={desk=3}\ndrawing="),
+                "navigator.markers: expected them with method \"belief\" only",
+            ),
+            (
+                ("drawing=", "markers={desk='a'}\ndrawing="),
+                "navigator: expected the number of a marker, or a list of numbers",
+            ),
             (("[[task]]\n", "[[task]]\ngoal=[1,2]\n"), "task 1 (to the desk): unknown field `goal`"),
             (
                 ("[[task]]\n", "[[task]]\nname='a'\n[[task]]\n"),

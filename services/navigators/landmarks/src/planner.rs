@@ -8,6 +8,7 @@ use sketchnav_schemas::channels::{
     COMMAND, LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, MISSION, ODOMETRY, ORDERS, STATUS,
 };
 use sketchnav_schemas::codes::{LandmarkEvent, Order, RouteCommand, TaskState};
+use sketchnav_schemas::floor_plan::Marker;
 use sketchnav_schemas::message::{LandmarkProgress, LandmarkView, MetRelation, Text, Twist};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::{Limits, Robot};
@@ -89,10 +90,28 @@ pub struct State {
 /// # Errors
 /// [`LandmarksError`] with the key or the sensor.
 pub fn check(mission: &Mission, robot: &Robot) -> Result<(), LandmarksError> {
-    LandmarksMission::of(mission)?;
+    let given = LandmarksMission::of(mission)?;
     Parameters::of(mission)?;
     robot.odometry()?;
+    if !given.markers.is_empty() {
+        robot.camera()?;
+    }
     Ring::of(robot).map(drop)
+}
+
+/// What this kind demands of the markers of a floor: those that the mission names are there.
+///
+/// # Errors
+/// [`LandmarksError::Marker`].
+pub fn check_markers(mission: &Mission, markers: &[Marker]) -> Result<(), LandmarksError> {
+    let given = LandmarksMission::of(mission)?;
+    let named = given.markers.iter().flat_map(|(label, numbers)| numbers.iter().map(move |one| (label, one)));
+    for (label, &found) in named {
+        if markers.iter().all(|marker| marker.id != found) {
+            return Err(LandmarksError::Marker { label: label.clone(), found, count: markers.len() });
+        }
+    }
+    Ok(())
 }
 
 impl Planner {

@@ -143,7 +143,7 @@ fn split(line: &str, number: usize, tokens: &mut Vec<Token>) -> Result<(), Error
 }
 
 /// The known word that is nearest by edits, at most every second letter of it.
-fn nearest(found: &str, known: &[&str]) -> Option<String> {
+pub fn nearest(found: &str, known: &[&str]) -> Option<String> {
     let close = known.iter().map(|word| (edits(found, word), word));
     let close = close.filter(|(edits, word)| 2 * edits <= word.chars().count().max(2) && !found.is_empty());
     close.min_by_key(|(edits, _)| *edits).map(|(_, word)| (*word).to_owned())

@@ -103,7 +103,7 @@ fn arrived(world: &World<'_>, scene: &Scene) -> End {
 /// By our own way: how it ended, and the way that the robot went.
 fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End, Vec<At>) {
     let angles_rad: [f64; 16] = std::array::from_fn(|i| i as f64 * FRAC_PI_8);
-    let mut locator = Locator::new(sketch, Locating::default(), seed).unwrap();
+    let mut locator = Locator::new(sketch, &[], Locating::default(), seed).unwrap();
     let mut guide = Guide::new(sketch, Guiding::default()).unwrap();
     let mut world = World { objects, pose: scene.start, noise: Some(Pcg64Mcg::seed_from_u64(seed + 100)) };
     let (mut moved, mut way) = ([0.0; 2], vec![scene.start.at]);

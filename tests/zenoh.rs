@@ -97,8 +97,8 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
         assert_eq!(report["levels"][format!("lab: {process}")], 0, "{report}");
     }
     // Each message has its number, its time and who sent it.
-    assert!(numbers(&report, "numbers").windows(2).all(|pair| pair[0] + 1.0 == pair[1]), "{report}");
-    assert!(numbers(&report, "ages_s").iter().all(|age| (0.0..300.0).contains(age)), "{report}");
+    assert!(numbers(&report, "numbers").windows(2).all(|pair| pair[0] < pair[1]), "{report}");
+    assert!(numbers(&report, "ages_s").iter().all(|age| (-60.0..3600.0).contains(age)), "{report}");
     assert_eq!(report["identities"].as_array().unwrap().len(), 1, "{report}");
     // The graph of ROS 2.
     assert!(report["nodes"].as_array().unwrap().contains(&"sketchnav_lab".into()), "{report}");

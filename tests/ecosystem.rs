@@ -6,12 +6,17 @@ use support::pages::{Page, run};
 
 const PAGE: &str = "docs/ecosystem.md";
 
-/// The plain build has no DDS in it.
+/// The plain build has no DDS and no Zenoh in it.
 fn has_what_it_takes(heading: &str) -> bool {
     let commands = Page::of(PAGE).commands(heading);
-    let has = cfg!(feature = "ros2") || !commands.iter().any(|line| line.contains("bridge ros2"));
+    let bridges = commands.iter().find(|line| line.contains("bridge ros2"));
+    let (kind, has) = match bridges {
+        None => return true,
+        Some(line) if line.contains("--rmw zenoh") => ("zenoh", cfg!(feature = "zenoh")),
+        Some(_) => ("ros2", cfg!(feature = "ros2")),
+    };
     if !has {
-        support::skipped("ros2", "built without the feature ros2");
+        support::skipped(kind, format_args!("built without the feature {kind}"));
     }
     has
 }
@@ -44,6 +49,15 @@ sections! {
     an_experiment_is_driven_in_parts: "Experiments on many machines",
     faults_are_planned_and_played_again: "Faults by plan",
     ros_2_hears_the_robot: "ROS 2 on other hosts",
+    rmw_zenoh_hears_the_robot: "ROS 2 by Zenoh",
+}
+
+#[cfg(not(feature = "zenoh"))]
+#[test]
+fn a_build_without_zenoh_says_how_to_get_one_with_it() {
+    let ended = support::Place::new().run("bridge ros2 --system lab --rmw zenoh");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("cargo build --release --features zenoh"), "{ended}");
 }
 
 #[cfg(not(feature = "ros2"))]

@@ -118,7 +118,7 @@ fn bad_input_is_told_and_nothing_is_opened() {
         assert!(ended.err.contains(says), "{arguments}: expected {says:?}: {ended}");
     };
     refused("--system nobody", "nobody");
-    refused("--system nobody --domain 233", "expected a DDS domain from 0 to 232");
+    refused("--system nobody --domain 233", "expected a domain of ROS 2 from 0 to 232");
     refused("--system nobody --topics (", "expected a regular expression");
     refused("--system nobody --interface robot", "invalid IP address");
     let mut running = place.start("run demo --json --system lab --speed 1");
@@ -130,7 +130,7 @@ fn bad_input_is_told_and_nothing_is_opened() {
     let ended = Running::spawn(command).end();
     assert_eq!(ended.code, Some(2), "{ended}");
     assert!(
-        ended.err.contains("ROS_DOMAIN_ID: expected a DDS domain from 0 to 232, found \"many\""),
+        ended.err.contains("ROS_DOMAIN_ID: expected a domain of ROS 2 from 0 to 232, found \"many\""),
         "{ended}"
     );
     running.signal(Signal::SIGINT);

@@ -16,11 +16,13 @@ macro_rules! definitions {
 
 definitions! {
     "builtin_interfaces": "Duration", "Time";
-    "std_msgs": "ColorRGBA", "Header";
+    "diagnostic_msgs": "DiagnosticArray", "DiagnosticStatus", "KeyValue";
+    "std_msgs": "ColorRGBA", "Header", "String";
     "geometry_msgs": "Point", "Point32", "Pose", "PoseArray", "PoseStamped", "PoseWithCovariance", "Quaternion",
         "Transform", "TransformStamped", "Twist", "TwistWithCovariance", "Vector3";
     "tf2_msgs": "TFMessage";
     "nav_msgs": "MapMetaData", "OccupancyGrid", "Odometry", "Path";
+    "rosgraph_msgs": "Clock";
     "sensor_msgs": "CompressedImage", "LaserScan";
     "visualization_msgs": "Marker", "MarkerArray", "MeshFile", "UVCoordinate";
 }

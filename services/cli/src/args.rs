@@ -16,9 +16,9 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
 use sketchnav_schemas::run::Pace;
 
-#[cfg(feature = "ros2")]
+#[cfg(any(feature = "ros2", feature = "zenoh"))]
 pub use self::bridge::parse_domain;
-pub use self::bridge::{Other, Ros2Options};
+pub use self::bridge::{Other, Rmw, Ros2Options, parse_rmw};
 pub use self::system::{PadOptions, PadSite, RunOptions, SystemOptions};
 pub use self::tools::{
     EchoOptions, GraphOptions, HzOptions, LogsOptions, RestartOptions, SendOptions, SnapshotOptions, Tap,

@@ -1,7 +1,12 @@
 //! Carries a running system's messages to other software.
 
-use crate::args::{Other, Ros2Options};
+use anyhow::anyhow;
+
+use crate::args::{Other, Rmw, Ros2Options, parse_rmw};
 use crate::failure::{Failure, Outcome};
+
+/// Where ROS 2 says what carries messages.
+const RMW_VARIABLE: &str = "RMW_IMPLEMENTATION";
 
 /// Carries them until the system ends or the user has enough.
 pub fn bridge(other: &Other) -> Result<Outcome, Failure> {
@@ -10,23 +15,53 @@ pub fn bridge(other: &Other) -> Result<Outcome, Failure> {
     }
 }
 
-/// A build without DDS says what to do.
-#[cfg(not(feature = "ros2"))]
-fn ros2(_: &Ros2Options) -> Result<Outcome, Failure> {
-    let missing = "bridge ros2: this program was built without it; build it with `cargo build --release --features ros2`";
-    Err(Failure::Input(anyhow::anyhow!(missing)))
-}
-
-#[cfg(feature = "ros2")]
 fn ros2(options: &Ros2Options) -> Result<Outcome, Failure> {
-    with_dds::ros2(options)
+    match rmw(options)? {
+        #[cfg(feature = "ros2")]
+        Rmw::Dds => {
+            built::ros2(options, sketchnav_ros2::Middleware::Dds { interfaces: options.interfaces.clone() })
+        }
+        #[cfg(feature = "zenoh")]
+        Rmw::Zenoh => built::ros2(options, built::zenoh(options)),
+        #[cfg(not(feature = "ros2"))]
+        Rmw::Dds => Err(absent("bridge ros2 by DDS", "ros2")),
+        #[cfg(not(feature = "zenoh"))]
+        Rmw::Zenoh => Err(absent("bridge ros2 by Zenoh", "zenoh")),
+    }
 }
 
-#[cfg(feature = "ros2")]
-mod with_dds {
+/// Any other build says what to do.
+#[cfg(not(all(feature = "ros2", feature = "zenoh")))]
+fn absent(what: &str, feature: &str) -> Failure {
+    let advice = format!("cargo build --release --features {feature}");
+    Failure::Input(anyhow!("{what}: this program was built without it; build it with `{advice}`"))
+}
+
+/// What is to carry the messages. Options of the other are no silent mistake.
+fn rmw(options: &Ros2Options) -> Result<Rmw, Failure> {
+    let rmw = match (options.rmw, std::env::var(RMW_VARIABLE)) {
+        (Some(rmw), _) => rmw,
+        (None, Ok(text)) if !text.is_empty() => parse_rmw(&text)
+            .map_err(|error| Failure::Input(anyhow!("{RMW_VARIABLE}: {error}, found {text:?}")))?,
+        _ => Rmw::Dds,
+    };
+    let misplaced = match rmw {
+        Rmw::Dds if !options.routers.is_empty() => Some(("--router", "--rmw zenoh")),
+        Rmw::Dds if !options.listen.is_empty() => Some(("--listen", "--rmw zenoh")),
+        Rmw::Zenoh if !options.interfaces.is_empty() => Some(("--interface", "--rmw dds")),
+        _ => None,
+    };
+    match misplaced {
+        Some((option, with)) => Err(Failure::Input(anyhow!("{option}: expected it with {with} alone"))),
+        None => Ok(rmw),
+    }
+}
+
+#[cfg(any(feature = "ros2", feature = "zenoh"))]
+mod built {
     use anyhow::{Context, anyhow};
     use sketchnav_ros2::topics::{self, Topic};
-    use sketchnav_ros2::{ORDER_TOPIC, Settings, Summary};
+    use sketchnav_ros2::{Middleware, ORDER_TOPIC, Settings, Summary};
     use sketchnav_runtime::{Node, System};
     use sketchnav_schemas::codes::Process;
     use sketchnav_schemas::run::{Pace, RunConfig};
@@ -39,10 +74,24 @@ mod with_dds {
     /// Where ROS 2 says which domain is meant.
     const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
 
-    pub fn ros2(options: &Ros2Options) -> Result<Outcome, Failure> {
+    /// Where the router of this host is, as rmw_zenoh has it.
+    #[cfg(feature = "zenoh")]
+    const ROUTER: &str = "tcp/localhost:7447";
+
+    /// As a client of the routers, or as one of them.
+    #[cfg(feature = "zenoh")]
+    pub fn zenoh(options: &Ros2Options) -> Middleware {
+        let (mut routers, listen) = (options.routers.clone(), options.listen.clone());
+        if routers.is_empty() && listen.is_empty() {
+            routers.push(ROUTER.to_owned());
+        }
+        Middleware::Zenoh { routers, listen }
+    }
+
+    pub fn ros2(options: &Ros2Options, middleware: Middleware) -> Result<Outcome, Failure> {
         let settings = Settings {
             domain: domain(options.domain)?,
-            interfaces: options.interfaces.clone(),
+            middleware,
             namespace: options.namespace.clone(),
             takes_orders: options.orders,
         };

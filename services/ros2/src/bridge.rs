@@ -4,7 +4,6 @@
 
 use std::time::{Duration, Instant};
 
-use ros2_client::Subscription;
 use sketchnav_runtime::{Node, RawReader, RawSample, SendTimes, System, Wake};
 use sketchnav_schemas::channels::{self, ChannelSpec, FAULTS, HEALTH, ODOMETRY, Role};
 use sketchnav_schemas::erased::Spare;
@@ -14,7 +13,7 @@ use sketchnav_schemas::run::RunConfig;
 use crate::diagnostics::Diagnostics;
 use crate::forms::{Clock, Text, time};
 use crate::orders::{Allowance, parse};
-use crate::participant::{Outlet, Participant};
+use crate::participant::{Intake, Outlet, Participant};
 use crate::topics::{Delivery, Source, Topic};
 use crate::{BridgeError, Settings, Summary};
 
@@ -219,7 +218,7 @@ impl Inlet {
 
 /// Orders from ROS 2.
 struct Orders {
-    subscription: Subscription<Text>,
+    intake: Intake<Text>,
     task_count: u32,
     allowance: Allowance,
 }
@@ -227,22 +226,13 @@ struct Orders {
 impl Orders {
     fn open(run: &RunConfig, participant: &mut Participant) -> Result<Self, BridgeError> {
         let delivery = Delivery::Reliable { depth: ORDER_DEPTH };
-        let subscription = participant.subscription(ORDER_TOPIC, ORDER_TYPE, delivery)?;
-        Ok(Self { subscription, task_count: run.mission.task.len() as u32, allowance: Allowance::default() })
+        let intake = participant.subscription(ORDER_TOPIC, ORDER_TYPE, delivery)?;
+        Ok(Self { intake, task_count: run.mission.task.len() as u32, allowance: Allowance::default() })
     }
 
     /// Has the supervisor give the orders that have come.
     fn hand_on(&mut self, system: &System, now: Duration) -> Result<(), BridgeError> {
-        loop {
-            let text = match self.subscription.take() {
-                Ok(Some((text, _))) => text,
-                Ok(None) => return Ok(()),
-                // Anybody may send what is no text.
-                Err(error) => {
-                    eprintln!("/{ORDER_TOPIC}: {error}");
-                    return Ok(());
-                }
-            };
+        while let Some(text) = self.intake.take() {
             let order = match self.allowance.take(now) {
                 Ok(true) => parse(&text.data, self.task_count),
                 Ok(false) => continue,
@@ -253,5 +243,6 @@ impl Orders {
                 Err(error) => eprintln!("/{ORDER_TOPIC}: {error}"),
             }
         }
+        Ok(())
     }
 }

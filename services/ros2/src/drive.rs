@@ -4,19 +4,18 @@
 
 use std::time::{Duration, Instant};
 
-use ros2_client::Subscription;
 use sketchnav_runtime::{HealthReporter, Node, Reader, Step, System, Wake, Writer};
 use sketchnav_schemas::channels::{COMMAND, ODOMETRY, SCAN, TICK};
 use sketchnav_schemas::message::{Header, LaserScan, Odometry, Tick, Twist, VelocityCommand};
 use sketchnav_schemas::ros2::{Field, encode};
 use sketchnav_schemas::run::RunConfig;
 
-use crate::participant::{Outlet, Participant};
+use crate::participant::{Intake, Outlet, Participant};
 use crate::readings::{self, OdometryForm, ReadingError, ScanForm, Thinning, Timebase};
 use crate::topics::Delivery;
 use crate::{BridgeError, Settings, Summary};
 
-/// How often to look: DDS wakes nobody.
+/// How often to look: what ROS 2 sends wakes nobody.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// How often to see whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
@@ -54,8 +53,8 @@ pub fn drive(node: &Node, run: &RunConfig, settings: &Settings) -> Result<Summar
 
 struct Driver<'a> {
     node: &'a Node,
-    scans: Subscription<ScanForm>,
-    odometry: Subscription<OdometryForm>,
+    scans: Intake<ScanForm>,
+    odometry: Intake<OdometryForm>,
     wheels: Outlet,
     scan: Writer<LaserScan>,
     reading: Writer<Odometry>,
@@ -118,14 +117,14 @@ impl<'a> Driver<'a> {
 
     /// Hands on what the robot has measured.
     fn sense(&mut self) -> Result<(), BridgeError> {
-        while let Some(form) = taken(&self.odometry, "odom") {
+        while let Some(form) = self.odometry.take() {
             let stamp_ns = self.time.of(&form.header.stamp);
             match readings::odometry(form, stamp_ns) {
                 Ok(odometry) => self.on_odometry(odometry)?,
                 Err(error) => self.refuse("odom", &error),
             }
         }
-        while let Some(form) = taken(&self.scans, "scan") {
+        while let Some(form) = self.scans.take() {
             let stamp_ns = self.time.of(&form.header.stamp);
             match readings::scan(form, stamp_ns) {
                 Ok(scan) if self.tick.last_seq() > self.ticks_before && stamp_ns <= self.stamp_ns => {
@@ -206,21 +205,10 @@ impl<'a> Driver<'a> {
 
     fn end(mut self) -> Result<Summary, BridgeError> {
         self.tell(STANDSTILL)?;
-        // DDS sends from a thread of its own, and this client cannot ask whether the message has gone.
+        // It is sent from another thread, and nobody can be asked whether it has gone.
         std::thread::sleep(FAREWELL);
         self.health.report(self.stamp_ns)?;
         let (sent, unsent) = self.wheels.counts();
         Ok(Summary { sent, unsent, lost: self.commands.lost() })
-    }
-}
-
-/// The next message of a topic. What is no message of the type is passed over.
-fn taken<F: serde::de::DeserializeOwned + 'static>(subscription: &Subscription<F>, topic: &str) -> Option<F> {
-    match subscription.take() {
-        Ok(taken) => taken.map(|(form, _)| form),
-        Err(error) => {
-            eprintln!("/{topic}: {error}");
-            None
-        }
     }
 }

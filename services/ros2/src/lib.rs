@@ -1,4 +1,4 @@
-//! A bridge to ROS 2 on other hosts: an observer that publishes a running system's channels by DDS.
+//! A bridge to ROS 2 on other hosts: an observer that publishes a running system's channels by DDS or Zenoh.
 //!
 //! Each topic carries, under the name and the type that a recording has, the very bytes that a recording holds.
 //! `/clock`, `/tf`, `/tf_static` and `/diagnostics` come besides. Orders are taken from `/order` where the settings say so,
@@ -6,16 +6,24 @@
 //!
 //! [`topics`], [`diagnostics`], [`orders`] and [`readings`] are pure. [`run`] writes no channel.
 
+#[cfg(not(any(feature = "dds", feature = "zenoh")))]
+compile_error!("sketchnav-ros2 wants one of the features dds and zenoh");
+
 mod bridge;
+#[cfg(feature = "dds")]
+mod dds;
 pub mod diagnostics;
 mod drive;
 mod forms;
 pub mod orders;
 mod participant;
 pub mod readings;
+#[cfg(feature = "zenoh")]
+mod rmw_zenoh;
 pub mod topics;
 
 use std::fmt::Display;
+#[cfg(feature = "dds")]
 use std::net::IpAddr;
 
 pub use bridge::{ORDER_TOPIC, run};
@@ -26,8 +34,8 @@ pub use drive::drive;
 pub struct Settings {
     /// The domain, 0 to 232.
     pub domain: u16,
-    /// The addresses of the interfaces to use; without any, all.
-    pub interfaces: Vec<IpAddr>,
+    /// What carries the messages.
+    pub middleware: Middleware,
     /// The namespace of all topics and the node, without slashes around it; empty for none.
     pub namespace: String,
     /// Whether orders are taken.
@@ -40,6 +48,25 @@ impl Settings {
         let slash = if self.namespace.is_empty() { "" } else { "/" };
         format!("{slash}{}/{name}", self.namespace)
     }
+}
+
+/// What carries the messages. Nodes hear each other only where it is the same.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Middleware {
+    /// DDS, as rmw_fastrtps and rmw_cyclonedds have it.
+    #[cfg(feature = "dds")]
+    Dds {
+        /// The addresses of the interfaces to use; without any, all.
+        interfaces: Vec<IpAddr>,
+    },
+    /// Zenoh, as rmw_zenoh has it.
+    #[cfg(feature = "zenoh")]
+    Zenoh {
+        /// The routers to connect to, as `tcp/localhost:7447`.
+        routers: Vec<String>,
+        /// Where to listen as a router; without any it is none.
+        listen: Vec<String>,
+    },
 }
 
 /// What a bridge has done.
@@ -56,12 +83,12 @@ pub struct Summary {
 /// What may go wrong.
 #[derive(Debug, thiserror::Error)]
 pub enum BridgeError {
-    /// DDS says no.
+    /// DDS or Zenoh says no.
     #[error("{doing}: {cause}")]
-    Dds {
+    Middleware {
         /// What was to be done.
         doing: String,
-        /// What DDS says.
+        /// What it says.
         cause: String,
     },
     /// The system's channels.
@@ -73,8 +100,8 @@ pub enum BridgeError {
 }
 
 impl BridgeError {
-    /// An error of DDS while `doing` something.
-    fn dds(doing: String) -> impl Fn(&dyn Display) -> Self {
-        move |cause| Self::Dds { doing: doing.clone(), cause: cause.to_string() }
+    /// An error of what carries the messages, while `doing` something.
+    fn middleware(doing: String) -> impl Fn(&dyn Display) -> Self {
+        move |cause| Self::Middleware { doing: doing.clone(), cause: cause.to_string() }
     }
 }

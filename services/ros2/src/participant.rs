@@ -1,61 +1,58 @@
-//! The participant in a DDS domain: a ROS 2 node with its publishers and subscriptions.
+//! The participant: a ROS 2 node with its publishers and subscriptions, whatever carries the messages.
 //!
-//! Messages arrive here as the CDR that a recording holds, and leave as these bytes.
+//! Messages leave here as the CDR that a recording holds. What carries them is [`dds`](crate::dds) or
+//! [`rmw_zenoh`](crate::rmw_zenoh), each behind its cargo feature.
 
-use ros2_client::dds::rustdds::DomainParticipantBuilder;
-use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
-use ros2_client::{
-    Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, Subscription, WriteError,
-};
 use serde::de::DeserializeOwned;
-use serde::ser::{Serialize, SerializeTuple, Serializer};
-use sketchnav_schemas::ros2::ENCAPSULATION;
 
+#[cfg(feature = "dds")]
+use crate::dds;
+#[cfg(feature = "zenoh")]
+use crate::rmw_zenoh;
 use crate::topics::Delivery;
-use crate::{BridgeError, Settings};
+use crate::{BridgeError, Middleware, Settings};
 
 /// A ROS 2 node.
-pub struct Participant {
-    node: Node,
-    /// With a slash before it; the slash alone where there is none.
-    namespace: String,
-    /// Goes last: the node lives in it.
-    _context: Context,
+pub enum Participant {
+    /// In a DDS domain.
+    #[cfg(feature = "dds")]
+    Dds(Box<dds::Participant>),
+    /// At a Zenoh router.
+    #[cfg(feature = "zenoh")]
+    Zenoh(Box<rmw_zenoh::Participant>),
 }
 
 impl Participant {
-    /// Joins a domain as the node of the system `name`. Without interfaces all of the host's are used.
+    /// Joins as the node of the system `name`.
     ///
     /// # Errors
-    /// [`BridgeError::Dds`] where its sockets cannot be opened.
+    /// [`BridgeError::Middleware`] where nothing can be reached or opened.
     pub fn join(settings: &Settings, name: &str) -> Result<Self, BridgeError> {
-        let failed = BridgeError::dds(format!("joining domain {}", settings.domain));
-        let mut builder = DomainParticipantBuilder::new(settings.domain);
-        if !settings.interfaces.is_empty() {
-            builder = builder.with_only_networks(settings.interfaces.iter().copied());
+        let node = node_name(name);
+        match &settings.middleware {
+            #[cfg(feature = "dds")]
+            Middleware::Dds { interfaces } => {
+                Ok(Self::Dds(Box::new(dds::Participant::join(settings, interfaces, &node)?)))
+            }
+            #[cfg(feature = "zenoh")]
+            Middleware::Zenoh { routers, listen } => {
+                Ok(Self::Zenoh(Box::new(rmw_zenoh::Participant::join(settings, routers, listen, &node)?)))
+            }
         }
-        let participant = builder.build().map_err(|error| failed(&error))?;
-        let context = Context::from_domain_participant(participant).map_err(|error| failed(&error))?;
-        let namespace = format!("/{}", settings.namespace);
-        let name = NodeName::new(&namespace, &node_name(name)).map_err(|error| failed(&error))?;
-        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        let node = context.new_node(name, options).map_err(|error| failed(&error))?;
-        Ok(Self { node, namespace, _context: context })
     }
 
-    /// Opens a topic to publish it.
+    /// Opens a topic to publish it: its name without a slash before it, its type as `package/msg/Type`.
     ///
     /// # Errors
-    /// [`BridgeError::Dds`], where ROS 2 knows no such name too.
+    /// [`BridgeError::Middleware`], where ROS 2 knows no such name too.
     pub fn publisher(&mut self, name: &str, kind: &str, delivery: Delivery) -> Result<Outlet, BridgeError> {
-        let failed = BridgeError::dds(format!("publishing /{name}"));
-        let qos = quality(delivery);
-        let topic = self
-            .node
-            .create_topic(&self.topic_name(name)?, type_name(kind), &qos)
-            .map_err(|error| failed(&error))?;
-        let publisher = self.node.create_publisher(&topic, Some(qos)).map_err(|error| failed(&error))?;
-        Ok(Outlet { name: name.to_owned(), publisher, sent: 0, unsent: 0 })
+        let sender: Box<dyn Sender> = match self {
+            #[cfg(feature = "dds")]
+            Self::Dds(participant) => Box::new(participant.publisher(name, kind, delivery)?),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(participant) => Box::new(participant.publisher(name, kind, delivery)?),
+        };
+        Ok(Outlet { name: name.to_owned(), sender, sent: 0, unsent: 0 })
     }
 
     /// Opens a topic to hear it.
@@ -67,21 +64,14 @@ impl Participant {
         name: &str,
         kind: &str,
         delivery: Delivery,
-    ) -> Result<Subscription<F>, BridgeError> {
-        let failed = BridgeError::dds(format!("subscribing to /{name}"));
-        let qos = quality(delivery);
-        let topic = self
-            .node
-            .create_topic(&self.topic_name(name)?, type_name(kind), &qos)
-            .map_err(|error| failed(&error))?;
-        self.node.create_subscription(&topic, Some(qos)).map_err(|error| failed(&error))
-    }
-}
-
-impl Participant {
-    fn topic_name(&self, name: &str) -> Result<Name, BridgeError> {
-        let failed = BridgeError::dds(format!("the topic {name}"));
-        Name::new(&self.namespace, name).map_err(|error| failed(&error))
+    ) -> Result<Intake<F>, BridgeError> {
+        let receiver: Box<dyn Receiver<F>> = match self {
+            #[cfg(feature = "dds")]
+            Self::Dds(participant) => Box::new(participant.subscription(name, kind, delivery)?),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(participant) => Box::new(participant.subscription(name, kind, delivery)?),
+        };
+        Ok(Intake { name: name.to_owned(), receiver })
     }
 }
 
@@ -90,30 +80,35 @@ fn node_name(system: &str) -> String {
     format!("sketchnav_{}", system.replace(|c: char| !c.is_ascii_alphanumeric(), "_"))
 }
 
-/// `package/msg/Type`.
-fn type_name(kind: &str) -> MessageTypeName {
+/// The full name of a topic's type as DDS and Zenoh have it, of `package/msg/Type`: `package::msg::dds_::Type_`.
+#[cfg(any(feature = "zenoh", test))]
+pub fn dds_type_name(kind: &str) -> String {
     let (package, name) = kind.split_once("/msg/").unwrap_or(("", kind));
-    MessageTypeName::new(package, name)
+    format!("{package}::msg::dds_::{name}_")
 }
 
-fn quality(delivery: Delivery) -> QosProfile {
-    // A slow subscriber must not stop the others.
-    let reliable = Reliability::Reliable { when_full: WhenFull::Fail };
-    let (reliability, durability, depth) = match delivery {
-        Delivery::Sensor => (Reliability::BestEffort, Durability::Volatile, 5),
-        Delivery::Reliable { depth } => (reliable, Durability::Volatile, depth),
-        Delivery::Latched => (reliable, Durability::TransientLocal, 1),
-    };
-    QosProfile::subscription_default()
-        .reliability(reliability)
-        .durability(durability)
-        .history(History::KeepLast { depth })
+/// What carries messages away.
+pub trait Sender {
+    /// Sends a message in CDR with its encapsulation; whether there was room for it.
+    ///
+    /// # Errors
+    /// A text where nothing can be sent any more.
+    fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String>;
+}
+
+/// What brings messages.
+pub trait Receiver<F> {
+    /// The next message that waits.
+    ///
+    /// # Errors
+    /// A text where the next one is no message of the type.
+    fn take(&mut self) -> Result<Option<F>, String>;
 }
 
 /// A topic that is published.
 pub struct Outlet {
     name: String,
-    publisher: Publisher<Cdr>,
+    sender: Box<dyn Sender>,
     sent: u64,
     unsent: u64,
 }
@@ -122,12 +117,12 @@ impl Outlet {
     /// Publishes a message in CDR with its encapsulation. One for which there is no room is counted as not sent.
     ///
     /// # Errors
-    /// [`BridgeError::Dds`] where nothing can be sent any more.
+    /// [`BridgeError::Middleware`] where nothing can be sent any more.
     pub fn publish(&mut self, cdr: Vec<u8>) -> Result<(), BridgeError> {
-        match self.publisher.publish(Cdr(cdr)) {
-            Ok(()) => self.sent += 1,
-            Err(WriteError::WouldBlock { .. }) => self.unsent += 1,
-            Err(error) => return Err(BridgeError::dds(format!("publishing /{}", self.name))(&error)),
+        match self.sender.send(cdr) {
+            Ok(true) => self.sent += 1,
+            Ok(false) => self.unsent += 1,
+            Err(cause) => return Err(BridgeError::middleware(format!("publishing /{}", self.name))(&cause)),
         }
         Ok(())
     }
@@ -138,15 +133,19 @@ impl Outlet {
     }
 }
 
-/// A message in CDR. Its serialization is what stands behind the encapsulation header, byte for byte.
-struct Cdr(Vec<u8>);
+/// A topic that is heard.
+pub struct Intake<F> {
+    name: String,
+    receiver: Box<dyn Receiver<F>>,
+}
 
-impl Serialize for Cdr {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let body = self.0.get(ENCAPSULATION.len()..).unwrap_or_default();
-        let mut bytes = serializer.serialize_tuple(body.len())?;
-        body.iter().try_for_each(|byte| bytes.serialize_element(byte))?;
-        bytes.end()
+impl<F> Intake<F> {
+    /// The next message. What is no message of the type is told on standard error: anybody may send it.
+    pub fn take(&mut self) -> Option<F> {
+        self.receiver.take().unwrap_or_else(|error| {
+            eprintln!("/{}: {error}", self.name);
+            None
+        })
     }
 }
 
@@ -154,27 +153,15 @@ impl Serialize for Cdr {
 mod tests {
     use super::*;
 
-    /// What goes out must be what a recording holds: nothing is aligned or counted a second time.
-    #[test]
-    fn bytes_of_cdr_are_serialized_as_they_are() {
-        let mut cdr = Vec::new();
-        let form = (1u8, "a text".to_owned(), 2.5f64, vec![1u32, 2]);
-        sketchnav_schemas::ros2::encode(&form, &mut cdr).unwrap();
-        let mut again = Vec::new();
-        sketchnav_schemas::ros2::encode(&Cdr(cdr.clone()), &mut again).unwrap();
-        assert_eq!(again, cdr);
-    }
-
     #[test]
     fn any_system_gives_a_name_that_ros_2_takes() {
-        for system in ["lab", "building-a-2", "7"] {
-            NodeName::new("/", &node_name(system)).unwrap();
+        for (system, name) in [("lab", "sketchnav_lab"), ("building-a-2", "sketchnav_building_a_2")] {
+            assert_eq!(node_name(system), name);
         }
     }
 
     #[test]
     fn types_are_named_as_dds_has_them() {
-        let name = type_name("sensor_msgs/msg/LaserScan").dds_msg_type();
-        assert_eq!(name, "sensor_msgs::msg::dds_::LaserScan_");
+        assert_eq!(dds_type_name("sensor_msgs/msg/LaserScan"), "sensor_msgs::msg::dds_::LaserScan_");
     }
 }

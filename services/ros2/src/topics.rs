@@ -3,7 +3,7 @@
 //! A channel keeps the name and the type under which it is recorded. Its quality of service follows from its role.
 
 use sketchnav_schemas::channels::{self, ChannelSpec, Role};
-use sketchnav_schemas::ros2::transforms;
+use sketchnav_schemas::ros2::{definitions, transforms};
 use sketchnav_schemas::run::RunConfig;
 
 /// How a topic is delivered. ROS 2 connects a subscriber that asks for no more than this.
@@ -18,6 +18,17 @@ pub enum Delivery {
     },
     /// Reliable and transient local (latched): who comes late gets the newest message.
     Latched,
+}
+
+impl Delivery {
+    /// So many messages are held.
+    pub fn depth(self) -> usize {
+        match self {
+            Self::Sensor => 5,
+            Self::Reliable { depth } => depth,
+            Self::Latched => 1,
+        }
+    }
 }
 
 /// What a topic is made of.
@@ -61,6 +72,12 @@ pub fn of_run(run: &RunConfig) -> Vec<Topic> {
     let diagnostics = "diagnostic_msgs/msg/DiagnosticArray";
     topics.push(derived("diagnostics", diagnostics, Delivery::Reliable { depth: 10 }, Source::Diagnostics));
     topics
+}
+
+/// The `ros2msg` schema of `package/msg/Type`: the definition, and behind it those that it uses. Empty for an unknown type.
+pub fn schema(kind: &str) -> String {
+    let channel = channels::all().find(|spec| spec.message.ros2 == kind);
+    channel.map_or_else(|| definitions::schema(kind, &[]), |spec| spec.message.schema())
 }
 
 fn derived(name: &'static str, kind: &'static str, delivery: Delivery, source: Source) -> Topic {

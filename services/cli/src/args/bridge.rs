@@ -13,8 +13,9 @@ const MAX_DOMAIN: u16 = 232;
 /// Who is on the other side.
 #[derive(Debug, Subcommand)]
 pub enum Other {
-    /// ROS 2, by DDS: each channel as the topic and the type under which it is recorded, with /clock, /tf, /tf_static
-    /// and /diagnostics. Ends with the system. Wants a build with `--features ros2`.
+    /// ROS 2, by DDS or Zenoh: each channel as the topic and the type under which it is recorded, with /clock, /tf,
+    /// /tf_static and /diagnostics. Ends with the system. Wants a build with `--features ros2` for DDS, `--features zenoh`
+    /// for Zenoh.
     #[command(
         name = "ros2",
         after_help = "Exit codes: 0 the system has ended or Ctrl-C, 2 bad input (no such system, no such topic), 3 anything else.\nExample: sketchnav bridge ros2 --system lab --domain 7 --topics scan 'odo.*'\nExample, which lets anybody in the domain give orders: sketchnav bridge ros2 --system lab --orders"
@@ -31,15 +32,26 @@ pub struct Ros2Options {
     /// The system's name; may be left out where only one runs.
     #[arg(long)]
     pub system: Option<String>,
-    /// The DDS domain, 0 to 232; left out, ROS_DOMAIN_ID's, else 0.
+    /// What carries the messages: `dds`, `zenoh` or the name of an RMW implementation, as rmw_zenoh_cpp; left out,
+    /// RMW_IMPLEMENTATION's, else dds.
+    #[arg(long, value_parser = parse_rmw)]
+    pub rmw: Option<Rmw>,
+    /// The ROS 2 domain, 0 to 232; left out, ROS_DOMAIN_ID's, else 0.
     #[arg(long, value_parser = parse_domain)]
     pub domain: Option<u16>,
     /// Only the topics whose whole name one of these regular expressions matches; without any, all.
     #[arg(long, value_name = "REGEX", num_args = 1.., value_parser = TopicPattern::parse)]
     pub topics: Vec<TopicPattern>,
-    /// Use the network interface of this address alone (may be repeated), as 127.0.0.1; left out, all.
+    /// With DDS: use the network interface of this address alone (may be repeated), as 127.0.0.1; left out, all.
     #[arg(long = "interface", value_name = "ADDRESS")]
     pub interfaces: Vec<IpAddr>,
+    /// With Zenoh: the router to connect to (may be repeated), as tcp/192.168.1.2:7447; left out, tcp/localhost:7447.
+    #[arg(long = "router", value_name = "ENDPOINT", value_parser = parse_endpoint)]
+    pub routers: Vec<String>,
+    /// With Zenoh: be a router that listens here (may be repeated), as tcp/localhost:7447. Connects to others only where
+    /// --router names them.
+    #[arg(long, value_name = "ENDPOINT", value_parser = parse_endpoint)]
+    pub listen: Vec<String>,
     /// A namespace for all topics and the node, as `robot_1`.
     #[arg(long, value_name = "NAME", default_value = "", value_parser = parse_namespace)]
     pub namespace: String,
@@ -52,10 +64,42 @@ pub struct Ros2Options {
     pub drive: bool,
 }
 
-/// A DDS domain.
+/// What carries the messages of ROS 2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rmw {
+    /// DDS.
+    Dds,
+    /// Zenoh.
+    Zenoh,
+}
+
+/// What carries the messages, by its name or that of an RMW implementation.
+pub fn parse_rmw(text: &str) -> Result<Rmw, String> {
+    match text {
+        "dds" | "rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp" | "rmw_cyclonedds_cpp" | "rmw_connextdds" => {
+            Ok(Rmw::Dds)
+        }
+        "zenoh" | "rmw_zenoh_cpp" => Ok(Rmw::Zenoh),
+        _ => Err("expected dds, zenoh or the name of an RMW implementation, as rmw_zenoh_cpp".to_owned()),
+    }
+}
+
+/// An endpoint of Zenoh.
+fn parse_endpoint(text: &str) -> Result<String, String> {
+    let address = text.strip_prefix("tcp/").and_then(|address| address.rsplit_once(':'));
+    let is_address = |(host, port): (&str, &str)| {
+        let has_host = host.chars().all(|c| c.is_ascii_alphanumeric() || "._-:[]".contains(c));
+        has_host && !host.is_empty() && port.parse::<u16>().is_ok()
+    };
+    let holds = address.is_some_and(is_address);
+    let expected = || "expected an endpoint of Zenoh over TCP, as tcp/192.168.1.2:7447".to_owned();
+    if holds { Ok(text.to_owned()) } else { Err(expected()) }
+}
+
+/// A ROS 2 domain.
 pub fn parse_domain(text: &str) -> Result<u16, String> {
     let domain = text.trim().parse().ok().filter(|domain| *domain <= MAX_DOMAIN);
-    domain.ok_or_else(|| format!("expected a DDS domain from 0 to {MAX_DOMAIN}"))
+    domain.ok_or_else(|| format!("expected a domain of ROS 2 from 0 to {MAX_DOMAIN}"))
 }
 
 /// A namespace without slashes around it; empty for none.
@@ -73,7 +117,10 @@ fn parse_namespace(text: &str) -> Result<String, String> {
 
 /// Topics that are meant, by their whole names.
 #[derive(Debug, Clone)]
-#[cfg_attr(not(feature = "ros2"), allow(dead_code, reason = "the command line is the same in every build"))]
+#[cfg_attr(
+    not(any(feature = "ros2", feature = "zenoh")),
+    allow(dead_code, reason = "the command line is the same in every build")
+)]
 pub struct TopicPattern {
     /// As it was given.
     pub text: String,
@@ -88,7 +135,7 @@ impl TopicPattern {
     }
 
     /// Whether the topic, without its slash, is meant.
-    #[cfg(any(feature = "ros2", test))]
+    #[cfg(any(feature = "ros2", feature = "zenoh", test))]
     pub fn is_match(&self, topic: &str) -> bool {
         self.regex.is_match(topic)
     }
@@ -103,6 +150,27 @@ mod tests {
         assert_eq!((parse_domain("0"), parse_domain("232")), (Ok(0), Ok(232)));
         for wrong in ["233", "-1", "1.5", "", "lab", "99999999"] {
             assert!(parse_domain(wrong).unwrap_err().contains("from 0 to 232"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn what_carries_messages_has_the_names_that_ros_2_gives_it() {
+        for (text, rmw) in
+            [("dds", Rmw::Dds), ("rmw_cyclonedds_cpp", Rmw::Dds), ("rmw_zenoh_cpp", Rmw::Zenoh)]
+        {
+            assert_eq!(parse_rmw(text), Ok(rmw));
+        }
+        assert!(parse_rmw("rmw_email_cpp").unwrap_err().contains("expected dds, zenoh or"));
+    }
+
+    #[test]
+    fn an_endpoint_has_a_host_and_a_port() {
+        for text in ["tcp/localhost:7447", "tcp/[::1]:7447", "tcp/10.0.0.2:0"] {
+            assert_eq!(parse_endpoint(text).as_deref(), Ok(text));
+        }
+        for wrong in ["localhost:7447", "udp/a:1", "tcp/a", "tcp/:7447", "tcp/a:b", "tcp/a:70000", "tcp/\":1"]
+        {
+            assert!(parse_endpoint(wrong).unwrap_err().contains("expected an endpoint"), "{wrong}");
         }
     }
 

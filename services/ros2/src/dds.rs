@@ -1,0 +1,165 @@
+//! The participant in a DDS domain.
+
+use std::net::IpAddr;
+
+use ros2_client::dds::rustdds::{DomainParticipantBuilder, Topic};
+use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
+use ros2_client::{
+    Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, Subscription, WriteError,
+};
+use serde::de::DeserializeOwned;
+use serde::ser::{Serialize, SerializeTuple, Serializer};
+use sketchnav_schemas::ros2::ENCAPSULATION;
+
+use crate::participant::{Receiver, Sender};
+use crate::topics::Delivery;
+use crate::{BridgeError, Settings};
+
+/// A ROS 2 node.
+pub struct Participant {
+    node: Node,
+    /// With a slash before it; the slash alone where there is none.
+    namespace: String,
+    /// Goes last: the node lives in it.
+    _context: Context,
+}
+
+impl Participant {
+    /// Joins a domain as the node `name`. Without interfaces all of the host's are used.
+    ///
+    /// # Errors
+    /// [`BridgeError::Middleware`] where its sockets cannot be opened.
+    pub fn join(settings: &Settings, interfaces: &[IpAddr], name: &str) -> Result<Self, BridgeError> {
+        let failed = BridgeError::middleware(format!("joining domain {}", settings.domain));
+        let mut builder = DomainParticipantBuilder::new(settings.domain);
+        if !interfaces.is_empty() {
+            builder = builder.with_only_networks(interfaces.iter().copied());
+        }
+        let participant = builder.build().map_err(|error| failed(&error))?;
+        let context = Context::from_domain_participant(participant).map_err(|error| failed(&error))?;
+        let namespace = format!("/{}", settings.namespace);
+        let name = NodeName::new(&namespace, name).map_err(|error| failed(&error))?;
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
+        let node = context.new_node(name, options).map_err(|error| failed(&error))?;
+        Ok(Self { node, namespace, _context: context })
+    }
+
+    /// Opens a topic to publish it.
+    ///
+    /// # Errors
+    /// [`BridgeError::Middleware`], where ROS 2 knows no such name too.
+    pub fn publisher(
+        &mut self,
+        name: &str,
+        kind: &str,
+        delivery: Delivery,
+    ) -> Result<impl Sender + 'static, BridgeError> {
+        let failed = BridgeError::middleware(format!("publishing /{name}"));
+        let qos = quality(delivery);
+        let topic = self.topic(name, kind, &qos).map_err(|cause| failed(&cause))?;
+        let publisher = self.node.create_publisher(&topic, Some(qos)).map_err(|error| failed(&error))?;
+        Ok(Outgoing(publisher))
+    }
+
+    /// Opens a topic to hear it.
+    ///
+    /// # Errors
+    /// As [`Participant::publisher`].
+    pub fn subscription<F: DeserializeOwned + 'static>(
+        &mut self,
+        name: &str,
+        kind: &str,
+        delivery: Delivery,
+    ) -> Result<impl Receiver<F> + 'static, BridgeError> {
+        let failed = BridgeError::middleware(format!("subscribing to /{name}"));
+        let qos = quality(delivery);
+        let topic = self.topic(name, kind, &qos).map_err(|cause| failed(&cause))?;
+        let subscription =
+            self.node.create_subscription::<F>(&topic, Some(qos)).map_err(|error| failed(&error))?;
+        Ok(Incoming(subscription))
+    }
+
+    fn topic(&self, name: &str, kind: &str, qos: &QosProfile) -> Result<Topic, String> {
+        let name = Name::new(&self.namespace, name).map_err(|error| error.to_string())?;
+        self.node.create_topic(&name, type_name(kind), qos).map_err(|error| error.to_string())
+    }
+}
+
+/// `package/msg/Type`.
+fn type_name(kind: &str) -> MessageTypeName {
+    let (package, name) = kind.split_once("/msg/").unwrap_or(("", kind));
+    MessageTypeName::new(package, name)
+}
+
+fn quality(delivery: Delivery) -> QosProfile {
+    // A slow subscriber must not stop the others.
+    let reliable = Reliability::Reliable { when_full: WhenFull::Fail };
+    let (reliability, durability) = match delivery {
+        Delivery::Sensor => (Reliability::BestEffort, Durability::Volatile),
+        Delivery::Reliable { .. } => (reliable, Durability::Volatile),
+        Delivery::Latched => (reliable, Durability::TransientLocal),
+    };
+    QosProfile::subscription_default()
+        .reliability(reliability)
+        .durability(durability)
+        .history(History::KeepLast { depth: delivery.depth() })
+}
+
+struct Outgoing(Publisher<Cdr>);
+
+impl Sender for Outgoing {
+    fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String> {
+        match self.0.publish(Cdr(cdr)) {
+            Ok(()) => Ok(true),
+            Err(WriteError::WouldBlock { .. }) => Ok(false),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+}
+
+struct Incoming<F: 'static>(Subscription<F>);
+
+impl<F: DeserializeOwned + 'static> Receiver<F> for Incoming<F> {
+    fn take(&mut self) -> Result<Option<F>, String> {
+        let taken = self.0.take().map_err(|error| error.to_string())?;
+        Ok(taken.map(|(form, _)| form))
+    }
+}
+
+/// A message in CDR. Its serialization is what stands behind the encapsulation header, byte for byte.
+struct Cdr(Vec<u8>);
+
+impl Serialize for Cdr {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let body = self.0.get(ENCAPSULATION.len()..).unwrap_or_default();
+        let mut bytes = serializer.serialize_tuple(body.len())?;
+        body.iter().try_for_each(|byte| bytes.serialize_element(byte))?;
+        bytes.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::participant::dds_type_name;
+
+    /// What goes out must be what a recording holds: nothing is aligned or counted a second time.
+    #[test]
+    fn bytes_of_cdr_are_serialized_as_they_are() {
+        let mut cdr = Vec::new();
+        let form = (1u8, "a text".to_owned(), 2.5f64, vec![1u32, 2]);
+        sketchnav_schemas::ros2::encode(&form, &mut cdr).unwrap();
+        let mut again = Vec::new();
+        sketchnav_schemas::ros2::encode(&Cdr(cdr.clone()), &mut again).unwrap();
+        assert_eq!(again, cdr);
+    }
+
+    #[test]
+    fn names_are_those_that_ros_2_takes() {
+        for node in ["sketchnav_lab", "sketchnav_building_a_2", "sketchnav_7"] {
+            NodeName::new("/", node).unwrap();
+        }
+        let kind = "sensor_msgs/msg/LaserScan";
+        assert_eq!(type_name(kind).dds_msg_type(), dds_type_name(kind));
+    }
+}

@@ -1,0 +1,229 @@
+//! The participant at a Zenoh router: what ROS 2's rmw_zenoh does, for the nodes that use it.
+//!
+//! It is a client of a router, or the router itself. Latched topics answer as an advanced publisher of zenoh-ext does.
+
+mod names;
+mod type_hash;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde::de::DeserializeOwned;
+use sketchnav_schemas::ros2::decode;
+use zenoh::handlers::{RingChannel, RingChannelHandler};
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Subscriber;
+use zenoh::qos::CongestionControl;
+use zenoh::query::Queryable;
+use zenoh::sample::Sample;
+use zenoh::time::Timestamp;
+use zenoh::{Config, Session, Wait};
+
+use self::names::{End, Node, Typed};
+use crate::participant::{Receiver, Sender, dds_type_name};
+use crate::topics::{self, Delivery};
+use crate::{BridgeError, Settings};
+
+/// Longest message that is taken or passed on, bytes: anybody may send.
+const MAX_MESSAGE_BYTES: usize = 64 << 20;
+
+/// A ROS 2 node.
+pub struct Participant {
+    session: Session,
+    node: Node,
+    /// The endpoint that was opened last.
+    endpoint: u32,
+    _token: LivelinessToken,
+}
+
+/// A topic that is opened.
+struct Opened {
+    key: String,
+    /// What tells others of it.
+    token: LivelinessToken,
+    identity: [u8; 16],
+}
+
+impl Participant {
+    /// Connects to the routers as the node `name`; with endpoints to listen at it is a router itself.
+    ///
+    /// # Errors
+    /// [`BridgeError::Middleware`] where there is no router, or where it cannot listen.
+    pub fn join(
+        settings: &Settings,
+        routers: &[String],
+        listen: &[String],
+        name: &str,
+    ) -> Result<Self, BridgeError> {
+        let doing = match listen {
+            [] => format!("joining the Zenoh router {}", routers.join(", ")),
+            _ => format!("being a Zenoh router at {}", listen.join(", ")),
+        };
+        let failed = BridgeError::middleware(doing);
+        let config = config(routers, listen).map_err(|error| failed(&error))?;
+        let session = zenoh::open(config).wait().map_err(|error| failed(&plain(&error)))?;
+        let node = Node {
+            domain: settings.domain,
+            session: session.zid().to_string(),
+            namespace: settings.namespace.clone(),
+            name: name.to_owned(),
+        };
+        let token =
+            session.liveliness().declare_token(node.token()).wait().map_err(|error| failed(&error))?;
+        Ok(Self { session, node, endpoint: 0, _token: token })
+    }
+
+    /// Opens a topic to publish it.
+    ///
+    /// # Errors
+    /// [`BridgeError::Middleware`], where the type has no definition too.
+    pub fn publisher(
+        &mut self,
+        name: &str,
+        kind: &str,
+        delivery: Delivery,
+    ) -> Result<impl Sender + 'static, BridgeError> {
+        let failed = BridgeError::middleware(format!("publishing /{name}"));
+        let opened = self.open(End::Publisher, name, kind, delivery).map_err(|cause| failed(&cause))?;
+        let is_latched = delivery == Delivery::Latched;
+        // A slow subscriber must not stop the others. What is latched comes seldom, and must arrive.
+        let congestion = if is_latched { CongestionControl::Block } else { CongestionControl::Drop };
+        let publisher = self.session.declare_publisher(opened.key.clone()).congestion_control(congestion);
+        let publisher = publisher.wait().map_err(|error| failed(&error))?;
+        let newest = is_latched.then(|| Newest::open(&self.session, &self.node.session, &opened.key));
+        let newest = newest.transpose().map_err(|error| failed(&error))?;
+        let (session, identity) = (self.session.clone(), opened.identity);
+        Ok(Outgoing { session, publisher, identity, number: 0, newest, _token: opened.token })
+    }
+
+    /// Opens a topic to hear it.
+    ///
+    /// # Errors
+    /// As [`Participant::publisher`].
+    pub fn subscription<F: DeserializeOwned + 'static>(
+        &mut self,
+        name: &str,
+        kind: &str,
+        delivery: Delivery,
+    ) -> Result<impl Receiver<F> + 'static, BridgeError> {
+        let failed = BridgeError::middleware(format!("subscribing to /{name}"));
+        let opened = self.open(End::Subscription, name, kind, delivery).map_err(|cause| failed(&cause))?;
+        let subscriber = self.session.declare_subscriber(opened.key).with(RingChannel::new(delivery.depth()));
+        let subscriber = subscriber.wait().map_err(|error| failed(&error))?;
+        Ok(Incoming { subscriber, _token: opened.token })
+    }
+
+    fn open(&mut self, end: End, name: &str, kind: &str, delivery: Delivery) -> Result<Opened, String> {
+        let type_hash =
+            type_hash::of_schema(kind, &topics::schema(kind)).map_err(|error| error.to_string())?;
+        let type_name = dds_type_name(kind);
+        let typed = Typed { topic: name, type_name: &type_name, type_hash: &type_hash };
+        self.endpoint += 1;
+        let token = self.node.token_of(self.endpoint, end, &typed, delivery);
+        let identity = names::identity(&token);
+        let token = self.session.liveliness().declare_token(token).wait();
+        let token = token.map_err(|error| error.to_string())?;
+        Ok(Opened { key: self.node.key(&typed), token, identity })
+    }
+}
+
+/// Clients need a router at once; a router waits for others. Nobody is looked for by multicast, as in rmw_zenoh.
+fn config(routers: &[String], listen: &[String]) -> zenoh::Result<Config> {
+    let mut config = Config::default();
+    let mode = if listen.is_empty() { "client" } else { "router" };
+    config.insert_json5("mode", &format!("{mode:?}"))?;
+    config.insert_json5("connect/endpoints", &format!("{routers:?}"))?;
+    config.insert_json5("listen/endpoints", &format!("{listen:?}"))?;
+    config.insert_json5("scouting/multicast/enabled", "false")?;
+    config.insert_json5("timestamping/enabled", "true")?;
+    config.insert_json5("transport/link/rx/max_message_size", &MAX_MESSAGE_BYTES.to_string())?;
+    Ok(config)
+}
+
+/// What an error of Zenoh says, without the line of its source.
+fn plain(error: &zenoh::Error) -> String {
+    let text = error.to_string();
+    text.split(" at /").next().unwrap_or(&text).trim_end().to_owned()
+}
+
+struct Outgoing {
+    session: Session,
+    publisher: zenoh::pubsub::Publisher<'static>,
+    identity: [u8; 16],
+    /// Of the last message.
+    number: i64,
+    newest: Option<Newest>,
+    _token: LivelinessToken,
+}
+
+impl Sender for Outgoing {
+    /// Zenoh does not tell what it drops on a link that is full.
+    fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String> {
+        self.number += 1;
+        let stamp = self.session.new_timestamp();
+        let sent_ns = stamp.get_time().to_duration().as_nanos();
+        let sent_ns = i64::try_from(sent_ns).unwrap_or(i64::MAX);
+        let attachment = names::attachment(self.number, sent_ns, self.identity);
+        let message = Message { cdr: cdr.into(), attachment, stamp };
+        if let Some(newest) = &self.newest {
+            newest.set(message.clone());
+        }
+        let put = self.publisher.put(message.cdr).attachment(&attachment[..]).timestamp(stamp);
+        put.wait().map_err(|error| error.to_string())?;
+        Ok(true)
+    }
+}
+
+/// A message as it was sent.
+#[derive(Clone)]
+struct Message {
+    cdr: zenoh::bytes::ZBytes,
+    attachment: [u8; 33],
+    stamp: Timestamp,
+}
+
+/// The newest message of a latched topic, for those who come late.
+struct Newest {
+    message: Arc<Mutex<Option<Message>>>,
+    _answers: Queryable<()>,
+    /// What tells those who came early that there is something to ask for.
+    _token: LivelinessToken,
+}
+
+impl Newest {
+    fn open(session: &Session, id: &str, key: &str) -> zenoh::Result<Self> {
+        let message = Arc::new(Mutex::new(None::<Message>));
+        let (asked, key) = (names::latched(key, id), key.to_owned());
+        let answers = session.declare_queryable(asked.clone()).callback({
+            let message = message.clone();
+            move |query| {
+                let newest = message.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                let Some(newest) = newest else { return };
+                let reply = query.reply(&key, newest.cdr).attachment(&newest.attachment[..]);
+                if let Err(error) = reply.timestamp(newest.stamp).wait() {
+                    eprintln!("/{key}: a late subscriber: {error}");
+                }
+            }
+        });
+        let answers = answers.wait()?;
+        let token = session.liveliness().declare_token(asked).wait()?;
+        Ok(Self { message, _answers: answers, _token: token })
+    }
+
+    fn set(&self, message: Message) {
+        *self.message.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
+    }
+}
+
+struct Incoming {
+    subscriber: Subscriber<RingChannelHandler<Sample>>,
+    _token: LivelinessToken,
+}
+
+impl<F: DeserializeOwned> Receiver<F> for Incoming {
+    fn take(&mut self) -> Result<Option<F>, String> {
+        let Some(sample) = self.subscriber.try_recv().map_err(|error| error.to_string())? else {
+            return Ok(None);
+        };
+        decode(&sample.payload().to_bytes()).map(Some).map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,184 @@
+//! What ROS 2's rmw_zenoh writes into Zenoh: keys of topics, liveliness tokens of the graph, attachments of messages.
+//!
+//! Source: the design document of rmw_zenoh. A slash inside a part of a token is a `%`, and so is an empty part.
+
+use crate::topics::Delivery;
+
+/// What the tokens of all nodes, publishers and subscriptions begin with.
+const GRAPH: &str = "@ros2_lv";
+/// The number of our node in its session.
+const NODE_ID: u32 = 0;
+/// A depth that rmw_zenoh leaves out of a token.
+const DEPTH_LEFT_OUT: usize = 42;
+/// Bytes of an attachment: two numbers, the length of the identity, the identity.
+const ATTACHMENT_BYTES: usize = 8 + 8 + 1 + 16;
+
+/// A node of ROS 2.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Node {
+    /// The ROS 2 domain.
+    pub domain: u16,
+    /// The Zenoh session, as it writes itself.
+    pub session: String,
+    /// The namespace, without slashes around it; empty for none.
+    pub namespace: String,
+    /// The name.
+    pub name: String,
+}
+
+/// Which end of a topic an endpoint is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// A publisher.
+    Publisher,
+    /// A subscription.
+    Subscription,
+}
+
+/// A topic of a node with its type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Typed<'a> {
+    /// The topic's name in the node's namespace, without a slash before it.
+    pub topic: &'a str,
+    /// `package::msg::dds_::Type_`.
+    pub type_name: &'a str,
+    /// `RIHS01_…`.
+    pub type_hash: &'a str,
+}
+
+impl Node {
+    /// The key under which the messages of a topic travel.
+    pub fn key(&self, typed: &Typed<'_>) -> String {
+        let (domain, topic) = (self.domain, self.full(typed.topic));
+        format!("{domain}{topic}/{}/{}", typed.type_name, typed.type_hash)
+    }
+
+    /// The token that says that the node is there.
+    pub fn token(&self) -> String {
+        self.part_of_graph(NODE_ID, "NN")
+    }
+
+    /// The token of a publisher or a subscription: the number `id` of the session, 1 or more.
+    pub fn token_of(&self, id: u32, end: End, typed: &Typed<'_>, delivery: Delivery) -> String {
+        let end = match end {
+            End::Publisher => "MP",
+            End::Subscription => "MS",
+        };
+        let (begin, topic) = (self.part_of_graph(id, end), mangled(&self.full(typed.topic)));
+        format!("{begin}/{topic}/{}/{}/{}", typed.type_name, typed.type_hash, quality(delivery))
+    }
+
+    fn part_of_graph(&self, id: u32, kind: &str) -> String {
+        let Self { domain, session, namespace, name } = self;
+        let namespace = mangled(&format!("/{namespace}"));
+        format!("{GRAPH}/{domain}/{session}/{NODE_ID}/{id}/{kind}/%/{namespace}/{name}")
+    }
+
+    /// With its slashes, as `/lab/scan`.
+    fn full(&self, topic: &str) -> String {
+        let slash = if self.namespace.is_empty() { "" } else { "/" };
+        format!("{slash}{}/{topic}", self.namespace)
+    }
+}
+
+fn mangled(name: &str) -> String {
+    name.replace('/', "%")
+}
+
+/// Reliability, durability, history and depth, deadline, lifespan, liveliness. What is the default is left out.
+fn quality(delivery: Delivery) -> String {
+    let (reliability, durability) = match delivery {
+        Delivery::Sensor => ("2", ""),
+        Delivery::Reliable { .. } => ("", ""),
+        Delivery::Latched => ("", "1"),
+    };
+    let depth = Some(delivery.depth()).filter(|depth| *depth != DEPTH_LEFT_OUT);
+    let depth = depth.map(|depth| depth.to_string()).unwrap_or_default();
+    format!("{reliability}:{durability}:,{depth}:,:,:,,")
+}
+
+/// The identity of a publisher, of its token.
+pub fn identity(token: &str) -> [u8; 16] {
+    twox_hash::XxHash3_128::oneshot(token.as_bytes()).to_le_bytes()
+}
+
+/// What travels beside a message: its number, from 1 on; when it was sent, ns since 1970; who sent it.
+pub fn attachment(number: i64, sent_ns: i64, identity: [u8; 16]) -> [u8; ATTACHMENT_BYTES] {
+    let mut bytes = [0; ATTACHMENT_BYTES];
+    bytes[..8].copy_from_slice(&number.to_le_bytes());
+    bytes[8..16].copy_from_slice(&sent_ns.to_le_bytes());
+    bytes[16] = identity.len() as u8;
+    bytes[17..].copy_from_slice(&identity);
+    bytes
+}
+
+/// Where the newest message of a latched topic is asked for, and what says so.
+///
+/// Source: the advanced publisher of zenoh-ext, which rmw_zenoh uses. Its messages are told apart by their time stamps.
+pub fn latched(key: &str, session: &str) -> String {
+    format!("{key}/@adv/pub/{session}/uhlc/_")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCAN: Typed<'static> =
+        Typed { topic: "scan", type_name: "sensor_msgs::msg::dds_::LaserScan_", type_hash: "RIHS01_0" };
+
+    fn node(namespace: &str) -> Node {
+        let [session, namespace, name] = ["a1b2", namespace, "sketchnav_lab"].map(str::to_owned);
+        Node { domain: 7, session, namespace, name }
+    }
+
+    #[test]
+    fn a_key_has_domain_topic_type_and_hash() {
+        assert_eq!(node("").key(&SCAN), "7/scan/sensor_msgs::msg::dds_::LaserScan_/RIHS01_0");
+        assert_eq!(
+            node("fleet/lab").key(&SCAN),
+            "7/fleet/lab/scan/sensor_msgs::msg::dds_::LaserScan_/RIHS01_0"
+        );
+    }
+
+    #[test]
+    fn tokens_say_who_publishes_what_and_how() {
+        assert_eq!(node("").token(), "@ros2_lv/7/a1b2/0/0/NN/%/%/sketchnav_lab");
+        assert_eq!(node("fleet/lab").token(), "@ros2_lv/7/a1b2/0/0/NN/%/%fleet%lab/sketchnav_lab");
+        assert_eq!(
+            node("").token_of(1, End::Publisher, &SCAN, Delivery::Sensor),
+            "@ros2_lv/7/a1b2/0/1/MP/%/%/sketchnav_lab/%scan/sensor_msgs::msg::dds_::LaserScan_/RIHS01_0/2::,5:,:,:,,"
+        );
+        assert_eq!(
+            node("lab").token_of(12, End::Subscription, &SCAN, Delivery::Latched),
+            "@ros2_lv/7/a1b2/0/12/MS/%/%lab/sketchnav_lab/%lab%scan/sensor_msgs::msg::dds_::LaserScan_/RIHS01_0/:1:,1:,:,:,,"
+        );
+    }
+
+    #[test]
+    fn a_quality_is_written_without_what_is_the_default() {
+        assert_eq!(quality(Delivery::Reliable { depth: 10 }), "::,10:,:,:,,");
+        assert_eq!(quality(Delivery::Reliable { depth: 42 }), "::,:,:,:,,");
+    }
+
+    /// Found by the reference, the Python package `xxhash`: rmw_zenoh takes the lower half first.
+    #[test]
+    fn an_identity_is_the_hash_of_the_token() {
+        let hex = |token: &str| identity(token).map(|byte| format!("{byte:02x}")).concat();
+        assert_eq!(hex(""), "7f498d4624c30160d8984701d306aa99");
+        let token = node("").token_of(1, End::Publisher, &SCAN, Delivery::Sensor);
+        assert_eq!(hex(&token), "ed0cbecb897701fa350664b508734456");
+        assert_eq!(hex(&"x".repeat(300)), "5435c87d60b4d1a57abcd72aea375212");
+    }
+
+    #[test]
+    fn an_attachment_is_number_time_and_identity() {
+        let bytes = attachment(1, 0x0203, [9; 16]);
+        let expected = [&[1, 0, 0, 0, 0, 0, 0, 0, 3, 2, 0, 0, 0, 0, 0, 0, 16][..], &[9; 16]].concat();
+        assert_eq!(bytes[..], expected);
+    }
+
+    #[test]
+    fn a_latched_topic_is_asked_where_the_advanced_publisher_answers() {
+        assert_eq!(latched("7/sketch/T_/RIHS01_0", "a1b2"), "7/sketch/T_/RIHS01_0/@adv/pub/a1b2/uhlc/_");
+    }
+}

@@ -58,7 +58,7 @@ impl Drive {
         mission.task[0].time_limit_s = 1000.0;
         let run = RunConfig::lockstep("t", mission, Robot::parse(NOMAD).unwrap(), 1);
         let mut planner = Planner::new(&RunConfig { pad, ..run }).unwrap();
-        let cells = Instructions { sketch: None, words: WORDS.into() }.write().unwrap();
+        let cells = Instructions { sketch: None, words: WORDS.into(), markers: Vec::new() }.write().unwrap();
         let route = LandmarkRoute::zeroed();
         planner.hear(&Heard::new(LANDMARK_ROUTE.spec, bytemuck::bytes_of(&route), &cells)).unwrap();
         let (mut view, mut odometry) =

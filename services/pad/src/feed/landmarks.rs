@@ -197,7 +197,7 @@ mod tests {
         let sketch =
             Sketch { landmarks, route: vec![[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]], metres_per_pixel: 0.1 };
         let words = "When the desk is left, then turn left.\nAt the end, stop.\n".to_owned();
-        Canvas::of(&Instructions { sketch: Some(sketch), words })
+        Canvas::of(&Instructions { sketch: Some(sketch), words, markers: Vec::new() })
     }
 
     fn robot() -> Robot {

@@ -12,6 +12,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::{FaultKind, Order, Process};
+use sketchnav_schemas::message::Here;
 
 use crate::node::Node;
 use crate::system::System;
@@ -21,7 +22,7 @@ use crate::{Error, Result};
 const MAX_WORDS: usize = 512;
 
 /// Something that the supervisor is to know.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Notice {
     /// What has happened.
     pub kind: FaultKind,
@@ -35,8 +36,26 @@ pub struct Notice {
     pub missing: u32,
     /// What there is to say.
     pub words: String,
-    /// What a tool has the supervisor order, and the task that it is about.
-    pub order: Option<(Order, u32)>,
+    /// What a tool has the supervisor order.
+    pub order: Option<Ordered>,
+}
+
+/// An order that the supervisor is to give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ordered {
+    /// What is ordered.
+    pub order: Order,
+    /// The task that it is about, from 0, where the order names one.
+    pub task: u32,
+    /// Where the robot is, of an order `here`.
+    pub here: Option<Here>,
+}
+
+impl Ordered {
+    /// An order without a place.
+    pub fn new(order: Order, task: u32) -> Self {
+        Self { order, task, here: None }
+    }
 }
 
 /// A notice as it stands in the file.
@@ -50,6 +69,8 @@ struct Line {
     words: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     order: Option<(u32, u32)>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    here: Option<Here>,
 }
 
 impl Notice {
@@ -62,14 +83,16 @@ impl Notice {
             signal: self.signal,
             missing: self.missing,
             words: self.words[..end.unwrap_or(0)].to_owned(),
-            order: self.order.map(|(order, task)| (order.code(), task)),
+            order: self.order.map(|ordered| (ordered.order.code(), ordered.task)),
+            here: self.order.and_then(|ordered| ordered.here),
         }
     }
 }
 
 impl Line {
     fn notice(self) -> Option<Notice> {
-        let order = |(code, task)| Some((Order::from_code(code)?, task));
+        let here = self.here;
+        let order = |(code, task)| Some(Ordered { order: Order::from_code(code)?, task, here });
         Some(Notice {
             // An order that is none makes the line none.
             order: match self.order {
@@ -106,19 +129,19 @@ impl System {
         sent.map_err(|error| Error::Signal { process, pid, source: error.into() })
     }
 
-    /// Has the supervisor give the planner an order, and report who asked for it. `by` names who does it.
+    /// Has the supervisor give the navigator an order, and report who asked for it. `by` names who does it.
     ///
     /// # Errors
     /// [`Error::File`] where the system has gone.
-    pub fn order(&self, order: Order, task: u32, by: &str) -> Result<()> {
+    pub fn order(&self, ordered: Ordered, by: &str) -> Result<()> {
         self.notify(&Notice {
             kind: FaultKind::Injected,
             process: Process::Planner,
             pid: 0,
             signal: 0,
             missing: 0,
-            words: format!("{by}: ordered {order}"),
-            order: Some((order, task)),
+            words: format!("{by}: ordered {}", ordered.order),
+            order: Some(ordered),
         })
     }
 
@@ -206,6 +229,8 @@ impl Notices {
 
 #[cfg(test)]
 mod tests {
+    use sketchnav_schemas::geometry::Point;
+
     use super::*;
 
     fn notice(words: &str) -> Notice {
@@ -215,9 +240,16 @@ mod tests {
 
     #[test]
     fn an_order_survives_the_file_and_one_that_is_none_is_passed_over() {
-        let ordered = Notice { order: Some((Order::Pause, 3)), ..notice("send: ordered pause") };
+        let here = Here { at: Point::new(12.5, 0.1), yaw_rad: Some(-0.1) };
+        for order in
+            [Ordered::new(Order::Pause, 3), Ordered { here: Some(here), ..Ordered::new(Order::Here, 0) }]
+        {
+            let ordered = Notice { order: Some(order), ..notice("send: ordered something") };
+            let text = serde_json::to_string(&ordered.line()).unwrap();
+            assert_eq!(serde_json::from_str::<Line>(&text).unwrap().notice(), Some(ordered));
+        }
+        let ordered = Notice { order: Some(Ordered::new(Order::Pause, 3)), ..notice("send: ordered pause") };
         let text = serde_json::to_string(&ordered.line()).unwrap();
-        assert_eq!(serde_json::from_str::<Line>(&text).unwrap().notice(), Some(ordered));
         let unknown = text.replace("[3,3]", "[99,3]");
         assert_ne!(unknown, text);
         assert_eq!(serde_json::from_str::<Line>(&unknown).unwrap().notice(), None);

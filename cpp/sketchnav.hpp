@@ -191,13 +191,22 @@ struct MissionCommand {
     static constexpr std::uint32_t ORDER_RESUME = 4;
     static constexpr std::uint32_t ORDER_UNATTENDED = 5;
     static constexpr std::uint32_t ORDER_GOAL = 6;
+    static constexpr std::uint32_t ORDER_HERE = 7;
     std::uint32_t order;
     std::uint32_t task;
+    double here_px[2];
+    double here_yaw_rad;
+    std::uint32_t has_heading;
+    std::uint32_t reserved;
 };
-static_assert(std::is_trivially_copyable_v<MissionCommand> && sizeof(MissionCommand) == 32);
+static_assert(std::is_trivially_copyable_v<MissionCommand> && sizeof(MissionCommand) == 64);
 static_assert(offsetof(MissionCommand, header) == 0);
 static_assert(offsetof(MissionCommand, order) == 24);
 static_assert(offsetof(MissionCommand, task) == 28);
+static_assert(offsetof(MissionCommand, here_px) == 32);
+static_assert(offsetof(MissionCommand, here_yaw_rad) == 48);
+static_assert(offsetof(MissionCommand, has_heading) == 56);
+static_assert(offsetof(MissionCommand, reserved) == 60);
 
 struct Contact {
     Header header;
@@ -885,8 +894,8 @@ inline constexpr std::array<Channel, 34> CHANNELS{{
     {"directions", "sketchnav/Directions/1/6f64871dae83bea2", sizeof(Directions), false},
     {"itinerary", "sketchnav/Itinerary/1/1c577744a22642b1", sizeof(Itinerary), false},
     {"understood", "sketchnav/Understood/1/cf0efb456e05d81e", sizeof(Understood), false},
-    {"orders", "sketchnav/MissionCommand/1/0c99fbc15d415825", sizeof(MissionCommand), false},
-    {"mission", "sketchnav/MissionCommand/1/0c99fbc15d415825", sizeof(MissionCommand), false},
+    {"orders", "sketchnav/MissionCommand/2/a84b107d9cf57f48", sizeof(MissionCommand), false},
+    {"mission", "sketchnav/MissionCommand/2/a84b107d9cf57f48", sizeof(MissionCommand), false},
     {"contact", "sketchnav/Contact/1/ef5da161b2eb61b4", sizeof(Contact), false},
     {"truth", "sketchnav/GroundTruth/1/20954d63b5e53b0a", sizeof(GroundTruth), false},
     {"people", "sketchnav/People/1/0a047672a30ae3ef", sizeof(People), false},

@@ -7,6 +7,8 @@ use std::process::Command;
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
+use sketchnav_recordings::Recording;
+use sketchnav_schemas::channels::MISSION;
 use support::{Ended, Place, Running, repository, room, skipped, wait_until};
 
 const NAME: &str = "tools";
@@ -213,6 +215,7 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     assert!(wrong.code == Some(2) && wrong.err.contains("--task: expected 1 to 9"), "{wrong}");
     let wrong = place.run("send fly");
     assert!(wrong.code == Some(2) && wrong.err.contains("pause"), "{wrong}");
+    says_where_it_is(&place);
     place.fine("send abort");
     let report = running.end().json();
     assert!(report["tasks"][0]["reason"].as_str().unwrap().contains("given up by a person"), "{report:#}");
@@ -220,8 +223,45 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     let info = place.fine(&format!("info {recording} --json")).json();
     let words: Vec<_> =
         info["faults"].as_array().unwrap().iter().map(|fault| fault["words"].clone()).collect();
-    assert_eq!(words, ["send: ordered pause", "send: ordered resume", "send: ordered abort"]);
+    let expected = ["pause", "resume", "here", "abort"].map(|order| format!("send: ordered {order}"));
+    assert_eq!(words, expected);
+    let orders: Vec<_> = Recording::open(recording.as_ref())
+        .unwrap()
+        .channel(MISSION)
+        .unwrap()
+        .filter_map(|order| order.unwrap().0.here())
+        .collect();
+    let [here] = orders[..] else { panic!("{orders:?}") };
+    assert!(here.at.x == 1700.0 && here.yaw_rad == Some(-std::f64::consts::FRAC_PI_2), "{here:?}");
     place.assert_nothing_left(NAME);
+}
+
+/// The estimate follows; what is no place of the drawing is bad input.
+fn says_where_it_is(place: &Place) {
+    let told = place.fine("send here --at 1700,300 --heading -90 --json").json();
+    assert_eq!(
+        (&told["order"], &told["at"]),
+        (&"here".into(), &serde_json::json!([1700.0, 300.0])),
+        "{told:#}"
+    );
+    support::wait_until("the estimate there", || {
+        let told = place.fine("echo estimate --once --field pose.position.x");
+        let fields = lines(&told)[0]["fields"].clone();
+        fields["pose.position.x"].as_f64().is_some_and(|x| (x - 1700.0).abs() < 250.0)
+    });
+    for (wrong, words) in [
+        ("here", "expected --at X,Y, found none"),
+        ("here --at 300", "expected two numbers"),
+        ("here --at 300,-1", "expected a place in the drawing of"),
+        ("here --at 99999,1", "found 99999,1"),
+        ("here --at 1,1 --heading 720", "-360 to 360 degrees"),
+        ("here --at 1,1 --task 2", "--task"),
+        ("here --heading 7", "--at"),
+        ("pause --at 1,1", "expected the order `here`, found `pause`"),
+    ] {
+        let wrong = place.run(&format!("send {wrong}"));
+        assert!(wrong.code == Some(2) && wrong.err.contains(words), "{words}: {wrong}");
+    }
 }
 
 #[test]

@@ -130,6 +130,10 @@ MissionCommand = np.dtype(
         ("header", Header),
         ("order", "<u4"),
         ("task", "<u4"),
+        ("here_px", "<f8", (2,)),
+        ("here_yaw_rad", "<f8"),
+        ("has_heading", "<u4"),
+        ("reserved", "<u4"),
     ]
 )
 
@@ -555,8 +559,8 @@ CHANNELS = {
     "directions": ("sketchnav/Directions/1/6f64871dae83bea2", Directions, False, ("planner", "recorder",)),
     "itinerary": ("sketchnav/Itinerary/1/1c577744a22642b1", Itinerary, False, ("pad", "recorder",)),
     "understood": ("sketchnav/Understood/1/cf0efb456e05d81e", Understood, False, ("pad", "recorder",)),
-    "orders": ("sketchnav/MissionCommand/1/0c99fbc15d415825", MissionCommand, False, ("planner", "recorder",)),
-    "mission": ("sketchnav/MissionCommand/1/0c99fbc15d415825", MissionCommand, False, ("planner", "recorder",)),
+    "orders": ("sketchnav/MissionCommand/2/a84b107d9cf57f48", MissionCommand, False, ("localizer", "planner", "recorder",)),
+    "mission": ("sketchnav/MissionCommand/2/a84b107d9cf57f48", MissionCommand, False, ("localizer", "planner", "recorder",)),
     "contact": ("sketchnav/Contact/1/ef5da161b2eb61b4", Contact, False, ("recorder",)),
     "truth": ("sketchnav/GroundTruth/1/20954d63b5e53b0a", GroundTruth, False, ("recorder",)),
     "people": ("sketchnav/People/1/0a047672a30ae3ef", People, False, ("recorder",)),

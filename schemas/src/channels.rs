@@ -258,9 +258,9 @@ channels! {
     /// What became of what a person draws.
     UNDERSTOOD: Reply Understood = "understood", SKETCHER => [Pad];
     /// What the person at the pad wants.
-    ORDERS: Request MissionCommand = "orders", PAD => [Planner];
+    ORDERS: Request MissionCommand = "orders", PAD => [Localizer, Planner];
     /// What the mission wants.
-    MISSION: Request MissionCommand = "mission", SUPERVISOR => [Planner];
+    MISSION: Request MissionCommand = "mission", SUPERVISOR => [Localizer, Planner];
     /// Touches of walls, furniture and people.
     CONTACT: Detail Contact = "contact", WORLD => [], up to 4 a tick;
     /// The true pose; no navigator may open it.

@@ -213,6 +213,8 @@ codes! {
         Unattended = 5 "unattended",
         /// Leave the task that is under way for the one that the order names; those behind it follow.
         Goal = 6 "goal",
+        /// Take the robot to be where the order says: what ROS calls `initialpose`.
+        Here = 7 "here",
     }
 
     /// What a [`crate::message::Drawing`] holds.

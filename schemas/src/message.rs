@@ -424,11 +424,19 @@ messages! {
     }
 
     /// What the person wants.
-    pub struct MissionCommand version 1 in "" {
+    pub struct MissionCommand version 2 in "sketch" {
         /// What is ordered.
         pub order: u32 as Order,
         /// The task that it is about, where the order names one.
         pub task: u32,
+        /// Where in the sketch the robot is, of an order `here`; zeros in all others.
+        pub here_px: [f64; 2],
+        /// Its heading there; 0 where `has_heading` is.
+        pub here_yaw_rad: f64,
+        /// 1: the heading is given, 0: it is not.
+        pub has_heading: u32,
+        /// Zero.
+        pub reserved: u32 as Zero,
     }
 
     /// How the mission stands.
@@ -613,6 +621,33 @@ parts! {
         pub scale_b_pxpm: f32,
         /// Normalized weight.
         pub weight: f32,
+    }
+}
+
+/// Where a person says that the robot is, in the sketch.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Here {
+    /// The place.
+    pub at: Point<Sketch>,
+    /// The heading, radians, where it is said.
+    pub yaw_rad: Option<f64>,
+}
+
+impl MissionCommand {
+    /// Where a person says that the robot is; `None` of every order but `here`, and where a number is not finite.
+    pub fn here(&self) -> Option<Here> {
+        let is_finite = self.here_px.iter().chain([&self.here_yaw_rad]).all(|number| number.is_finite());
+        (self.order == Order::Here.code() && is_finite).then(|| Here {
+            at: Point::new(self.here_px[0], self.here_px[1]),
+            yaw_rad: (self.has_heading != 0).then_some(self.here_yaw_rad),
+        })
+    }
+
+    /// Writes where the robot is.
+    pub fn set_here(&mut self, here: &Here) {
+        self.here_px = [here.at.x, here.at.y];
+        self.here_yaw_rad = here.yaw_rad.unwrap_or_default();
+        self.has_heading = here.yaw_rad.is_some().into();
     }
 }
 

@@ -171,7 +171,7 @@ pub fn write_beginning(writer: &mut Writer<BufWriter<File>>) {
     let (map, cells) = sketch();
     writer.write(channels::SKETCH, &map, &cells).unwrap();
     writer.write(channels::ROUTE, &route(), &[]).unwrap();
-    let order = MissionCommand { header: latched(), order: Order::Start.code(), task: 0 };
+    let order = MissionCommand { header: latched(), order: Order::Start.code(), ..Zeroable::zeroed() };
     writer.write(channels::MISSION, &order, &[]).unwrap();
 }
 

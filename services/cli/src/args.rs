@@ -254,9 +254,9 @@ pub enum Command {
         #[command(flatten)]
         options: RestartOptions,
     },
-    /// Give a running mission one order by hand: start, abort, pause, resume, unattended or goal.
+    /// Give a running mission one order by hand: start, abort, pause, resume, unattended, goal or here.
     #[command(
-        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3"
+        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to say where in the drawing the robot is: sketchnav send here --at 520,90"
     )]
     Send {
         #[command(flatten)]

@@ -8,9 +8,14 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, anyhow};
 use nix::sys::signal::Signal;
 use sketchnav_landmarks::mission::KIND as LANDMARKS;
-use sketchnav_runtime::{Node, SendTimes, System, Wake};
-use sketchnav_schemas::channels::MISSION;
+use sketchnav_runtime::{Node, Ordered, SendTimes, System, Wake};
+use sketchnav_schemas::channels::{MISSION, UNDERSTOOD};
 use sketchnav_schemas::codes::{Order, Process};
+use sketchnav_schemas::geometry::Point;
+use sketchnav_schemas::message::{Here, MissionCommand, Understood};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::sketch_mission::KIND as SKETCH;
+use sketchnav_sketch::sketcher::understand;
 
 use crate::args::{RestartOptions, SendOptions};
 use crate::failure::{Failure, OrInput, Outcome};
@@ -76,36 +81,26 @@ fn successor(system: &System, process: Process, before: u32, patience: Duration)
 pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let (name, run) = (system.name().to_owned(), system.run_config().or_input()?);
-    let (order, tasks) = (options.order, run.mission.task.len() as u32);
-    // An order to resume has the number of a state in the place of a task's.
-    let task = options.state.unwrap_or(options.task - 1);
-    if options.state.is_some() && (order != Order::Resume || run.mission.navigator_kind() != LANDMARKS) {
-        let expected = format!("--state: expected `resume` of a mission of kind {LANDMARKS:?}");
-        let found = format!("found `{order}` of kind {:?}", run.mission.navigator_kind());
-        return Err(Failure::Input(anyhow!("{expected}, {found}")));
-    }
-    if options.state.is_none() && task >= tasks.max(1) {
-        let found = options.task;
-        return Err(Failure::Input(anyhow!(
-            "--task: expected 1 to {tasks}, for {name:?} has {tasks} tasks, found {found}"
-        )));
-    }
+    let task = task_of(options, &name, &run)?;
+    check_place(options, &run)?;
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
+    let here = options.at.map(|at| here(&node, &run, at, options.heading)).transpose()?;
+    let ordered = Ordered { order: options.order, task, here };
     let mut orders = node.reader(MISSION).context("the channel of orders")?;
     // What was ordered before comes first.
     let mut last = newest(&node)?;
-    node.system().order(order, task, "send").context("ordering")?;
+    node.system().order(ordered, "send").context("ordering")?;
     let limit = Instant::now() + options.timeout;
     loop {
         while let Some(given) = orders.receive().context("the channel of orders")? {
-            let is_ours = given.header.seq > last && given.order == order.code() && given.task == task;
+            let is_ours = given.header.seq > last && is_order(&given, &ordered);
             last = last.max(given.header.seq);
             if is_ours {
-                return told(options.json, &name, options, last, given.header.stamp_ns);
+                return told(options, &name, last, given.header.stamp_ns);
             }
         }
         if Instant::now() > limit || System::open(&name).is_err() {
-            let seconds = options.timeout.as_secs_f64();
+            let (order, seconds) = (options.order, options.timeout.as_secs_f64());
             let expected =
                 format!("expected {order:?} on channel {:?} within {seconds} s", MISSION.spec.name);
             return Err(Failure::Other(anyhow!(
@@ -113,9 +108,75 @@ pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
             )));
         }
         if node.nap(LOOK_EVERY) == Wake::Terminate {
-            return Err(Failure::Other(anyhow!("interrupted before {order} was on its channel")));
+            return Err(Failure::Other(anyhow!("interrupted before {} was on its channel", options.order)));
         }
     }
+}
+
+fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
+    given.order == ordered.order.code() && given.task == ordered.task && given.here() == ordered.here
+}
+
+/// The task that the order is about, from 0; an order to resume has the number of a state in its place.
+fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, Failure> {
+    let (order, tasks) = (options.order, run.mission.task.len() as u32);
+    if let Some(state) = options.state {
+        if order != Order::Resume || run.mission.navigator_kind() != LANDMARKS {
+            let expected = format!("--state: expected `resume` of a mission of kind {LANDMARKS:?}");
+            let found = format!("found `{order}` of kind {:?}", run.mission.navigator_kind());
+            return Err(Failure::Input(anyhow!("{expected}, {found}")));
+        }
+        return Ok(state);
+    }
+    let task = options.task - 1;
+    if task >= tasks.max(1) {
+        let found = options.task;
+        return Err(Failure::Input(anyhow!(
+            "--task: expected 1 to {tasks}, for {system:?} has {tasks} tasks, found {found}"
+        )));
+    }
+    Ok(task)
+}
+
+/// The order `here` has a place, no other one has, and its mission has a drawing.
+fn check_place(options: &SendOptions, run: &RunConfig) -> Result<(), Failure> {
+    let kind = run.mission.navigator_kind();
+    match (options.order, options.at) {
+        (Order::Here, None) => Err(Failure::Input(anyhow!("`here`: expected --at X,Y, found none"))),
+        (Order::Here, Some(_)) if kind != SKETCH => {
+            Err(Failure::Input(anyhow!("`here`: expected a mission of kind {SKETCH:?}, found kind {kind:?}")))
+        }
+        (Order::Here, Some(_)) | (_, None) => Ok(()),
+        (order, Some(_)) => Err(Failure::Input(anyhow!("--at: expected the order `here`, found `{order}`"))),
+    }
+}
+
+/// A place of the drawing that holds now, in the sketch.
+fn here(node: &Node, run: &RunConfig, at: [f64; 2], yaw_rad: Option<f64>) -> Result<Here, Failure> {
+    let (size_px, scale) = drawing(node, run)?;
+    let here = Here { at: Point::new(at[0] * scale, size_px[1] - at[1] * scale), yaw_rad };
+    if (0.0..size_px[0]).contains(&here.at.x) && (0.0..size_px[1]).contains(&here.at.y) {
+        return Ok(here);
+    }
+    let [width, height] = size_px.map(|side| side / scale);
+    let expected = format!("expected a place in the drawing of {width:.0} × {height:.0} px");
+    Err(Failure::Input(anyhow!("--at: {expected}, found {},{}", at[0], at[1])))
+}
+
+/// Width and height of the sketch, and its pixels an image pixel: of the last drawing that was taken over where people
+/// draw, else of the mission's.
+fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
+    if !run.pad.draws() {
+        let (drawing, _) = understand(run, &sketchnav_navigators::read_file).or_input()?;
+        return Ok(([drawing.width_px, drawing.height_px].map(f64::from), drawing.scale));
+    }
+    let mut answers = node.reader(UNDERSTOOD).context("the sketcher's answers")?;
+    let mut newest = None;
+    let take = |answer: &Understood| newest = Some(*answer).filter(|answer| answer.sketch_seq > 0).or(newest);
+    answers.take_kept(node, take).context("the sketcher's answers")?;
+    let answer =
+        newest.ok_or_else(|| Failure::Input(anyhow!("--at: expected a drawing, none was sent yet")))?;
+    Ok(([answer.sketch_width_px, answer.sketch_height_px].map(f64::from), answer.scale))
 }
 
 /// The number of the last order so far.
@@ -124,18 +185,15 @@ fn newest(node: &Node) -> anyhow::Result<u64> {
     Ok(sent.newest())
 }
 
-fn told(
-    json: bool,
-    system: &str,
-    options: &SendOptions,
-    seq: u64,
-    stamp_ns: u64,
-) -> Result<Outcome, Failure> {
+fn told(options: &SendOptions, system: &str, seq: u64, stamp_ns: u64) -> Result<Outcome, Failure> {
     let order = options.order;
-    if json {
-        let object = serde_json::json!({
+    if options.json {
+        let mut object = serde_json::json!({
             "system": system, "order": order, "task": options.task, "seq": seq, "stamp_ns": stamp_ns,
         });
+        if let Some(at) = options.at {
+            object["at"] = at.into();
+        }
         out!("{object}")?;
     } else {
         out!("{system}: {order} is order {seq} on channel {:?}", MISSION.spec.name)?;

@@ -16,7 +16,7 @@ use sketchnav_recordings::diff::{Comparison, Difference, Side, Tolerances};
 use sketchnav_recordings::reader::{Attachment, RawMessage, Selection, Topic};
 use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError, sources};
-use sketchnav_schemas::channels::{self, ChannelSpec, Role};
+use sketchnav_schemas::channels::{self, ChannelSpec, ORDERS, Role};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased::{self, Spare};
 use sketchnav_schemas::run::{Pace, RunConfig};
@@ -112,10 +112,10 @@ pub fn rerun<W: std::io::Write>(
     if process == Process::World && run.pace != Pace::Lockstep {
         return Err(RerunError::RealTime);
     }
-    // Who only watches gives orders, too; what the sketcher and the localizer do depends on none.
+    // Who only watches gives orders, too. What the sketcher does depends on none, what the localizer does on `here`.
     let depends_on_people = match process {
         Process::Sketcher => false,
-        Process::Localizer => run.pad.draws(),
+        Process::Localizer => run.pad.draws() || !run.pad.is_absent() && is_told_a_place(recording)?,
         _ => !run.pad.is_absent(),
     };
     if depends_on_people {
@@ -155,6 +155,16 @@ pub fn rerun<W: std::io::Write>(
         core: subject.spent(),
         wall: began.elapsed(),
     })
+}
+
+/// Whether somebody at the pad has said where the robot is.
+fn is_told_a_place(recording: &Recording) -> Result<bool, RecordingError> {
+    for order in recording.channel(ORDERS)? {
+        if order?.0.here().is_some() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// The ticks that the recorded process has answered; `None` where it answered all. In real time it may have

@@ -4,7 +4,7 @@
 
 use std::time::{Duration, Instant};
 
-use sketchnav_runtime::{Node, RawReader, RawSample, SendTimes, System, Wake};
+use sketchnav_runtime::{Node, Ordered, RawReader, RawSample, SendTimes, System, Wake};
 use sketchnav_schemas::channels::{self, ChannelSpec, FAULTS, HEALTH, ODOMETRY, Role};
 use sketchnav_schemas::erased::Spare;
 use sketchnav_schemas::ros2::{encode, transforms};
@@ -239,7 +239,7 @@ impl Orders {
                 Err(error) => Err(error),
             };
             match order {
-                Ok((order, task)) => system.order(order, task, "bridge ros2")?,
+                Ok((order, task)) => system.order(Ordered::new(order, task), "bridge ros2")?,
                 Err(error) => eprintln!("/{ORDER_TOPIC}: {error}"),
             }
         }

@@ -34,8 +34,13 @@ pub enum OrderError {
 }
 
 fn words() -> String {
-    let words: Vec<_> = Order::ALL.iter().map(|order| order.word()).collect();
+    let words: Vec<_> = Order::ALL.iter().filter(|order| is_word(order)).map(|order| order.word()).collect();
     format!("one of {}, with the number of a task behind it where it names one", words.join(", "))
+}
+
+/// Whether a word says all of an order. That the robot is somewhere needs a place of the sketch.
+fn is_word(order: &Order) -> bool {
+    *order != Order::Here
 }
 
 /// Reads an order such as `pause` or `goal 3`, for a mission of so many tasks. Tasks count from 1 there, from 0 here.
@@ -45,7 +50,7 @@ fn words() -> String {
 pub fn parse(text: &str, task_count: u32) -> Result<(Order, u32), OrderError> {
     let found = || text.chars().take(MAX_SHOWN).collect::<String>();
     let mut parts = text.split_whitespace();
-    let order = parts.next().and_then(|word| word.parse().ok());
+    let order = parts.next().and_then(|word| word.parse().ok()).filter(is_word);
     let order = order.ok_or_else(|| OrderError::Word { found: found() })?;
     let task = match (parts.next(), parts.next()) {
         (None, _) => Some(1),
@@ -98,7 +103,7 @@ mod tests {
 
     #[test]
     fn what_is_no_order_is_answered_with_those_that_are() {
-        for wrong in ["", "go", "START", "\0", "öffne"] {
+        for wrong in ["", "go", "START", "\0", "öffne", "here"] {
             let error = parse(wrong, 9).unwrap_err().to_string();
             assert!(error.contains("expected one of start, abort, pause"), "{wrong:?}: {error}");
         }

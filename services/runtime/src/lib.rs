@@ -55,7 +55,7 @@ pub use health::{HealthReporter, Step};
 pub use history::{SendTimes, Sent};
 pub use host::{HostError, host};
 pub use node::{Node, Wake, Waker};
-pub use notices::{Notice, Notices};
+pub use notices::{Notice, Notices, Ordered};
 pub use pacer::Pacer;
 pub use reader::{RawReader, RawSample, Reader, Sample};
 pub use survey::{Peer, Room};

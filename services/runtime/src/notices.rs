@@ -13,6 +13,7 @@ use nix::unistd::Pid;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::{FaultKind, Order, Process};
 use sketchnav_schemas::fault_plan::Starvation;
+use sketchnav_schemas::message::Here;
 
 use crate::node::Node;
 use crate::system::System;
@@ -36,10 +37,28 @@ pub struct Notice {
     pub missing: u32,
     /// What there is to say.
     pub words: String,
-    /// What a tool has the supervisor order, and the task that it is about.
-    pub order: Option<(Order, u32)>,
+    /// What a tool has the supervisor order.
+    pub order: Option<Ordered>,
     /// How little of the processor it gets from now on: its silence is to be borne.
     pub starvation: Option<Starvation>,
+}
+
+/// An order that the supervisor is to give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ordered {
+    /// What is ordered.
+    pub order: Order,
+    /// The task that it is about, from 0, where the order names one.
+    pub task: u32,
+    /// Where the robot is, of an order `here`.
+    pub here: Option<Here>,
+}
+
+impl Ordered {
+    /// An order without a place.
+    pub fn new(order: Order, task: u32) -> Self {
+        Self { order, task, here: None }
+    }
 }
 
 /// A notice as it stands in the file.
@@ -55,6 +74,8 @@ struct Line {
     order: Option<(u32, u32)>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     starvation: Option<Starvation>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    here: Option<Here>,
 }
 
 impl Notice {
@@ -67,7 +88,8 @@ impl Notice {
             signal: self.signal,
             missing: self.missing,
             words: self.words[..end.unwrap_or(0)].to_owned(),
-            order: self.order.map(|(order, task)| (order.code(), task)),
+            order: self.order.map(|ordered| (ordered.order.code(), ordered.task)),
+            here: self.order.and_then(|ordered| ordered.here),
             starvation: self.starvation,
         }
     }
@@ -75,7 +97,8 @@ impl Notice {
 
 impl Line {
     fn notice(self) -> Option<Notice> {
-        let order = |(code, task)| Some((Order::from_code(code)?, task));
+        let here = self.here;
+        let order = |(code, task)| Some(Ordered { order: Order::from_code(code)?, task, here });
         Some(Notice {
             // An order that is none makes the line none.
             order: match self.order {
@@ -114,19 +137,19 @@ impl System {
         sent.map_err(|error| Error::Signal { process, pid, source: error.into() })
     }
 
-    /// Has the supervisor give the planner an order, and report who asked for it. `by` names who does it.
+    /// Has the supervisor give the navigator an order, and report who asked for it. `by` names who does it.
     ///
     /// # Errors
     /// [`Error::File`] where the system has gone.
-    pub fn order(&self, order: Order, task: u32, by: &str) -> Result<()> {
+    pub fn order(&self, ordered: Ordered, by: &str) -> Result<()> {
         self.notify(&Notice {
             kind: FaultKind::Injected,
             process: Process::Planner,
             pid: 0,
             signal: 0,
             missing: 0,
-            words: format!("{by}: ordered {order}"),
-            order: Some((order, task)),
+            words: format!("{by}: ordered {}", ordered.order),
+            order: Some(ordered),
             starvation: None,
         })
     }
@@ -216,6 +239,8 @@ impl Notices {
 
 #[cfg(test)]
 mod tests {
+    use sketchnav_schemas::geometry::Point;
+
     use super::*;
 
     fn notice(words: &str) -> Notice {
@@ -226,9 +251,16 @@ mod tests {
 
     #[test]
     fn an_order_survives_the_file_and_one_that_is_none_is_passed_over() {
-        let ordered = Notice { order: Some((Order::Pause, 3)), ..notice("send: ordered pause") };
+        let here = Here { at: Point::new(12.5, 0.1), yaw_rad: Some(-0.1) };
+        for order in
+            [Ordered::new(Order::Pause, 3), Ordered { here: Some(here), ..Ordered::new(Order::Here, 0) }]
+        {
+            let ordered = Notice { order: Some(order), ..notice("send: ordered something") };
+            let text = serde_json::to_string(&ordered.line()).unwrap();
+            assert_eq!(serde_json::from_str::<Line>(&text).unwrap().notice(), Some(ordered));
+        }
+        let ordered = Notice { order: Some(Ordered::new(Order::Pause, 3)), ..notice("send: ordered pause") };
         let text = serde_json::to_string(&ordered.line()).unwrap();
-        assert_eq!(serde_json::from_str::<Line>(&text).unwrap().notice(), Some(ordered));
         let unknown = text.replace("[3,3]", "[99,3]");
         assert_ne!(unknown, text);
         assert_eq!(serde_json::from_str::<Line>(&unknown).unwrap().notice(), None);

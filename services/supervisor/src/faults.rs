@@ -3,9 +3,9 @@
 use std::os::unix::process::ExitStatusExt;
 use std::time::Duration;
 
-use sketchnav_runtime::{Node, Notice, Notices, Writer};
+use sketchnav_runtime::{Node, Notice, Notices, Ordered, Writer};
 use sketchnav_schemas::channels::FAULTS;
-use sketchnav_schemas::codes::{FaultKind, Order, Process};
+use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::fault_plan::Starvation;
 use sketchnav_schemas::message::{Fault, Header, Text};
 
@@ -20,7 +20,7 @@ pub(crate) struct Faults {
     now: Header,
     recording_stands: bool,
     /// What tools have it order, in turn.
-    orders: Vec<(Order, u32)>,
+    orders: Vec<Ordered>,
     /// Who is starved from now on, by process id.
     starved: Vec<(u32, Starvation)>,
 }
@@ -65,8 +65,8 @@ impl Faults {
         Ok(())
     }
 
-    /// What tools have the supervisor order since the last call, each with the task that it is about.
-    pub(crate) fn take_orders(&mut self) -> Vec<(Order, u32)> {
+    /// What tools have the supervisor order since the last call.
+    pub(crate) fn take_orders(&mut self) -> Vec<Ordered> {
         std::mem::take(&mut self.orders)
     }
 

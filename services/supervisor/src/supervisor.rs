@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::signal::Signal;
-use sketchnav_runtime::{Channels, Node, Reader, System, Wake, Writer};
+use sketchnav_runtime::{Channels, Node, Ordered, Reader, System, Wake, Writer};
 use sketchnav_schemas::channels::{HEALTH, MISSION, STATUS};
 use sketchnav_schemas::codes::{FaultKind, Order, Process, TaskState};
 use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, Text};
@@ -164,7 +164,7 @@ impl Supervisor {
         let mission = supervisor.ports.as_ref().and_then(|ports| ports.mission.as_ref());
         let is_ordered = mission.is_none_or(|mission| mission.last_sent().is_some());
         if !is_ordered && !pad.draws() {
-            supervisor.order(Order::Start, 0)?;
+            supervisor.order(Ordered::new(Order::Start, 0))?;
         }
         Ok(supervisor)
     }
@@ -199,15 +199,14 @@ impl Supervisor {
         self.node.as_ref()
     }
 
-    /// Sends an order to the planner, where the orders are not ceded. `task`: the task that it is about, where the
-    /// order names one.
-    pub fn order(&mut self, order: Order, task: u32) -> Result<()> {
+    /// Sends an order to the navigator, where the orders are not ceded.
+    pub fn order(&mut self, ordered: Ordered) -> Result<()> {
         if let Some(mission) = self.ports.as_mut().and_then(|ports| ports.mission.as_mut()) {
             let stamp_ns = self.status.map_or(0, |status| status.header.stamp_ns);
             mission.send(|message| {
                 message.header.stamp_ns = stamp_ns;
-                message.order = order.code();
-                message.task = task;
+                (message.order, message.task) = (ordered.order.code(), ordered.task);
+                ordered.here.iter().for_each(|here| message.set_here(here));
             })?;
         }
         Ok(())
@@ -339,7 +338,7 @@ impl Supervisor {
     /// Gives the orders of tools.
     fn pass_on_orders(&mut self) -> Result<()> {
         let orders = self.ports.as_mut().map(|ports| ports.faults.take_orders()).unwrap_or_default();
-        orders.into_iter().try_for_each(|(order, task)| self.order(order, task))
+        orders.into_iter().try_for_each(|ordered| self.order(ordered))
     }
 
     fn mission_ended(&self) -> bool {

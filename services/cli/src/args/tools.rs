@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use regex_lite::Regex;
+use sketchnav_schemas::bounds::ANGLE_DEG;
 use sketchnav_schemas::codes::{Order, Process};
 
 use super::values::{parse_pattern, parse_served};
@@ -136,6 +137,12 @@ pub struct SendOptions {
     /// With `resume`: the landmark state that a lost robot was led to, from 1. It goes on from there.
     #[arg(long, value_name = "N", conflicts_with = "task", value_parser = clap::value_parser!(u32).range(1..))]
     pub state: Option<u32>,
+    /// With `here`: where in the drawing the robot is, image pixels (column, row; row 0 at the top).
+    #[arg(long, value_name = "X,Y", value_parser = parse_place, conflicts_with_all = ["task", "state"])]
+    pub at: Option<[f64; 2]>,
+    /// With `here`: its heading, degrees counter-clockwise from "to the right" as one looks at the drawing.
+    #[arg(long, value_name = "DEG", value_parser = parse_heading, requires = "at", allow_negative_numbers = true)]
+    pub heading: Option<f64>,
     /// The system's name; may be left out where only one runs.
     #[arg(long)]
     pub system: Option<String>,
@@ -203,6 +210,20 @@ fn parse_order(text: &str) -> Result<Order, String> {
     text.parse()
 }
 
+/// A place of a drawing.
+fn parse_place(text: &str) -> Result<[f64; 2], String> {
+    let number = |part: &str| part.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let place = text.split_once(',').and_then(|(x, y)| Some([number(x)?, number(y)?]));
+    place.ok_or_else(|| "expected two numbers with a comma between them, as 520,90".into())
+}
+
+/// A heading, in radians.
+fn parse_heading(text: &str) -> Result<f64, String> {
+    let degrees = text.parse().ok().filter(|degrees| ANGLE_DEG.holds(*degrees));
+    let radians = degrees.map(f64::to_radians);
+    radians.ok_or_else(|| format!("expected a heading, {}", ANGLE_DEG.words))
+}
+
 fn parse_patience(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().filter(|seconds| (0.0..=3600.0).contains(seconds));
     let seconds = seconds.ok_or("expected a number of seconds, from 0 to 3600")?;
@@ -212,6 +233,18 @@ fn parse_patience(text: &str) -> Result<Duration, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_place_is_two_numbers_and_a_heading_at_most_a_turn() {
+        assert_eq!(parse_place("520, 90.5"), Ok([520.0, 90.5]));
+        for wrong in ["", "520", "520,", "a,b", "1,2,3", "nan,1", "1,inf"] {
+            assert!(parse_place(wrong).unwrap_err().contains("expected two numbers"), "{wrong}");
+        }
+        assert_eq!(parse_heading("-90"), Ok(-std::f64::consts::FRAC_PI_2));
+        for wrong in ["", "up", "361", "nan"] {
+            assert!(parse_heading(wrong).unwrap_err().contains("-360 to 360 degrees"), "{wrong}");
+        }
+    }
 
     #[test]
     fn patience_is_finite() {

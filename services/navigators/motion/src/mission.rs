@@ -192,8 +192,8 @@ impl Mission {
             Order::Pause => self.hold(Hold::Paused),
             Order::Unattended => self.hold(Hold::Unattended),
             Order::Resume => self.held = None,
-            // Of a task that there is not.
-            Order::Goal => {}
+            // Of a task that there is not; and where the robot is, which is for those who navigate to take in.
+            Order::Goal | Order::Here => {}
         }
     }
 
@@ -320,6 +320,11 @@ impl Mission {
         }
     }
 
+    /// Somebody has told a robot that is lost where it is: it goes on.
+    pub fn find(&mut self) {
+        self.held.take_if(|held| *held == Hold::Lost);
+    }
+
     /// Sets what the next status says. A reason that is too long is cut.
     pub fn report(&mut self, state: TaskState, reason: impl Display) {
         (self.state, self.reason) = (state.code(), Text::of(reason));
@@ -395,6 +400,13 @@ mod tests {
         assert_eq!((mission.phase, mission.state), (Phase::Driving, TaskState::Paused.code()));
         mission.obey(Order::Resume);
         assert!(mission.is_driving() && !mission.is_held());
+        mission.lose("no door");
+        mission.find();
+        assert!(mission.is_driving() && !mission.is_held());
+        mission.obey(Order::Pause);
+        mission.find();
+        assert!(mission.is_held(), "who was stopped by a person is not lost");
+        mission.obey(Order::Resume);
         let mut alone = driving(Pad::Absent);
         alone.lose("no door");
         assert_eq!((alone.phase, alone.state), (Phase::Ended, TaskState::Lost.code()));
@@ -455,7 +467,7 @@ mod tests {
 
     fn goal(task: u32) -> MissionCommand {
         let header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
-        MissionCommand { header, order: Order::Goal.code(), task }
+        MissionCommand { header, order: Order::Goal.code(), task, ..bytemuck::Zeroable::zeroed() }
     }
 
     #[test]

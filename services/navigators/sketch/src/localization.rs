@@ -125,6 +125,8 @@ pub struct State {
     covariance: Vec<f64>,
     effective_sample_size: f64,
     confidence: Confidence,
+    /// Where a person says that the robot is, until the next scan.
+    told: Option<Start>,
 }
 
 /// The filter: the drawing prepared, the state, and room to work in.
@@ -134,6 +136,8 @@ pub struct Localizer {
     mounting: Mounting,
     drive: Drive,
     start: Start,
+    /// Width and height of the drawing.
+    size_px: [usize; 2],
     grid: Grid,
     frame: ScaleFrame,
     scale_guess_pxpm: f32,
@@ -162,7 +166,8 @@ impl Localizer {
         mission_seed: u64,
     ) -> Result<Self, LocalizationError> {
         parameters.check()?;
-        start.check(sketch)?;
+        let size_px = [sketch.width(), sketch.height()];
+        start.check_within(size_px)?;
         let scale_guess_pxpm = extent_px(sketch) / parameters.building_size_m;
         let door_px = parameters.door_width_m * scale_guess_pxpm;
         let widened = (door_px > 0.0).then(|| doors::widened(sketch, door_px)).flatten();
@@ -175,6 +180,7 @@ impl Localizer {
             mounting,
             drive,
             start,
+            size_px,
             frame: ScaleFrame::new(sketch.wall_direction_rad()),
             scale_guess_pxpm,
             beam_model: BeamModel::new(&parameters),
@@ -200,14 +206,29 @@ impl Localizer {
     pub fn step(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> Estimate {
         self.beams.select(scan, &self.mounting, self.parameters.beams);
         self.beam_model.read(&self.beams, self.state.drawing_error);
-        if !self.state.started {
-            self.begin(odometry);
+        match (self.state.started, self.state.told.take()) {
+            (false, told) => {
+                self.start = told.unwrap_or(self.start);
+                self.begin(odometry);
+            }
+            (true, Some(told)) => self.begin_anew_at(&told, odometry),
+            (true, None) => {}
         }
         self.state.travel(odometry);
         if self.is_due() {
             self.update();
         }
         self.estimate()
+    }
+
+    /// A person says where the robot is. With the next scan all particles are drawn anew there.
+    ///
+    /// # Errors
+    /// [`LocalizationError::StartOutside`], and nothing has changed.
+    pub fn tell(&mut self, told: Start) -> Result<(), LocalizationError> {
+        told.check_within(self.size_px)?;
+        self.state.told = Some(told);
+        Ok(())
     }
 
     /// The particles.
@@ -392,6 +413,27 @@ impl Localizer {
         let at = [odometry.x, odometry.y, odometry.yaw_rad];
         (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
     }
+
+    /// Draws all particles anew where a person says that the robot is, as at the start. The drawing's mean scales stay;
+    /// those of the place are as this scan suggests, where the heading is known.
+    fn begin_anew_at(&mut self, told: &Start, odometry: &Pose<Odom>) {
+        let p = &self.parameters;
+        let [a_pxpm, b_pxpm] = self.state.proportions.mean_ln_scales.map(f32::exp);
+        let seen = told.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
+        let best = match told.has_any_heading() {
+            true => ScaledPose { a_pxpm, b_pxpm, ..seen },
+            false => believed(&seen, p),
+        };
+        let State { particles, rng, proportions, .. } = &mut self.state;
+        particles.make_anew(p.particles);
+        let terrain = Terrain { grid: &self.grid, frame: &self.frame, proportions: *proportions };
+        told.scatter(particles, [best.a_pxpm.ln(), best.b_pxpm.ln()], &terrain, p, rng);
+        self.propagate(&Motion::default());
+        let at = [odometry.x, odometry.y, odometry.yaw_rad];
+        (self.state.odometry, self.state.updated_at, self.state.best) = (at, at, best);
+        (self.state.travelled_m, self.state.turned_rad) = (0.0, 0.0);
+        self.state.confidence = Confidence::default();
+    }
 }
 
 impl State {
@@ -411,6 +453,7 @@ impl State {
             covariance: vec![0.0; 25],
             effective_sample_size: 0.0,
             confidence: Confidence::default(),
+            told: None,
         }
     }
 

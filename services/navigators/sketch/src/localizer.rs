@@ -2,12 +2,12 @@
 //!
 //! It answers every tick with one estimate, and once a simulated second with a sample of the particles before it.
 //! Instants wait for the sketch; where people draw while it runs, nothing waits, and with each new sketch the filter
-//! begins anew.
+//! begins anew. By an order `here` it begins anew where a person says that the robot is.
 
 pub mod core;
 
 use serde::Serialize;
-use sketchnav_schemas::channels::{ESTIMATE, ODOMETRY, PARTICLES, SCAN, SKETCH};
+use sketchnav_schemas::channels::{ESTIMATE, MISSION, ODOMETRY, ORDERS, PARTICLES, SCAN, SKETCH};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
@@ -30,12 +30,14 @@ impl Localizer {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "sketch localizer 4";
+    const FORM: &'static str = "sketch localizer 5";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
         if let Some(sketch) = message.on(SKETCH) {
             self.core.on_sketch(sketch, message.cells())?;
+        } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
+            self.core.on_order(order);
         }
         Ok(())
     }

@@ -1,13 +1,15 @@
 //! The localizer's core in its messages.
 
 use bytemuck::Zeroable;
-use sketchnav_schemas::codes::{FREE, Tracking, WALL};
-use sketchnav_schemas::geometry::Pose;
-use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
+use sketchnav_schemas::codes::{FREE, Order, Tracking, WALL};
+use sketchnav_schemas::geometry::{Point, Pose};
+use sketchnav_schemas::message::{
+    Header, Here, LaserScan, MissionCommand, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap,
+};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sketch::localizer::core::{Core, CoreError};
+use sketchnav_sketch::localizer::core::{Core, CoreError, State};
 
 const MISSION: &str = r#"
 name = "test"
@@ -174,6 +176,119 @@ fn with_another_sketch_the_filter_begins_anew() {
     answer(&mut core, &at_the_origin(), &scan(6), &mut second);
     assert_eq!(core.sketch_seq(), 2);
     assert!((first.pose.x_px - 50.0).abs() < 5.0 && (second.pose.x_px - 30.0).abs() < 10.0, "{second:?}");
+}
+
+fn here(x: f64, y: f64, yaw_rad: Option<f64>) -> MissionCommand {
+    let header = Header { seq: 2, stamp_ns: 500_000_000, source_seq: 0 };
+    let mut order = MissionCommand { header, order: Order::Here.code(), ..MissionCommand::zeroed() };
+    order.set_here(&Here { at: Point::new(x, y), yaw_rad });
+    order
+}
+
+/// A localizer of the room that has seen five scans.
+fn settled() -> Core {
+    let (mut core, (map, cells)) = (core("").unwrap(), room());
+    core.on_sketch(&map, &cells).unwrap();
+    let mut out = PoseEstimate::zeroed();
+    (1..=5).for_each(|seq| answer(&mut core, &at_the_origin(), &scan(seq), &mut out));
+    core
+}
+
+/// Places and headings of the particles, after an order and the scan behind it.
+fn particles_after(core: &mut Core, order: &MissionCommand) -> (PoseEstimate, Vec<[f32; 3]>) {
+    let (mut out, mut particles) = (PoseEstimate::zeroed(), Particles::zeroed());
+    core.on_order(order);
+    answer(core, &at_the_origin(), &scan(6), &mut out);
+    core.write_particles(0, &mut particles);
+    (
+        out,
+        particles.particles[..particles.count as usize].iter().map(|p| [p.x_px, p.y_px, p.yaw_rad]).collect(),
+    )
+}
+
+#[test]
+fn a_person_who_says_where_the_robot_is_has_its_particles_drawn_there() {
+    let (out, particles) = particles_after(&mut settled(), &here(25.0, 55.0, Some(1.0)));
+    assert!((out.pose.x_px - 25.0).abs() < 15.0 && (out.pose.y_px - 55.0).abs() < 15.0, "{:?}", out.pose);
+    assert!(particles.iter().all(|at| (at[0] - 25.0).hypot(at[1] - 55.0) < 30.0));
+    assert!(particles.iter().all(|at| (at[2] - 1.0).abs() < 1.0), "{particles:?}");
+    // Without a heading the robot looks where it looked before.
+    let (_, particles) = particles_after(&mut settled(), &here(25.0, 55.0, None));
+    assert!(particles.iter().all(|at| at[2].abs() < 1.0), "{particles:?}");
+}
+
+/// A lost robot does not know its heading either.
+#[test]
+fn a_lost_robot_that_is_told_a_place_tries_every_heading() {
+    let mut core = settled();
+    let mut covered = scan(6);
+    covered.ranges_m.fill(f32::NAN);
+    let mut out = PoseEstimate::zeroed();
+    for step in 0..100 {
+        answer(&mut core, &ahead(0.1 * f64::from(step)), &covered, &mut out);
+    }
+    assert_eq!(out.tracking, Tracking::Lost.code());
+    core.on_order(&here(50.0, 40.0, None));
+    let mut particles = Particles::zeroed();
+    answer(&mut core, &ahead(9.9), &covered, &mut out);
+    core.write_particles(0, &mut particles);
+    let quarter = |k: f32| {
+        let from = -std::f32::consts::PI + k * std::f32::consts::FRAC_PI_2;
+        let is_in = |yaw: f32| (from..from + std::f32::consts::FRAC_PI_2).contains(&yaw);
+        particles.particles[..particles.count as usize].iter().filter(|p| is_in(p.yaw_rad)).count()
+    };
+    assert!(
+        [0.0, 1.0, 2.0, 3.0].into_iter().all(|k| quarter(k) > 50),
+        "{:?}",
+        [0.0, 1.0, 2.0, 3.0].map(quarter)
+    );
+    // In the middle of a room that is longer than wide, it finds itself again.
+    for seq in 7..40 {
+        let x = (0.1 * f64::from(seq)).sin();
+        answer(&mut core, &ahead(9.9 + x), &scan_at(u64::from(seq as u32), x as f32), &mut out);
+    }
+    assert_ne!(out.tracking, Tracking::Lost.code());
+}
+
+/// Between the order and the next scan the place stands in the checkpoint alone.
+#[test]
+fn a_place_that_was_told_survives_the_localizer() {
+    let mut whole = settled();
+    let mut broken = settled();
+    let order = here(25.0, 55.0, None);
+    broken.on_order(&order);
+    let stored = postcard::to_stdvec(&broken.state()).unwrap();
+    let mut successor = settled();
+    successor.restore(postcard::from_bytes::<State>(&stored).unwrap());
+    let expected = particles_after(&mut whole, &order);
+    let mut again = (PoseEstimate::zeroed(), Particles::zeroed());
+    answer(&mut successor, &at_the_origin(), &scan(6), &mut again.0);
+    successor.write_particles(0, &mut again.1);
+    let particles: Vec<_> =
+        again.1.particles[..again.1.count as usize].iter().map(|p| [p.x_px, p.y_px, p.yaw_rad]).collect();
+    assert_eq!((again.0, particles), expected);
+}
+
+/// Without a drawing, outside of it, and before what the robot already knew, an order says nothing. A localizer without
+/// a checkpoint hears old orders again.
+#[test]
+fn a_place_that_is_none_or_is_old_changes_nothing() {
+    let nothing = MissionCommand { order: Order::Pause.code(), ..MissionCommand::zeroed() };
+    let expected = particles_after(&mut settled(), &nothing);
+    for order in [here(-1.0, 40.0, None), here(50.0, 80.5, None), here(f64::NAN, 40.0, None)] {
+        assert_eq!(particles_after(&mut settled(), &order), expected);
+    }
+    let anew = |order: &MissionCommand| {
+        let (mut core, (map, cells)) = (core("").unwrap(), room());
+        core.on_order(order);
+        core.begin_at(&PoseEstimate { header: order.header, ..expected.0 });
+        core.on_sketch(&map, &cells).unwrap();
+        particles_after(&mut core, order)
+    };
+    assert_eq!(
+        anew(&here(25.0, 55.0, None)),
+        anew(&MissionCommand { header: here(0.0, 0.0, None).header, ..nothing })
+    );
 }
 
 /// An estimate that waits for a sketch is at (0, 0), which is a place in every drawing. Who began there forgot the

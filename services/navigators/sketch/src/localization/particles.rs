@@ -57,6 +57,15 @@ impl ParticleSet {
         [&mut self.log_weight, &mut self.weight].into_iter().for_each(reserve);
     }
 
+    /// Makes it `count` particles of equal weight, wherever they are.
+    pub(super) fn make_anew(&mut self, count: usize) {
+        self.columns_mut().into_iter().for_each(|column| column.resize(count, 0.0));
+        self.log_weight.clear();
+        self.weight.clear();
+        self.log_weight.resize(count, 0.0);
+        self.weight.resize(count, 1.0 / count as f32);
+    }
+
     /// The coordinates: all that a particle takes along when it is copied.
     pub(super) fn columns_mut(&mut self) -> [&mut Vec<f32>; COORDINATES] {
         let Self { x_px, y_px, yaw_rad, ln_a, ln_b, anisotropy, .. } = self;

@@ -1,7 +1,11 @@
 //! Where the filter begins: where the person says that the robot is, and the scales that the first scan
 //! says. It changes nothing once the filter runs.
 
+use std::f64::consts::PI;
+
+use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Pose, Sketch};
 
 use super::LocalizationError;
@@ -15,13 +19,13 @@ use super::scales::{ScaledPose, least_squares, trimmed_means};
 use crate::sketch::SketchGrid;
 
 /// Where the person says that the robot starts.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// The pose in the drawing.
     pub pose: Pose<Sketch>,
     /// What the position may be off by, pixels.
     pub spread_px: f64,
-    /// What the heading may be off by, radians.
+    /// What the heading may be off by, radians; π or more: it may be any.
     pub spread_rad: f64,
 }
 
@@ -32,10 +36,15 @@ const FARTHEST: f32 = 8.0;
 
 impl Start {
     /// Refuses a start beside the drawing.
-    pub(super) fn check(&self, sketch: &SketchGrid) -> Result<(), LocalizationError> {
-        let (x, y, width, height) = (self.pose.x, self.pose.y, sketch.width(), sketch.height());
+    pub(super) fn check_within(&self, [width, height]: [usize; 2]) -> Result<(), LocalizationError> {
+        let (x, y) = (self.pose.x, self.pose.y);
         let inside = (0.0..width as f64).contains(&x) && (0.0..height as f64).contains(&y);
         if inside { Ok(()) } else { Err(LocalizationError::StartOutside { x, y, width, height }) }
+    }
+
+    /// Whether the heading may be any.
+    pub(super) fn has_any_heading(&self) -> bool {
+        self.spread_rad >= PI
     }
 
     /// The pose with the scales that the first scan suggests; `guess_pxpm` where it sees nothing.
@@ -87,7 +96,11 @@ impl Start {
         for i in 0..particles.len() {
             let place = free_place(terrain.grid, middle, &px_from_draw, rng);
             [particles.x_px[i], particles.y_px[i]] = place;
-            particles.yaw_rad[i] = wrap(self.pose.yaw_rad as f32 + spread_rad * normal(rng));
+            let off_rad = match self.has_any_heading() {
+                true => rng.random_range(-PI as f32..PI as f32),
+                false => spread_rad * normal(rng),
+            };
+            particles.yaw_rad[i] = wrap(self.pose.yaw_rad as f32 + off_rad);
             let anisotropy = terrain.proportions.anisotropy(parameters, rng);
             particles.anisotropy[i] = anisotropy;
             [particles.ln_a[i], particles.ln_b[i]] =

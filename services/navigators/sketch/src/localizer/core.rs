@@ -7,8 +7,10 @@ use crate::localization::{self, Estimate, LocalizationError, Localizer, Start};
 use crate::sketch::{CellsError, SketchGrid};
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::{Process, Tracking};
-use sketchnav_schemas::geometry::{Odom, Pose};
-use sketchnav_schemas::message::{LaserScan, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap};
+use sketchnav_schemas::geometry::{Odom, Pose, wrap_angle};
+use sketchnav_schemas::message::{
+    LaserScan, MissionCommand, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap,
+};
 use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
 use sketchnav_schemas::robot::{Drive, Laser, Robot, RobotError};
 use sketchnav_schemas::run::RunConfig;
@@ -84,6 +86,10 @@ pub struct Core {
     estimate: Option<Estimate>,
     /// Where the robot was, known better than where the drawing marks the start.
     start: Option<Start>,
+    /// Where the drawing marks the start.
+    marked: Option<Start>,
+    /// Orders that were given up to this time are too old, nanoseconds.
+    too_old_ns: Option<u64>,
 }
 
 impl Core {
@@ -105,6 +111,8 @@ impl Core {
             odometry: None,
             estimate: None,
             start: None,
+            marked: None,
+            too_old_ns: None,
         })
     }
 
@@ -118,6 +126,25 @@ impl Core {
         let variance = |i: usize| last.covariance[6 * i];
         let (spread_px, spread_rad) = (variance(0).max(variance(1)).sqrt(), variance(2).sqrt());
         self.start = Some(Start { pose: last.pose.pose(), spread_px, spread_rad });
+        self.too_old_ns = Some(last.header.stamp_ns);
+    }
+
+    /// Begins anew where a person says that the robot is, by an order `here`. The place may be as far off as the mark of
+    /// the start. A heading that is not given is the estimate's, or any where the robot is lost. It is ignored outside of
+    /// the drawing, before there is one, and where it was given before the estimate that this localizer has begun at.
+    pub fn on_order(&mut self, order: &MissionCommand) {
+        let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
+        let Some(here) = order.here().filter(|_| !is_old) else { return };
+        let (Some(localizer), Some(marked)) = (&mut self.localizer, self.marked) else { return };
+        let known = self.estimate.filter(|estimate| estimate.tracking != Tracking::Lost);
+        let heading = here.yaw_rad.or(known.map(|estimate| estimate.pose.yaw_rad));
+        let yaw_rad = heading.unwrap_or(marked.pose.yaw_rad);
+        // Before the first scan the heading is the one that is marked.
+        let is_any = heading.is_none() && self.estimate.is_some();
+        let spread_rad = if is_any { std::f64::consts::PI } else { marked.spread_rad };
+        let pose = Pose::new(here.at.x, here.at.y, wrap_angle(yaw_rad));
+        // Nobody is where there is no drawing.
+        let _ = localizer.tell(Start { pose, spread_rad, ..marked });
     }
 
     /// Takes in a sketch, the first or another; `cells` are the bytes behind the message. The filter begins
@@ -143,7 +170,7 @@ impl Core {
             ..last
         });
         self.localizer = Some(last.and_then(|last| begin(last).ok()).map_or_else(|| begin(marked), Ok)?);
-        (self.sketch_seq, self.estimate) = (map.header.seq, None);
+        (self.sketch_seq, self.estimate, self.marked) = (map.header.seq, None, Some(marked));
         Ok(())
     }
 

@@ -3,7 +3,12 @@
 mod support;
 
 use serde_json::Value;
+use sketchnav_recordings::Recording;
+use sketchnav_schemas::channels::{LANDMARK_VIEW, MISSION};
 use support::Place;
+
+/// The time between two heartbeats.
+const TICK_NS: u64 = 100_000_000;
 
 const SKETCH: &str = "sketches/a-04.json";
 /// A sketch that landmark states lead along.
@@ -71,11 +76,43 @@ fn a_sketch_and_its_words_drive_to_the_same_place() {
     let (by_words, again) = drive("words");
     assert_eq!(by_sketch, by_words);
     let commands = |recording: &str| {
-        let recording = sketchnav_recordings::Recording::open(std::path::Path::new(recording)).unwrap();
+        let recording = Recording::open(std::path::Path::new(recording)).unwrap();
         let commands = recording.channel(sketchnav_schemas::channels::COMMAND).unwrap();
         commands.map(|command| command.unwrap().0).collect::<Vec<_>>()
     };
     assert_eq!(commands(&recording), commands(&again));
+}
+
+/// A person says where in the sketch the robot is: half of the way back. It believes that from the next view on, and
+/// the recording has all that it takes to execute this again.
+#[test]
+fn a_robot_by_belief_is_told_where_it_is() {
+    let place = place("scene-a.toml");
+    let mut running = place.start("run mission.toml --system told --speed 1 --json --out told");
+    place.wait_until_driving(&mut running, "told");
+    let told = place.fine("send here --at 28,118 --heading 10 --system told --json").json();
+    assert_eq!(told["order"], "here", "{told:#}");
+    for (wrong, words) in [
+        ("here --at 161,10", "expected a place in the drawing of 160 × 160 px, found 161,10"),
+        ("resume --state 2 --at 1,1", "--at: expected the order `here`, found `resume`"),
+    ] {
+        let ended = place.run(&format!("send {wrong} --system told"));
+        assert_eq!(ended.code, Some(2), "{ended}");
+        assert!(ended.err.contains(words), "{ended}");
+    }
+    place.fine("send abort --system told");
+    let recording = running.end().json()["recording"].as_str().unwrap().to_owned();
+    let open = Recording::open(std::path::Path::new(&recording)).unwrap();
+    let orders: Vec<_> = open.channel(MISSION).unwrap().map(|order| order.unwrap().0).collect();
+    let (order, here) = orders.iter().find_map(|order| Some((order, order.here()?))).unwrap();
+    assert_eq!((here.at.x, here.at.y), (28.0, 42.0));
+    let mut views = open.channel(LANDMARK_VIEW).unwrap().map(|view| view.unwrap().0);
+    let next = views.find(|view| view.header.stamp_ns > order.header.stamp_ns + TICK_NS).unwrap().in_sketch();
+    // 160 pixels are 20.32 m.
+    let off_m = (next.x - 28.0 * 0.127).hypot(next.y - 42.0 * 0.127);
+    assert!(off_m < 1.0 && (next.yaw_rad - 0.17).abs() < 0.6, "{next:?}");
+    drop(views);
+    place.is_reproduced(&recording, &["sketcher", "localizer", "planner"]);
 }
 
 #[test]

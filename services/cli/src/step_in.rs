@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use nix::sys::signal::Signal;
-use sketchnav_landmarks::mission::KIND as LANDMARKS;
+use sketchnav_landmarks::file;
+use sketchnav_landmarks::mission::{Given, KIND as LANDMARKS, LandmarksMission, Method};
 use sketchnav_runtime::{Node, Ordered, SendTimes, System, Wake};
 use sketchnav_schemas::channels::{MISSION, UNDERSTOOD};
 use sketchnav_schemas::codes::{Order, Process};
@@ -143,11 +144,21 @@ fn check_place(options: &SendOptions, run: &RunConfig) -> Result<(), Failure> {
     let kind = run.mission.navigator_kind();
     match (options.order, options.at) {
         (Order::Here, None) => Err(Failure::Input(anyhow!("`here`: expected --at X,Y, found none"))),
-        (Order::Here, Some(_)) if kind != SKETCH => {
-            Err(Failure::Input(anyhow!("`here`: expected a mission of kind {SKETCH:?}, found kind {kind:?}")))
+        (Order::Here, Some(_)) if !has_place(run) => {
+            let expected = format!("a mission of kind {SKETCH:?}, or {LANDMARKS:?} by method \"belief\"");
+            Err(Failure::Input(anyhow!("`here`: expected {expected}, found kind {kind:?}")))
         }
         (Order::Here, Some(_)) | (_, None) => Ok(()),
         (order, Some(_)) => Err(Failure::Input(anyhow!("--at: expected the order `here`, found `{order}`"))),
+    }
+}
+
+/// Whether a robot of this mission believes to be somewhere in a drawing.
+fn has_place(run: &RunConfig) -> bool {
+    match run.mission.navigator_kind() {
+        SKETCH => true,
+        LANDMARKS => LandmarksMission::of(&run.mission).is_ok_and(|it| it.method == Method::Belief),
+        _ => false,
     }
 }
 
@@ -166,6 +177,9 @@ fn here(node: &Node, run: &RunConfig, at: [f64; 2], yaw_rad: Option<f64>) -> Res
 /// Width and height of the sketch, and its pixels an image pixel: of the last drawing that was taken over where people
 /// draw, else of the mission's.
 fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
+    if run.mission.navigator_kind() == LANDMARKS {
+        return canvas(run);
+    }
     if !run.pad.draws() {
         let (drawing, _) = understand(run, &sketchnav_navigators::read_file).or_input()?;
         return Ok(([drawing.width_px, drawing.height_px].map(f64::from), drawing.scale));
@@ -177,6 +191,18 @@ fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     let answer =
         newest.ok_or_else(|| Failure::Input(anyhow!("--at: expected a drawing, none was sent yet")))?;
     Ok(([answer.sketch_width_px, answer.sketch_height_px].map(f64::from), answer.scale))
+}
+
+/// The canvas of a mission's sketch of landmarks.
+fn canvas(run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
+    let mission = LandmarksMission::of(&run.mission).or_input()?;
+    let Given::Drawing(file, _) = mission.given else {
+        return Err(Failure::Input(anyhow!("`here`: expected a mission with a drawing, found one by words")));
+    };
+    let named = |why: String| Failure::Input(anyhow!("{file}: {why}"));
+    let bytes = sketchnav_navigators::read_file(&file).map_err(|error| named(error.to_string()))?;
+    let drawing = file::read(&bytes).map_err(|error| named(error.to_string()))?;
+    Ok((drawing.canvas, 1.0))
 }
 
 /// The number of the last order so far.

@@ -166,6 +166,24 @@ impl Belief {
         Self { settings, spare: Vec::with_capacity(count), hypotheses, chance, fit: 1.0 }
     }
 
+    /// A person says where the robot is. The hypotheses are drawn anew, as at the start; a heading that is not given, and
+    /// how the drawing is stretched, are the estimate's.
+    pub fn place(&mut self, at: At, heading_rad: Option<f64>) {
+        let Estimate { heading_rad: believed_rad, stretch, .. } = self.estimate();
+        let (settings, count) = (self.settings, self.hypotheses.len() as f64);
+        let heading_rad = heading_rad.unwrap_or(believed_rad);
+        for one in &mut self.hypotheses {
+            let mut normal = || -> f64 { StandardNormal.sample(&mut self.chance) };
+            *one = Hypothesis {
+                at: at.map(|x| x + settings.start_sd_m * normal()),
+                heading_rad: heading_rad + settings.start_heading_sd * normal(),
+                stretch: stretch * (settings.start_stretch_sd * normal()).exp(),
+                weight: 1.0 / count,
+            };
+        }
+        self.fit = 1.0;
+    }
+
     /// Room for what an update needs: a checkpoint keeps values, not room.
     pub fn reserve(&mut self) {
         self.spare.reserve_exact(self.hypotheses.len());
@@ -364,6 +382,21 @@ mod tests {
         };
         assert!(at(false) < 2.2, "{}", at(false));
         assert!((at(true) - 4.8).abs() < 0.9, "{}", at(true));
+    }
+
+    #[test]
+    fn a_robot_that_is_told_where_it_is_believes_it() {
+        let outlines = outlines();
+        let mut belief = Belief::new([0.0, 0.0], 0.0, Believing::default(), 3);
+        let mut memory = Memory::new(Remembering::default());
+        memory.see([Relation::polar(2.5, 2.0)].into_iter());
+        (0..100).for_each(|_| belief.seen(&memory, &outlines));
+        assert!(belief.estimate().fit < 0.15);
+        belief.place([6.0, 1.0], None);
+        let Estimate { at, heading_rad, fit, .. } = belief.estimate();
+        assert!(plane::distance(at, [6.0, 1.0]) < 0.1 && heading_rad.abs() < 0.2 && fit == 1.0, "{at:?}");
+        belief.place([6.0, 1.0], Some(2.0));
+        assert!((belief.estimate().heading_rad - 2.0).abs() < 0.05);
     }
 
     #[test]

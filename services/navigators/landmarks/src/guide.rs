@@ -152,6 +152,12 @@ impl Guide {
         }
     }
 
+    /// A person says where the robot is: it goes on from the nearest place of its route, and looks again if it was lost.
+    pub fn told(&mut self, at: At) {
+        self.journey.along_m = plane::nearest_along(&self.route, at);
+        self.look_again();
+    }
+
     /// How far along the drawn route the robot is, in drawn metres.
     pub const fn along_m(&self) -> f64 {
         self.journey.along_m
@@ -330,6 +336,17 @@ mod tests {
         assert_eq!(step(&mut guide, 0.8), (Drive::default(), None));
         guide.look_again();
         let (drive, outcome) = step(&mut guide, 0.8);
+        assert!(drive.speed_mps > 0.0 && outcome.is_none(), "{drive:?}");
+    }
+
+    #[test]
+    fn a_robot_that_is_told_where_it_is_goes_on_from_there() {
+        let mut robot = start();
+        robot.guide.restore(Journey { outcome: Some(Outcome::Lost), gone_m: 30.0, ..Journey::default() });
+        robot.guide.told([3.1, 0.4]);
+        assert!((robot.guide.along_m() - 3.1).abs() < 1e-9, "{}", robot.guide.along_m());
+        robot.at = [3.1, 0.4];
+        let (drive, outcome) = robot.step(1.8);
         assert!(drive.speed_mps > 0.0 && outcome.is_none(), "{drive:?}");
     }
 

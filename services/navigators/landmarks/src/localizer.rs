@@ -2,8 +2,10 @@
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::channels::{LANDMARK_ROUTE, LANDMARK_VIEW, MARKERS, ODOMETRY, SCAN, SONAR};
-use sketchnav_schemas::message::{LandmarkView, MarkerView, PoseM};
+use sketchnav_schemas::channels::{
+    LANDMARK_ROUTE, LANDMARK_VIEW, MARKERS, MISSION, ODOMETRY, ORDERS, SCAN, SONAR,
+};
+use sketchnav_schemas::message::{LandmarkView, MarkerView, MissionCommand, PoseM};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed;
 use sketchnav_stage::{Heard, Instant, Outbox, Stage, StageError};
@@ -16,6 +18,7 @@ use crate::mission::Parameters;
 use crate::motion::Motion;
 use crate::perception::{Perceiving, Perception};
 use crate::ring::{Ring, RingSensor};
+use crate::sketch::Sketch;
 use crate::view;
 
 /// The name of the belief's random stream.
@@ -30,6 +33,7 @@ pub struct Localizer {
     motion: Motion,
     /// Whether the route was heard.
     is_told: bool,
+    sketch: Option<Sketch>,
     locator: Option<Locator>,
     /// The markers on objects, by their numbers.
     markers: Vec<Marked>,
@@ -75,6 +79,7 @@ impl Localizer {
             perception,
             motion,
             is_told: false,
+            sketch: None,
             locator: None,
             markers: Vec::new(),
             marked: Vec::new(),
@@ -129,7 +134,7 @@ fn sense(ring: &mut Ring, instant: &Instant<'_>) -> bool {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "landmarks localizer 2";
+    const FORM: &'static str = "landmarks localizer 3";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
@@ -141,9 +146,13 @@ impl Stage for Localizer {
             self.marked.sort_unstable();
             self.marked.dedup();
             let marked = &self.marked;
-            let locator =
-                instructions.sketch.map(|sketch| Locator::new(&sketch, marked, self.locating, seed));
-            (self.locator, self.is_told) = (locator.transpose()?, true);
+            let locate = |sketch: &Sketch| Locator::new(sketch, marked, self.locating, seed);
+            self.locator = instructions.sketch.as_ref().map(locate).transpose()?;
+            (self.sketch, self.is_told) = (instructions.sketch, true);
+        } else if let Some(here) = message.on(MISSION).or(message.on(ORDERS)).and_then(MissionCommand::here)
+            && let (Some(locator), Some(sketch)) = (&mut self.locator, &self.sketch)
+        {
+            locator.place(sketch.place(&here), here.yaw_rad);
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ use crate::extraction::track::headings;
 use crate::memory::{Memory, Relation, Remembering, SeenMarker};
 use crate::numbers;
 use crate::outlines::Outlines;
+use crate::plane::At;
 use crate::route::INCH_M;
 use crate::sketch::Sketch;
 
@@ -97,6 +98,11 @@ impl Locator {
     /// Where everything is that is remembered.
     pub fn relations(&self) -> &[Relation] {
         self.located.memory.relations()
+    }
+
+    /// A person says where in the drawing the robot is, in drawn metres; and its heading there, where it is said.
+    pub fn place(&mut self, at: At, heading_rad: Option<f64>) {
+        self.located.belief.place(at, heading_rad);
     }
 
     /// The robot sees markers, where it is after the last step.

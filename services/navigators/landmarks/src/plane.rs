@@ -72,6 +72,25 @@ pub fn edges(outline: &[At]) -> impl Iterator<Item = [At; 2]> + Clone {
     outline.iter().zip(next).map(|(from, to)| [*from, *to])
 }
 
+/// How far along a line the point of it is that is nearest to a place.
+pub fn nearest_along(line: &[At], at: At) -> f64 {
+    let (mut before, mut best) = (0.0, (f64::INFINITY, 0.0));
+    for pair in line.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        let (along, off) = ([to[0] - from[0], to[1] - from[1]], [at[0] - from[0], at[1] - from[1]]);
+        let length = distance(from, to);
+        let square = length * length;
+        let part = if square > 0.0 { (along[0] * off[0] + along[1] * off[1]) / square } else { 0.0 };
+        let part = part.clamp(0.0, 1.0);
+        let off = distance(between(from, to, part), at);
+        if off < best.0 {
+            best = (off, before + part * length);
+        }
+        before += length;
+    }
+    best.1
+}
+
 /// The distance of a place to a segment.
 pub fn distance_to_segment(at: At, [from, to]: [At; 2]) -> f64 {
     let (along, off) = ([to[0] - from[0], to[1] - from[1]], [at[0] - from[0], at[1] - from[1]]);

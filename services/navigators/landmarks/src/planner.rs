@@ -9,7 +9,7 @@ use sketchnav_schemas::channels::{
 };
 use sketchnav_schemas::codes::{LandmarkEvent, Order, RouteCommand, TaskState};
 use sketchnav_schemas::floor_plan::Marker;
-use sketchnav_schemas::message::{LandmarkProgress, LandmarkView, MetRelation, Text, Twist};
+use sketchnav_schemas::message::{Here, LandmarkProgress, LandmarkView, MetRelation, Text, Twist};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::{Limits, Robot};
 use sketchnav_schemas::run::{Pace, RunConfig};
@@ -26,6 +26,7 @@ use crate::motion::Motion;
 use crate::perception::Seen;
 use crate::ring::Ring;
 use crate::route::{Command, Route};
+use crate::sketch::Sketch;
 use crate::view;
 
 /// A robot that goes slower than this gets nowhere, in metres a second.
@@ -36,7 +37,7 @@ enum Driver {
     /// By landmark states.
     States(Follower),
     /// By a belief; with the states, where there are any.
-    Belief { guide: Guide, route: Option<Route> },
+    Belief { guide: Guide, sketch: Sketch, route: Option<Route> },
 }
 
 /// What drives, as far as it changes.
@@ -222,6 +223,17 @@ impl Planner {
         self.course.standing_s = 0.0;
     }
 
+    /// A person says where in the sketch the robot is. States need no place: who drives by them ignores it.
+    fn place(&mut self, here: &Here) {
+        let Some(Driver::Belief { guide, sketch, .. }) = &mut self.driver else { return };
+        guide.told(sketch.place(here));
+        let along_m = guide.along_m();
+        self.course.next = self.along_m.iter().take_while(|at| **at <= along_m).count();
+        self.course.next = self.course.next.min(self.along_m.len().saturating_sub(1));
+        self.course.standing_s = 0.0;
+        self.mission.find();
+    }
+
     fn stop(&mut self) {
         self.course.command = [0.0; 2];
     }
@@ -377,7 +389,7 @@ impl Driver {
             return Ok(Self::States(Follower::new(route.ok_or_else(missing)?, parameters.states)?));
         }
         let sketch = instructions.sketch.as_ref().ok_or(Error::NoRoute { objects: 0, stray: 0 })?;
-        Ok(Self::Belief { guide: Guide::new(sketch, parameters.belief)?, route })
+        Ok(Self::Belief { guide: Guide::new(sketch, parameters.belief)?, sketch: sketch.clone(), route })
     }
 }
 
@@ -396,6 +408,9 @@ impl Stage for Planner {
             self.mission.on_order(order, 1);
             if Order::from_code(order.order) == Some(Order::Resume) {
                 self.resume(order.task as usize);
+            }
+            if let Some(here) = order.here() {
+                self.place(&here);
             }
         }
         Ok(())

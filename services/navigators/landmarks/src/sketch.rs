@@ -4,6 +4,7 @@
 //! in metres, with the route resampled to equal steps, so that it does not matter how fast the person drew.
 
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::message::Here;
 
 use crate::error::{Error, Pixel};
 use crate::plane::{self, At};
@@ -75,6 +76,13 @@ pub struct Sketch {
     pub route: Vec<At>,
     /// How many metres a pixel stands for.
     pub metres_per_pixel: f64,
+}
+
+impl Sketch {
+    /// Where a person says that the robot is, in drawn metres.
+    pub fn place(&self, here: &Here) -> At {
+        [here.at.x, here.at.y].map(|pixels| pixels * self.metres_per_pixel)
+    }
 }
 
 impl Drawing {

@@ -160,7 +160,7 @@ pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
     for fault in faults(recording).context("the disturbed recording")? {
         let Ok(process) = fault.process.parse() else { continue };
         if fault.kind == FaultKind::Injected.word() {
-            // Alone a starvation lasts.
+            // Of all that is injected a starvation alone has a duration.
             kills.push(Kill { process, recovered_ms: None, is_starved: fault.duration_ms > 0.0 });
         } else if fault.kind == FaultKind::Recovered.word() {
             let open = kills.iter_mut().rev().find(|kill| kill.process == process && kill.is_open());

@@ -73,7 +73,7 @@ fn first_passes<F>(way: &[Point<F>], drawn: &mut BTreeSet<[i64; 2]>) -> Vec<Vec<
         let square = [at.x, at.y].map(|v| (v / SAME_M).floor() as i64);
         let goes_on = last == Some(square) && !piece.is_empty();
         if drawn.insert(square) || goes_on {
-            piece.push(*at);
+            piece.push(Point::new(at.x, at.y));
         } else if !piece.is_empty() {
             pieces.push(std::mem::take(&mut piece));
         }

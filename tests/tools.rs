@@ -89,7 +89,8 @@ fn echo_prints_a_recording_as_it_prints_a_system() {
 #[test]
 fn ps_tells_how_a_mission_goes_on_whose_supervisor_was_killed() {
     let place = Place::new();
-    let running = started(&place);
+    let mut running = place.start(&format!("run demo --json --system {NAME}"));
+    place.wait_until_driving(&mut running, NAME);
     running.signal(Signal::SIGKILL);
     running.end();
     wait_until("the end of all processes", || place.living().is_empty());

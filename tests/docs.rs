@@ -286,6 +286,7 @@ fn commands_for_recordings_run() {
 #[test]
 fn commands_for_landmarks_run() {
     pages::run("docs/navigators/landmarks.md", "A mission");
+    pages::run("docs/navigators/landmarks.md", "Labels");
 }
 
 /// What is not run by a test is to say so: by another language than `sh`.
@@ -296,6 +297,7 @@ fn no_section_is_forgotten() {
         ("docs/missions.md", "Run it"),
         ("docs/recordings.md", "Recordings"),
         ("docs/navigators/landmarks.md", "A mission"),
+        ("docs/navigators/landmarks.md", "Labels"),
     ];
     for page in pages::all().iter().filter(|page| page.name() != "docs/ecosystem.md") {
         for heading in page.sections() {

@@ -140,7 +140,11 @@ fn markers_that_mean_nothing_are_named() {
             "desk = [60,",
             "navigator.markers.desk: expected a marker of the world, which has 24, found 60",
         ),
-        ("nomad200-camera", "nomad200", "robot \"nomad200\": expected a section [camera]"),
+        (
+            "nomad200-camera",
+            "nomad200",
+            "robot \"nomad200\": expected the sensor [camera] in its file, found none",
+        ),
     ] {
         write(&place, "mission.toml", &mission.replace(from, to));
         let said = place.run("run mission.toml");

@@ -119,8 +119,9 @@ impl Interior {
         let mut residual = source;
         let (mut direction, mut image) = (residual.clone(), found.clone());
         let whole: f64 = residual.iter().map(|part| part * part).sum();
+        let rounds = if whole > 0.0 { MOST_ROUNDS } else { 0 };
         let mut square = whole;
-        for _ in 0..if whole > 0.0 { MOST_ROUNDS } else { 0 } {
+        for _ in 0..rounds {
             let mut along = 0.0;
             for &cell in &inside {
                 let beside: f64 = self.beside(cell).iter().map(|beside| direction[*beside]).sum();

@@ -520,7 +520,9 @@ impl Explorer {
         }
         let before = (self.state.course.take(), self.field.take());
         let Some(way_m) = self.set_course(Aim::Rival, target, points.clone()) else {
-            (self.state.course, self.field) = before;
+            if self.may_ask() {
+                (self.state.course, self.field) = before;
+            }
             return self.doubt(rival, margin);
         };
         let back_s = 2.0 * way_m / USUAL_MPS + 30.0;

@@ -67,17 +67,21 @@ pub(super) struct Told {
 impl Explorer {
     /// The rival costs `margin` more than the alignment that has the goal here, and there is nothing left to look at.
     pub(super) fn doubt(&mut self, rival: &Alignment, margin: f64) -> Advice {
+        if !self.may_ask() || margin > self.parameters.ask_margin {
+            return self.arrived(Some(margin));
+        }
         let best = self.state.last.take();
         let first = best.as_ref().and_then(|(_, best)| self.hypothesis(best, 0.0));
         self.state.last = best;
-        match first {
-            Some(first) if margin <= self.parameters.ask_margin => {
-                let found = first.goal.clone();
-                let doubt = Doubt { margin, hypotheses: vec![first], found, rivals: 0, is_open: false };
-                self.doubt_more(doubt, rival, margin)
-            }
-            _ => self.arrived(Some(margin)),
-        }
+        let Some(first) = first else { return self.arrived(Some(margin)) };
+        let found = first.goal.clone();
+        let doubt = Doubt { margin, hypotheses: vec![first], found, rivals: 0, is_open: false };
+        self.doubt_more(doubt, rival, margin)
+    }
+
+    /// Whether a person can be asked.
+    pub(super) fn may_ask(&self) -> bool {
+        self.parameters.ask_margin > 0.0
     }
 
     /// Another rival while a doubt is being put together: those that cost too much end it.

@@ -77,7 +77,7 @@ fn a_robot_that_asks_is_driven_on_by_the_answer() {
     place.assert_nothing_left(name);
     let recording = report["recording"].as_str().unwrap();
     agrees_with_what_was_tapped(recording);
-    place.fine(&format!("replay {recording} --rate max --record again.mcap"));
+    place.fine(&format!("replay {recording} --live recorder --rate max --record again.mcap"));
     for process in ["localizer", "planner"] {
         let refused = place.run(&format!("rerun {recording} --process {process}"));
         assert!(refused.code == Some(2) && refused.err.contains("people took part"), "{refused}");
@@ -111,7 +111,10 @@ fn a_robot_that_asks_hears_who_answers_by_hand() {
     wait_for(&mut running, port);
     let mut page = Page::open(port, None);
     let asked = page.until("a question", |feed| places(feed).len() > 1);
-    let at: Vec<_> = places(&asked)[0]["at"].as_array().unwrap().iter().map(Value::to_string).collect();
+    // By hand a place is in pixels of the drawing's file, on this page in those of the sketch that it became.
+    let scale = 640.0 / page.hello["canvas"][0].as_f64().unwrap();
+    let at = places(&asked)[0]["at"].as_array().unwrap().clone();
+    let at: Vec<_> = at.iter().map(|at| (at.as_f64().unwrap() * scale).to_string()).collect();
     place.fine(&format!("send here --at {} --system {name}", at.join(",")));
     drop(page);
     let report = running.end().json();

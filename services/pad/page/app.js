@@ -30,7 +30,7 @@ const host = {
 };
 let crosshair = null;
 const desk = new Desk(at("sheet"), readDraft() ?? blank(matchMedia("(orientation: portrait)").matches ? PORTRAIT : LANDSCAPE), host);
-const pointers = new Pointers(desk, () => ({ hand: desk.tool === "hand" && !host.asked(), fingers: settings.fingers }));
+const pointers = new Pointers(desk, () => ({ hand: desk.tool === "hand" && !host.asked(), fingers: settings.fingers || host.asked() }));
 listen(at("sheet"), pointers);
 crosshair = new Crosshair(at("sheet"), at("crosshair"), desk.sheet, desk, () => desk.close());
 window.addEventListener("blur", () => pointers.cancelAll());

@@ -26,7 +26,7 @@ use crate::feed::{Ends, Services, Trail};
 use crate::machine::{Machine, Memory, Submission};
 use crate::metrics::Metrics;
 use crate::mission_file;
-use crate::protocol::{HereBody, Refusal, Step};
+use crate::protocol::{Refusal, Step};
 use crate::sessions::Sessions;
 
 use lookout::Lookout;

@@ -116,8 +116,8 @@ impl fmt::Display for Reason {
             }
             Self::Asks(count, margin) => {
                 f.write_str("is the robot at A")?;
-                (1..count).try_for_each(|place| {
-                    let joint = if place + 1 == count { " or" } else { "," };
+                (1..*count).try_for_each(|place| {
+                    let joint = if place + 1 == *count { " or" } else { "," };
                     write!(f, "{joint} {}", letter(place))
                 })?;
                 write!(f, "? margin {margin:.1}")

@@ -10,7 +10,7 @@ use sketchnav_mapping::outline::Place;
 use sketchnav_schemas::geometry::{Point, Sketch, wrap_angle};
 use sketchnav_schemas::message::{Here, PossiblePlace, Question};
 
-use super::{Advice, Explorer, distance};
+use super::{Advice, Explorer};
 
 /// Most places that a person is asked about: those that a question holds.
 const MOST_PLACES: usize = 4;

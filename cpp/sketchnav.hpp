@@ -703,6 +703,31 @@ static_assert(offsetof(Correspondence, way_count) == 180);
 static_assert(offsetof(Correspondence, samples) == 184);
 static_assert(offsetof(Correspondence, way_m) == 6328);
 
+struct PossiblePlace {
+    double x_px;
+    double y_px;
+    double margin;
+};
+static_assert(std::is_trivially_copyable_v<PossiblePlace> && sizeof(PossiblePlace) == 24);
+static_assert(offsetof(PossiblePlace, x_px) == 0);
+static_assert(offsetof(PossiblePlace, y_px) == 8);
+static_assert(offsetof(PossiblePlace, margin) == 16);
+
+struct Question {
+    Header header;
+    static constexpr std::uint32_t KIND_NOTHING = 0;
+    static constexpr std::uint32_t KIND_WHICH = 1;
+    static constexpr std::uint32_t KIND_WHERE = 2;
+    std::uint32_t kind;
+    std::uint32_t place_count;
+    PossiblePlace places[4];
+};
+static_assert(std::is_trivially_copyable_v<Question> && sizeof(Question) == 128);
+static_assert(offsetof(Question, header) == 0);
+static_assert(offsetof(Question, kind) == 24);
+static_assert(offsetof(Question, place_count) == 28);
+static_assert(offsetof(Question, places) == 32);
+
 struct Journey {
     Header header;
     static constexpr std::uint32_t ACTIVITY_SEEK = 0;
@@ -885,7 +910,7 @@ struct Channel {
     bool many_writers;
 };
 
-inline constexpr std::array<Channel, 34> CHANNELS{{
+inline constexpr std::array<Channel, 35> CHANNELS{{
     {"drawing", "sketchnav/Drawing/1/bc2fe5ad3b99105c", sizeof(Drawing), false},
     {"sketch", "sketchnav/SketchMap/1/678448258de9be23", sizeof(SketchMap), false},
     {"route", "sketchnav/Route/1/0490aae0e488df01", sizeof(Route), false},
@@ -913,6 +938,7 @@ inline constexpr std::array<Channel, 34> CHANNELS{{
     {"landmark_progress", "sketchnav/LandmarkProgress/1/e6a61868204884b6", sizeof(LandmarkProgress), false},
     {"plan", "sketchnav/Plan/1/948683b6daa21d2e", sizeof(Plan), false},
     {"correspondence", "sketchnav/Correspondence/1/04977d1d4f303caf", sizeof(Correspondence), false},
+    {"question", "sketchnav/Question/1/d383d138d8361399", sizeof(Question), false},
     {"journey", "sketchnav/Journey/1/f054905aa2292e8d", sizeof(Journey), false},
     {"command", "sketchnav/VelocityCommand/1/45ef9b3c7d504529", sizeof(VelocityCommand), false},
     {"status", "sketchnav/MissionStatus/1/ed44629eb242885e", sizeof(MissionStatus), false},

@@ -15,7 +15,9 @@ use std::process::Command;
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use sketchnav_sketch::reading::{Options, read};
+use support::arms::doubtful;
 use support::browser::{Browser, has_node, mission, pad};
+use support::page::{free_port, wait_for};
 use support::{Ended, Place, repository};
 
 #[test]
@@ -41,13 +43,28 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     assert_eq!(ended.code, Some(0), "{ended}");
     // For people: what the test's browser has measured.
     eprintln!("{}", ended.out.trim());
-    keep_pictures(place.files());
+    keep_pictures(place.files(), &["desktop.png", "phone.png", "arrived.png"]);
 
     pad.must_live();
     the_localizer_has_what_was_drawn(&place);
     pad.signal(Signal::SIGINT);
     pad.end();
     place.assert_nothing_left("pad");
+}
+
+/// The page draws where the robot may be; a tap on one of the places and its button are answers.
+#[test]
+fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {
+    let Some(browser) = Browser::find() else { return };
+    let (place, port) = (doubtful(), free_port());
+    let mut running =
+        place.start(&format!("run arms.toml --pad --port {port} --system asks --speed 2 --json"));
+    wait_for(&mut running, port);
+    let ended = browser.answers(&place, &format!("http://127.0.0.1:{port}/"));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    keep_pictures(place.files(), &["asks.png", "asks-again.png"]);
+    running.end();
+    place.assert_nothing_left("asks");
 }
 
 /// The cells on the channel are those that the drawing, as the page saves it, is read as.
@@ -65,9 +82,9 @@ fn the_localizer_has_what_was_drawn(place: &Place) {
 }
 
 /// Screenshots for people, where `SKETCHNAV_PICTURES` names a folder.
-fn keep_pictures(from: &Path) {
+fn keep_pictures(from: &Path, names: &[&str]) {
     let Some(folder) = var_os("SKETCHNAV_PICTURES").map(PathBuf::from) else { return };
-    for name in ["desktop.png", "phone.png", "arrived.png"] {
+    for name in names {
         fs::copy(from.join(name), folder.join(name)).unwrap();
     }
 }

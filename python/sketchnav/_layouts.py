@@ -462,6 +462,23 @@ Correspondence = np.dtype(
     ]
 )
 
+PossiblePlace = np.dtype(
+    [
+        ("x_px", "<f8"),
+        ("y_px", "<f8"),
+        ("margin", "<f8"),
+    ]
+)
+
+Question = np.dtype(
+    [
+        ("header", Header),
+        ("kind", "<u4"),
+        ("place_count", "<u4"),
+        ("places", PossiblePlace, (4,)),
+    ]
+)
+
 Journey = np.dtype(
     [
         ("header", Header),
@@ -578,6 +595,7 @@ CHANNELS = {
     "landmark_progress": ("sketchnav/LandmarkProgress/1/e6a61868204884b6", LandmarkProgress, False, ("pad", "recorder",)),
     "plan": ("sketchnav/Plan/1/948683b6daa21d2e", Plan, False, ("pad", "recorder",)),
     "correspondence": ("sketchnav/Correspondence/1/04977d1d4f303caf", Correspondence, False, ("pad", "recorder",)),
+    "question": ("sketchnav/Question/1/d383d138d8361399", Question, False, ("pad", "recorder",)),
     "journey": ("sketchnav/Journey/1/f054905aa2292e8d", Journey, False, ("pad", "recorder",)),
     "command": ("sketchnav/VelocityCommand/1/45ef9b3c7d504529", VelocityCommand, False, ("world", "recorder",)),
     "status": ("sketchnav/MissionStatus/1/ed44629eb242885e", MissionStatus, False, ("supervisor", "pad", "recorder",)),

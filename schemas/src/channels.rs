@@ -295,6 +295,8 @@ channels! {
     PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
     /// What of the drawing corresponds to what the robot has seen.
     CORRESPONDENCE: Detail Correspondence = "correspondence", PLANNER => [Pad], of "sketch";
+    /// What the robot asks a person.
+    QUESTION: Detail Question = "question", PLANNER => [Pad], of "sketch";
     /// How the journey stands.
     JOURNEY: Detail Journey = "journey", PLANNER => [Pad], of "directions";
     /// How the robot is to move.
@@ -513,7 +515,7 @@ mod tests {
         let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
         let expected = "drawing sketch route rules landmark_route directions itinerary understood orders mission contact truth \
                         people odometry scan sonar markers view tick particles estimate relations landmark_view description \
-                        landmark_progress plan correspondence journey command status latency faults recorded";
+                        landmark_progress plan correspondence question journey command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));
     }

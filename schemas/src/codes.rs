@@ -183,6 +183,16 @@ codes! {
         Gap = 2 "gap",
     }
 
+    /// What a robot asks a person.
+    pub enum QuestionKind {
+        /// Nothing, or nothing any more.
+        Nothing = 0 "nothing",
+        /// At which of several places of the drawing it is.
+        Which = 1 "which",
+        /// Where in the drawing it is.
+        Where = 2 "where",
+    }
+
     /// What a navigator by landmarks is doing.
     pub enum Activity {
         /// It looks for the landmark that a word means.

@@ -10,7 +10,7 @@ import { pauseMs } from "../../services/pad/page/link.js";
 import { LANDSCAPE, blank, withGoal, withStroke } from "../../services/pad/page/model.js";
 import { warnings } from "../../services/pad/page/panel.js";
 import { merged } from "../../services/pad/page/settings.js";
-import { advice, enabled, headline, seconds, stages, taskWords, tooMuch } from "../../services/pad/page/states.js";
+import { advice, enabled, headline, isAsked, meant, seconds, stages, taskWords, tooMuch } from "../../services/pad/page/states.js";
 import { fitted, held, onScreen, onSheet, panned, zoomed } from "../../services/pad/page/view.js";
 
 const feed = (state, ...allowed) => ({ state, allowed, ready: true });
@@ -134,4 +134,17 @@ test("contrast is AA in both themes: 4.5 for text, 3 for lines that tell somethi
       }
     }
   }
+});
+
+test("a robot that asks is answered by who drives, at the place that a tap means", () => {
+  const question = { text: "Is the robot at A or B? Tap where it is.", places: [{ name: "A", at: [100, 100] }, { name: "B", at: [300, 100] }] };
+  const asks = { ...feed("paused", "here", "restore", "abort"), drives: true, question };
+  assert.ok(isAsked(asks));
+  assert.ok(!isAsked({ ...asks, drives: false }) && !isAsked({ ...asks, allowed: ["abort"] }) && !isAsked({ ...asks, question: undefined }));
+  assert.equal(advice(page({ feed: asks, watches: true })), question.text);
+  assert.match(advice(page({ feed: asks, drives: false })), /Who drives answers/);
+  assert.equal(headline(page({ feed: asks })), "Where is the robot?");
+  assert.deepEqual(meant(question, [310, 95], 28), [300, 100]);
+  assert.deepEqual(meant(question, [200, 100], 28), [200, 100]);
+  assert.deepEqual(meant({ places: [] }, [7, 8], 28), [7, 8]);
 });

@@ -56,9 +56,20 @@ impl Browser {
         let mut script = Command::new("node");
         script.arg(repository().join("tests/pad/browser.mjs")).arg(link);
         script.arg(repository().join(format!("{MISSION}.json"))).arg(route).arg(place.files());
-        script.env("SKETCHNAV_PLAYWRIGHT", &self.playwright).env("SKETCHNAV_CHROMIUM", &self.chromium);
         script.env("SKETCHNAV_FEED_SECONDS", feed_seconds.to_string());
         script.env("SKETCHNAV_PAD_PID", place.pid("pad", "pad").to_string());
+        self.runs(script)
+    }
+
+    /// Sees a robot ask on the page at `link`, and answers by a tap and by a button.
+    pub fn answers(&self, place: &Place, link: &str) -> Ended {
+        let mut script = Command::new("node");
+        script.arg(repository().join("tests/pad/asking.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
+    fn runs(&self, mut script: Command) -> Ended {
+        script.env("SKETCHNAV_PLAYWRIGHT", &self.playwright).env("SKETCHNAV_CHROMIUM", &self.chromium);
         script.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Running::spawn(script).end_within(LIMIT)
     }

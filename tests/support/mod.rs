@@ -6,6 +6,7 @@
 //! ever and decide nothing else.
 #![allow(dead_code, reason = "each test file uses its own part of this one")]
 
+pub mod arms;
 pub mod browser;
 pub mod comments;
 pub mod data;

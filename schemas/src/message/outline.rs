@@ -1,7 +1,7 @@
 //! Messages about outlines: what of a drawing corresponds to what a robot has seen.
 
 use super::PoseM;
-use crate::codes::CourseAim;
+use crate::codes::{CourseAim, QuestionKind};
 use crate::declare::{messages, parts};
 
 /// Most samples of a drawing's outline.
@@ -44,6 +44,30 @@ messages! {
     }
 }
 
+messages! {
+    /// What the robot asks a person: where in the drawing it is. The answer is an order `here`.
+    pub struct Question version 1 in "sketch" {
+        /// What is asked.
+        pub kind: u32 as QuestionKind,
+        /// How many entries of `places` count.
+        pub place_count: u32 as Count,
+        /// Where the robot may be, the likeliest first: A, B, C, D for people.
+        pub places: [PossiblePlace; 4] where place_count counts,
+    }
+}
+
+parts! {
+    /// A place of the drawing where the robot may be.
+    pub struct PossiblePlace {
+        /// First coordinate, pixels.
+        pub x_px: f64,
+        /// Second coordinate, pixels, upwards.
+        pub y_px: f64,
+        /// What the alignment that has the robot there costs more than the best one.
+        pub margin: f64,
+    }
+}
+
 parts! {
     /// A sample of a drawing's outline.
     pub struct OutlineSample {
@@ -59,6 +83,13 @@ parts! {
         pub partner: u32,
         /// Share of the goal's outline that it has.
         pub goal_share: f32,
+    }
+}
+
+impl Question {
+    /// The places that count.
+    pub fn places(&self) -> &[PossiblePlace] {
+        &self.places[..(self.place_count as usize).min(self.places.len())]
     }
 }
 

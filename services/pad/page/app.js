@@ -8,13 +8,15 @@ import { Link, takeToken } from "./link.js";
 import {
   LANDSCAPE, PORTRAIT, blank, canGo, fromFile, fromText, hasMap, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withPath,
 } from "./model.js";
-import { say, show, showFigures } from "./panel.js";
+import { onQuestion, say, show, showFigures } from "./panel.js";
 import { Pointers, listen } from "./pointer.js";
 import { keep, load } from "./settings.js";
-import { tooMuch } from "./states.js";
+import { isAsked, meant, tooMuch } from "./states.js";
 
 const at = (id) => document.getElementById(id);
 const settings = load();
+/** A tap so near to a place that the robot asks about means that one, screen pixels. */
+const NEAR_PX = 28;
 const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: null };
 let labelled = -1;
 
@@ -24,10 +26,11 @@ const host = {
   settings: () => (robot.hello?.mode === "watches" ? { ...settings, shows: { ...settings.shows, walls: true } } : settings),
   say, label: askLabel, changed: drawingChanged,
   viewed: () => crosshair?.place(), drawn: (feed) => link.seen(feed.n),
+  asked: () => isAsked(robot.feed), answer: (at, heading_deg) => answer(meant(robot.feed.question, at, desk.sheet.px(NEAR_PX)), heading_deg),
 };
 let crosshair = null;
 const desk = new Desk(at("sheet"), readDraft() ?? blank(matchMedia("(orientation: portrait)").matches ? PORTRAIT : LANDSCAPE), host);
-const pointers = new Pointers(desk, () => ({ hand: desk.tool === "hand", fingers: settings.fingers }));
+const pointers = new Pointers(desk, () => ({ hand: desk.tool === "hand" && !host.asked(), fingers: settings.fingers || host.asked() }));
 listen(at("sheet"), pointers);
 crosshair = new Crosshair(at("sheet"), at("crosshair"), desk.sheet, desk, () => desk.close());
 window.addEventListener("blur", () => pointers.cancelAll());
@@ -207,6 +210,14 @@ for (const [order, words] of Object.entries(ORDERS)) {
     return words;
   }));
 }
+/** Tells the robot where it is. */
+function answer(place, heading_deg) {
+  request(async () => {
+    await link.post("/api/here", JSON.stringify(heading_deg === null ? { at: place } : { at: place, heading_deg }));
+    return "The robot was told where it is.";
+  });
+}
+onQuestion((place) => answer(place.at, null));
 at("send-sketch").addEventListener("click", () => request(sendSketch));
 at("send-path").addEventListener("click", () => request(sendPath));
 at("wheel").addEventListener("click", () => request(async () => {

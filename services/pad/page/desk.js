@@ -36,7 +36,10 @@ export class Desk {
   walls = null;
   work = { inkMs: 0, inkWorstMs: 0, feedMs: 0, feedWorstMs: 0, feeds: 0, events: 0, points: 0 };
 
-  /** The host has `settings()`, `say(words)`, `label(index)`, `changed()`, `viewed()`, `drawn(feed)`. */
+  /**
+   * The host has `settings()`, `say(words)`, `label(index)`, `changed()`, `viewed()`, `drawn(feed)`, `asked()` (whether a
+   * tap tells the robot where it is), `answer(at, heading_deg)`.
+   */
   constructor(element, drawing, host) {
     this.element = element;
     this.#host = host;
@@ -52,6 +55,7 @@ export class Desk {
       settings: host.settings,
       say: host.say,
       label: host.label,
+      answer: host.answer,
     });
     new ResizeObserver(() => this.#resized()).observe(element);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#recolored());
@@ -216,7 +220,8 @@ export class Desk {
   // ------------------------------------------------------------------ what pointers and keys do
 
   begin(sample) {
-    this.#under = sample.eraser ? this.#tools.eraser : this.#tools[this.#tool];
+    if (this.#host.asked()) this.#under = this.#tools.here;
+    else this.#under = sample.eraser ? this.#tools.eraser : this.#tools[this.#tool];
     this.#under?.begin(this.#placed(sample));
     this.#inked(sample);
   }

@@ -54,6 +54,19 @@ export function drawFeed(sheet, { feed, trail, cloud, outline, walls }, shows, c
   if (feed.pose) drawRobot(context, sheet, feed.pose);
   const particles = shows.particles && carried(cloud, feed.pose);
   if (particles) dots(context, particles, sheet.colors.particle, sheet.px(2.5));
+  for (const place of feed.question?.places ?? []) drawPossible(context, sheet, place);
+}
+
+/** A place where the robot may be, with its letter. */
+function drawPossible(context, sheet, { name, at }) {
+  context.beginPath();
+  context.arc(...at, sheet.px(17), 0, 2 * Math.PI);
+  context.fillStyle = sheet.colors.paper;
+  context.fill();
+  context.strokeStyle = sheet.colors.robot;
+  context.lineWidth = sheet.px(4);
+  context.stroke();
+  write(context, name, at, sheet.colors.robot, sheet.px(20));
 }
 
 /** A shape of what lies around a robot that has no drawing. */

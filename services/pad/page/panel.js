@@ -1,7 +1,7 @@
 // The words and buttons around the sheet. Shows a state and changes nothing else: text is written only
 // where it differs, so that a screen reader is not told the same again.
 
-import { advice, enabled, headline, landmarkWords, metres, seconds, speed, stages, taskWords } from "./states.js";
+import { advice, enabled, headline, isAsked, landmarkWords, metres, seconds, speed, stages, taskWords } from "./states.js";
 
 const at = (id) => document.getElementById(id);
 const BUTTONS = {
@@ -30,6 +30,29 @@ export function show(state) {
   showLink(state);
   showTask(feed?.task, feed);
   showWarnings(state);
+  showQuestion(feed);
+}
+
+let answered = () => {};
+
+/** `answer(place)`: a place that the robot asks about was chosen. */
+export function onQuestion(answer) {
+  answered = answer;
+}
+
+/** A button for each place that the robot asks about. */
+function showQuestion(feed) {
+  const row = at("question");
+  const places = isAsked(feed) ? feed.question.places : [];
+  const key = JSON.stringify(places);
+  if (row.dataset.places === key) return;
+  row.dataset.places = key;
+  row.hidden = places.length === 0;
+  row.replaceChildren(...places.map((place) => {
+    const button = Object.assign(document.createElement("button"), { textContent: place.name, title: `The robot is at ${place.name}` });
+    button.addEventListener("click", () => answered(place));
+    return button;
+  }));
 }
 
 function showLink({ up, drives, latencyMs }) {

@@ -42,7 +42,18 @@ export function stages(feed) {
 export function headline({ up, feed }) {
   if (!up) return "Not connected";
   if (!feed) return "Waiting for the navigation";
+  if (feed.question) return "Where is the robot?";
   return STATE_WORDS[feed.state] ?? feed.state;
+}
+
+/** Whether a tap of this page tells the robot where it is. */
+export const isAsked = (feed) => Boolean(feed?.question && feed.drives && feed.allowed.includes("here"));
+
+/** The place that a tap means: one that is asked about where it is near to that, else its own. */
+export function meant(question, at, near) {
+  const off = (place) => Math.hypot(place.at[0] - at[0], place.at[1] - at[1]);
+  const [nearest] = [...(question?.places ?? [])].sort((a, b) => off(a) - off(b));
+  return nearest && off(nearest) <= near ? nearest.at : at;
 }
 
 /** What to do next, in one sentence. */
@@ -50,6 +61,7 @@ export function advice({ up, refusal, drives, watches, feed, map, path }) {
   if (!up && refusal) return `The robot does not let this page in: ${refusal}.`;
   if (!up) return "The page connects again by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
+  if (feed.question) return drives ? feed.question.text : `${feed.question.text} Who drives answers.`;
   if (watches) return "The tasks come from a mission file.";
   if (!drives && feed.wheel) return "Nobody drives. Take the wheel, and this page does.";
   if (!drives) return "Somebody else drives; this page watches.";

@@ -2,7 +2,7 @@
 // through its host; it knows no browser event.
 //
 // The host has: `drawing()`, `change(drawing)`, `preview(drawing)` (shown, but not yet a step of the
-// history), `sheet`, `draft(shape | null)`, `settings()`, `say(words)`, `label(index)`.
+// history), `sheet`, `draft(shape | null)`, `settings()`, `say(words)`, `label(index)`, `answer(at, heading_deg)`.
 
 import { box, distance, meantStraight, squared } from "./geometry.js";
 import {
@@ -270,6 +270,7 @@ export function makeTools(host) {
     polygon: new Polygon(host),
     path: new Freehand(host, () => host.sheet.colors.goal, () => host.sheet.px(4), path),
     goal: new TwoCorners(host, { end: (_, b) => b, draft: () => null }, (a) => host.change(withGoal(host.drawing(), a))),
+    here: new TwoCorners(host, arrow, (a, b, tiny) => host.answer(a, tiny ? null : headingDeg(a, b))),
     start: new TwoCorners(host, arrow, (a, b, tiny) => host.change(withStart(host.drawing(), a, tiny ? 0 : headingDeg(a, b)))),
   };
 }

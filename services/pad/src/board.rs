@@ -8,7 +8,7 @@ use serde_json::Value;
 use sketchnav_runtime::Waker;
 use tokio::sync::{oneshot, watch};
 
-use crate::protocol::{Hello, PathRequest, Refusal, SketchRequest, SketchType, Step};
+use crate::protocol::{Hello, HereBody, PathRequest, Refusal, SketchRequest, SketchType, Step};
 
 /// Calls that wait for the bridge.
 const MAX_CALLS: usize = 256;
@@ -61,6 +61,8 @@ pub enum Request {
     Path(PathRequest, Option<String>),
     /// The robot is to do something.
     Order(Step),
+    /// The robot is somewhere.
+    Here(HereBody),
     /// The wheel.
     Wheel,
     /// Another limit for the link, seconds.

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use sketchnav_runtime::{Checkpoints, HealthReporter, Node, Step as WorkStep, Wake, Writer};
 use sketchnav_schemas::channels::{DRAWING, ESTIMATE, ORDERS};
 use sketchnav_schemas::codes::Order;
-use sketchnav_schemas::message::{Drawing, MissionCommand, Understood};
+use sketchnav_schemas::message::{Drawing, Here, MissionCommand, Understood};
 use sketchnav_schemas::run::RunConfig;
 use tokio::sync::oneshot;
 
@@ -249,6 +249,10 @@ impl<'a> Bridge<'a> {
                     self.is_new = true;
                 }
                 News::Estimate(estimate) => self.machine.on_estimate(&estimate),
+                News::Question(kind) => {
+                    self.machine.on_question(kind);
+                    self.is_new = true;
+                }
                 News::View => self.is_new = true,
                 News::Understood(answer) => {
                     let said = self.machine.on_understood(&answer).map(|said| said.map(|()| facts(&answer)));
@@ -356,6 +360,9 @@ impl<'a> Bridge<'a> {
                     Err(refusal) => Err(refusal),
                 },
             },
+            Request::Order(Step::Here) => Err(Refusal::Malformed(
+                "order: expected execute, abort, restore or again; a place is no order".into(),
+            )),
             Request::Order(step) => match self.machine.order(step, drives, now) {
                 Ok(order) => {
                     if order == Order::Start {
@@ -366,6 +373,17 @@ impl<'a> Bridge<'a> {
                     self.send_order(order)?;
                     Ok(json!({}))
                 }
+                Err(refusal) => Err(refusal),
+            },
+            Request::Here(place) => match self.place(place) {
+                Ok(here) => match self.machine.order(Step::Here, drives, now) {
+                    Ok(order) => {
+                        self.checkpoint()?;
+                        self.send(order, Some(here))?;
+                        Ok(json!({}))
+                    }
+                    Err(refusal) => Err(refusal),
+                },
                 Err(refusal) => Err(refusal),
             },
             Request::Wheel => done(self.sessions.take_wheel(session, now)),
@@ -397,10 +415,15 @@ impl<'a> Bridge<'a> {
     }
 
     fn send_order(&mut self, order: Order) -> anyhow::Result<()> {
+        self.send(order, None)
+    }
+
+    fn send(&mut self, order: Order, here: Option<Here>) -> anyhow::Result<()> {
         let stamp_ns = self.stamp_ns;
         self.orders.send(|message| {
             message.header.stamp_ns = stamp_ns;
             message.order = order.code();
+            here.iter().for_each(|here| message.set_here(here));
         })?;
         self.is_new = true;
         Ok(())

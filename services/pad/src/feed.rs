@@ -17,7 +17,9 @@ pub use warnings::{Ends, Warning, warnings};
 use serde::Serialize;
 use sketchnav_schemas::codes::{PartnerKind, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
-use sketchnav_schemas::message::{Correspondence, LaserScan, MissionStatus, Particles, Plan, PoseEstimate};
+use sketchnav_schemas::message::{
+    Correspondence, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, PossiblePlace, Question,
+};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_sketch::planning::chart::Chart;
 
@@ -39,6 +41,11 @@ impl View {
     /// A place of the sketch on the canvas, tenths of a pixel.
     pub fn point(&self, x: f64, y: f64) -> [f64; 2] {
         [tenth(x / self.scale), tenth((self.height_px - y) / self.scale)]
+    }
+
+    /// A place of the canvas in the sketch.
+    pub fn place(&self, [column, row]: [f64; 2]) -> Point<Sketch> {
+        Point::new(column * self.scale, self.height_px - row * self.scale)
     }
 
     /// A length of the sketch on the canvas.
@@ -94,6 +101,9 @@ pub struct Feed {
     /// What of the drawn outline it has seen, where it goes by that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outline: Option<OutlineView>,
+    /// What it asks a person, while it waits for the answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub question: Option<QuestionView>,
     /// The newest point of the way that it came.
     pub trail: Option<[f64; 2]>,
     /// How it stands on a route past landmarks.
@@ -233,6 +243,43 @@ impl OutlineView {
             samples.map(|sample| view.point(sample.x_px.into(), sample.y_px.into())).collect()
         };
         Self { seen: of(PartnerKind::Wall), hidden: of(PartnerKind::Gap) }
+    }
+}
+
+/// What a person is asked: where in the drawing the robot is.
+#[derive(Debug, Clone, Serialize)]
+pub struct QuestionView {
+    /// For people.
+    pub text: String,
+    /// Where it may be, the likeliest first; none where anywhere is possible.
+    pub places: Vec<PossibleView>,
+}
+
+/// A place where the robot may be.
+#[derive(Debug, Clone, Serialize)]
+pub struct PossibleView {
+    /// A, B, C, …
+    pub name: char,
+    /// Column and row.
+    pub at: [f64; 2],
+}
+
+impl QuestionView {
+    /// Of a question.
+    pub fn new(question: &Question, view: &View) -> Self {
+        let place = |(name, place): (char, &PossiblePlace)| PossibleView {
+            name,
+            at: view.point(place.x_px, place.y_px),
+        };
+        let places: Vec<_> = ('A'..='Z').zip(question.places()).map(place).collect();
+        let text = match places.split_last() {
+            Some((last, others)) if !others.is_empty() => {
+                let others: Vec<_> = others.iter().map(|place| place.name.to_string()).collect();
+                format!("Is the robot at {} or {}? Tap where it is.", others.join(", "), last.name)
+            }
+            _ => "The robot is lost. Tap where it is.".to_owned(),
+        };
+        Self { text, places }
     }
 }
 

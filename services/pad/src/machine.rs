@@ -7,7 +7,7 @@
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::codes::{DrawingKind, Order, TaskState, Tracking};
+use sketchnav_schemas::codes::{DrawingKind, Order, QuestionKind, TaskState, Tracking};
 use sketchnav_schemas::message::{MissionStatus, PoseEstimate, Understood};
 
 use crate::protocol::{PathRequest, Refusal, SketchRequest, SketchType, Step};
@@ -146,6 +146,8 @@ pub struct Machine {
     status: Option<MissionStatus>,
     status_at: Duration,
     tracking: Option<Tracking>,
+    /// What the robot asks.
+    question: QuestionKind,
     /// Statuses that may still be about what was before.
     settling: u32,
     /// The state until they have come.
@@ -157,7 +159,17 @@ impl Machine {
     /// whether the localizer says where in a drawing the robot is.
     pub fn new(draws: bool, locates: bool) -> Self {
         let (memory, status_at) = (Memory::default(), Duration::ZERO);
-        Self { draws, locates, memory, status: None, status_at, tracking: None, settling: 0, assumed: None }
+        Self {
+            draws,
+            locates,
+            memory,
+            status: None,
+            status_at,
+            tracking: None,
+            question: QuestionKind::Nothing,
+            settling: 0,
+            assumed: None,
+        }
     }
 
     /// Goes on for a predecessor.
@@ -193,6 +205,16 @@ impl Machine {
     /// The localizer has said where the robot is.
     pub fn on_estimate(&mut self, estimate: &PoseEstimate) {
         self.tracking = Tracking::from_code(estimate.tracking);
+    }
+
+    /// The planner has asked something, or asks no more.
+    pub fn on_question(&mut self, question: QuestionKind) {
+        self.question = question;
+    }
+
+    /// Whether the robot waits until a person says where it is.
+    pub fn asks(&self) -> bool {
+        self.question != QuestionKind::Nothing && self.state() == State::Paused
     }
 
     /// The planner's last word that counts.
@@ -236,7 +258,8 @@ impl Machine {
 
     /// What a page may do; `drives`: whether it has the wheel.
     pub fn allowed(&self, drives: bool, now: Duration) -> Vec<Step> {
-        let steps = [Step::Sketch, Step::Path, Step::Execute, Step::Abort, Step::Restore, Step::Again];
+        let steps =
+            [Step::Sketch, Step::Path, Step::Execute, Step::Abort, Step::Restore, Step::Again, Step::Here];
         steps.into_iter().filter(|&step| self.check(step, drives, now).is_ok()).collect()
     }
 
@@ -295,6 +318,7 @@ impl Machine {
                 let holds = matches!(state, State::Aborted | State::Paused | State::Ended);
                 (holds, "the robot was stopped, or has ended its tasks")
             }
+            Step::Here => (self.asks(), "the robot asks where it is"),
             Step::Abort => (true, ""),
         };
         if holds { Ok(()) } else { Err(not_now(expected, state)) }
@@ -376,6 +400,7 @@ impl Machine {
             Step::Execute | Step::Again => (Order::Start, State::Driving),
             Step::Abort => (Order::Abort, State::Aborted),
             Step::Restore => (Order::Resume, State::Driving),
+            Step::Here => (Order::Here, State::Driving),
             Step::Sketch | Step::Path => {
                 return Err(Refusal::Malformed("order: expected execute, abort, restore or again".into()));
             }

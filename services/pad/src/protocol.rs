@@ -15,6 +15,7 @@
 //! | `POST /api/sketch` | strokes in JSON (`sketchnav_sketch::reading::strokes`; what only the page needs under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; of the sketch `wall_direction_rad`, `width_px`, `height_px` |
 //! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again` | |
+//! | `POST /api/here` | `{"at":[x,y]}`, perhaps with `"heading_deg":90`: where the robot is, while it asks | |
 //! | `POST /api/wheel` | nothing: takes the wheel when nobody has it, or its holder cannot be heard | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
 //! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, where no file is in the way that the pad has not written (409) | `files`: of the mission and of the drawing `name` and `text` (null for a photo) |
@@ -22,7 +23,7 @@
 //! | `GET /api/walls.png` | | a picture: the walls as the robot understands them, gray with alpha, as large as the sketch; 404 before there are any |
 //! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 where it is none |
 //!
-//! Sketches, paths, limits and missions are taken from the session that drives alone, and no other's are read. Of
+//! Sketches, paths, places, limits and missions are taken from the session that drives alone, and no other's are read. Of
 //! orders, anybody may give one, `abort`, however often. It goes before all else. It is answered when it was passed on
 //! to the planner, or refused (409) where nothing is under way. A connection is one request. Its head comes within 10
 //! s, its body within 10 s (a drawing's or a path's within 60 s), or it is refused (408). A session makes few at the
@@ -333,6 +334,8 @@ pub enum Step {
     Restore,
     /// Begin with the first task once more.
     Again,
+    /// Say where the robot is: [`HereBody`].
+    Here,
 }
 
 /// `{"order":…}`.
@@ -341,6 +344,16 @@ pub enum Step {
 pub struct OrderBody {
     /// `execute`, `abort`, `restore` or `again`.
     pub order: Step,
+}
+
+/// `{"at":[x,y],"heading_deg":90}`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HereBody {
+    /// Where in the drawing the robot is.
+    pub at: [f64; 2],
+    /// Its heading, where it is known.
+    pub heading_deg: Option<f64>,
 }
 
 /// `{"link_limit_s":…}`.

@@ -96,6 +96,7 @@ fn router(desk: Desk) -> Router {
         .route("/api/sketch", post(sketch))
         .route("/api/path", post(path))
         .route("/api/order", post(order))
+        .route("/api/here", post(here))
         .route("/api/wheel", post(wheel))
         .route("/api/limit", post(limit))
         .route("/api/mission", post(mission))
@@ -282,6 +283,15 @@ async fn order(State(desk): State<Desk>, visit: Visit, content: Body) -> Respons
             return desk.caller.abort().await.unwrap_or_else(|_| Err(Refusal::ending())).map(ok);
         }
         desk.ask(admitted?, Wish::Order(order)).await
+    };
+    respond(reply.await)
+}
+
+async fn here(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
+    let reply = async {
+        let admitted = desk.admit_driver(&visit, Load::Other)?;
+        let bytes = body(&visit, content, MAX_SMALL_BYTES, BODY_WITHIN).await?;
+        desk.ask(admitted, Wish::Here(parse("the place", &bytes)?)).await
     };
     respond(reply.await)
 }

@@ -19,6 +19,7 @@ use sketchnav_recordings::{Recording, RecordingError, sources};
 use sketchnav_schemas::channels::{self, ChannelSpec, ORDERS, Role};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased::{self, Spare};
+use sketchnav_schemas::message::MissionCommand;
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_schemas::time::seconds;
 
@@ -112,11 +113,12 @@ pub fn rerun<W: std::io::Write>(
     if process == Process::World && run.pace != Pace::Lockstep {
         return Err(RerunError::RealTime);
     }
-    // Who only watches gives orders, too. What the sketcher does depends on none, what the localizer does on `here`.
+    // Who only watches may give orders, too. What the sketcher does depends on none, what the localizer does on `here`.
     let depends_on_people = match process {
         Process::Sketcher => false,
-        Process::Localizer => run.pad.draws() || !run.pad.is_absent() && is_told_a_place(recording)?,
-        _ => !run.pad.is_absent(),
+        _ if run.pad.is_absent() => false,
+        Process::Localizer => run.pad.draws() || has_order(recording, |order| order.here().is_some())?,
+        _ => run.pad.draws() || has_order(recording, |_| true)?,
     };
     if depends_on_people {
         return Err(RerunError::People { process });
@@ -157,10 +159,13 @@ pub fn rerun<W: std::io::Write>(
     })
 }
 
-/// Whether somebody at the pad has said where the robot is.
-fn is_told_a_place(recording: &Recording) -> Result<bool, RecordingError> {
+/// Whether somebody at the pad has given such an order.
+fn has_order(
+    recording: &Recording,
+    is_such: impl Fn(&MissionCommand) -> bool,
+) -> Result<bool, RecordingError> {
     for order in recording.channel(ORDERS)? {
-        if order?.0.here().is_some() {
+        if is_such(&order?.0) {
             return Ok(true);
         }
     }

@@ -76,7 +76,9 @@ impl Interior {
         let place = at.map(|part| part / self.step + 1.0);
         let reach = (self.grid.width + self.grid.height) as f64;
         let Some(cell) = self.grid.nearest(place, reach) else { return shares };
-        let visits = self.solve(cell);
+        let mut source = vec![0.0; self.grid.cells.len()];
+        source[cell] = 1.0;
+        let visits = self.solve(source);
         for &(cell, sample) in &self.sides {
             shares[usize::from(sample)] += visits[cell as usize];
         }
@@ -87,15 +89,39 @@ impl Interior {
         shares
     }
 
-    /// Solves Laplace's equation with zero outside and a source in a cell.
-    fn solve(&self, source: usize) -> Vec<f64> {
+    /// The place whose image is nearest to `image`, of those of which at least the share `least` is known. `images` has
+    /// the image of each sample of the outline, where that is known. The image of a place inside is the mean of these
+    /// by its harmonic measure. It is the other way round of [`Interior::measure`], for all places at once.
+    pub fn place_of(&self, images: &[Option<Place>], image: Place, least: f64) -> Option<Place> {
+        let extended = |value: &dyn Fn(Place) -> f64| {
+            let mut source = vec![0.0; self.grid.cells.len()];
+            for &(cell, sample) in &self.sides {
+                source[cell as usize] += images[usize::from(sample)].map_or(0.0, value);
+            }
+            self.solve(source)
+        };
+        let known = extended(&|_| 1.0);
+        let [x, y] = [0, 1].map(|axis| extended(&|place| place[axis]));
+        let square = |cell: usize| {
+            let off = [x[cell] / known[cell] - image[0], y[cell] / known[cell] - image[1]];
+            off[0] * off[0] + off[1] * off[1]
+        };
+        let inside =
+            (0..known.len()).filter(|cell| self.grid.cells[*cell] && known[*cell] >= least.max(1e-9));
+        let nearest = inside.min_by(|a, b| square(*a).total_cmp(&square(*b)))?;
+        Some(self.middle(nearest))
+    }
+
+    /// Solves Laplace's equation with zero outside and these sources.
+    fn solve(&self, source: Vec<f64>) -> Vec<f64> {
         let inside: Vec<usize> = (0..self.grid.cells.len()).filter(|cell| self.grid.cells[*cell]).collect();
         let mut found = vec![0.0; self.grid.cells.len()];
-        let mut residual = found.clone();
-        residual[source] = 1.0;
+        let mut residual = source;
         let (mut direction, mut image) = (residual.clone(), found.clone());
-        let mut square = 1.0;
-        for _ in 0..MOST_ROUNDS {
+        let whole: f64 = residual.iter().map(|part| part * part).sum();
+        let rounds = if whole > 0.0 { MOST_ROUNDS } else { 0 };
+        let mut square = whole;
+        for _ in 0..rounds {
             let mut along = 0.0;
             for &cell in &inside {
                 let beside: f64 = self.beside(cell).iter().map(|beside| direction[*beside]).sum();
@@ -109,7 +135,7 @@ impl Interior {
                 residual[cell] -= step * image[cell];
                 next += residual[cell] * residual[cell];
             }
-            if next < TOLERANCE * TOLERANCE {
+            if next < TOLERANCE * TOLERANCE * whole {
                 break;
             }
             let share = next / square;
@@ -161,6 +187,27 @@ mod tests {
                 [0, 1].map(|k| shares.iter().zip(&outline.places).map(|(w, p)| w * p[k]).sum::<f64>());
             assert!((image[0] - at[0]).hypot(image[1] - at[1]) < 3.0, "{at:?} {image:?}");
         }
+    }
+
+    /// A drawing that is half as large again as the map, and turned by a right angle: each place of the map is found
+    /// in it again, also where a wall was not seen.
+    #[test]
+    fn the_place_of_an_image_is_found_where_the_measure_has_it() {
+        let (region, outline) = rectangle(200, 120);
+        let interior = Interior::new(&region, &outline, 128);
+        let image = |[x, y]: Place| [-y / 1.5, x / 1.5];
+        let mut images: Vec<_> = outline.places.iter().map(|place| Some(image(*place))).collect();
+        for at in [[110.0, 70.0], [30.0, 30.0], [200.0, 120.0]] {
+            let found = interior.place_of(&images, image(at), 0.5).unwrap();
+            assert!((found[0] - at[0]).hypot(found[1] - at[1]) < 4.0, "{at:?} {found:?}");
+        }
+        for (place, image) in outline.places.iter().zip(&mut images) {
+            image.take_if(|_| place[0] > 180.0);
+        }
+        let found = interior.place_of(&images, image([60.0, 70.0]), 0.5).unwrap();
+        assert!((found[0] - 60.0).hypot(found[1] - 70.0) < 12.0, "{found:?}");
+        images.fill(None);
+        assert_eq!(interior.place_of(&images, [0.0; 2], 0.5), None);
     }
 
     #[test]

@@ -34,6 +34,8 @@ pub enum Hold {
     Aborted,
     /// It does not know where it is, and waits for a person's help.
     Lost,
+    /// It asks a person something.
+    Asks,
 }
 
 impl Hold {
@@ -43,7 +45,7 @@ impl Hold {
             Self::Paused => Some((TaskState::Paused, "stopped by a person")),
             Self::Unattended => Some((TaskState::Paused, "stopped: the link to whoever drives was lost")),
             Self::Aborted => Some((TaskState::Aborted, ABORTED)),
-            Self::Lost => None,
+            Self::Lost | Self::Asks => None,
         }
     }
 }
@@ -320,9 +322,21 @@ impl Mission {
         }
     }
 
-    /// Somebody has told a robot that is lost where it is: it goes on.
+    /// Stands until a person has answered, or [`Mission::find`] lets it go on. A mission in which nobody takes part never
+    /// asks.
+    pub fn ask(&mut self, question: impl Display) {
+        self.held = Some(Hold::Asks);
+        self.report(TaskState::Paused, question);
+    }
+
+    /// Why it stands.
+    pub fn held(&self) -> Option<Hold> {
+        self.held
+    }
+
+    /// A robot that is lost, or asks, has its answer: it goes on.
     pub fn find(&mut self) {
-        self.held.take_if(|held| *held == Hold::Lost);
+        self.held.take_if(|held| matches!(held, Hold::Lost | Hold::Asks));
     }
 
     /// Sets what the next status says. A reason that is too long is cut.

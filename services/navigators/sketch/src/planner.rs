@@ -13,7 +13,7 @@ mod reason;
 
 use serde::Serialize;
 use sketchnav_schemas::channels::{
-    COMMAND, CORRESPONDENCE, ESTIMATE, MISSION, ODOMETRY, ORDERS, PLAN, ROUTE, SCAN, SKETCH, STATUS,
+    COMMAND, CORRESPONDENCE, ESTIMATE, MISSION, ODOMETRY, ORDERS, PLAN, QUESTION, ROUTE, SCAN, SKETCH, STATUS,
 };
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
@@ -38,7 +38,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 8";
+    const FORM: &'static str = "sketch planner 9";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
@@ -70,6 +70,9 @@ impl Stage for Planner {
         }
         if core.has_news() {
             out.send(CORRESPONDENCE, |found| core.write_correspondence(odometry, found))?;
+        }
+        if core.has_question() {
+            out.send(QUESTION, |question| core.write_question(question))?;
         }
         out.send(COMMAND, |command| core.write_command(command))?;
         out.send(STATUS, |status| core.write_status(status))?;

@@ -4,11 +4,12 @@ use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{
     CORRESPONDENCE, Channel, ESTIMATE, FAULTS, HEALTH, LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW,
-    PARTICLES, PLAN, SCAN, SKETCH, STATUS, UNDERSTOOD,
+    PARTICLES, PLAN, QUESTION, SCAN, SKETCH, STATUS, UNDERSTOOD,
 };
+use sketchnav_schemas::codes::QuestionKind;
 use sketchnav_schemas::message::{
     Correspondence, Fault, Health, LandmarkProgress, LandmarkRoute, LandmarkView, LaserScan, Message,
-    MissionStatus, Particles, Plan, PoseEstimate, SketchMap, Understood,
+    MissionStatus, Particles, Plan, PoseEstimate, Question, SketchMap, Understood,
 };
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
@@ -23,6 +24,8 @@ const IN_FLIGHT: u32 = 2;
 pub(super) enum News {
     Status(MissionStatus),
     Estimate(Box<PoseEstimate>),
+    /// What the robot asks a person.
+    Question(QuestionKind),
     Understood(Understood),
     Fault(Fault),
     Health(Box<Health>),
@@ -40,6 +43,7 @@ pub(super) struct Inbox {
     particle_sets: Option<Reader<Particles>>,
     plans: Option<Reader<Plan>>,
     correspondences: Option<Reader<Correspondence>>,
+    questions: Option<Reader<Question>>,
     sketches: Option<Reader<SketchMap>>,
     scans: Option<Reader<LaserScan>>,
     routes: Option<Reader<LandmarkRoute>>,
@@ -61,6 +65,7 @@ pub(super) struct Inbox {
     pub(super) plan: Option<Box<Plan>>,
     pub(super) particles: Option<Box<Particles>>,
     pub(super) correspondence: Option<Box<Correspondence>>,
+    pub(super) question: Option<Box<Question>>,
     /// A route past landmarks, what is seen of them, and how far the robot has come.
     pub(super) canvas: Option<Canvas>,
     pub(super) view: Option<Box<LandmarkView>>,
@@ -81,6 +86,7 @@ impl Inbox {
             particle_sets: open(node, kind, PARTICLES)?,
             plans: open(node, kind, PLAN)?,
             correspondences: open(node, kind, CORRESPONDENCE)?,
+            questions: open(node, kind, QUESTION)?,
             sketches: open(node, kind, SKETCH)?,
             scans: ESTIMATE.spec.belongs_to(kind).then(|| node.reader(SCAN)).transpose()?,
             routes: open(node, kind, LANDMARK_ROUTE)?,
@@ -99,6 +105,7 @@ impl Inbox {
             plan: None,
             particles: None,
             correspondence: None,
+            question: None,
             canvas: None,
             view: None,
             progress: None,
@@ -130,6 +137,11 @@ impl Inbox {
                 None => self.estimate = Some(estimate.clone()),
             }
             return Ok(Some(News::Estimate(estimate)));
+        }
+        if let Some(question) = newest(&mut self.questions)? {
+            let kind = QuestionKind::from_code(question.kind).unwrap_or(QuestionKind::Nothing);
+            self.question = Some(question);
+            return Ok(Some(News::Question(kind)));
         }
         if let Some(status) = self.statuses.receive()? {
             return Ok(Some(News::Status(*status)));

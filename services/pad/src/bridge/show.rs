@@ -5,13 +5,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::json;
+use sketchnav_schemas::bounds::ANGLE_DEG;
 use sketchnav_schemas::codes::Tracking;
+use sketchnav_schemas::message::Here;
 
 use super::Bridge;
 use crate::board::{Call, Image, Picture, Welcome, put_image};
 use crate::feed::scene::{Around, SIDE_PX, Shape};
-use crate::feed::{self, Feed, OutlineView, PlanView, PoseView, TaskView, View};
-use crate::protocol::{Hello, Limits, SketchType};
+use crate::feed::{self, Feed, OutlineView, PlanView, PoseView, QuestionView, TaskView, View};
+use crate::protocol::{Hello, HereBody, Limits, Refusal, SketchType};
 use crate::walls;
 
 /// Feeds are at least so long apart.
@@ -64,6 +66,21 @@ impl Bridge<'_> {
             Some(sketch) => Some(View { height_px: sketch.size_px[1].into(), scale: sketch.scale }),
             None => self.inbox.size_px.map(|[_, height]| View { height_px: height.into(), scale: 1.0 }),
         }
+    }
+
+    /// A place that a page tells, in the sketch.
+    pub(super) fn place(&self, HereBody { at, heading_deg }: HereBody) -> Result<Here, Refusal> {
+        let [width, height] = self.canvas();
+        if !((0.0..f64::from(width)).contains(&at[0]) && (0.0..f64::from(height)).contains(&at[1])) {
+            let expected = format!("expected a place in the drawing of {width} × {height} px");
+            return Err(Refusal::Malformed(format!("the place: {expected}, found {at:?}")));
+        }
+        if let Some(found) = heading_deg.filter(|degrees| !ANGLE_DEG.holds(*degrees)) {
+            let expected = ANGLE_DEG.words;
+            return Err(Refusal::Malformed(format!("the heading: expected {expected}, found {found}")));
+        }
+        let view = self.view().ok_or_else(|| Refusal::NotNow("expected a drawing, found none".into()))?;
+        Ok(Here { at: view.place(at), yaw_rad: heading_deg.map(f64::to_radians) })
     }
 
     /// Sends all pages again who they are and what there is.
@@ -172,6 +189,10 @@ impl Bridge<'_> {
             outline: located
                 .zip(self.inbox.correspondence.take())
                 .map(|(view, found)| OutlineView::new(&found, &view)),
+            question: located
+                .zip(self.inbox.question.as_deref())
+                .filter(|_| self.machine.asks())
+                .map(|(view, question)| QuestionView::new(question, &view)),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),

@@ -94,3 +94,17 @@ fn what_goes_wrong_is_said_in_words() {
     assert_eq!(warnings(None, None, &ends, &services, None), []);
     assert_eq!(services.views()[2], services::ServiceView { name: "localizer", up: true, restarts: 1 });
 }
+
+#[test]
+fn a_question_has_letters_and_places_of_the_canvas() {
+    let mut question = sketchnav_schemas::message::Question::zeroed();
+    let lost = QuestionView::new(&question, &VIEW);
+    assert_eq!((lost.text.as_str(), lost.places.len()), ("The robot is lost. Tap where it is.", 0));
+    question.place_count = 3;
+    (question.places[2].x_px, question.places[2].y_px) = (20.0, 30.0);
+    let which = QuestionView::new(&question, &VIEW);
+    assert_eq!(which.text, "Is the robot at A, B or C? Tap where it is.");
+    assert_eq!((which.places[2].name, which.places[2].at), ('C', [40.0, 140.0]));
+    let back = VIEW.place([40.0, 140.0]);
+    assert_eq!((back.x, back.y), (20.0, 30.0));
+}

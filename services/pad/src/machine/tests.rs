@@ -318,3 +318,19 @@ fn a_navigator_without_a_drawing_is_ready_when_it_answers() {
     assert!(machine.is_ready(s(1)));
     assert!(machine.allowed(false, s(1)).contains(&Step::Abort));
 }
+
+/// A place is told while the robot asks, by who drives, and never otherwise.
+#[test]
+fn a_place_is_an_answer() {
+    let mut scene = Scene::new(false);
+    scene.located();
+    scene.say(TaskState::Paused);
+    assert!(!scene.allowed().contains(&Step::Here), "it was stopped by a person");
+    scene.machine.on_question(QuestionKind::Which);
+    assert!(scene.allowed().contains(&Step::Here) && scene.machine.asks());
+    assert!(!scene.machine.allowed(false, scene.now).contains(&Step::Here));
+    assert_eq!(scene.order(Step::Here), Order::Here);
+    assert_eq!((scene.machine.state(), scene.machine.asks()), (State::Driving, false));
+    scene.say(TaskState::Driving);
+    assert!(!scene.allowed().contains(&Step::Here));
+}

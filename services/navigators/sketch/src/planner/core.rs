@@ -15,12 +15,12 @@ use crate::planning::parameters::{ParameterError, Parameters};
 use crate::sketch::{CellsError, SketchGrid};
 use crate::task::Task;
 use serde::{Deserialize, Serialize};
-use sketchnav_motion::mission::{Mission, Phase, TaskInfo};
-use sketchnav_schemas::codes::{Process, TaskState, Tracking};
+use sketchnav_motion::mission::{Hold, Mission, Phase, TaskInfo};
+use sketchnav_schemas::codes::{Process, QuestionKind, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Base, Pose};
 use sketchnav_schemas::message::{
-    Correspondence, LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Route, SketchMap,
-    Text, VelocityCommand,
+    Correspondence, Here, LaserScan, MissionCommand, MissionStatus, Odometry, Plan, PoseEstimate, Question,
+    Route, SketchMap, Text, VelocityCommand,
 };
 use sketchnav_schemas::mission::{self as missions, MissionError, overlaid};
 use sketchnav_schemas::robot::RobotError;
@@ -28,7 +28,7 @@ use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_schemas::sketch_mission::SketchMission;
 
 use super::driving::{Driver, Memory, MemoryView, TaskStatus};
-use super::reason::Reason;
+use super::reason::{Help, Reason};
 
 /// What the planner cannot work with.
 #[derive(Debug, thiserror::Error)]
@@ -67,7 +67,17 @@ pub struct Step {
 pub struct State {
     mission: Mission,
     drawing: DrawingSeq,
+    asking: Asking,
     driver: Memory,
+}
+
+/// What a person is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+struct Asking {
+    /// For so long, seconds.
+    for_s: f64,
+    /// The kind of question that was sent last: a number of [`QuestionKind`].
+    sent: u32,
 }
 
 /// The numbers of the sketch and of the route that have come last; 0 before the first.
@@ -82,6 +92,7 @@ struct DrawingSeq {
 pub struct StateView<'a> {
     mission: &'a Mission,
     drawing: DrawingSeq,
+    asking: Asking,
     driver: MemoryView<'a>,
 }
 
@@ -95,6 +106,12 @@ pub struct Core {
     tasks: Option<Vec<Task>>,
     /// The sketch that the tasks are places of, where the route says so.
     tasks_sketch: u64,
+    /// Width and height of the drawing.
+    size_px: [f64; 2],
+    ask_patience_s: f64,
+    asking: Asking,
+    /// Places that were told up to this time are too old, nanoseconds.
+    too_old_ns: Option<u64>,
     driver: Driver,
     mission: Mission,
     drawing: DrawingSeq,
@@ -107,7 +124,11 @@ impl Core {
     /// [`PlannerError`] where the mission's table `parameters.planner` is not as it should be, or the robot lacks a
     /// sensor.
     pub fn new(config: &RunConfig) -> Result<Self, PlannerError> {
-        let parameters = parameters(&config.mission)?;
+        let mut parameters = parameters(&config.mission)?;
+        if config.pad.is_absent() {
+            // Nobody could answer.
+            parameters.ask_margin = 0.0;
+        }
         let robot = &config.robot;
         robot.odometry()?;
         let laser = robot.laser()?;
@@ -118,6 +139,10 @@ impl Core {
             pad: config.pad,
             tasks: None,
             tasks_sketch: 0,
+            size_px: [0.0; 2],
+            ask_patience_s: parameters.ask_patience_s,
+            asking: Asking::default(),
+            too_old_ns: None,
             driver: Driver::new(parameters, robot, laser)?,
             mission: Mission::new(config.pad),
             drawing: DrawingSeq::default(),
@@ -132,6 +157,7 @@ impl Core {
     pub fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
         let sketch = SketchGrid::of_map(map, cells)?;
         self.wall_direction_rad = map.wall_direction_rad;
+        self.size_px = [map.width_px, map.height_px].map(f64::from);
         let before = std::mem::replace(&mut self.drawing.sketch, map.header.seq);
         if self.pad.draws() && before != 0 && before != map.header.seq {
             self.driver.forget();
@@ -161,19 +187,38 @@ impl Core {
 
     /// Does what a person orders; an order that is not known is ignored.
     pub fn on_order(&mut self, order: &MissionCommand) {
-        let count = self.tasks().len();
+        let (held, count) = (self.mission.held(), self.tasks().len());
         self.mission.on_order(order, count);
+        let now_s = self.mission.elapsed_s();
+        if let Some(here) = order.here().filter(|here| self.is_told(order, here)) {
+            self.driver.tell(&here, now_s);
+            self.mission.find();
+        } else if matches!(held, Some(Hold::Lost | Hold::Asks)) && self.mission.held().is_none() {
+            self.driver.go_on_alone(now_s);
+        }
+    }
+
+    /// Whether a place that a person tells is one of the drawing, and newer than what was known at the beginning.
+    fn is_told(&self, order: &MissionCommand, here: &Here) -> bool {
+        let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
+        let [width, height] = self.size_px;
+        !is_old && (0.0..width).contains(&here.at.x) && (0.0..height).contains(&here.at.y)
     }
 
     /// The whole changing state, for a checkpoint; the sketch and the route are not in it.
     pub fn state(&self) -> StateView<'_> {
-        StateView { mission: &self.mission, drawing: self.drawing, driver: self.driver.memory() }
+        StateView {
+            mission: &self.mission,
+            drawing: self.drawing,
+            asking: self.asking,
+            driver: self.driver.memory(),
+        }
     }
 
     /// Goes on from a checkpoint. Its sketch and its route must have come again. Where people draw while the robot
     /// runs, newer ones may have: then it waits for the order to start.
     pub fn restore(&mut self, state: State) {
-        self.mission = state.mission;
+        (self.mission, self.asking) = (state.mission, state.asking);
         if state.drawing == self.drawing || !self.pad.draws() {
             self.driver.restore(state.driver);
             self.drawing = state.drawing;
@@ -185,6 +230,7 @@ impl Core {
     /// Begins, without a checkpoint, with the task that a predecessor's last status was about.
     pub fn resume_behind(&mut self, last: &MissionStatus) {
         self.mission.resume_behind(last);
+        self.too_old_ns = Some(last.header.stamp_ns);
     }
 
     /// Whether the sketch and the route have come.
@@ -209,10 +255,23 @@ impl Core {
         let chart = Chart::new(estimate, self.wall_direction_rad).filter(|_| known);
         if self.mission.is_held() {
             self.driver.stop(dt_s);
+            self.await_answer(dt_s);
         } else {
             self.go_on(chart.as_ref(), estimate, dt_s);
         }
         Step { planned: self.driver.planned(), last: self.mission.is_last() }
+    }
+
+    /// A question that nobody answers in time is none any more.
+    fn await_answer(&mut self, dt_s: f64) {
+        if self.mission.held() != Some(Hold::Asks) {
+            return;
+        }
+        self.asking.for_s += dt_s;
+        if self.asking.for_s >= self.ask_patience_s {
+            self.driver.go_on_alone(self.mission.elapsed_s());
+            self.mission.find();
+        }
     }
 
     /// With a chart where there is a pose.
@@ -248,6 +307,28 @@ impl Core {
     pub fn write_correspondence(&self, odometry: &Odometry, out: &mut Correspondence) {
         out.odometry = odometry.pose;
         self.driver.write_correspondence(out);
+    }
+
+    /// Whether there is a new question to send, or the last one is over; once.
+    pub fn has_question(&mut self) -> bool {
+        let kind = self.question().code();
+        std::mem::replace(&mut self.asking.sent, kind) != kind
+    }
+
+    fn question(&self) -> QuestionKind {
+        match self.mission.held() {
+            Some(Hold::Asks) => QuestionKind::Which,
+            Some(Hold::Lost) => QuestionKind::Where,
+            _ => QuestionKind::Nothing,
+        }
+    }
+
+    /// Writes what a person is asked, except for its header.
+    pub fn write_question(&self, out: &mut Question) {
+        out.kind = self.question().code();
+        if self.question() == QuestionKind::Which {
+            self.driver.write_question(out);
+        }
     }
 
     /// Writes the step's command.
@@ -306,6 +387,13 @@ impl Core {
         let Some(task) = self.task_info() else { return };
         let lost = Tracking::from_code(estimate.tracking) == Some(Tracking::Lost);
         match self.driver.drive(chart, estimate.fit, lost, self.mission.elapsed_s(), dt_s) {
+            TaskStatus::Asks(question) => {
+                self.asking.for_s = 0.0;
+                self.mission.ask(question);
+            }
+            TaskStatus::Ended(TaskState::Lost, reason) if !self.pad.is_absent() => {
+                self.mission.lose(Help(reason));
+            }
             TaskStatus::Ended(state, reason) => self.mission.end(state, reason),
             TaskStatus::Driving(reason) => {
                 if !self.mission.go_on(&task, reason) {

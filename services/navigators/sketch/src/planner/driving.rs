@@ -61,6 +61,8 @@ enum Guide {
 pub enum TaskStatus {
     /// The task goes on.
     Driving(Reason),
+    /// The robot waits until a person says where it is.
+    Asks(Reason),
     /// The task has ended.
     Ended(TaskState, Reason),
 }
@@ -476,6 +478,15 @@ impl Driver {
 }
 
 impl Attempt {
+    /// Doubts of where the robot is begin anew: somebody has helped it.
+    fn look_again(&mut self, now_s: f64, chart: Option<&Chart>) {
+        (self.arrival, self.journey) = (Arrival::default(), Journey::new(now_s));
+        (self.recovery, self.lost_s, self.plan_due_s) = (None, 0.0, now_s);
+        if let Some(chart) = chart {
+            self.progress = ProgressChecker::new(now_s, chart.robot_m().position());
+        }
+    }
+
     /// `blocked` is emptied: its room serves again, so that nothing is allocated while driving.
     fn new(guide: Guide, goal: Point<Sketch>, robot: Point<Odom>, mut blocked: Vec<Blockage>) -> Self {
         blocked.clear();

@@ -4,7 +4,8 @@
 //! The goal has a share of each piece of the drawing's outline (its harmonic measure). Where these pieces
 //! were seen, their places in the map say where the goal is. Where they lie behind a gap, the robot drives to that gap and
 //! looks; a gap that shows nothing is shut. Before it believes an arrival it asks for the best *rival*: the best
-//! alignment by which the goal lies elsewhere. If the rival costs hardly more, it looks there first.
+//! alignment by which the goal lies elsewhere. If the rival costs hardly more, it looks there first. What looking does not
+//! settle a person may: see `doubt`.
 //!
 //! An alignment is spread over steps: each takes a fixed part of the work. The explorer knows no clock and no channel; the same scans
 //! give the same courses.
@@ -12,6 +13,7 @@
 mod chart;
 mod correspondence;
 mod course;
+mod doubt;
 mod paper;
 
 use std::fmt;
@@ -33,6 +35,7 @@ use crate::sketch::SketchGrid;
 use chart::{Chart, Field};
 pub use course::Aim;
 use course::{Course, Likely};
+use doubt::{Doubt, Settled, Told};
 use paper::Paper;
 
 /// Samples of the drawing's outline.
@@ -79,6 +82,8 @@ pub enum Advice {
     Look,
     /// The goal is here.
     Arrived(Evidence),
+    /// Wait: a person is to say where the robot is.
+    Ask,
 }
 
 /// What an arrival is believed by.
@@ -88,6 +93,8 @@ pub struct Evidence {
     pub rival: Option<(f64, f64)>,
     /// How far the walls around the goal differ in direction from what was seen.
     pub misfit: f64,
+    /// Whether a person was asked, and agrees.
+    pub is_confirmed: bool,
 }
 
 impl fmt::Display for Evidence {
@@ -96,7 +103,8 @@ impl fmt::Display for Evidence {
             Some((margin, away_m)) => write!(f, "margin {margin:.2} at {away_m:.1} m")?,
             None => f.write_str("no rival asked")?,
         }
-        write!(f, ", misfit {:.3}", self.misfit)
+        write!(f, ", misfit {:.3}", self.misfit)?;
+        if self.is_confirmed { f.write_str(", a person agrees") } else { Ok(()) }
     }
 }
 
@@ -135,6 +143,11 @@ pub struct State {
     /// Where rivals had the goal, or the gaps behind which they had it, that the robot has looked at.
     looked_at: Vec<Place>,
     rival: Option<Rival>,
+    doubt: Option<Doubt>,
+    settled: Option<Settled>,
+    /// Where the goal does not lie, by what a person has said.
+    denied: Vec<Forbidden>,
+    told: Option<Told>,
     is_news: bool,
     /// The last alignment, with its outline.
     last: Option<(SeenOutline, Alignment)>,
@@ -249,6 +262,7 @@ impl Explorer {
         (self.state.job, self.state.course, self.state.taken_at) = (None, None, None);
         (self.state.looking, self.state.looks, self.field) = (None, 0, None);
         (self.state.looked_at, self.state.rival) = (Vec::new(), None);
+        (self.state.doubt, self.state.settled, self.state.denied) = (None, None, Vec::new());
         self.weigh_goal();
     }
 
@@ -265,6 +279,12 @@ impl Explorer {
     pub fn step(&mut self, left_s: f64) -> Advice {
         if !std::mem::replace(&mut self.state.has_looked, true) {
             return Advice::Look;
+        }
+        if let Some(advice) = self.take_settled() {
+            return advice;
+        }
+        if self.asks().is_some() {
+            return Advice::Ask;
         }
         if let Some(job) = &mut self.state.job {
             if !job.search.advance(&mut self.aligner, WORK) {
@@ -354,7 +374,7 @@ impl Explorer {
     }
 
     /// Takes the outline of what was seen, and begins to align it.
-    fn begin_job(&mut self, forbidden: Vec<Forbidden>, best: Option<f64>) {
+    fn begin_job(&mut self, mut forbidden: Vec<Forbidden>, best: Option<f64>) {
         let Some(paper) = &self.paper else { return };
         let (grid, place) = (self.mapper.map().grid(), self.place());
         let seen = match (&self.state.last, best) {
@@ -366,16 +386,14 @@ impl Explorer {
             }
         };
         if best.is_none() {
-            self.state.taken_at = Some(place);
+            (self.state.taken_at, self.state.doubt) = (Some(place), None);
         }
         // The map's x is where the robot looked at its first scan.
-        let turn_rad = turn_by_walls(&paper.outline, &seen, paper.start.yaw_rad);
-        let anchor = Anchor {
-            drawn: [paper.start.x, paper.start.y],
-            seen: [0.0; 2],
-            turn_rad,
-            scale_m: paper.scale_m,
-        };
+        let marked = Told { drawn: [paper.start.x, paper.start.y], seen: [0.0; 2], turn_rad: None };
+        let Told { drawn, seen: at, turn_rad } = self.state.told.unwrap_or(marked);
+        let turn_rad = turn_by_walls(&paper.outline, &seen, turn_rad.unwrap_or(paper.start.yaw_rad));
+        let anchor = Anchor { drawn, seen: at, turn_rad, scale_m: paper.scale_m };
+        forbidden.extend(&self.state.denied);
         self.state.job = Some(Job { seen, anchor, forbidden, best, search: Search::default() });
         self.prepare_job();
     }
@@ -397,7 +415,13 @@ impl Explorer {
                 self.state.last = Some((job.seen, alignment));
                 self.choose(left_s)
             }
-            Some(best) => self.weigh_rival(&job.seen, &alignment, alignment.cost - best, left_s),
+            Some(best) => {
+                let margin = alignment.cost - best;
+                match self.state.doubt.take() {
+                    Some(doubt) => self.doubt_on(doubt, &alignment, margin),
+                    None => self.weigh_rival(&job.seen, &alignment, margin, left_s),
+                }
+            }
         }
     }
 
@@ -492,15 +516,19 @@ impl Explorer {
         };
         self.state.rival = Some(Rival { margin, place: target });
         self.state.is_news = true;
-        if margin > self.parameters.rival_margin || self.state.looks >= self.parameters.rival_looks {
+        if margin > self.parameters.rival_margin {
             return self.arrived(Some(margin));
         }
-        if self.state.looked_at.iter().any(|at| distance(*at, target) < LOOKED_AT_M) {
-            return self.arrived(Some(margin));
+        let is_known = self.state.looked_at.iter().any(|at| distance(*at, target) < LOOKED_AT_M);
+        if is_known || self.state.looks >= self.parameters.rival_looks {
+            return self.doubt(rival, margin);
         }
         let before = (self.state.course.take(), self.field.take());
         let Some(way_m) = self.set_course(Aim::Rival, target, points.clone()) else {
-            return self.arrived(Some(margin));
+            if self.may_ask() {
+                (self.state.course, self.field) = before;
+            }
+            return self.doubt(rival, margin);
         };
         let back_s = 2.0 * way_m / USUAL_MPS + 30.0;
         if way_m < AT_RIVAL_M && !points.is_empty() {
@@ -512,7 +540,7 @@ impl Explorer {
         }
         if way_m < AT_RIVAL_M || back_s > left_s {
             (self.state.course, self.field) = before;
-            return self.arrived(Some(margin));
+            return if way_m < AT_RIVAL_M { self.doubt(rival, margin) } else { self.arrived(Some(margin)) };
         }
         self.look_at(target);
         Advice::Drive
@@ -526,7 +554,7 @@ impl Explorer {
         let place = self.place();
         let away_m = |rival: Rival| distance(rival.place, place);
         let rival = margin.map(|margin| (margin, self.state.rival.map_or(f64::INFINITY, away_m)));
-        Advice::Arrived(Evidence { rival, misfit })
+        Advice::Arrived(Evidence { rival, misfit, is_confirmed: false })
     }
 
     fn look_at(&mut self, target: Place) {

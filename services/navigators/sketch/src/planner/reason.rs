@@ -52,6 +52,30 @@ pub enum Reason {
     Matched(Evidence),
     /// So many seconds on a way for which the drawing shows so many metres.
     Astray(f64, f64),
+    /// A person is to say at which of so many places the robot is; the second one's alignment costs so much more.
+    Asks(usize, f64),
+}
+
+/// A reason of a lost robot, short enough to stand behind what a person is to do about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Help(pub Reason);
+
+impl fmt::Display for Help {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("tap where it is; ")?;
+        match self.0 {
+            Reason::Astray(on_way_s, drawn_m) => {
+                write!(f, "{on_way_s:.0} s on a drawn way of {drawn_m:.0} m")
+            }
+            Reason::Doubted(jumps, fit) => write!(f, "the scans fit badly ({fit:.1}), {jumps} jumps"),
+            reason => write!(f, "{reason}"),
+        }
+    }
+}
+
+/// The letter of a place that a person is asked about: A, B, C, …
+fn letter(place: usize) -> char {
+    char::from(b'A' + (place % 26) as u8)
 }
 
 impl fmt::Display for Reason {
@@ -96,6 +120,14 @@ impl fmt::Display for Reason {
                     "on the way for {on_way_s:.0} s where the drawing shows {drawn_m:.0} m: this must be elsewhere"
                 )
             }
+            Self::Asks(count, margin) => {
+                f.write_str("is the robot at A")?;
+                (1..*count).try_for_each(|place| {
+                    let joint = if place + 1 == *count { " or" } else { "," };
+                    write!(f, "{joint} {}", letter(place))
+                })?;
+                write!(f, "? margin {margin:.1}")
+            }
         }
     }
 }
@@ -115,6 +147,12 @@ mod tests {
     }
 
     #[test]
+    fn a_person_is_asked_by_letters() {
+        assert_eq!(Reason::Asks(2, 1.2).to_string(), "is the robot at A or B? margin 1.2");
+        assert_eq!(Reason::Asks(4, 0.0).to_string(), "is the robot at A, B, C or D? margin 0.0");
+    }
+
+    #[test]
     fn every_reason_fits_its_field() {
         let far = Point::new(-1234.0, 1234.0);
         for reason in [
@@ -127,10 +165,15 @@ mod tests {
             Reason::Astray(99_999.0, 999.0),
             Reason::Comparing,
             Reason::Exploring(Aim::Rival),
-            Reason::Matched(Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0 }),
-            Reason::Matched(Evidence { rival: None, misfit: 2.0 }),
+            Reason::Matched(Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0, is_confirmed: true }),
+            Reason::Matched(Evidence { rival: None, misfit: 2.0, is_confirmed: true }),
+            Reason::Asks(4, 9999.0),
         ] {
             assert_eq!(Text::<96>::of(reason).as_str(), reason.to_string());
+        }
+        for reason in [Reason::Lost(9999.0), Reason::Astray(99_999.0, 999.0), Reason::Doubted(1234, -12.0)] {
+            let words = format!("lost, waits for help: {}", Help(reason));
+            assert_eq!(Text::<96>::new(&words).as_str(), words);
         }
     }
 }

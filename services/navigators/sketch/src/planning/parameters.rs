@@ -81,6 +81,11 @@ pub struct Parameters {
     pub rival_away_m: f64,
     /// How often to look where a rival has the goal.
     pub rival_looks: u32,
+    /// A person is asked where the robot is if the best rival costs at most this in addition and was looked at; 0: nobody
+    /// is. Without a pad nobody could answer.
+    pub ask_margin: f64,
+    /// So long the robot waits for the answer before it believes the arrival, seconds.
+    pub ask_patience_s: f64,
     /// Room beside the footprint's padding that ways through the map keep from walls, metres.
     pub map_clearance_m: f64,
     /// A task has failed after the localizer was lost for this long, seconds.
@@ -126,6 +131,8 @@ impl Default for Parameters {
             rival_margin: 6.0,
             rival_away_m: 2.5,
             rival_looks: 8,
+            ask_margin: 3.0,
+            ask_patience_s: 120.0,
             map_clearance_m: 0.2,
             lost_s: 20.0,
         }
@@ -200,6 +207,7 @@ impl Parameters {
             ("lost_s", self.lost_s),
             ("building_size_m", self.building_size_m),
             ("rival_away_m", self.rival_away_m),
+            ("ask_patience_s", self.ask_patience_s),
         ];
         let not_negative = [
             ("inflation_weight", self.inflation_weight),
@@ -208,6 +216,7 @@ impl Parameters {
             ("goal_hidden_share", self.goal_hidden_share),
             ("goal_emphasis", self.goal_emphasis),
             ("rival_margin", self.rival_margin),
+            ("ask_margin", self.ask_margin),
             ("map_clearance_m", self.map_clearance_m),
         ];
         let shares = [("speed_share", self.speed_share), ("turn_share", self.turn_share)];

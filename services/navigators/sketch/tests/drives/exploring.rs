@@ -15,13 +15,13 @@ fn arms() -> Vec<Line> {
 }
 
 /// As a person may draw it: the arms half as wide again, the hall half as high again.
-fn bent(x: f64, y: f64) -> ([f64; 2], [f64; 2]) {
+pub fn bent(x: f64, y: f64) -> ([f64; 2], [f64; 2]) {
     let (x, a) = if x < 5.5 { (30.0 * x, 30.0) } else { (165.0 + 26.0 * (x - 5.5), 26.0) };
     let (y, b) = if y < 3.0 { (45.0 * y, 45.0) } else { (135.0 + 22.0 * (y - 3.0), 22.0) };
     ([20.0 + x, 20.0 + y], [a, b])
 }
 
-fn scene() -> Scene {
+pub fn scene() -> Scene {
     Scene { warp: bent, ..Scene::faithful(arms(), [11.0, 9.0], [1.7, 7.5, -1.57]) }
 }
 

@@ -1,5 +1,6 @@
 //! The planner drives a kinematic robot, with a perfect estimate, in small buildings.
 
+mod asking;
 mod driving;
 mod exploring;
 mod frugal;

@@ -3,7 +3,7 @@
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::codes::{FREE, Order, TaskState, Tracking, WALL};
-use sketchnav_schemas::geometry::{Odom, Pose, Sketch, World as WorldFrame};
+use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch, World as WorldFrame};
 use sketchnav_schemas::message::*;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
@@ -62,6 +62,8 @@ pub struct Drive {
     seq: u64,
     /// How well the scans fit, as the estimate says.
     pub fit: f64,
+    /// How sure the localizer is.
+    pub tracking: Tracking,
     pub scan: Box<LaserScan>,
     pub estimate: Box<PoseEstimate>,
     pub odometry: Odometry,
@@ -176,6 +178,7 @@ impl Drive {
             twist: Zeroable::zeroed(),
             seq: 0,
             fit: 0.0,
+            tracking: Tracking::Tracking,
             scan: Box::new(Zeroable::zeroed()),
             estimate: Box::new(Zeroable::zeroed()),
             odometry: Zeroable::zeroed(),
@@ -224,7 +227,7 @@ impl Drive {
         estimate.pose = PosePx::new(&Pose::<Sketch>::new(x, y, self.truth.yaw_rad));
         (estimate.scale_a_pxpm, estimate.scale_b_pxpm) = (a, b);
         estimate.odometry = odometry;
-        estimate.tracking = Tracking::Tracking.code();
+        estimate.tracking = self.tracking.code();
         estimate.fit = self.fit;
     }
 
@@ -242,6 +245,40 @@ impl Drive {
         let yaw = self.truth.yaw_rad + DT_S * twist.yaw_rate_radps;
         let free = self.scene.clearance(x, y) >= self.robot.radius_m;
         self.truth = if free { Pose::new(x, y, yaw) } else { Pose::new(self.truth.x, self.truth.y, yaw) };
+    }
+
+    /// Takes a whole step; how the mission stands then.
+    pub fn step(&mut self) -> MissionStatus {
+        self.sense();
+        self.think();
+        let (mut status, mut command) = (MissionStatus::zeroed(), VelocityCommand::zeroed());
+        self.core.write_status(&mut status);
+        self.core.write_command(&mut command);
+        self.act(command.twist);
+        status
+    }
+
+    /// Takes steps until the mission stands so; at most ten minutes.
+    pub fn until(&mut self, what: &str, is_so: impl Fn(&MissionStatus) -> bool) -> MissionStatus {
+        let found = (0..6000).map(|_| self.step()).find(is_so);
+        found.unwrap_or_else(|| panic!("never {what}: {:?}", self.step()))
+    }
+
+    /// Where the robot truly is.
+    pub fn place(&self) -> [f64; 2] {
+        [self.truth.x, self.truth.y]
+    }
+
+    /// A person orders something.
+    pub fn order(&mut self, order: Order) {
+        self.core.on_order(&MissionCommand { order: order.code(), ..Zeroable::zeroed() });
+    }
+
+    /// A person says where in the drawing the robot is.
+    pub fn tell(&mut self, x_px: f64, y_px: f64) {
+        let mut order = MissionCommand { order: Order::Here.code(), ..Zeroable::zeroed() };
+        order.set_here(&Here { at: Point::new(x_px, y_px), yaw_rad: None });
+        self.core.on_order(&order);
     }
 
     /// Drives until the mission ends, or for `most_s` seconds.

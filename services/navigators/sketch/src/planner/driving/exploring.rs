@@ -9,7 +9,7 @@ use sketchnav_motion::progress::ProgressChecker;
 use sketchnav_motion::recovery::Recovery;
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Odom, Point, Pose};
-use sketchnav_schemas::message::Correspondence;
+use sketchnav_schemas::message::{Correspondence, Here, Question};
 
 use super::way::{LENGTH_SHARE, farthest_within, is_in_reach, length};
 use super::{Driver, Guide, TaskStatus};
@@ -51,6 +51,11 @@ impl Driver {
                 return TaskStatus::Ended(TaskState::Reached, Reason::Matched(evidence));
             }
             Advice::Look => return self.look(chart, now_s, dt_s),
+            Advice::Ask => {
+                let (count, margin) = explorer.asks().unwrap_or_default();
+                self.stop(dt_s);
+                return TaskStatus::Asks(Reason::Asks(count, margin));
+            }
             Advice::Drive => {}
         }
         let Some(aim) = explorer.aim() else {
@@ -110,6 +115,29 @@ impl Driver {
         }
         self.attempt.recovery = Some(Recovery::begin(now_s, place));
         TaskStatus::Driving(Reason::Recovering(self.attempt.stuck.total))
+    }
+
+    /// Writes the places of the drawing that a person is asked about.
+    pub fn write_question(&self, out: &mut Question) {
+        if let Some(explorer) = &self.explorer {
+            explorer.write_question(out);
+        }
+    }
+
+    /// Nobody has said where the robot is: it goes on by itself, `now_s` after the task's begin.
+    pub fn go_on_alone(&mut self, now_s: f64) {
+        self.attempt.look_again(now_s, self.chart.as_ref());
+        if let Some(explorer) = &mut self.explorer {
+            explorer.believe();
+        }
+    }
+
+    /// A person says where the robot is, `now_s` after the task's begin.
+    pub fn tell(&mut self, here: &Here, now_s: f64) {
+        self.attempt.look_again(now_s, self.chart.as_ref());
+        if let Some(explorer) = &mut self.explorer {
+            explorer.tell(here);
+        }
     }
 
     /// Whether there is something new of what corresponds to what.

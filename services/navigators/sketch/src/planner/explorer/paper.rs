@@ -1,7 +1,8 @@
 //! The drawing as the explorer sees it: its outline and its inside.
 
+use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::harmonic::Interior;
-use sketchnav_mapping::outline::Outline;
+use sketchnav_mapping::outline::{Outline, Place};
 use sketchnav_mapping::region::Region;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 
@@ -18,6 +19,8 @@ const NARROW: [f64; 5] = [0.05, 0.08, 0.125, 0.175, 0.2];
 const SHUT_CELLS: usize = 256;
 /// Most cells along the longer side of the drawing as it is looked at.
 const MOST_CELLS: usize = 1024;
+/// A place of the drawing has a place in the map where this share of its surroundings was seen.
+const LEAST_KNOWN: f64 = 0.3;
 /// Cells of the grid on which Laplace's equation is solved, along the drawing's longer side.
 const INTERIOR_CELLS: usize = 128;
 
@@ -62,6 +65,17 @@ impl Paper {
     /// The goal's share of each sample of the outline: its harmonic measure.
     pub fn shares(&self, goal: Point<Sketch>) -> Vec<f64> {
         self.interior.measure([goal.x, goal.y].map(|px| px / self.grain_px))
+    }
+
+    /// Where in the drawing a place of the map lies by an alignment; `None` where hardly anything was seen.
+    pub fn place_of(&self, partners: &[Partner], place: Place) -> Option<Point<Sketch>> {
+        let image = |partner: &Partner| match partner {
+            Partner::Wall(place) => Some(*place),
+            Partner::Nothing | Partner::Gap(_) => None,
+        };
+        let images: Vec<_> = partners.iter().map(image).collect();
+        let [x, y] = self.interior.place_of(&images, place, LEAST_KNOWN)?;
+        Some(Point::new(x * self.grain_px, y * self.grain_px))
     }
 }
 

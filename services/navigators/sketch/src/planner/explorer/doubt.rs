@@ -1,0 +1,197 @@
+//! A doubt that only a person can settle: the goal seems to be here, and by other alignments that cost hardly more the
+//! robot is elsewhere in the drawing. It has looked at all that could have told them apart.
+//!
+//! The robot then waits, and shows where in the drawing it may be. What a person answers decides between the alignments,
+//! and anchors those that follow.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_mapping::alignment::{Alignment, Forbidden};
+use sketchnav_mapping::outline::Place;
+use sketchnav_schemas::geometry::{Point, Sketch, wrap_angle};
+use sketchnav_schemas::message::{Here, PossiblePlace, Question};
+
+use super::{Advice, Explorer};
+
+/// Most places that a person is asked about: those that a question holds.
+const MOST_PLACES: usize = 4;
+/// Most rivals that are asked for.
+const MOST_RIVALS: u32 = 6;
+/// Places nearer to each other than this are one to a person, metres.
+const APART_M: f64 = 2.0;
+
+/// By an alignment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Hypothesis {
+    /// Where in the drawing the robot is.
+    at: Point<Sketch>,
+    /// What the alignment costs more than the best one.
+    margin: f64,
+    /// Where it has the goal.
+    goal: Vec<Forbidden>,
+}
+
+/// What a person is asked, or is about to be.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Doubt {
+    /// What the best rival costs more.
+    margin: f64,
+    /// The best alignment's first.
+    hypotheses: Vec<Hypothesis>,
+    /// Where the alignments so far have the goal.
+    found: Vec<Forbidden>,
+    rivals: u32,
+    /// Whether all rivals are known, and the person is asked.
+    is_open: bool,
+}
+
+/// How an arrival was settled that was in doubt.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Settled {
+    /// What the best rival costs more.
+    margin: f64,
+    /// Whether a person says that the robot is here.
+    is_confirmed: bool,
+}
+
+/// Where a person has said that the robot is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Told {
+    /// In the drawing.
+    pub drawn: Place,
+    /// In the map.
+    pub seen: Place,
+    /// A direction in the drawing is the one in the map turned by this, where the heading was said.
+    pub turn_rad: Option<f64>,
+}
+
+impl Explorer {
+    /// The rival costs `margin` more than the alignment that has the goal here, and there is nothing left to look at.
+    pub(super) fn doubt(&mut self, rival: &Alignment, margin: f64) -> Advice {
+        if !self.may_ask() || margin > self.parameters.ask_margin {
+            return self.arrived(Some(margin));
+        }
+        let best = self.state.last.take();
+        let first = best.as_ref().and_then(|(_, best)| self.hypothesis(best, 0.0));
+        self.state.last = best;
+        let Some(first) = first else { return self.arrived(Some(margin)) };
+        let found = first.goal.clone();
+        let doubt = Doubt { margin, hypotheses: vec![first], found, rivals: 0, is_open: false };
+        self.doubt_more(doubt, rival, margin)
+    }
+
+    /// Whether a person can be asked.
+    pub(super) fn may_ask(&self) -> bool {
+        self.parameters.ask_margin > 0.0
+    }
+
+    /// Another rival while a doubt is being put together: those that cost too much end it.
+    pub(super) fn doubt_on(&mut self, doubt: Doubt, rival: &Alignment, margin: f64) -> Advice {
+        match margin <= self.parameters.ask_margin {
+            true => self.doubt_more(doubt, rival, margin),
+            false => self.ask(doubt),
+        }
+    }
+
+    fn doubt_more(&mut self, mut doubt: Doubt, rival: &Alignment, margin: f64) -> Advice {
+        let found = self.goal_places(rival);
+        doubt.found.extend(&found);
+        doubt.rivals += 1;
+        let apart_px = self.paper.as_ref().map_or(0.0, |paper| APART_M / paper.scale_m);
+        let is_new =
+            |at: &Point<Sketch>| doubt.hypotheses.iter().all(|known| known.at.distance(at) > apart_px);
+        let hypothesis = self.hypothesis(rival, margin).filter(|hypothesis| is_new(&hypothesis.at));
+        doubt.hypotheses.extend(hypothesis);
+        let best = self.state.last.as_ref().map(|(_, best)| best.cost);
+        if doubt.hypotheses.len() == MOST_PLACES || doubt.rivals == MOST_RIVALS || found.is_empty() {
+            return self.ask(doubt);
+        }
+        self.begin_job(doubt.found.clone(), best);
+        self.state.doubt = Some(doubt);
+        Advice::Drive
+    }
+
+    /// Asks, unless a person sees one place alone: then nobody can help.
+    fn ask(&mut self, doubt: Doubt) -> Advice {
+        if doubt.hypotheses.len() < 2 {
+            return self.arrived(Some(doubt.margin));
+        }
+        self.state.doubt = Some(Doubt { is_open: true, ..doubt });
+        Advice::Ask
+    }
+
+    fn hypothesis(&self, alignment: &Alignment, margin: f64) -> Option<Hypothesis> {
+        let at = self.paper.as_ref()?.place_of(&alignment.partners, self.place())?;
+        Some(Hypothesis { at, margin, goal: self.goal_places(alignment) })
+    }
+
+    /// Of how many places a person is asked which one it is, and what the second one's alignment costs more.
+    pub fn asks(&self) -> Option<(usize, f64)> {
+        let doubt = self.state.doubt.as_ref().filter(|doubt| doubt.is_open)?;
+        Some((doubt.hypotheses.len(), doubt.hypotheses.get(1)?.margin))
+    }
+
+    /// Writes the places that a person is asked about.
+    pub fn write_question(&self, out: &mut Question) {
+        let doubt = self.state.doubt.as_ref().filter(|doubt| doubt.is_open);
+        let places = doubt.map_or(&[][..], |doubt| &doubt.hypotheses);
+        for (slot, Hypothesis { at, margin, .. }) in out.places.iter_mut().zip(places) {
+            *slot = PossiblePlace { x_px: at.x, y_px: at.y, margin: *margin };
+        }
+        out.place_count = places.len().min(out.places.len()) as u32;
+    }
+
+    /// Nobody answers: the arrival is believed by its evidence.
+    pub fn believe(&mut self) {
+        let doubt = self.state.doubt.take_if(|doubt| doubt.is_open);
+        self.state.settled = doubt.map(|doubt| Settled { margin: doubt.margin, is_confirmed: false });
+    }
+
+    /// How an arrival that was in doubt was settled.
+    pub(super) fn take_settled(&mut self) -> Option<Advice> {
+        let Settled { margin, is_confirmed } = self.state.settled.take()?;
+        let Advice::Arrived(evidence) = self.arrived(Some(margin)) else { return None };
+        Some(Advice::Arrived(super::Evidence { is_confirmed, ..evidence }))
+    }
+
+    /// A person says where the robot is. If that is where the best alignment has it, the arrival that is in doubt is
+    /// believed. If it is where a rival has it, the others' places of the goal are forbidden. Alignments are anchored
+    /// there from now on.
+    pub fn tell(&mut self, here: &Here) {
+        if !self.is_in_charge() {
+            return;
+        }
+        let doubt = self.state.doubt.take_if(|doubt| doubt.is_open);
+        let near = doubt.as_ref().and_then(|doubt| Some((doubt, self.nearest(doubt, &here.at)?)));
+        if let Some((doubt, 0)) = near {
+            self.state.settled = Some(Settled { margin: doubt.margin, is_confirmed: true });
+            return;
+        }
+        if let Some((doubt, chosen)) = near {
+            let others = doubt.hypotheses.iter().enumerate().filter(|(k, _)| *k != chosen);
+            self.state.denied.extend(others.flat_map(|(_, other)| &other.goal));
+        }
+        let robot = self.robot();
+        let turn_rad = here.yaw_rad.map(|yaw_rad| wrap_angle(yaw_rad - robot.yaw_rad));
+        self.state.told = Some(Told { drawn: [here.at.x, here.at.y], seen: self.place(), turn_rad });
+        self.look_anew();
+    }
+
+    /// What was compared before counts no more.
+    fn look_anew(&mut self) {
+        (self.state.job, self.state.course, self.field) = (None, None, None);
+        (self.state.doubt, self.state.settled) = (None, None);
+        (self.state.looking, self.state.looks) = (None, 0);
+        (self.state.looked_at, self.state.rival) = (Vec::new(), None);
+        if self.state.goal.is_some() && self.state.has_looked {
+            self.begin_job(Vec::new(), None);
+        }
+    }
+
+    /// The alternative that a place means; `None` where it is far from all of them.
+    fn nearest(&self, doubt: &Doubt, at: &Point<Sketch>) -> Option<usize> {
+        let off_px = |k: &usize| doubt.hypotheses[*k].at.distance(at);
+        let nearest = (0..doubt.hypotheses.len()).min_by(|a, b| off_px(a).total_cmp(&off_px(b)))?;
+        let off_m = off_px(&nearest) * self.paper.as_ref()?.scale_m;
+        (off_m <= self.parameters.rival_away_m).then_some(nearest)
+    }
+}

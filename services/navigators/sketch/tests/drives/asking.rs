@@ -1,0 +1,178 @@
+//! A robot that asks a person where it is, and what it does with the answer.
+
+use bytemuck::Zeroable;
+use sketchnav_schemas::codes::{QuestionKind, TaskState, Tracking};
+use sketchnav_schemas::message::{MissionStatus, Question};
+use sketchnav_schemas::run::{Pad, RunConfig};
+use sketchnav_sketch::planner::core::{Core, State};
+
+use crate::exploring::{bent, scene};
+use crate::support::*;
+
+const GOAL: [f64; 2] = [9.2, 7.0];
+
+/// A run with somebody at the pad, in which every rival is in doubt: the two arms are alike then.
+fn doubtful(pad: Pad) -> RunConfig {
+    let planner = "by_outline = true\nrival_margin = 1000.0\nask_margin = 1000.0\nask_patience_s = 30.0";
+    RunConfig { pad, ..config(ROBOTINO, planner) }
+}
+
+fn drive(pad: Pad) -> Drive {
+    Drive::with(scene(), doubtful(pad), &[&[GOAL]], 600.0)
+}
+
+fn is(state: TaskState) -> impl Fn(&MissionStatus) -> bool {
+    move |status| status.state == state.code()
+}
+
+/// Drives until the robot asks; what it asks.
+fn asked(drive: &mut Drive) -> (MissionStatus, Question) {
+    let status = drive.until("asking", is(TaskState::Paused));
+    assert!(drive.core.has_question() && !drive.core.has_question(), "it is news once");
+    let mut question = Question::zeroed();
+    drive.core.write_question(&mut question);
+    (status, question)
+}
+
+fn off_m(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+#[test]
+fn it_asks_at_which_place_of_the_drawing_it_is_and_stands() {
+    let mut drive = drive(Pad::Watches);
+    let (status, question) = asked(&mut drive);
+    assert!(status.reason.as_str().starts_with("is the robot at A or B"), "{:?}", status.reason);
+    assert_eq!(question.kind, QuestionKind::Which.code());
+    assert!((2..=4).contains(&question.places().len()), "{question:?}");
+    // The first is where the best alignment has the robot: at the goal.
+    let [x, y] = bent(GOAL[0], GOAL[1]).0;
+    let first = question.places()[0];
+    assert!(off_m([first.x_px, first.y_px], [x, y]) < 40.0, "{question:?}, the goal is at {x}, {y}");
+    let before = drive.place();
+    let stands = (0..100).map(|_| drive.step()).last().unwrap();
+    assert!(off_m(before, drive.place()) < 0.3);
+    assert_eq!((stands.state, stands.reason), (status.state, status.reason));
+    assert_eq!(stands.task_time_s, status.task_time_s, "the clock stands");
+}
+
+#[test]
+fn who_says_the_likeliest_place_has_the_arrival_believed() {
+    let mut drive = drive(Pad::Watches);
+    let (_, question) = asked(&mut drive);
+    let place = question.places()[0];
+    drive.tell(place.x_px + 5.0, place.y_px);
+    let status = drive.step();
+    assert_eq!(status.state, TaskState::Reached.code(), "{status:?}");
+    assert!(status.reason.as_str().ends_with("a person agrees"), "{:?}", status.reason);
+    assert!(drive.core.has_question(), "that it asks no more is news");
+    assert!(off_m(drive.place(), GOAL) < 1.2);
+}
+
+/// The goal then lies where the rival has it, in the other arm.
+#[test]
+fn who_says_another_place_sends_it_to_where_the_goal_lies_by_that() {
+    let mut drive = drive(Pad::Watches);
+    let (_, question) = asked(&mut drive);
+    let place = question.places()[1];
+    let before = drive.place();
+    drive.tell(place.x_px, place.y_px);
+    assert_eq!(drive.step().state, TaskState::Driving.code());
+    let (_, question) = asked(&mut drive);
+    assert!(off_m(before, drive.place()) > 3.0, "from {before:?} to {:?}", drive.place());
+    let place = question.places()[0];
+    drive.tell(place.x_px, place.y_px);
+    assert_eq!(drive.step().state, TaskState::Reached.code());
+}
+
+#[test]
+fn a_place_far_from_all_of_them_anchors_what_is_compared_from_then_on() {
+    let mut drive = drive(Pad::Watches);
+    let (_, question) = asked(&mut drive);
+    // In the middle of the hall, which is none of the places.
+    let [x, y] = bent(5.5, 1.7).0;
+    assert!(
+        question.places().iter().all(|place| off_m([place.x_px, place.y_px], [x, y]) > 60.0),
+        "{question:?}"
+    );
+    drive.tell(x, y);
+    assert_eq!(drive.step().state, TaskState::Driving.code());
+    drive.until("another word", |status| status.state != TaskState::Driving.code());
+}
+
+/// The arrival is believed by its evidence, as without a pad.
+#[test]
+fn where_nobody_answers_the_arrival_is_believed() {
+    let mut drive = drive(Pad::Watches);
+    asked(&mut drive);
+    let waited = (0..400).map(|_| drive.step()).take_while(is(TaskState::Paused)).count();
+    assert!((290..=301).contains(&waited), "{waited}");
+    let mut alone = self::drive(Pad::Absent);
+    let status = alone.until("the end", |status| status.state >= TaskState::Reached.code());
+    assert_eq!(status.state, TaskState::Reached.code());
+    assert!(status.reason.as_str().starts_with("the walls seen have the goal here: margin"), "{status:?}");
+    assert!(!alone.core.has_question());
+}
+
+/// By the button that goes on, too.
+#[test]
+fn who_has_it_go_on_has_it_believe() {
+    let mut drive = drive(Pad::Watches);
+    asked(&mut drive);
+    drive.order(sketchnav_schemas::codes::Order::Resume);
+    let status = drive.step();
+    assert_eq!(status.state, TaskState::Reached.code());
+    assert!(!status.reason.as_str().contains("agrees"), "{status:?}");
+}
+
+/// A planner that is stored and restored again and again asks the same, and does the same with the answer.
+#[test]
+fn a_question_survives_the_planner() {
+    let (mut whole, mut broken) = (drive(Pad::Watches), drive(Pad::Watches));
+    let mut answered = false;
+    for step in 0..3000 {
+        let statuses = [whole.step(), broken.step()];
+        assert_eq!(bytemuck::bytes_of(&statuses[0]), bytemuck::bytes_of(&statuses[1]), "step {step}");
+        let asks = statuses[0].state == TaskState::Paused.code();
+        if step % 97 == 5 || asks {
+            let stored = postcard::to_stdvec(&broken.core.state()).unwrap();
+            let state: State = postcard::from_bytes(&stored).unwrap();
+            let mut core: Core = drive(Pad::Watches).core;
+            core.restore(state);
+            broken.core = core;
+        }
+        let news = [whole.core.has_question(), broken.core.has_question()];
+        assert_eq!(news[0], news[1], "step {step}");
+        if news[0] && asks && !answered {
+            answered = true;
+            for drive in [&mut whole, &mut broken] {
+                let mut question = Question::zeroed();
+                drive.core.write_question(&mut question);
+                drive.tell(question.places()[1].x_px, question.places()[1].y_px);
+            }
+        }
+    }
+    assert!(answered);
+}
+
+/// By the filter, too, a lost robot waits for a person where there is a pad, and goes on from where that one says.
+#[test]
+fn a_lost_robot_waits_until_it_is_told_where_it_is() {
+    let mut drive =
+        Drive::with(scene(), RunConfig { pad: Pad::Watches, ..config(ROBOTINO, "") }, &[&[GOAL]], 600.0);
+    drive.tracking = Tracking::Lost;
+    let (status, question) = asked(&mut drive);
+    let expected = "lost, waits for help: tap where it is; the scans fit nowhere near for 20 s";
+    assert_eq!((status.reason.as_str(), question.kind), (expected, QuestionKind::Where.code()));
+    assert_eq!(question.places().len(), 0);
+    drive.tracking = Tracking::Tracking;
+    drive.tell(-1.0, 5.0);
+    assert_eq!(drive.step().state, TaskState::Paused.code(), "that is no place of the drawing");
+    let [x, y] = bent(drive.place()[0], drive.place()[1]).0;
+    drive.tell(x, y);
+    assert_eq!(drive.step().state, TaskState::Driving.code());
+    drive.until("there", is(TaskState::Reached));
+    let mut alone = Drive::new(scene(), ROBOTINO, &[&[GOAL]], 600.0);
+    alone.tracking = Tracking::Lost;
+    alone.until("lost", is(TaskState::Lost));
+}

@@ -1,0 +1,72 @@
+// A robot that asks where it is, on the page of `run --pad`: `node asking.mjs URL OUT`.
+// Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
+//
+// Waits until the page shows the question and its places, taps the second one on the sheet, sees the robot drive on, and
+// answers the next question by its button. Leaves screenshots in OUT; fails with the first thing that does not hold.
+
+import assert from "node:assert/strict";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+
+import { Hand } from "./hand.mjs";
+
+const [url, out] = process.argv.slice(2);
+const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
+const LIMIT_MS = 150000;
+const browser = await chromium.launch({
+  executablePath: process.env.SKETCHNAV_CHROMIUM,
+  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
+});
+
+/** What the server has said last. */
+const told = { canvas: null, question: null };
+const faults = [];
+
+function listen(socket) {
+  socket.on("framereceived", ({ payload }) => {
+    const { hello, feed } = JSON.parse(payload);
+    told.canvas = hello?.canvas ?? told.canvas;
+    if (feed) told.question = feed.question ?? null;
+  });
+}
+
+async function main() {
+  const context = await browser.newContext({ viewport: { width: 1200, height: 800 } });
+  const page = await context.newPage();
+  page.setDefaultTimeout(LIMIT_MS);
+  page.on("pageerror", (error) => faults.push(error.stack));
+  page.on("websocket", listen);
+  await page.goto(url);
+  const says = (id, words) => page.waitForFunction(
+    ([where, what]) => document.getElementById(where).textContent.includes(what), [id, words], { timeout: LIMIT_MS },
+  );
+  await says("headline", "Where is the robot?");
+  await page.waitForSelector("#question button:nth-child(2)");
+  const { text, places } = told.question;
+  assert.equal(await page.locator("#advice").textContent(), text);
+  const buttons = await page.locator("#question button").allTextContents();
+  assert.deepEqual(buttons, places.map((place) => place.name), "a button for each place");
+  const hand = new Hand(page, await context.newCDPSession(page), told.canvas);
+  await hand.look();
+  await hand.settled();
+  await page.screenshot({ path: join(out, "asks.png") });
+
+  // A tap beside the letter means it, too.
+  const [x, y] = places[1].at;
+  await hand.tap([x + 6 / hand.view.scale, y]);
+  await says("say", "The robot was told where it is.");
+  await says("headline", "Driving");
+  assert.equal(await page.locator("#question button").count(), 0, "it asks no more");
+  await says("headline", "Where is the robot?");
+  await page.waitForSelector("#question button");
+  await page.screenshot({ path: join(out, "asks-again.png") });
+  await page.click("#question button:first-child");
+  await says("say", "The robot was told where it is.");
+  assert.deepEqual(faults, [], "errors on the page");
+}
+
+try {
+  await main();
+} finally {
+  await browser.close();
+}

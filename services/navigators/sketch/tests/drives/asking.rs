@@ -69,7 +69,7 @@ fn who_says_the_likeliest_place_has_the_arrival_believed() {
     assert!(off_m(drive.place(), GOAL) < 1.2);
 }
 
-/// The goal then lies where the rival has it, in the other arm.
+/// The goal then lies where the rival has it. That is farther away than `rival_away_m`, 2.5 m; the robot stops near it.
 #[test]
 fn who_says_another_place_sends_it_to_where_the_goal_lies_by_that() {
     let mut drive = drive(Pad::Watches);
@@ -80,7 +80,7 @@ fn who_says_another_place_sends_it_to_where_the_goal_lies_by_that() {
     assert_eq!(drive.step().state, TaskState::Driving.code());
     assert!(drive.core.has_question(), "that it asks no more is news");
     let (_, question) = asked(&mut drive);
-    assert!(off_m(before, drive.place()) > 3.0, "from {before:?} to {:?}", drive.place());
+    assert!(off_m(before, drive.place()) > 2.0, "from {before:?} to {:?}", drive.place());
     let place = question.places()[0];
     drive.tell(place.x_px, place.y_px);
     assert_eq!(drive.step().state, TaskState::Reached.code());

@@ -11,7 +11,7 @@ fn plan(place: &Place, name: &str, faults: &[&str]) {
         let [channel, message, action] = words.split(' ').collect::<Vec<_>>()[..] else { panic!("{words}") };
         let more = match action {
             "delay" => "delay_ms = 300\n",
-            "starve" => "share = 0.05\nduration_ms = 700\n",
+            "starve" => "share = 0.05\nduration_ms = 1500\n",
             _ => "",
         };
         format!("[[fault]]\nchannel = \"{channel}\"\nmessage = {message}\ndo = \"{action}\"\n{more}\n")
@@ -77,7 +77,7 @@ fn processes_are_hit_before_the_messages_that_the_plan_names_and_nothing_is_lost
     place.assert_nothing_left("hit");
 }
 
-/// Who gets little of the processor is waited for. Nobody is killed for it, though the limit for stopped processes is far
+/// Who gets little of the processor is waited for. Nobody is killed for it, though the limit for stopped processes is
 /// shorter than the starvation.
 #[test]
 fn a_starved_process_is_only_slower_in_lockstep() {
@@ -95,12 +95,12 @@ fn a_starved_process_is_only_slower_in_lockstep() {
             "latency 20 starve",
         ],
     );
-    let (report, code) = place.mission("run demo --faults plan.toml --stopped-limit 0.1 --out hit", "hit");
+    let (report, code) = place.mission("run demo --faults plan.toml --stopped-limit 1 --out hit", "hit");
     assert_eq!((code, &report["lost_messages"]), (0, &0.into()), "{report:#}");
     place.fine(&format!("diff {} {}", recording(&calm), recording(&report)));
     let words = happened(&place, &report);
     assert_eq!(words.len(), 6, "{words:?}");
-    assert!(words.iter().all(|words| words.ends_with(", 5 % of the time for 700 ms")), "{words:?}");
+    assert!(words.iter().all(|words| words.ends_with(", 5 % of the time for 1500 ms")), "{words:?}");
     let info = place.fine(&format!("info {} --json", recording(&report))).json();
     let others = info["faults"].as_array().unwrap().iter().filter(|fault| fault["kind"] != "injected");
     assert_eq!(others.count(), 0, "{info:#}");
@@ -121,9 +121,11 @@ fn the_commands_of_a_starved_planner_are_late_in_real_time() {
     });
     running.signal(nix::sys::signal::Signal::SIGINT);
     let report = running.end().json();
-    let judged = place.fine(&format!("judge {} --json", recording(&report))).json();
-    let most_ms = judged["latency_ms"]["situation to command"]["max"].as_f64().unwrap();
-    assert!(most_ms >= 95.0, "{:#}", judged["latency_ms"]);
+    // The mission was ended before it had reached every task.
+    let judged = place.run(&format!("judge {} --json", recording(&report))).json();
+    let latencies = &judged[0]["latency_ms"];
+    let most_ms = latencies["situation to command"]["max"].as_f64().unwrap();
+    assert!(most_ms >= 95.0, "{latencies:#}");
     place.assert_nothing_left("hungry");
 }
 

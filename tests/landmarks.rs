@@ -94,7 +94,7 @@ fn a_robot_by_belief_is_told_where_it_is() {
     assert_eq!(told["order"], "here", "{told:#}");
     for (wrong, words) in [
         ("here --at 161,10", "expected a place in the drawing of 160 × 160 px, found 161,10"),
-        ("resume --state 2 --at 1,1", "--at: expected the order `here`, found `resume`"),
+        ("resume --at 1,1", "--at: expected the order `here`, found `resume`"),
     ] {
         let ended = place.run(&format!("send {wrong} --system told"));
         assert_eq!(ended.code, Some(2), "{ended}");

@@ -76,7 +76,7 @@ fn echo_prints_a_recording_as_it_prints_a_system() {
     assert!(several.len() == 9 && of("scan") > 0 && of("tick") > 0, "{several:?}");
     for (wrong, words) in [
         (format!("echo wind --file {file}"), "channel \"wind\": expected one of"),
-        (format!("echo sonar --file {file}"), "expected one of"),
+        (format!("echo relations --file {file}"), "expected one of"),
         (format!("echo {file}"), "echo CHANNEL --file"),
         ("echo status --file nothing.mcap".to_owned(), "nothing.mcap"),
     ] {
@@ -129,7 +129,7 @@ fn deform_says_where_places_land_and_what_it_leaves_out() {
     assert!(traced["rooms"].as_array().unwrap().iter().all(|room| room["at_px"].is_array()), "{traced:#}");
     let names: Vec<_> = traced["left_out"].as_array().unwrap().iter().map(|piece| &piece["name"]).collect();
     assert!(names.contains(&&"desk".into()), "{names:?}");
-    let words = place.fine(&deform("--place 14.0,10.6")).out;
+    let words = place.fine(&deform("--degree 0 --place 14.0,10.6")).out;
     for expected in
         ["(14, 10.6) m: goal = [", "left out: desk, 1.6 m × 0.8 m at (4.1, 12.9) m", "the room around ("]
     {

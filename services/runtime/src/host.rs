@@ -55,8 +55,18 @@ pub fn host(node: &Node, stage: &mut dyn Hosted) -> Result<(), HostError> {
     found.report(node);
     let (inputs, outputs) = (Inputs::open(node, &kind)?, Outputs::open(node, &kind)?);
     let spoken_from = outputs::Positions::default();
-    let mut host =
-        Host { node, stage, inputs, outputs, health, checkpoints, spoken_from, attempts: 0, stamp_ns: 0 };
+    let mut host = Host {
+        node,
+        stage,
+        inputs,
+        outputs,
+        health,
+        checkpoints,
+        spoken_from,
+        attempts: 0,
+        stamp_ns: 0,
+        answered: 0,
+    };
     if host.resume(&kind, found)? {
         host.serve()?;
     }
@@ -109,6 +119,8 @@ struct Host<'a> {
     attempts: u32,
     /// Time of the last instant.
     stamp_ns: u64,
+    /// The tick that a predecessor answered last.
+    answered: u64,
 }
 
 impl Host<'_> {
@@ -145,11 +157,15 @@ impl Host<'_> {
         Ok(())
     }
 
-    /// Hears what has come: before each request the instructions, for what is asked for was drawn before.
+    /// Hears what has come: before each request the instructions, for what is asked for was drawn before. A request waits
+    /// until all that a predecessor has answered is computed again: it was asked for later.
     fn hear_all(&mut self) -> Result<(), HostError> {
         loop {
             if self.hear_instructions()? {
                 self.write_checkpoint()?;
+            }
+            if self.inputs.is_before(self.answered) {
+                return Ok(());
             }
             let Some((index, request)) = self.inputs.next_request()? else { return Ok(()) };
             self.hear_instructions()?;
@@ -213,6 +229,7 @@ impl Host<'_> {
                 return Ok(false);
             }
             self.load(&saved.stage)?;
+            self.answered = self.last_answered(kind);
         } else if is_lost {
             self.begin_anew(kind)?;
         }
@@ -246,13 +263,17 @@ impl Host<'_> {
         }
     }
 
+    /// The tick that a predecessor answered last; 0 where there is none.
+    fn last_answered(&self, kind: &str) -> u64 {
+        let last_word = channels::last_word_of(self.node.process(), kind);
+        last_word.and_then(|spec| self.outputs.last_sent(spec)).map_or(0, |header| header.source_seq)
+    }
+
     /// No checkpoint can be used: the stage begins anew behind what its predecessor sent. What people asked for
     /// before is old by now; a robot does not drive off by it.
     fn begin_anew(&mut self, kind: &str) -> Result<(), HostError> {
         self.outputs.resume_behind_history();
-        let process = self.node.process();
-        let last_word = channels::last_word_of(process, kind);
-        let answered = last_word.and_then(|spec| self.outputs.last_sent(spec)).map_or(0, |h| h.source_seq);
+        let (process, answered) = (self.node.process(), self.last_answered(kind));
         eprintln!("no checkpoint can be used: the {process} begins anew after tick {answered}");
         self.spoken_from.clone_from(self.outputs.positions());
         self.inputs.begin_behind(answered, self.node)?;

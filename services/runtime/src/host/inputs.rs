@@ -165,6 +165,11 @@ impl Inputs {
         &self.positions
     }
 
+    /// Whether the instant of this tick is still to come.
+    pub(super) fn is_before(&self, tick: u64) -> bool {
+        self.ticks.as_ref().is_some_and(|ticks| ticks.taken < tick)
+    }
+
     /// Goes on after what a predecessor took. Instructions are heard again, and of each sensor the newest reading
     /// comes once more: it belongs to instants that follow.
     pub(super) fn resume(&mut self, positions: &Positions) {

@@ -69,6 +69,7 @@ fn the_report_has_the_keys_that_the_documentation_promises() {
         keys
     };
     let promised = [
+        "driven",
         "lost_messages",
         "mission",
         "pictures",

@@ -16,7 +16,7 @@ use sketchnav_recordings::diff::{Comparison, Difference, Side, Tolerances};
 use sketchnav_recordings::reader::{Attachment, RawMessage, Selection, Topic};
 use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError, sources};
-use sketchnav_schemas::channels::{self, ChannelSpec, ORDERS, Role};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec, MISSION, ORDERS, Role};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased::{self, Spare};
 use sketchnav_schemas::message::MissionCommand;
@@ -49,9 +49,9 @@ pub enum RerunError {
     RealTime,
     /// A run in which people took part.
     #[error(
-        "{process}: expected the sketcher, or a recording without a pad. In this run people took part by the pad, and the \
-         steps at which their drawings and orders came are not recorded. Run the mission that the page saved, and \
-         execute that recording again"
+        "{process}: expected the sketcher, or a recording without people. In this run people took part, and the steps at \
+         which their drawings and orders came are not recorded. Run the mission without them, as the page saved it where \
+         there was one, and execute that recording again"
     )]
     People {
         /// The process.
@@ -114,11 +114,13 @@ pub fn rerun<W: std::io::Write>(
         return Err(RerunError::RealTime);
     }
     // Who only watches may give orders, too. What the sketcher does depends on none, what the localizer does on `here`.
+    // By hand, without a pad, somebody may say where the robot is.
+    let is_told = |order: &MissionCommand| order.here().is_some();
     let depends_on_people = match process {
+        Process::Localizer | Process::Planner if has_order(recording, MISSION, is_told)? => true,
+        Process::Localizer => run.pad.draws() || has_order(recording, ORDERS, is_told)?,
         Process::Sketcher => false,
-        _ if run.pad.is_absent() => false,
-        Process::Localizer => run.pad.draws() || has_order(recording, |order| order.here().is_some())?,
-        _ => run.pad.draws() || has_order(recording, |_| true)?,
+        _ => run.pad.draws() || !run.pad.is_absent() && has_order(recording, ORDERS, |_| true)?,
     };
     if depends_on_people {
         return Err(RerunError::People { process });
@@ -159,12 +161,13 @@ pub fn rerun<W: std::io::Write>(
     })
 }
 
-/// Whether somebody at the pad has given such an order.
+/// Whether somebody has given such an order.
 fn has_order(
     recording: &Recording,
+    channel: Channel<MissionCommand>,
     is_such: impl Fn(&MissionCommand) -> bool,
 ) -> Result<bool, RecordingError> {
-    for order in recording.channel(ORDERS)? {
+    for order in recording.channel(channel)? {
         if is_such(&order?.0) {
             return Ok(true);
         }

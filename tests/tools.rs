@@ -129,6 +129,7 @@ fn once_is_the_newest_message() {
     let running = started(&place);
     let seq = || lines(&place.fine("echo status --once"))[0]["seq"].as_u64().unwrap();
     let first = seq();
+    assert_eq!(lines(&place.fine("echo /status --once")).len(), 1, "a topic is a channel, too");
     let behind = place.fine("echo status --count 20");
     let newest = lines(&behind).iter().map(|line| line["seq"].as_u64().unwrap()).max().unwrap();
     let later = seq();

@@ -36,7 +36,7 @@ pub fn ps(json: bool) -> Result<Outcome, Failure> {
         return Ok(Outcome::Success);
     }
     if rows.is_empty() {
-        out!("no system runs; `sketchnav demo` starts one")?;
+        out!("no system runs; `sketchnav run demo --speed 1` starts one")?;
     } else {
         out!("{}", table(&rows))?;
     }
@@ -111,7 +111,9 @@ pub fn find(name: Option<&str>) -> Result<System, Failure> {
     let mut systems = System::list().context("looking for systems")?;
     match systems.len() {
         1 => Ok(systems.remove(0)),
-        0 => Err(Failure::Input(anyhow::anyhow!("no system runs; `sketchnav demo` starts one"))),
+        0 => {
+            Err(Failure::Input(anyhow::anyhow!("no system runs; `sketchnav run demo --speed 1` starts one")))
+        }
         _ => {
             let names: Vec<_> = systems.iter().map(System::name).collect();
             Err(Failure::Input(anyhow::anyhow!(

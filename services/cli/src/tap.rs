@@ -71,7 +71,8 @@ fn known(name: &str) -> Result<&'static ChannelSpec, Failure> {
         }
         false => anyhow!("channel {name:?}: expected one of {}", channels::names()),
     };
-    channels::find(name).ok_or_else(unknown).or_input()
+    // As ROS and recordings call it, too.
+    channels::find(name.strip_prefix('/').unwrap_or(name)).ok_or_else(unknown).or_input()
 }
 
 fn chosen(

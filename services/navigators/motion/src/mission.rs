@@ -185,7 +185,7 @@ impl Mission {
             Order::Start => self.ordered = true,
             Order::Abort if self.phase == Phase::Over => {}
             Order::Abort if self.pad.is_absent() => {
-                self.phase = Phase::Over;
+                (self.phase, self.held) = (Phase::Over, None);
                 self.report(TaskState::Aborted, ABORTED);
             }
             // The supervisor's order to start may come after it: what a person says at the pad goes before.
@@ -381,6 +381,20 @@ mod tests {
         let mut mission = Mission { ordered: true, ..Mission::new(pad) };
         mission.begin(2);
         mission
+    }
+
+    /// A mission that was paused and then aborted stayed paused, and its system ran for ever.
+    #[test]
+    fn what_is_aborted_while_it_is_held_is_over() {
+        for hold in [Order::Pause, Order::Unattended] {
+            let mut mission = driving(Pad::Absent);
+            mission.obey(hold);
+            assert!(mission.is_held());
+            mission.obey(Order::Abort);
+            assert!(mission.is_last() && !mission.is_held());
+            mission.obey(Order::Pause);
+            assert!(!mission.is_held(), "what is over is not paused");
+        }
     }
 
     #[test]

@@ -114,7 +114,7 @@ fn the_commands_of_a_starved_planner_are_late_in_real_time() {
     let place = Place::new();
     plan(&place, "plan.toml", &["command 40 starve"]);
     let running = place.start("run demo --faults plan.toml --speed 5 --json --system hungry --out hungry");
-    // Once its latency is told, it is in the recording.
+    // When `latency` has the late message, the recording has it too.
     support::wait_until("the end of the starvation", || {
         let told = place.run("echo latency --system hungry --once");
         told.code == Some(0) && told.json()["source_seq"].as_u64().unwrap() > 60

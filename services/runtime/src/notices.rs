@@ -118,7 +118,7 @@ impl Line {
 
 impl System {
     /// Sends the process `pid`, which serves as `process`, a signal, and has the system's record say so,
-    /// before its effects can be seen. `by` names who does it.
+    /// before its effects can be seen. `by` is the name of the tool.
     ///
     /// # Errors
     /// [`Error::File`] where the system has gone; [`Error::Signal`] where the process has.
@@ -137,7 +137,7 @@ impl System {
         sent.map_err(|error| Error::Signal { process, pid, source: error.into() })
     }
 
-    /// Has the supervisor give the navigator an order, and report who asked for it. `by` names who does it.
+    /// Has the supervisor give the navigator an order, and report who asked for it. `by` is the name of the tool.
     ///
     /// # Errors
     /// [`Error::File`] where the system has gone.

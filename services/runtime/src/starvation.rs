@@ -37,6 +37,7 @@ pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
     if stop()? {
         let go_on = move || {
             loop {
+                // The share itself: meanwhile the other threads of the process run.
                 thread::sleep(run);
                 // Without timers the starvation is over: a stop would have no end.
                 if !stop().unwrap_or(false) {

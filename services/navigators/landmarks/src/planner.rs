@@ -223,7 +223,7 @@ impl Planner {
         self.course.standing_s = 0.0;
     }
 
-    /// A person says where in the sketch the robot is. States need no place: who drives by them ignores it.
+    /// A person says where in the sketch the robot is. A robot that drives by states ignores it.
     fn place(&mut self, here: &Here) {
         let Some(Driver::Belief { guide, sketch, .. }) = &mut self.driver else { return };
         guide.told(sketch.place(here));

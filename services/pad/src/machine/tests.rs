@@ -319,7 +319,7 @@ fn a_navigator_without_a_drawing_is_ready_when_it_answers() {
     assert!(machine.allowed(false, s(1)).contains(&Step::Abort));
 }
 
-/// A place is told while the robot asks, by who drives, and never otherwise.
+/// Only the page that drives may say where the robot is, and only while the robot asks.
 #[test]
 fn a_place_is_an_answer() {
     let mut scene = Scene::new(false);

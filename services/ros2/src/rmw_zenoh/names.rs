@@ -114,7 +114,7 @@ pub fn attachment(number: i64, sent_ns: i64, identity: [u8; 16]) -> [u8; ATTACHM
 
 /// Where the newest message of a latched topic is asked for, and what says so.
 ///
-/// Source: the advanced publisher of zenoh-ext, which rmw_zenoh uses. Its messages are told apart by their time stamps.
+/// Source: the advanced publisher of zenoh-ext, which rmw_zenoh uses. It distinguishes messages by their time stamps.
 pub fn latched(key: &str, session: &str) -> String {
     format!("{key}/@adv/pub/{session}/uhlc/_")
 }

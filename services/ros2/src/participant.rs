@@ -140,7 +140,7 @@ pub struct Intake<F> {
 }
 
 impl<F> Intake<F> {
-    /// The next message. Anybody may send anything: bytes that are no message of the type are reported on standard error.
+    /// The next message. Anybody may send anything: what is no message of the type is reported on standard error.
     pub fn take(&mut self) -> Option<F> {
         self.receiver.take().unwrap_or_else(|error| {
             eprintln!("/{}: {error}", self.name);

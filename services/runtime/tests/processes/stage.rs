@@ -56,12 +56,20 @@ impl Stage {
         self.root.path().join("sketchnav")
     }
 
-    /// The files of `system` in shared memory whose names end so.
+    /// The files of `system` in shared memory whose names end so. Files of a system with the same name in another
+    /// root are left out: an earlier test that was killed may have left them.
     pub fn shared_memory(&self, system: &str, end: &str) -> Vec<PathBuf> {
         let mark = format!("sketchnav_{system}_");
         let mut found = names(Path::new("/dev/shm"));
-        found.retain(|name| name.starts_with(&mark) && name.ends_with(end));
+        found.retain(|name| name.starts_with(&mark) && name.ends_with(end) && !self.is_elsewhere(name));
         found.iter().map(|name| Path::new("/dev/shm").join(name)).collect()
+    }
+
+    /// Whether the owner of a file in shared memory names a folder outside of this root.
+    fn is_elsewhere(&self, name: &str) -> bool {
+        let prefix = name.splitn(4, '_').take(3).collect::<Vec<_>>().join("_");
+        let owner = std::fs::read_to_string(format!("/dev/shm/{prefix}_owner"));
+        owner.is_ok_and(|folder| !Path::new(&folder).starts_with(self.root.path()))
     }
 
     /// What lies in the root, except for its guard, and in shared memory under the name of `system`.

@@ -2,8 +2,8 @@
 //!
 //! There are four cases: nobody is attached; the live view, with a viewer of every topic; the bridge to ROS 2; both.
 //!
-//! `cargo bench --bench observers` drives one mission, in which the four take turns, each for some seconds and each time in another
-//! order. `--features ros2` adds the bridge; `-- --turns 12` measures longer. The figures come from the recording, so that nothing
+//! `cargo bench --bench observers` drives missions in which the four take turns, each for some seconds and each time in another
+//! order. `--features ros2` adds the bridge; `-- --missions 6` measures longer. The figures come from the recording, so that nothing
 //! observes but what is measured. Viewer and readers run on the same machine. Figures mean something where nothing else runs.
 
 #[path = "../support/mod.rs"]
@@ -28,8 +28,10 @@ use support::{Place, Running};
 const SETTLE: Duration = Duration::from_secs(2);
 /// How long a turn is.
 const TURN: Duration = Duration::from_secs(8);
-/// Turns of each, unless `--turns` says otherwise.
-const TURNS: usize = 6;
+/// Turns of each in a mission: the demo has no time for more.
+const TURNS: usize = 4;
+/// Missions, unless `--missions` says otherwise.
+const MISSIONS: usize = 2;
 /// Draws for an interval.
 const DRAWS: usize = 2000;
 /// The system's name.
@@ -75,46 +77,57 @@ fn main() {
     if arguments.iter().any(|argument| argument == "--test") {
         return;
     }
-    let turns = arguments.iter().skip_while(|word| *word != "--turns").nth(1);
-    let turns = turns.map_or(TURNS, |number| number.parse().expect("--turns: a number"));
+    let missions = arguments.iter().skip_while(|word| *word != "--missions").nth(1);
+    let missions = missions.map_or(MISSIONS, |number| number.parse().expect("--missions: a number"));
     let place = Place::new();
     // SAFETY: no other thread runs yet.
     unsafe { std::env::set_var("XDG_RUNTIME_DIR", place.root().parent().expect("a folder above")) };
+    let taken: Vec<_> = (0..missions).flat_map(|_| drive(&place)).collect();
+    print(&taken);
+}
+
+/// Drives a mission in real time while observers come and go. Returns who was attached and the delays of each turn.
+fn drive(place: &Place) -> Vec<(Attached, Vec<f64>)> {
     let mut running = place.start(&format!("run demo --speed 1 --json --out out --system {SYSTEM}"));
     place.wait_until_driving(&mut running, SYSTEM);
-    let taken = take_turns(&place, turns);
+    let taken = take_turns(place);
     running.signal(Signal::SIGINT);
     let report = running.end().json();
     assert_eq!(report["lost_messages"], 0, "{report:#}");
-    let recording = report["recording"].as_str().expect("the recording's path");
-    print(&taken, &delays(Path::new(recording)));
+    let delays = delays(Path::new(report["recording"].as_str().expect("the recording's path")));
+    let of_turn = |turn: &Turn| {
+        let inside = delays.iter().filter(|(tick, _)| turn.ticks.contains(tick));
+        inside.map(|(_, ms)| *ms).collect()
+    };
+    taken.iter().map(|turn| (turn.attached, of_turn(turn))).collect()
 }
 
-/// Attaches each of them in turn until the mission ends.
-fn take_turns(place: &Place, turns: usize) -> Vec<Turn> {
-    let node =
-        System::open(SYSTEM).and_then(|system| Node::join(system, Process::Observer)).expect("the system");
-    let ticks = SendTimes::open(&node, TICK.spec).expect("the ticks");
+/// Attaches each of them in turn, until the mission ends.
+fn take_turns(place: &Place) -> Vec<Turn> {
     let (all, mut taken) = (Attached::all(), Vec::new());
-    for turn in 0..turns {
+    for turn in 0..TURNS {
         for place_in_turn in 0..all.len() {
             // Each begins as often as the others: what is dear on the way is not always the same one's.
             let attached = all[(turn + place_in_turn) % all.len()];
             let observers = attach(place, attached);
             // The mission is driven in real time: what is measured is what it does while this process waits.
             sleep(SETTLE);
-            let begin = ticks.newest() + 1;
+            let begin = next_tick();
             sleep(TURN);
-            let end = ticks.newest() + 1;
+            let end = next_tick();
             drop(observers);
             sleep(SETTLE);
-            if System::open(SYSTEM).is_err() {
-                return taken;
-            }
+            let (Some(begin), Some(end)) = (begin, end) else { return taken };
             taken.push(Turn { attached, ticks: begin..end });
         }
     }
     taken
+}
+
+/// `None` when the mission has ended. It stays no longer than it needs: a system that ends takes its observers with it.
+fn next_tick() -> Option<u64> {
+    let node = Node::join(System::open(SYSTEM).ok()?, Process::Observer).ok()?;
+    Some(SendTimes::open(&node, TICK.spec).ok()?.newest() + 1)
 }
 
 /// Observers that are ended when they are dropped.
@@ -144,13 +157,10 @@ fn delays(recording: &Path) -> Vec<(u64, f64)> {
     latencies.iter().map(|l| (l.header.source_seq, delay(l.situation_ns + l.command_ns))).collect()
 }
 
-fn print(taken: &[Turn], delays: &[(u64, f64)]) {
-    let of_turn = |turn: &Turn| {
-        let inside = delays.iter().filter(|(tick, _)| turn.ticks.contains(tick));
-        inside.map(|(_, ms)| *ms).collect::<Vec<_>>()
+fn print(taken: &[(Attached, Vec<f64>)]) {
+    let of = |attached| -> Vec<Vec<f64>> {
+        taken.iter().filter(|turn| turn.0 == attached).map(|turn| turn.1.clone()).collect()
     };
-    let of =
-        |attached| taken.iter().filter(|turn| turn.attached == attached).map(of_turn).collect::<Vec<_>>();
     let alone = of(Attached::Nobody);
     println!("from tick to command, ms; the interval of a ratio is of 95 %, by drawing whole turns");
     for &attached in Attached::all() {

@@ -47,10 +47,14 @@ fn processes_are_hit_before_the_messages_that_the_plan_names_and_nothing_is_lost
             "status 120 kill",
             "status 150 term",
             "latency 60 kill",
+            "estimate 999999 kill",
         ],
     );
     let (report, code) = place.mission("run demo --faults plan.toml --out hit", "hit");
     assert_eq!((code, &report["lost_messages"]), (0, &0.into()), "{report:#}");
+    // A plan with a slip of the pen looked as if the robot had survived it.
+    let outstanding = serde_json::json!([{ "number": 9, "words": "kill at estimate 999999" }]);
+    assert_eq!(report["outstanding_faults"], outstanding);
     place.fine(&format!("diff {} {}", recording(&calm), recording(&report)));
     let mut words = happened(&place, &report);
     words.sort();

@@ -281,6 +281,8 @@ codes! {
         RecordingResumed = 10 "recording resumed",
         /// The system goes on after its supervisor's death.
         SystemResumed = 11 "system resumed",
+        /// A person or a tool has given the navigator an order. No fault: it explains what the robot did.
+        Ordered = 12 "ordered",
     }
 }
 

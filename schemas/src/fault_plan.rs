@@ -146,6 +146,17 @@ impl PlannedFault {
         (self.action == Action::Starve).then_some(Starvation { share, duration_ms })
     }
 
+    /// What happens and when, in words: `kill at estimate 120`.
+    pub fn words(&self) -> String {
+        let Self { channel, message, time_s, .. } = self;
+        let when = match (message, time_s) {
+            (Some(message), _) => format!("{channel} {message}"),
+            (None, Some(time_s)) => format!("the first {channel} from {time_s} s on"),
+            (None, None) => channel.clone(),
+        };
+        format!("{} at {when}", self.action.word())
+    }
+
     /// Whether a message of the channel is the one.
     pub fn is_due(&self, seq: u64, stamp_ns: u64) -> bool {
         let is_time = |time_s: f64| stamp_ns >= nanoseconds(time_s);

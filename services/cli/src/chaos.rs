@@ -254,11 +254,12 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
         None => "in real time, where no two runs agree",
     };
     let end = if *success { "every task reached" } else { "not every task reached" };
-    let starved = match starvations {
-        0 => String::new(),
-        count => format!(" ({count} of them starvations)"),
+    let what = match starvations {
+        0 => "kills",
+        count if count == kills => "starvations",
+        _ => "kills and starvations",
     };
-    out!("{kills} of {asked} kills{starved}: {end}; {same}; {lost_messages} messages lost")?;
+    out!("{kills} of {asked} {what}: {end}; {same}; {lost_messages} messages lost")?;
     for (process, count) in &report.by_process {
         let Some(Recovery { median, p99, max }) = report.recovery_ms.get(process) else { continue };
         out!(

@@ -12,6 +12,7 @@ use sketchnav_evaluation::picture::{self, FloorPicture, FloorShapes, SketchPictu
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::fault_plan::PlannedFault;
 use sketchnav_schemas::geometry::{Base, Point, Pose, Sketch, World};
 use sketchnav_schemas::message::{MarkerView, Particles, People};
 use sketchnav_schemas::run::RunConfig;
@@ -22,6 +23,7 @@ use sketchnav_supervisor::Supervisor;
 use crate::failure::Failure;
 use crate::output::out;
 use crate::recordings::report::directions::plane_picture;
+use crate::recordings::report::landmarks::Landmarks;
 use crate::recordings::whole::Whole;
 
 /// A run's figures; `--json` prints just this.
@@ -37,9 +39,19 @@ pub struct Report {
     wall_seconds: f64,
     real_time_factor: f64,
     lost_messages: u64,
+    /// Numbers of the planned faults that did not happen, from 1, with what they were.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    outstanding_faults: Vec<OutstandingFault>,
     recording: String,
     pictures: Vec<PathBuf>,
     processes: Vec<ProcessFigures>,
+}
+
+/// A planned fault that did not happen: its message never came.
+#[derive(Debug, Serialize)]
+struct OutstandingFault {
+    number: usize,
+    words: String,
 }
 
 /// What a process said about itself at its end.
@@ -59,16 +71,18 @@ impl Report {
     pub fn new(
         run: &RunConfig,
         supervisor: &Supervisor,
+        outstanding: &[(usize, PlannedFault)],
         wall: Duration,
         folder: &Path,
     ) -> Result<Self, Failure> {
         let recording = run.recording.as_deref().unwrap_or_default();
         let whole = Whole::of(Path::new(recording))?;
-        let log = Recording::open(whole.path()).and_then(|recording| Log::with_particles(&recording));
-        let log = log.with_context(|| format!("{recording}: the recording of this run"))?;
+        let of_this_run = || format!("{recording}: the recording of this run");
+        let file = Recording::open(whole.path()).with_context(of_this_run)?;
+        let log = Log::with_particles(&file).with_context(of_this_run)?;
         let verdict = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts);
         let missing = sketchnav_recordings::info::info(whole.path()).context(recording.to_owned())?.missing;
-        let pictures = draw(run, &log, &verdict, folder)?;
+        let pictures = draw(run, &file, &log, &verdict, folder)?;
         // Who did not run has said nothing: mostly the pad.
         let processes = channels::SERVICES.into_iter().chain(channels::EXTRAS);
         let processes: Vec<_> = processes.filter_map(|process| figures(process, supervisor)).collect();
@@ -82,6 +96,10 @@ impl Report {
             verdict,
             // The recorder counts its own losses too; a file that lacks more has lost them on disk.
             lost_messages: lost.max(missing),
+            outstanding_faults: outstanding
+                .iter()
+                .map(|(number, fault)| OutstandingFault { number: *number, words: fault.words() })
+                .collect(),
             recording: recording.to_owned(),
             pictures,
             processes,
@@ -112,6 +130,11 @@ impl Report {
         )?;
         if let Some(how) = self.driven {
             out!("method     {how}")?;
+        }
+        for OutstandingFault { number, words } in &self.outstanding_faults {
+            out!(
+                "no fault   fault {number} of the plan did not happen, for its message never came: {words}"
+            )?;
         }
         out!("recording  {}", self.recording)?;
         for picture in &self.pictures {
@@ -147,9 +170,19 @@ fn figures(process: Process, supervisor: &Supervisor) -> Option<ProcessFigures> 
     })
 }
 
-fn draw(run: &RunConfig, log: &Log, verdict: &Verdict, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+fn draw(
+    run: &RunConfig,
+    recording: &Recording,
+    log: &Log,
+    verdict: &Verdict,
+    folder: &Path,
+) -> anyhow::Result<Vec<PathBuf>> {
     let mut pictures = Vec::new();
-    if let Some(svg) = sketch_picture(run, log, verdict)? {
+    let sketch = match sketch_picture(run, log, verdict)? {
+        None => Landmarks::of(recording)?.and_then(|landmarks| landmarks.sketch_picture()),
+        svg => svg,
+    };
+    if let Some(svg) = sketch {
         pictures.push(write(folder.join("sketch.svg"), &svg)?);
     }
     let (name, svg) = ground_picture(run, log, verdict)?;
@@ -164,7 +197,7 @@ pub fn sketch_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::
     let tasks = sketch_tasks(run, log, verdict, &spans);
     let svg = picture::sketch(&SketchPicture {
         title: &format!(
-            "{}, seed {}: the sketch, and where the robot believed to be",
+            "{}, seed {}: the sketch, and where the particle filter believed the robot to be",
             run.mission.name, run.seed
         ),
         width_px: map.width_px,

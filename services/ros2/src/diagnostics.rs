@@ -67,7 +67,7 @@ impl Diagnostics {
         let words = fault.words.as_str();
         let told = if words.is_empty() { kind.word().to_owned() } else { format!("{kind}: {words}") };
         match kind {
-            FaultKind::Injected => {}
+            FaultKind::Injected | FaultKind::Ordered => {}
             FaultKind::Died | FaultKind::Unresponsive | FaultKind::GivenUp | FaultKind::RecordingFailed => {
                 member.trouble = Some((Level::Error, told))
             }

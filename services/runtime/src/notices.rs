@@ -143,12 +143,12 @@ impl System {
     /// [`Error::File`] where the system has gone.
     pub fn order(&self, ordered: Ordered, by: &str) -> Result<()> {
         self.notify(&Notice {
-            kind: FaultKind::Injected,
+            kind: FaultKind::Ordered,
             process: Process::Planner,
             pid: 0,
             signal: 0,
             missing: 0,
-            words: format!("{by}: ordered {}", ordered.order),
+            words: format!("{by}: {}", ordered.order),
             order: Some(ordered),
             starvation: None,
         })
@@ -259,7 +259,7 @@ mod tests {
             let text = serde_json::to_string(&ordered.line()).unwrap();
             assert_eq!(serde_json::from_str::<Line>(&text).unwrap().notice(), Some(ordered));
         }
-        let ordered = Notice { order: Some(Ordered::new(Order::Pause, 3)), ..notice("send: ordered pause") };
+        let ordered = Notice { order: Some(Ordered::new(Order::Pause, 3)), ..notice("send: pause") };
         let text = serde_json::to_string(&ordered.line()).unwrap();
         let unknown = text.replace("[3,3]", "[99,3]");
         assert_ne!(unknown, text);

@@ -89,7 +89,7 @@ impl Trap {
 
     /// Whether it has not happened yet; from now on it has.
     fn claim(&self, place: usize) -> Result<bool> {
-        let path = self.system.folder().join(format!("fault-{}", place + 1));
+        let path = self.system.fault_file(place + 1);
         match OpenOptions::new().write(true).create_new(true).open(&path) {
             Ok(_) => Ok(true),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
@@ -161,6 +161,21 @@ fn corrupt_newest(slots: &[PathBuf]) -> Result<()> {
 }
 
 impl System {
+    /// There once the planned fault of this number, from 1, has happened.
+    fn fault_file(&self, number: usize) -> PathBuf {
+        self.folder().join(format!("fault-{number}"))
+    }
+
+    /// The planned faults that have not happened, with their numbers, from 1.
+    ///
+    /// # Errors
+    /// As [`System::run_config`].
+    pub fn outstanding_faults(&self) -> Result<Vec<(usize, PlannedFault)>> {
+        let planned = self.fault_plan()?.map(|plan| plan.fault).unwrap_or_default();
+        let numbered = planned.into_iter().enumerate().map(|(i, fault)| (i + 1, fault));
+        Ok(numbered.filter(|(number, _)| !self.fault_file(*number).exists()).collect())
+    }
+
     /// What is planned for its run; `None` where nothing is.
     fn fault_plan(&self) -> Result<Option<FaultPlan>> {
         if !self.faults_file().exists() {

@@ -10,6 +10,7 @@ use nix::sys::signal::Signal;
 use sketchnav_runtime::{Channels, Node, Ordered, Reader, System, Wake, Writer};
 use sketchnav_schemas::channels::{HEALTH, MISSION, STATUS};
 use sketchnav_schemas::codes::{FaultKind, Order, Process, TaskState};
+use sketchnav_schemas::fault_plan::PlannedFault;
 use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, Text};
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
@@ -221,6 +222,15 @@ impl Supervisor {
     /// now and then; the recording alone has every status for sure.
     pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
         self.ended_tasks.values()
+    }
+
+    /// The planned faults that have not happened, with their numbers, from 1. None once the system has gone.
+    ///
+    /// # Errors
+    /// As [`System::run_config`].
+    pub fn outstanding_faults(&self) -> Result<Vec<(usize, PlannedFault)>> {
+        let system = self.system.as_ref();
+        Ok(system.map(|system| system.outstanding_faults()).transpose()?.unwrap_or_default())
     }
 
     /// What `process` last said about itself, its counts summed over its lives.

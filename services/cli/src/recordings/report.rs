@@ -2,7 +2,7 @@
 //! the table of figures.
 
 pub mod directions;
-mod landmarks;
+pub mod landmarks;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -12,7 +12,6 @@ use sketchnav_landmarks::perception::{Perceiving, Perception};
 use sketchnav_landmarks::plane::{self, At};
 use sketchnav_landmarks::ring::Ring;
 use sketchnav_landmarks::route::Route;
-use sketchnav_landmarks::sketch::Sketch;
 use sketchnav_landmarks::view;
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels::{LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW};
@@ -33,7 +32,7 @@ const AROUND_M: f64 = 1.5;
 const SEEN_M: f64 = 6.5;
 
 /// What a recording says of landmarks.
-pub(super) struct Landmarks {
+pub struct Landmarks {
     instructions: Instructions,
     route: Option<Route>,
     views: Vec<LandmarkView>,
@@ -53,7 +52,7 @@ impl Landmarks {
     ///
     /// # Errors
     /// A recording or a route that is damaged.
-    pub(super) fn of(recording: &Recording) -> anyhow::Result<Option<Self>> {
+    pub fn of(recording: &Recording) -> anyhow::Result<Option<Self>> {
         let Some(said) = recording.channel(LANDMARK_ROUTE)?.last() else { return Ok(None) };
         let instructions = Instructions::read(&said?.1)?;
         let route = instructions.route()?;
@@ -73,9 +72,7 @@ impl Landmarks {
         html! {
             h2 { "Landmarks" }
             div.pictures {
-                @if let Some(sketch) = &self.instructions.sketch {
-                    figure { (PreEscaped(self.sketch_picture(sketch))) }
-                }
+                @if let Some(svg) = self.sketch_picture() { figure { (PreEscaped(svg)) } }
                 @if let Some(svg) = scene_picture(run, truth, &moments) { figure { (PreEscaped(svg)) } }
             }
             @if !self.instructions.words.is_empty() {
@@ -155,7 +152,9 @@ impl Landmarks {
         page::table(&header, &moments.iter().map(row).collect::<Vec<_>>())
     }
 
-    fn sketch_picture(&self, sketch: &Sketch) -> String {
+    /// The sketch with its states and the believed trajectory; `None` where the route is in words alone.
+    pub fn sketch_picture(&self) -> Option<String> {
+        let sketch = self.instructions.sketch.as_ref()?;
         let point = |at: &At| Point::<Base>::new(at[0], at[1]);
         let all = || sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline));
         let mut sheet =
@@ -177,7 +176,7 @@ impl Landmarks {
             let Some(at) = along.and_then(|along| at_length(&sketch.route, along)) else { continue };
             mark(&mut sheet, &point(&at), &(i + 1).to_string(), "#d97706");
         }
-        sheet.finish()
+        Some(sheet.finish())
     }
 }
 

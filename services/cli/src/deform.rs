@@ -138,21 +138,13 @@ fn print(
             None => out!("forgotten: the room around ({x:.1}, {y:.1}) m")?,
         }
     }
-    for Drawn { at_m: [x, y], at_px, heading_deg } in asked {
-        match (at_px, heading_deg) {
-            (None, _) => out!("({x}, {y}) m lies in a room that was forgotten")?,
-            (Some([column, row]), None) => out!("({x}, {y}) m: goal = [{column}, {row}]")?,
-            (Some([column, row]), Some(heading)) => {
-                out!("({x}, {y}) m: start = [{column}, {row}], start_heading_deg = {heading}")?;
-            }
-        }
-    }
-    for Furnishing { name, center, size_m: [length, width] } in floor.furniture().iter().take(PRINTED) {
-        let what = if name.is_empty() { "a piece that was taken for furniture" } else { name };
+    for piece @ Furnishing { center, size_m: [length, width], .. } in floor.furniture().iter().take(PRINTED) {
+        let what = piece_name(piece);
         out!("left out: {what}, {length:.1} m × {width:.1} m at ({:.1}, {:.1}) m", center.x, center.y)?;
     }
     if let Some(more @ 1..) = floor.furniture().len().checked_sub(PRINTED) {
         out!("left out: {more} more pieces; --json lists all")?;
+        out!("So many pieces may be walls: compare the drawing with the map")?;
     }
     let rows = [
         ("deformation", drawing.deformation),
@@ -165,7 +157,29 @@ fn print(
             None => out!("{what:<13} too few places to measure it")?,
         }
     }
+    for Drawn { at_m: [x, y], at_px, heading_deg } in asked {
+        if let Some(piece) = floor.furniture().iter().find(|piece| covers(piece, [*x, *y])) {
+            out!("({x}, {y}) m: {} stands there, which the drawing leaves out", piece_name(piece))?;
+        }
+        match (at_px, heading_deg) {
+            (None, _) => out!("({x}, {y}) m lies in a room that was forgotten")?,
+            (Some([column, row]), None) => out!("({x}, {y}) m: goal = [{column}, {row}]")?,
+            (Some([column, row]), Some(heading)) => {
+                out!("({x}, {y}) m: start = [{column}, {row}], start_heading_deg = {heading}")?;
+            }
+        }
+    }
     Ok(())
+}
+
+fn piece_name(piece: &Furnishing) -> &str {
+    if piece.name.is_empty() { "a piece that was taken for furniture" } else { &piece.name }
+}
+
+/// Whether a place, m, lies in the box around a piece.
+fn covers(piece: &Furnishing, at_m: [f64; 2]) -> bool {
+    let offsets = [at_m[0] - piece.center.x, at_m[1] - piece.center.y];
+    offsets.iter().zip(piece.size_m).all(|(offset, size_m)| offset.abs() <= size_m / 2.0)
 }
 
 fn line(d: &Deformation) -> String {

@@ -22,6 +22,7 @@ pub mod land;
 pub mod landmarks;
 pub mod outcome;
 pub mod people;
+pub mod person;
 pub mod protocol;
 pub mod report;
 pub mod routes;

@@ -11,9 +11,9 @@ pub mod rerun;
 use std::time::Duration;
 
 use sketchnav_navigators::{UnknownNavigator, read_file};
-use sketchnav_schemas::channels::{self, COMMAND};
+use sketchnav_schemas::channels::{self, COMMAND, MISSION};
 use sketchnav_schemas::codes::{Order, Process};
-use sketchnav_schemas::message::{Header, VelocityCommand};
+use sketchnav_schemas::message::{Header, Here, VelocityCommand};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::SimError;
 use sketchnav_stage::{Files, Heard, Inputs, Memory, StageError};
@@ -118,6 +118,9 @@ impl Rehearsal {
         let mut thought_out = None;
         loop {
             self.step(tap)?;
+            if let Some(here) = tap.here() {
+                self.tell(here, tap)?;
+            }
             let newest = self.planner.memory.get(COMMAND.spec).map(|c| *c.typed::<VelocityCommand>());
             if newest.is_some_and(|command| command.last == 1) || tap.has_enough() {
                 return Ok(());
@@ -147,9 +150,17 @@ impl Rehearsal {
                 }
             }
         }
-        let order = parts::order(supervisor, Order::Start, tap)?;
-        let mission = channels::MISSION.spec;
-        planner.hear(&Heard::new(mission, order.bytes(), &[]), mission.role, tap)
+        let order = parts::order(supervisor, 0, (Order::Start, None), tap)?;
+        planner.hear(&Heard::new(MISSION.spec, order.bytes(), &[]), MISSION.spec.role, tap)
+    }
+
+    /// Somebody who looks on says where the robot is; it counts from the next instant on.
+    fn tell(&mut self, here: Here, tap: &mut impl Tap) -> Result<(), StageError> {
+        let Self { world, localizer, planner, supervisor, .. } = self;
+        let order = parts::order(supervisor, world.stamp_ns(), (Order::Here, Some(here)), tap)?;
+        let heard = Heard::new(MISSION.spec, order.bytes(), &[]);
+        localizer.hear(&heard, MISSION.spec.role, tap)?;
+        planner.hear(&heard, MISSION.spec.role, tap)
     }
 
     /// One instant, from the sensors to the command.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant as Clock};
 use sketchnav_schemas::channels::{Channel, MISSION, Role, TICK};
 use sketchnav_schemas::codes::{Order, Process};
 use sketchnav_schemas::erased::Owned;
-use sketchnav_schemas::message::{Header, VelocityCommand};
+use sketchnav_schemas::message::{Header, Here, VelocityCommand};
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::{self as sim, Senses, Simulation};
@@ -144,9 +144,17 @@ impl Part {
 }
 
 /// The order that the supervisor gives.
-pub(crate) fn order(memory: &mut Memory, order: Order, tap: &mut impl Tap) -> Result<Owned, StageError> {
+pub(crate) fn order(
+    memory: &mut Memory,
+    stamp_ns: u64,
+    (order, here): (Order, Option<Here>),
+    tap: &mut impl Tap,
+) -> Result<Owned, StageError> {
     let mut sink = memory.tapped(tap);
-    Outbox::new(&mut sink, 0, 0).send(MISSION, |mission| mission.order = order.code())?;
+    Outbox::new(&mut sink, stamp_ns, 0).send(MISSION, |mission| {
+        mission.order = order.code();
+        here.iter().for_each(|here| mission.set_here(here));
+    })?;
     drop(sink);
     Ok(memory.get(MISSION.spec).cloned().unwrap_or_default())
 }

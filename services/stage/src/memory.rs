@@ -3,6 +3,7 @@
 use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased::{self, Owned};
+use sketchnav_schemas::message::Here;
 
 use crate::{Inputs, Put, Reading, Sink, StageError};
 
@@ -14,6 +15,11 @@ pub trait Tap {
     /// Whether it has seen enough: asked after each instant, `true` ends a mission there.
     fn has_enough(&self) -> bool {
         false
+    }
+
+    /// Where whoever looks on says that the robot is, as people do from the pad: asked after each instant.
+    fn here(&mut self) -> Option<Here> {
+        None
     }
 }
 

@@ -116,7 +116,17 @@ fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
 /// Everything that decides what is driven and how, except for the contents of files.
 fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     let Trial {
-        name, drawing, mission, robot, sheet, bytes, method, ends_with_contact, thinking_scans, ..
+        name,
+        drawing,
+        mission,
+        robot,
+        sheet,
+        bytes,
+        method,
+        ends_with_contact,
+        thinking_scans,
+        person,
+        ..
     } = job.trial;
     let bytes = bytes.as_ref().map(|page| crc32fast::hash(page.origin()));
     let sheet =
@@ -124,7 +134,7 @@ fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     let how =
         (name, drawing, job.method, method, job.repetition, job.seed, ends_with_contact, thinking_scans);
     let what = serde_json::to_string(&(mission, robot))?;
-    Ok(format!("{how:?} {sheet:?} {bytes:?} {what}"))
+    Ok(format!("{how:?} {sheet:?} {bytes:?} {person:?} {what}"))
 }
 
 /// Prints the jobs by their numbers.

@@ -51,7 +51,8 @@ impl Tap for Recorder {
 }
 
 /// Checks the first run of `count` of the jobs, spread over all of them. Those that think for longer than a scan's
-/// period are in no lockstep: no two runs of processes would agree, and they are left out.
+/// period are in no lockstep: no two runs of processes would agree, and they are left out. So are those in which a
+/// person answers: the processes have nobody.
 pub fn check(jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
     let folder = std::env::temp_dir().join(format!("sketchnav-eval-{}", std::process::id()));
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -64,7 +65,8 @@ pub fn check(jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
 }
 
 fn check_in(folder: &Path, jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
-    let jobs: Vec<_> = jobs.iter().filter(|job| job.trial.thinking_scans == 0).collect();
+    let is_alike = |job: &&Job<'_>| job.trial.thinking_scans == 0 && job.trial.person.is_none();
+    let jobs: Vec<_> = jobs.iter().filter(is_alike).collect();
     let chosen = (0..count.min(jobs.len())).map(|k| jobs[k * jobs.len() / count.min(jobs.len())]);
     let mut found = Check::default();
     for (k, job) in chosen.enumerate() {

@@ -155,16 +155,9 @@ impl Site {
         let mut rng = seed::stream(number, &format!("eval/deformed/{}", self.name));
         let tries = (1..=TRIES).map(|i| (i, self.mission(&drawing, &paper, &name, &mut rng)));
         let trial = |(i, mission)| Trial {
-            name: format!("{name}/{i}"),
-            drawing: degree.to_string(),
-            mission,
-            robot: self.robot.clone(),
             sheet: Some(Sheet::new(paper.clone())),
-            method: None,
-            ends_with_contact: false,
-            thinking_scans: 0,
-            variant_of: None,
             bytes: Some(bytes.clone()),
+            ..Trial::without_sheet(format!("{name}/{i}"), degree.to_string(), mission, self.robot.clone())
         };
         Ok(tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS).map(trial).collect())
     }

@@ -101,6 +101,13 @@ pub struct TaskOutcome {
     /// The landmark states of a drive by such states, in order; empty otherwise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateDriven>,
+    /// How often a person answered the robot; 0 where nobody looked on.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub answers: u32,
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }
 
 #[cfg(test)]
@@ -123,6 +130,7 @@ impl TaskOutcome {
             collisions: 0,
             cost: Cost::default(),
             states: Vec::new(),
+            answers: 0,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Suite `people`: ten drawings of one environment by ten people. Two annotators say which places of a drawing are
 //! which places of the environment. Suite `people-exam`: six more by other people. Parameters may be chosen by the
-//! first, never by the second.
+//! first, never by the second. Suites `people-answers` and `people-exam-answers`: the same drives, while a
+//! [person](crate::experiments::person) looks on and answers what the robot asks.
 //!
 //! A trial drives from one matched place to another in another region, with the start marked as people mark it.
 //! Arrival is judged by region, since two annotators' marks in one hall lie metres apart. Data: M. Mielle et al., "A
@@ -16,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use sketchnav_schemas::codes::FREE;
-use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::geometry::{Point, Sketch, World};
 use sketchnav_schemas::mission::{Mission, NavigatorChoice, Start, Task, WorldSource};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
@@ -25,6 +26,7 @@ use sketchnav_sketch::reading::{DrawnMap, Options};
 
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, departure_deg, length_m};
+use crate::experiments::person::{self, Person};
 use crate::experiments::suite::{Datum, Folders, Suite};
 use crate::experiments::trial::{Sheet, Trial, time_limit_s, wrap_deg};
 use matches::{Match, Reading};
@@ -57,6 +59,8 @@ struct Place {
     ground: Ground,
     regions: Regions,
     robot: Robot,
+    /// Whether a person looks on and answers.
+    has_onlooker: bool,
 }
 
 /// A drawing.
@@ -73,10 +77,7 @@ struct AnnotatedDrawing {
 /// # Errors
 /// [`EvalError::NoData`] without the drawings; else with the file that is there and not what it should be.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
-    let mut suite = Suite { name: "people".into(), title: TITLE.into(), repetitions: 1, ..Suite::default() };
-    let place = Place::open(&folders.datum("people", DRAWINGS)?)?;
-    place.add_drawings(0..10, &mut suite)?;
-    Ok(suite)
+    ten(folders, "people", false)
 }
 
 /// Loads the drawings that nothing is chosen by.
@@ -84,11 +85,43 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 /// # Errors
 /// As [`suite`].
 pub fn exam(folders: &Folders) -> Result<Suite, EvalError> {
-    const NAME: &str = "people-exam";
-    let mut suite = Suite { name: NAME.into(), title: EXAM_TITLE.into(), repetitions: 1, ..Suite::default() };
-    let mut place = Place::open(&folders.datum(NAME, DRAWINGS)?)?;
-    let first = folders.datum(NAME, EXAM)?;
-    place.drawings = first.parent().map(Path::to_path_buf).unwrap_or_default();
+    six(folders, "people-exam", false)
+}
+
+/// The drives of [`suite`] while a person looks on and answers.
+///
+/// # Errors
+/// As [`suite`].
+pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
+    Ok(with_onlooker(ten(folders, "people-answers", true)?))
+}
+
+/// The drives of [`exam`] while a person looks on and answers.
+///
+/// # Errors
+/// As [`suite`].
+pub fn exam_answered(folders: &Folders) -> Result<Suite, EvalError> {
+    Ok(with_onlooker(six(folders, "people-exam-answers", true)?))
+}
+
+fn with_onlooker(suite: Suite) -> Suite {
+    let title =
+        format!("{} A person looks on, and answers truly when the robot asks where it is.", suite.title);
+    Suite { title, tells: Some(person::sections), ..suite }
+}
+
+fn ten(folders: &Folders, name: &'static str, has_onlooker: bool) -> Result<Suite, EvalError> {
+    let mut suite = Suite { name: name.into(), title: TITLE.into(), repetitions: 1, ..Suite::default() };
+    let place = Place { has_onlooker, ..Place::open(&folders.datum(name, DRAWINGS)?)? };
+    place.add_drawings(0..10, &mut suite)?;
+    Ok(suite)
+}
+
+fn six(folders: &Folders, name: &'static str, has_onlooker: bool) -> Result<Suite, EvalError> {
+    let mut suite = Suite { name: name.into(), title: EXAM_TITLE.into(), repetitions: 1, ..Suite::default() };
+    let first = folders.datum(name, EXAM)?;
+    let drawings = first.parent().map(Path::to_path_buf).unwrap_or_default();
+    let place = Place { drawings, has_onlooker, ..Place::open(&folders.datum(name, DRAWINGS)?)? };
     place.add_drawings(10..16, &mut suite)?;
     Ok(suite)
 }
@@ -99,7 +132,8 @@ impl Place {
         let map = sketchnav_sim::files::occupancy_map(world)?;
         let robot = sketchnav_sim::files::robot("robotino")?;
         let ground = Ground::new(&map, robot.radius_m + START_CLEARANCE_M);
-        Ok(Self { drawings: folder.clone(), folder, map, ground, regions: Regions::shipped()?, robot })
+        let regions = Regions::shipped()?;
+        Ok(Self { drawings: folder.clone(), folder, map, ground, regions, robot, has_onlooker: false })
     }
 
     fn add_drawings(&self, mut numbers: Range<usize>, suite: &mut Suite) -> Result<(), EvalError> {
@@ -142,7 +176,13 @@ impl Place {
         let pairs = spots.iter().flatten().flat_map(|from| spots.iter().flatten().map(move |to| (from, to)));
         let turn_deg = reading.quarter_turns_deg();
         let differ = pairs.filter(|(from, to)| !to.regions.contains(&from.regions[0]));
-        suite.trials.extend(differ.filter_map(|(from, to)| self.trial(paper, annotator, from, to, turn_deg)));
+        let trials = differ.filter_map(|(from, to)| self.trial(paper, annotator, from, to, turn_deg));
+        let matched = |spot: &Spot| {
+            (Point::<World>::new(spot.world[0], spot.world[1]), paper.drawing.from_image(spot.sketch))
+        };
+        let person = || Arc::new(Person::new(spots.iter().flatten().map(matched)));
+        let person = self.has_onlooker.then(person);
+        suite.trials.extend(trials.map(|trial| Trial { person: person.clone(), ..trial }));
     }
 
     /// A matched place; `None` where no robot gets in.
@@ -189,17 +229,10 @@ impl Place {
             tasks: Vec::new(),
         };
         let task = task.with_place(self.regions.union(&to.regions, to.world));
+        let mission = self.mission(&name, start, sketch.navigator(), task);
         Some(Trial {
-            mission: self.mission(&name, start, sketch.navigator(), task),
-            name,
-            drawing: paper.name.clone(),
-            robot: self.robot.clone(),
             sheet: Some(Sheet::new(paper.drawing.clone())),
-            method: None,
-            ends_with_contact: false,
-            thinking_scans: 0,
-            variant_of: None,
-            bytes: None,
+            ..Trial::without_sheet(name, paper.name.clone(), mission, self.robot.clone())
         })
     }
 

@@ -187,19 +187,11 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
     };
     let restarts: Option<Vec<_>> = (0..places.len() - 1).map(restart).collect();
     Ok(Trial {
-        name: drawing.to_owned(),
-        drawing: drawing.to_owned(),
-        robot,
         sheet: Some(Sheet {
             restarts: restarts.ok_or_else(|| no_way(&mission.name))?,
             ..Sheet::new(Arc::new(paper))
         }),
-        method: None,
-        ends_with_contact: false,
-        thinking_scans: 0,
-        variant_of: None,
-        bytes: None,
-        mission,
+        ..Trial::without_sheet(drawing.to_owned(), drawing.to_owned(), mission, robot)
     })
 }
 

@@ -50,20 +50,12 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
     let paper = sketchnav_sketch::reading::read(&read(Path::new(&sketch.drawing))?, name, &options)?;
     let correspondence = join(anchors, (name, &path), &mission, &paper)?;
     Ok(Trial {
-        name: name.to_owned(),
-        drawing: name.to_owned(),
-        mission,
-        robot,
         sheet: Some(Sheet {
             start_error: None,
             correspondence: Some(Arc::new(correspondence)),
             ..Sheet::new(Arc::new(paper))
         }),
-        method: None,
-        ends_with_contact: false,
-        thinking_scans: 0,
-        variant_of: None,
-        bytes: None,
+        ..Trial::without_sheet(name.to_owned(), name.to_owned(), mission, robot)
     })
 }
 

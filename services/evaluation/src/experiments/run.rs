@@ -10,7 +10,7 @@ use sketchnav_schemas::channels::{
 };
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{
-    Contact, Correspondence, GroundTruth, LandmarkProgress, LandmarkView, MissionStatus, PoseEstimate,
+    Contact, Correspondence, GroundTruth, Here, LandmarkProgress, LandmarkView, MissionStatus, PoseEstimate,
     VelocityCommand,
 };
 use sketchnav_schemas::mission::{MissionError, Task};
@@ -21,6 +21,7 @@ use sketchnav_schemas::time::seconds;
 use crate::error::EvalError;
 use crate::experiments::cost::{Cost, clearance_m};
 use crate::experiments::outcome::{Kind, TaskOutcome};
+use crate::experiments::person::Onlooker;
 use crate::experiments::trial::{Page, Trial};
 use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
@@ -80,6 +81,8 @@ pub struct Driven {
     pub log: Log,
     /// Processor time of localizer and planner by the clock, seconds.
     pub busy_s: f64,
+    /// How often a person answered the robot.
+    pub answers: u32,
     /// Its tasks, judged; those that were begun or, where no pose is given after a failure, all.
     pub verdicts: Vec<TaskVerdict>,
 }
@@ -91,18 +94,29 @@ struct Watcher<'a> {
     ends_with_contact: bool,
     stops_at_failure: bool,
     failed: bool,
+    onlooker: Option<Onlooker<'a>>,
 }
 
 impl Tap for Watcher<'_> {
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) {
         self.log.see(spec, message, cells);
+        if let Some(onlooker) = &mut self.onlooker {
+            onlooker.hear(spec, message);
+        }
         if *spec == *STATUS.spec {
             self.watch();
         }
     }
 
     fn has_enough(&self) -> bool {
-        self.stops_at_failure && self.failed || self.ends_with_contact && !self.log.contacts.is_empty()
+        self.stops_at_failure && self.failed
+            || self.ends_with_contact && !self.log.contacts.is_empty()
+            || self.onlooker.as_ref().is_some_and(Onlooker::gives_up)
+    }
+
+    fn here(&mut self) -> Option<Here> {
+        let truth = self.log.truth.last()?;
+        self.onlooker.as_mut()?.answer(&truth.pose(), truth.header.stamp_ns)
     }
 }
 
@@ -159,6 +173,11 @@ fn drive_from(
         ends_with_contact: trial.ends_with_contact,
         stops_at_failure,
         failed: false,
+        onlooker: trial
+            .person
+            .as_deref()
+            .zip(sheet)
+            .map(|(person, sheet)| Onlooker::new(person, &sheet.paper, seed)),
     };
     let rehearsal = match page {
         Some(bytes) => Rehearsal::by_bytes(&run, bytes),
@@ -166,13 +185,14 @@ fn drive_from(
     };
     let spent = rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
     let busy_s = (spent.localizer + spent.planner).as_secs_f64();
-    let Watcher { log, .. } = watcher;
+    let Watcher { log, onlooker, .. } = watcher;
+    let answers = onlooker.map_or(0, |onlooker| onlooker.answers());
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
     if stops_at_failure {
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
-    Ok(Driven { run, sketch, first_task, log, busy_s, verdicts })
+    Ok(Driven { run, sketch, first_task, log, busy_s, answers, verdicts })
 }
 
 /// Drives one repetition of a trial and returns how its tasks ended.
@@ -265,6 +285,7 @@ pub fn outcomes<'a>(
             collisions: verdict.collisions,
             cost: span.map_or_else(Cost::default, |span| cost(trial, driven, &span, verdict.time_s)),
             states: states(driven, kind == Kind::Reached),
+            answers: driven.answers,
         }
     })
 }

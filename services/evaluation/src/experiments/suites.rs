@@ -14,7 +14,7 @@ use crate::experiments::{
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 /// The suites: a new one is a line here and a module of its own.
-const SUITES: [(&str, Loader); 20] = [
+const SUITES: [(&str, Loader); 22] = [
     ("ablation", ablation::suite),
     ("building-079", protocol::building_079),
     ("building", protocol::building),
@@ -32,7 +32,9 @@ const SUITES: [(&str, Loader); 20] = [
     ("landmark-labels", landmarks::labels),
     ("landmark-scenes", landmarks::scenes),
     ("people", people::suite),
+    ("people-answers", people::answered),
     ("people-exam", people::exam),
+    ("people-exam-answers", people::exam_answered),
     ("routes", routes::suite),
     ("sensitivity", sensitivity::suite),
 ];

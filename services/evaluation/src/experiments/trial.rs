@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::EvalError;
+use crate::experiments::person::Person;
 use crate::judge::homotopy::Correspondence;
 use rand::RngExt;
 use rand_distr::{Distribution, Normal};
@@ -10,7 +11,7 @@ use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::mission::{Mission, MissionError, Start};
 use sketchnav_schemas::robot::Robot;
-use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_schemas::seed;
 use sketchnav_schemas::sketch_mission::SketchMission;
 use sketchnav_sketch::reading::DrawnMap;
@@ -69,10 +70,12 @@ pub struct Trial {
     pub variant_of: Option<String>,
     /// What a person gives, where it lies in no folder; `None`: the mission names the file.
     pub bytes: Option<Page>,
+    /// Who looks on and answers the robot's questions; `None`: nobody, and the robot asks nothing.
+    pub person: Option<Arc<Person>>,
 }
 
 impl Trial {
-    /// A drive of a navigator without a drawing, by the suite's method. Touches do not end it.
+    /// A drive without a drawing, by the suite's method. Touches do not end it, and nobody looks on.
     pub fn without_sheet(name: String, line: String, mission: Mission, robot: Robot) -> Self {
         Self {
             name,
@@ -85,6 +88,7 @@ impl Trial {
             thinking_scans: 0,
             variant_of: None,
             bytes: None,
+            person: None,
         }
     }
 }
@@ -191,7 +195,8 @@ impl Trial {
         if let Some(sheet) = &self.sheet {
             sheet.mark(&mut mission, seed, first_task)?;
         }
-        Ok(RunConfig::lockstep("eval", mission, self.robot.clone(), seed))
+        let pad = if self.person.is_some() { Pad::Watches } else { Pad::Absent };
+        Ok(RunConfig { pad, ..RunConfig::lockstep("eval", mission, self.robot.clone(), seed) })
     }
 }
 

@@ -1,0 +1,199 @@
+//! A person who looks on with the drawing in the hand, and answers when the robot asks where it is.
+//!
+//! The person sees where the robot truly is, and points at that place in the drawing as exactly as people mark a start.
+//! They answer a few times, then give the task up. Nothing is said unless the robot asks. So a drive without a question is
+//! the one that nobody looks on at.
+
+use nalgebra::Complex;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64Mcg;
+use sketchnav_schemas::channels::{ChannelSpec, QUESTION};
+use sketchnav_schemas::codes::{FREE, QuestionKind};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, World, wrap_angle};
+use sketchnav_schemas::message::Here;
+use sketchnav_schemas::seed;
+use sketchnav_sketch::reading::DrawnMap;
+
+use crate::experiments::outcome::{Kind, TaskOutcome};
+use crate::experiments::section::Section;
+use crate::experiments::table::Table;
+use crate::experiments::trial::StartError;
+
+/// Most answers in a drive: then the person gives it up.
+const MOST_ANSWERS: u32 = 4;
+/// Between two answers, simulated nanoseconds.
+const PAUSE_NS: u64 = 5_000_000_000;
+/// Tries to point at a free place: nobody puts the robot into a wall.
+const ATTEMPTS: usize = 100;
+
+/// What a person knows: which places of the world are which places of the drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Person {
+    /// In the world, metres, and in the drawing, pixels, frame `Sketch`.
+    matched: Vec<[Complex<f64>; 2]>,
+}
+
+impl Person {
+    /// By places that are the same: at least one.
+    pub fn new(matched: impl IntoIterator<Item = (Point<World>, Point<Sketch>)>) -> Self {
+        let pair = |(world, sketch): (Point<World>, Point<Sketch>)| {
+            [Complex::new(world.x, world.y), Complex::new(sketch.x, sketch.y)]
+        };
+        Self { matched: matched.into_iter().map(pair).collect() }
+    }
+
+    /// Where in the drawing a pose of the world lies: by the similarity that fits the matched places best, near ones above
+    /// all (Schaefer, McPhail, Warren 2006, section 2.2).
+    pub fn drawn(&self, robot: &Pose<World>) -> Pose<Sketch> {
+        let at = Complex::new(robot.x, robot.y);
+        let weighted = || {
+            self.matched
+                .iter()
+                .map(move |[world, sketch]| (1.0 / (world - at).norm_sqr().max(1e-12), world, sketch))
+        };
+        let total: f64 = weighted().map(|(weight, ..)| weight).sum();
+        let from = weighted().map(|(weight, world, _)| world * weight).sum::<Complex<f64>>() / total;
+        let to = weighted().map(|(weight, _, sketch)| sketch * weight).sum::<Complex<f64>>() / total;
+        let over: Complex<f64> = weighted().map(|(weight, p, q)| (q - to) * (p - from).conj() * weight).sum();
+        let under: f64 = weighted().map(|(weight, p, _)| (p - from).norm_sqr() * weight).sum();
+        let turn = if under > 0.0 { over / under } else { Complex::new(1.0, 0.0) };
+        let drawn = turn * (at - from) + to;
+        Pose::new(drawn.re, drawn.im, wrap_angle(robot.yaw_rad + turn.arg()))
+    }
+}
+
+/// A person during a drive.
+pub struct Onlooker<'a> {
+    person: &'a Person,
+    paper: &'a DrawnMap,
+    rng: Pcg64Mcg,
+    question: QuestionKind,
+    asked_ns: Option<u64>,
+    /// How often they were asked.
+    asked: u32,
+}
+
+impl<'a> Onlooker<'a> {
+    /// Before a drive by `paper`; `seed` is the run's.
+    pub fn new(person: &'a Person, paper: &'a DrawnMap, seed: u64) -> Self {
+        let rng = seed::stream(seed, "eval/person");
+        Self { person, paper, rng, question: QuestionKind::Nothing, asked_ns: None, asked: 0 }
+    }
+
+    /// Hears a question.
+    pub fn hear(&mut self, spec: &ChannelSpec, message: &[u8]) {
+        let asked =
+            QUESTION.message(spec, message).and_then(|question| QuestionKind::from_code(question.kind));
+        self.question = asked.unwrap_or(self.question);
+    }
+
+    /// How often they have answered.
+    pub fn answers(&self) -> u32 {
+        self.asked.min(MOST_ANSWERS)
+    }
+
+    /// Whether they were asked once more than they answer.
+    pub fn gives_up(&self) -> bool {
+        self.asked > MOST_ANSWERS
+    }
+
+    /// The answer to what the robot asks, given anew while it goes on asking; `robot`: where it truly is at this time.
+    pub fn answer(&mut self, robot: &Pose<World>, stamp_ns: u64) -> Option<Here> {
+        let is_due = self.asked_ns.is_none_or(|asked_ns| stamp_ns >= asked_ns + PAUSE_NS);
+        if self.question == QuestionKind::Nothing || !is_due {
+            return None;
+        }
+        (self.asked_ns, self.asked) = (Some(stamp_ns), self.asked + 1);
+        if self.gives_up() {
+            return None;
+        }
+        let pose = self.point_at(robot);
+        // A tap among the places that the robot shows says no heading.
+        let yaw_rad = (self.question == QuestionKind::Where).then_some(pose.yaw_rad);
+        Some(Here { at: pose.position(), yaw_rad })
+    }
+
+    fn point_at(&mut self, robot: &Pose<World>) -> Pose<Sketch> {
+        let drawn = self.person.drawn(robot);
+        let error = StartError::OF_PEOPLE;
+        let Ok(normal) = Normal::new(0.0, 1.0) else { return drawn };
+        let mut draw = || normal.sample(&mut self.rng);
+        let spread_px = error.spread_share * self.paper.diagonal_px();
+        let yaw_rad = wrap_angle(drawn.yaw_rad + (error.heading_deg * draw()).to_radians());
+        for _ in 0..ATTEMPTS {
+            let at = Point::<Sketch>::new(drawn.x + spread_px * draw(), drawn.y + spread_px * draw());
+            if self.paper.cell(&at) == Some(FREE) {
+                return Pose::new(at.x, at.y, yaw_rad);
+            }
+        }
+        Pose::new(drawn.x, drawn.y, yaw_rad)
+    }
+}
+
+/// How often the robot asked, and what became of the drives in which it did.
+pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
+    let mut drawings: Vec<&str> = Vec::new();
+    for outcome in outcomes {
+        if !drawings.contains(&outcome.drawing.as_str()) {
+            drawings.push(&outcome.drawing);
+        }
+    }
+    let row = |name: &str, of: &dyn Fn(&&TaskOutcome) -> bool| {
+        let all: Vec<_> = outcomes.iter().filter(of).collect();
+        let asked: Vec<_> = all.iter().filter(|outcome| outcome.answers > 0).collect();
+        let count = |kind: Kind| asked.iter().filter(|outcome| outcome.kind == kind).count();
+        let answers: u32 = asked.iter().map(|outcome| outcome.answers).sum();
+        let figures =
+            [all.len(), asked.len(), answers as usize, count(Kind::Reached), count(Kind::WrongArrival)];
+        let figures = figures.iter().map(usize::to_string);
+        std::iter::once(name.to_owned()).chain(figures).collect::<Vec<_>>()
+    };
+    let mut rows: Vec<_> =
+        drawings.iter().map(|name| row(name, &|outcome| outcome.drawing == *name)).collect();
+    rows.push(row("all", &|_| true));
+    let header =
+        ["drawing", "drives", "the robot asked in", "answers", "of these reached", "of these wrong arrivals"];
+    let words = format!(
+        "The person answers truly, at most {MOST_ANSWERS} times a drive, and points as exactly as people mark a start."
+    );
+    vec![Section {
+        title: "What the robot asked".to_owned(),
+        table: Table { header: header.map(str::to_owned).to_vec(), rows },
+        words: vec![words],
+        plots: Vec::new(),
+    }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quarter turn, ten pixels a metre; the last corner is drawn too far out.
+    const CORNERS: [([f64; 2], [f64; 2]); 4] = [
+        ([0.0, 0.0], [100.0, 0.0]),
+        ([4.0, 0.0], [100.0, 40.0]),
+        ([4.0, 3.0], [70.0, 40.0]),
+        ([0.0, 3.0], [70.0, -15.0]),
+    ];
+
+    fn person(corners: &[([f64; 2], [f64; 2])]) -> Person {
+        Person::new(corners.iter().map(|(at, px)| (Point::new(at[0], at[1]), Point::new(px[0], px[1]))))
+    }
+
+    #[test]
+    fn a_matched_place_is_where_it_was_matched_and_a_heading_turns_with_the_drawing() {
+        let person = person(&CORNERS);
+        for ([x, y], [column, row]) in CORNERS {
+            let drawn = person.drawn(&Pose::new(x, y, 0.0));
+            assert!((drawn.x - column).hypot(drawn.y - row) < 1e-3, "{drawn:?}");
+        }
+        let drawn = person.drawn(&Pose::new(4.0, 0.1, 0.0));
+        assert!((drawn.yaw_rad.to_degrees() - 90.0).abs() < 10.0, "{drawn:?}");
+    }
+
+    #[test]
+    fn one_place_is_enough_to_point() {
+        let drawn = person(&[([1.0, 1.0], [7.0, 8.0])]).drawn(&Pose::new(1.5, 1.0, 0.3));
+        assert_eq!((drawn.x, drawn.y, drawn.yaw_rad), (7.5, 8.0, 0.3));
+    }
+}

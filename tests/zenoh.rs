@@ -176,17 +176,7 @@ fn a_robot_of_rmw_zenoh_drives_a_mission_in_the_world_s_place() {
     let options = format!("--rmw zenoh --listen tcp/127.0.0.1:{port} --domain {DOMAIN} --drive");
     let bridge = place.start(&format!("bridge ros2 --system rover {options}"));
     let robot = Running::spawn(script(&place, &python, "zenoh_robot.py", &[&port.to_string()]));
-    let report = running.end().json();
-    assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
-    assert_eq!(report["lost_messages"], 0, "{report:#}");
-    let ended = bridge.end();
-    assert_eq!(ended.code, Some(0), "{ended}");
-    robot.signal(Signal::SIGTERM);
-    let told = robot.end();
-    let place_and_command = told.out.split_whitespace().map(|word| word.parse::<f64>().unwrap());
-    let [x, y, speed, turn] = place_and_command.collect::<Vec<_>>()[..] else { panic!("{told}") };
-    assert!((4.8 - x).hypot(3.0 - y) < 1.2, "{told}");
-    assert_eq!((speed, turn), (0.0, 0.0), "told to stand still at the end: {told}");
+    room::assert_driven_to_its_goal(running, bridge, robot);
     place.assert_nothing_left("rover");
 }
 

@@ -1,4 +1,4 @@
-//! What went wrong with the processes of a run, and right again. Reads those messages alone.
+//! What went wrong with the processes of a run, what went right again, and the orders of tools. Reads those messages alone.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use sketchnav_schemas::time::seconds;
 use crate::error::RecordingError;
 use crate::reader::Recording;
 
-/// Something that went wrong with a process, or right again.
+/// Something that went wrong with a process or right again, or an order of a tool.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultInfo {
     /// Simulation time of the mission's last status by then.

@@ -307,7 +307,7 @@ channels! {
     LATENCY: Report Latency = "latency", RECORDER => [];
     /// Signs of life, from every process.
     HEALTH: Report Health = "health", None => [Supervisor, Pad];
-    /// Kills, deaths, restarts, recoveries.
+    /// Kills, deaths, restarts, recoveries; orders of tools.
     FAULTS: Report Fault = "faults", SUPERVISOR => [Pad];
     /// What is safe in the file.
     RECORDED: Safe Recorded = "recorded", RECORDER => [World];

@@ -257,9 +257,9 @@ codes! {
         Finished = 8 "finished",
     }
 
-    /// What went wrong with a process, or right again.
+    /// What went wrong with a process, what went right again, and what people and tools did to the run.
     pub enum FaultKind {
-        /// A person or a tool has sent it a signal.
+        /// A person or a tool has sent it a signal, or a planned fault has happened to it.
         Injected = 1 "injected",
         /// It has ended before its system did.
         Died = 2 "died",
@@ -282,7 +282,7 @@ codes! {
         /// The system goes on after its supervisor's death.
         SystemResumed = 11 "system resumed",
         /// A person or a tool has given the navigator an order. No fault: it explains what the robot did.
-        Ordered = 12 "ordered",
+        Ordered = 12 "order given",
     }
 }
 

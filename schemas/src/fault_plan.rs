@@ -146,15 +146,16 @@ impl PlannedFault {
         (self.action == Action::Starve).then_some(Starvation { share, duration_ms })
     }
 
-    /// What happens and when, in words: `kill at estimate 120`.
+    /// What is planned, in words: `kill at estimate 120`, `kill after estimate 120`.
     pub fn words(&self) -> String {
-        let Self { channel, message, time_s, .. } = self;
-        let when = match (message, time_s) {
+        let Self { channel, message, time_s, action, when, .. } = self;
+        let moment = match (message, time_s) {
             (Some(message), _) => format!("{channel} {message}"),
             (None, Some(time_s)) => format!("the first {channel} from {time_s} s on"),
             (None, None) => channel.clone(),
         };
-        format!("{} at {when}", self.action.word())
+        let place = if when.is_before() { "at" } else { "after" };
+        format!("{} {place} {moment}", action.word())
     }
 
     /// Whether a message of the channel is the one.

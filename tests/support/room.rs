@@ -4,6 +4,10 @@
 use std::fs;
 use std::path::Path;
 
+use nix::sys::signal::Signal;
+
+use super::Running;
+
 /// The name of its mission file.
 pub const MISSION: &str = "room.toml";
 /// The name of its drawing.
@@ -72,4 +76,20 @@ pub fn replace(folder: &Path, file: &str, old: &str, new: &str) {
     let text = fs::read_to_string(&path).unwrap();
     assert_eq!(text.matches(old).count(), 1, "{file}: {old}");
     fs::write(path, text.replace(old, new)).unwrap();
+}
+
+/// Fails unless the mission ends at its goal while `bridge` joins it to a robot of another program. When that one is
+/// asked to end, it writes its place and its last command.
+pub fn assert_driven_to_its_goal(mission: Running, bridge: Running, robot: Running) {
+    let report = mission.end().json();
+    assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    let ended = bridge.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    robot.signal(Signal::SIGTERM);
+    let told = robot.end();
+    let place_and_command = told.out.split_whitespace().map(|word| word.parse::<f64>().unwrap());
+    let [x, y, speed, turn] = place_and_command.collect::<Vec<_>>()[..] else { panic!("{told}") };
+    assert!((4.8 - x).hypot(3.0 - y) < 1.2, "{told}");
+    assert_eq!((speed, turn), (0.0, 0.0), "ordered to stand still at the end: {told}");
 }

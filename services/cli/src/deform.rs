@@ -51,6 +51,9 @@ struct Drawn {
     /// How a heading at the place is drawn, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     heading_deg: Option<f64>,
+    /// What the drawing leaves out and the place lies in, by the box around it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    within: Option<String>,
 }
 
 /// Where a place lies that the user has asked for.
@@ -74,6 +77,11 @@ fn asked(floor: &Floor, drawing: &DeformedDrawing, place: &FloorPlace) -> anyhow
         heading_deg: pose
             .filter(|_| place.heading_deg.is_some())
             .map(|pose| pose.yaw_rad.to_degrees().round()),
+        within: floor
+            .furniture()
+            .iter()
+            .find(|piece| covers(piece, place.at_m))
+            .map(|piece| piece_name(piece).to_owned()),
     })
 }
 
@@ -90,7 +98,7 @@ fn rooms(floor: &Floor, drawing: &DeformedDrawing) -> Vec<Drawn> {
     let room = |center: &Point<World>| {
         let at = drawing.to_sketch(center);
         let at_px = at.map(|at| drawing.to_image(&at).map(f64::round));
-        Drawn { at_m: [center.x, center.y], at_px, heading_deg: None }
+        Drawn { at_m: [center.x, center.y], at_px, heading_deg: None, within: None }
     };
     floor.regions().iter().map(|region| room(&region.center)).collect()
 }
@@ -144,7 +152,10 @@ fn print(
     }
     if let Some(more @ 1..) = floor.furniture().len().checked_sub(PRINTED) {
         out!("left out: {more} more pieces; --json lists all")?;
-        out!("So many pieces may be walls: compare the drawing with the map")?;
+    }
+    let guessed = floor.furniture().iter().filter(|piece| piece.name.is_empty()).count();
+    if guessed > PRINTED {
+        out!("{guessed} pieces of the map may be walls: compare the drawing with the map")?;
     }
     let rows = [
         ("deformation", drawing.deformation),
@@ -157,9 +168,9 @@ fn print(
             None => out!("{what:<13} too few places to measure it")?,
         }
     }
-    for Drawn { at_m: [x, y], at_px, heading_deg } in asked {
-        if let Some(piece) = floor.furniture().iter().find(|piece| covers(piece, [*x, *y])) {
-            out!("({x}, {y}) m: {} stands there, which the drawing leaves out", piece_name(piece))?;
+    for Drawn { at_m: [x, y], at_px, heading_deg, within } in asked {
+        if let Some(piece) = within {
+            out!("({x}, {y}) m: {piece} stands there or beside it, and the drawing leaves it out")?;
         }
         match (at_px, heading_deg) {
             (None, _) => out!("({x}, {y}) m lies in a room that was forgotten")?,

@@ -122,8 +122,6 @@ fn follow(
 ) -> Result<Outcome, Failure> {
     let watched = watch(&mut supervisor, run, options.json);
     let wall = began.elapsed();
-    // The files that tell go with the system.
-    let outstanding = supervisor.outstanding_faults().unwrap_or_default();
     let ended = supervisor.shut_down();
     let progress = match watched {
         Ok(progress) => progress,
@@ -136,7 +134,7 @@ fn follow(
             return Err(classify(error));
         }
     };
-    let report = match report::Report::new(run, &supervisor, &outstanding, wall, folder) {
+    let report = match report::Report::new(run, &supervisor, wall, folder) {
         Ok(report) => report,
         // What the processes say about their end is nearer to the cause: a full disk, say.
         Err(failure) => {

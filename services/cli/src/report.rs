@@ -12,7 +12,6 @@ use sketchnav_evaluation::picture::{self, FloorPicture, FloorShapes, SketchPictu
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::fault_plan::PlannedFault;
 use sketchnav_schemas::geometry::{Base, Point, Pose, Sketch, World};
 use sketchnav_schemas::message::{MarkerView, Particles, People};
 use sketchnav_schemas::run::RunConfig;
@@ -39,7 +38,7 @@ pub struct Report {
     wall_seconds: f64,
     real_time_factor: f64,
     lost_messages: u64,
-    /// Numbers of the planned faults that did not happen, from 1, with what they were.
+    /// The planned faults that did not happen.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     outstanding_faults: Vec<OutstandingFault>,
     recording: String,
@@ -50,6 +49,7 @@ pub struct Report {
 /// A planned fault that did not happen: its message never came.
 #[derive(Debug, Serialize)]
 struct OutstandingFault {
+    /// In the plan, from 1.
     number: usize,
     words: String,
 }
@@ -71,7 +71,6 @@ impl Report {
     pub fn new(
         run: &RunConfig,
         supervisor: &Supervisor,
-        outstanding: &[(usize, PlannedFault)],
         wall: Duration,
         folder: &Path,
     ) -> Result<Self, Failure> {
@@ -96,7 +95,8 @@ impl Report {
             verdict,
             // The recorder counts its own losses too; a file that lacks more has lost them on disk.
             lost_messages: lost.max(missing),
-            outstanding_faults: outstanding
+            outstanding_faults: supervisor
+                .outstanding_faults()
                 .iter()
                 .map(|(number, fault)| OutstandingFault { number: *number, words: fault.words() })
                 .collect(),
@@ -132,9 +132,7 @@ impl Report {
             out!("method     {how}")?;
         }
         for OutstandingFault { number, words } in &self.outstanding_faults {
-            out!(
-                "no fault   fault {number} of the plan did not happen, for its message never came: {words}"
-            )?;
+            out!("not done   fault {number} of the plan: {words}; its message never came")?;
         }
         out!("recording  {}", self.recording)?;
         for picture in &self.pictures {
@@ -197,7 +195,7 @@ pub fn sketch_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::
     let tasks = sketch_tasks(run, log, verdict, &spans);
     let svg = picture::sketch(&SketchPicture {
         title: &format!(
-            "{}, seed {}: the sketch, and where the particle filter believed the robot to be",
+            "{}, seed {}: the sketch, and where the localizer believed the robot to be",
             run.mission.name, run.seed
         ),
         width_px: map.width_px,

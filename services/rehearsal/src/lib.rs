@@ -2,7 +2,8 @@
 //!
 //! It sends, through a [`Tap`], the very messages that the processes send in lockstep, byte for byte
 //! and channel by channel (health apart). No shared memory, no thread; the clock is looked at to tell how long
-//! a stage took, and nothing depends on it. [`rerun`] has one of the processes do once more what a recording says
+//! a stage took, and nothing depends on it. What a person says ([`Tap::here`]) counts from the next instant on, while
+//! processes may hear it at any. [`rerun`] has one of the processes do once more what a recording says
 //! that it did.
 
 mod parts;
@@ -118,12 +119,12 @@ impl Rehearsal {
         let mut thought_out = None;
         loop {
             self.step(tap)?;
-            if let Some(here) = tap.here() {
-                self.tell(here, tap)?;
-            }
             let newest = self.planner.memory.get(COMMAND.spec).map(|c| *c.typed::<VelocityCommand>());
             if newest.is_some_and(|command| command.last == 1) || tap.has_enough() {
                 return Ok(());
+            }
+            if let Some(here) = tap.here() {
+                self.tell(here, tap)?;
             }
             let command =
                 if self.thinking_scans == 0 { newest } else { std::mem::replace(&mut thought_out, newest) };

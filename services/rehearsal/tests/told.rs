@@ -1,68 +1,97 @@
-//! Somebody who looks on says where the robot is: that counts from the next instant on.
+//! Somebody who looks on says where the robot is: localizer and planner hear it before the next instant.
 
 use std::path::Path;
 
 use sketchnav_rehearsal::{Rehearsal, Tap};
-use sketchnav_schemas::channels::{ChannelSpec, ESTIMATE, MISSION};
-use sketchnav_schemas::codes::Order;
-use sketchnav_schemas::geometry::Point;
-use sketchnav_schemas::message::{Here, MissionCommand, PoseEstimate};
+use sketchnav_schemas::channels::{ChannelSpec, ESTIMATE, MISSION, STATUS};
+use sketchnav_schemas::codes::{Order, Process, TaskState};
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::message::{Here, MissionCommand, MissionStatus, PoseEstimate};
 use sketchnav_schemas::run::{Pad, RunConfig};
 
-/// Instants before somebody says something.
-const BEFORE: usize = 30;
-/// How far from the estimate the place is that is said, pixels.
-const OFF_PX: f64 = 40.0;
+/// Most instants of a drive.
+const MOST: usize = 200;
 
-#[derive(Default)]
+/// Says once where the robot is, when the moment has come.
 struct Onlooker {
-    speaks: bool,
+    is_time: fn(&Self) -> bool,
+    at: fn(&Self) -> Point<Sketch>,
     estimates: Vec<PoseEstimate>,
+    status: Vec<MissionStatus>,
     orders: Vec<MissionCommand>,
+    /// Instants before it was said.
+    told: Option<usize>,
 }
 
 impl Onlooker {
-    /// A place ahead of where the robot believes to be.
-    fn ahead(&self) -> Here {
-        let robot = self.estimates[BEFORE - 1].pose.pose();
-        let (sin, cos) = robot.yaw_rad.sin_cos();
-        Here { at: Point::new(robot.x + OFF_PX * cos, robot.y + OFF_PX * sin), yaw_rad: None }
+    fn new(is_time: fn(&Self) -> bool, at: fn(&Self) -> Point<Sketch>) -> Self {
+        let (estimates, status, orders) = Default::default();
+        Self { is_time, at, estimates, status, orders, told: None }
+    }
+
+    fn believed(&self, instant: usize) -> Point<Sketch> {
+        self.estimates[instant].pose.pose().position()
+    }
+
+    fn state(&self, instant: usize) -> TaskState {
+        TaskState::from_code(self.status[instant].state).unwrap()
+    }
+
+    fn drives(mut self, parameters: &[(&str, f64)]) -> Self {
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/laboratory/laboratory-a.toml");
+        let (mut mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
+        for (key, value) in parameters {
+            mission.parameters.of_mut(Process::Planner).insert((*key).into(), (*value).into());
+        }
+        let run = RunConfig { pad: Pad::Watches, ..RunConfig::lockstep("rehearsal", mission, robot, 1) };
+        Rehearsal::new(&run).unwrap().run(&mut self).unwrap();
+        self
     }
 }
 
 impl Tap for Onlooker {
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], _cells: &[u8]) {
         self.estimates.extend(ESTIMATE.message(spec, message));
+        self.status.extend(STATUS.message(spec, message));
         self.orders.extend(MISSION.message(spec, message));
     }
 
     fn has_enough(&self) -> bool {
-        self.estimates.len() > BEFORE
+        self.estimates.len() == MOST || self.told.is_some_and(|told| self.estimates.len() > told)
     }
 
     fn here(&mut self) -> Option<Here> {
-        (self.speaks && self.estimates.len() == BEFORE).then(|| self.ahead())
+        if self.told.is_some() || !(self.is_time)(self) {
+            return None;
+        }
+        self.told = Some(self.estimates.len());
+        Some(Here { at: (self.at)(self), yaw_rad: None })
     }
 }
 
-fn driven(speaks: bool) -> Onlooker {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/laboratory/laboratory-a.toml");
-    let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
-    let run = RunConfig { pad: Pad::Watches, ..RunConfig::lockstep("rehearsal", mission, robot, 1) };
-    let mut onlooker = Onlooker { speaks, ..Onlooker::default() };
-    Rehearsal::new(&run).unwrap().run(&mut onlooker).unwrap();
-    onlooker
+#[test]
+fn the_localizer_goes_on_from_where_somebody_said() {
+    // At the second goal.
+    let far = |_: &Onlooker| Point::new(1103.0, 293.0);
+    let onlooker = Onlooker::new(|it| it.estimates.len() == 30, far).drives(&[]);
+    let orders: Vec<_> = onlooker.orders.iter().map(|order| Order::from_code(order.order).unwrap()).collect();
+    assert_eq!(orders, [Order::Start, Order::Here]);
+    assert_eq!(onlooker.orders[1].header.stamp_ns, onlooker.estimates[29].header.stamp_ns);
+    let [before, after] = [29, 30].map(|instant| onlooker.believed(instant).distance(&far(&onlooker)));
+    assert!(before > 300.0 && after < 100.0, "{before} px, then {after}");
 }
 
 #[test]
-fn the_localizer_begins_anew_where_somebody_said() {
-    let [silent, told] = [false, true].map(driven);
-    let orders = |drive: &Onlooker| -> Vec<_> {
-        drive.orders.iter().map(|order| Order::from_code(order.order).unwrap()).collect()
-    };
-    assert_eq!((orders(&silent), orders(&told)), (vec![Order::Start], vec![Order::Start, Order::Here]));
-    assert_eq!(told.orders[1].here(), Some(told.ahead()));
-    assert_eq!(told.orders[1].header.stamp_ns, told.estimates[BEFORE - 1].header.stamp_ns);
-    assert_eq!(silent.estimates[..BEFORE], told.estimates[..BEFORE]);
-    assert_ne!(silent.estimates[BEFORE], told.estimates[BEFORE]);
+fn the_planner_of_a_lost_robot_goes_on_when_somebody_has_said_where_it_is() {
+    let is_lost = |it: &Onlooker| it.status.last().is_some_and(|s| s.state == TaskState::Paused.code());
+    let where_it_believes = |it: &Onlooker| it.believed(it.estimates.len() - 1);
+    // So impatient that it is lost after a few instants.
+    let onlooker =
+        Onlooker::new(is_lost, where_it_believes).drives(&[("astray_factor", 0.1), ("astray_m", 0.1)]);
+    let told = onlooker.told.unwrap();
+    assert_eq!(
+        [told - 1, told].map(|instant| onlooker.state(instant)),
+        [TaskState::Paused, TaskState::Driving]
+    );
 }

@@ -185,7 +185,12 @@ mod tests {
         diagnostics.on_health(&health(10, 0), Duration::ZERO);
         diagnostics.on_fault(&fault(FaultKind::Injected), Duration::ZERO);
         assert_eq!(told(&mut diagnostics, 0).0, 0);
-        for (kind, level) in [(FaultKind::Died, 2), (FaultKind::Restarted, 1), (FaultKind::Recovered, 0)] {
+        for (kind, level) in [
+            (FaultKind::Died, 2),
+            (FaultKind::Ordered, 2),
+            (FaultKind::Restarted, 1),
+            (FaultKind::Recovered, 0),
+        ] {
             diagnostics.on_fault(&fault(kind), Duration::ZERO);
             assert_eq!(told(&mut diagnostics, 0).0, level, "{kind}");
         }

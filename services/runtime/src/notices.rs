@@ -255,7 +255,7 @@ mod tests {
         for order in
             [Ordered::new(Order::Pause, 3), Ordered { here: Some(here), ..Ordered::new(Order::Here, 0) }]
         {
-            let ordered = Notice { order: Some(order), ..notice("send: ordered something") };
+            let ordered = Notice { order: Some(order), ..notice("send: something") };
             let text = serde_json::to_string(&ordered.line()).unwrap();
             assert_eq!(serde_json::from_str::<Line>(&text).unwrap().notice(), Some(ordered));
         }

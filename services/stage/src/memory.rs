@@ -17,7 +17,8 @@ pub trait Tap {
         false
     }
 
-    /// Where whoever looks on says that the robot is, as people do from the pad: asked after each instant.
+    /// The answer of a person: where the robot is, pixels, frame `Sketch`, and its heading, radians. Asked after each
+    /// instant but the last.
     fn here(&mut self) -> Option<Here> {
         None
     }

@@ -95,6 +95,7 @@ pub struct Supervisor {
     /// By process and process id.
     health: BTreeMap<(u32, u32), Health>,
     survived: Vec<Death>,
+    outstanding_faults: Vec<(usize, PlannedFault)>,
     /// Where the processes pace each other alone.
     stall: Option<Stall>,
 }
@@ -224,13 +225,9 @@ impl Supervisor {
         self.ended_tasks.values()
     }
 
-    /// The planned faults that have not happened, with their numbers, from 1. None once the system has gone.
-    ///
-    /// # Errors
-    /// As [`System::run_config`].
-    pub fn outstanding_faults(&self) -> Result<Vec<(usize, PlannedFault)>> {
-        let system = self.system.as_ref();
-        Ok(system.map(|system| system.outstanding_faults()).transpose()?.unwrap_or_default())
+    /// The planned faults that had not happened when the system was shut down, with their numbers, from 1. None before.
+    pub fn outstanding_faults(&self) -> &[(usize, PlannedFault)] {
+        &self.outstanding_faults
     }
 
     /// What `process` last said about itself, its counts summed over its lives.
@@ -266,8 +263,12 @@ impl Supervisor {
             node.clear_dead(CLEARING);
         }
         (self.ports, self.channels, self.node) = (None, None, None);
+        // The files that tell it go with the system.
+        let outstanding = self.system.as_ref().map_or(Ok(Vec::new()), |system| system.outstanding_faults());
+        let outstanding = outstanding.map(|found| self.outstanding_faults = found);
         let removed = self.system.take().and_then(Rc::into_inner).map_or(Ok(()), System::remove);
-        met.and(services).and(recorder).and(received).and(removed.map_err(Error::from))
+        let removed = outstanding.and(removed).map_err(Error::from);
+        met.and(services).and(recorder).and(received).and(removed)
     }
 
     /// A mission of a few instants may end before the recorder has met its writers, and what they have sent would go with
@@ -302,6 +303,7 @@ impl Supervisor {
             ended_tasks: BTreeMap::new(),
             health: BTreeMap::new(),
             survived: Vec::new(),
+            outstanding_faults: Vec::new(),
             stall: None,
         };
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);

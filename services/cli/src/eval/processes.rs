@@ -67,6 +67,12 @@ pub fn check(jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
 fn check_in(folder: &Path, jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
     let is_alike = |job: &&Job<'_>| job.trial.thinking_scans == 0 && job.trial.person.is_none();
     let jobs: Vec<_> = jobs.iter().filter(is_alike).collect();
+    if jobs.is_empty() {
+        let expected = "--check-processes: expected drives that processes repeat, found none";
+        return Err(Failure::Input(anyhow!(
+            "{expected}: a person answers, or the cores think for longer than a scan"
+        )));
+    }
     let chosen = (0..count.min(jobs.len())).map(|k| jobs[k * jobs.len() / count.min(jobs.len())]);
     let mut found = Check::default();
     for (k, job) in chosen.enumerate() {

@@ -255,7 +255,7 @@ impl Page<'_> {
     }
 
     fn faults(&self) -> Markup {
-        let header = ["time", "process", "fault", "lasted", "what there is to say"];
+        let header = ["time", "process", "what", "lasted", "what there is to say"];
         let row = |fault: &FaultInfo| {
             let lasted =
                 if fault.duration_ms > 0.0 { format!("{:.0} ms", fault.duration_ms) } else { "–".into() };
@@ -264,7 +264,7 @@ impl Page<'_> {
         };
         html! {
             @if !self.judged.faults.is_empty() {
-                h2 { "Faults" }
+                h2 { "Faults and orders" }
                 (page::table(&header.map(str::to_owned), &self.judged.faults.iter().map(row).collect::<Vec<_>>()))
             }
         }

@@ -101,7 +101,7 @@ pub struct TaskOutcome {
     /// The landmark states of a drive by such states, in order; empty otherwise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateDriven>,
-    /// How often a person answered the robot; 0 where nobody looked on.
+    /// How often a person answered the robot in the drive; 0 where nobody looked on.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub answers: u32,
 }

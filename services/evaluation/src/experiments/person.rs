@@ -1,8 +1,7 @@
 //! A person who looks on with the drawing in the hand, and answers when the robot asks where it is.
 //!
 //! The person sees where the robot truly is, and points at that place in the drawing as exactly as people mark a start.
-//! They answer a few times, then give the task up. Nothing is said unless the robot asks. So a drive without a question is
-//! the one that nobody looks on at.
+//! They answer a few times, then give the drive up. They say nothing unless the robot asks.
 
 use nalgebra::Complex;
 use rand_distr::{Distribution, Normal};
@@ -23,8 +22,6 @@ use crate::experiments::trial::StartError;
 const MOST_ANSWERS: u32 = 4;
 /// Between two answers, simulated nanoseconds.
 const PAUSE_NS: u64 = 5_000_000_000;
-/// Tries to point at a free place: nobody puts the robot into a wall.
-const ATTEMPTS: usize = 100;
 
 /// What a person knows: which places of the world are which places of the drawing.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +31,7 @@ pub struct Person {
 }
 
 impl Person {
-    /// By places that are the same: at least one.
+    /// By places that are the same: at least one. By a single one, a metre counts as a pixel.
     pub fn new(matched: impl IntoIterator<Item = (Point<World>, Point<Sketch>)>) -> Self {
         let pair = |(world, sketch): (Point<World>, Point<Sketch>)| {
             [Complex::new(world.x, world.y), Complex::new(sketch.x, sketch.y)]
@@ -42,8 +39,8 @@ impl Person {
         Self { matched: matched.into_iter().map(pair).collect() }
     }
 
-    /// Where in the drawing a pose of the world lies: by the similarity that fits the matched places best, near ones above
-    /// all (Schaefer, McPhail, Warren 2006, section 2.2).
+    /// Where in the drawing a pose of the world lies: by the similarity that fits the matched places best, near ones
+    /// above all (Schaefer, McPhail, Warren 2006, section 2.2).
     pub fn drawn(&self, robot: &Pose<World>) -> Pose<Sketch> {
         let at = Complex::new(robot.x, robot.y);
         let weighted = || {
@@ -97,6 +94,11 @@ impl<'a> Onlooker<'a> {
         self.asked > MOST_ANSWERS
     }
 
+    /// Whether they have given up a robot that is lost.
+    pub fn leaves_it_lost(&self) -> bool {
+        self.gives_up() && self.question == QuestionKind::Where
+    }
+
     /// The answer to what the robot asks, given anew while it goes on asking; `robot`: where it truly is at this time.
     pub fn answer(&mut self, robot: &Pose<World>, stamp_ns: u64) -> Option<Here> {
         let is_due = self.asked_ns.is_none_or(|asked_ns| stamp_ns >= asked_ns + PAUSE_NS);
@@ -108,57 +110,76 @@ impl<'a> Onlooker<'a> {
             return None;
         }
         let pose = self.point_at(robot);
-        // A tap among the places that the robot shows says no heading.
+        // An answer to `Which` has no heading.
         let yaw_rad = (self.question == QuestionKind::Where).then_some(pose.yaw_rad);
         Some(Here { at: pose.position(), yaw_rad })
     }
 
+    /// Where a person puts the robot: at the free place that is nearest to the truth, with people's errors.
     fn point_at(&mut self, robot: &Pose<World>) -> Pose<Sketch> {
         let drawn = self.person.drawn(robot);
         let error = StartError::OF_PEOPLE;
         let Ok(normal) = Normal::new(0.0, 1.0) else { return drawn };
         let mut draw = || normal.sample(&mut self.rng);
-        let spread_px = error.spread_share * self.paper.diagonal_px();
         let yaw_rad = wrap_angle(drawn.yaw_rad + (error.heading_deg * draw()).to_radians());
-        for _ in 0..ATTEMPTS {
-            let at = Point::<Sketch>::new(drawn.x + spread_px * draw(), drawn.y + spread_px * draw());
-            if self.paper.cell(&at) == Some(FREE) {
-                return Pose::new(at.x, at.y, yaw_rad);
-            }
-        }
-        Pose::new(drawn.x, drawn.y, yaw_rad)
+        let free = nearest_free(self.paper, &drawn.position());
+        let at = error.mark(self.paper, &free, draw).unwrap_or(free);
+        Pose::new(at.x, at.y, yaw_rad)
     }
+}
+
+/// The middle of the nearest free cell; the place itself where the drawing has none.
+fn nearest_free(paper: &DrawnMap, at: &Point<Sketch>) -> Point<Sketch> {
+    if paper.cell(at) == Some(FREE) {
+        return *at;
+    }
+    let width = paper.width_px as usize;
+    let middle = |i: usize| Point::<Sketch>::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+    let free = (0..paper.cells.len()).filter(|&i| paper.cells[i] == FREE).map(middle);
+    free.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at))).unwrap_or(*at)
 }
 
 /// How often the robot asked, and what became of the drives in which it did.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
-    let mut drawings: Vec<&str> = Vec::new();
+    let mut lines: Vec<(&str, Option<&str>)> = Vec::new();
     for outcome in outcomes {
-        if !drawings.contains(&outcome.drawing.as_str()) {
-            drawings.push(&outcome.drawing);
+        let line = (outcome.method.as_str(), Some(outcome.drawing.as_str()));
+        if !lines.contains(&line) {
+            lines.push(line);
         }
     }
-    let row = |name: &str, of: &dyn Fn(&&TaskOutcome) -> bool| {
-        let all: Vec<_> = outcomes.iter().filter(of).collect();
+    let mut methods: Vec<_> = lines.iter().map(|(method, _)| (*method, None)).collect();
+    methods.dedup();
+    lines.extend(methods);
+    let row = |(method, drawing): &(&str, Option<&str>)| {
+        let is_of = |outcome: &&TaskOutcome| {
+            outcome.method == *method && drawing.is_none_or(|drawing| outcome.drawing == drawing)
+        };
+        let all: Vec<_> = outcomes.iter().filter(is_of).collect();
         let asked: Vec<_> = all.iter().filter(|outcome| outcome.answers > 0).collect();
         let count = |kind: Kind| asked.iter().filter(|outcome| outcome.kind == kind).count();
         let answers: u32 = asked.iter().map(|outcome| outcome.answers).sum();
         let figures =
             [all.len(), asked.len(), answers as usize, count(Kind::Reached), count(Kind::WrongArrival)];
-        let figures = figures.iter().map(usize::to_string);
-        std::iter::once(name.to_owned()).chain(figures).collect::<Vec<_>>()
+        let words = [*method, drawing.unwrap_or("all")].map(str::to_owned);
+        words.into_iter().chain(figures.iter().map(usize::to_string)).collect()
     };
-    let mut rows: Vec<_> =
-        drawings.iter().map(|name| row(name, &|outcome| outcome.drawing == *name)).collect();
-    rows.push(row("all", &|_| true));
-    let header =
-        ["drawing", "drives", "the robot asked in", "answers", "of these reached", "of these wrong arrivals"];
+    let header = [
+        "method",
+        "drawing",
+        "drives",
+        "the robot asked in",
+        "answers",
+        "then reached",
+        "then wrong arrivals",
+    ];
     let words = format!(
-        "The person answers truly, at most {MOST_ANSWERS} times a drive, and points as exactly as people mark a start."
+        "The person answers truly and points as exactly as people mark a start. At the question after {MOST_ANSWERS} \
+         answers they give the drive up."
     );
     vec![Section {
         title: "What the robot asked".to_owned(),
-        table: Table { header: header.map(str::to_owned).to_vec(), rows },
+        table: Table { header: header.map(str::to_owned).to_vec(), rows: lines.iter().map(row).collect() },
         words: vec![words],
         plots: Vec::new(),
     }]
@@ -166,6 +187,9 @@ pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
 
 #[cfg(test)]
 mod tests {
+    use bytemuck::Zeroable;
+    use sketchnav_schemas::message::Question;
+
     use super::*;
 
     /// A quarter turn, ten pixels a metre; the last corner is drawn too far out.
@@ -189,6 +213,46 @@ mod tests {
         }
         let drawn = person.drawn(&Pose::new(4.0, 0.1, 0.0));
         assert!((drawn.yaw_rad.to_degrees() - 90.0).abs() < 10.0, "{drawn:?}");
+    }
+
+    /// A sheet of 60 by 20 pixels with a wall in the middle.
+    fn paper() -> DrawnMap {
+        let svg = r##"<svg xmlns="http://www.w3.org/2000/svg" width="60" height="20">
+            <rect width="60" height="20" fill="#ffffff"/><rect x="28" width="4" height="20" fill="#000000"/></svg>"##;
+        let options = sketchnav_sketch::reading::Options::default();
+        sketchnav_sketch::reading::read(svg.as_bytes(), "room.svg", &options).unwrap()
+    }
+
+    fn asks(onlooker: &mut Onlooker<'_>, kind: QuestionKind) {
+        let question = Question { kind: kind.code(), ..Question::zeroed() };
+        onlooker.hear(QUESTION.spec, bytemuck::bytes_of(&question));
+    }
+
+    #[test]
+    fn answers_come_when_asked_again_after_a_pause_and_stop_after_a_few() {
+        let (paper, person) = (paper(), person(&[([0.0, 0.0], [0.0, 0.0]), ([6.0, 0.0], [60.0, 0.0])]));
+        let mut onlooker = Onlooker::new(&person, &paper, 1);
+        let robot = Pose::new(1.0, 1.0, 0.5);
+        assert_eq!(onlooker.answer(&robot, 0), None, "nobody has asked");
+        asks(&mut onlooker, QuestionKind::Which);
+        let told = onlooker.answer(&robot, 0).unwrap();
+        assert!(told.at.distance(&Point::new(10.0, 10.0)) < 3.0 && told.yaw_rad.is_none(), "{told:?}");
+        assert_eq!(onlooker.answer(&robot, PAUSE_NS - 1), None);
+        asks(&mut onlooker, QuestionKind::Where);
+        let told = onlooker.answer(&robot, PAUSE_NS).unwrap();
+        assert!((told.yaw_rad.unwrap() - 0.5).abs() < 0.5, "{told:?}");
+        let more = (2..).map(|k| onlooker.answer(&robot, k * PAUSE_NS)).take_while(Option::is_some).count();
+        assert_eq!((more, onlooker.answers()), (2, MOST_ANSWERS));
+        assert!(onlooker.gives_up() && onlooker.leaves_it_lost());
+    }
+
+    #[test]
+    fn nobody_points_into_a_wall_or_behind_it() {
+        let (paper, person) = (paper(), person(&[([0.0, 0.0], [0.0, 0.0]), ([6.0, 0.0], [60.0, 0.0])]));
+        for seed in 0..200 {
+            let at = Onlooker::new(&person, &paper, seed).point_at(&Pose::new(2.85, 1.0, 0.0)).position();
+            assert!(paper.cell(&at) == Some(FREE) && at.x < 28.0, "{at:?}");
+        }
     }
 
     #[test]

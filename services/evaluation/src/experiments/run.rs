@@ -83,6 +83,8 @@ pub struct Driven {
     pub busy_s: f64,
     /// How often a person answered the robot.
     pub answers: u32,
+    /// Whether the person gave up a robot that is lost.
+    pub is_left_lost: bool,
     /// Its tasks, judged; those that were begun or, where no pose is given after a failure, all.
     pub verdicts: Vec<TaskVerdict>,
 }
@@ -186,13 +188,14 @@ fn drive_from(
     let spent = rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
     let busy_s = (spent.localizer + spent.planner).as_secs_f64();
     let Watcher { log, onlooker, .. } = watcher;
-    let answers = onlooker.map_or(0, |onlooker| onlooker.answers());
+    let answers = onlooker.as_ref().map_or(0, Onlooker::answers);
+    let is_left_lost = onlooker.is_some_and(|onlooker| onlooker.leaves_it_lost());
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
     if stops_at_failure {
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
-    Ok(Driven { run, sketch, first_task, log, busy_s, answers, verdicts })
+    Ok(Driven { run, sketch, first_task, log, busy_s, answers, is_left_lost, verdicts })
 }
 
 /// Drives one repetition of a trial and returns how its tasks ended.
@@ -210,7 +213,11 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     if trial.ends_with_contact && verdict.collisions > 0 {
         return Kind::Collided;
     }
-    let kind = Kind::of(verdict);
+    let kind = match Kind::of(verdict) {
+        // With somebody who looks on, a lost robot waits, and its task does not end.
+        Kind::Aborted if driven.is_left_lost => Kind::Lost,
+        kind => kind,
+    };
     let route = driven.sketch.as_ref().and_then(|sketch| sketch.tasks[index].aim.route());
     let (Kind::Reached, Some(route), Some(sheet), Some(span)) = (kind, route, &trial.sheet, span) else {
         return kind;

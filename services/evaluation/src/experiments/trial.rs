@@ -225,7 +225,6 @@ impl Sheet {
     /// Moves and turns the start mark; what would fall into a wall is drawn again, as a person would not
     /// put the robot into one.
     fn disturb(&self, sketch: &mut SketchMission, error: StartError, seed: u64) {
-        const ATTEMPTS: usize = 100;
         let mut rng = seed::stream(seed, "eval/start");
         let Ok(normal) = Normal::new(0.0, 1.0) else { return };
         let mut draw = || normal.sample(&mut rng);
@@ -233,22 +232,35 @@ impl Sheet {
             *heading = wrap_deg(*heading + error.heading_deg * draw());
         }
         let Some(at) = sketch.start else { return };
-        let from = self.paper.from_image(at);
-        let spread_px = error.spread_share * self.paper.diagonal_px();
-        let marks =
-            (0..ATTEMPTS).map(|_| Point::new(from.x + spread_px * draw(), from.y + spread_px * draw()));
-        let mark = marks.into_iter().find(|mark| self.sees(&from, mark));
+        let mark = error.mark(&self.paper, &self.paper.from_image(at), draw);
         sketch.start = Some(mark.map_or(at, |mark| self.paper.to_image(&mark)));
     }
+}
 
-    /// Whether the straight line between two points of the drawing is free.
-    fn sees(&self, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
-        let steps = (a.distance(b) * 2.0).ceil().max(1.0);
-        (0..=steps as usize).all(|k| {
-            let t = k as f64 / steps;
-            self.paper.cell(&Point::new(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y))) == Some(FREE)
-        })
+impl StartError {
+    /// Where a person marks a place of the drawing, by draws from the standard normal distribution: beside it, and not
+    /// behind a wall. `None` where there is no such place.
+    pub fn mark(
+        &self,
+        paper: &DrawnMap,
+        from: &Point<Sketch>,
+        mut draw: impl FnMut() -> f64,
+    ) -> Option<Point<Sketch>> {
+        const ATTEMPTS: usize = 100;
+        let spread_px = self.spread_share * paper.diagonal_px();
+        let mut marks =
+            (0..ATTEMPTS).map(|_| Point::new(from.x + spread_px * draw(), from.y + spread_px * draw()));
+        marks.find(|mark| sees(paper, from, mark))
     }
+}
+
+/// Whether the straight line between two points of the drawing is free.
+fn sees(paper: &DrawnMap, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
+    let steps = (a.distance(b) * 2.0).ceil().max(1.0);
+    (0..=steps as usize).all(|k| {
+        let t = k as f64 / steps;
+        paper.cell(&Point::new(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y))) == Some(FREE)
+    })
 }
 
 /// A seed of its own for everything that has a name.

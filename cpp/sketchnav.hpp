@@ -862,6 +862,7 @@ struct Fault {
     static constexpr std::uint32_t KIND_RECORDING_FAILED = 9;
     static constexpr std::uint32_t KIND_RECORDING_RESUMED = 10;
     static constexpr std::uint32_t KIND_SYSTEM_RESUMED = 11;
+    static constexpr std::uint32_t KIND_ORDERED = 12;
     std::uint32_t kind;
     static constexpr std::uint32_t PROCESS_WORLD = 1;
     static constexpr std::uint32_t PROCESS_SKETCHER = 2;

@@ -228,15 +228,26 @@ mod tests {
         onlooker.hear(QUESTION.spec, bytemuck::bytes_of(&question));
     }
 
+    /// Of a world that lies on the sheet, a tenth of a metre a pixel.
+    fn person_of(paper: &DrawnMap) -> Person {
+        let at = |x: f64| (Point::new(x, 0.0), paper.from_image([10.0 * x, 20.0]));
+        Person::new([at(0.0), at(6.0)])
+    }
+
     #[test]
     fn answers_come_when_asked_again_after_a_pause_and_stop_after_a_few() {
-        let (paper, person) = (paper(), person(&[([0.0, 0.0], [0.0, 0.0]), ([6.0, 0.0], [60.0, 0.0])]));
+        let paper = paper();
+        let person = person_of(&paper);
         let mut onlooker = Onlooker::new(&person, &paper, 1);
         let robot = Pose::new(1.0, 1.0, 0.5);
         assert_eq!(onlooker.answer(&robot, 0), None, "nobody has asked");
         asks(&mut onlooker, QuestionKind::Which);
         let told = onlooker.answer(&robot, 0).unwrap();
-        assert!(told.at.distance(&Point::new(10.0, 10.0)) < 3.0 && told.yaw_rad.is_none(), "{told:?}");
+        let [column, row] = paper.to_image(&told.at);
+        assert!(
+            (column - 10.0).hypot(row - 10.0) < 3.0 && told.yaw_rad.is_none(),
+            "{column}, {row}: {told:?}"
+        );
         assert_eq!(onlooker.answer(&robot, PAUSE_NS - 1), None);
         asks(&mut onlooker, QuestionKind::Where);
         let told = onlooker.answer(&robot, PAUSE_NS).unwrap();
@@ -248,10 +259,11 @@ mod tests {
 
     #[test]
     fn nobody_points_into_a_wall_or_behind_it() {
-        let (paper, person) = (paper(), person(&[([0.0, 0.0], [0.0, 0.0]), ([6.0, 0.0], [60.0, 0.0])]));
+        let paper = paper();
+        let person = person_of(&paper);
         for seed in 0..200 {
             let at = Onlooker::new(&person, &paper, seed).point_at(&Pose::new(2.85, 1.0, 0.0)).position();
-            assert!(paper.cell(&at) == Some(FREE) && at.x < 28.0, "{at:?}");
+            assert!(paper.cell(&at) == Some(FREE) && paper.to_image(&at)[0] < 28.0, "{at:?}");
         }
     }
 

@@ -26,6 +26,8 @@ use crate::experiments::{studies, suites};
 const BEGIN: &str = "<!--= ";
 const OPEN: &str = "-->";
 const END: &str = "<!--=-->";
+/// What stands in the table for a study, which drives no missions.
+const STUDIED: &str = "tables and curves, see the text";
 /// Behind a figure that was not driven again.
 const EARLIER: &str = " †";
 /// The marker of the table of all experiments.
@@ -145,7 +147,8 @@ impl Figures {
         for name in suites::names().chain(studies::names()) {
             let row = self.experiments.get(name).map(|found| {
                 let reached: Vec<_> = found.methods.iter().map(Method::words).collect();
-                format!("`{}` | {}", found.command, reached.join("<br>"))
+                let reached = if reached.is_empty() { STUDIED.into() } else { reached.join("<br>") };
+                format!("`{}` | {reached}", found.command)
             });
             let row = row.unwrap_or_else(|| format!("`sketchnav eval {name}` | not driven{EARLIER}"));
             let _ = writeln!(text, "| `{name}` | {row} |");

@@ -1,7 +1,7 @@
 //! Suite `people`: ten drawings of one environment by ten people. Two annotators say which places of a drawing are
 //! which places of the environment. Suite `people-exam`: six more by other people. Parameters may be chosen by the
 //! first, never by the second. Suites `people-answers` and `people-exam-answers`: the same drives, while a
-//! [person](crate::experiments::person) looks on and answers what the robot asks.
+//! [person] looks on and answers what the robot asks.
 //!
 //! A trial drives from one matched place to another in another region, with the start marked as people mark it.
 //! Arrival is judged by region, since two annotators' marks in one hall lie metres apart. Data: M. Mielle et al., "A

@@ -1,4 +1,5 @@
-//! What went wrong with the processes of a run, what went right again, and the orders of tools. Reads those messages alone.
+//! What went wrong with the processes of a run, what went right again, and the orders of tools. Reads those messages
+//! alone.
 
 use std::path::Path;
 

@@ -166,7 +166,7 @@ pub(crate) fn trial(
         task: vec![task(corridor, drive)],
         parameters: Parameters::default(),
     };
-    Ok(Trial { ends_with_contact: true, ..Trial::without_sheet(name, line, mission, robot) })
+    Ok(Trial { ends_with_contact: true, ..Trial::new(name, line, mission, robot) })
 }
 
 fn absolute(path: &Path) -> String {

@@ -157,7 +157,7 @@ impl Site {
         let trial = |(i, mission)| Trial {
             sheet: Some(Sheet::new(paper.clone())),
             bytes: Some(bytes.clone()),
-            ..Trial::without_sheet(format!("{name}/{i}"), degree.to_string(), mission, self.robot.clone())
+            ..Trial::new(format!("{name}/{i}"), degree.to_string(), mission, self.robot.clone())
         };
         Ok(tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS).map(trial).collect())
     }

@@ -114,7 +114,7 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
     let trial = Trial {
         ends_with_contact: true,
         bytes: Some(Page::from(bytes.into_bytes())),
-        ..Trial::without_sheet(format!("{number:03}"), "field of poles".into(), mission, robot)
+        ..Trial::new(format!("{number:03}"), "field of poles".into(), mission, robot)
     };
     Ok(is_joined(&trial, &field, goal)?.then_some(trial))
 }

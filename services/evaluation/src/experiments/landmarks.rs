@@ -64,7 +64,7 @@ fn text(path: &Path) -> String {
 }
 
 fn trial(name: String, line: String, mission: Mission) -> Result<Trial, EvalError> {
-    Ok(Trial::without_sheet(name, line, mission, files::robot(ROBOT)?))
+    Ok(Trial::new(name, line, mission, files::robot(ROBOT)?))
 }
 
 /// The same trials by states, without the additional ones: another line each.

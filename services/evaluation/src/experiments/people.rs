@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use sketchnav_schemas::codes::FREE;
-use sketchnav_schemas::geometry::{Point, Sketch, World};
+use sketchnav_schemas::geometry::{Point, World};
 use sketchnav_schemas::mission::{Mission, NavigatorChoice, Start, Task, WorldSource};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
@@ -232,7 +232,7 @@ impl Place {
         let mission = self.mission(&name, start, sketch.navigator(), task);
         Some(Trial {
             sheet: Some(Sheet::new(paper.drawing.clone())),
-            ..Trial::without_sheet(name, paper.name.clone(), mission, self.robot.clone())
+            ..Trial::new(name, paper.name.clone(), mission, self.robot.clone())
         })
     }
 
@@ -275,10 +275,7 @@ impl AnnotatedDrawing {
     /// The nearest place where the drawing is free and connected to the most of it: marks are blunt.
     fn nearest_free(&self, at: [f64; 2]) -> Option<[f64; 2]> {
         let at = self.drawing.from_image(at);
-        let width = self.drawing.width_px as usize;
-        let middle = |i: usize| Point::<Sketch>::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-        let free = (0..self.reachable.len()).filter(|&i| self.reachable[i]).map(middle);
-        let nearest = free.min_by(|a, b| a.distance(&at).total_cmp(&b.distance(&at)))?;
+        let nearest = person::nearest_cell(&self.drawing, &at, |cell| self.reachable[cell])?;
         Some(self.drawing.to_image(&nearest))
     }
 }

@@ -122,21 +122,26 @@ impl<'a> Onlooker<'a> {
         let Ok(normal) = Normal::new(0.0, 1.0) else { return drawn };
         let mut draw = || normal.sample(&mut self.rng);
         let yaw_rad = wrap_angle(drawn.yaw_rad + (error.heading_deg * draw()).to_radians());
-        let free = nearest_free(self.paper, &drawn.position());
+        let place = drawn.position();
+        let is_free = |cell: usize| self.paper.cells[cell] == FREE;
+        let nearest =
+            (self.paper.cell(&place) != Some(FREE)).then(|| nearest_cell(self.paper, &place, is_free));
+        let free = nearest.flatten().unwrap_or(place);
         let at = error.mark(self.paper, &free, draw).unwrap_or(free);
         Pose::new(at.x, at.y, yaw_rad)
     }
 }
 
-/// The middle of the nearest free cell; the place itself where the drawing has none.
-fn nearest_free(paper: &DrawnMap, at: &Point<Sketch>) -> Point<Sketch> {
-    if paper.cell(at) == Some(FREE) {
-        return *at;
-    }
-    let width = paper.width_px as usize;
+/// The middle of the cell that is nearest to a place of the drawing, of those that count; `None` where none does.
+pub(super) fn nearest_cell(
+    drawing: &DrawnMap,
+    at: &Point<Sketch>,
+    counts: impl Fn(usize) -> bool,
+) -> Option<Point<Sketch>> {
+    let width = drawing.width_px as usize;
     let middle = |i: usize| Point::<Sketch>::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-    let free = (0..paper.cells.len()).filter(|&i| paper.cells[i] == FREE).map(middle);
-    free.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at))).unwrap_or(*at)
+    let counted = (0..drawing.cells.len()).filter(|&i| counts(i)).map(middle);
+    counted.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at)))
 }
 
 /// How often the robot asked, and what became of the drives in which it did.

@@ -191,7 +191,7 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
             restarts: restarts.ok_or_else(|| no_way(&mission.name))?,
             ..Sheet::new(Arc::new(paper))
         }),
-        ..Trial::without_sheet(drawing.to_owned(), drawing.to_owned(), mission, robot)
+        ..Trial::new(drawing.to_owned(), drawing.to_owned(), mission, robot)
     })
 }
 

@@ -55,7 +55,7 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
             correspondence: Some(Arc::new(correspondence)),
             ..Sheet::new(Arc::new(paper))
         }),
-        ..Trial::without_sheet(name.to_owned(), name.to_owned(), mission, robot)
+        ..Trial::new(name.to_owned(), name.to_owned(), mission, robot)
     })
 }
 

@@ -76,7 +76,7 @@ pub struct Trial {
 
 impl Trial {
     /// A drive without a drawing, by the suite's method. Touches do not end it, and nobody looks on.
-    pub fn without_sheet(name: String, line: String, mission: Mission, robot: Robot) -> Self {
+    pub fn new(name: String, line: String, mission: Mission, robot: Robot) -> Self {
         Self {
             name,
             drawing: line,

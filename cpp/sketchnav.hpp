@@ -587,46 +587,6 @@ static_assert(offsetof(Description, reserved) == 44);
 static_assert(offsetof(Description, meant) == 48);
 static_assert(offsetof(Description, dots) == 80);
 
-struct MetRelation {
-    std::uint32_t relation;
-    std::uint32_t object;
-};
-static_assert(std::is_trivially_copyable_v<MetRelation> && sizeof(MetRelation) == 8);
-static_assert(offsetof(MetRelation, relation) == 0);
-static_assert(offsetof(MetRelation, object) == 4);
-
-struct LandmarkProgress {
-    Header header;
-    double along_m;
-    double length_m;
-    std::uint32_t next;
-    std::uint32_t state_count;
-    static constexpr std::uint32_t COMMAND_FORWARD = 0;
-    static constexpr std::uint32_t COMMAND_LEFT = 1;
-    static constexpr std::uint32_t COMMAND_RIGHT = 2;
-    static constexpr std::uint32_t COMMAND_STOP = 3;
-    std::uint32_t command;
-    static constexpr std::uint32_t EVENT_NOTHING = 0;
-    static constexpr std::uint32_t EVENT_MATCHED = 1;
-    static constexpr std::uint32_t EVENT_ARRIVED = 2;
-    static constexpr std::uint32_t EVENT_LOST = 3;
-    std::uint32_t event;
-    std::uint32_t met_count;
-    std::uint32_t reserved;
-    MetRelation met[64];
-};
-static_assert(std::is_trivially_copyable_v<LandmarkProgress> && sizeof(LandmarkProgress) == 576);
-static_assert(offsetof(LandmarkProgress, header) == 0);
-static_assert(offsetof(LandmarkProgress, along_m) == 24);
-static_assert(offsetof(LandmarkProgress, length_m) == 32);
-static_assert(offsetof(LandmarkProgress, next) == 40);
-static_assert(offsetof(LandmarkProgress, state_count) == 44);
-static_assert(offsetof(LandmarkProgress, command) == 48);
-static_assert(offsetof(LandmarkProgress, event) == 52);
-static_assert(offsetof(LandmarkProgress, met_count) == 56);
-static_assert(offsetof(LandmarkProgress, reserved) == 60);
-static_assert(offsetof(LandmarkProgress, met) == 64);
-
 struct Plan {
     Header header;
     std::uint32_t task;
@@ -727,6 +687,46 @@ static_assert(offsetof(Question, header) == 0);
 static_assert(offsetof(Question, kind) == 24);
 static_assert(offsetof(Question, place_count) == 28);
 static_assert(offsetof(Question, places) == 32);
+
+struct MetRelation {
+    std::uint32_t relation;
+    std::uint32_t object;
+};
+static_assert(std::is_trivially_copyable_v<MetRelation> && sizeof(MetRelation) == 8);
+static_assert(offsetof(MetRelation, relation) == 0);
+static_assert(offsetof(MetRelation, object) == 4);
+
+struct LandmarkProgress {
+    Header header;
+    double along_m;
+    double length_m;
+    std::uint32_t next;
+    std::uint32_t state_count;
+    static constexpr std::uint32_t COMMAND_FORWARD = 0;
+    static constexpr std::uint32_t COMMAND_LEFT = 1;
+    static constexpr std::uint32_t COMMAND_RIGHT = 2;
+    static constexpr std::uint32_t COMMAND_STOP = 3;
+    std::uint32_t command;
+    static constexpr std::uint32_t EVENT_NOTHING = 0;
+    static constexpr std::uint32_t EVENT_MATCHED = 1;
+    static constexpr std::uint32_t EVENT_ARRIVED = 2;
+    static constexpr std::uint32_t EVENT_LOST = 3;
+    std::uint32_t event;
+    std::uint32_t met_count;
+    std::uint32_t reserved;
+    MetRelation met[64];
+};
+static_assert(std::is_trivially_copyable_v<LandmarkProgress> && sizeof(LandmarkProgress) == 576);
+static_assert(offsetof(LandmarkProgress, header) == 0);
+static_assert(offsetof(LandmarkProgress, along_m) == 24);
+static_assert(offsetof(LandmarkProgress, length_m) == 32);
+static_assert(offsetof(LandmarkProgress, next) == 40);
+static_assert(offsetof(LandmarkProgress, state_count) == 44);
+static_assert(offsetof(LandmarkProgress, command) == 48);
+static_assert(offsetof(LandmarkProgress, event) == 52);
+static_assert(offsetof(LandmarkProgress, met_count) == 56);
+static_assert(offsetof(LandmarkProgress, reserved) == 60);
+static_assert(offsetof(LandmarkProgress, met) == 64);
 
 struct Journey {
     Header header;
@@ -936,10 +936,10 @@ inline constexpr std::array<Channel, 35> CHANNELS{{
     {"relations", "sketchnav/Relations/1/76abc44575759b47", sizeof(Relations), false},
     {"landmark_view", "sketchnav/LandmarkView/1/52c9caa1ce85e6e1", sizeof(LandmarkView), false},
     {"description", "sketchnav/Description/1/f6c6689657b8b137", sizeof(Description), false},
-    {"landmark_progress", "sketchnav/LandmarkProgress/1/e6a61868204884b6", sizeof(LandmarkProgress), false},
     {"plan", "sketchnav/Plan/1/948683b6daa21d2e", sizeof(Plan), false},
     {"correspondence", "sketchnav/Correspondence/1/04977d1d4f303caf", sizeof(Correspondence), false},
     {"question", "sketchnav/Question/1/d383d138d8361399", sizeof(Question), false},
+    {"landmark_progress", "sketchnav/LandmarkProgress/1/e6a61868204884b6", sizeof(LandmarkProgress), false},
     {"journey", "sketchnav/Journey/1/f054905aa2292e8d", sizeof(Journey), false},
     {"command", "sketchnav/VelocityCommand/1/45ef9b3c7d504529", sizeof(VelocityCommand), false},
     {"status", "sketchnav/MissionStatus/1/ed44629eb242885e", sizeof(MissionStatus), false},

@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! sketchnav run my-floor.toml --speed 1 --system lab --without world
-//! cargo run --release --example driver -- lab 5
+//! cargo run --example driver -- lab 5
 //! ```
 //!
 //! The robot of this one is a point in two rooms, exact and without noise. Put your laser, your wheels and your clock
-//! in the place of [`Robot`]. `tests/driver.rs` drives a mission by it.
+//! in the place of [`Robot`]. `tests/missions/driver.rs` drives a mission by it.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-"""A node of real ROS 2 (rclpy), the counterpart of `sketchnav bridge ros2`; tests/ros2.rs runs it.
+"""A node of real ROS 2 (rclpy), the counterpart of `sketchnav bridge ros2`; tests/tools/ros2.rs runs it.
 
 ros2_node.py listen SCANS [NAMESPACE]   hears topics until so many scans have come, and tells what it has heard as JSON
 ros2_node.py order TEXT [NAMESPACE]     publishes an order once somebody subscribes

@@ -1,7 +1,7 @@
 """A node that speaks as ROS 2's rmw_zenoh does (PyPI `zenoh-ros2-sdk`), the counterpart of `sketchnav bridge ros2 --rmw zenoh`.
 
-tests/zenoh.rs runs it. The router is at 127.0.0.1, in the domain of ROS_DOMAIN_ID. Definitions of standard types are those
-of rosbags for ROS 2 Jazzy; our own are in schemas/msg.
+tests/tools/zenoh.rs runs it. The router is at 127.0.0.1, in the domain of ROS_DOMAIN_ID. Definitions of standard types are those
+of rosbags for ROS 2 Jazzy; the drawing's is in the crate of the navigator that owns it.
 
 zenoh_node.py listen PORT SCANS        hears topics until so many scans have come, tells what it has heard as JSON
 zenoh_node.py late PORT                comes after the drawing was sent, and asks for it
@@ -32,9 +32,8 @@ LIMIT_S = 90.0
 DOMAIN = os.environ.get("ROS_DOMAIN_ID", "0")
 ROS_2 = get_typestore(Stores.ROS2_JAZZY)
 SKETCH = "sketchnav_msgs/msg/SketchMap"
-ROS_2.register(
-    get_types_from_msg((Path(__file__).parent.parent / "schemas/msg/sketchnav_msgs/SketchMap.msg").read_text(), SKETCH)
-)
+DEFINITION = Path(__file__).parent.parent / "services/navigators/sketch/src/messages/SketchMap.msg"
+ROS_2.register(get_types_from_msg(DEFINITION.read_text(), SKETCH))
 
 
 def wait_until(holds):

@@ -5,11 +5,11 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_schemas::sketch_mission::SketchMission;
+use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sim::robots;
 
 const DRAWING: &[u8] = br#"{ "canvas": [300, 200],
@@ -19,7 +19,9 @@ struct Once;
 
 impl Tap for Once {
     fn see(&mut self, _: &'static ChannelSpec, _: &[u8], _: &[u8]) {}
+}
 
+impl Onlooker for Once {
     fn has_enough(&self) -> bool {
         true
     }

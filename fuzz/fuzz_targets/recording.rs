@@ -5,7 +5,7 @@ use std::io::Write;
 
 use libfuzzer_sys::fuzz_target;
 use sketchnav_recordings::Recording;
-use sketchnav_recordings::copy::{Copy, recover};
+use sketchnav_recordings::copy::{Copy, Damaged, recover};
 use sketchnav_recordings::info::{info, info_of_messages};
 use sketchnav_recordings::reader::Selection;
 
@@ -15,7 +15,7 @@ fuzz_target!(|bytes: &[u8]| {
     let _ = info(file.path());
     let _ = info_of_messages(file.path());
     if let Ok(mut copy) = Copy::new(Vec::new()) {
-        let _ = recover(file.path(), &mut copy);
+        let _ = recover(file.path(), Damaged::Keep, &mut copy);
         let _ = copy.finish();
     }
     let Ok(recording) = Recording::open(file.path()) else { return };

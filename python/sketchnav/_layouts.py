@@ -395,28 +395,6 @@ Description = np.dtype(
     ]
 )
 
-MetRelation = np.dtype(
-    [
-        ("relation", "<u4"),
-        ("object", "<u4"),
-    ]
-)
-
-LandmarkProgress = np.dtype(
-    [
-        ("header", Header),
-        ("along_m", "<f8"),
-        ("length_m", "<f8"),
-        ("next", "<u4"),
-        ("state_count", "<u4"),
-        ("command", "<u4"),
-        ("event", "<u4"),
-        ("met_count", "<u4"),
-        ("reserved", "<u4"),
-        ("met", MetRelation, (64,)),
-    ]
-)
-
 Plan = np.dtype(
     [
         ("header", Header),
@@ -476,6 +454,28 @@ Question = np.dtype(
         ("kind", "<u4"),
         ("place_count", "<u4"),
         ("places", PossiblePlace, (4,)),
+    ]
+)
+
+MetRelation = np.dtype(
+    [
+        ("relation", "<u4"),
+        ("object", "<u4"),
+    ]
+)
+
+LandmarkProgress = np.dtype(
+    [
+        ("header", Header),
+        ("along_m", "<f8"),
+        ("length_m", "<f8"),
+        ("next", "<u4"),
+        ("state_count", "<u4"),
+        ("command", "<u4"),
+        ("event", "<u4"),
+        ("met_count", "<u4"),
+        ("reserved", "<u4"),
+        ("met", MetRelation, (64,)),
     ]
 )
 
@@ -574,7 +574,7 @@ CHANNELS = {
     "rules": ("sketchnav/Rules/1/a6fe3a694e6b7b84", Rules, False, ("planner", "recorder",)),
     "landmark_route": ("sketchnav/LandmarkRoute/1/ccee207c01927f1c", LandmarkRoute, False, ("localizer", "planner", "pad", "recorder",)),
     "directions": ("sketchnav/Directions/1/6f64871dae83bea2", Directions, False, ("planner", "recorder",)),
-    "itinerary": ("sketchnav/Itinerary/1/1c577744a22642b1", Itinerary, False, ("pad", "recorder",)),
+    "itinerary": ("sketchnav/Itinerary/1/1c577744a22642b1", Itinerary, False, ("supervisor", "pad", "recorder",)),
     "understood": ("sketchnav/Understood/1/cf0efb456e05d81e", Understood, False, ("pad", "recorder",)),
     "orders": ("sketchnav/MissionCommand/2/a84b107d9cf57f48", MissionCommand, False, ("localizer", "planner", "recorder",)),
     "mission": ("sketchnav/MissionCommand/2/a84b107d9cf57f48", MissionCommand, False, ("localizer", "planner", "recorder",)),
@@ -592,10 +592,10 @@ CHANNELS = {
     "relations": ("sketchnav/Relations/1/76abc44575759b47", Relations, False, ("planner", "pad", "recorder",)),
     "landmark_view": ("sketchnav/LandmarkView/1/52c9caa1ce85e6e1", LandmarkView, False, ("planner", "pad", "recorder",)),
     "description": ("sketchnav/Description/1/f6c6689657b8b137", Description, False, ("planner", "pad", "recorder",)),
-    "landmark_progress": ("sketchnav/LandmarkProgress/1/e6a61868204884b6", LandmarkProgress, False, ("pad", "recorder",)),
     "plan": ("sketchnav/Plan/1/948683b6daa21d2e", Plan, False, ("pad", "recorder",)),
     "correspondence": ("sketchnav/Correspondence/1/04977d1d4f303caf", Correspondence, False, ("pad", "recorder",)),
     "question": ("sketchnav/Question/1/d383d138d8361399", Question, False, ("pad", "recorder",)),
+    "landmark_progress": ("sketchnav/LandmarkProgress/1/e6a61868204884b6", LandmarkProgress, False, ("pad", "recorder",)),
     "journey": ("sketchnav/Journey/1/f054905aa2292e8d", Journey, False, ("pad", "recorder",)),
     "command": ("sketchnav/VelocityCommand/1/45ef9b3c7d504529", VelocityCommand, False, ("world", "recorder",)),
     "status": ("sketchnav/MissionStatus/1/ed44629eb242885e", MissionStatus, False, ("supervisor", "pad", "recorder",)),

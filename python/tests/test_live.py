@@ -1,4 +1,4 @@
-"""A running system, named by SKETCHNAV_SYSTEM. tests/python_package.rs starts it and runs this."""
+"""A running system, named by SKETCHNAV_SYSTEM. tests/house/python_package.rs starts it and runs this."""
 
 import itertools
 import os

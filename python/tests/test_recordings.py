@@ -1,4 +1,4 @@
-"""A recording, named by SKETCHNAV_RECORDING. tests/python_package.rs makes it and runs this."""
+"""A recording, named by SKETCHNAV_RECORDING. tests/house/python_package.rs makes it and runs this."""
 
 import os
 

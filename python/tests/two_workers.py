@@ -2,7 +2,7 @@
 
     two_workers.py PROGRAM SUITE [OPTION ...]
 
-tests/python_package.rs runs this and compares with one machine's report.
+tests/house/python_package.rs runs this and compares with one machine's report.
 """
 
 import os

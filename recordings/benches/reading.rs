@@ -14,7 +14,7 @@ use sketchnav_recordings::reader::Selection;
 use sketchnav_recordings::{Recording, Writer, info};
 use sketchnav_schemas::channels::{ODOMETRY, SCAN};
 use sketchnav_schemas::geometry::Pose;
-use sketchnav_schemas::message::{Header, LaserScan, Odometry, PoseM};
+use sketchnav_schemas::message::{Header, LaserScan, MAX_BEAMS, Odometry, PoseM};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed::stream;
 
@@ -32,7 +32,7 @@ fn write(path: &Path) -> u64 {
     let mut writer =
         Writer::create(BufWriter::new(File::create(path).expect("a file")), &run).expect("a writer");
     let mut random: Pcg64Mcg = stream(1, "bench");
-    let mut scan = LaserScan { beam_count: 1440, range_max_m: 30.0, ..LaserScan::zeroed() };
+    let mut scan = LaserScan { beam_count: MAX_BEAMS as u32, range_max_m: 30.0, ..LaserScan::zeroed() };
     let mut step = 0;
     loop {
         step += 1;

@@ -1,6 +1,7 @@
 //! What a recording is made of: messages, and what describes them.
 
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use sketchnav_schemas::ros2::Ros2;
 
 use crate::directory::Topic;
 use crate::error::RecordingError;
-use crate::records::{Attachment, MessageHead};
+use crate::records::{Attachment, MAX_RECORD_BYTES, MessageHead};
 
 /// A message as it lies in the file.
 #[derive(Debug, Clone)]
@@ -23,8 +24,27 @@ pub struct RawMessage {
     pub stamp_ns: u64,
     /// When it was sent, nanoseconds, where the file has that apart.
     pub publish_ns: u64,
-    /// Its CDR.
+    /// Its CDR; unpacked, where rosbag2 has compressed each message.
     pub cdr: Vec<u8>,
+}
+
+/// How what zstd has packed begins. CDR begins with a zero.
+const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// Whether rosbag2 has compressed the message by itself (`compression_mode: MESSAGE`).
+pub(crate) fn is_packed(data: &[u8]) -> bool {
+    data.starts_with(&ZSTD_MAGIC)
+}
+
+/// What a message was before it was compressed by itself; `None` where it was not, or does not unpack.
+fn unpacked(data: &[u8]) -> Option<Vec<u8>> {
+    if !is_packed(data) {
+        return None;
+    }
+    let mut cdr = Vec::new();
+    let decoder = zstd::stream::read::Decoder::with_buffer(data).ok()?;
+    decoder.take(MAX_RECORD_BYTES as u64 + 1).read_to_end(&mut cdr).ok()?;
+    (cdr.len() <= MAX_RECORD_BYTES).then_some(cdr)
 }
 
 /// What a recording is made of.
@@ -48,7 +68,9 @@ pub enum Part {
 impl RawMessage {
     pub(crate) fn new(topic: &Arc<Topic>, head: MessageHead, data: &[u8]) -> Self {
         let MessageHead { sequence, log_ns: stamp_ns, publish_ns, .. } = head;
-        Self { topic: Arc::clone(topic), sequence, stamp_ns, publish_ns, cdr: data.to_vec() }
+        let unpacked = topic.is_cdr().then(|| unpacked(data)).flatten();
+        let cdr = unpacked.unwrap_or_else(|| data.to_vec());
+        Self { topic: Arc::clone(topic), sequence, stamp_ns, publish_ns, cdr }
     }
 
     /// The message as a `T`, and the slice behind it.
@@ -88,10 +110,24 @@ impl RawMessage {
     /// # Errors
     /// As [`RawMessage::typed`]; [`RecordingError::Type`] where the topic's type is another one.
     pub fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
-        if self.topic.ros2_type == T::TYPE {
-            return self.typed();
+        self.must_be(T::TYPE, path)?;
+        self.typed()
+    }
+
+    /// As [`RawMessage::decode`], of the recording at `path`, where the topic's type is the channel's.
+    ///
+    /// # Errors
+    /// As [`RawMessage::typed_in`].
+    pub fn decode_in(&self, spec: &ChannelSpec, path: &Path) -> Result<Owned, RecordingError> {
+        self.must_be(spec.message.ros2, path)?;
+        self.decode(spec)
+    }
+
+    fn must_be(&self, expected: &'static str, path: &Path) -> Result<(), RecordingError> {
+        if self.topic.ros2_type == expected {
+            return Ok(());
         }
         let (topic, found) = (self.topic.name.clone(), self.topic.ros2_type.clone());
-        Err(RecordingError::Type { path: path.to_owned(), topic, expected: T::TYPE, found })
+        Err(RecordingError::Type { path: path.to_owned(), topic, expected, found })
     }
 }

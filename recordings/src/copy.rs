@@ -18,7 +18,7 @@ use crate::directory::Topic;
 use crate::error::RecordingError;
 use crate::facts::TopicFacts;
 use crate::index::Index;
-use crate::open::{Open, Piece};
+use crate::open::{ODD, Open, Piece};
 use crate::reader::Recording;
 use crate::records::{Attachment, Damage, FRAME_BYTES};
 use crate::selection::Selection;
@@ -37,8 +37,35 @@ pub struct Copied {
     pub lost_chunks: u64,
     /// Bytes of the original that could not be read as records.
     pub lost_bytes: u64,
+    /// What was left out, place by place.
+    pub lost: Vec<Lost>,
+    /// Chunks with a wrong checksum that were taken over because that was asked for.
+    pub kept_damaged: u64,
     /// Whether the original had its end and its index.
     pub was_whole: bool,
+}
+
+/// A part of a recording that was left out of a copy.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Lost {
+    /// Where it begins.
+    pub at: u64,
+    /// How long it is.
+    pub bytes: u64,
+    /// Why.
+    pub reason: String,
+    /// How many messages the file itself says to be in it, where it does.
+    pub messages: Option<u64>,
+}
+
+/// What becomes of chunks with a wrong checksum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Damaged {
+    /// They are left out.
+    #[default]
+    LeaveOut,
+    /// Their messages are taken over, where they can be told from each other.
+    Keep,
 }
 
 impl Copied {
@@ -46,6 +73,15 @@ impl Copied {
     pub fn has_loss(&self) -> bool {
         self.lost_chunks + self.lost_bytes > 0
     }
+}
+
+/// What a recording holds, however damaged it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Held {
+    /// Messages that can be read, and those that the file says to be in what cannot.
+    pub messages: u64,
+    /// Whether that is all: the file says of each damaged part how many messages are in it.
+    pub is_known: bool,
 }
 
 /// Writes messages as they are.
@@ -76,8 +112,16 @@ impl<W: Write> Copy<W> {
     /// # Errors
     /// [`RecordingError::Write`].
     pub fn new(sink: W) -> Result<Self, RecordingError> {
+        Self::of_profile(sink, "ros2")
+    }
+
+    /// The same for messages of another profile, as the file says that they are of.
+    ///
+    /// # Errors
+    /// As [`Copy::new`].
+    pub fn of_profile(sink: W, profile: &str) -> Result<Self, RecordingError> {
         Ok(Self {
-            mcap: begin(sink)?,
+            mcap: begin(sink, profile)?,
             topics: Vec::new(),
             counts: BTreeMap::new(),
             late: BTreeSet::new(),
@@ -229,61 +273,147 @@ impl<W: Write> Copy<W> {
 }
 
 /// Copies everything in a recording that can be read. A recording that a kill cut off is read up to the cut. Damaged
-/// chunks and a damaged beginning are left out.
+/// chunks and a damaged beginning are left out, and listed.
 ///
 /// # Errors
-/// [`RecordingError::File`], [`RecordingError::Damaged`] where it is no recording at all, [`RecordingError::Write`].
-pub fn recover<W: Write>(path: &Path, copy: &mut Copy<W>) -> Result<Copied, RecordingError> {
-    let (mut open, has_no_magic) = Open::damaged_file(path)?;
+/// [`RecordingError::File`], [`RecordingError::Foreign`] or [`RecordingError::Damaged`] where it is no recording at all,
+/// [`RecordingError::Write`].
+pub fn recover<W: Write>(
+    path: &Path,
+    damaged: Damaged,
+    copy: &mut Copy<W>,
+) -> Result<Copied, RecordingError> {
     if let Some(index) = Index::of_summary_in(&mut Open::damaged_file(path)?.0)? {
         // Where the chunk that declares them is damaged, the topics are known all the same.
         index.directory.topics().try_for_each(|(_, topic)| copy.declare(topic).map(drop))?;
-        open.declare(&index.directory);
     }
-    let mut copied = Copied::default();
-    if has_no_magic {
-        copied.lost_bytes += mcap::MAGIC.len() as u64;
-    }
-    loop {
-        let next = open.next_piece();
-        // Records that say nothing new may have stood before it.
-        let (at, _) = open.record();
-        match next {
-            Ok(Piece::Part(part)) => copy.part(&part)?,
-            Ok(Piece::Chunk) => {}
-            Ok(Piece::End { clean: true }) => {
-                copied.was_whole = true;
-                break;
-            }
-            Ok(Piece::End { clean: false }) => {
-                if !search(&mut open, at, &mut copied)? {
-                    break;
-                }
-            }
-            Err(RecordingError::Damaged { source, .. }) => {
-                if !pass_over(&mut open, at, &source, &mut copied)? {
-                    break;
-                }
-            }
-            Err(error) => return Err(error),
-        }
-    }
-    copied.messages = copy.messages();
-    Ok(copied)
+    let copied = Salvage::of(path, damaged)?.run(|part| copy.part(&part))?;
+    Ok(Copied { messages: copy.messages(), ..copied })
 }
 
-/// Goes on behind what is damaged; false where nothing behind it makes sense.
-fn pass_over(open: &mut Open, at: u64, damage: &Damage, copied: &mut Copied) -> Result<bool, RecordingError> {
-    let was_inside = open.abandon_chunk();
-    if !was_inside && open.file.at() - at <= FRAME_BYTES && matches!(damage, Damage::TooLong { .. }) {
-        // Of the record no more than its length was read, and that is no length.
-        return search(open, at, copied);
+/// What a recording holds: what a copy that takes its place must not have less of.
+///
+/// # Errors
+/// As [`recover`].
+pub fn held(path: &Path) -> Result<Held, RecordingError> {
+    let stated = Index::of_summary_in(&mut Open::damaged_file(path)?.0)?.and_then(|index| index.statistics);
+    let copied = Salvage::of(path, Damaged::LeaveOut)?.run(|_| Ok(()))?;
+    let lost: u64 = copied.lost.iter().filter_map(|lost| lost.messages).sum();
+    let messages = (copied.messages + lost).max(stated.map_or(0, |statistics| statistics.messages));
+    Ok(Held { messages, is_known: copied.lost.iter().all(|lost| lost.messages.is_some()) })
+}
+
+/// The profile that a recording says to be of, however damaged it is: `ros2`, `ros1`, or nothing.
+///
+/// # Errors
+/// As [`recover`].
+pub fn profile(path: &Path) -> Result<String, RecordingError> {
+    let (mut open, _) = Open::damaged_file(path)?;
+    // The first record; a damaged one says nothing.
+    let _ = open.in_file();
+    Ok(open.directory().header.profile.clone())
+}
+
+/// Most places that are listed one by one.
+const MAX_LOST: usize = 1000;
+
+/// A pass over a recording that may be damaged anywhere.
+struct Salvage {
+    open: Open,
+    copied: Copied,
+    /// Messages that were read before the chunk that is being read.
+    before_chunk: u64,
+}
+
+impl Salvage {
+    fn of(path: &Path, damaged: Damaged) -> Result<Self, RecordingError> {
+        let (mut open, has_no_magic) = Open::damaged_file(path)?;
+        if let Some(index) = Index::of_summary_in(&mut Open::damaged_file(path)?.0)? {
+            open.declare(&index.directory);
+        }
+        open.be_wary();
+        if damaged == Damaged::Keep {
+            open.keep_damaged();
+        }
+        let lost_bytes = if has_no_magic { mcap::MAGIC.len() as u64 } else { 0 };
+        Ok(Self { open, copied: Copied { lost_bytes, ..Copied::default() }, before_chunk: 0 })
     }
-    match was_inside || is_of_chunk(damage) {
-        true => copied.lost_chunks += 1,
-        false => copied.lost_bytes += open.file.at() - at,
+
+    /// Hands over all parts that can be read.
+    fn run(
+        mut self,
+        mut take: impl FnMut(Part) -> Result<(), RecordingError>,
+    ) -> Result<Copied, RecordingError> {
+        loop {
+            let next = self.open.next_piece();
+            // Records that say nothing new may have stood before it.
+            let (at, _) = self.open.record();
+            let goes_on = match next {
+                Ok(Piece::Part(part)) => {
+                    self.copied.messages += u64::from(matches!(part, Part::Message(_)));
+                    take(part)?;
+                    true
+                }
+                Ok(Piece::Chunk) => {
+                    self.before_chunk = self.copied.messages;
+                    true
+                }
+                Ok(Piece::End { clean: true }) => {
+                    self.copied.was_whole = true;
+                    false
+                }
+                Ok(Piece::End { clean: false }) => self.search(at, "the file ends within it")?,
+                Err(RecordingError::Damaged { source, .. }) => self.pass_over(at, &source)?,
+                Err(error) => return Err(error),
+            };
+            if !goes_on {
+                self.copied.kept_damaged = self.open.kept();
+                return Ok(self.copied);
+            }
+        }
     }
-    Ok(true)
+
+    /// Goes on after what is damaged; false where nothing after it makes sense.
+    fn pass_over(&mut self, at: u64, damage: &Damage) -> Result<bool, RecordingError> {
+        let was_inside = self.open.abandon_chunk();
+        let end = self.open.file.at();
+        if !was_inside && end - at <= FRAME_BYTES && matches!(damage, Damage::TooLong { .. }) {
+            // Of the record no more than its length was read, and that is no length.
+            return self.search(at, &damage.to_string());
+        }
+        let reason = damage.to_string();
+        if was_inside || is_of_chunk(damage) {
+            let read = if was_inside { self.copied.messages - self.before_chunk } else { 0 };
+            let indexed = self.open.messages_by_index(end)?;
+            let messages = indexed.map(|indexed| indexed.saturating_sub(read));
+            self.copied.lost_chunks += 1;
+            self.lose(Lost { at, bytes: end - at, reason, messages });
+        } else {
+            self.copied.lost_bytes += end - at;
+            if holds_something(damage) {
+                let messages = matches!(damage, Damage::UnknownChannel { .. }).then_some(1);
+                self.lose(Lost { at, bytes: end - at, reason, messages });
+            }
+        }
+        Ok(true)
+    }
+
+    /// Looks for a chunk after `at`, where the records stop making sense.
+    fn search(&mut self, at: u64, reason: &str) -> Result<bool, RecordingError> {
+        let found = self.open.file.find_chunk(at + 1).map_err(|stop| self.open.stopped(stop))?;
+        let bytes = found.unwrap_or(self.open.file.bytes()) - at;
+        self.copied.lost_bytes += bytes;
+        if bytes > 0 {
+            self.lose(Lost { at, bytes, reason: reason.to_owned(), messages: None });
+        }
+        Ok(found.is_some())
+    }
+
+    fn lose(&mut self, lost: Lost) {
+        if self.copied.lost.len() < MAX_LOST {
+            self.copied.lost.push(lost);
+        }
+    }
 }
 
 /// Whether it is a chunk as a whole that is damaged, rather than another record of the file.
@@ -295,11 +425,14 @@ fn is_of_chunk(damage: &Damage) -> bool {
     }
 }
 
-/// Looks for a chunk behind `at`, where the records stop making sense.
-fn search(open: &mut Open, at: u64, copied: &mut Copied) -> Result<bool, RecordingError> {
-    let found = open.file.find_chunk(at + 1).map_err(|stop| open.stopped(stop))?;
-    copied.lost_bytes += found.unwrap_or(open.file.bytes()) - at;
-    Ok(found.is_some())
+/// Whether a record that is no chunk has content of its own: those of the index have none.
+fn holds_something(damage: &Damage) -> bool {
+    match damage {
+        Damage::Content { kind, .. } => {
+            matches!(*kind, "schema" | "channel" | "message" | "metadata" | "attachment" | ODD)
+        }
+        _ => true,
+    }
 }
 
 /// Copies the messages that are wanted, in the order of the file, and everything that is no message. Where the
@@ -371,8 +504,12 @@ pub(crate) fn topic_names(recording: &Recording) -> Result<BTreeSet<String>, Rec
 }
 
 /// The topics that miss nothing before their first message, as the recording says, whatever that message's number.
-/// Such a recording is itself a part of another one.
+/// Such a recording is itself a part of another one; or others wrote it.
 fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError> {
+    if !recording.is_ours()? {
+        // Others begin to count where they like.
+        return topic_names(recording);
+    }
     let told = recording.index()?.metadata(recording.path(), TOPICS_METADATA)?.unwrap_or_default();
     let is_late = |facts: TopicFacts| facts.gaps.first().is_none_or(|gap| gap.after_seq > 0);
     let late = told.into_iter().filter(|(_, json)| serde_json::from_str(json).is_ok_and(is_late));
@@ -468,7 +605,7 @@ struct Split<'a> {
 
 impl Split<'_> {
     fn begin<W: Write>(&self, sink: W, first_ns: u64) -> Result<OpenPart<W>, RecordingError> {
-        let mut copy = Copy::new(sink)?;
+        let mut copy = Copy::of_profile(sink, &self.recording.header().profile)?;
         describe(self.recording, &mut copy)?;
         copy.resume_after(&self.last);
         copy.late = late_topics(self.recording)?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use sketchnav_schemas::channels::Channel;
 
-use crate::records::{ChannelRecord, Schema};
+use crate::records::{ChannelRecord, FileHeader, Schema};
 
 /// A topic of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,6 +28,11 @@ impl Topic {
         channel.spec.is_topic(&self.name)
     }
 
+    /// Whether its messages are in CDR.
+    pub fn is_cdr(&self) -> bool {
+        self.encoding == "cdr"
+    }
+
     /// Whether a reader that comes late is to be given its last message again.
     pub fn is_latched(&self) -> bool {
         let said = self.metadata.get("offered_qos_profiles");
@@ -40,6 +45,8 @@ impl Topic {
 pub(crate) struct Directory {
     schemas: BTreeMap<u16, Arc<Schema>>,
     topics: BTreeMap<u16, Arc<Topic>>,
+    /// What the file says of itself, once that was read.
+    pub(crate) header: FileHeader,
 }
 
 impl Directory {

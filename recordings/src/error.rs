@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use sketchnav_schemas::ros2::Ros2Error;
 
+use crate::dynamic::DynamicError;
+use crate::foreign::{Foreign, OF_ANY_MCAP, OF_ROS2};
 use crate::records::Damage;
 
 /// What can be wrong with a recording.
@@ -27,6 +29,49 @@ pub enum RecordingError {
         messages: u64,
         /// What is wrong.
         source: Damage,
+    },
+    /// The file is no MCAP file, but something else.
+    #[error("{path}: expected an MCAP recording, found {found}", path = path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: Foreign,
+    },
+    /// The recording was not written by this project.
+    #[error(
+        "{path}: expected a recording of sketchnav, found one without {missing}{by}; recordings of others are taken by \
+         {OF_ROS2}",
+        path = path.display(),
+        by = written_by(library)
+    )]
+    NotOurs {
+        /// The file.
+        path: PathBuf,
+        /// What it lacks.
+        missing: &'static str,
+        /// What wrote it.
+        library: String,
+    },
+    /// The messages of a topic are not in a form that is read here.
+    #[error("{topic}: expected messages of ROS 2 in CDR, found {found}; {OF_ANY_MCAP} take them; {way_on}")]
+    Form {
+        /// The topic.
+        topic: String,
+        /// What they are.
+        found: String,
+        /// What would make messages of ROS 2 of them.
+        way_on: &'static str,
+    },
+    /// A message does not fit the schema that the file has for it.
+    #[error("{topic}, message at {stamp_ns} ns: {source}")]
+    Dynamic {
+        /// The topic.
+        topic: String,
+        /// Its time.
+        stamp_ns: u64,
+        /// What is wrong.
+        source: DynamicError,
     },
     /// A topic holds messages of another type.
     #[error("{path}: topic {topic}: expected {expected}, found {found}", path = path.display())]
@@ -58,6 +103,20 @@ pub enum RecordingError {
         /// What is wrong.
         reason: String,
     },
+    /// A file of the run is not in its recording.
+    #[error(
+        "{recording}: expected the file {name} inside the recording, found none (run.json calls it {called:?}); nothing \
+         outside of a recording is read",
+        recording = recording.display(), name = name.display()
+    )]
+    NotInside {
+        /// The recording.
+        recording: PathBuf,
+        /// What the file is called inside.
+        name: PathBuf,
+        /// The path in `run.json`.
+        called: String,
+    },
     /// The channel is not one of those that are recorded.
     #[error("channel {channel} is not recorded")]
     NotRecorded {
@@ -72,6 +131,15 @@ pub enum RecordingError {
 /// What the system says, which the error itself keeps to its source: no space left, say.
 fn cause(error: &mcap::McapError) -> String {
     std::error::Error::source(error).map_or(String::new(), |source| format!(": {source}"))
+}
+
+fn written_by(library: &str) -> String {
+    // A copy of ours of what others wrote says nothing of them.
+    if library.is_empty() || library.starts_with("sketchnav") {
+        String::new()
+    } else {
+        format!(" (written by {library})")
+    }
 }
 
 impl RecordingError {

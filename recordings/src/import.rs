@@ -4,41 +4,45 @@
 use std::io::Write;
 
 use bytemuck::Zeroable;
-use sketchnav_schemas::channels::{self, ODOMETRY, ROUTE, SCAN, SKETCH, TICK, TRUTH};
-use sketchnav_schemas::message::{
-    GroundTruth, Header, LaserScan, Odometry, PoseM, Route, SketchMap, Tick, Twist,
-};
+use sketchnav_schemas::channels::{self, ODOMETRY, SCAN, TICK, TRUTH};
+use sketchnav_schemas::message::{GroundTruth, Header, LaserScan, Odometry, PoseM, Tick, Twist};
 use sketchnav_schemas::time::nanoseconds;
 
-use crate::carmen::{CarmenError, CarmenScan};
+use crate::carmen::{CarmenError, CarmenScan, Entry, Fault, LeftOut, Shapes};
 use crate::error::RecordingError;
 use crate::writer::Writer;
 
-/// What a scan of the log does not say of its laser.
+/// Most of what is left out that is kept with its line; the rest is counted.
+const MAX_NAMED: usize = 1000;
+/// Latest stamp of a recorded message, seconds.
+const MAX_STAMP_S: f64 = i32::MAX as f64;
+
+/// How a log is taken over.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LaserFacts {
-    /// Direction of the first beam.
-    pub angle_min_rad: f64,
-    /// From one beam to the next.
-    pub angle_increment_rad: f64,
-    /// Shortest range.
-    pub range_min_m: f64,
-    /// Longest range; a reading from there on is none.
+pub struct Rules {
+    /// A reading from here on is none, metres; where a log states a shorter range, that one.
     pub range_max_m: f64,
+    /// Whether whatever would be left out is an error.
+    pub is_strict: bool,
 }
 
-impl LaserFacts {
-    /// CARMEN's lasers cover half a circle, from the right. Scans of 181 and 361 beams include both its edges; scans
-    /// of 180 and 360 leave the last one out.
-    pub fn of_half_circle(beams: usize, range_max_m: f64) -> Self {
-        let gaps = if beams % 2 == 1 { beams - 1 } else { beams };
-        Self {
-            angle_min_rad: -std::f64::consts::FRAC_PI_2,
-            angle_increment_rad: std::f64::consts::PI / gaps.max(1) as f64,
-            range_min_m: 0.0,
-            range_max_m,
-        }
-    }
+/// What was taken over of a log, and what was not.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Imported {
+    /// Scans.
+    pub scans: u64,
+    /// The same by where their beams point.
+    pub shapes: Shapes,
+    /// How many lines were left out.
+    pub left_out_lines: u64,
+    /// The first of them.
+    pub left_out: Vec<LeftOut>,
+    /// How many readings were left out, of scans that were taken over.
+    pub left_out_readings: u64,
+    /// The lines of these scans, the first of them, each with the number of such readings.
+    pub unreadable: Vec<(u64, usize)>,
+    /// How often the log's clock goes back. These scans follow the one before by a nanosecond.
+    pub clock_goes_back: u64,
 }
 
 /// Why a log cannot be taken over.
@@ -50,60 +54,129 @@ pub enum ImportError {
     /// The recording.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// A line, where nothing may be left out.
+    #[error("line {0}")]
+    LeftOut(LeftOut),
+    /// Readings, where nothing may be left out.
+    #[error("line {line}: expected distances in metres, found {count} readings that are none")]
+    Readings {
+        /// The line.
+        line: u64,
+        /// How many.
+        count: usize,
+    },
 }
 
-/// Writes the scans of a log as a recording of `run`, still to be finished; how many they are.
+impl Imported {
+    fn leave_out(&mut self, left_out: LeftOut, rules: &Rules) -> Result<(), ImportError> {
+        if rules.is_strict {
+            return Err(ImportError::LeftOut(left_out));
+        }
+        self.left_out_lines += 1;
+        if self.left_out.len() < MAX_NAMED {
+            self.left_out.push(left_out);
+        }
+        Ok(())
+    }
+
+    fn count(&mut self, scan: &CarmenScan, rules: &Rules) -> Result<(), ImportError> {
+        let (line, count) = (scan.line, scan.unreadable());
+        if count > 0 && rules.is_strict {
+            return Err(ImportError::Readings { line, count });
+        }
+        if count > 0 && self.unreadable.len() < MAX_NAMED {
+            self.unreadable.push((line, count));
+        }
+        self.left_out_readings += count as u64;
+        self.shapes.take(scan.ranges_m.len(), scan.beams);
+        self.scans += 1;
+        Ok(())
+    }
+}
+
+/// Writes the scans of a log to a recording, after what its navigator was given; the recording is still to be finished.
 ///
 /// # Errors
 /// [`ImportError`].
 pub fn import<W: Write>(
-    scans: impl Iterator<Item = Result<CarmenScan, CarmenError>>,
-    laser: &LaserFacts,
-    (sketch, cells): (&SketchMap, &[u8]),
-    route: &Route,
+    entries: impl Iterator<Item = Result<Entry, CarmenError>>,
+    rules: &Rules,
     writer: &mut Writer<W>,
-) -> Result<u64, ImportError> {
-    writer.write(SKETCH, sketch, cells)?;
-    writer.write(ROUTE, route, &[])?;
-    let (mut first_s, mut last_ns, mut count) = (None, None, 0);
-    for scan in scans {
-        let scan = scan?;
-        let since_s = scan.time_s - *first_s.get_or_insert(scan.time_s);
-        let stamp_ns = after(last_ns, nanoseconds(since_s));
-        last_ns = Some(stamp_ns);
-        count += 1;
-        put(&scan, Header { seq: count, stamp_ns, source_seq: count }, laser, writer)?;
+) -> Result<Imported, ImportError> {
+    let (mut imported, mut clock) = (Imported::default(), Clock::default());
+    for entry in entries {
+        let scan = match entry? {
+            Entry::Scan(scan) => scan,
+            Entry::LeftOut(left_out) => {
+                imported.leave_out(left_out, rules)?;
+                continue;
+            }
+        };
+        match clock.stamp_ns(scan.time_s) {
+            Ok(stamp_ns) => {
+                imported.count(&scan, rules)?;
+                let seq = imported.scans;
+                put(&scan, Header { seq, stamp_ns, source_seq: seq }, rules, writer)?;
+            }
+            Err(why) => imported.leave_out(LeftOut { line: scan.line, why }, rules)?,
+        }
     }
-    Ok(count)
+    imported.clock_goes_back = clock.goes_back;
+    Ok(imported)
 }
 
-/// Clocks of old logs go back at times; stamps never do.
-fn after(last_ns: Option<u64>, ns: u64) -> u64 {
-    last_ns.map_or(ns, |last| ns.max(last + 1))
+/// Makes stamps of a log's times: they begin with 0. Clocks of old logs go back at times; stamps never do.
+#[derive(Default)]
+struct Clock {
+    first_s: Option<f64>,
+    last_s: Option<f64>,
+    last_ns: Option<u64>,
+    goes_back: u64,
+}
+
+impl Clock {
+    fn stamp_ns(&mut self, time_s: f64) -> Result<u64, Fault> {
+        let since_s = time_s - *self.first_s.get_or_insert(time_s);
+        if since_s > MAX_STAMP_S {
+            return Err(Fault::Time { since_s });
+        }
+        self.goes_back += u64::from(self.last_s.replace(time_s).is_some_and(|last_s| time_s < last_s));
+        let ns = nanoseconds(since_s);
+        let stamp_ns = self.last_ns.map_or(ns, |last| ns.max(last + 1));
+        self.last_ns = Some(stamp_ns);
+        Ok(stamp_ns)
+    }
 }
 
 fn put<W: Write>(
     scan: &CarmenScan,
     header: Header,
-    laser: &LaserFacts,
+    rules: &Rules,
     writer: &mut Writer<W>,
 ) -> Result<(), RecordingError> {
     let twist = Twist::zeroed();
-    writer.write(TRUTH, &GroundTruth { header, pose: PoseM::new(&scan.reference), twist }, &[])?;
-    writer.write(ODOMETRY, &Odometry { header, pose: PoseM::new(&scan.odometry), twist }, &[])?;
-    let mut message = LaserScan { header, ..LaserScan::zeroed() };
-    let beams = scan.ranges_m.len();
-    message.angle_min_rad = laser.angle_min_rad as f32;
-    message.angle_increment_rad = laser.angle_increment_rad as f32;
-    message.angle_max_rad = (laser.angle_min_rad + laser.angle_increment_rad * (beams - 1) as f64) as f32;
-    message.range_min_m = laser.range_min_m as f32;
-    message.range_max_m = laser.range_max_m as f32;
-    message.beam_count = beams as u32;
-    for (range, found) in message.ranges_m.iter_mut().zip(&scan.ranges_m) {
-        *range = if f64::from(*found) < laser.range_max_m { *found } else { f32::INFINITY };
+    if let Some(reference) = &scan.reference {
+        writer.write(TRUTH, &GroundTruth { header, pose: PoseM::new(reference), twist }, &[])?;
     }
-    writer.write(SCAN, &message, &[])?;
+    writer.write(ODOMETRY, &Odometry { header, pose: PoseM::new(&scan.odometry), twist }, &[])?;
+    writer.write(SCAN, &message(scan, header, rules), &[])?;
     writer.write(TICK, &tick(header), &[]).map(drop)
+}
+
+/// Each scan says itself where its beams point.
+fn message(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
+    let (beams, count) = (&scan.beams, scan.ranges_m.len());
+    let range_max_m = scan.range_max_m.map_or(rules.range_max_m, |stated_m| stated_m.min(rules.range_max_m));
+    let mut message = LaserScan { header, ..LaserScan::zeroed() };
+    message.angle_min_rad = beams.angle_min_rad as f32;
+    message.angle_increment_rad = beams.angle_increment_rad as f32;
+    message.angle_max_rad = (beams.angle_min_rad + beams.span_rad(count)) as f32;
+    message.range_max_m = range_max_m as f32;
+    message.beam_count = count as u32;
+    for (range, &found) in message.ranges_m.iter_mut().zip(&scan.ranges_m) {
+        *range = if f64::from(found) >= range_max_m { f32::INFINITY } else { found };
+    }
+    message
 }
 
 /// Every reading of a log bears the number of its tick.
@@ -119,3 +192,76 @@ fn tick(header: Header) -> Tick {
 
 /// The name that the runs of imported logs have in the place of a system's: nobody drove them.
 pub const LOG_SYSTEM: &str = "log";
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_schemas::geometry::Pose;
+    use sketchnav_schemas::message::Message;
+
+    use super::*;
+    use crate::carmen::Beams;
+
+    const RULES: Rules = Rules { range_max_m: 79.0, is_strict: false };
+    const STRICT: Rules = Rules { is_strict: true, ..RULES };
+
+    fn scan(line: u64, ranges_m: Vec<f32>) -> CarmenScan {
+        CarmenScan {
+            line,
+            time_s: 0.5,
+            beams: Beams::by_count(ranges_m.len()),
+            ranges_m,
+            range_max_m: None,
+            reference: None,
+            odometry: Pose::new(0.0, 0.0, 0.0),
+        }
+    }
+
+    /// All scans had the angles of the first one.
+    #[test]
+    fn each_scan_has_its_own_angles_and_is_valid() {
+        let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };
+        for (count, first_rad) in [(180, -90_f32), (361, -90.0), (401, -50.0)] {
+            let mut found = scan(1, vec![2.0; count]);
+            (found.ranges_m[0], found.ranges_m[1], found.ranges_m[2]) = (f32::NAN, 79.5, f32::INFINITY);
+            let message = message(&found, header, &RULES);
+            assert_eq!((message.check(), message.beam_count), (Ok(()), count as u32));
+            assert!((message.angle_min_rad - first_rad.to_radians()).abs() < 1e-6);
+            assert_eq!(&message.ranges_m[1..4], [f32::INFINITY, f32::INFINITY, 2.0]);
+        }
+        let short = CarmenScan { range_max_m: Some(1.5), ..scan(1, vec![1.0, 2.0]) };
+        let message = message(&short, header, &RULES);
+        assert_eq!((message.range_max_m, message.ranges_m[1]), (1.5, f32::INFINITY));
+    }
+
+    /// One garbled time made stamps of all that followed it.
+    #[test]
+    fn stamps_rise_whatever_the_clock_says() {
+        let mut clock = Clock::default();
+        let mut stamp = |time_s: f64| clock.stamp_ns(time_s).map_err(|why| why.to_string());
+        assert_eq!([stamp(100.0), stamp(100.5)], [Ok(0), Ok(500_000_000)]);
+        let far = stamp(1e12).unwrap_err();
+        assert!(
+            far.starts_with("expected a time at most 68 years after the first scan, found 999999999900 s"),
+            "{far}"
+        );
+        assert_eq!([stamp(99.0), stamp(101.0)], [Ok(500_000_001), Ok(1_000_000_000)]);
+        assert_eq!(clock.goes_back, 1);
+    }
+
+    #[test]
+    fn what_is_left_out_is_counted_or_refused() {
+        let mut imported = Imported::default();
+        let long = |line| LeftOut { line, why: Fault::Long };
+        for line in 1..=MAX_NAMED as u64 + 5 {
+            imported.leave_out(long(line), &RULES).unwrap();
+        }
+        assert_eq!((imported.left_out_lines, imported.left_out.len()), (MAX_NAMED as u64 + 5, MAX_NAMED));
+        let error = imported.leave_out(long(7), &STRICT).unwrap_err().to_string();
+        assert_eq!(error, "line 7: expected a line of less than 256 KiB");
+        let spoilt = scan(9, vec![1.0, f32::NAN, f32::NAN]);
+        imported.count(&spoilt, &RULES).unwrap();
+        assert_eq!((imported.left_out_readings, imported.unreadable.as_slice()), (2, &[(9, 2)][..]));
+        let error = imported.count(&spoilt, &STRICT).unwrap_err().to_string();
+        assert_eq!(error, "line 9: expected distances in metres, found 2 readings that are none");
+    }
+}

@@ -55,7 +55,8 @@ impl Index {
             Err(Stop::Cut(_) | Stop::Damage(_)) => return Ok(None),
         };
         let Some(index) = Self::parse(&summary) else { return Ok(None) };
-        Ok((index.fits(open.file.bytes()) && index.is_all(open)?).then_some(index))
+        let is_all = index.fits(open.file.bytes()) && index.is_all(open)?;
+        Ok(is_all.then_some(index))
     }
 
     fn parse(summary: &[u8]) -> Option<Self> {

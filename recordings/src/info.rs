@@ -14,8 +14,9 @@ use sketchnav_schemas::time::seconds;
 
 use crate::error::RecordingError;
 use crate::facts::{Lives, TopicFacts};
+use crate::foreign::{Form, OF_ANY_MCAP, OF_ROS2};
 use crate::index::Index;
-use crate::reader::{Part, RawMessage, Recording};
+use crate::reader::{Part, RawMessage, Recording, Topic};
 use crate::sequence::{Gap, Sequence};
 use crate::writer::{RECORDER_METADATA, RESTARTS_METADATA, RUN_METADATA, TOPICS_METADATA};
 
@@ -26,6 +27,12 @@ pub struct Info {
     pub path: String,
     /// Its size.
     pub bytes: u64,
+    /// What the file says that its messages are: `ros2`, `ros1`, or nothing.
+    pub profile: String,
+    /// What wrote it.
+    pub library: String,
+    /// What there is to know of a recording that this project did not write.
+    pub notes: Vec<String>,
     /// Whether its writer came to an end; if not, the file is cut off and what is there is whole.
     pub clean_end: bool,
     /// How often the recorder was killed and started again.
@@ -63,6 +70,8 @@ pub struct TopicInfo {
     pub topic: String,
     /// `sensor_msgs/msg/LaserScan`.
     pub ros2_type: String,
+    /// How its messages are encoded: `cdr`, `ros1`, `json`.
+    pub encoding: String,
     /// How many messages.
     pub messages: u64,
     /// Messages a second, from the first to the last; `None` where there are fewer than two times.
@@ -102,11 +111,14 @@ pub fn info(path: &Path) -> Result<Info, RecordingError> {
 /// # Errors
 /// As [`info`].
 pub fn info_of_messages(path: &Path) -> Result<Info, RecordingError> {
-    let mut tally = Tally::default();
-    for part in Recording::open(path)?.parts()? {
+    let recording = Recording::open(path)?;
+    let mut tally = Tally { is_ours: recording.is_ours()?, ..Tally::default() };
+    let mut parts = recording.parts()?;
+    for part in &mut parts {
         tally.take(part?);
     }
-    tally.finish(path)
+    tally.packed = parts.packed();
+    tally.finish(&recording)
 }
 
 /// Out of the summary; `None` where it does not say enough.
@@ -119,7 +131,7 @@ fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
         let facts = told.get(&topic.name).and_then(|json| serde_json::from_str::<TopicFacts>(json).ok());
         let Some(facts) = facts else { return Ok(None) };
         let known = tally.topics.entry(topic.name.clone()).or_default();
-        known.ros2_type.clone_from(&topic.ros2_type);
+        known.describe(topic);
         known.messages += statistics.by_channel.get(&id).copied().unwrap_or(0);
         known.facts = facts;
     }
@@ -131,7 +143,7 @@ fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
     let attachments = index.attachments.into_iter();
     tally.attachments =
         attachments.map(|file| AttachmentInfo { name: file.name, bytes: file.bytes }).collect();
-    tally.finish(path).map(Some)
+    tally.finish(&Recording::open(path)?).map(Some)
 }
 
 fn duration_s(topics: &[TopicInfo]) -> f64 {
@@ -140,8 +152,37 @@ fn duration_s(topics: &[TopicInfo]) -> f64 {
     first.zip(last).map_or(0.0, |(first, last)| last - first)
 }
 
+/// What a recording is that others wrote, and what follows from that.
+fn notes(recording: &Recording, packed: u64) -> Result<Vec<String>, RecordingError> {
+    let mut notes = Vec::new();
+    if !recording.is_ours()? {
+        notes.push(format!(
+            "no recording of sketchnav, which replay, rerun and judge need; {OF_ROS2} take it"
+        ));
+    }
+    if packed > 0 {
+        notes.push(format!(
+            "{packed} messages compressed one by one by zstd (compression_mode: MESSAGE); they are read, and copies hold them \
+             unpacked"
+        ));
+    }
+    for topic in recording.topics()? {
+        let form = Form::of(&topic);
+        if form != Form::Ros2 {
+            let (name, words, way_on) = (&topic.name, form.words(&topic), form.way_on());
+            let echo = if form == Form::Json { "; echo prints them" } else { "" };
+            notes.push(format!(
+                "{name}: {words}, not of ROS 2 in CDR{echo}; {OF_ANY_MCAP} take them; {way_on}"
+            ));
+        }
+    }
+    Ok(notes)
+}
+
 #[derive(Default)]
 struct Tally {
+    is_ours: bool,
+    packed: u64,
     topics: BTreeMap<String, TopicTally>,
     run: BTreeMap<String, String>,
     attachments: Vec<AttachmentInfo>,
@@ -154,6 +195,7 @@ struct Tally {
 #[derive(Default)]
 struct TopicTally {
     ros2_type: String,
+    encoding: String,
     messages: u64,
     sequence: Sequence,
     facts: TopicFacts,
@@ -164,10 +206,11 @@ impl Tally {
         match part {
             Part::Topic(topic) => {
                 let tally = self.topics.entry(topic.name.clone()).or_default();
-                tally.ros2_type.clone_from(&topic.ros2_type);
+                tally.describe(&topic);
             }
             Part::Message(message) => {
-                self.topics.entry(message.topic.name.clone()).or_default().take(&message);
+                let is_ours = self.is_ours;
+                self.topics.entry(message.topic.name.clone()).or_default().take(&message, is_ours);
                 if HEALTH.spec.is_topic(&message.topic.name)
                     && let Ok((health, _)) = message.typed::<Health>()
                 {
@@ -187,7 +230,8 @@ impl Tally {
         }
     }
 
-    fn finish(self, path: &Path) -> Result<Info, RecordingError> {
+    fn finish(self, recording: &Recording) -> Result<Info, RecordingError> {
+        let (path, header) = (recording.path(), recording.header());
         let size = std::fs::metadata(path);
         let bytes = size.map_err(|source| RecordingError::File { path: path.to_owned(), source })?.len();
         let place = |name: &str| channels::all().position(|spec| spec.is_topic(name));
@@ -198,6 +242,9 @@ impl Tally {
         Ok(Info {
             path: path.display().to_string(),
             bytes,
+            profile: header.profile.clone(),
+            library: header.library.clone(),
+            notes: notes(recording, self.packed)?,
             clean_end: self.clean_end,
             restarts: self.restarts,
             process_restarts: told
@@ -215,19 +262,28 @@ impl Tally {
 }
 
 impl TopicTally {
-    fn take(&mut self, message: &RawMessage) {
+    fn describe(&mut self, topic: &Topic) {
+        self.ros2_type.clone_from(&topic.ros2_type);
+        self.encoding.clone_from(&topic.encoding);
+    }
+
+    fn take(&mut self, message: &RawMessage, is_ours: bool) {
         self.messages += 1;
+        if !is_ours && self.messages == 1 {
+            // Others begin to count where they like.
+            self.sequence = Sequence::after(u64::from(message.sequence).saturating_sub(1));
+        }
         self.facts.see_time(message.stamp_ns);
         let has_many_writers = has_many_writers(&message.topic.name);
         self.facts.see_number(&mut self.sequence, has_many_writers, message.sequence.into());
     }
 
     fn finish(self, topic: String) -> TopicInfo {
-        let Self { ros2_type, messages, facts, .. } = self;
+        let Self { ros2_type, encoding, messages, facts, .. } = self;
         let TopicFacts { times_ns, missing, gaps } = facts;
         let (first_s, last_s) = times_ns.map(|(first, last)| (seconds(first), seconds(last))).unzip();
         let span_s = first_s.zip(last_s).map_or(0.0, |(first, last)| last - first);
         let rate_hz = (span_s > 0.0).then(|| messages.saturating_sub(1) as f64 / span_s);
-        TopicInfo { topic, ros2_type, messages, rate_hz, first_s, last_s, missing, gaps }
+        TopicInfo { topic, ros2_type, encoding, messages, rate_hz, first_s, last_s, missing, gaps }
     }
 }

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::op;
 
-use crate::content::{Part, RawMessage};
+use crate::content::{Part, RawMessage, is_packed};
 use crate::directory::{Directory, Topic};
 use crate::error::RecordingError;
 use crate::record_file::{RecordFile, Stop};
-use crate::records::{ChunkEntry, Damage, MessageHead, Record, next_in, unpack};
+use crate::records::{
+    ChunkEntry, Damage, FRAME_BYTES, MessageHead, Record, chunk_bytes, is_odd, next_in, unpack,
+};
 
 /// A part of a recording, or a chunk that begins.
 pub(crate) enum Piece {
@@ -23,6 +25,9 @@ pub(crate) enum Piece {
     },
 }
 
+/// What a record is called that is of no known kind.
+pub(crate) const ODD: &str = "unknown";
+
 /// A recording that is being read.
 pub(crate) struct Open {
     path: PathBuf,
@@ -33,6 +38,14 @@ pub(crate) struct Open {
     chunk: Vec<u8>,
     offset: usize,
     messages: u64,
+    /// Those of them that were compressed one by one.
+    packed: u64,
+    /// Whether a record that is passed over otherwise counts as damage.
+    is_wary: bool,
+    /// Whether a chunk with a wrong checksum is read all the same.
+    keeps_damaged: bool,
+    /// How many such chunks were read.
+    kept: u64,
 }
 
 impl Open {
@@ -56,7 +69,47 @@ impl Open {
             chunk: Vec::new(),
             offset: 0,
             messages: 0,
+            packed: 0,
+            is_wary: false,
+            keeps_damaged: false,
+            kept: 0,
         }
+    }
+
+    /// How many messages so far were compressed one by one.
+    pub(crate) fn packed(&self) -> u64 {
+        self.packed
+    }
+
+    /// Takes records of no known kind for damage.
+    pub(crate) fn be_wary(&mut self) {
+        self.is_wary = true;
+    }
+
+    /// Reads chunks with a wrong checksum from here on, where they unpack to their length.
+    pub(crate) fn keep_damaged(&mut self) {
+        self.keeps_damaged = true;
+    }
+
+    /// How many chunks with a wrong checksum were read all the same.
+    pub(crate) fn kept(&self) -> u64 {
+        self.kept
+    }
+
+    /// How many messages the records behind a chunk say to be in it, which ends there; `None` where there are no such
+    /// records. The next record to be read stays the same.
+    pub(crate) fn messages_by_index(&mut self, end: u64) -> Result<Option<u64>, RecordingError> {
+        /// Channel, and length of the entries.
+        const HEAD: u64 = 2 + 4;
+        const ENTRY: u64 = 8 + 8;
+        let (next, mut at, mut messages) = (self.file.at(), end, None);
+        while let Some((op::MESSAGE_INDEX, behind)) = self.frame_at(at)? {
+            let entries = (behind - at).saturating_sub(FRAME_BYTES + HEAD) / ENTRY;
+            *messages.get_or_insert(0) += entries;
+            at = behind;
+        }
+        self.file.seek(next).map_err(|stop| self.stopped(stop))?;
+        Ok(messages)
     }
 
     /// Knows the topics before the file declares them.
@@ -120,22 +173,34 @@ impl Open {
             Err(Stop::Cut(_)) => return Ok(Some(Piece::End { clean: false })),
             Err(stop) => return Err(self.stopped(stop)),
         };
+        if self.is_wary && is_odd(opcode, self.file.content()) {
+            return Err(self.damaged(Damage::Content { at, kind: ODD }));
+        }
         let record = Record::parse(opcode, self.file.content());
         let record = record.map_err(|kind| self.damaged(Damage::Content { at, kind }))?;
         match record {
             Record::Chunk(head, packed) => {
-                let unpacked = unpack(&head, packed, at, &mut self.chunk);
+                let end = at + FRAME_BYTES + chunk_bytes(&head, packed);
+                let mut unpacked = unpack(&head, packed, at, &mut self.chunk);
                 self.offset = 0;
+                if self.keeps_damaged && matches!(unpacked, Err(Damage::Checksum { .. })) {
+                    (unpacked, self.kept) = (Ok(()), self.kept + 1);
+                }
                 unpacked.map_err(|damage| {
                     self.chunk.clear();
                     self.damaged(damage)
                 })?;
+                if self.is_wary && end < self.file.at() {
+                    // Its length may lie, and cover the chunk that follows.
+                    self.file.seek(end).map_err(|stop| self.stopped(stop))?;
+                }
                 Ok(Some(Piece::Chunk))
             }
             Record::Footer(..) => Ok(Some(Piece::End { clean: true })),
             Record::Message(head, data) => {
                 let raw = self.directory.topic(head.channel).map(|topic| RawMessage::new(topic, head, data));
                 self.messages += 1;
+                self.packed += u64::from(is_packed(data));
                 let unknown = Damage::UnknownChannel { at, channel: head.channel };
                 raw.map(|raw| Some(Piece::Part(Part::Message(raw)))).ok_or_else(|| self.damaged(unknown))
             }
@@ -163,6 +228,7 @@ impl Open {
             return Err(self.damaged(Damage::UnknownChannel { at, channel: head.channel }));
         };
         self.messages += 1;
+        self.packed += u64::from(is_packed(data));
         let is_wanted = is_wanted(topic, head.log_ns);
         Ok(is_wanted.then(|| Piece::Part(Part::Message(RawMessage::new(topic, head, data)))))
     }
@@ -217,6 +283,10 @@ impl Directory {
     /// Notes what a record declares; what there is to tell of it.
     fn take(&mut self, record: Record<'_>) -> Option<Part> {
         match record {
+            Record::Header(header) => {
+                self.header = header;
+                None
+            }
             Record::Schema(id, schema) => {
                 self.add_schema(id, schema);
                 None
@@ -232,6 +302,7 @@ impl Directory {
 fn told(path: &Path, messages: u64, stop: Stop) -> RecordingError {
     let path = path.to_owned();
     match stop {
+        Stop::Damage(Damage::NoMcap(found)) => RecordingError::Foreign { path, found },
         Stop::Io(source) => RecordingError::File { path, source },
         Stop::Damage(source) => RecordingError::Damaged { path, messages, source },
         Stop::Cut(at) => RecordingError::Damaged { path, messages, source: Damage::Cut { at } },

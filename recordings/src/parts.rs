@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::content::Part;
 use crate::error::RecordingError;
 use crate::open::{Open, Piece};
+use crate::records::FileHeader;
 
 /// Everything in a recording, in the order of the file: see [`crate::Recording::parts`].
 pub struct Parts {
@@ -15,6 +16,18 @@ pub struct Parts {
 impl Parts {
     pub(crate) fn of(path: &Path) -> Result<Self, RecordingError> {
         Ok(Self { open: Open::new(path)?, is_over: false })
+    }
+}
+
+impl Parts {
+    /// How many messages so far were compressed one by one, by rosbag2.
+    pub fn packed(&self) -> u64 {
+        self.open.packed()
+    }
+
+    /// What the file says of itself; nothing before its first part was read.
+    pub fn header(&self) -> &FileHeader {
+        &self.open.directory().header
     }
 }
 

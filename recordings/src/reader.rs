@@ -20,13 +20,16 @@ pub use crate::directory::Topic;
 use crate::error::RecordingError;
 use crate::index::Index;
 pub use crate::parts::Parts;
-pub use crate::records::{Attachment, Schema};
+pub use crate::records::{Attachment, FileHeader, Schema};
 pub use crate::selection::{Selected, Selection};
 pub use crate::timeline::Timeline;
-use crate::writer::{RUN_ATTACHMENT, topic_name};
+use crate::writer::{RUN_ATTACHMENT, RUN_METADATA, topic_name};
 
 /// Most bytes that are attached before the first message: all of them are held.
 const MAX_ATTACHED_BYTES: usize = 256 << 20;
+
+/// How the names of the types begin that are this project's own.
+const OWN_TYPES: &str = "sketchnav_msgs/";
 
 /// A recording on disk.
 ///
@@ -47,6 +50,7 @@ pub struct Recording {
     path: PathBuf,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
     attachments: BTreeMap<String, Attachment>,
+    header: FileHeader,
     index: OnceLock<Arc<Index>>,
 }
 
@@ -58,7 +62,8 @@ impl Recording {
     /// is attached than the files of a run.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let (mut metadata, mut attachments, mut attached) = (BTreeMap::new(), BTreeMap::new(), 0);
-        for part in Parts::of(path)? {
+        let mut parts = Parts::of(path)?;
+        for part in &mut parts {
             match part? {
                 Part::Metadata(name, facts) => drop(metadata.insert(name, facts)),
                 Part::Attachment(file) => {
@@ -73,7 +78,42 @@ impl Recording {
                 Part::Message(_) | Part::End { .. } => break,
             }
         }
-        Ok(Self { path: path.to_owned(), metadata, attachments, index: OnceLock::new() })
+        let (path, header) = (path.to_owned(), parts.header().clone());
+        Ok(Self { path, metadata, attachments, header, index: OnceLock::new() })
+    }
+
+    /// What the file says of itself: its profile, and what wrote it.
+    pub fn header(&self) -> &FileHeader {
+        &self.header
+    }
+
+    /// Whether this project wrote it, or copied it of such a one.
+    ///
+    /// # Errors
+    /// As [`Recording::index`].
+    pub fn is_ours(&self) -> Result<bool, RecordingError> {
+        if self.attachments.contains_key(RUN_ATTACHMENT) || self.metadata.contains_key(RUN_METADATA) {
+            return Ok(true);
+        }
+        Ok(self.topics()?.iter().any(|topic| topic.ros2_type.starts_with(OWN_TYPES)))
+    }
+
+    /// Whether the description of its run is in it, without which it cannot be judged, executed or replayed.
+    pub fn has_run(&self) -> bool {
+        self.attachments.contains_key(RUN_ATTACHMENT)
+    }
+
+    /// Refuses a recording of others.
+    ///
+    /// # Errors
+    /// [`RecordingError::NotOurs`]; as [`Recording::index`].
+    pub fn must_be_ours(&self) -> Result<(), RecordingError> {
+        if self.is_ours()? { Ok(()) } else { Err(self.lacks(RUN_ATTACHMENT)) }
+    }
+
+    fn lacks(&self, missing: &'static str) -> RecordingError {
+        let (path, library) = (self.path.clone(), self.header.library.clone());
+        RecordingError::NotOurs { path, missing, library }
     }
 
     /// The file.
@@ -104,16 +144,25 @@ impl Recording {
         &self.attachments
     }
 
-    /// The run that was recorded: mission, robot, seed, pace.
+    /// The run that was recorded: mission, robot, seed, pace. Its paths are those of the machine that recorded it; for its
+    /// files take [`RecordedRun`](crate::sources::RecordedRun).
     ///
     /// # Errors
-    /// [`RecordingError::Run`] where the attachment is missing or is not one of this version.
+    /// [`RecordingError::NotOurs`] where the attachment is missing; [`RecordingError::Run`] where it is not one of this
+    /// version.
     pub fn run(&self) -> Result<RunConfig, RecordingError> {
         let wrong = |reason| RecordingError::Run { what: RUN_ATTACHMENT, reason };
-        let file = self.attachments.get(RUN_ATTACHMENT).ok_or_else(|| wrong("is not in the file".into()))?;
-        let run: RunConfig = serde_json::from_slice(&file.data).map_err(|error| wrong(error.to_string()))?;
+        let file = self.attachments.get(RUN_ATTACHMENT).ok_or_else(|| self.lacks(RUN_ATTACHMENT))?;
+        let mut run: RunConfig =
+            serde_json::from_slice(&file.data).map_err(|error| wrong(error.to_string()))?;
         // A recording may come from anywhere: no robot file was parsed for it.
         run.robot.check_numbers().map_err(|error| wrong(format!("robot: {error}")))?;
+        // Where a system takes its files from is no fact of what it did.
+        run.files_of = None;
+        if run.method.is_empty() {
+            // Earlier versions wrote it into the facts alone.
+            run.method = self.fact(RUN_METADATA, "method").unwrap_or_default().to_owned();
+        }
         Ok(run)
     }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use mcap::records::op;
 
+use crate::foreign::{Foreign, LOOKED_AT};
 use crate::records::{Damage, FRAME_BYTES, MAX_RECORD_BYTES, Record};
 
 /// Footer record and the magic behind it.
@@ -46,8 +47,10 @@ pub struct RecordFile {
 impl RecordFile {
     /// Opens a file and checks how it begins.
     pub fn open(path: &Path) -> Result<Self, Stop> {
-        let (file, magic) = Self::begin(path)?;
-        if magic == *mcap::MAGIC { Ok(file) } else { Err(Damage::NoMcap.into()) }
+        match Self::open_damaged(path)? {
+            (file, false) => Ok(file),
+            (_, true) => Err(Damage::Magic.into()),
+        }
     }
 
     /// Opens a file whose magic may be damaged, and says whether it is: then a header must stand behind it.
@@ -57,8 +60,8 @@ impl RecordFile {
             return Ok((file, false));
         }
         let first = file.advance().map(|opcode| Record::parse(opcode, file.content()));
-        if !matches!(first, Ok(Ok(Record::Header))) {
-            return Err(Damage::NoMcap.into());
+        if !matches!(first, Ok(Ok(Record::Header(_)))) {
+            return Err(foreign(path));
         }
         file.seek(magic.len() as u64)?;
         Ok((file, true))
@@ -66,7 +69,7 @@ impl RecordFile {
 
     /// The file behind the magic, and that.
     fn begin(path: &Path) -> Result<(Self, [u8; mcap::MAGIC.len()]), Stop> {
-        let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
+        let mut file = BufReader::with_capacity(1 << 16, sketchnav_files::open(path, "a recording")?);
         let bytes = file.get_ref().metadata()?.len();
         let mut magic = [0; mcap::MAGIC.len()];
         if bytes < magic.len() as u64 {
@@ -156,30 +159,26 @@ impl RecordFile {
         Ok(())
     }
 
-    /// Goes to the next place from `from` on where a chunk seems to begin. There is its opcode, a length that ends in
-    /// the file, and a known compression. Reads what lies between once, in pieces.
+    /// Goes to the next place from `from` on where a chunk seems to begin. There is its opcode, lengths that fit each other
+    /// and the file, and a known compression. Reads what lies between once, in pieces.
     pub fn find_chunk(&mut self, from: u64) -> Result<Option<u64>, Stop> {
         const PIECE: usize = 1 << 20;
-        /// Frame, times, length, checksum, the compression's length and name.
-        const HEAD: usize = 9 + 8 + 8 + 8 + 4 + 4 + 4;
         let mut begin = from;
         while begin < self.bytes {
             self.seek(begin)?;
             let mut piece = vec![0; PIECE.min((self.bytes - begin) as usize)];
             self.fill_from_file(&mut piece)?;
-            for (offset, head) in piece.windows(HEAD).enumerate() {
+            for (offset, head) in piece.windows(CHUNK_HEAD).enumerate() {
                 let at = begin + offset as u64;
-                let length = head[1..9].try_into().map_or(u64::MAX, u64::from_le_bytes);
-                let is_chunk = head[0] == op::CHUNK && head[37..] == b"\x04\0\0\0zstd"[..];
-                if is_chunk && length <= self.bytes - at {
+                if chunk_length(head).is_some_and(|length| length <= self.bytes - at) {
                     self.seek(at)?;
                     return Ok(Some(at));
                 }
             }
-            if piece.len() < HEAD || begin + piece.len() as u64 == self.bytes {
+            if piece.len() < CHUNK_HEAD || begin + piece.len() as u64 == self.bytes {
                 return Ok(None);
             }
-            begin += (piece.len() - HEAD + 1) as u64;
+            begin += (piece.len() - CHUNK_HEAD + 1) as u64;
         }
         Ok(None)
     }
@@ -213,6 +212,36 @@ impl RecordFile {
         }
         summary.truncate(length as usize);
         Ok(summary)
+    }
+}
+
+/// Frame, times, length, checksum, the compression's length and the longest name of one, the packed length.
+const CHUNK_HEAD: usize = 9 + 8 + 8 + 8 + 4 + 4 + 4 + 8;
+
+/// The length of the chunk that seems to begin like this, without its frame.
+fn chunk_length(head: &[u8]) -> Option<u64> {
+    let number = |at: usize| Some(u64::from_le_bytes(head.get(at..at + 8)?.try_into().ok()?));
+    if *head.first()? != op::CHUNK {
+        return None;
+    }
+    let names = ["", "lz4", "zstd"].into_iter();
+    let name_bytes = names
+        .map(str::as_bytes)
+        .find(|name| head[37..41] == (name.len() as u32).to_le_bytes() && head[41..].starts_with(name));
+    let name_length = name_bytes?.len();
+    let (length, packed) = (number(1)?, number(41 + name_length)?);
+    let fits = packed.checked_add((32 + name_length + 8) as u64) == Some(length);
+    fits.then_some(length)
+}
+
+/// What the file is that does not begin as an MCAP file does.
+fn foreign(path: &Path) -> Stop {
+    let mut begin = Vec::new();
+    match sketchnav_files::open(path, "a recording")
+        .and_then(|file| file.take(LOOKED_AT as u64).read_to_end(&mut begin))
+    {
+        Ok(_) => Damage::NoMcap(Foreign::of(&begin)).into(),
+        Err(error) => error.into(),
     }
 }
 

@@ -15,9 +15,12 @@
 //!   repairing need that.
 
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::ops::Range;
 
 use mcap::records::op;
+
+use crate::foreign::Foreign;
 
 /// Longest record, and longest chunk in either form, that is read into memory. It is the longest file that a run may
 /// name (64 MiB), with its name and its times.
@@ -32,8 +35,11 @@ pub enum Damage {
     #[error("it is empty")]
     Empty,
     /// The file does not begin as an MCAP file does.
-    #[error("it does not begin with the magic bytes of MCAP")]
-    NoMcap,
+    #[error("expected an MCAP file, found {0}")]
+    NoMcap(Foreign),
+    /// The first bytes are other ones, but what follows is an MCAP file.
+    #[error("its first bytes are not those of MCAP, but what follows is; `sketchnav recover` repairs that")]
+    Magic,
     /// A record is longer than any that a recording has.
     #[error("byte {at}: expected a record of at most {MAX_RECORD_BYTES} bytes, found {bytes}")]
     TooLong {
@@ -59,7 +65,7 @@ pub enum Damage {
         kind: &'static str,
     },
     /// A chunk is compressed in a way that is not known here.
-    #[error("byte {at}: expected a chunk compressed by zstd or not at all, found {found:?}")]
+    #[error("byte {at}: expected a chunk compressed by zstd, by lz4 or not at all, found {found:?}")]
     Compression {
         /// Where the chunk begins.
         at: u64,
@@ -153,6 +159,15 @@ pub struct Schema {
     pub data: Vec<u8>,
 }
 
+/// What a file says of itself first.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FileHeader {
+    /// `ros2`, `ros1`, or nothing.
+    pub profile: String,
+    /// What wrote it.
+    pub library: String,
+}
+
 /// Declares a channel of the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChannelRecord {
@@ -228,7 +243,7 @@ pub struct Statistics {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Record<'a> {
     /// The file's first.
-    Header,
+    Header(FileHeader),
     /// The form of messages, and its number.
     Schema(u16, Schema),
     /// A channel.
@@ -279,7 +294,7 @@ pub struct ChunkHead {
     pub bytes: u64,
     /// CRC-32 of its records; 0 where there is none.
     pub checksum: u32,
-    /// `zstd`, or nothing.
+    /// `zstd`, `lz4`, or nothing.
     pub compression: String,
 }
 
@@ -308,8 +323,7 @@ impl<'a> Record<'a> {
 }
 
 fn header<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
-    let (_profile, _library) = (f.text()?, f.text()?);
-    Some(Record::Header)
+    Some(Record::Header(FileHeader { profile: f.text()?, library: f.text()? }))
 }
 
 fn schema<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
@@ -372,6 +386,32 @@ fn statistics<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
     Some(Record::Statistics(Statistics { messages, first_ns, last_ns, by_channel }))
 }
 
+/// Whether a record is of no known kind, or has not the length that those of its kind have. Readers pass over such records,
+/// as the specification wants; who repairs a file says so, since a chunk with a damaged opcode is one of them.
+pub fn is_odd(opcode: u8, content: &[u8]) -> bool {
+    let length = content.len();
+    match opcode {
+        op::FOOTER => length != 20,
+        op::DATA_END => length != 4,
+        op::SUMMARY_OFFSET => length != 17,
+        op::MESSAGE_INDEX => !is_filled(content, |f| f.take(2).and(f.bytes())),
+        op::STATISTICS => !is_filled(content, |f| f.take(42).and(f.bytes())),
+        op::METADATA_INDEX => !is_filled(content, |f| f.take(16).and(f.bytes())),
+        op::ATTACHMENT_INDEX => !is_filled(content, |f| f.take(40).and(f.bytes()).and(f.bytes())),
+        op::CHUNK_INDEX => {
+            !is_filled(content, |f| f.take(32).and(f.bytes()).and(f.take(8)).and(f.bytes()).and(f.take(16)))
+        }
+        op::HEADER..=op::DATA_END => false,
+        _ => true,
+    }
+}
+
+/// Whether these fields take up all of a record.
+fn is_filled<'a>(content: &'a [u8], take: impl Fn(&mut Fields<'a>) -> Option<&'a [u8]>) -> bool {
+    let mut fields = Fields(content);
+    take(&mut fields).is_some() && fields.0.is_empty()
+}
+
 /// The next record in `bytes`: its opcode and where its content lies.
 pub fn next_in(bytes: &[u8], at: usize) -> Option<(u8, Range<usize>)> {
     let mut fields = Fields(bytes.get(at..)?);
@@ -380,6 +420,13 @@ pub fn next_in(bytes: &[u8], at: usize) -> Option<(u8, Range<usize>)> {
     fields.take(length)?;
     let begin = at + FRAME_BYTES as usize;
     Some((opcode, begin..begin + length))
+}
+
+/// How long the content of a chunk's record is that has nothing behind what it packs.
+pub fn chunk_bytes(head: &ChunkHead, packed: &[u8]) -> u64 {
+    /// Times, length, checksum, and two lengths.
+    const FIXED: usize = 8 + 8 + 8 + 4 + 4 + 8;
+    (FIXED + head.compression.len() + packed.len()) as u64
 }
 
 /// Puts the records of a chunk, which begins at byte `at` of its file, into `out`, in place of what was there.
@@ -396,6 +443,11 @@ pub fn unpack(head: &ChunkHead, packed: &[u8], at: u64, out: &mut Vec<u8>) -> Re
             let unpacked =
                 zstd::bulk::Decompressor::new().and_then(|mut z| z.decompress_to_buffer(packed, out));
             unpacked.map_err(|_| Damage::Decompression { at })?;
+        }
+        "lz4" => {
+            out.reserve_exact(length);
+            let mut frame = lz4_flex::frame::FrameDecoder::new(packed).take(head.bytes + 1);
+            frame.read_to_end(out).map_err(|_| Damage::Decompression { at })?;
         }
         other => return Err(Damage::Compression { at, found: other.to_owned() }),
     }

@@ -1,11 +1,188 @@
-//! The `metadata.yaml` of a rosbag2 folder, version 9: what `ros2 bag` and rosbags read before the files.
+//! The `metadata.yaml` of a rosbag2 folder, version 9: what `ros2 bag` and rosbags read before the files. And what such folders
+//! of others say, of any version; files that rosbag2 has compressed as a whole.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::io::{self, ErrorKind, Read};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
+
+use serde::Deserialize;
+use sketchnav_schemas::shown::one_line;
 
 use crate::copy::PartFacts;
 use crate::directory::Topic;
+
+/// The file's name.
+pub const METADATA: &str = "metadata.yaml";
+/// How the names of files end that rosbag2 has compressed as a whole (`compression_mode: FILE`).
+pub const PACKED: &str = "zstd";
+/// The one compression that rosbag2 has.
+const COMPRESSION: &str = "zstd";
+/// A line for each topic: some thousand of them.
+const BAG: sketchnav_files::Limit = sketchnav_files::Limit { what: "the metadata of a bag", bytes: 64 << 20 };
+
+/// A folder of rosbag2, as its metadata describe it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bag {
+    /// `mcap` or `sqlite3`.
+    pub storage: String,
+    /// The files that are there, in their order.
+    pub files: Vec<PathBuf>,
+    /// The names of files that are listed and missing.
+    pub missing: Vec<String>,
+}
+
+/// Why a folder of rosbag2 is not read.
+#[derive(Debug, thiserror::Error)]
+pub enum BagError {
+    /// The metadata cannot be read, or are none.
+    #[error("{path}: {reason}", path = path.display())]
+    Metadata {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// Its messages lie in another storage.
+    #[error(
+        "{folder}: expected MCAP files, found a folder of rosbag2 with the storage {storage:?} ({files}); \
+         `ros2 bag convert -i FOLDER -o OPTIONS.yaml` with `storage_id: mcap`, or for each file \
+         `mcap convert FILE.db3 FILE.mcap`, makes MCAP files of it",
+        folder = folder.display()
+    )]
+    Storage {
+        /// The folder.
+        folder: PathBuf,
+        /// What it names.
+        storage: String,
+        /// Its files.
+        files: String,
+    },
+    /// They are compressed in another way.
+    #[error(
+        "{folder}: expected files that zstd has compressed, or none, found a folder of rosbag2 with the compression {found:?}; \
+         `ros2 bag convert -i FOLDER -o OPTIONS.yaml` makes one without compression of it",
+        folder = folder.display()
+    )]
+    Compression {
+        /// The folder.
+        folder: PathBuf,
+        /// What it names.
+        found: String,
+    },
+}
+
+#[derive(Deserialize)]
+struct Metadata {
+    rosbag2_bagfile_information: Information,
+}
+
+#[derive(Deserialize)]
+struct Information {
+    storage_identifier: String,
+    #[serde(default)]
+    compression_format: Option<String>,
+    #[serde(default)]
+    relative_file_paths: Vec<String>,
+}
+
+impl Bag {
+    /// What the metadata of `folder` say; `None` where it has none.
+    ///
+    /// # Errors
+    /// [`BagError::Metadata`], [`BagError::Compression`].
+    pub fn read(folder: &Path) -> Result<Option<Self>, BagError> {
+        let path = folder.join(METADATA);
+        let wrong = |reason: String| BagError::Metadata { path: path.clone(), reason };
+        let text = match sketchnav_files::read_to_string(&path, BAG) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            text => text.map_err(|error| wrong(error.to_string()))?,
+        };
+        let metadata: Metadata = serde_saphyr::from_str(&text)
+            .map_err(|error| wrong(format!("expected the metadata of a folder of rosbag2: {error}")))?;
+        let Information { storage_identifier: storage, compression_format, relative_file_paths } =
+            metadata.rosbag2_bagfile_information;
+        if let Some(found) = compression_format.filter(|format| !format.is_empty() && format != COMPRESSION) {
+            return Err(BagError::Compression { folder: folder.to_owned(), found });
+        }
+        let (mut files, mut missing) = (Vec::new(), Vec::new());
+        for name in relative_file_paths {
+            match there(folder, &name) {
+                Some(file) => files.push(file),
+                None => missing.push(name),
+            }
+        }
+        Ok(Some(Self { storage, files, missing }))
+    }
+
+    /// Refuses a storage that is not MCAP.
+    ///
+    /// # Errors
+    /// [`BagError::Storage`].
+    pub fn must_be_mcap(&self, folder: &Path) -> Result<(), BagError> {
+        if self.storage == "mcap" {
+            return Ok(());
+        }
+        let names = self.files.iter().filter_map(|file| file.file_name()).map(|name| name.to_string_lossy());
+        let files =
+            names.chain(self.missing.iter().map(|name| name.as_str().into())).collect::<Vec<_>>().join(", ");
+        Err(BagError::Storage { folder: folder.to_owned(), storage: self.storage.clone(), files })
+    }
+}
+
+/// The file that a bag lists, wherever in the folder it is: early versions put the folder's name before it, and it may have been
+/// unpacked since. No file outside of the folder is one of it.
+fn there(folder: &Path, listed: &str) -> Option<PathBuf> {
+    let listed = Path::new(listed);
+    let is_inside = listed.components().all(|part| matches!(part, Component::Normal(_)));
+    let name = Path::new(listed.file_name()?);
+    let unpacked =
+        name.extension().is_some_and(|extension| extension == PACKED).then(|| name.with_extension(""));
+    let places = is_inside.then(|| listed.to_owned()).into_iter().chain([name.to_owned()]).chain(unpacked);
+    places.map(|place| folder.join(place)).find(|file| file.is_file())
+}
+
+/// What became of a file that is unpacked.
+#[derive(Debug)]
+pub struct Unpacked {
+    /// How many bytes came out.
+    pub bytes: u64,
+    /// Why not all of it: it is cut off, or damaged.
+    pub damage: Option<io::Error>,
+}
+
+/// Whether zstd has compressed the file as a whole.
+///
+/// # Errors
+/// As the system says.
+pub fn is_packed(path: &Path) -> io::Result<bool> {
+    let mut begin = Vec::new();
+    std::fs::File::open(path)?.take(4).read_to_end(&mut begin)?;
+    Ok(crate::content::is_packed(&begin))
+}
+
+/// Unpacks a file that zstd has compressed as a whole, as far as it can be read.
+///
+/// # Errors
+/// Where the file cannot be opened, or `sink` fails.
+pub fn unpack(path: &Path, mut sink: impl io::Write) -> io::Result<Unpacked> {
+    let mut decoder = zstd::stream::read::Decoder::new(std::fs::File::open(path)?)?;
+    let (mut piece, mut bytes) = (vec![0; 1 << 16], 0);
+    let damage = loop {
+        match decoder.read(&mut piece) {
+            Ok(0) => break None,
+            Ok(count) => {
+                sink.write_all(&piece[..count])?;
+                bytes += count as u64;
+            }
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => break Some(error),
+        }
+    };
+    sink.flush()?;
+    Ok(Unpacked { bytes, damage })
+}
 
 /// The text of `metadata.yaml` for these files, each with what is in it; `topics` are all topics.
 pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> String {
@@ -47,7 +224,8 @@ pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> St
 /// The profile is word for word the one inside the files: readers compare them.
 fn topic_yaml(text: &mut String, topic: &Topic, count: u64) -> std::fmt::Result {
     let profile = topic.metadata.get("offered_qos_profiles").map_or("", String::as_str);
-    let Topic { name, ros2_type, encoding, .. } = topic;
+    let [name, ros2_type, encoding] =
+        [&topic.name, &topic.ros2_type, &topic.encoding].map(|text| scalar(text));
     write!(
         text,
         "    - topic_metadata:\n        name: {name}\n        type: {ros2_type}\n        serialization_format: {encoding}\n        offered_qos_profiles:"
@@ -56,7 +234,97 @@ fn topic_yaml(text: &mut String, topic: &Topic, count: u64) -> std::fmt::Result 
         writeln!(text, " []")?;
     } else {
         writeln!(text)?;
-        profile.lines().try_for_each(|line| writeln!(text, "          {line}"))?;
+        // Its lines stay its own.
+        profile.lines().try_for_each(|line| writeln!(text, "          {}", one_line(line)))?;
     }
     writeln!(text, "        type_description_hash: \"\"\n      message_count: {count}")
+}
+
+/// A name as YAML has it. One that is not plain is quoted: it may be anybody's, and is not to name other files.
+fn scalar(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '/' | '_' | '-' | '.');
+    let is_plain =
+        text.starts_with(|c: char| c == '/' || c.is_ascii_alphabetic()) && text.chars().all(is_plain);
+    if is_plain { text.to_owned() } else { one_line(serde_json::Value::from(text)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A topic could list files outside of the folder, which other readers then open.
+    #[test]
+    fn a_name_of_a_topic_is_nothing_but_a_name() {
+        let topic = |name: &str, profile: &str| {
+            Arc::new(Topic {
+                name: name.to_owned(),
+                ros2_type: "std_msgs/msg/String".to_owned(),
+                encoding: "cdr".to_owned(),
+                schema: Arc::default(),
+                metadata: [("offered_qos_profiles".to_owned(), profile.to_owned())].into(),
+            })
+        };
+        let forged = "\n  relative_file_paths:\r    - /etc/passwd";
+        let text = metadata_yaml(
+            &[],
+            &[topic("/scan", "- depth: 1"), topic(&format!("/a{forged}"), &format!("- {forged}\r"))],
+        );
+        assert!(text.contains("        name: /scan\n") && text.contains("          - depth: 1\n"), "{text}");
+        assert_eq!(text.matches("\n  relative_file_paths:").count(), 1, "{text}");
+        assert!(!text.contains('\r') && text.contains(r#"name: "/a\n  relative_file_paths:\r"#), "{text}");
+    }
+
+    const OLD: &str = "rosbag2_bagfile_information:\n  version: 4\n  storage_identifier: mcap\n  message_count: 3\n\
+                       \u{20} relative_file_paths:\n    - a/a_0.mcap\n    - a_1.mcap.zstd\n    - /etc/hostname\n    - gone.mcap\n";
+
+    #[test]
+    fn what_is_listed_is_found_or_named() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(Bag::read(folder.path()).unwrap(), None);
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write(METADATA, OLD);
+        // Of an early version, and unpacked since.
+        write("a_0.mcap", "");
+        write("a_1.mcap", "");
+        let bag = Bag::read(folder.path()).unwrap().unwrap();
+        assert_eq!(bag.files, ["a_0.mcap", "a_1.mcap"].map(|name| folder.path().join(name)));
+        // No file outside of the folder is one of it.
+        assert_eq!(bag.missing, ["/etc/hostname", "gone.mcap"]);
+        assert!(bag.must_be_mcap(folder.path()).is_ok());
+    }
+
+    #[test]
+    fn other_storages_and_compressions_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |text: &str| std::fs::write(folder.path().join(METADATA), text).unwrap();
+        write(&OLD.replace(": mcap", ": sqlite3"));
+        let error =
+            Bag::read(folder.path()).unwrap().unwrap().must_be_mcap(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("sqlite3") && error.contains("ros2 bag convert"), "{error}");
+        write(&OLD.replace("  message_count: 3", "  compression_format: lz9\n  compression_mode: FILE"));
+        let error = Bag::read(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("lz9"), "{error}");
+        for text in ["a: 1\n", "[", "rosbag2_bagfile_information: 3\n"] {
+            write(text);
+            let error = Bag::read(folder.path()).unwrap_err().to_string();
+            assert!(error.contains("metadata.yaml"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_packed_file_is_unpacked_as_far_as_it_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap.zstd");
+        let plain: Vec<u8> =
+            (0..300_000_u32).flat_map(|n| n.wrapping_mul(2_654_435_761).to_le_bytes()).collect();
+        let packed = zstd::stream::encode_all(plain.as_slice(), 3).unwrap();
+        std::fs::write(&path, &packed).unwrap();
+        assert!(is_packed(&path).unwrap());
+        let mut out = Vec::new();
+        assert!(unpack(&path, &mut out).unwrap().damage.is_none() && out == plain);
+        std::fs::write(&path, &packed[..packed.len() / 2]).unwrap();
+        out.clear();
+        assert!(unpack(&path, &mut out).unwrap().damage.is_some());
+        assert!(!out.is_empty() && plain.starts_with(&out));
+    }
 }

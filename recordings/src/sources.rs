@@ -1,54 +1,117 @@
 //! The files of a run inside its recording: what its navigator is given, and the map, floor plan or plane of the
-//! world. With them a recording can be executed once more where those files are not, or have changed.
+//! world. With them a recording can be executed again where those files are not, or have changed.
 //!
-//! A map's picture is found by the line `image:` of its YAML, a plane's by its table `picture`. What cannot be read is left out: a recording
-//! is not refused for it.
+//! A recording may come from anybody, and so may the paths in it. [`RecordedRun`] is therefore all that reads the files
+//! of a recorded run: its mission names them as they are called inside the recording, and its [`RecordedFiles`] know no
+//! others. Nothing outside of a recording is read when it is used.
+//!
+//! A map's picture is found by the line `image:` of its YAML, a plane's by its table `picture`. What cannot be read when
+//! a run is recorded is left out: the run is not refused for it.
 
+use std::collections::BTreeMap;
+use std::io;
 use std::path::{Component, Path, PathBuf};
 
-use sketchnav_files::Limit;
+use sketchnav_files::{Disk, Files, Limit};
 use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::run::RunConfig;
 
+use crate::error::RecordingError;
 use crate::reader::{Attachment, Recording};
 
 /// Folders inside the recording.
 const NAVIGATOR: &str = "navigator/";
 const WORLD: &str = "world/";
-/// Larger files are not taken along.
-const SOURCE: Limit = Limit { what: "a file of a run", bytes: 32 << 20 };
+/// Larger files are not taken along: no navigator and no world reads them either.
+const SOURCE: Limit = Limit { what: "a file of a run", bytes: 64 << 20 };
 
 /// Whether an attachment of this name is one of the files that the run is made of.
 pub fn is_source(name: &str) -> bool {
     name.starts_with(NAVIGATOR) || name.starts_with(WORLD)
 }
 
-/// Reads the files that a mission names; its paths are absolute.
+/// Where the files of a running system are: inside the recording that it plays, or on disk.
+///
+/// # Errors
+/// As [`Recording::open`].
+pub fn of_run(run: &RunConfig) -> Result<Box<dyn Files>, RecordingError> {
+    Ok(match &run.files_of {
+        Some(recording) => Box::new(RecordedFiles::of(&Recording::open(recording.as_ref())?)),
+        None => Box::new(Disk),
+    })
+}
+
+/// The files of a running system, for its recording.
+///
+/// # Errors
+/// As [`of_run`].
+pub fn to_record(run: &RunConfig) -> Result<Vec<Attachment>, RecordingError> {
+    Ok(match &run.files_of {
+        Some(recording) => of_recording(&Recording::open(recording.as_ref())?).cloned().collect(),
+        None => read(&run.mission),
+    })
+}
+
+/// The files of a recorded run, for a copy of its recording.
+pub fn of_recording(recording: &Recording) -> impl Iterator<Item = &Attachment> {
+    recording.attachments().values().filter(|file| is_source(&file.name))
+}
+
+/// Reads the files that a mission of this machine names; its paths are absolute.
 pub fn read(mission: &Mission) -> Vec<Attachment> {
-    let mut given = mission.clone();
-    let mut files: Vec<_> =
-        given.navigator_files_mut().filter_map(|(_, path)| file(NAVIGATOR, Path::new(path))).collect();
+    let mut paths = BTreeMap::new();
+    rename(&mut mission.clone(), |path, name| drop(paths.insert(name, PathBuf::from(path.as_str()))));
+    let mut files: Vec<_> = paths.into_iter().filter_map(|(name, path)| file(name, &path)).collect();
     let world = &mission.world;
-    files.extend(world.floor_plan.iter().filter_map(|path| file(WORLD, Path::new(path))));
     let pictured: [(_, PictureOf); 2] = [(&world.map, picture_of), (&world.plane, picture_of_plane)];
     for (path, picture_of) in pictured {
         let Some(path) = path.as_ref().map(Path::new) else { continue };
-        let Some(named) = file(WORLD, path) else { continue };
-        let picture = picture_of(&named.data);
-        files.push(named);
-        files.extend(picture.and_then(|picture| {
-            let bytes = file("", &path.with_file_name(&picture))?;
-            Some(Attachment { name: format!("{WORLD}{picture}"), ..bytes })
-        }));
+        let picture = file(String::new(), path).and_then(|named| picture_of(&named.data));
+        let read = |picture| file(format!("{WORLD}{picture}"), &path.with_file_name(&picture));
+        files.extend(picture.and_then(read));
     }
     files
+}
+
+/// Visits every file that a mission names, with its name inside a recording.
+fn rename(mission: &mut Mission, mut visit: impl FnMut(&mut String, String)) {
+    let mut names = Names::default();
+    for (_, path) in mission.navigator_files_mut() {
+        let name = names.of(NAVIGATOR, path);
+        visit(path, name);
+    }
+    let world = &mut mission.world;
+    for path in [&mut world.floor_plan, &mut world.map, &mut world.plane].into_iter().flatten() {
+        let name = names.of(WORLD, path);
+        visit(path, name);
+    }
+}
+
+/// The names that were given so far, with their paths. They follow from the mission, in which renamed files get the same
+/// names again.
+#[derive(Default)]
+struct Names(BTreeMap<String, String>);
+
+impl Names {
+    /// The name of a file. Where another folder has one of that name, too, a number tells them apart.
+    fn of(&mut self, folder: &str, path: &str) -> String {
+        let own = Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or("unnamed");
+        let mut name = format!("{folder}{own}");
+        let mut number = 2;
+        while self.0.get(&name).is_some_and(|other| other != path) {
+            name = format!("{folder}{number}/{own}");
+            number += 1;
+        }
+        self.0.insert(name.clone(), path.to_owned());
+        name
+    }
 }
 
 /// Finds the picture that a file names.
 type PictureOf = fn(&[u8]) -> Option<String>;
 
-fn file(folder: &str, path: &Path) -> Option<Attachment> {
+fn file(name: String, path: &Path) -> Option<Attachment> {
     let data = sketchnav_files::read(path, SOURCE).ok()?;
-    let name = format!("{folder}{}", path.file_name()?.to_str()?);
     Some(Attachment { name, media_type: media_type(path).to_owned(), data })
 }
 
@@ -84,31 +147,74 @@ fn is_below(path: &Path) -> bool {
     parts.peek().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
 }
 
-/// Writes the files that are inside the recording into `folder`, and has `mission` name those. What is not
-/// inside is left where the mission says that it is.
-///
-/// # Errors
-/// As the system says.
-pub fn unpack(recording: &Recording, mission: &mut Mission, folder: &Path) -> std::io::Result<()> {
-    for (name, attachment) in recording.attachments() {
-        if is_source(name) && is_below(Path::new(name)) {
-            let path = folder.join(name);
-            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
-            std::fs::write(path, &attachment.data)?;
-        }
+/// A recorded run. Its mission names files as they are called inside the recording; `files` are those.
+#[derive(Debug, Clone)]
+pub struct RecordedRun {
+    /// The run.
+    pub run: RunConfig,
+    /// Its files.
+    pub files: RecordedFiles,
+}
+
+impl RecordedRun {
+    /// The run of a recording.
+    ///
+    /// # Errors
+    /// As [`Recording::run`].
+    pub fn of(recording: &Recording) -> Result<Self, RecordingError> {
+        let mut run = recording.run()?;
+        rename(&mut run.mission, |path, name| *path = name);
+        Ok(Self { run, files: RecordedFiles::of(recording) })
     }
-    let moved = |inside: &str, path: &mut String| {
-        let name = Path::new(path.as_str()).file_name().unwrap_or_default().to_owned();
-        let there: PathBuf = folder.join(inside).join(name);
-        if let (true, Some(there)) = (there.is_file(), there.to_str()) {
-            there.clone_into(path);
+
+    /// Whether the recording holds every file that the mission names: before processes start that need them.
+    ///
+    /// # Errors
+    /// [`RecordingError::NotInside`] with the first that is missing.
+    pub fn check_files(&self) -> Result<(), RecordingError> {
+        let mut missing = None;
+        rename(&mut self.run.mission.clone(), |_, name| {
+            if missing.is_none() && !self.files.held.contains_key(Path::new(&name)) {
+                missing = Some(self.files.not_inside(Path::new(&name)));
+            }
+        });
+        missing.map_or(Ok(()), Err)
+    }
+}
+
+/// The files inside a recording, by the names that they have there.
+#[derive(Debug, Clone)]
+pub struct RecordedFiles {
+    recording: PathBuf,
+    held: BTreeMap<PathBuf, Vec<u8>>,
+    /// What `run.json` calls them, for errors.
+    called: BTreeMap<PathBuf, String>,
+}
+
+impl RecordedFiles {
+    /// The files of the run that was recorded.
+    pub fn of(recording: &Recording) -> Self {
+        let held =
+            of_recording(recording).map(|file| (PathBuf::from(&file.name), file.data.clone())).collect();
+        let mut called = BTreeMap::new();
+        if let Ok(mut run) = recording.run() {
+            rename(&mut run.mission, |path, name| drop(called.insert(PathBuf::from(name), path.clone())));
         }
-    };
-    mission.navigator_files_mut().for_each(|(_, path)| moved(NAVIGATOR, path));
-    mission.world.floor_plan.iter_mut().for_each(|path| moved(WORLD, path));
-    mission.world.map.iter_mut().for_each(|path| moved(WORLD, path));
-    mission.world.plane.iter_mut().for_each(|path| moved(WORLD, path));
-    Ok(())
+        Self { recording: recording.path().to_owned(), held, called }
+    }
+
+    fn not_inside(&self, name: &Path) -> RecordingError {
+        let called = self.called.get(name).map_or_else(|| name.display().to_string(), String::clone);
+        RecordingError::NotInside { recording: self.recording.clone(), name: name.to_owned(), called }
+    }
+}
+
+impl Files for RecordedFiles {
+    fn read(&self, name: &Path, limit: Limit) -> io::Result<Vec<u8>> {
+        let file = self.held.get(name).ok_or_else(|| io::Error::other(self.not_inside(name)))?;
+        limit.check(file.len() as u64)?;
+        Ok(file.clone())
+    }
 }
 
 #[cfg(test)]

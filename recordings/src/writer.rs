@@ -22,7 +22,6 @@ use sketchnav_schemas::erased::{self, Spare};
 use sketchnav_schemas::message::{Message, Odometry};
 use sketchnav_schemas::ros2::{Ros2Error, transforms};
 use sketchnav_schemas::run::{Pace, RunConfig};
-use sketchnav_schemas::sketch_mission::method_word;
 
 use crate::content::RawMessage;
 use crate::error::RecordingError;
@@ -131,7 +130,7 @@ impl<W: Write> Writer<W> {
         files: &[Attachment],
         begin_ns: u64,
     ) -> Result<Self, RecordingError> {
-        let mut mcap = begin(sink)?;
+        let mut mcap = begin(sink, "ros2")?;
         describe(&mut mcap, run)?;
         for Attachment { name, media_type, data } in files {
             attach(&mut mcap, name, media_type, data.clone())?;
@@ -351,9 +350,9 @@ impl Topic {
 }
 
 /// Begins a file: as ROS 2 has them, in chunks, never seeked in.
-pub(crate) fn begin<W: Write>(sink: W) -> Result<Mcap<W>, RecordingError> {
+pub(crate) fn begin<W: Write>(sink: W, profile: &str) -> Result<Mcap<W>, RecordingError> {
     let options = WriteOptions::new()
-        .profile("ros2")
+        .profile(profile)
         .library(concat!("sketchnav ", env!("CARGO_PKG_VERSION")))
         .compression(Some(Compression::Zstd))
         .compression_threads(0)
@@ -377,7 +376,7 @@ fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), Recordi
     let facts = [
         ("mission", run.mission.name.clone()),
         ("robot", run.robot.name.clone()),
-        ("method", method_word(&run.mission).unwrap_or_default().to_owned()),
+        ("method", run.method.clone()),
         ("seed", run.seed.to_string()),
         ("pace", pace),
         ("system", run.system.clone()),
@@ -385,6 +384,8 @@ fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), Recordi
     ];
     write_metadata(mcap, RUN_METADATA, facts.map(|(key, value)| (key.to_owned(), value)).into())?;
     write_metadata(mcap, "parameters", parameters(run)?)?;
+    // Where the files are is a running system's own business.
+    let run = &RunConfig { files_of: None, ..run.clone() };
     let json = serde_json::to_vec_pretty(run)
         .map_err(|error| RecordingError::Run { what: "configuration", reason: error.to_string() })?;
     attach(mcap, RUN_ATTACHMENT, "application/json", json)?;

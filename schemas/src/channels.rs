@@ -1,12 +1,14 @@
 //! The pipeline as one table. A row names a channel, its message, its writer, its readers and its role in an instant.
 //!
-//! Every list of channels or processes derives from this table. The order of the table is the order of an instant.
-//! A program adds the channels of its own navigators by [`register`].
+//! Every list of channels or processes derives from this table. Here stand the channels that all navigators have; each
+//! navigator declares its own and adds them by [`register`]. The order of an instant follows from writers and roles,
+//! and for the same writer and role from the order of the rows.
 
 use std::marker::PhantomData;
-use std::sync::OnceLock;
+use std::sync::{LazyLock, PoisonError, RwLock};
 
 use crate::codes::Process;
+use crate::declare::channels;
 use crate::erased::MessageType;
 use crate::message::*;
 use crate::ros2::Ros2;
@@ -18,8 +20,6 @@ pub const LOCKSTEP_WINDOW: u64 = 64;
 pub const RECORDED_EVERY: u64 = 16;
 /// Instants that a channel's history and buffers hold.
 const INSTANTS: usize = 128;
-/// Most cells of a sketch: the canvas of Boniardi et al. 2016, IV, 2540 × 1252, in either orientation.
-pub const MAX_SKETCH_CELLS: usize = 2540 * 1252;
 /// Most channels of a run: those of all kinds of navigators, and those of its own.
 pub const MAX_CHANNELS: usize = 32;
 
@@ -131,15 +131,18 @@ impl ChannelSpec {
 
     /// Whose turn it is in an instant, and what comes last in a turn.
     fn turn(&self) -> (u8, u8) {
+        let is_for_sketcher = self.readers.contains(&Process::Sketcher);
         let whose = match (self.role, self.writer) {
-            (Role::Report | Role::Safe, _) => 4,
-            (_, Some(Process::World)) => 1,
-            (_, Some(Process::Localizer)) => 2,
-            (_, Some(Process::Planner)) => 3,
-            _ => 0,
+            (Role::Report | Role::Safe, _) => 6,
+            (Role::Request, _) if is_for_sketcher => 0,
+            (_, Some(Process::Sketcher)) => 1,
+            (_, Some(Process::World)) => 3,
+            (_, Some(Process::Localizer)) => 4,
+            (_, Some(Process::Planner)) => 5,
+            _ => 2,
         };
         let when = match self.role {
-            Role::Tick | Role::Situation | Role::Command => 1,
+            Role::Reply | Role::Tick | Role::Situation | Role::Command => 1,
             Role::Status => 2,
             _ => 0,
         };
@@ -183,7 +186,6 @@ impl<T: Ros2> Channel<T> {
 }
 
 /// Does something with every channel of the table, each with its own message type: for tests.
-#[cfg(any(test, feature = "samples"))]
 pub trait ChannelVisitor {
     /// What may go wrong.
     type Error;
@@ -198,129 +200,73 @@ impl<T: Message> Channel<T> {
     }
 }
 
-macro_rules! channels {
-    ($($(#[$meta:meta])* $constant:ident: $role:ident $message:ty = $name:literal, $writer:expr => [$($reader:ident),*]
-        $(, of $kind:literal)? $(, up to $per_tick:literal a tick)? $(, behind it up to $cells:expr)?;)*) => {
-        $($(#[$meta])* pub const $constant: Channel<$message> = Channel::of(&ChannelSpec {
-            name: $name,
-            writer: $writer,
-            readers: &[$(Process::$reader),*],
-            role: Role::$role,
-            kind: channels!(@kind $($kind)?),
-            per_tick: channels!(@or 1 $(, $per_tick)?),
-            max_cells: channels!(@or 0 $(, $cells)?),
-            message: MessageType::of::<$message>(),
-        });)*
-
-        /// The channels that this project has, in the order of an instant.
-        const TABLE: &[&ChannelSpec] = &[$($constant.spec),*];
-
-        /// Visits every message type of the table; stops at the first error.
-        #[cfg(any(test, feature = "samples"))]
-        pub fn visit<V: ChannelVisitor>(visitor: &mut V) -> Result<(), V::Error> {
-            $(visitor.visit($constant)?;)*
-            Ok(())
-        }
-    };
-    (@kind) => { None };
-    (@kind $kind:literal) => { Some($kind) };
-    (@or $default:literal) => { $default };
-    (@or $default:literal, $given:expr) => { $given };
-}
-
-const WORLD: Option<Process> = Some(Process::World);
-const SKETCHER: Option<Process> = Some(Process::Sketcher);
-const LOCALIZER: Option<Process> = Some(Process::Localizer);
-const PLANNER: Option<Process> = Some(Process::Planner);
-const RECORDER: Option<Process> = Some(Process::Recorder);
-const SUPERVISOR: Option<Process> = Some(Process::Supervisor);
-const PAD: Option<Process> = Some(Process::Pad);
-
 channels! {
     /// What a person draws.
-    DRAWING: Request Drawing = "drawing", PAD => [Sketcher], behind it up to MAX_DRAWING_BYTES;
-    /// The drawing.
-    SKETCH: Instruction SketchMap = "sketch", SKETCHER => [Localizer, Planner, Pad], of "sketch",
-        behind it up to MAX_SKETCH_CELLS;
-    /// The tasks.
-    ROUTE: Instruction Route = "route", SKETCHER => [Planner], of "sketch";
-    /// The rules for a corridor.
-    RULES: Instruction Rules = "rules", SKETCHER => [Planner], of "corridor", behind it up to MAX_RULE_BYTES;
-    /// A route past landmarks.
-    LANDMARK_ROUTE: Instruction LandmarkRoute = "landmark_route", SKETCHER => [Localizer, Planner, Pad], of "landmarks",
-        behind it up to MAX_LANDMARK_BYTES;
-    /// The custom maps.
-    DIRECTIONS: Instruction Directions = "directions", SKETCHER => [Planner], of "directions",
-        behind it up to MAX_DIRECTIONS_BYTES;
-    /// What the map-maker means by them; no navigator may open it.
-    ITINERARY: Instruction Itinerary = "itinerary", SKETCHER => [Pad], of "directions",
-        behind it up to 8 * MAX_PLANE_DOTS;
+    DRAWING: Request Drawing = "drawing", Pad => [Sketcher], behind it up to MAX_DRAWING_BYTES;
     /// What became of what a person draws.
-    UNDERSTOOD: Reply Understood = "understood", SKETCHER => [Pad];
+    UNDERSTOOD: Reply Understood = "understood", Sketcher => [Pad];
     /// What the person at the pad wants.
-    ORDERS: Request MissionCommand = "orders", PAD => [Localizer, Planner];
+    ORDERS: Request MissionCommand = "orders", Pad => [Localizer, Planner];
     /// What the mission wants.
-    MISSION: Request MissionCommand = "mission", SUPERVISOR => [Localizer, Planner];
+    MISSION: Request MissionCommand = "mission", Supervisor => [Localizer, Planner];
     /// Touches of walls, furniture and people.
-    CONTACT: Detail Contact = "contact", WORLD => [], up to 4 a tick;
+    CONTACT: Detail Contact = "contact", World => [], up to 4 a tick;
     /// The true pose; no navigator may open it.
-    TRUTH: Truth GroundTruth = "truth", WORLD => [];
+    TRUTH: Truth GroundTruth = "truth", World => [];
     /// Where people truly are; no navigator may open it.
-    PEOPLE: Truth People = "people", WORLD => [];
+    PEOPLE: Truth People = "people", World => [];
     /// Dead reckoning.
-    ODOMETRY: Sensor Odometry = "odometry", WORLD => [Localizer, Planner], up to 8 a tick;
+    ODOMETRY: Sensor Odometry = "odometry", World => [Localizer, Planner], up to 8 a tick;
     /// Laser scans.
-    SCAN: Sensor LaserScan = "scan", WORLD => [Localizer, Planner, Pad];
+    SCAN: Sensor LaserScan = "scan", World => [Localizer, Planner, Pad];
     /// Readings of the ring of sonars.
-    SONAR: Sensor SonarScan = "sonar", WORLD => [Localizer, Planner, Pad];
+    SONAR: Sensor SonarScan = "sonar", World => [Localizer, Planner, Pad];
     /// The markers that the camera sees.
-    MARKERS: Sensor MarkerView = "markers", WORLD => [Localizer, Planner, Pad], up to 8 a tick;
+    MARKERS: Sensor MarkerView = "markers", World => [Localizer, Planner, Pad], up to 8 a tick;
     /// What the window shows of a plane of dots.
-    VIEW: Sensor DotView = "view", WORLD => [Localizer, Pad];
+    VIEW: Sensor DotView = "view", World => [Localizer, Pad];
     /// The heartbeat, last of what the world sends in an instant.
-    TICK: Tick Tick = "tick", WORLD => [Localizer, Planner, Pad];
-    /// A sample of the particle set.
-    PARTICLES: Detail Particles = "particles", LOCALIZER => [Pad], of "sketch";
-    /// Where the robot is in the drawing.
-    ESTIMATE: Situation PoseEstimate = "estimate", LOCALIZER => [Planner, Pad], of "sketch";
-    /// What markers tell of a corridor.
-    RELATIONS: Situation Relations = "relations", LOCALIZER => [Planner, Pad], of "corridor";
-    /// What the robot sees of landmarks.
-    LANDMARK_VIEW: Situation LandmarkView = "landmark_view", LOCALIZER => [Planner, Pad], of "landmarks";
-    /// What is in view, described.
-    DESCRIPTION: Situation Description = "description", LOCALIZER => [Planner, Pad], of "directions";
-    /// How far the robot has come along its landmarks.
-    LANDMARK_PROGRESS: Detail LandmarkProgress = "landmark_progress", PLANNER => [Pad], of "landmarks";
-    /// What the planner is about to do.
-    PLAN: Detail Plan = "plan", PLANNER => [Pad], of "sketch";
-    /// What of the drawing corresponds to what the robot has seen.
-    CORRESPONDENCE: Detail Correspondence = "correspondence", PLANNER => [Pad], of "sketch";
-    /// What the robot asks a person.
-    QUESTION: Detail Question = "question", PLANNER => [Pad], of "sketch";
-    /// How the journey stands.
-    JOURNEY: Detail Journey = "journey", PLANNER => [Pad], of "directions";
+    TICK: Tick Tick = "tick", World => [Localizer, Planner, Pad];
     /// How the robot is to move.
-    COMMAND: Command VelocityCommand = "command", PLANNER => [World];
+    COMMAND: Command VelocityCommand = "command", Planner => [World];
     /// How the mission stands; the last message of an instant.
-    STATUS: Status MissionStatus = "status", PLANNER => [Supervisor, Pad];
+    STATUS: Status MissionStatus = "status", Planner => [Supervisor, Pad];
     /// How long each step took by the clock.
-    LATENCY: Report Latency = "latency", RECORDER => [];
+    LATENCY: Report Latency = "latency", Recorder => [];
     /// Signs of life, from every process.
-    HEALTH: Report Health = "health", None => [Supervisor, Pad];
+    HEALTH: Report Health = "health", every => [Supervisor, Pad];
     /// Kills, deaths, restarts, recoveries; orders of tools.
-    FAULTS: Report Fault = "faults", SUPERVISOR => [Pad];
+    FAULTS: Report Fault = "faults", Supervisor => [Pad];
     /// What is safe in the file.
-    RECORDED: Safe Recorded = "recorded", RECORDER => [World];
+    RECORDED: Safe Recorded = "recorded", Recorder => [World];
 }
 
-static REGISTERED: OnceLock<&'static [&'static ChannelSpec]> = OnceLock::new();
+/// The table, in the order of an instant. It grows by [`register`] alone; what once stood in it stays.
+static TABLE: LazyLock<RwLock<&'static [&'static ChannelSpec]>> =
+    LazyLock::new(|| RwLock::new(in_order(CHANNELS.to_vec())));
+
+fn in_order(mut table: Vec<&'static ChannelSpec>) -> &'static [&'static ChannelSpec] {
+    table.sort_by_key(|spec| spec.turn());
+    table.leak()
+}
 
 /// Why channels cannot be added.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
 pub enum RegisterError {
-    /// Channels were added before.
-    #[error("channels can be registered once, before the first use of the table")]
-    Again,
+    /// Two navigators of one name.
+    #[error("navigator {kind:?}: expected a name that no other navigator has")]
+    Kind {
+        /// The name.
+        kind: &'static str,
+    },
+    /// A channel that does not say that it is its navigator's.
+    #[error("channel {name:?}: expected the kind {kind:?}")]
+    Foreign {
+        /// The channel.
+        name: &'static str,
+        /// The navigator that adds it.
+        kind: &'static str,
+    },
     /// Two channels of one name.
     #[error("channel {name:?}: expected a name that no other channel has")]
     Name {
@@ -353,43 +299,44 @@ pub enum RegisterError {
     },
 }
 
-/// Adds the channels of foreign navigators of these kinds to the table: once, the first thing that a program does.
+/// Adds the channels of a kind of navigator to the table. To add the same again changes nothing.
 ///
 /// # Errors
-/// [`RegisterError`].
-pub fn register(
-    kinds: impl IntoIterator<Item = &'static str>,
-    channels: &'static [&'static ChannelSpec],
-) -> Result<(), RegisterError> {
-    let mut known: Vec<_> = TABLE.to_vec();
+/// [`RegisterError`]; the table is then what it was.
+pub fn register(kind: &'static str, channels: &[&'static ChannelSpec]) -> Result<(), RegisterError> {
+    let mut table = TABLE.write().unwrap_or_else(PoisonError::into_inner);
+    let mut known = table.to_vec();
     for &spec in channels {
-        if known.contains(&spec) {
-            return Err(RegisterError::Name { name: spec.name });
+        if spec.kind != Some(kind) {
+            return Err(RegisterError::Foreign { name: spec.name, kind });
         }
-        known.push(spec);
+        match known.iter().find(|known| **known == spec) {
+            None => known.push(spec),
+            Some(same) if same.kind == spec.kind && same.message.name == spec.message.name => {}
+            Some(_) => return Err(RegisterError::Name { name: spec.name }),
+        }
     }
-    check(&known, kinds)?;
-    REGISTERED.set(channels).map_err(|_| RegisterError::Again)
+    check(&known, kind)?;
+    if known.len() > table.len() {
+        *table = in_order(known);
+    }
+    Ok(())
 }
 
 /// What a table must be.
-fn check(table: &[&ChannelSpec], kinds: impl IntoIterator<Item = &'static str>) -> Result<(), RegisterError> {
+fn check(table: &[&ChannelSpec], kind: &'static str) -> Result<(), RegisterError> {
     let found = table.iter().filter(|spec| spec.role == Role::Sensor).count();
     if found > MAX_SENSORS {
         return Err(RegisterError::TooManySensors { found });
     }
-    for kind in table.iter().filter_map(|spec| spec.kind) {
-        let found = table.iter().filter(|spec| spec.belongs_to(kind)).count();
-        if found > MAX_CHANNELS {
-            return Err(RegisterError::TooMany { kind, found });
-        }
+    let found = table.iter().filter(|spec| spec.belongs_to(kind)).count();
+    if found > MAX_CHANNELS {
+        return Err(RegisterError::TooMany { kind, found });
     }
-    for kind in kinds {
-        for role in [Role::Tick, Role::Situation, Role::Command, Role::Status] {
-            let found = table.iter().filter(|spec| spec.belongs_to(kind) && spec.role == role).count();
-            if found != 1 {
-                return Err(RegisterError::Role { kind, role, found });
-            }
+    for role in [Role::Tick, Role::Situation, Role::Command, Role::Status] {
+        let found = table.iter().filter(|spec| spec.belongs_to(kind) && spec.role == role).count();
+        if found != 1 {
+            return Err(RegisterError::Role { kind, role, found });
         }
     }
     Ok(())
@@ -397,13 +344,8 @@ fn check(table: &[&ChannelSpec], kinds: impl IntoIterator<Item = &'static str>) 
 
 /// Every channel, in the order of an instant; what no two runs agree on comes last.
 pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
-    static ORDERED: OnceLock<Vec<&'static ChannelSpec>> = OnceLock::new();
-    let ordered = ORDERED.get_or_init(|| {
-        let mut all: Vec<_> = TABLE.iter().chain(*REGISTERED.get_or_init(|| &[])).copied().collect();
-        all.sort_by_key(|spec| spec.turn());
-        all
-    });
-    ordered.iter().copied()
+    let table: &'static [_] = *TABLE.read().unwrap_or_else(PoisonError::into_inner);
+    table.iter().copied()
 }
 
 /// The place of a topic in an instant: its channel's in [`all`]; the last one for what belongs to none.
@@ -500,22 +442,26 @@ pub fn words(processes: impl IntoIterator<Item = Process>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::samples::example;
 
     #[test]
     fn names_are_unique() {
+        example::register();
         let mut names: Vec<_> = all().map(|c| c.name).collect();
         names.sort_unstable();
+        let count = names.len();
         names.dedup();
-        assert_eq!(names.len(), TABLE.len());
+        assert_eq!(names.len(), count);
     }
 
-    /// `rerun` and `replay` take the inputs of a process in this order.
+    /// `rerun` and `replay` take the inputs of a process in this order. It once rested on the order of one table.
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
-        let names: Vec<_> = all().filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
-        let expected = "drawing sketch route rules landmark_route directions itinerary understood orders mission contact truth \
-                        people odometry scan sonar markers view tick particles estimate relations landmark_view description \
-                        landmark_progress plan correspondence question journey command status latency faults recorded";
+        example::register();
+        let names: Vec<_> =
+            of_kind(example::KIND).filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
+        let expected = "drawing example_map understood orders mission contact truth people odometry scan sonar markers view \
+                        tick example_detail example_place command status latency faults recorded";
         assert_eq!(names.join(" "), expected);
         assert!(place_of("/odometry") < place_of("/scan") && place_of("/status") < place_of("/health"));
     }
@@ -523,7 +469,7 @@ mod tests {
     #[test]
     fn no_navigator_reads_the_truth() {
         for process in NAVIGATORS {
-            let reads = read_by(process, "sketch").filter(|spec| spec.role == Role::Truth);
+            let reads = read_by(process, example::KIND).filter(|spec| spec.role == Role::Truth);
             assert_eq!(reads.count(), 0, "{process}");
         }
     }
@@ -546,28 +492,38 @@ mod tests {
 
     #[test]
     fn every_navigator_has_a_heartbeat_a_situation_a_command_and_a_status() {
+        example::register();
         for process in [Process::World, Process::Localizer, Process::Planner] {
-            let trigger = trigger_of(process, "sketch").unwrap();
+            let trigger = trigger_of(process, example::KIND).unwrap();
             assert!(trigger.readers.contains(&process), "{process} reads {}", trigger.name);
-            assert_eq!(last_word_of(process, "sketch").unwrap().writer, Some(process));
+            assert_eq!(last_word_of(process, example::KIND).unwrap().writer, Some(process));
         }
     }
 
     #[test]
-    fn the_table_is_what_a_table_must_be() {
-        assert_eq!(check(TABLE, ["sketch"]), Ok(()));
+    fn a_kind_is_added_once_however_often_it_is_registered() {
+        example::register();
+        let before = all().count();
+        example::register();
+        assert_eq!(all().count(), before);
     }
 
     #[test]
     fn a_name_stands_once() {
-        static TWICE: [&ChannelSpec; 1] = [SCAN.spec];
-        assert_eq!(register([], &TWICE), Err(RegisterError::Name { name: "scan" }));
+        static TWICE: [&ChannelSpec; 1] = [&ChannelSpec { kind: Some("own"), ..*SCAN.spec }];
+        assert_eq!(register("own", &TWICE), Err(RegisterError::Name { name: "scan" }));
+    }
+
+    #[test]
+    fn a_channel_says_whose_it_is() {
+        let error = register("own", example::CHANNELS).unwrap_err();
+        assert_eq!(error.to_string(), "channel \"example_map\": expected the kind \"own\"");
     }
 
     /// A navigator without a situation was taken in; its planner then waited for ever.
     #[test]
     fn a_navigator_without_a_situation_is_rejected() {
-        let error = register(["wall-follower"], &[]).unwrap_err();
+        let error = register("wall-follower", &[]).unwrap_err();
         let expected = "kind \"wall-follower\": expected one channel of role Situation, found 0";
         assert_eq!(error.to_string(), expected);
     }
@@ -575,17 +531,20 @@ mod tests {
     /// The limit was for the channels of all navigators together, so each new one left less room for the others.
     #[test]
     fn a_run_has_a_limit_of_channels_and_other_kinds_do_not_count() {
-        static OWN: ChannelSpec = ChannelSpec { kind: Some("own"), ..*RULES.spec };
-        static OTHER: ChannelSpec = ChannelSpec { kind: Some("other"), ..*RULES.spec };
-        let of_both = [[&OWN; MAX_CHANNELS], [&OTHER; MAX_CHANNELS]].concat();
-        assert_eq!(check(&of_both, []), Ok(()));
-        let many = [&OWN; MAX_CHANNELS + 1];
-        assert_eq!(check(&many, []), Err(RegisterError::TooMany { kind: "own", found: MAX_CHANNELS + 1 }));
+        static OWN: ChannelSpec = ChannelSpec { kind: Some("own"), ..*example::MAP.spec };
+        static PLACE: ChannelSpec = ChannelSpec { kind: Some("own"), ..*example::PLACE.spec };
+        static OTHER: ChannelSpec = ChannelSpec { kind: Some("other"), ..*example::MAP.spec };
+        let with = |own: &[&'static ChannelSpec]| [CHANNELS, own, &[&OTHER; MAX_CHANNELS]].concat();
+        let room = MAX_CHANNELS - CHANNELS.len();
+        assert_eq!(check(&with(&[&[&OWN][..].repeat(room - 1)[..], &[&PLACE]].concat()), "own"), Ok(()));
+        let many = with(&[&OWN; MAX_CHANNELS]);
+        let found = CHANNELS.len() + MAX_CHANNELS;
+        assert_eq!(check(&many, "own"), Err(RegisterError::TooMany { kind: "own", found }));
     }
 
     #[test]
     fn more_sensors_than_a_tick_can_name_are_rejected() {
         let sensors = [SCAN.spec; MAX_SENSORS + 1];
-        assert_eq!(check(&sensors, []), Err(RegisterError::TooManySensors { found: MAX_SENSORS + 1 }));
+        assert_eq!(check(&sensors, "own"), Err(RegisterError::TooManySensors { found: MAX_SENSORS + 1 }));
     }
 }

@@ -1,5 +1,7 @@
 //! The small numbers inside messages, as types.
 
+use crate::declare::codes;
+
 /// A type whose values are small numbers in messages: `as Process` behind a field of a declaration.
 pub trait Code {
     /// Every value, in order.
@@ -17,69 +19,9 @@ pub struct Value {
     pub doc: &'static str,
 }
 
-macro_rules! codes {
-    ($($(#[$meta:meta])* pub enum $name:ident { $($(#[doc = $doc:literal])* $variant:ident = $value:literal $text:literal,)* })*) => {$(
-        $(#[$meta])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        #[repr(u32)]
-        pub enum $name { $($(#[doc = $doc])* $variant = $value,)* }
-
-        impl Code for $name {
-            const VALUES: &'static [Value] = &[$(
-                Value { name: stringify!($variant), code: $value, doc: concat!($($doc),*) },
-            )*];
-        }
-
-        impl $name {
-            /// Every value, in order.
-            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
-
-            /// The number in the message.
-            pub const fn code(self) -> u32 { self as u32 }
-
-            /// The value of a number, `None` where there is no such value.
-            pub fn from_code(code: u32) -> Option<Self> {
-                Self::ALL.iter().copied().find(|v| v.code() == code)
-            }
-
-            /// The word for people and files.
-            pub const fn word(self) -> &'static str {
-                match self { $(Self::$variant => $text,)* }
-            }
-        }
-
-        impl std::fmt::Display for $name {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result { f.write_str(self.word()) }
-        }
-
-        impl serde::Serialize for $name {
-            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                serializer.serialize_str(self.word())
-            }
-        }
-
-        impl<'de> serde::Deserialize<'de> for $name {
-            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                let word = String::deserialize(deserializer)?;
-                word.parse().map_err(serde::de::Error::custom)
-            }
-        }
-
-        impl std::str::FromStr for $name {
-            type Err = String;
-            fn from_str(word: &str) -> Result<Self, String> {
-                Self::ALL.iter().copied().find(|v| v.word() == word).ok_or_else(|| {
-                    let known: Vec<_> = Self::ALL.iter().map(|v| v.word()).collect();
-                    format!("expected one of {}, found {word:?}", known.join(", "))
-                })
-            }
-        }
-    )*};
-}
-
-/// A free cell of a [`crate::message::SketchMap`].
+/// A free cell of a drawing that is a grid.
 pub const FREE: u8 = 0;
-/// A wall cell of a [`crate::message::SketchMap`].
+/// A wall cell of a drawing that is a grid.
 pub const WALL: u8 = 100;
 
 codes! {
@@ -123,90 +65,6 @@ codes! {
         Doubtful = 2 "doubtful",
         /// The scans do not fit anywhere near.
         Lost = 3 "lost",
-    }
-
-    /// A component of a QTC relation (Van de Weghe 2004): how a marker moves as the robot sees it.
-    pub enum Trend {
-        /// Nothing is known yet.
-        Unknown = 0 "unknown",
-        /// It comes nearer.
-        Towards = 1 "-",
-        /// It goes away.
-        Away = 2 "+",
-        /// It does neither.
-        Stable = 3 "0",
-    }
-
-    /// What a robot does along a route of landmark states (Chronis 2007).
-    pub enum RouteCommand {
-        /// Moves straight on.
-        Forward = 0 "move forward",
-        /// Turns left while it moves.
-        Left = 1 "turn left",
-        /// Turns right while it moves.
-        Right = 2 "turn right",
-        /// Stops.
-        Stop = 3 "stop",
-    }
-
-    /// What happens along a route of landmark states.
-    pub enum LandmarkEvent {
-        /// Nothing.
-        Nothing = 0 "nothing",
-        /// The state before the next one was matched.
-        Matched = 1 "matched",
-        /// The robot stopped at its goal.
-        Arrived = 2 "arrived",
-        /// The robot does not know where it is.
-        Lost = 3 "lost",
-    }
-
-    /// What a course of the method `outline` leads to.
-    pub enum CourseAim {
-        /// There is no course.
-        None = 0 "none",
-        /// Where the goal is.
-        Goal = 1 "goal",
-        /// A gap of what was seen, behind which the goal lies.
-        Gap = 2 "gap",
-        /// Where the best rival alignment has the goal.
-        Rival = 3 "rival",
-    }
-
-    /// What a sample of a drawing's outline corresponds to.
-    pub enum PartnerKind {
-        /// Nothing that was seen.
-        Nothing = 0 "nothing",
-        /// A wall that was seen.
-        Wall = 1 "wall",
-        /// It lies behind a gap of what was seen.
-        Gap = 2 "gap",
-    }
-
-    /// What a robot asks a person.
-    pub enum QuestionKind {
-        /// Nothing, or nothing any more.
-        Nothing = 0 "nothing",
-        /// At which of several places of the drawing it is.
-        Which = 1 "which",
-        /// Where in the drawing it is.
-        Where = 2 "where",
-    }
-
-    /// What a navigator by landmarks is doing.
-    pub enum Activity {
-        /// It looks for the landmark that a word means.
-        Seek = 0 "seek",
-        /// It brings a pair of landmarks to the middle of its window, or slides along their line.
-        Slide = 1 "slide",
-        /// It looks around the landmark that it has attained.
-        Verify = 2 "verify",
-        /// It moves the landmark to the corner that the entry says.
-        Adjust = 3 "adjust",
-        /// It goes back from a wrong landmark.
-        Recover = 4 "recover",
-        /// It rests.
-        Rest = 5 "rest",
     }
 
     /// What a person can order.

@@ -1,8 +1,8 @@
 //! The macros that declare messages. One declaration is the memory of a message, its layout, its ROS 2
 //! form, the conversion both ways and the text of its `.msg`.
 //!
-//! [`messages!`](messages) and [`parts!`](parts) are for navigators outside of this project, too; their crates need
-//! `bytemuck` (with `derive`) and `serde` (with `derive`) among their dependencies. The other macros are internal.
+//! A navigator declares its own by [`messages!`](messages), [`parts!`](parts), [`codes!`](codes) and [`channels!`](channels); its
+//! crate needs `bytemuck` (with `derive`) and `serde` (with `derive`) among its dependencies. The other macros are internal.
 //!
 //! How a field travels in ROS 2 follows from its type, see [`crate::ros2::Field`]. What the type does not
 //! say stands behind it, see [`crate::ros2::Way`]:
@@ -200,7 +200,9 @@ macro_rules! __messages {
             const NAME: &'static str = concat!("sketchnav/", stringify!($name), "/", $version);
             const LAYOUT: &'static str = $name::FIELDS;
             fn layout() -> $crate::layout::Layout { $name::layout() }
-            fn is_valid(&self) -> bool { $crate::declare::or!(true; $($check(self))?) }
+            fn check(&self) -> Result<(), $crate::valid::Invalid> {
+                $crate::declare::or!(Ok(()); $($check(self))?)
+            }
             fn header(&self) -> &$crate::message::Header { &self.header }
             fn header_mut(&mut self) -> &mut $crate::message::Header { &mut self.header }
         }
@@ -228,7 +230,122 @@ macro_rules! __own_message {
     };
 }
 
+/// Rows of the table of channels: those of a kind of navigator, or of all navigators.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __channels {
+    (of $kind:expr; $($rows:tt)*) => {
+        $crate::declare::channels! { @of Some($kind); $($rows)* }
+    };
+    (@of $kind:expr;
+        $($(#[$meta:meta])* $constant:ident: $role:ident $message:ty = $name:literal, $writer:ident => [$($reader:ident),*]
+        $(, up to $per_tick:literal a tick)? $(, behind it up to $cells:expr)?;)*) => {
+        $($(#[$meta])* pub const $constant: $crate::channels::Channel<$message> =
+            $crate::channels::Channel::of(&$crate::channels::ChannelSpec {
+                name: $name,
+                writer: $crate::declare::writer!($writer),
+                readers: &[$($crate::codes::Process::$reader),*],
+                role: $crate::channels::Role::$role,
+                kind: $kind,
+                per_tick: $crate::declare::or!(1; $($per_tick)?),
+                max_cells: $crate::declare::or!(0; $($cells)?),
+                message: $crate::erased::MessageType::of::<$message>(),
+            });)*
+
+        /// These channels, in the order in which their writers write them in an instant.
+        pub const CHANNELS: &[&$crate::channels::ChannelSpec] = &[$($constant.spec),*];
+
+        /// Visits the message type of each; stops at the first error.
+        ///
+        /// # Errors
+        /// The visitor's.
+        pub fn visit<V: $crate::channels::ChannelVisitor>(visitor: &mut V) -> Result<(), V::Error> {
+            $(visitor.visit($constant)?;)*
+            Ok(())
+        }
+    };
+    ($($rows:tt)*) => {
+        $crate::declare::channels! { @of None; $($rows)* }
+    };
+}
+
+/// Who writes a channel.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __writer {
+    (every) => {
+        None
+    };
+    ($process:ident) => {
+        Some($crate::codes::Process::$process)
+    };
+}
+
+/// Enumerations whose values are the numbers of fields.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __codes {
+    ($($(#[$meta:meta])* pub enum $name:ident { $($(#[doc = $doc:literal])* $variant:ident = $value:literal $text:literal,)* })*) => {$(
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[repr(u32)]
+        pub enum $name { $($(#[doc = $doc])* $variant = $value,)* }
+
+        impl $crate::codes::Code for $name {
+            const VALUES: &'static [$crate::codes::Value] = &[$(
+                $crate::codes::Value { name: stringify!($variant), code: $value, doc: concat!($($doc),*) },
+            )*];
+        }
+
+        impl $name {
+            /// Every value, in order.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
+
+            /// The number in the message.
+            pub const fn code(self) -> u32 { self as u32 }
+
+            /// The value of a number, `None` where there is no such value.
+            pub fn from_code(code: u32) -> Option<Self> {
+                Self::ALL.iter().copied().find(|v| v.code() == code)
+            }
+
+            /// The word for people and files.
+            pub const fn word(self) -> &'static str {
+                match self { $(Self::$variant => $text,)* }
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result { f.write_str(self.word()) }
+        }
+
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.word())
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let word = String::deserialize(deserializer)?;
+                word.parse().map_err(serde::de::Error::custom)
+            }
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = String;
+            fn from_str(word: &str) -> Result<Self, String> {
+                Self::ALL.iter().copied().find(|v| v.word() == word).ok_or_else(|| {
+                    let known: Vec<_> = Self::ALL.iter().map(|v| v.word()).collect();
+                    format!("expected one of {}, found {word:?}", known.join(", "))
+                })
+            }
+        }
+    )*};
+}
+
 pub use {
-    __layout as layout, __messages as messages, __or as or, __own as own, __own_message as own_message,
-    __parts as parts, __role as role, __slice as slice, __way as way,
+    __channels as channels, __codes as codes, __layout as layout, __messages as messages, __or as or,
+    __own as own, __own_message as own_message, __parts as parts, __role as role, __slice as slice,
+    __way as way, __writer as writer,
 };

@@ -10,6 +10,7 @@ use bytemuck::Pod;
 use crate::layout::Layout;
 use crate::message::{Header, Message, fingerprint};
 use crate::ros2::{Ros2, Ros2Error};
+use crate::valid::Invalid;
 
 /// Alignment of every message in memory, bytes.
 pub const ALIGNMENT: usize = 8;
@@ -26,7 +27,7 @@ pub struct MessageType {
     type_name: fn() -> String,
     schema: fn() -> String,
     layout: fn() -> Layout,
-    is_valid: fn(&[u8]) -> bool,
+    check: fn(&[u8]) -> Result<(), Invalid>,
     spare: fn() -> Spare,
     encode: Encode,
     decode: fn(&[u8], u64) -> Result<Owned, Ros2Error>,
@@ -53,7 +54,7 @@ impl MessageType {
             type_name: T::type_name,
             schema: T::schema,
             layout: Layout::of::<T>,
-            is_valid: |message| bytemuck::from_bytes::<T>(message).is_valid(),
+            check: |message| bytemuck::from_bytes::<T>(message).check(),
             spare: || Box::new(T::Form::default()),
             encode: encode::<T>,
             decode: decode::<T>,
@@ -81,12 +82,15 @@ impl MessageType {
         (self.layout)()
     }
 
-    /// Whether the contents of `message` are possible: see [`crate::valid`].
+    /// Checks the contents of `message`: see [`crate::valid`].
+    ///
+    /// # Errors
+    /// What is wrong with them.
     ///
     /// # Panics
     /// Where `message` is not of this type's size and alignment; so do the others.
-    pub fn is_valid(&self, message: &[u8]) -> bool {
-        (self.is_valid)(message)
+    pub fn check(&self, message: &[u8]) -> Result<(), Invalid> {
+        (self.check)(message)
     }
 
     /// Memory for [`MessageType::encode`].

@@ -286,17 +286,23 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::samples::example;
 
-    const GOOD: &str = "[[fault]]\nchannel = \"estimate\"\nmessage = 120\ndo = \"kill\"\nwhen = \"after\"\n\
+    fn parse(text: &str) -> Result<FaultPlan, FaultPlanError> {
+        example::register();
+        FaultPlan::parse(text, example::KIND)
+    }
+
+    const GOOD: &str = "[[fault]]\nchannel = \"example_place\"\nmessage = 120\ndo = \"kill\"\nwhen = \"after\"\n\
                         [[fault]]\nchannel = \"scan\"\ntime_s = 2.5\ndo = \"delay\"\ndelay_ms = 200\n";
 
     #[test]
     fn a_plan_is_read_and_written() {
-        let plan = FaultPlan::parse(GOOD, "sketch").unwrap();
+        let plan = parse(GOOD).unwrap();
         assert_eq!((plan.fault.len(), plan.fault[0].action), (2, Action::Kill));
         assert!(plan.fault[0].is_due(120, 0) && !plan.fault[0].is_due(121, 0));
         assert!(plan.fault[1].is_due(7, 2_500_000_000) && !plan.fault[1].is_due(7, 2_499_999_999));
-        let again = FaultPlan::parse(&toml::to_string(&plan).unwrap(), "sketch").unwrap();
+        let again = parse(&toml::to_string(&plan).unwrap()).unwrap();
         assert_eq!(again, plan);
     }
 
@@ -304,11 +310,11 @@ mod tests {
     fn a_word_says_which_fault_and_key_is_wrong() {
         let told = |from: &str, to: &str| {
             assert!(GOOD.contains(from));
-            FaultPlan::parse(&GOOD.replacen(from, to, 1), "sketch").unwrap_err().to_string()
+            parse(&GOOD.replacen(from, to, 1)).unwrap_err().to_string()
         };
         for (from, to, words) in [
-            ("\"estimate\"", "\"mission\"", "fault 1: channel: expected one of"),
-            ("\"estimate\"", "\"relations\"", "found \"relations\""),
+            ("\"example_place\"", "\"mission\"", "fault 1: channel: expected one of"),
+            ("\"example_place\"", "\"journey\"", "found \"journey\""),
             ("message = 120", "message = 0", "fault 1: message: expected a number from 1, found 0"),
             ("message = 120", "", "fault 1: message: expected message or time_s, found none of them"),
             ("time_s = 2.5", "time_s = -1.0", "fault 2: time_s: expected seconds"),
@@ -337,7 +343,7 @@ mod tests {
                 ..PlannedFault::at_message("status", message, Action::Starve)
             };
             let plan = FaultPlan { fault: vec![starved] };
-            let read = FaultPlan::parse(&toml::to_string(&plan).unwrap(), "sketch");
+            let read = parse(&toml::to_string(&plan).unwrap());
             let is_good = (SHARES[0]..=SHARES[1]).contains(&share) && (1..=MAX_STARVATION_MS).contains(&duration_ms);
             prop_assert_eq!(read.is_ok(), is_good);
             if let Ok(read) = read {
@@ -348,7 +354,7 @@ mod tests {
 
         #[test]
         fn any_text_is_a_plan_or_an_error(text in "(\\[\\[fault\\]\\]\n)?(channel = \"scan\"\n)?(message = [0-9]{0,20}\n)?(do = \"(kill|delay|starve|x)\"\n)?(share = [0-9.]{0,4}\n)?.{0,20}") {
-            let _ = FaultPlan::parse(&text, "sketch");
+            let _ = parse(&text);
         }
     }
 }

@@ -1,6 +1,15 @@
 //! The project's own vector floor plans, and what stands and walks in a world.
 
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
+
+/// A straight line from one point to another, metres in frame [`crate::geometry::World`].
+pub type Segment = [[f64; 2]; 2];
+
+/// How far beside a wall's line a door's middle may be marked, metres (beside half a thickness).
+const DOOR_SLACK_M: f64 = 0.01;
+/// Points of a wall that are nearer than this are one point, metres.
+const SAME_POINT_M: f64 = 1e-6;
 
 /// A floor in metres (frame [`crate::geometry::World`]): walls, the doors in them, and what stands
 /// and walks there.
@@ -25,6 +34,69 @@ pub struct FloorPlan {
     /// Markers on walls and furniture, for robots with a camera.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marker: Vec<Marker>,
+}
+
+impl FloorPlan {
+    /// The walls' middle lines between the doors, as one would draw them.
+    pub fn middle_lines(&self) -> Vec<Segment> {
+        let lines = self.wall.iter().flat_map(Wall::lines);
+        let drawn = |line: Segment| {
+            let (start, along, _) = direction(&line);
+            let piece = move |[a, b]: [f64; 2]| [(start + along * a).into(), (start + along * b).into()];
+            self.stretches(&line, 0.0).into_iter().map(piece)
+        };
+        lines.flat_map(drawn).collect()
+    }
+
+    /// What the doors leave of a wall's line that reaches so far beyond its ends, metres from its start.
+    pub fn stretches(&self, line: &Segment, beyond_m: f64) -> Vec<[f64; 2]> {
+        let gaps = self.door.iter().filter_map(|door| door.gap(line, self.wall_thickness_m));
+        let (_, _, length_m) = direction(line);
+        between(gaps.collect(), -beyond_m, length_m + beyond_m)
+    }
+}
+
+impl Wall {
+    /// The lines from corner to corner.
+    pub fn lines(&self) -> impl Iterator<Item = Segment> + '_ {
+        let ends = self.points.last().zip(self.points.first());
+        let closing = ends.filter(|_| self.closed).map(|(last, first)| [*last, *first]);
+        let lines = self.points.windows(2).map(|pair| [pair[0], pair[1]]);
+        // A shorter line has no direction.
+        lines.chain(closing).filter(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]) > SAME_POINT_M)
+    }
+}
+
+impl Door {
+    /// The stretch of a wall's `line` that it opens, metres from the line's start; none where it lies elsewhere.
+    pub fn gap(&self, line: &Segment, thickness_m: f64) -> Option<[f64; 2]> {
+        let (start, along, length) = direction(line);
+        let offset = Vector2::from(self.at) - start;
+        let (t, beside) = (offset.dot(&along), offset.perp(&along).abs());
+        let lies_on = beside <= thickness_m / 2.0 + DOOR_SLACK_M && (0.0..=length).contains(&t);
+        lies_on.then_some([t - self.width_m / 2.0, t + self.width_m / 2.0])
+    }
+}
+
+/// The stretches of [`from`, `to`] that no gap covers.
+fn between(mut gaps: Vec<[f64; 2]>, mut from: f64, to: f64) -> Vec<[f64; 2]> {
+    let mut kept = Vec::new();
+    gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    gaps.push([to; 2]);
+    for [begin, end] in gaps {
+        if begin > from {
+            kept.push([from, begin.min(to)]);
+        }
+        from = from.max(end);
+    }
+    kept
+}
+
+/// Where a line starts, its direction, and its length, metres.
+pub fn direction(line: &Segment) -> (Vector2<f64>, Vector2<f64>, f64) {
+    let (start, end) = (Vector2::from(line[0]), Vector2::from(line[1]));
+    let length = (end - start).norm();
+    (start, (end - start) / length, length)
 }
 
 /// A fiducial marker on a wall or a piece of furniture, such as ArUco's.

@@ -1,12 +1,11 @@
-//! Every message, channel and file format of sketchnav, once.
+//! Every message, channel and file format that all navigators have, once; and the means by which each navigator declares its own.
 //!
 //! - [`message`]: the structs as they lie in shared memory; [`declare`]: how one is declared; [`codes`]: the small numbers inside them.
 //! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form; [`valid`]: what they may hold.
 //! - [`channels`]: the pipeline, with writer and readers of each channel; [`erased`]: messages by bytes.
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
 //! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`bounds`]: the bounds of the numbers in them.
-//! - [`sketch_mission`]: what of a mission belongs to the navigator in drawings; [`method`]: its methods.
-//! - [`run`]: what a process gets at its start; [`seed`]: random streams; [`statistics`]: intervals of counts.
+//! - [`shown`]: text from outside, as it is shown; [`run`]: what a process gets at its start; [`seed`]: random streams; [`statistics`]: intervals of counts.
 //!
 //! Nothing here opens a file, reads a clock or knows how a message travels.
 
@@ -21,16 +20,14 @@ pub mod floor_plan;
 pub mod geometry;
 pub mod layout;
 pub mod message;
-pub mod method;
 pub mod mission;
 pub mod python;
 pub mod robot;
 pub mod ros2;
 pub mod run;
-#[cfg(any(test, feature = "samples"))]
 pub mod samples;
 pub mod seed;
-pub mod sketch_mission;
+pub mod shown;
 pub mod statistics;
 pub mod time;
 pub mod valid;

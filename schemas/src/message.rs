@@ -1,25 +1,21 @@
-//! The messages, as they lie in shared memory.
+//! The messages that all navigators have, as they lie in shared memory.
 //!
 //! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums. So its bytes are its value: two
 //! runs that send the same bytes have sent the same messages. Text and lists have a fixed capacity and a count; what
 //! lies behind the count is zero.
 
-mod directions;
-mod landmarks;
+mod dots;
 mod markers;
-mod outline;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::codes::{BodyKind, DrawingKind, FaultKind, Order, Process, TaskState, Tracking};
+use crate::codes::{BodyKind, DrawingKind, FaultKind, Order, Process, TaskState};
 use crate::declare::{layout, messages, parts};
 use crate::geometry::{Odom, Point, Pose, Sketch, World};
 use crate::layout::Layout;
-use crate::valid;
-pub use directions::*;
-pub use landmarks::*;
+use crate::valid::{self, Invalid};
+pub use dots::*;
 pub use markers::*;
-pub use outline::*;
 
 /// A message type: its name on the wire and a description of its layout.
 ///
@@ -34,8 +30,15 @@ pub unsafe trait Message: Pod {
     /// What lies where in the message.
     fn layout() -> Layout;
 
-    /// Whether the contents are valid, see [`crate::valid`]; true where the declaration names no check.
-    fn is_valid(&self) -> bool;
+    /// Checks the contents, see [`crate::valid`]; all are valid where the declaration names no check.
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    fn check(&self) -> Result<(), Invalid>;
+    /// Whether the contents are valid.
+    fn is_valid(&self) -> bool {
+        self.check().is_ok()
+    }
     /// The message's header.
     fn header(&self) -> &Header;
     /// The message's header.
@@ -129,7 +132,8 @@ impl PoseM {
         crate::geometry::wrap_angle(2.0 * self.orientation_z.atan2(self.orientation_w))
     }
 
-    fn pose<F>(&self) -> Pose<F> {
+    /// The pose, in the frame that the message says.
+    pub fn pose<F>(&self) -> Pose<F> {
         Pose::new(self.x_m, self.y_m, self.yaw_rad())
     }
 }
@@ -237,16 +241,10 @@ impl<const N: usize> std::fmt::Debug for Text<N> {
 
 /// Most beams a scan can hold: a full circle at a quarter of a degree.
 pub const MAX_BEAMS: usize = 1440;
-/// Most particles that are published of a particle set.
-pub const MAX_PARTICLES: usize = 512;
 /// Most tasks of a mission.
 pub const MAX_TASKS: usize = 64;
 /// Most points of all goals and drawn routes of a mission together.
 pub const MAX_ROUTE_POINTS: usize = 8192;
-/// Most points of the global path in a [`Plan`].
-pub const MAX_GLOBAL_POINTS: usize = 1024;
-/// Most points of the local path in a [`Plan`].
-pub const MAX_LOCAL_POINTS: usize = 256;
 /// Longest drawing that can be sent, bytes.
 pub const MAX_DRAWING_BYTES: usize = 8 << 20;
 /// Most points of all strokes and obstacles of a drawing that is sent.
@@ -331,88 +329,6 @@ messages! {
         pub begins: u32,
     }
 
-    /// What a person drew, as a grid; its cells travel behind it as a byte slice, row 0 at the
-    /// bottom, [`crate::codes::FREE`] or [`crate::codes::WALL`] each (ROS 2: the cells are a
-    /// `nav_msgs/OccupancyGrid`).
-    pub struct SketchMap version 1 {
-        /// Width of the grid.
-        pub width_px: u32,
-        /// Height of the grid.
-        pub height_px: u32,
-        /// Direction of the walls in (−π/4, π/4], modulo a right angle (Boniardi et al. 2015, III-B).
-        pub wall_direction_rad: f64,
-        /// Width of the pen's stroke.
-        pub pen_width_px: f64,
-        /// Where the robot starts.
-        pub start: PosePx,
-        /// Spread of the start pose that the person's mark may be off by.
-        pub start_spread_px: f64,
-        /// Spread of the start heading.
-        pub start_spread_rad: f64,
-    }
-
-    /// The tasks of the mission as places in the sketch: goals, or routes drawn by hand.
-    pub struct Route version 1 in "sketch" {
-        /// How many entries of `tasks` count.
-        pub task_count: u32 as Count,
-        /// How many entries of `points_px` count.
-        pub point_count: u32 as Count,
-        /// The tasks in order.
-        pub tasks: [RouteTask; 64] where task_count counts,
-        /// All points of all tasks (frame [`Sketch`], x and y).
-        pub points_px: [[f64; 2]; 8192] where point_count counts,
-    }
-
-    /// The robot's pose in the sketch and the sketch's local metric there (Boniardi et al. 2015, III-A).
-    pub struct PoseEstimate version 1 in "sketch" valid if valid::estimate {
-        /// The pose: the mode of the particles, never a mean of several modes.
-        pub pose: PosePx,
-        /// The local scale along the wall direction, pixels a metre.
-        pub scale_a_pxpm: f64,
-        /// The local scale across the wall direction, pixels a metre.
-        pub scale_b_pxpm: f64,
-        /// Covariance of (x px, y px, yaw rad, a px/m, b px/m) around the mode, row by row.
-        pub covariance: [f64; 25],
-        /// Kish's effective sample size of the weights before resampling.
-        pub effective_sample_size: f64,
-        /// How well the scan fits: mean log likelihood of a beam at the estimate.
-        pub fit: f64,
-        /// The odometry at the scan's time, so that a reader can go on from here.
-        pub odometry: PoseM,
-        /// How many particles there are.
-        pub particle_count: u32,
-        /// How sure the localizer is.
-        pub tracking: u32 as Tracking,
-    }
-
-    /// A sample of the particle set.
-    pub struct Particles version 1 in "sketch" {
-        /// How many entries of `particles` count.
-        pub count: u32 as Count,
-        /// How many particles the set has.
-        pub total: u32,
-        /// Every n-th particle of the set.
-        pub particles: [Particle; 512] where count counts,
-    }
-
-    /// What the planner is about to do.
-    pub struct Plan version 1 in "sketch" {
-        /// Index of the task.
-        pub task: u32,
-        /// How many entries of `global_px` count.
-        pub global_count: u32 as Count,
-        /// How many entries of `local_px` count.
-        pub local_count: u32 as Count,
-        /// 1: the task follows a drawn route, 0: it goes to a goal.
-        pub follows_route: u32,
-        /// The waypoint that the local path leads to (frame [`Sketch`]).
-        pub target_px: [f64; 2],
-        /// The path through the sketch to the goal, or the drawn route that remains.
-        pub global_px: [[f32; 2]; 1024] where global_count counts,
-        /// The path around what the laser sees, to the target.
-        pub local_px: [[f32; 2]; 256] where local_count counts,
-    }
-
     /// How the robot is to move, in its own axes.
     pub struct VelocityCommand version 1 in "base_link" valid if valid::command {
         /// The velocity.
@@ -478,9 +394,9 @@ messages! {
         pub kind: u32 as DrawingKind,
         /// 1: taken over; 0: refused, and everything stays as it was.
         pub accepted: u32,
-        /// The last [`SketchMap`] that was sent; 0 before the first.
+        /// The last drawing that was sent to the navigator; 0 before the first.
         pub sketch_seq: u64,
-        /// The last [`Route`] that was sent; 0 before the first.
+        /// The last route that was sent to the navigator; 0 before the first.
         pub route_seq: u64,
         /// Width of the grid that the drawing became.
         pub sketch_width_px: u32,
@@ -490,7 +406,7 @@ messages! {
         pub scale: f64,
         /// Direction of the walls in (−π/4, π/4], modulo a right angle.
         pub wall_direction_rad: f64,
-        /// Why it was refused, in words.
+        /// Why it was refused, in words; of one that was taken over what is doubted about it.
         pub words: Text<256>,
     }
 
@@ -592,38 +508,6 @@ parts! {
     }
 }
 
-parts! {
-    /// A task of a [`Route`].
-    pub struct RouteTask {
-        /// Name, for people.
-        pub name: Text<32>,
-        /// Index of its first point in the route's points.
-        pub first_point: u32,
-        /// 1 for a goal, more for a drawn route.
-        pub point_count: u32,
-        /// Simulation time after which the task has failed.
-        pub time_limit_s: f64,
-    }
-}
-
-parts! {
-    /// A particle: pose and local scales (Boniardi et al. 2015, equation 6).
-    pub struct Particle {
-        /// Position, pixels.
-        pub x_px: f32,
-        /// Position, pixels, upwards.
-        pub y_px: f32,
-        /// Heading.
-        pub yaw_rad: f32,
-        /// Local scale along the wall direction, pixels a metre.
-        pub scale_a_pxpm: f32,
-        /// Local scale across the wall direction, pixels a metre.
-        pub scale_b_pxpm: f32,
-        /// Normalized weight.
-        pub weight: f32,
-    }
-}
-
 /// Where a person says that the robot is, in the sketch.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Here {
@@ -693,26 +577,5 @@ impl GroundTruth {
     /// The true pose.
     pub fn pose(&self) -> Pose<World> {
         self.pose.pose()
-    }
-}
-
-impl PoseEstimate {
-    /// The odometry that belongs to the estimate.
-    pub fn odometry(&self) -> Pose<Odom> {
-        self.odometry.pose()
-    }
-}
-
-impl Route {
-    /// The tasks that count.
-    pub fn tasks(&self) -> &[RouteTask] {
-        &self.tasks[..(self.task_count as usize).min(MAX_TASKS)]
-    }
-
-    /// The points of `task`: one for a goal, more for a drawn route; none where its indices lie.
-    pub fn points(&self, task: &RouteTask) -> impl ExactSizeIterator<Item = Point<Sketch>> + '_ {
-        let first = task.first_point as usize;
-        let range = first..first.saturating_add(task.point_count as usize);
-        self.points_px.get(range).unwrap_or(&[]).iter().map(|p| Point::new(p[0], p[1]))
     }
 }

@@ -1,8 +1,7 @@
 //! Missions: which world, which robot, which navigator, which tasks.
 //!
 //! A [`Mission`] holds what is common to all kinds of navigators. What belongs to one kind is kept as it stands in the
-//! file ([`NavigatorChoice::given`], [`Task::given`]); the kind reads it and checks it, as
-//! [`SketchMission`](crate::sketch_mission::SketchMission) does.
+//! file ([`NavigatorChoice::given`], [`Task::given`]); the kind reads it and checks it.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -241,12 +240,6 @@ pub enum MissionError {
     /// No TOML, a key that is not known, a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// Keys of a mission file as sketchnav had them before there were several navigators.
-    #[error("an old mission file: add `kind = \"sketch\"` to a table [navigator], and move {moves}")]
-    Old {
-        /// Each old key and its new place.
-        moves: String,
-    },
     /// An invalid value.
     #[error("{key}: expected {expected}, found {found}")]
     Value {
@@ -267,30 +260,6 @@ pub enum MissionError {
     },
 }
 
-/// Keys that a mission file had before there were several navigators: table, key, new place.
-const OLD_KEYS: [(&str, &str, &str); 5] = [
-    ("", "method", "navigator.method"),
-    ("sketch", "file", "navigator.drawing"),
-    ("sketch", "walls", "navigator.walls"),
-    ("start", "sketch", "navigator.start"),
-    ("start", "sketch_heading_deg", "navigator.start_heading_deg"),
-];
-
-fn refuse_old(file: &toml::Table) -> Result<(), MissionError> {
-    let has = |table: &str, key: &str| match table {
-        "" => file.contains_key(key),
-        _ => file.get(table).and_then(|table| table.get(key)).is_some(),
-    };
-    let old = OLD_KEYS.iter().filter(|(table, key, _)| has(table, key));
-    let moves: Vec<_> = old
-        .map(|(table, key, new)| match *table {
-            "" => format!("`{key}` to `{new}`"),
-            table => format!("`{table}.{key}` to `{new}`"),
-        })
-        .collect();
-    if moves.is_empty() { Ok(()) } else { Err(MissionError::Old { moves: moves.join(", ") }) }
-}
-
 impl Mission {
     /// Reads a mission file and checks all that is common to every kind of navigator.
     ///
@@ -298,7 +267,6 @@ impl Mission {
     /// [`MissionError`] with the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, MissionError> {
         let file: toml::Table = toml::from_str(text)?;
-        refuse_old(&file)?;
         let mission: Self = toml::from_str(text)?;
         check_finite("", &toml::Value::Table(file))?;
         mission.check()?;
@@ -427,7 +395,10 @@ impl Place {
 }
 
 /// TOML knows `nan` and `inf`; no key of a mission does.
-pub(crate) fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
+///
+/// # Errors
+/// [`MissionError::Value`], with the key.
+pub fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
     match value {
         toml::Value::Float(number) => {
             check(number.is_finite(), || key.to_owned(), "a finite number", || bounds::shown(*number))
@@ -446,16 +417,19 @@ pub(crate) fn check_finite(key: &str, value: &toml::Value) -> Result<(), Mission
     }
 }
 
-pub(crate) fn check_heading(key: &str, degrees: f64) -> Result<(), MissionError> {
+/// A heading is an angle that people write.
+///
+/// # Errors
+/// [`MissionError::Value`].
+pub fn check_heading(key: &str, degrees: f64) -> Result<(), MissionError> {
     check_all(|| key.to_owned(), &[degrees], bounds::ANGLE_DEG)
 }
 
 /// Each of `numbers` lies within the bound.
-pub(crate) fn check_all(
-    key: impl FnOnce() -> String,
-    numbers: &[f64],
-    bound: Bound,
-) -> Result<(), MissionError> {
+///
+/// # Errors
+/// [`MissionError::Value`], with the first that does not.
+pub fn check_all(key: impl FnOnce() -> String, numbers: &[f64], bound: Bound) -> Result<(), MissionError> {
     let wrong = numbers.iter().find(|number| !bound.holds(**number));
     wrong.map_or(Ok(()), |number| check(false, key, bound.words, || bounds::shown(*number)))
 }
@@ -466,7 +440,11 @@ fn check_name(key: &str, name: &str) -> Result<(), MissionError> {
     check(holds, || key.to_owned(), "a name without control characters", || format!("{name:?}"))
 }
 
-pub(crate) fn check(
+/// Something that has to hold of a key.
+///
+/// # Errors
+/// [`MissionError::Value`] where it does not.
+pub fn check(
     holds: bool,
     key: impl FnOnce() -> String,
     expected: &'static str,
@@ -484,7 +462,7 @@ mod tests {
         robot = "robotino"
         world = { map = "floor.yaml" }
         start = { world = [1.0, 1.0], world_heading_deg = 90 }
-        navigator = { kind = "sketch", drawing = "s.png", start = [1, 1], start_heading_deg = 90 }
+        navigator = { kind = "example", drawing = "s.png", start = [1, 1], start_heading_deg = 90 }
         [[task]]
         name = "kitchen"
         goal = [3, 4]
@@ -512,7 +490,7 @@ mod tests {
     #[test]
     fn what_belongs_to_another_kind_is_kept() {
         let other =
-            MISSION.replace("kind = \"sketch\"", "kind = \"walls\", side = \"left\", plan_file = \"p.txt\"");
+            MISSION.replace("kind = \"example\"", "kind = \"walls\", side = \"left\", plan_file = \"p.txt\"");
         let mut mission = Mission::parse(&other.replace("goal = [3, 4]", "rounds = 2")).unwrap();
         assert_eq!(mission.navigator_kind(), "walls");
         assert_eq!(mission.navigator.given["side"].as_str(), Some("left"));
@@ -520,28 +498,6 @@ mod tests {
         let files: Vec<_> = mission.navigator_files_mut().map(|(key, file)| (key, file.clone())).collect();
         let expected = [("navigator.drawing", "s.png"), ("navigator.plan_file", "p.txt")];
         assert_eq!(files, expected.map(|(key, file)| (key.to_owned(), file.to_owned())));
-    }
-
-    #[test]
-    fn an_old_file_is_answered_with_what_to_change() {
-        let navigator = MISSION.lines().find(|line| line.contains("navigator =")).unwrap();
-        let start = "world_heading_deg = 90 }";
-        for (from, to, old, new) in [
-            (navigator, "sketch = { file = \"s.png\" }", "sketch.file", "navigator.drawing"),
-            (navigator, "sketch = { walls = \"dark\" }", "sketch.walls", "navigator.walls"),
-            ("robot =", "method = \"ours\"\nrobot =", "method", "navigator.method"),
-            (start, "world_heading_deg = 90, sketch = [1, 1] }", "start.sketch", "navigator.start"),
-            (
-                start,
-                "world_heading_deg = 90, sketch_heading_deg = 90 }",
-                "start.sketch_heading_deg",
-                "navigator.start_heading_deg",
-            ),
-        ] {
-            let error = refusal(from, to);
-            assert!(error.contains("old mission file") && error.contains("kind = \"sketch\""), "{error}");
-            assert!(error.contains(&format!("`{old}` to `{new}`")), "{error}");
-        }
     }
 
     #[test]

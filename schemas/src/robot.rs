@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::bounds::{self, Bound, LEAST_RANGE_SPAN_M, MOST_RADII_PER_S};
 use crate::channels::{Channel, MARKERS, ODOMETRY, SCAN, SONAR, VIEW};
 use crate::geometry::{Base, Pose};
+use crate::message::MAX_BEAMS;
 
 /// Ticks a second of a robot that says nothing of them and has no laser.
 const TICK_HZ: f64 = 10.0;
@@ -461,7 +462,7 @@ impl Laser {
             ("laser.mount_yaw_deg", self.mount_yaw_deg, bounds::ANGLE_DEG),
         ])?;
         let beams = self.beams;
-        expect("laser.beams", "2 to 1440", beams.into(), (2..=1440).contains(&beams))?;
+        expect("laser.beams", "2 to 1440", beams.into(), (2..=MAX_BEAMS).contains(&(beams as usize)))?;
         span("laser.range_min_m", self.range_min_m, self.range_max_m)
     }
 }

@@ -7,23 +7,25 @@
 //!
 //! The forms of `sketchnav_msgs`, the conversions and the `.msg` texts are generated from the declarations
 //! of the messages. A [`Field`] travels as its type says, or in a [`Way`] that the declaration names.
-//! Messages that are, or hold, standard ROS 2 messages are mapped by hand in `standard.rs`.
+//! Messages that are, or hold, standard ROS 2 messages are mapped by hand, those of all navigators in `standard.rs`; [`parts`] has
+//! the pieces for it.
 //!
 //! [`definitions`] holds the `.msg` texts, [`transforms`] what viewers need beside the messages; `derived` says what is in our own
 //! messages in standard ones.
 
 pub mod definitions;
-#[cfg(feature = "derived")]
 pub mod derived;
 mod fields;
 mod own;
-mod parts;
+pub mod parts;
+pub mod shapes;
 mod standard;
 pub mod transforms;
 
 pub use definitions::{Definition, Line};
-pub use fields::Field;
+pub use fields::{Field, pose};
 pub use own::{Counted, Itself, Own, OwnMessage, OwnPart, Slice, Stamped, Untold, Way, Zero, is_untold};
+pub use ros2_interfaces_jazzy_serde as forms;
 
 use byteorder::LittleEndian;
 use serde::{Serialize, de::DeserializeOwned};

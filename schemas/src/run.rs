@@ -77,8 +77,16 @@ impl Split {
 pub struct RunConfig {
     /// Name of the system.
     pub system: String,
-    /// The mission; its paths are absolute.
+    /// The mission; its paths are absolute, or names inside the recording `files_of`.
     pub mission: Mission,
+    /// The method by which the navigator drives, resolved at launch: never empty in a system. It is empty in runs that
+    /// are driven in one process, and in some recordings of earlier versions.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub method: String,
+    /// The recording that holds the files of the mission; `None` where they are on disk. It is for the processes of a
+    /// running system and counts in no recording.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub files_of: Option<String>,
     /// The robot that the mission names.
     pub robot: Robot,
     /// The mission's seed.
@@ -108,6 +116,8 @@ impl RunConfig {
         Self {
             system: system.to_owned(),
             mission,
+            method: String::new(),
+            files_of: None,
             robot,
             seed,
             pace: Pace::Lockstep,

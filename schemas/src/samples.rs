@@ -1,4 +1,5 @@
 //! Random valid messages, for the tests of whatever carries messages. Never part of a running system.
+//! Also a kind of navigator for these tests, [`example`], and a way to test the checks of messages, [`rejected`].
 //!
 //! A sample is random in every bit that a message is free to choose. Its floats are any floats, among them NaN and
 //! infinities with any payload.
@@ -7,7 +8,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use crate::layout::{Field, Kind, Layout, Role};
-use crate::message::Header;
+use crate::message::{Header, Message};
 use crate::ros2::Ros2;
 
 /// Longest side of a sketch.
@@ -87,4 +88,67 @@ fn cut_list(list: &Field, bytes: &mut [u8], random: &mut Pcg64Mcg) -> u32 {
 
 fn write_u32(bytes: &mut [u8], offset: usize, value: u32) {
     bytes[offset..offset + 4].copy_from_slice(&value.to_ne_bytes());
+}
+
+/// A way to spoil a message.
+pub type Spoil<T> = fn(&mut T);
+
+/// A valid message is valid, and spoilt in any of these ways it is not.
+///
+/// # Panics
+/// Where that does not hold.
+pub fn rejected<T: Message>(valid: T, spoils: &[Spoil<T>]) {
+    assert!(valid.is_valid());
+    for (i, spoil) in spoils.iter().enumerate() {
+        let mut spoilt = valid;
+        spoil(&mut spoilt);
+        assert!(!spoilt.is_valid(), "{} {i}", T::NAME);
+    }
+}
+
+/// The channels of a kind of navigator that nobody drives by: for the tests of what carries every navigator's messages.
+pub mod example {
+    use crate::channels;
+    use crate::declare::{channels, messages};
+
+    /// The word of the kind.
+    pub const KIND: &str = "example";
+
+    messages! {
+        /// An instruction with a slice behind it.
+        pub struct ExampleMap version 1 in "map" with data {
+            /// A number.
+            pub number: u64,
+        }
+
+        /// A situation.
+        pub struct ExamplePlace version 1 in "map" {
+            /// A place.
+            pub at_m: [f64; 2],
+        }
+
+        /// What nobody waits for.
+        pub struct ExampleDetail version 1 in "map" {
+            /// A number.
+            pub number: u64,
+        }
+    }
+
+    channels! {
+        of KIND;
+        /// An instruction.
+        MAP: Instruction ExampleMap = "example_map", Sketcher => [Localizer, Planner, Pad], behind it up to 1 << 20;
+        /// A detail.
+        DETAIL: Detail ExampleDetail = "example_detail", Localizer => [Pad];
+        /// A situation.
+        PLACE: Situation ExamplePlace = "example_place", Localizer => [Planner, Pad];
+    }
+
+    /// Adds them to the table.
+    ///
+    /// # Panics
+    /// Where another kind has channels of these names.
+    pub fn register() {
+        channels::register(KIND, CHANNELS).expect("names that no other kind has");
+    }
 }

@@ -4,9 +4,6 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-#[path = "../../tests/support/data.rs"]
-mod data;
-
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector2;
 use rapier2d::prelude::*;
@@ -39,7 +36,7 @@ fn building() -> WorldDescription {
 
 /// The map of Building 079, where it is at hand.
 fn building_079() -> Option<WorldDescription> {
-    files::map_file(&data::folder().join("maps/Freiburg79_scan_furnitures.yaml")).ok()
+    files::map_file(&needs::data().join("maps/Freiburg79_scan_furnitures.yaml")).ok()
 }
 
 fn rays() -> Vec<(f64, f64)> {

@@ -2,9 +2,7 @@
 
 use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
-
-/// A straight edge from one point to another, metres in frame `World`.
-pub type Segment = [[f64; 2]; 2];
+pub use sketchnav_schemas::floor_plan::Segment;
 
 /// Corners of the polygon that stands for a disc: the sagitta is half a percent of the radius.
 const DISC_CORNERS: u32 = 32;

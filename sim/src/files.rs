@@ -1,8 +1,9 @@
 //! Opens the files of a world and of a robot.
 
-use std::path::Path;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
-use sketchnav_files::{FLOOR_PLAN, MAP, MAP_PICTURE, PLANE, ROBOT};
+use sketchnav_files::{Disk, FLOOR_PLAN, Files, MAP, MAP_PICTURE, PLANE, ROBOT};
 use sketchnav_schemas::mission::WorldSource;
 use sketchnav_schemas::robot::Robot;
 
@@ -12,15 +13,23 @@ use crate::plane_file::{PlaneDescription, PlaneFile};
 use crate::ros_map::{MapInfo, OccupancyMap};
 use crate::{floor_plan, robots};
 
-/// The world that a mission names; its paths are taken as they are.
+/// The world that a mission names, with its files on disk; paths are taken as they are.
+///
+/// # Errors
+/// As [`world_in`].
+pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
+    world_in(&Disk, source)
+}
+
+/// The world that a mission names, with its files in a store.
 ///
 /// # Errors
 /// [`SimError::InFile`] with the file and what is wrong with it; [`SimError::Value`] for what the
 /// mission itself puts into the world.
-pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
+pub fn world_in(files: &dyn Files, source: &WorldSource) -> Result<WorldDescription, SimError> {
     let mut world = match (&source.floor_plan, &source.map) {
-        (Some(path), None) => floor_plan_file(Path::new(path))?,
-        (None, Some(path)) => map_file(Path::new(path))?,
+        (Some(path), None) => floor_plan_in(files, Path::new(path))?,
+        (None, Some(path)) => map_in(files, Path::new(path))?,
         _ => {
             let found = format!("{:?} and {:?}", source.floor_plan, source.map);
             let expected = "one of floor_plan and map for a floor";
@@ -38,8 +47,12 @@ pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
 /// # Errors
 /// [`SimError::InFile`].
 pub fn floor_plan_file(path: &Path) -> Result<WorldDescription, SimError> {
+    floor_plan_in(&Disk, path)
+}
+
+fn floor_plan_in(files: &dyn Files, path: &Path) -> Result<WorldDescription, SimError> {
     let parse = |text: String| floor_plan::parse(&text);
-    let text = sketchnav_files::read_to_string(path, FLOOR_PLAN).map_err(SimError::from);
+    let text = files.read_to_string(path, FLOOR_PLAN).map_err(SimError::from);
     text.and_then(parse).map_err(|error| error.in_file(path))
 }
 
@@ -48,8 +61,12 @@ pub fn floor_plan_file(path: &Path) -> Result<WorldDescription, SimError> {
 /// # Errors
 /// As [`occupancy_map`].
 pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
+    map_in(&Disk, path)
+}
+
+fn map_in(files: &dyn Files, path: &Path) -> Result<WorldDescription, SimError> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    occupancy_map(path)?.describe(&name).map_err(|error| error.in_file(path))
+    occupancy_map_in(files, path)?.describe(&name).map_err(|error| error.in_file(path))
 }
 
 /// A map of map_server: the YAML, and the picture that it names.
@@ -57,33 +74,53 @@ pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
 /// # Errors
 /// [`SimError::InFile`] with the YAML or the picture.
 pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
+    occupancy_map_in(&Disk, path)
+}
+
+fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, SimError> {
     let parse = |text: String| MapInfo::parse(&text);
-    let yaml = sketchnav_files::read_to_string(path, MAP).map_err(SimError::from);
+    let yaml = files.read_to_string(path, MAP).map_err(SimError::from);
     let info = yaml.and_then(parse).map_err(|error| error.in_file(path))?;
     let picture_path = path.with_file_name(&info.image);
     let decode = |bytes: Vec<u8>| OccupancyMap::decode(&info, &bytes);
-    if !picture_path.is_file() {
-        let found = picture_path.display().to_string();
-        let missing = SimError::Value { key: "image".into(), expected: "an existing file", found };
-        return Err(missing.in_file(path));
-    }
-    let picture = sketchnav_files::read(&picture_path, MAP_PICTURE).map_err(SimError::from);
+    let picture = match files.read(&picture_path, MAP_PICTURE) {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let found = picture_path.display().to_string();
+            let missing = SimError::Value { key: "image".into(), expected: "an existing file", found };
+            return Err(missing.in_file(path));
+        }
+        read => read.map_err(SimError::from),
+    };
     picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
-/// A plane of dots.
+/// The picture that the YAML of a map names, where it is one.
+pub fn picture_of(map: &Path) -> Option<PathBuf> {
+    let yaml = sketchnav_files::read_to_string(map, MAP).ok()?;
+    Some(map.with_file_name(MapInfo::parse(&yaml).ok()?.image))
+}
+
+/// A plane of dots on disk.
+///
+/// # Errors
+/// As [`plane_in`].
+pub fn plane_file(path: &Path) -> Result<PlaneDescription, SimError> {
+    plane_in(&Disk, path)
+}
+
+/// A plane of dots in a store.
 ///
 /// # Errors
 /// [`SimError::InFile`] with the file, or the picture that it names.
-pub fn plane_file(path: &Path) -> Result<PlaneDescription, SimError> {
+pub fn plane_in(files: &dyn Files, path: &Path) -> Result<PlaneDescription, SimError> {
     let parse = |text: String| PlaneFile::parse(&text);
-    let text = sketchnav_files::read_to_string(path, PLANE).map_err(SimError::from);
+    let text = files.read_to_string(path, PLANE).map_err(SimError::from);
     let file = text.and_then(parse).map_err(|error| error.in_file(path))?;
     let Some(picture) = file.picture() else {
         return file.describe(&[]).map_err(|error| error.in_file(path));
     };
     let picture_path = path.with_file_name(&picture.file);
-    let bytes = sketchnav_files::read(&picture_path, MAP_PICTURE).map_err(SimError::from);
+    let bytes = files.read(&picture_path, MAP_PICTURE).map_err(SimError::from);
     let described = bytes.and_then(|bytes| file.describe(&bytes));
     described.map_err(|error| error.in_file(picture_path).in_file(path))
 }

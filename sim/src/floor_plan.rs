@@ -3,18 +3,12 @@
 //! A wall reaches half its thickness beyond its ends, so that walls which meet at a point close the
 //! corner. It ends flush at a door.
 
-use nalgebra::Vector2;
 use sketchnav_schemas::bounds;
-use sketchnav_schemas::floor_plan::{Door, FloorPlan, Wall};
+use sketchnav_schemas::floor_plan::{FloorPlan, Segment, Wall, direction};
 
-use crate::convex::{Convex, Segment};
+use crate::convex::Convex;
 use crate::description::WorldDescription;
 use crate::error::{SimError, check, check_within};
-
-/// How far beside a wall's line a door's middle may be marked, metres (beside half a thickness).
-const DOOR_SLACK_M: f64 = 0.01;
-/// Points of a wall that are nearer than this are one point, metres.
-const SAME_POINT_M: f64 = 1e-6;
 
 /// Reads a floor plan (TOML) and builds it.
 ///
@@ -31,11 +25,10 @@ pub fn parse(text: &str) -> Result<WorldDescription, SimError> {
 pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
     check_plan(plan)?;
     let mut world = WorldDescription { name: plan.name.clone(), ..Default::default() };
-    let lines: Vec<Segment> = plan.wall.iter().flat_map(center_lines).collect();
+    let lines: Vec<Segment> = plan.wall.iter().flat_map(Wall::lines).collect();
     check_doors(plan, &lines)?;
     for line in &lines {
-        let gaps = plan.door.iter().filter_map(|door| gap(line, door, plan.wall_thickness_m));
-        world.walls.extend(pieces(line, gaps.collect(), plan.wall_thickness_m));
+        world.walls.extend(pieces(plan, line));
         check_pieces(world.walls.len())?;
     }
     world.outline = world.walls.iter().flat_map(Convex::edges).collect();
@@ -51,20 +44,15 @@ pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
 /// As [`describe`].
 pub fn middle_lines(plan: &FloorPlan) -> Result<Vec<Segment>, SimError> {
     check_plan(plan)?;
-    let lines: Vec<Segment> = plan.wall.iter().flat_map(center_lines).collect();
+    let lines: Vec<Segment> = plan.wall.iter().flat_map(Wall::lines).collect();
     check_doors(plan, &lines)?;
-    let drawn = |line: &Segment| {
-        let gaps = plan.door.iter().filter_map(|door| gap(line, door, plan.wall_thickness_m));
-        let (start, along, length) = direction(line);
-        let piece = move |[a, b]: [f64; 2]| [(start + along * a).into(), (start + along * b).into()];
-        between(gaps.collect(), 0.0, length).into_iter().map(piece)
-    };
-    let mut middle_lines = Vec::new();
+    // Counted before they are made: they may be millions.
+    let mut count = 0;
     for line in &lines {
-        middle_lines.extend(drawn(line));
-        check_pieces(middle_lines.len())?;
+        count += plan.stretches(line, 0.0).len();
+        check_pieces(count)?;
     }
-    Ok(middle_lines)
+    Ok(plan.middle_lines())
 }
 
 fn check_pieces(count: usize) -> Result<(), SimError> {
@@ -90,57 +78,21 @@ fn check_doors(plan: &FloorPlan, lines: &[Segment]) -> Result<(), SimError> {
         let key = |part: &str| format!("door {}.{part}", i + 1);
         check_within(key("at"), bounds::COORDINATE_M, &door.at)?;
         check_within(key("width_m"), bounds::DOOR_WIDTH_M, &[door.width_m])?;
-        let on_a_wall = lines.iter().any(|line| gap(line, door, plan.wall_thickness_m).is_some());
+        let on_a_wall = lines.iter().any(|line| door.gap(line, plan.wall_thickness_m).is_some());
         check(on_a_wall, key("at"), "a point on a wall's line", door.at)?;
     }
     Ok(())
 }
 
-fn center_lines(wall: &Wall) -> impl Iterator<Item = Segment> + '_ {
-    let closing = wall.closed.then(|| [wall.points[wall.points.len() - 1], wall.points[0]]);
-    let lines = wall.points.windows(2).map(|pair| [pair[0], pair[1]]);
-    // A shorter line has no direction.
-    lines.chain(closing).filter(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]) > SAME_POINT_M)
-}
-
-/// The stretch of `line` that `door` opens, metres from the line's start; `None` where it lies elsewhere.
-fn gap(line: &Segment, door: &Door, thickness_m: f64) -> Option<[f64; 2]> {
-    let (start, along, length) = direction(line);
-    let offset = Vector2::from(door.at) - start;
-    let (t, beside) = (offset.dot(&along), offset.perp(&along).abs());
-    let lies_on = beside <= thickness_m / 2.0 + DOOR_SLACK_M && (0.0..=length).contains(&t);
-    lies_on.then_some([t - door.width_m / 2.0, t + door.width_m / 2.0])
-}
-
 /// What is left of a wall between its doors.
-fn pieces(line: &Segment, gaps: Vec<[f64; 2]>, thickness_m: f64) -> Vec<Convex> {
-    let (start, along, length) = direction(line);
+fn pieces(plan: &FloorPlan, line: &Segment) -> Vec<Convex> {
+    let (start, along, _) = direction(line);
     let yaw = along.y.atan2(along.x);
     let solid = |[a, b]: [f64; 2]| {
         let middle = start + along * ((a + b) / 2.0);
-        Convex::rectangle(middle.into(), [b - a, thickness_m], yaw)
+        Convex::rectangle(middle.into(), [b - a, plan.wall_thickness_m], yaw)
     };
-    between(gaps, -thickness_m / 2.0, length + thickness_m / 2.0).into_iter().map(solid).collect()
-}
-
-/// The stretches of [`from`, `to`] that no gap covers.
-fn between(mut gaps: Vec<[f64; 2]>, mut from: f64, to: f64) -> Vec<[f64; 2]> {
-    let mut kept = Vec::new();
-    gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    gaps.push([to; 2]);
-    for [begin, end] in gaps {
-        if begin > from {
-            kept.push([from, begin.min(to)]);
-        }
-        from = from.max(end);
-    }
-    kept
-}
-
-fn direction(line: &Segment) -> (Vector2<f64>, Vector2<f64>, f64) {
-    let (start, end) = (Vector2::from(line[0]), Vector2::from(line[1]));
-    let length = (end - start).norm();
-    (start, (end - start) / length, length)
+    plan.stretches(line, plan.wall_thickness_m / 2.0).into_iter().map(solid).collect()
 }
 
 #[cfg(test)]

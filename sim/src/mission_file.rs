@@ -17,13 +17,6 @@ pub fn load(path: &Path) -> Result<(Mission, Robot), SimError> {
 }
 
 fn read(path: &Path) -> Result<(Mission, Robot), SimError> {
-    if path.exists() && !path.is_file() {
-        return Err(SimError::Value {
-            key: "mission".into(),
-            expected: "a file",
-            found: "something that is none".into(),
-        });
-    }
     let mut mission = Mission::parse(&sketchnav_files::read_to_string(path, sketchnav_files::MISSION)?)?;
     let folder = std::path::absolute(path)?.parent().map(Path::to_path_buf).unwrap_or_default();
     let robot_is_file = mission.robot.ends_with(".toml");

@@ -12,7 +12,9 @@
 //!   left corner, x points to the right, y upwards.
 
 use serde::Deserialize;
-use sketchnav_dots::{generate, picture};
+use sketchnav_dots::alike::alike;
+use sketchnav_dots::generate;
+use sketchnav_dots::picture::{self, Reading};
 use sketchnav_schemas::bounds;
 
 use crate::error::{SimError, check, check_within};
@@ -124,9 +126,11 @@ impl PlaneFile {
         }
         if let Some(PictureSource { pixels_per_m, .. }) = self.picture {
             check_within("picture.pixels_per_m", bounds::PICTURE_PXPM, &[pixels_per_m])?;
-            let (spots, height_px) = picture::read(bytes)?;
-            let place = |[x, y]: [f64; 2]| [x / pixels_per_m, (f64::from(height_px) - y) / pixels_per_m];
-            return Ok(spots.iter().map(|spot| place(spot.at)).collect());
+            let Reading { spots, height, .. } = picture::read(bytes)?;
+            // Frames, letters and dirt are no dots: from straight above, all dots are alike.
+            let (dots, _) = alike(spots, |_| 1.0);
+            let place = |[x, y]: [f64; 2]| [x / pixels_per_m, (f64::from(height) - y) / pixels_per_m];
+            return Ok(dots.iter().map(|dot| place(dot.at)).collect());
         }
         Ok(self.dots.clone().unwrap_or_default())
     }

@@ -12,11 +12,15 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageReader};
 use serde::Deserialize;
 use sketchnav_schemas::bounds;
+use sketchnav_schemas::geometry::wrap_angle;
 
 use crate::convex::Convex;
 use crate::description::WorldDescription;
 use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
+
+/// A map that is turned by less is not turned: over 100 m it would lie a centimetre aside.
+const LEAST_YAW_RAD: f64 = 1e-4;
 
 /// The YAML of a map. Unknown keys are ignored.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -43,19 +47,36 @@ fn trinary() -> String {
     "trinary".into()
 }
 
-/// `negate` as people write it.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+/// `negate` as people write it: a number, a word, or either in quotes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(try_from = "Written")]
+pub struct Negate(bool);
+
+/// What stands in a YAML in a place of one value.
+#[derive(Deserialize)]
 #[serde(untagged)]
-pub enum Negate {
-    /// `true` or `false`.
+enum Written {
     Bool(bool),
-    /// `1` or `0`.
-    Number(i64),
+    Number(f64),
+    Text(String),
+    Else(serde::de::IgnoredAny),
 }
 
-impl Default for Negate {
-    fn default() -> Self {
-        Self::Number(0)
+impl TryFrom<Written> for Negate {
+    type Error = String;
+
+    fn try_from(written: Written) -> Result<Self, String> {
+        let text = match written {
+            Written::Bool(negate) => return Ok(Self(negate)),
+            Written::Number(number) => number.to_string(),
+            Written::Text(text) => text.trim().to_ascii_lowercase(),
+            Written::Else(_) => "something else".into(),
+        };
+        match text.as_str() {
+            "1" | "true" => Ok(Self(true)),
+            "0" | "false" => Ok(Self(false)),
+            _ => Err(format!("negate: expected 0 or 1, found {text}")),
+        }
     }
 }
 
@@ -84,9 +105,10 @@ impl MapInfo {
         check(resolution > 0.0, "resolution", "a number above 0", resolution)?;
         check((1e-3..=10.0).contains(&resolution), "resolution", "0.001 to 10 metres a pixel", resolution)?;
         check_within("origin", bounds::COORDINATE_M, &self.origin[..2])?;
-        check(self.origin[2] == 0.0, "origin", "a yaw of 0 (a turned map is not supported)", self.origin[2])?;
-        let known = matches!(self.negate, Negate::Bool(_) | Negate::Number(0 | 1));
-        check(known, "negate", "0 or 1", self.negate)?;
+        let yaw_rad = wrap_angle(self.origin[2]);
+        // False for NaN, too.
+        let is_straight = yaw_rad.abs() < LEAST_YAW_RAD;
+        check(is_straight, "origin", "a yaw of 0 (a turned map is not supported)", self.origin[2])?;
         check(self.mode == "trinary", "mode", "trinary", &self.mode)?;
         let (free, occupied) = (self.free_thresh, self.occupied_thresh);
         for (key, value) in [("free_thresh", free), ("occupied_thresh", occupied)] {
@@ -96,14 +118,14 @@ impl MapInfo {
     }
 
     fn is_free(&self, grey: f64) -> bool {
-        let negate = matches!(self.negate, Negate::Bool(true) | Negate::Number(1));
-        let occupancy = if negate { grey / 255.0 } else { (255.0 - grey) / 255.0 };
+        let occupancy = if self.negate.0 { grey / 255.0 } else { (255.0 - grey) / 255.0 };
         occupancy < self.free_thresh
     }
 }
 
 impl OccupancyMap {
-    /// Decodes the picture (PGM or PNG; the mean of red, green and blue counts, opacity does not).
+    /// Decodes the picture: PGM or PNG. The mean of red, green and blue counts; where the picture is transparent the cell
+    /// is unknown, and so it is solid.
     ///
     /// # Errors
     /// [`SimError::Picture`], or [`SimError::Value`] where the picture has no free cell, or is too large.
@@ -114,14 +136,18 @@ impl OccupancyMap {
         let cells = u64::from(width) * u64::from(height);
         let size = format!("{width} x {height} pixels");
         check(cells <= bounds::MOST_MAP_CELLS, "image", "at most 16000000 pixels", &size)?;
-        let image = DynamicImage::from_decoder(decoder)?.to_rgb8();
+        let image = DynamicImage::from_decoder(decoder)?.to_rgba8();
         let (width, height) = (image.width() as usize, image.height() as usize);
         // Rows of a picture go down, rows of a map up.
         let pixels = image.rows().rev().flatten();
-        let solid =
-            |pixel: &image::Rgb<u8>| !info.is_free(pixel.0.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0);
-        let cells: Vec<bool> = pixels.map(solid).collect();
-        check(cells.contains(&false), "image", "a picture with free cells", &size)?;
+        let is_free = |pixel: &image::Rgba<u8>| {
+            info.is_free(pixel.0[..3].iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0)
+        };
+        let clear = |pixel: &image::Rgba<u8>| pixel.0[3] < 128;
+        let cells: Vec<bool> = pixels.map(|pixel| clear(pixel) || !is_free(pixel)).collect();
+        if !cells.contains(&false) {
+            return Err(without_floor(size, image.pixels().filter(|pixel| clear(pixel)).count()));
+        }
         let raster = Raster::new(width, height, cells).unwrap_or_else(|| unreachable!("a cell a pixel"));
         let [x, y, _] = info.origin;
         Ok(Self { raster, resolution_m: info.resolution, origin_m: [x, y] })
@@ -174,6 +200,18 @@ impl OccupancyMap {
     }
 }
 
+/// A picture without a free cell; people export walls alone, on a floor that is transparent.
+fn without_floor(size: String, transparent: usize) -> SimError {
+    let found = match transparent {
+        0 => size,
+        count => format!(
+            "{size}, {count} of them transparent: transparent cells count as unknown, and what is unknown is solid; \
+            save the picture with a white background"
+        ),
+    };
+    SimError::Value { key: "image".into(), expected: "a picture with free cells", found }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -218,6 +256,56 @@ mod tests {
         let error = map(YAML, "0 0 0\n0 0 0").unwrap_err().to_string();
         assert!(error.contains("expected a picture with free cells"), "{error}");
         assert!(map(YAML, "0 0").is_err());
+    }
+
+    #[test]
+    fn a_yaw_of_nothing_is_none_and_negate_is_read_in_quotes() {
+        for yaw in ["-1.2e-17", "6.283185307179586", "6.283185", "-6.2832", "0.0", "1e-9"] {
+            let yaml = YAML.replace("[-1.0, 2, 0]", &format!("[-1.0, 2, {yaw}]"));
+            assert!(MapInfo::parse(&yaml).is_ok(), "{yaw}");
+        }
+        for yaw in ["3.14159", "1.5708", ".nan", "0.01"] {
+            let error =
+                MapInfo::parse(&YAML.replace("[-1.0, 2, 0]", &format!("[-1.0, 2, {yaw}]"))).unwrap_err();
+            assert!(error.to_string().contains("origin: expected a yaw of 0"), "{yaw}: {error}");
+        }
+        for (negate, expected) in [
+            ("\"0\"", false),
+            ("'1'", true),
+            ("0.0", false),
+            ("1.0", true),
+            ("False", false),
+            ("\"true\"", true),
+            ("\" 0 \"", false),
+        ] {
+            let info = MapInfo::parse(&YAML.replace("negate: 0", &format!("negate: {negate}"))).unwrap();
+            assert_eq!(info.negate, Negate(expected), "{negate}");
+        }
+        for negate in ["maybe", "2", "-1", "[0]"] {
+            let error = MapInfo::parse(&YAML.replace("negate: 0", &format!("negate: {negate}"))).unwrap_err();
+            assert!(error.to_string().contains("negate: expected 0 or 1"), "{negate}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_map_whose_floor_is_transparent_says_so() {
+        let encoded = |floor: [u8; 4]| {
+            let wall = |x: u32, y: u32| x == 0 || y == 0;
+            let picture = image::RgbaImage::from_fn(5, 4, |x, y| {
+                image::Rgba(if wall(x, y) { [0, 0, 0, 255] } else { floor })
+            });
+            let mut bytes = Cursor::new(Vec::new());
+            picture.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+            bytes.into_inner()
+        };
+        let info = MapInfo::parse(YAML).unwrap();
+        assert!(OccupancyMap::decode(&info, &encoded([255; 4])).is_ok());
+        for floor in [[0, 0, 0, 0], [255, 255, 255, 0]] {
+            let error = OccupancyMap::decode(&info, &encoded(floor)).unwrap_err().to_string();
+            let words = "expected a picture with free cells, found 5 x 4 pixels, 12 of them transparent: \
+                transparent cells count as unknown, and what is unknown is solid; save the picture with a white background";
+            assert!(error.contains(words), "{error}");
+        }
     }
 
     /// A picture of noise is a rectangle every few pixels, each of which the physics holds. One of a billion pixels

@@ -1,6 +1,7 @@
 //! The world of a mission, in either form: what its hosts hold. The mission's `[world]` decides.
 
 use serde::{Deserialize, Serialize};
+use sketchnav_files::Files;
 use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{GroundTruth, VelocityCommand};
 use sketchnav_schemas::run::RunConfig;
@@ -21,19 +22,19 @@ pub enum World {
 }
 
 impl World {
-    /// The world that a run describes, before its first instant.
+    /// The world that a run describes, before its first instant; its files are in `files`.
     ///
     /// # Errors
     /// [`SimError`] with the file, the key or the place.
-    pub fn of_run(run: &RunConfig) -> Result<Self, SimError> {
+    pub fn of_run(run: &RunConfig, files: &dyn Files) -> Result<Self, SimError> {
         let (source, start) = (&run.mission.world, &run.mission.start);
         let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());
         if let Some(plane) = &source.plane {
-            let description = files::plane_file(plane.as_ref())?;
+            let description = files::plane_in(files, plane.as_ref())?;
             let plane = DotPlane::new(description, &run.robot, pose, run.seed)?;
             return Ok(Self::Plane(Box::new(plane)));
         }
-        let description = files::world(source)?;
+        let description = files::world_in(files, source)?;
         description.check_places(&run.mission.task)?;
         let floor = Floor::new(description, &run.robot, pose, run.seed)?;
         Ok(Self::Floor(Box::new(floor)))

@@ -1,9 +1,5 @@
 //! The world as a whole: what a navigator can rely on.
 
-#[path = "../../tests/support/data.rs"]
-mod data;
-#[path = "../../tests/support/skip.rs"]
-mod skip;
 mod support;
 
 use sketchnav_schemas::codes::BodyKind;
@@ -319,10 +315,10 @@ fn a_world_stored_and_restored_goes_on_with_the_same_bytes() {
 /// onto a cupboard's outline.
 #[test]
 fn a_real_map_becomes_a_world() {
-    let data = data::folder().join("maps");
+    let data = needs::data().join("maps");
     let path = data.join("Freiburg79_scan_furnitures.yaml");
     if !path.exists() {
-        return skip::skipped("data", format_args!("{} is not there", path.display()));
+        return needs::skipped("data", format_args!("{} is not there", path.display()));
     }
     let floor = sketchnav_sim::files::map_file(&path).unwrap();
     let start = |column: f64, row: f64| {

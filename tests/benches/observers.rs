@@ -7,9 +7,6 @@
 //! figures come from the recording, so that nothing observes but what is measured. Viewer and readers run on the same
 //! machine. Figures mean something where nothing else runs.
 
-#[path = "../support/mod.rs"]
-mod support;
-
 use std::path::Path;
 use std::thread::sleep;
 use std::time::Duration;
@@ -21,7 +18,6 @@ use sketchnav_recordings::Recording;
 use sketchnav_runtime::{Node, SendTimes, System};
 use sketchnav_schemas::channels::{self, LATENCY, TICK};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::ros2::derived;
 use support::viewer::{Viewer, view};
 use support::{Place, Running};
 
@@ -136,11 +132,12 @@ fn next_tick() -> Option<u64> {
 
 /// Observers that are ended when they are dropped.
 fn attach(place: &Place, attached: Attached) -> Vec<Running> {
+    sketchnav_navigators::register(&[]).expect("the navigators of this project");
     let mut observers = Vec::new();
     if matches!(attached, Attached::View | Attached::Both) {
         let (running, link) = view(place, SYSTEM);
         let kind = channels::of_kind("sketch").filter(|spec| spec.is_recorded());
-        let topics = kind.map(|spec| 1 + derived::of_channel(spec).count()).sum::<usize>() + 2;
+        let topics = kind.map(|spec| 1 + sketchnav_navigators::derived(spec).count()).sum::<usize>() + 2;
         let mut viewer = Viewer::of_all(&link, topics);
         // It ends with the view.
         std::thread::spawn(move || while viewer.try_next().is_some() {});

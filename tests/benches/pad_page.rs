@@ -3,9 +3,6 @@
 //!
 //! `cargo bench --bench pad_page` draws and drives by the browser of the test `pad_browser` and prints a line for each.
 
-#[path = "../support/mod.rs"]
-mod support;
-
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use support::Place;

@@ -8,7 +8,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use serde_json::Value;
-use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::erased;
 use sketchnav_schemas::run::RunConfig;
@@ -67,6 +67,8 @@ impl Tap for Last {
         self.0 = self.0.max(erased::header(message).stamp_ns);
     }
 }
+
+impl Onlooker for Last {}
 
 /// How many simulated seconds a second the stages make when one process calls them in turn.
 fn in_one_process(seed: u64) -> f64 {

@@ -5,7 +5,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { oneMore } from "../../services/pad/page/desk.js";
-import { carried, trailed } from "../../services/pad/page/feed.js";
+import { carried, drawFeed, trailed } from "../../services/pad/page/feed.js";
 import { pauseMs } from "../../services/pad/page/link.js";
 import { LANDSCAPE, blank, withGoal, withStroke } from "../../services/pad/page/model.js";
 import { warnings } from "../../services/pad/page/panel.js";
@@ -91,6 +91,29 @@ test("the trail grows by steps and stays bounded", () => {
   assert.ok(trail.length <= 4000 && trail.at(-1)[0] === 19999 * 4 && trail[0][0] === 0);
   assert.equal(trailed(trail, [19999 * 4 + 1, 0]), trail);
   assert.equal(trailed(trail, undefined), trail);
+});
+
+/** What is called to draw a feed with these shapes, by name. */
+function drawn(scene, shows, lasting = null) {
+  const calls = [];
+  const context = new Proxy({}, { get: (_, name) => () => calls.push(name), set: () => true });
+  const sheet = { wipe: () => context, px: (n) => n, colors: {} };
+  drawFeed(sheet, { feed: { scene }, trail: [], cloud: null, lasting, walls: null }, shows, [100, 100]);
+  return (name) => calls.filter((call) => call === name).length;
+}
+
+test("each shape of a navigator is drawn, and a setting hides those of its colour", () => {
+  const points = [[1, 2], [3, 4]];
+  const scene = [
+    { shape: "line", points, color: "plan", stroke: "dashed" }, { shape: "dots", points, color: "scan" },
+    { shape: "area", points, color: "edge" }, { shape: "rings", points, color: "goal" },
+    { shape: "discs", points, color: "goal" }, { shape: "text", at: [1, 2], text: "3", color: "ink" },
+  ];
+  const lasting = [{ shape: "dots", points, color: "seen" }];
+  const all = drawn(scene, { scan: true, plan: true }, lasting);
+  assert.deepEqual(["rect", "arc", "stroke", "fill", "fillText"].map(all), [4, 4, 3, 5, 1]);
+  const few = drawn(scene, { scan: false, plan: false }, lasting);
+  assert.deepEqual(["rect", "arc", "stroke", "fill", "fillText"].map(few), [0, 4, 2, 3, 1]);
 });
 
 test("particles are carried along with the robot, turned as it turns", () => {

@@ -1,5 +1,5 @@
 //! A navigator that this project does not know, whole: it follows the wall on its right by sonar. It is also a program
-//! that is all of `sketchnav` and knows this navigator, too. `tests/stranger.rs` drives by it.
+//! that is all of `sketchnav` and knows this navigator, too. `tests/missions/stranger.rs` drives by it.
 //!
 //! ```toml
 //! [navigator]
@@ -11,13 +11,15 @@
 
 use std::process::ExitCode;
 
-use serde::{Deserialize, Serialize};
-use sketchnav_schemas::channels::{COMMAND, Channel, ChannelSpec, MISSION, Role, SONAR, STATUS};
-use sketchnav_schemas::codes::{Order, Process, TaskState};
-use sketchnav_schemas::erased::MessageType;
-use sketchnav_schemas::message::{SonarScan, Text};
-use sketchnav_schemas::mission::Mission;
-use sketchnav_stage::{Heard, Instant, Navigator, Outbox, Stage, StageError};
+use serde::Serialize;
+use sketchnav_motion::agenda::{Agenda, Due, Standing};
+use sketchnav_schemas::channels::{ODOMETRY, SONAR};
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::message::{SonarScan, Twist};
+use sketchnav_schemas::mission::{Mission, Task};
+use sketchnav_stage::account::{Account, Curve, Summary};
+use sketchnav_stage::lookout::{Color, Lookout, Picture};
+use sketchnav_stage::{Denied, Heard, Instant, Navigator, Outbox, Stage, StageError};
 
 const KIND: &str = "wall-follower";
 /// Distance that it keeps from the wall, metres.
@@ -37,44 +39,41 @@ sketchnav_schemas::declare::messages! {
     }
 }
 
-/// Its situation: the one channel that it has beside those of all navigators.
-const WALLS: Channel<Walls> = Channel::of(&ChannelSpec {
-    name: "walls",
-    writer: Some(Process::Localizer),
-    readers: &[Process::Planner],
-    role: Role::Situation,
-    kind: Some(KIND),
-    per_tick: 1,
-    max_cells: 0,
-    message: MessageType::of::<Walls>(),
-});
+sketchnav_schemas::declare::channels! {
+    of KIND;
+    /// Its situation: the one channel that it has beside those of all navigators.
+    WALLS: Situation Walls = "walls", Localizer => [Planner, Pad];
+}
 
 const NAVIGATOR: Navigator = Navigator {
-    kind: KIND,
-    about: "follows the wall on the right by sonar, for as long as each task says",
-    methods: &[],
     check: |mission, robot| {
         robot.sonar()?;
-        tasks(mission).map(drop)
+        robot.odometry()?;
+        seconds(mission).map(drop)
     },
-    check_markers: None,
-    parameters: |mission, _| Ok(mission.parameters.clone()),
-    sketcher: |_, _| Ok(Box::new(Silent)),
-    localizer: |_, _| Ok(Box::new(Ears { heard: None })),
-    planner: |run, _| Ok(Box::new(Driver { tasks: tasks(&run.mission)?, state: State::default() })),
+    channels: CHANNELS,
+    lookout: Some(|_| Box::new(Watcher(None))),
+    account: Some(|_| Box::new(Diary::default())),
+    ..Navigator::new(
+        KIND,
+        "follows the wall on the right by sonar, for as long as each task says",
+        [
+            |_, _| Ok(Box::new(Silent)),
+            |_, _| Ok(Box::new(Ears { heard: None })),
+            |run, _| Ok(Box::new(Driver { seconds: seconds(&run.mission)?, agenda: Agenda::new(run) })),
+        ],
+    )
 };
 
 fn main() -> ExitCode {
-    sketchnav::main_with(&[NAVIGATOR], &[WALLS.spec])
+    sketchnav::main_with(&[NAVIGATOR])
 }
 
-/// How long each task takes, seconds, and its name.
-fn tasks(mission: &Mission) -> Result<Vec<(f64, Text<32>)>, StageError> {
-    let of_task = |(i, task): (usize, &sketchnav_schemas::mission::Task)| {
+/// How long each task takes, seconds.
+fn seconds(mission: &Mission) -> Result<Vec<f64>, StageError> {
+    let of_task = |(i, task): (usize, &Task)| {
         let seconds = task.given.get("seconds").and_then(toml::Value::as_float);
-        let seconds =
-            seconds.ok_or_else(|| format!("task {}.seconds: expected a number of seconds", i + 1))?;
-        Ok((seconds, Text::new(&task.name)))
+        Ok(seconds.ok_or_else(|| format!("task {}.seconds: expected a number of seconds", i + 1))?)
     };
     mission.task.iter().enumerate().map(of_task).collect()
 }
@@ -101,7 +100,7 @@ impl Stage for Ears {
     type State = Option<[f64; 2]>;
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        if let Some(scan) = instant.fresh(SONAR) {
+        if let Some(scan) = instant.fresh(SONAR)? {
             let now = [nearest(scan, 0.0), nearest(scan, -std::f64::consts::FRAC_PI_2)];
             let before = self.heard.unwrap_or(now);
             self.heard = Some([0, 1].map(|i| MEMORY * before[i] + (1.0 - MEMORY) * now[i]));
@@ -130,66 +129,90 @@ fn nearest(scan: &SonarScan, direction_rad: f64) -> f64 {
 
 /// Drives.
 struct Driver {
-    tasks: Vec<(f64, Text<32>)>,
-    state: State,
+    seconds: Vec<f64>,
+    agenda: Agenda,
 }
 
-#[derive(Clone, Copy, Default, Serialize, Deserialize)]
-struct State {
-    is_ordered: bool,
-    task: usize,
-    began_ns: u64,
+impl Driver {
+    /// Whether the robot drives in this step.
+    fn drives(&mut self) -> bool {
+        if self.agenda.due(None::<&str>) == Due::Stand {
+            return false;
+        }
+        let is_over = self.agenda.elapsed_s() >= self.seconds[self.agenda.task()];
+        if is_over {
+            self.agenda.end(TaskState::Reached, "for as long as it should");
+        }
+        !is_over && self.agenda.go_on("along the wall")
+    }
 }
 
 impl Stage for Driver {
-    const FORM: &'static str = "wall-follower planner 1";
-    type State = State;
+    const FORM: &'static str = "wall-follower planner 2";
+    type State = Standing;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        self.state.is_ordered |= message.on(MISSION).is_some_and(|order| order.order == Order::Start.code());
+        self.agenda.hear(message)?;
         Ok(())
     }
 
     fn is_ready(&self) -> bool {
-        self.state.is_ordered
+        self.agenda.is_ready(true)
     }
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let Some(walls) = instant.newest(WALLS) else { return Ok(()) };
-        let (task, began_ns) = (self.state.task, self.state.began_ns);
-        let elapsed_s = (instant.stamp_ns - began_ns) as f64 * 1e-9;
-        let current = self.tasks.get(task);
-        let is_reached = current.is_some_and(|(seconds, _)| elapsed_s >= *seconds);
-        let turn = if walls.ahead_m < AHEAD_M { 0.8 } else { (BESIDE_M - walls.right_m).clamp(-0.5, 0.5) };
-        out.send(COMMAND, |command| {
-            if current.is_some() {
-                command.twist.vx_mps = if walls.ahead_m < AHEAD_M { 0.0 } else { 0.25 };
-                command.twist.yaw_rate_radps = turn;
-            }
-            command.last = current.is_none().into();
-        })?;
-        out.send(STATUS, |status| {
-            let state = match (current, is_reached) {
-                (None, _) => TaskState::Finished,
-                (Some(_), true) => TaskState::Reached,
-                (Some(_), false) => TaskState::Driving,
-            };
-            (status.task, status.task_count) = (task as u32, self.tasks.len() as u32);
-            (status.state, status.reached_count) = (state.code(), (task + usize::from(is_reached)) as u32);
-            (status.task_time_s, status.name) = (elapsed_s, current.map_or(Text([0; 32]), |(_, name)| *name));
-        })?;
-        if is_reached {
-            (self.state.task, self.state.began_ns) = (task + 1, instant.stamp_ns);
-        }
-        Ok(())
+        let (Some(walls), Some(odometry)) = (instant.newest(WALLS)?, instant.newest(ODOMETRY)?) else {
+            return Ok(());
+        };
+        self.agenda.begin_step(instant.stamp_ns, odometry);
+        let [vx_mps, yaw_rate_radps] = match (self.drives(), walls.ahead_m < AHEAD_M) {
+            (false, _) => [0.0, 0.0],
+            (true, true) => [0.0, 0.8],
+            (true, false) => [0.25, (BESIDE_M - walls.right_m).clamp(-0.5, 0.5)],
+        };
+        self.agenda.send(Twist { vx_mps, vy_mps: 0.0, yaw_rate_radps }, 0.0, out)
     }
 
     fn state(&self) -> impl Serialize {
-        self.state
+        self.agenda.standing()
     }
 
-    fn restore(&mut self, state: State) -> Result<(), StageError> {
-        self.state = state;
+    fn restore(&mut self, standing: Standing) -> Result<(), StageError> {
+        self.agenda.restore(standing);
         Ok(())
+    }
+}
+
+/// Shows both walls on the pad, a metre of each.
+struct Watcher(Option<Walls>);
+
+impl Lookout for Watcher {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        self.0 = message.on(WALLS)?.copied().or(self.0);
+        Ok(())
+    }
+
+    fn draw(&mut self, picture: &mut Picture) {
+        let Some(Walls { ahead_m, right_m, .. }) = self.0 else { return };
+        picture.line([[ahead_m, -0.5], [ahead_m, 0.5]], Color::Obstacle);
+        picture.line([[-0.5, -right_m], [0.5, -right_m]], Color::Obstacle);
+    }
+}
+
+/// Says in a report how far the robot was from its wall.
+#[derive(Default)]
+struct Diary(Vec<Walls>);
+
+impl Account for Diary {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        self.0.extend(message.on(WALLS)?);
+        Ok(())
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        let nearest_m = self.0.iter().map(|walls| walls.right_m).fold(f64::INFINITY, f64::min);
+        summary.figure("nearest wall on the right", format!("{nearest_m:.2} m"));
+        let right = Curve::of("right", &self.0, |walls| &walls.header, |walls| walls.right_m);
+        summary.chart("Distance of the wall", "m, from the centre", [right]);
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use bytemuck::Zeroable;
 use rand_pcg::Pcg64Mcg;
 use sketchnav_recordings::Writer;
-use sketchnav_schemas::channels::{self, Channel, ChannelVisitor};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ChannelVisitor};
 use sketchnav_schemas::codes::{FREE, Order, Process, TaskState, Tracking, WALL};
 use sketchnav_schemas::geometry::{Odom, Pose, Sketch, World};
 use sketchnav_schemas::message::*;
@@ -18,6 +18,7 @@ use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::samples::sample;
 use sketchnav_schemas::seed::stream;
+use sketchnav_sketch::messages::{PoseEstimate, Route, RouteTask, SketchMap};
 
 const MISSION: &str = r#"
 name = "two rooms"
@@ -67,7 +68,10 @@ slips_per_m = 0.0
 
 /// A run that never was.
 pub fn run_config() -> RunConfig {
-    RunConfig::lockstep("test", Mission::parse(MISSION).unwrap(), Robot::parse(ROBOT).unwrap(), 42)
+    sketchnav_navigators::register(&[]).unwrap();
+    let mission = Mission::parse(MISSION).unwrap();
+    let method = "outline".to_owned();
+    RunConfig { method, ..RunConfig::lockstep("test", mission, Robot::parse(ROBOT).unwrap(), 42) }
 }
 
 /// A writer to a new file.
@@ -77,14 +81,15 @@ pub fn create(path: &Path) -> Writer<BufWriter<File>> {
 
 /// A writer of that run to a new file.
 pub fn create_run(path: &Path, run: &RunConfig) -> Writer<BufWriter<File>> {
+    sketchnav_navigators::register(&[]).unwrap();
     Writer::create(BufWriter::new(File::create(path).unwrap()), run).unwrap()
 }
 
-/// Writes so many random messages to every channel that is recorded of such a run.
+/// Writes so many random messages to a channel.
 pub struct WriteSamples<'a> {
     pub writer: &'a mut Writer<BufWriter<File>>,
-    /// Of the navigator.
-    pub kind: &'a str,
+    /// The name of the channel that is written.
+    pub channel: &'static str,
     pub count: u64,
     pub random: Pcg64Mcg,
 }
@@ -92,13 +97,18 @@ pub struct WriteSamples<'a> {
 impl ChannelVisitor for WriteSamples<'_> {
     type Error = ();
     fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), ()> {
-        let is_recorded = channel.spec.is_recorded() && channel.spec.belongs_to(self.kind);
-        for seq in 1..=self.count * u64::from(is_recorded) {
+        let is_meant = channel.spec.name == self.channel;
+        for seq in 1..=self.count * u64::from(is_meant) {
             let (message, cells) = sample::<T>(&mut self.random, seq);
             self.writer.write(channel, &message, &cells).unwrap();
         }
         Ok(())
     }
+}
+
+/// The channels that are recorded of a run of such a navigator, in the order of an instant.
+pub fn channels_of(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> {
+    channels::of_kind(kind).filter(|spec| spec.is_recorded())
 }
 
 /// A recording of `count` random messages of every type that a run of the kind `sketch` has.
@@ -112,7 +122,11 @@ pub fn record_samples_of(kind: &str, path: &Path, seed: u64, count: u64) {
     run.mission.navigator.kind = kind.to_owned();
     let mut writer = create_run(path, &run);
     let random = stream(seed, "samples");
-    channels::visit(&mut WriteSamples { writer: &mut writer, kind, count, random }).unwrap();
+    let mut samples = WriteSamples { writer: &mut writer, channel: "", count, random };
+    for spec in channels_of(kind) {
+        samples.channel = spec.name;
+        sketchnav_navigators::visit(&mut samples).unwrap();
+    }
     writer.finish().unwrap();
 }
 
@@ -169,8 +183,8 @@ fn twist() -> Twist {
 /// Writes the messages that start the story.
 pub fn write_beginning(writer: &mut Writer<BufWriter<File>>) {
     let (map, cells) = sketch();
-    writer.write(channels::SKETCH, &map, &cells).unwrap();
-    writer.write(channels::ROUTE, &route(), &[]).unwrap();
+    writer.write(sketchnav_sketch::messages::SKETCH, &map, &cells).unwrap();
+    writer.write(sketchnav_sketch::messages::ROUTE, &route(), &[]).unwrap();
     let order = MissionCommand { header: latched(), order: Order::Start.code(), ..Zeroable::zeroed() };
     writer.write(channels::MISSION, &order, &[]).unwrap();
 }
@@ -202,7 +216,7 @@ pub fn write_step(writer: &mut Writer<BufWriter<File>>, step: u64) {
         tracking: Tracking::Tracking.code(),
         ..Zeroable::zeroed()
     };
-    writer.write(channels::ESTIMATE, &estimate, &[]).unwrap();
+    writer.write(sketchnav_sketch::messages::ESTIMATE, &estimate, &[]).unwrap();
     let command = VelocityCommand { header, twist: twist(), last: 0, reserved: 0 };
     writer.write(channels::COMMAND, &command, &[]).unwrap();
     let state = TaskState::Driving.code();

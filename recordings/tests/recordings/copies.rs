@@ -6,7 +6,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use sketchnav_recordings::copy::{Copied, Copy, Limit, filter, merge, recover, split, window};
+use sketchnav_recordings::copy::{Copied, Copy, Damaged, Limit, filter, merge, recover, split, window};
 use sketchnav_recordings::diff::diff;
 use sketchnav_recordings::info::{info, info_of_messages};
 use sketchnav_recordings::reader::{Part, RawMessage, Selection};
@@ -34,7 +34,7 @@ fn story(folder: &Path) -> PathBuf {
 
 fn recovered(path: &Path, to: &Path) -> Copied {
     let mut copy = begin(to);
-    let copied = recover(path, &mut copy).unwrap();
+    let copied = recover(path, Damaged::LeaveOut, &mut copy).unwrap();
     copy.finish().unwrap();
     copied
 }
@@ -156,7 +156,7 @@ proptest! {
         }
         std::fs::write(&path, &file).unwrap();
         let mut copy = begin(&to);
-        let copied = recover(&path, &mut copy);
+        let copied = recover(&path, Damaged::LeaveOut, &mut copy);
         copy.finish().unwrap();
         if copied.is_ok() {
             prop_assert!(info_of_messages(&to).unwrap().clean_end);

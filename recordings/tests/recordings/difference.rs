@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use sketchnav_recordings::diff::{Difference, Side, What, diff};
-use sketchnav_schemas::channels::{self, DRAWING, SCAN, SKETCH};
+use sketchnav_schemas::channels::{self, DRAWING, SCAN};
 use sketchnav_schemas::message::*;
+use sketchnav_sketch::messages::SKETCH;
 
 use super::common;
 

@@ -6,14 +6,14 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use sketchnav_recordings::carmen::CarmenLog;
+use sketchnav_recordings::carmen::{CarmenLog, Survey};
 use sketchnav_recordings::copy::Copy;
 use sketchnav_recordings::diff::{Comparison, Difference, Side, Tolerances};
-use sketchnav_recordings::import::{LaserFacts, import};
+use sketchnav_recordings::import::{Rules, import};
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::{Part, Recording};
 use sketchnav_schemas::channels;
-use sketchnav_schemas::message::Route;
+use sketchnav_sketch::messages::{ROUTE, Route, SKETCH};
 
 use super::common;
 
@@ -101,11 +101,14 @@ const LOG: &str = "ODOM 0 0 0 0 0 0 10.1 h 0.1\nODOM 1 0 0 0 0 0 10.2 h 0.2\nFLA
 fn record_log(path: &Path) {
     let mut writer = common::create(path);
     let (sketch, cells) = common::sketch();
-    let laser = LaserFacts::of_half_circle(3, 79.0);
+    let rules = Rules { range_max_m: 79.0, is_strict: true };
     let mut route: Box<Route> = bytemuck::zeroed_box();
     route.header.seq = 1;
-    let log = CarmenLog::new(LOG.as_bytes());
-    let count = import(log, &laser, (&sketch, &cells), &route, &mut writer).unwrap();
-    assert_eq!(count, 2);
+    writer.write(SKETCH, &sketch, &cells).unwrap();
+    writer.write(ROUTE, &route, &[]).unwrap();
+    let reading = Survey::of(LOG.as_bytes()).unwrap().reading().unwrap();
+    let log = CarmenLog::new(LOG.as_bytes(), reading);
+    let imported = import(log, &rules, &mut writer).unwrap();
+    assert_eq!(imported.scans, 2);
     writer.finish().unwrap();
 }

@@ -5,9 +5,9 @@ mod common;
 mod copies;
 mod damage;
 mod difference;
+mod foreign;
 mod golden;
 mod python;
 mod reading;
 mod round_trip;
-#[path = "../../../tests/support/skip.rs"]
-mod skip;
+mod sources;

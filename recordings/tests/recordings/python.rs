@@ -1,24 +1,15 @@
 //! Other people's tools decode every message type: rosbags and mcap-ros2-support, from the file alone.
 //! Needs a Python with both, named by `SKETCHNAV_PYTHON` or found as `python3`; skipped otherwise.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use super::common;
-use super::skip::skipped;
-
-fn python() -> Option<PathBuf> {
-    let python = std::env::var_os("SKETCHNAV_PYTHON").map_or_else(|| "python3".into(), PathBuf::from);
-    let has_packages = Command::new(&python).args(["-c", "import rosbags, mcap_ros2"]).output();
-    has_packages.is_ok_and(|output| output.status.success()).then_some(python)
-}
 
 #[test]
 fn python_decodes_every_message_type() {
-    let Some(python) = python() else {
-        let what = "no Python with rosbags 0.11.9 and mcap-ros2-support 0.6.0 (SKETCHNAV_PYTHON)";
-        return skipped("rosbags", what);
-    };
+    let modules = "rosbags, mcap_ros2";
+    let Some(python) = needs::python("rosbags", "SKETCHNAV_PYTHON", modules) else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("samples.mcap");
     common::record_samples(&path, 3, 4);

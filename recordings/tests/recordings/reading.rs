@@ -55,7 +55,7 @@ fn a_seek_reads_only_the_chunks_that_it_needs() {
     let whole = std::fs::metadata(&path).unwrap().len();
     assert!(scans.bytes_read() < whole / 10, "{} of {whole} bytes", scans.bytes_read());
     // The sketch is in the first chunk alone.
-    let mut sketch = recording.channel(channels::SKETCH).unwrap();
+    let mut sketch = recording.channel(sketchnav_sketch::messages::SKETCH).unwrap();
     assert_eq!(sketch.by_ref().count(), 1);
     assert!(sketch.bytes_read() < whole / 10, "{} of {whole} bytes", sketch.bytes_read());
 }

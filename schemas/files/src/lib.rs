@@ -1,11 +1,20 @@
 //! Reads the files that people give: missions, robots, floors, drawings, tables. None is read beyond its [`Limit`].
+//! Writes results that never replace a file before they are whole: [`draft`].
 //!
-//! A file has a size before it is read. What has none, such as a pipe, or grows meanwhile, is read as far as the limit
-//! and one byte more. So a file of 8 GB that was named by mistake takes no memory, and its error says what is allowed.
+//! A file has a size before it is read. One that grows meanwhile is read as far as the limit and one byte more. So a file of
+//! 8 GB that was named by mistake takes no memory, and its error says what is allowed. What is not a plain file (a named
+//! pipe, a device) is refused by [`open`] before anybody waits for it.
 
-use std::fs::File;
+pub mod draft;
+mod open;
+mod store;
+
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
+
+pub use draft::write;
+pub use open::open;
+pub use store::{Disk, Files};
 
 /// How large a file may be, and what it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +49,8 @@ pub const TABLE: Limit = Limit { what: "a table", bytes: 4 * MIB };
 pub const POSITIONS: Limit = Limit { what: "a table of positions", bytes: 256 * MIB };
 /// A plan of faults: ten thousand of them take some 800 kB.
 pub const FAULT_PLAN: Limit = Limit { what: "a plan of faults", bytes: 4 * MIB };
+/// A page of documentation with figures in it, or the figures themselves: results of all experiments take some 300 kB.
+pub const PAGE: Limit = Limit { what: "a page or its figures", bytes: 16 * MIB };
 /// Outcomes of a job of an experiment: some hundred bytes a task.
 pub const PART: Limit = Limit { what: "a part of an experiment", bytes: 16 * MIB };
 
@@ -61,12 +72,9 @@ impl Limit {
 /// Reads the whole file.
 ///
 /// # Errors
-/// As the system says; [`ErrorKind::FileTooLarge`] with the limit.
+/// As [`open`]; [`ErrorKind::FileTooLarge`] with the limit.
 pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
-    let file = File::open(path).map_err(|error| {
-        let words = format!("expected {}: {error}", limit.what);
-        io::Error::new(error.kind(), words)
-    })?;
+    let file = open(path, limit.what)?;
     limit.check(file.metadata()?.len())?;
     read_from(file, limit)
 }
@@ -76,7 +84,12 @@ pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
 /// # Errors
 /// As [`read`], and where it is not UTF-8.
 pub fn read_to_string(path: impl AsRef<Path>, limit: Limit) -> io::Result<String> {
-    let text = String::from_utf8(read(path, limit)?);
+    text(read(path, limit)?)
+}
+
+/// What was read, as text.
+fn text(bytes: Vec<u8>) -> io::Result<String> {
+    let text = String::from_utf8(bytes);
     text.map_err(|_| io::Error::new(ErrorKind::InvalidData, "expected UTF-8, found other bytes"))
 }
 
@@ -92,10 +105,8 @@ pub fn read_from(reader: impl Read, limit: Limit) -> io::Result<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
-    use std::os::unix::fs::OpenOptionsExt;
+    use std::fs::File;
 
-    use nix::sys::stat::Mode;
-    use nix::unistd::mkfifo;
     use proptest::prelude::*;
 
     use super::*;
@@ -113,23 +124,6 @@ mod tests {
         assert_eq!(error.to_string(), "expected a drawing of at most 67108864 bytes, found 8589934592");
         let error = read_to_string(&path, MISSION).unwrap_err().to_string();
         assert!(error.starts_with("expected a mission of at most 4194304 bytes"), "{error}");
-    }
-
-    /// A pipe has no size; neither has a device.
-    #[test]
-    fn what_tells_no_size_is_read_as_far_as_the_limit() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("pipe");
-        mkfifo(&path, Mode::S_IRWXU).unwrap();
-        // Open at both ends: neither waits for the other.
-        let mut options = File::options();
-        let mut end = options.read(true).write(true).custom_flags(nix::libc::O_NONBLOCK).open(&path).unwrap();
-        std::io::Write::write_all(&mut end, b"more than ten bytes").unwrap();
-        assert_eq!(
-            read(&path, FEW).unwrap_err().to_string(),
-            "expected a note of at most 10 bytes, found more"
-        );
-        assert_eq!(read("/dev/zero", FEW).unwrap_err().kind(), ErrorKind::FileTooLarge);
     }
 
     #[test]

@@ -72,7 +72,7 @@ fn comment(doc: &[&str]) -> String {
 
 /// A comment without the links and code marks of the source.
 fn plain(doc: &str) -> String {
-    ["[`", "`]", "`", "crate::", "codes::", "message::"]
+    ["[`", "`]", "`", "crate::", "sketchnav_schemas::", "codes::", "message::"]
         .iter()
         .fold(doc.to_owned(), |text, mark| text.replace(mark, ""))
 }
@@ -117,7 +117,7 @@ fn collect<'a>(name: &str, own: &'a [Definition], needed: &mut Vec<(&'a str, &'a
 }
 
 /// The types of the fields that have their own definition.
-pub(super) fn used_types(text: &str) -> impl Iterator<Item = &str> {
+pub fn used_types(text: &str) -> impl Iterator<Item = &str> {
     let words = text.lines().filter_map(|line| line.split_whitespace().next());
     let types = words.map(|word| word.split('[').next().unwrap_or(word));
     types.filter(|word| word.contains('/') && !word.starts_with('#'))

@@ -102,7 +102,7 @@ fn point(x: f64, y: f64) -> Point {
 }
 
 /// A planar pose with the z and w of its quaternion.
-pub(super) fn pose(x: f64, y: f64, z_turn: f64, w_turn: f64) -> Pose {
+pub fn pose(x: f64, y: f64, z_turn: f64, w_turn: f64) -> Pose {
     let orientation = Quaternion { x: 0.0, y: 0.0, z: z_turn, w: w_turn };
     Pose { position: point(x, y), orientation }
 }

@@ -1,4 +1,4 @@
-//! The pieces that several forms share: headers, counted lists, texts. Internal.
+//! The pieces that several forms share: headers, counted lists, texts.
 
 use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::Header as HeaderForm};
 
@@ -8,6 +8,9 @@ use crate::message::{Header, Text};
 const NS_PER_S: u64 = 1_000_000_000;
 
 /// Refuses with [`Ros2Error::Value`] unless `holds`.
+///
+/// # Errors
+/// That error.
 pub fn expect(holds: bool, field: &'static str, expected: &'static str, found: u64) -> Result<(), Ros2Error> {
     if holds { Ok(()) } else { Err(Ros2Error::Value { field, expected, found }) }
 }
@@ -20,13 +23,19 @@ pub fn string(text: &str, mut spare: String) -> String {
 }
 
 /// The stamp with `frame`.
+///
+/// # Errors
+/// [`Ros2Error::Value`]: a number or a time that has no room in the form.
 pub fn header_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
-    let expected = "a recorded message's number: 1 to 4294967295";
+    let expected = "a number from 1 to 4294967295, by which messages name each other (other tools write 0)";
     expect((1..=u32::MAX.into()).contains(&header.seq), "header.seq", expected, header.seq)?;
     Ok(HeaderForm { stamp: time(header.stamp_ns)?, frame_id: string(frame, spare.frame_id) })
 }
 
 /// The same for a sensor reading, which is its own cause.
+///
+/// # Errors
+/// As [`header_form`], and a cause that is another message.
 pub fn reading_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
     let expected = "header.seq, for a reading is its own cause";
     expect(header.source_seq == header.seq, "header.source_seq", expected, header.source_seq)?;
@@ -42,6 +51,9 @@ fn time(stamp_ns: u64) -> Result<Time, Ros2Error> {
 }
 
 /// The message's header out of the form's, the message's number and its cause.
+///
+/// # Errors
+/// [`Ros2Error::Value`]: no time since the mission's start.
 pub fn header(form: &HeaderForm, seq: u64, source_seq: u64) -> Result<Header, Ros2Error> {
     let (sec, nanosec) = (form.stamp.sec, form.stamp.nanosec);
     let Ok(seconds) = u64::try_from(sec) else {
@@ -75,7 +87,11 @@ fn counted<'a, T: bytemuck::Pod>(
 }
 
 /// The entries of `all` that count, each turned into its form, in the memory of `spare`, which then has
-/// room for all. Refuses what [`counted`] refuses.
+/// room for all.
+///
+/// # Errors
+/// [`Ros2Error::Value`]: a count above the capacity, or entries behind the count that are not zero, since these do not
+/// travel.
 pub fn list<T: Field>(
     field: &'static str,
     all: &[T],
@@ -92,6 +108,9 @@ pub fn list<T: Field>(
 }
 
 /// Fills the start of `all` and gives the count; refuses what does not fit.
+///
+/// # Errors
+/// [`Ros2Error::Value`]: more than fit.
 pub fn fill<T: Field>(field: &'static str, all: &mut [T], forms: &[T::Form]) -> Result<u32, Ros2Error> {
     let expected = "a count within the capacity";
     expect(forms.len() <= all.len(), field, expected, forms.len() as u64)?;
@@ -103,6 +122,9 @@ pub fn fill<T: Field>(field: &'static str, all: &mut [T], forms: &[T::Form]) -> 
 
 /// The text as a string in the memory of `spare`, which then has room for any; refuses what would not
 /// come back the same.
+///
+/// # Errors
+/// [`Ros2Error::Text`].
 pub fn text_form<const N: usize>(
     field: &'static str,
     text: &Text<N>,
@@ -114,6 +136,9 @@ pub fn text_form<const N: usize>(
 }
 
 /// Refuses a slice behind a message that has none.
+///
+/// # Errors
+/// [`Ros2Error::Value`]: there is one.
 pub fn no_cells(cells: &[u8]) -> Result<(), Ros2Error> {
     expect(cells.is_empty(), "cells", "no slice behind this message", cells.len() as u64)
 }

@@ -1,20 +1,17 @@
-//! Messages that are, or hold, standard ROS 2 messages, mapped by hand. No computation: every number keeps
+//! Messages that are standard ROS 2 messages, mapped by hand. No computation: every number keeps
 //! its bits.
 
 use bytemuck::Zeroable;
 use ros2_interfaces_jazzy_serde::{
-    builtin_interfaces::msg::Time,
     geometry_msgs::msg::{Pose, PoseWithCovariance, Twist as TwistForm, TwistWithCovariance},
-    nav_msgs::msg::{MapMetaData, OccupancyGrid, Odometry as OdometryForm},
+    nav_msgs::msg::Odometry as OdometryForm,
     sensor_msgs::msg::LaserScan as LaserScanForm,
     std_msgs::msg::Header as HeaderForm,
 };
-use serde::{Deserialize, Serialize};
 
-use super::fields::pose;
-use super::parts::{expect, fill, header, header_form, list, no_cells, reading_form, string};
-use super::{Definition, Field, Ros2, Ros2Error};
-use crate::message::{GroundTruth, LaserScan, Odometry, PoseM, PosePx, SketchMap, Twist};
+use super::parts::{fill, header, list, no_cells, reading_form, string};
+use super::{Field, Ros2, Ros2Error};
+use crate::message::{GroundTruth, LaserScan, Odometry, PoseM, Twist};
 
 /// A message and no slice behind it.
 type Read<T> = Result<(T, Vec<u8>), Ros2Error>;
@@ -95,76 +92,3 @@ macro_rules! odometry {
 
 odometry!(Odometry, "odom");
 odometry!(GroundTruth, "world");
-
-/// `sketchnav_msgs/msg/SketchMap`.
-#[derive(Default, Serialize, Deserialize)]
-pub struct SketchMapForm {
-    header: HeaderForm,
-    source_seq: u64,
-    grid: OccupancyGrid,
-    wall_direction_rad: f64,
-    pen_width_px: f64,
-    start: Pose,
-    start_spread_px: f64,
-    start_spread_rad: f64,
-}
-
-/// Field for field [`SketchMapForm`].
-const SKETCH_MAP: &str = include_str!("../../msg/sketchnav_msgs/SketchMap.msg");
-
-impl SketchMap {
-    /// The cells alone.
-    pub(super) fn grid(&self, cells: &[u8], spare: OccupancyGrid) -> Result<OccupancyGrid, Ros2Error> {
-        let size = u64::from(self.width_px) * u64::from(self.height_px);
-        let count = cells.len() as u64;
-        expect(size == count, "cells", "width_px × height_px cells behind the message", count)?;
-        let info = MapMetaData {
-            map_load_time: Time { sec: 0, nanosec: 0 },
-            resolution: 1.0,
-            width: self.width_px,
-            height: self.height_px,
-            origin: pose(0.0, 0.0, 0.0, 1.0),
-        };
-        let header = header_form(&self.header, "sketch", spare.header)?;
-        let mut data = spare.data;
-        data.clear();
-        data.extend_from_slice(bytemuck::cast_slice(cells));
-        Ok(OccupancyGrid { header, info, data })
-    }
-}
-
-impl Ros2 for SketchMap {
-    type Form = SketchMapForm;
-    const TYPE: &'static str = "sketchnav_msgs/msg/SketchMap";
-
-    fn definitions() -> Vec<Definition> {
-        vec![Definition { name: "sketchnav_msgs/SketchMap", text: SKETCH_MAP.to_owned() }]
-    }
-
-    fn to_ros2_in(&self, cells: &[u8], spare: SketchMapForm) -> Result<SketchMapForm, Ros2Error> {
-        Ok(SketchMapForm {
-            header: header_form(&self.header, "sketch", spare.header)?,
-            grid: self.grid(cells, spare.grid)?,
-            source_seq: self.header.source_seq,
-            wall_direction_rad: self.wall_direction_rad,
-            pen_width_px: self.pen_width_px,
-            start: self.start.to_form_in("start", spare.start)?,
-            start_spread_px: self.start_spread_px,
-            start_spread_rad: self.start_spread_rad,
-        })
-    }
-
-    fn from_ros2(form: SketchMapForm, seq: u64) -> Read<Self> {
-        let sketch = Self {
-            header: header(&form.header, seq, form.source_seq)?,
-            width_px: form.grid.info.width,
-            height_px: form.grid.info.height,
-            wall_direction_rad: form.wall_direction_rad,
-            pen_width_px: form.pen_width_px,
-            start: PosePx::from_form(&form.start)?,
-            start_spread_px: form.start_spread_px,
-            start_spread_rad: form.start_spread_rad,
-        };
-        Ok((sketch, bytemuck::cast_slice(&form.grid.data).to_vec()))
-    }
-}

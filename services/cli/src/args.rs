@@ -9,8 +9,8 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
-use clap::{Args, Parser, Subcommand};
-use sketchnav_evaluation::experiments::{studies, suites};
+use clap::{ArgMatches, Args, Parser, Subcommand};
+use sketchnav_lab::experiments::{studies, suites};
 use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
@@ -25,7 +25,7 @@ pub use self::tools::{
     ViewOptions,
 };
 pub use self::values::FloorPlace;
-use self::values::{parse_place, parse_served, parse_service, parse_speed};
+use self::values::{parse_floor_place, parse_served, parse_service, parse_speed};
 use crate::eval::all::WORD as ALL;
 use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
@@ -52,35 +52,11 @@ pub struct Cli {
     pub command: Option<Command>,
 }
 
-impl Cli {
-    /// Whether a program reads standard output.
-    pub fn wants_json(&self) -> bool {
-        match &self.command {
-            Some(Command::Eval { options, .. }) => options.json,
-            Some(Command::Run { options, .. } | Command::Demo { options }) => options.json,
-            Some(Command::Deform { options, .. }) => options.json,
-            Some(Command::Chaos { options, .. }) => options.json,
-            Some(Command::Top { options }) => options.json,
-            Some(Command::Restart { options }) => options.json,
-            Some(Command::Send { options }) => options.json,
-            Some(Command::Snapshot { options }) => options.json,
-            Some(Command::Param { what: Param::List { options } | Param::Get { options, .. } }) => {
-                options.json
-            }
-            Some(Command::Graph { options }) => options.json,
-            Some(
-                Command::Ps { json }
-                | Command::Clean { json }
-                | Command::Doctor { json }
-                | Command::Channels { json, .. }
-                | Command::Diff { json, .. }
-                | Command::Info { json, .. },
-            ) => *json,
-            Some(Command::Relations { options, .. }) => options.json,
-            Some(Command::Recordings(tool)) => tool.wants_json(),
-            _ => false,
-        }
-    }
+/// Whether a program reads standard output as one object: the command has `--json`. Where that gives a line for each
+/// message, the option has another id.
+pub fn wants_json(command: &ArgMatches) -> bool {
+    let is_given = command.try_get_one::<bool>("json").is_ok_and(|json| json == Some(&true));
+    is_given || command.subcommand().is_some_and(|(_, command)| wants_json(command))
 }
 
 /// The subcommands.
@@ -89,7 +65,7 @@ pub enum Command {
     /// Run a mission: start its processes, drive to its goals, record everything.
     #[command(
         override_usage = "sketchnav run [OPTIONS] <MISSION>\n       sketchnav run --resume <DIR> [OPTIONS]",
-        after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json"
+        after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else, 4 all reached but the recording is incomplete.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json"
     )]
     Run {
         /// The mission file (TOML; docs/missions.md says how to write one), or `demo`.
@@ -110,7 +86,7 @@ pub enum Command {
     },
     /// Serve a page on which people draw a map and a path, and drive the robot by them in real time.
     #[command(
-        after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000"
+        after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else, 4 the recording is incomplete.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000"
     )]
     Pad {
         #[command(flatten)]
@@ -140,7 +116,7 @@ pub enum Command {
     },
     /// Run a mission twice, kill its processes the second time, and compare the two.
     #[command(
-        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not (or fewer kills than asked), 2 bad input, 3 anything else.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --at-messages --signal kill,starve --kills 6\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
+        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not, 2 bad input, 3 anything else.\nHow the mission went, and whether it ended before all kills, is said in words and by --json.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --at-messages --signal kill,starve --kills 6\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
     )]
     Chaos {
         /// The mission file (TOML), or `demo`.
@@ -234,7 +210,7 @@ pub enum Command {
     },
     /// Measure the rate of a channel, its bandwidth, and percentiles of intervals and delays.
     #[command(
-        after_help = "The delay of a message is the time since the tick that caused it, by the clock.\nExample: sketchnav hz estimate --json"
+        after_help = "The delay of a message is the time since the tick that caused it, by the clock.\nExamples: sketchnav hz estimate --json; sketchnav hz odom --file bag"
     )]
     Hz {
         #[command(flatten)]
@@ -391,7 +367,7 @@ pub struct DeformOptions {
     pub output: PathBuf,
     /// Say where this place of the floor lies in the drawing: metres, and a heading in degrees for a start. May be
     /// repeated.
-    #[arg(long = "place", value_name = "X,Y[,DEG]", value_parser = parse_place, allow_hyphen_values = true)]
+    #[arg(long = "place", value_name = "X,Y[,DEG]", value_parser = parse_floor_place, allow_hyphen_values = true)]
     pub places: Vec<FloorPlace>,
     /// One JSON object on standard output instead of text.
     #[arg(long)]
@@ -596,5 +572,18 @@ mod tests {
     fn the_command_line_is_consistent() {
         use clap::CommandFactory;
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_program_reads_the_output_of_a_command_with_json() {
+        use clap::CommandFactory;
+        let wants = |line: &str| wants_json(&Cli::command().try_get_matches_from(line.split(' ')).unwrap());
+        for line in ["ps", "run x.toml", "param list", "judge x.mcap", "merge x.mcap y.mcap -o z.mcap"] {
+            let line = format!("sketchnav {line}");
+            assert!(!wants(&line) && wants(&format!("{line} --json")), "{line}");
+        }
+        for line in ["sketchnav", "sketchnav hz scan --json", "sketchnav logs --json"] {
+            assert!(!wants(line), "{line}");
+        }
     }
 }

@@ -9,7 +9,7 @@ use sketchnav_schemas::codes::Process;
 
 use crate::failure::{Failure, Outcome};
 use crate::live::{self, Connected, Figures};
-use crate::output::out;
+use crate::output::{self, out};
 use crate::systems;
 
 #[derive(Serialize)]
@@ -51,7 +51,7 @@ pub fn show_live(system: &str, json: bool) -> Result<Outcome, Failure> {
     if json {
         out!("{}", serde_json::to_string(&figures).context("the table as JSON")?)?;
     } else {
-        out!("{}", live_table(&figures))?;
+        output::lines(live_table(&figures))?;
     }
     Ok(Outcome::Success)
 }
@@ -101,7 +101,7 @@ pub fn show(kind: Option<&str>, json: bool) -> Result<Outcome, Failure> {
     if json {
         out!("{}", serde_json::to_string(&rows).context("the table as JSON")?)?;
     } else {
-        out!("{}", table(&rows))?;
+        output::lines(table(&rows))?;
     }
     Ok(Outcome::Success)
 }

@@ -35,7 +35,9 @@ struct Report {
     /// How many of the kills ended nobody: the process got only a share of the processor for some time.
     starvations: usize,
     by_process: BTreeMap<&'static str, usize>,
+    /// Whether every task was reached with the kills, and without them.
     success: bool,
+    undisturbed_success: bool,
     /// Whether every message is the undisturbed run's; `None` in real time, where no two runs agree.
     identical: Option<bool>,
     lost_messages: u64,
@@ -50,11 +52,11 @@ struct Report {
 }
 
 impl Report {
-    /// Whether everything is as if nothing had been killed, and what was asked for was killed.
+    /// Whether everything is as if nothing had been killed. A mission that fails without kills fails with them, too, and
+    /// one that ends before the last kill was asked for more than it could have.
     fn is_good(&self) -> bool {
         let is_safe = |safety: &Safety| safety.unstopped == 0 && safety.wall_contacts == 0;
-        self.success
-            && self.kills >= self.asked as usize
+        (self.success || !self.undisturbed_success)
             && self.identical != Some(false)
             && self.lost_messages == 0
             && self.safety.as_ref().is_none_or(is_safe)
@@ -93,6 +95,7 @@ pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure>
         }
         None => by_lot(mission, options, &folder, &reference, &path)?,
     };
+    let report = Report { undisturbed_success: undisturbed["success"] == true, ..report };
     print(&report, options.json)?;
     let good = report.is_good();
     Ok(if good { Outcome::Success } else { Outcome::Short })
@@ -225,6 +228,7 @@ fn judge(
         starvations: kills.iter().filter(|kill| kill.is_starved).count(),
         by_process,
         success: disturbed["success"] == true,
+        undisturbed_success: true,
         identical,
         lost_messages: disturbed["lost_messages"].as_u64().unwrap_or_default(),
         recovery_ms: times.into_iter().map(|(process, times)| (process, recovery(times))).collect(),
@@ -247,19 +251,26 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
         out!("{}", serde_json::to_string(report).context("the report as JSON")?)?;
         return Ok(());
     }
-    let Report { kills, asked, starvations, success, lost_messages, orphans, .. } = report;
+    let Report { kills, asked, starvations, lost_messages, orphans, .. } = report;
     let same = match report.identical {
         Some(true) => "every message as if nothing had been",
         Some(false) => "messages differ from the undisturbed run's",
         None => "in real time, where no two runs agree",
     };
-    let end = if *success { "every task reached" } else { "not every task reached" };
+    let end = match (report.success, report.undisturbed_success) {
+        (true, _) => "every task reached",
+        (false, true) => "not every task reached, as they are without kills",
+        (false, false) => "not every task reached, with kills or without",
+    };
     let what = match starvations {
         0 => "kills",
         count if count == kills => "starvations",
         _ => "kills and starvations",
     };
     out!("{kills} of {asked} {what}: {end}; {same}; {lost_messages} messages lost")?;
+    if *kills < *asked as usize {
+        out!("the mission ended before the other {}", *asked as usize - kills)?;
+    }
     for (process, count) in &report.by_process {
         let Some(Recovery { median, p99, max }) = report.recovery_ms.get(process) else { continue };
         out!(
@@ -276,4 +287,40 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
     out!("recording  {}", report.recording.display())?;
     out!("schedule   {}", report.schedule.display())?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report() -> Report {
+        Report {
+            kills: 5,
+            asked: 5,
+            starvations: 0,
+            by_process: BTreeMap::new(),
+            success: true,
+            undisturbed_success: true,
+            identical: Some(true),
+            lost_messages: 0,
+            recovery_ms: BTreeMap::new(),
+            safety: None,
+            orphans: 0,
+            leftover_files: Vec::new(),
+            recording: PathBuf::new(),
+            schedule: PathBuf::new(),
+        }
+    }
+
+    /// A run that was the same to the byte was called bad for a mission that fails by itself, or that ends early.
+    #[test]
+    fn what_is_the_same_without_kills_is_good() {
+        assert!(report().is_good());
+        assert!(Report { success: false, undisturbed_success: false, ..report() }.is_good());
+        assert!(Report { kills: 2, ..report() }.is_good());
+        assert!(!Report { success: false, identical: None, ..report() }.is_good());
+        assert!(!Report { identical: Some(false), ..report() }.is_good());
+        assert!(!Report { lost_messages: 1, ..report() }.is_good());
+        assert!(!Report { orphans: 1, ..report() }.is_good());
+    }
 }

@@ -21,7 +21,8 @@ pub fn deform(map: &Path, options: &DeformOptions) -> Result<Outcome, Failure> {
     let asked = options.places.iter().map(|place| asked(&floor, &drawing, place));
     let asked = asked.collect::<anyhow::Result<Vec<_>>>().or_input()?;
     let bytes = encoded(&drawing, &options.output)?;
-    std::fs::write(&options.output, bytes)
+    refuse_to_overwrite(map, &options.output).or_input()?;
+    sketchnav_files::write(&options.output, bytes)
         .with_context(|| options.output.display().to_string())
         .or_input()?;
     if options.json {
@@ -30,6 +31,13 @@ pub fn deform(map: &Path, options: &DeformOptions) -> Result<Outcome, Failure> {
         print(&floor, &drawing, options, &asked)?;
     }
     Ok(Outcome::Success)
+}
+
+/// The map and its picture are not drawn over.
+fn refuse_to_overwrite(map: &Path, output: &Path) -> anyhow::Result<()> {
+    let picture = sketchnav_sim::files::picture_of(map);
+    let inputs = [Some(map), picture.as_deref()].into_iter().flatten();
+    Ok(sketchnav_files::draft::refuse_to_overwrite(inputs, output)?)
 }
 
 fn encoded(drawing: &DeformedDrawing, path: &Path) -> Result<Vec<u8>, Failure> {

@@ -13,16 +13,16 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
-use sketchnav_evaluation::EvalError;
-use sketchnav_evaluation::experiments::jobs::{Job, run_all};
-use sketchnav_evaluation::experiments::report::{Report, examples};
-use sketchnav_evaluation::experiments::statistics::Tally;
-use sketchnav_evaluation::experiments::suite::{Folders, Suite};
-use sketchnav_evaluation::experiments::{TaskOutcome as Ended, run, studies, suites, trial_picture};
+use sketchnav_lab::EvalError;
+use sketchnav_lab::experiments::jobs::{Job, run_all};
+use sketchnav_lab::experiments::report::{Report, examples};
+use sketchnav_lab::experiments::statistics::Tally;
+use sketchnav_lab::experiments::suite::{Folders, Suite};
+use sketchnav_lab::experiments::{TaskOutcome as Ended, run, studies, suites, trial_picture};
 
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::{out, say};
+use crate::output::{self, out, say};
 use parts::Origin;
 pub use parts::parse_jobs;
 use processes::Check;
@@ -97,7 +97,7 @@ fn folders(options: &EvalOptions) -> anyhow::Result<Folders> {
     let data = options.data.clone().or_else(|| std::env::var_os(DATA_VARIABLE).map(PathBuf::from));
     // Trials go to other processes, too, by the paths of their files.
     let data = data.map(std::path::absolute).transpose().context("the folder of the data")?;
-    Ok(Folders { project: project(options.project.as_deref())?, data })
+    Ok(Folders { suite: "", project: project(options.project.as_deref())?, data })
 }
 
 fn project(named: Option<&Path>) -> anyhow::Result<PathBuf> {
@@ -239,7 +239,7 @@ fn draw(jobs: &[Job<'_>], folder: &Path) -> anyhow::Result<()> {
             let name = format!("{}-{}-{}", job.trial.name, job.repetition, job.method).replace('/', "-");
             for (what, svg) in trial_picture::draw(job.trial, driven)? {
                 let path = folder.join(format!("{name}-{}-{what}.svg", driven.first_task + 1));
-                std::fs::write(&path, svg).with_context(|| path.display().to_string())?;
+                sketchnav_files::write(&path, svg).with_context(|| path.display().to_string())?;
                 say!("picture    {}", path.display());
             }
         }
@@ -252,7 +252,7 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     let examples = examples(suite, jobs, outcomes)?;
     let command = command_line();
     let report = Report { suite, methods, outcomes, examples: &examples, command: &command };
-    std::fs::write(path, report.page()).with_context(|| path.display().to_string())?;
+    sketchnav_files::write(path, report.page()).with_context(|| path.display().to_string())?;
     say!("report     {}", path.display());
     Ok(())
 }
@@ -287,11 +287,14 @@ fn print(driven: &Driven<'_>, options: &EvalOptions, wall: Duration) -> anyhow::
     }
     for method in methods {
         let of_method: Vec<_> = outcomes.iter().filter(|ended| ended.method == *method).collect();
-        out!("\nmethod {method}, seed {}", options.seed)?;
-        out!("{}", table::of_suite(suite, &of_method))?;
+        out!("")?;
+        out!("method {method}, seed {}", options.seed)?;
+        output::lines(table::of_suite(suite, &of_method))?;
     }
     for section in suite.sections(outcomes) {
-        out!("\n{}\n{}", section.title, table::of_words(&section.table))?;
+        out!("")?;
+        out!("{}", section.title)?;
+        output::lines(table::of_words(&section.table))?;
         section.words.iter().try_for_each(|words| out!("{words}"))?;
     }
     if options.verbose {

@@ -1,8 +1,14 @@
 //! How the command ends: the exit codes and what is printed with them.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
-use crate::output::{self, out, say};
+use clap::Parser;
+use sketchnav_schemas::shown::{OneLine, one_line};
+use sketchnav_supervisor::INCOMPLETE;
+
+use crate::args::Cli;
+use crate::output::{self, out};
 
 /// Why a command did not do what it was asked to.
 #[derive(Debug)]
@@ -15,6 +21,8 @@ pub enum Failure {
     Other(anyhow::Error),
     /// As `Other`, and the command has printed all the same what it could: exit 3.
     Reported(anyhow::Error),
+    /// The recorder's: its recording is incomplete: exit 4.
+    Incomplete(anyhow::Error),
 }
 
 /// What a command comes to.
@@ -26,6 +34,8 @@ pub enum Outcome {
     Short,
     /// Recovered, but not all of it: exit 3.
     Loss,
+    /// Every task reached, but the recording is incomplete: exit 4.
+    Incomplete,
 }
 
 impl From<anyhow::Error> for Failure {
@@ -53,10 +63,12 @@ pub fn exit_code(result: Result<Outcome, Failure>, json: bool) -> ExitCode {
         Ok(Outcome::Success) => ExitCode::from(0),
         Ok(Outcome::Short) => ExitCode::from(1),
         Ok(Outcome::Loss) => ExitCode::from(3),
+        Ok(Outcome::Incomplete) => ExitCode::from(INCOMPLETE),
         Err(Failure::Plain(error)) => report(&error, 1, json),
         Err(Failure::Input(error)) => report(&error, 2, json),
         Err(Failure::Other(error)) => report(&error, 3, json),
         Err(Failure::Reported(error)) => report(&error, 3, false),
+        Err(Failure::Incomplete(error)) => report(&error, INCOMPLETE, json),
     }
 }
 
@@ -69,8 +81,35 @@ fn report(error: &anyhow::Error, code: u8, json: bool) -> ExitCode {
         // Where standard output is what failed, standard error alone tells.
         let _ = out!("{}", serde_json::json!({ "error": story, "exit": code }));
     }
-    say!("error: {story}");
+    output::aside(on_lines(&story));
     ExitCode::from(code)
+}
+
+/// What of an error has several lines of its own: the place in a TOML or YAML file, and what a process printed.
+const LINES_FOLLOW: [&str; 4] =
+    ["TOML parse error at line ", "\n --> <input>:", "\n  --> <input>:", "; its last words:\n"];
+
+/// An error as it is printed. Before the place in a file there are names, which keep to their line; after it nothing
+/// begins at the left, so that no line looks like another message.
+fn on_lines(story: &str) -> String {
+    let follow = LINES_FOLLOW.iter().filter_map(|mark| story.find(mark)).min();
+    let (first, lines) = story.split_at(follow.unwrap_or(story.len()));
+    format!("error: {}{}", OneLine(first), lines.replace('\n', "\n  "))
+}
+
+/// Prints what is wrong with the command line, or the help that was asked for, and gives the exit code.
+pub fn refuse_usage(error: &clap::Error) -> ExitCode {
+    match tame(std::env::args_os()) {
+        // In colours, which are all that is left of escapes; where nobody reads it, nobody misses it.
+        Some(tame) => drop(tame.print()),
+        None => output::aside(error.render()),
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+}
+
+/// What is wrong with these words, said of the words as they are shown: some may be names of files, which are anybody's.
+fn tame(words: impl Iterator<Item = OsString>) -> Option<clap::Error> {
+    Cli::try_parse_from(words.map(|word| one_line(word.to_string_lossy()))).err()
 }
 
 /// The error and its causes; a cause that is in the text already is not repeated.
@@ -83,7 +122,41 @@ pub fn story(error: &anyhow::Error) -> String {
 
 #[cfg(test)]
 mod tests {
+    use sketchnav_schemas::shown;
+
     use super::*;
+
+    /// The error that rejected an escape sequence was the one that sent it to the terminal.
+    #[test]
+    fn no_error_steers_the_terminal_or_begins_a_line() {
+        let name = "a\u{1b}[31m\u{202e}\nerror: forged\u{9b}";
+        let error = anyhow::anyhow!("{name}: expected a mission");
+        assert_eq!(
+            output_of(&error),
+            "error: a\\u001b[31m\\u202e\\nerror: forged\\u009b: expected a mission"
+        );
+        // The line of the file that it is about stays below it, and says what it says.
+        let toml = toml::from_str::<toml::Table>("a = 1\nb\u{1b}[2J = = 2\n").unwrap_err();
+        let told = output_of(&anyhow::Error::from(toml).context("m\n.toml"));
+        assert!(told.starts_with("error: m\\n.toml: TOML parse error at line 2"), "{told}");
+        assert!(told.contains("\n  2 | b\\u001b[2J = = 2\n"), "{told}");
+        assert!(told.lines().skip(1).all(|line| line.starts_with("  ")), "{told}");
+        let yaml = sketchnav_sim::ros_map::MapInfo::parse("image: a.pgm\nresolution: [\n").unwrap_err();
+        let told = output_of(&anyhow::Error::from(yaml));
+        assert!(!told.contains("\\n"), "{told}");
+    }
+
+    /// A name of a file that a pattern of the shell found among others.
+    #[test]
+    fn a_rejected_word_of_the_command_line_is_shown_as_it_is() {
+        let words = ["sketchnav", "inf\u{1b}[31m\u{202e}o\n"].map(OsString::from);
+        let told = tame(words.into_iter()).unwrap().render().ansi().to_string();
+        assert!(told.contains("inf\\u001b[31m\\u202eo\\n") && !told.contains("\u{202e}"), "{told}");
+    }
+
+    fn output_of(error: &anyhow::Error) -> String {
+        shown::lines(on_lines(&story(error)))
+    }
 
     /// A missing file was reported three times over: "m.toml: cannot be read: No such file …: cannot be …".
     #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use sketchnav_evaluation::picture::escape;
+use sketchnav_lab::picture::escape;
 use sketchnav_runtime::System;
 use sketchnav_schemas::channels::{self, ChannelSpec, EXTRAS, Role, SERVICES};
 use sketchnav_schemas::codes::Process;
@@ -56,7 +56,7 @@ pub fn graph(options: &GraphOptions) -> Result<Outcome, Failure> {
 }
 
 fn write(path: &Path, svg: &str) -> anyhow::Result<()> {
-    std::fs::write(path, svg).with_context(|| format!("--output {}", path.display()))
+    sketchnav_files::write(path, svg).with_context(|| format!("--output {}", path.display()))
 }
 
 /// A running system.

@@ -7,7 +7,7 @@ use sketchnav_landmarks::mission::KIND;
 use sketchnav_landmarks::{language, sketcher};
 
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::out;
+use crate::output;
 
 /// Prints them in words, or as a table.
 pub fn print(path: &Path, table: bool) -> Result<Outcome, Failure> {
@@ -21,8 +21,8 @@ pub fn print(path: &Path, table: bool) -> Result<Outcome, Failure> {
     let instructions = instructions.map_err(|error| in_file(error.to_string())).or_input()?;
     let route = instructions.route().map_err(|error| in_file(error.to_string())).or_input()?;
     match route {
-        Some(route) if table => out!("{}", language::table(&route).trim_end())?,
-        Some(_) => out!("{}", instructions.words.trim_end())?,
+        Some(route) if table => output::lines(language::table(&route).trim_end())?,
+        Some(_) => output::lines(instructions.words.trim_end())?,
         None => {
             let reason = "expected an object in view at each turn, found none at one; \
                 method \"chronis-2007\" says at which";

@@ -64,7 +64,9 @@ pub fn configure(
     };
     Ok(RunConfig {
         system: options.system.clone().unwrap_or_else(|| format!("{name}-{}", std::process::id())),
+        method: sketchnav_navigators::method(&mission).to_owned(),
         mission,
+        files_of: None,
         robot,
         seed: options.seed,
         pace,
@@ -122,5 +124,61 @@ pub fn classify(error: SystemError) -> Failure {
             Failure::Input(error.into())
         }
         _ => Failure::Other(error.into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use clap::{Args, FromArgMatches};
+    use sketchnav_recordings::Recording;
+    use sketchnav_recordings::writer::Writer;
+
+    use super::*;
+    use crate::recordings::judge;
+
+    fn options(words: &[&str]) -> SystemOptions {
+        let line = SystemOptions::augment_args(clap::Command::new("run").no_binary_name(true));
+        SystemOptions::from_arg_matches(&line.get_matches_from(words)).unwrap()
+    }
+
+    fn run(mission: &str, words: &[&str]) -> RunConfig {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("sim/missions/{mission}.toml"));
+        let (mission, robot) = load(&path, &options(words)).unwrap();
+        configure(&options(words), Path::new("out"), mission, robot, (Pace::Lockstep, Pad::Absent)).unwrap()
+    }
+
+    /// What its recording is judged as.
+    fn judged(run: &RunConfig) -> String {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        Writer::create(file.reopen().unwrap(), run).unwrap().finish().unwrap();
+        assert_eq!(Recording::open(file.path()).unwrap().run().unwrap(), *run);
+        let judged = judge::of_file(file.path(), None).unwrap();
+        serde_json::to_value(judged).unwrap()["method"].as_str().unwrap().to_owned()
+    }
+
+    /// The recordings of all kinds but one said that they had no method.
+    #[test]
+    fn the_method_of_a_run_is_known_whatever_its_navigator() {
+        let mut kinds = BTreeSet::new();
+        for mission in
+            ["laboratory/laboratory-a", "corridor/corridor-a", "landmarks/scene-a", "directions/hundred"]
+        {
+            let run = run(mission, &[]);
+            let navigator = sketchnav_navigators::of(&run.mission).unwrap();
+            assert_eq!(Some(&run.method.as_str()), navigator.methods.first(), "{mission}");
+            assert_eq!(judged(&run), run.method, "{mission}");
+            // As earlier versions wrote it.
+            assert_eq!(judged(&RunConfig { method: String::new(), ..run.clone() }), run.method, "{mission}");
+            kinds.insert(navigator.kind);
+        }
+        assert_eq!(kinds, sketchnav_navigators::all().map(|navigator| navigator.kind).collect());
+    }
+
+    #[test]
+    fn the_method_of_a_run_is_the_one_that_is_asked_for() {
+        assert_eq!(run("laboratory/laboratory-a", &["--method", "beam"]).method, "beam");
+        assert_eq!(run("corridor/corridor-qtc", &[]).method, "qtc-b");
     }
 }

@@ -10,17 +10,18 @@
 //! | compute qualitative relations of objects | [`sketchnav_qualitative`]: no robot in it |
 //! | write a robot's driver, or read a running system | [`sketchnav_runtime`]: `Node`, `System` |
 //! | simulate a robot, a laser, people | [`sketchnav_sim`] |
-//! | judge runs and drive experiments | [`sketchnav_evaluation`] |
+//! | judge runs and drive experiments | [`sketchnav_lab`] |
 //! | read drawings, localize and plan in them | [`sketchnav_sketch`] |
 //!
 //! The README says what it is and how to run it, `docs/` how to use it, `ARCHITECTURE.md` how it is built.
 //!
 //! # A mission in one process
 //!
-//! The same stages as in the processes, and the same messages, byte for byte. A [`Tap`](sketchnav_stage::Tap) sees them all.
+//! The same stages as in the processes, and the same messages, byte for byte. An
+//! [`Onlooker`](sketchnav_rehearsal::Onlooker) sees them all, and may end the mission.
 //!
 //! ```
-//! use sketchnav_rehearsal::{Rehearsal, Tap};
+//! use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
 //! use sketchnav_schemas::channels::{COMMAND, ChannelSpec};
 //! use sketchnav_schemas::run::RunConfig;
 //!
@@ -33,6 +34,8 @@
 //!         }
 //!     }
 //! }
+//!
+//! impl Onlooker for Commands {}
 //!
 //! let path = concat!(env!("CARGO_MANIFEST_DIR"), "/sim/missions/corridor/corridor-qtc.toml");
 //! let (mission, robot) = sketchnav_sim::mission_file::load(path.as_ref())?;
@@ -86,12 +89,16 @@
 //! A `main` that calls [`main_with`] is all of `sketchnav`, and knows one's own navigators, too.
 //! `docs/write-a-navigator.md` goes through `tests/stranger/wall_follower.rs`, which is such a program.
 
+// What is printed goes through `output`, which escapes what could steer a terminal.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod args;
 mod bridge;
 mod channels;
 mod chaos;
 mod deform;
 mod doctor;
+mod doubts;
 mod eval;
 mod failure;
 mod folder;
@@ -108,6 +115,7 @@ mod notify;
 mod output;
 mod pad;
 mod param;
+mod poses;
 mod recordings;
 mod relations;
 mod report;
@@ -118,12 +126,12 @@ mod tap;
 mod tools;
 mod top;
 mod view;
+mod warnings;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::{CommandFactory, FromArgMatches, Parser};
 use nix::sys::signal::{SigHandler, Signal, signal};
-use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_stage::Navigator;
 
 use args::{Cli, Command};
@@ -132,10 +140,30 @@ use recordings::whole::Whole;
 
 /// What this project's own program does: reads the command line and obeys it.
 pub fn main() -> ExitCode {
+    main_with(&[])
+}
+
+/// The same with navigators of one's own.
+pub fn main_with(navigators: &'static [Navigator]) -> ExitCode {
+    // Before anything that takes much of it.
+    if let Err(error) = sketchnav_runtime::provide_stack() {
+        return exit_code(Err(Failure::Other(error.into())), false);
+    }
     ignore_file_size_signal();
-    let cli = Cli::parse();
-    let json = cli.wants_json();
-    exit_code(dispatch(cli), json)
+    if let Err(error) = sketchnav_navigators::register(navigators) {
+        return exit_code(Err(Failure::Other(error.into())), false);
+    }
+    match parse() {
+        Ok((cli, wants_json)) => exit_code(dispatch(cli), wants_json),
+        Err(error) => failure::refuse_usage(&error),
+    }
+}
+
+/// The command line, and whether a program reads what is printed.
+fn parse() -> clap::error::Result<(Cli, bool)> {
+    let matches = Cli::command().try_get_matches()?;
+    let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut Cli::command()))?;
+    Ok((cli, args::wants_json(&matches)))
 }
 
 /// Ignores SIGXFSZ, which would end the process without a message. A write beyond `ulimit -f` then fails with an error, as
@@ -143,14 +171,6 @@ pub fn main() -> ExitCode {
 fn ignore_file_size_signal() {
     // SAFETY: no handler runs. The call fails for invalid signals only.
     let _ = unsafe { signal(Signal::SIGXFSZ, SigHandler::SigIgn) };
-}
-
-/// The same with navigators of one's own, and the channels that they have beside those of all.
-pub fn main_with(navigators: &'static [Navigator], channels: &'static [&'static ChannelSpec]) -> ExitCode {
-    match sketchnav_navigators::register(navigators, channels) {
-        Ok(()) => main(),
-        Err(error) => exit_code(Err(Failure::Other(error.into())), false),
-    }
 }
 
 /// The command line, for those who document or complete it.

@@ -6,8 +6,8 @@ use std::time::Duration;
 use anyhow::Context;
 use qrcode::QrCode;
 use qrcode::render::unicode::Dense1x2;
-use rand::RngExt;
-use sketchnav_pad::TOKEN_VARIABLE;
+use sketchnav_pad::guard::Token;
+use sketchnav_pad::token::{self, TOKEN_VARIABLE};
 use sketchnav_schemas::codes::Process;
 use sketchnav_supervisor::{Error as SystemError, ProcessLine};
 
@@ -19,24 +19,23 @@ const LOOK: Duration = Duration::from_millis(50);
 /// The link to a page, and what its process has to know.
 pub struct Link {
     site: PadSite,
-    token: Option<String>,
+    token: Token,
 }
 
 impl Link {
-    /// Port 0 becomes one that is free; a token is made where it takes one and none is given.
+    /// Port 0 becomes one that is free; a token is made where neither the command line nor the environment has one.
     ///
     /// # Errors
-    /// Where no port is free.
-    pub fn new(site: &PadSite, token: Option<String>) -> anyhow::Result<Self> {
+    /// Where no port is free, or the token of the environment is none.
+    pub fn new(site: &PadSite, token: Option<Token>) -> anyhow::Result<Self> {
         let mut site = site.clone();
         if site.port == 0 {
             let free = TcpListener::bind((site.bind, 0)).and_then(|listener| listener.local_addr());
             site.port = free.with_context(|| format!("{}: expected a free port", site.bind))?.port();
         }
         site.save = std::path::absolute(&site.save).context("the current folder is gone")?;
-        let made = || format!("{:032x}", rand::rng().random::<u128>());
-        let token = token.or_else(|| (!site.bind.is_loopback()).then(made));
-        Ok(Self { site, token })
+        let given = token.map_or_else(token::of_environment, |token| Ok(Some(token)))?;
+        Ok(Self { site, token: given.unwrap_or_else(Token::random) })
     }
 
     /// How the pad's process is started.
@@ -49,10 +48,7 @@ impl Link {
         line.command.args(["--port", &port.to_string(), "--bind", &bind.to_string()]);
         line.command.args(hosts.iter().flat_map(|host| ["--host", host]));
         line.command.arg("--save").arg(save);
-        match &self.token {
-            Some(token) => line.command.env(TOKEN_VARIABLE, token),
-            None => line.command.env_remove(TOKEN_VARIABLE),
-        };
+        line.command.env(TOKEN_VARIABLE, self.token.text());
         Ok(line)
     }
 
@@ -62,10 +58,10 @@ impl Link {
         TcpStream::connect_timeout(&SocketAddr::new(host, self.site.port), LOOK).is_ok()
     }
 
-    /// What to print: the link; for another device as a picture, too.
+    /// What to print: the link; where other devices reach the page as a picture, too.
     pub fn text(&self) -> String {
         let url = self.url();
-        let code = self.token.as_ref().and_then(|_| QrCode::new(&url).ok());
+        let code = (!self.site.bind.is_loopback()).then(|| QrCode::new(&url).ok()).flatten();
         let picture = code.map(|code| code.render::<Dense1x2>().quiet_zone(true).build());
         format!("the page: {url}{}", picture.map_or_else(String::new, |picture| format!("\n{picture}")))
     }
@@ -73,10 +69,7 @@ impl Link {
     fn url(&self) -> String {
         let host = if self.site.bind.is_unspecified() { own_address(self.site.bind) } else { self.site.bind };
         let address = SocketAddr::new(host, self.site.port);
-        match &self.token {
-            Some(token) => format!("http://{address}/?token={token}"),
-            None => format!("http://{address}/"),
-        }
+        format!("http://{address}/?token={}", self.token.text())
     }
 }
 
@@ -109,23 +102,29 @@ mod tests {
         PadSite { port: 0, bind: bind.parse().unwrap(), hosts: vec!["robot.local".into()], save: ".".into() }
     }
 
+    /// Everybody on the machine reaches a loopback address: a link to it had no token, and another user drove the robot.
     #[test]
-    fn a_link_to_this_machine_alone_needs_no_token() {
-        let link = Link::new(&site("127.0.0.1"), None).unwrap();
-        assert!(link.token.is_none() && link.site.port > 0);
-        assert_eq!(link.url(), format!("http://127.0.0.1:{}/", link.site.port));
-        assert!(!link.is_up());
+    fn every_link_has_a_token_that_nobody_guesses() {
+        for bind in ["127.0.0.1", "::1", "0.0.0.0"] {
+            let links = [(); 2].map(|()| Link::new(&site(bind), None).unwrap());
+            assert_ne!(links[0].token, links[1].token);
+            let token = links[0].token.text();
+            assert!(token.len() == 32 && links[0].url().ends_with(&format!("/?token={token}")));
+            assert!(links[0].text().contains(token) && links[0].site.port > 0 && !links[0].is_up());
+            let line = links[0].line("x").unwrap();
+            let shown = format!("{:?}", line.command.get_args().collect::<Vec<_>>());
+            assert!(shown.contains("\"--host\", \"robot.local\""), "{shown}");
+            assert!(!shown.contains(token), "a command line is everybody's to read: {shown}");
+            let given: Vec<_> = line.command.get_envs().filter(|(name, _)| *name == TOKEN_VARIABLE).collect();
+            assert_eq!(given, [(TOKEN_VARIABLE.as_ref(), Some(token.as_ref()))]);
+        }
+        let chosen: Token = "abcdefgh12345678".parse().unwrap();
+        assert_eq!(Link::new(&site("127.0.0.1"), Some(chosen.clone())).unwrap().token, chosen);
     }
 
     #[test]
-    fn a_link_for_others_has_a_token_that_nobody_guesses() {
-        let links = [(); 2].map(|()| Link::new(&site("0.0.0.0"), None).unwrap());
-        assert_ne!(links[0].token, links[1].token);
-        let token = links[0].token.as_ref().unwrap();
-        assert!(token.len() == 32 && links[0].url().ends_with(&format!("?token={token}")));
-        let line = links[0].line("x").unwrap();
-        let shown = format!("{:?}", line.command.get_args().collect::<Vec<_>>());
-        assert!(shown.contains("\"--host\", \"robot.local\""), "{shown}");
-        assert!(!shown.contains(token), "a command line is everybody's to read: {shown}");
+    fn a_picture_of_the_link_is_for_other_devices() {
+        let lines = |bind| Link::new(&site(bind), None).unwrap().text().lines().count();
+        assert!(lines("127.0.0.1") == 1 && lines("0.0.0.0") > 10);
     }
 }

@@ -8,7 +8,7 @@ use clap_complete::{Shell as Known, generate};
 
 use crate::args::{Cli, Shell};
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::out;
+use crate::output;
 
 /// The name of the program.
 const NAME: &str = "sketchnav";
@@ -24,7 +24,7 @@ pub fn completions(shell: Shell) -> Result<Outcome, Failure> {
     };
     let mut text = Vec::new();
     generate(known, &mut Cli::command(), NAME, &mut text);
-    out!("{}", String::from_utf8_lossy(&text).trim_end())?;
+    output::lines(String::from_utf8_lossy(&text).trim_end())?;
     Ok(Outcome::Success)
 }
 

@@ -5,22 +5,28 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
-use sketchnav_runtime::System;
+use sketchnav_pad::guard::Token;
+use sketchnav_pad::token;
+use sketchnav_runtime::{Error as RuntimeError, System};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::MissionStatus;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
+use sketchnav_schemas::shown::one_line;
 use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::args::{RunOptions, SystemOptions};
+use crate::doubts;
 use crate::failure::{Failure, OrInput, Outcome, story};
 use crate::folder::{create, plain_name};
 use crate::launch::{classify, configure, discard, grace, lines, load};
 use crate::link::Link;
-use crate::output::{out, say};
+use crate::output::{self, out, say};
+use crate::recordings::whole::only_one_in;
 use crate::report;
 use crate::view::Beside;
+use crate::warnings;
 
 /// How often the progress line changes.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -38,6 +44,11 @@ const DEMO_WORD: &str = "demo";
 /// Whether the demo is meant; a file of that name goes before it.
 pub fn is_demo(mission: &Path) -> bool {
     mission == Path::new(DEMO_WORD) && !mission.exists()
+}
+
+/// The demo's mission as it is in the program.
+pub fn demo_mission() -> anyhow::Result<Mission> {
+    Ok(Mission::parse(std::str::from_utf8(DEMO[0].1)?)?)
 }
 
 /// Writes the demo's files beside its results, to be changed and run again, and runs it.
@@ -65,23 +76,51 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
 
 /// Goes on with the mission whose recording lies in `folder` and whose supervisor was killed.
 pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
-    let (system, run) = System::resume(folder).map_err(|error| classify(error.into()))?;
+    let (system, run) = match System::resume(folder) {
+        Err(error @ RuntimeError::NothingToResume { .. }) => return make_up_for(folder, options, error),
+        resumed => resumed.map_err(|error| classify(error.into()))?,
+    };
     let began = Instant::now();
-    let (link, view) = (link(&run, options)?, Beside::prepare(options.foxglove)?);
+    // The open pages know the token that they had.
+    let token = options.token.clone().or_else(|| token::kept(&system));
+    let (link, view) = (link(&run, options, token)?, Beside::prepare(options.foxglove)?);
     let lines = lines(&run, link.as_ref()).map_err(classify)?;
     let supervisor = Supervisor::resume(system, lines, grace(&options.system)).map_err(classify)?;
     if let Some(link) = link {
-        say!("{}", link.text());
+        output::aside(link.text());
     }
     let _view = view.map(|view| view.start(&run.system)).transpose()?;
     follow(supervisor, began, &run, options, (folder, Origin::Resumed))
 }
 
+/// Makes the table and the pictures of a run whose supervisor was killed when everything else was done. Says of another
+/// one what there is of it.
+fn make_up_for(folder: &Path, options: &RunOptions, nothing: RuntimeError) -> Result<Outcome, Failure> {
+    let Ok(recording) = only_one_in(folder) else { return Err(classify(nothing.into())) };
+    let name = recording.display();
+    let Some(report) = report::Report::of_ended(&recording, folder)? else {
+        return Err(Failure::Input(anyhow!(
+            "{nothing}. The mission had not ended; its recording so far is there: sketchnav judge {name} makes the table, \
+             sketchnav report {name} -o report.html the pictures"
+        )));
+    };
+    say!("the mission had ended; the table and the pictures are those of its recording");
+    report.print(options.json)?;
+    Ok(if report.success() { Outcome::Success } else { Outcome::Short })
+}
+
 fn run_in(folder: &Path, mission: Mission, robot: Robot, options: &RunOptions) -> Result<Outcome, Failure> {
     let pad = if options.pad { Pad::Watches } else { Pad::Absent };
     let run = configure(&options.system, folder, mission, robot, (options.speed, pad)).or_input();
-    let ready = run.and_then(|run| Ok((link(&run, options)?, Beside::prepare(options.foxglove)?, run)));
-    let (link, view, run) = ready.inspect_err(|_| discard(folder))?;
+    let ready = run.and_then(|run| {
+        let doubts = doubts::of(&run, &sketchnav_files::Disk)?;
+        let link = link(&run, options, options.token.clone())?;
+        Ok((link, Beside::prepare(options.foxglove)?, run, doubts))
+    });
+    let (link, view, run, doubts) = ready.inspect_err(|_| discard(folder))?;
+    if !options.json {
+        doubts::tell(&doubts);
+    }
     drive(&run, (link, view), options, folder)
 }
 
@@ -92,14 +131,14 @@ fn drive(
     folder: &Path,
 ) -> Result<Outcome, Failure> {
     let began = Instant::now();
-    let started =
-        lines(run, link.as_ref()).and_then(|lines| Supervisor::start(run, lines, grace(&options.system)));
+    let started = lines(run, link.as_ref())
+        .and_then(|lines| Supervisor::start_without_order(run, lines, grace(&options.system)));
     let supervisor = started.map_err(|error| {
         discard(folder);
         classify(error)
     })?;
     if let Some(link) = link {
-        say!("{}", link.text());
+        output::aside(link.text());
     }
     let _view = view.map(|view| view.start(&run.system)).transpose()?;
     follow(supervisor, began, run, options, (folder, Origin::New))
@@ -120,7 +159,8 @@ fn follow(
     options: &RunOptions,
     (folder, origin): (&Path, Origin),
 ) -> Result<Outcome, Failure> {
-    let watched = watch(&mut supervisor, run, options.json);
+    let mut warnings = Vec::new();
+    let watched = watch(&mut supervisor, run, options.json, &mut warnings);
     let wall = began.elapsed();
     let ended = supervisor.shut_down();
     let progress = match watched {
@@ -134,7 +174,7 @@ fn follow(
             return Err(classify(error));
         }
     };
-    let report = match report::Report::new(run, &supervisor, wall, folder) {
+    let report = match report::Report::new(run, &supervisor, wall, folder, warnings) {
         Ok(report) => report,
         // What the processes say about their end is nearer to the cause: a full disk, say.
         Err(failure) => {
@@ -143,18 +183,25 @@ fn follow(
         }
     };
     report.print(options.json)?;
+    if let Some(words) = report.incomplete() {
+        say!("the recording is incomplete {words}");
+    }
     ended.map_err(|error| Failure::Reported(error.into()))?;
     match progress {
         Progress::Interrupted => Err(Failure::Reported(anyhow!("interrupted before the mission ended"))),
-        _ if report.success() => Ok(Outcome::Success),
-        _ => Ok(Outcome::Short),
+        _ if !report.success() => Ok(Outcome::Short),
+        _ if report.incomplete().is_some() => Ok(Outcome::Incomplete),
+        _ => Ok(Outcome::Success),
     }
 }
 
 /// Prints an object with the error and the tasks as the planner reported them: no recording can be judged.
 fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failure, Failure> {
-    let (Failure::Input(error) | Failure::Plain(error) | Failure::Other(error) | Failure::Reported(error)) =
-        failure;
+    let (Failure::Input(error)
+    | Failure::Plain(error)
+    | Failure::Other(error)
+    | Failure::Reported(error)
+    | Failure::Incomplete(error)) = failure;
     let task = |status: &MissionStatus| {
         serde_json::json!({
             "name": status.name.as_str(),
@@ -170,15 +217,24 @@ fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failur
 }
 
 /// Where the run has a page.
-fn link(run: &RunConfig, options: &RunOptions) -> Result<Option<Link>, Failure> {
+fn link(run: &RunConfig, options: &RunOptions, token: Option<Token>) -> Result<Option<Link>, Failure> {
     if run.pad.is_absent() {
         return Ok(None);
     }
-    Link::new(&options.site, options.token.clone()).or_input().map(Some)
+    Link::new(&options.site, token).or_input().map(Some)
 }
 
 /// Shows how the mission goes until its end.
-fn watch(supervisor: &mut Supervisor, run: &RunConfig, quiet: bool) -> Result<Progress, SystemError> {
+fn watch(
+    supervisor: &mut Supervisor,
+    run: &RunConfig,
+    quiet: bool,
+    warnings: &mut Vec<String>,
+) -> Result<Progress, SystemError> {
+    if let Some(progress) = warnings::hear(warnings, supervisor, run, quiet)? {
+        return Ok(progress);
+    }
+    supervisor.order_start()?;
     let line = progress_line(run, quiet);
     let began = Instant::now();
     let (mut told, mut mourned) = (0, 0);
@@ -194,7 +250,7 @@ fn watch(supervisor: &mut Supervisor, run: &RunConfig, quiet: bool) -> Result<Pr
         }
         line.set_position(told as u64);
         if let Some(status) = supervisor.status() {
-            line.set_message(on_the_way(status, began.elapsed()));
+            line.set_message(one_line(on_the_way(status, began.elapsed())));
         }
         if progress != Progress::Running {
             line.finish_and_clear();
@@ -210,7 +266,7 @@ fn progress_line(run: &RunConfig, quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template("{prefix:.bold} {bar:20.cyan/dim} {pos}/{len}  {msg}");
     ProgressBar::new(run.mission.task.len() as u64)
         .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        .with_prefix(run.mission.name.clone())
+        .with_prefix(one_line(&run.mission.name))
 }
 
 /// Above the progress line; where there is no terminal, on standard error.
@@ -218,7 +274,7 @@ fn tell(line: &ProgressBar, quiet: bool, text: &str) {
     match (quiet, line.is_hidden()) {
         (true, _) => {}
         (false, true) => say!("{text}"),
-        (false, false) => line.println(text),
+        (false, false) => line.println(one_line(text)),
     }
 }
 

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::anyhow;
+use anyhow::{anyhow, ensure};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
-use sketchnav_schemas::sketch_mission::{SketchMission, WallTone};
+use sketchnav_sketch::mission::{SketchMission, WallTone};
 use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::args::PadOptions;
@@ -17,7 +17,7 @@ use crate::launch::{classify, configure, discard, grace, lines, load};
 use crate::link::Link;
 use crate::mission::{is_demo, load_demo};
 use crate::notify::Manager;
-use crate::output::{out, say};
+use crate::output::{self, say};
 
 /// How often to look for deaths and for the end.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -45,7 +45,11 @@ pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
         }
     }
     ended.map_err(|error| Failure::Reported(error.into()))?;
-    Ok(Outcome::Success)
+    let Some(gap) = supervisor.recording_failure().filter(|failure| failure.missing > 0) else {
+        return Ok(Outcome::Success);
+    };
+    say!("the recording is incomplete by {} messages: {}", gap.missing, gap.words);
+    Ok(Outcome::Incomplete)
 }
 
 /// Where the results go, the world and the robot.
@@ -53,8 +57,7 @@ fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
     match options.mission.as_ref().filter(|path| !is_demo(path)) {
         Some(path) => {
             let (mission, robot) = load(path, &options.system)?;
-            let checked = sketchnav_pad::check_kind(&mission);
-            checked.map_err(|error| anyhow!("{}: {error}", path.display())).or_input()?;
+            check_kind(&mission).map_err(|error| anyhow!("{}: {error}", path.display())).or_input()?;
             let folder = create(&options.system.out, &plain_name(&mission.name)).or_input()?;
             Ok((folder, mission, robot))
         }
@@ -64,6 +67,21 @@ fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
             Ok((folder, mission, robot))
         }
     }
+}
+
+/// Checks that the mission's navigator goes by what people draw.
+fn check_kind(mission: &Mission) -> anyhow::Result<()> {
+    let navigator = sketchnav_navigators::of(mission)?;
+    let drawn = sketchnav_navigators::all().filter(|navigator| navigator.drawn.is_some());
+    let known: Vec<_> = drawn.map(|navigator| format!("{:?}", navigator.kind)).collect();
+    ensure!(
+        navigator.drawn.is_some(),
+        "navigator.kind: expected a mission of kind {}, since people draw on the page; found kind {:?}. To watch \
+         it: sketchnav run MISSION --pad",
+        known.join(", "),
+        navigator.kind
+    );
+    Ok(())
 }
 
 /// The mission's world, robot and true start; what it says about a drawing is left out.
@@ -93,7 +111,7 @@ fn watch(supervisor: &mut Supervisor, link: &Link) -> Result<(), SystemError> {
         manager.ping_if_due();
         if !is_told && link.is_up() {
             // Who does not read it may know it.
-            let _ = out!("{}", link.text());
+            let _ = output::lines(link.text());
             is_told = true;
             // The link has the token, which is nobody else's.
             manager.ready("serving the page");

@@ -1,9 +1,10 @@
 //! The tools for recordings, a subcommand each.
 
+mod account;
 pub mod args;
-mod draft;
+pub mod guard;
 mod import;
-mod judge;
+pub mod judge;
 mod replay;
 pub mod report;
 mod rerun;
@@ -11,9 +12,8 @@ mod rewrite;
 pub mod snapshot;
 pub mod whole;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
 use sketchnav_recordings::{Recording, RecordingError};
 
 use crate::failure::{Failure, OrInput, Outcome};
@@ -25,28 +25,32 @@ use whole::Whole;
 pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
     match tool {
         Tool::Replay { file, options } => replay::replay(Whole::of(&file)?.path(), &options),
-        Tool::Rerun { file, options } => rerun::rerun(Whole::of(&file)?.path(), &options),
-        Tool::Judge { files, options } => judge::judge(&Whole::of_all(&files)?.1, &options),
+        Tool::Rerun { file, options } => rerun::rerun(&Whole::of(&file)?, &options),
+        Tool::Judge { files, options } => {
+            let (wholes, paths) = Whole::of_all(&files)?;
+            let inputs: Vec<_> = wholes.iter().flat_map(Whole::sources).chain(options.inputs()).collect();
+            options.csv.iter().try_for_each(|csv| refuse_to_overwrite(inputs.iter().copied(), csv))?;
+            judge::judge(&paths, &options)
+        }
         Tool::Report { file, output, rooms, json } => {
-            report::report(Whole::of(&file)?.path(), &output, rooms.as_deref(), json)
+            let whole = Whole::of(&file)?;
+            refuse_to_overwrite(whole.sources().iter().chain(&rooms), &output)?;
+            report::report(whole.path(), &output, rooms.as_deref(), json)
         }
         Tool::Import { log, options } => import::import(&log, &options),
-        Tool::Recover { file, output, json } => rewrite::recover(&file, &output, json),
-        Tool::Filter { file, options } => rewrite::filter(Whole::of(&file)?.path(), &options),
-        Tool::Merge { files, output, json } => rewrite::merge(&Whole::of_all(&files)?.1, &output, json),
-        Tool::Split { file, options } => rewrite::split(Whole::of(&file)?.path(), &options),
+        Tool::Recover { file, options } => rewrite::recover(&file, &options),
+        Tool::Filter { file, options } => rewrite::filter(&Whole::of(&file)?, &options),
+        Tool::Merge { files, output, json } => rewrite::merge(&Whole::of_all(&files)?.0, &output, json),
+        Tool::Split { file, options } => rewrite::split(&Whole::of(&file)?, &options),
     }
 }
 
-/// Refuses to write over what is read. What is written by way of a draft needs no such care, but where it
-/// is something else than a recording.
-fn refuse_to_overwrite(input: &Path, output: &Path) -> Result<(), Failure> {
-    let is_same =
-        input.canonicalize().ok().is_some_and(|input| output.canonicalize().is_ok_and(|o| o == input));
-    if is_same {
-        return Err(Failure::Input(anyhow!("{}: expected another file than the input", output.display())));
-    }
-    Ok(())
+/// Refuses to write over what is read.
+fn refuse_to_overwrite<'a>(
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
+    output: &Path,
+) -> Result<(), Failure> {
+    sketchnav_files::draft::refuse_to_overwrite(inputs.into_iter().map(PathBuf::as_path), output).or_input()
 }
 
 /// The names of those of the recordings that `info` calls cut off.
@@ -69,4 +73,127 @@ pub fn tell_cut_off(name: impl std::fmt::Display) {
 
 fn open(path: &Path) -> Result<Recording, Failure> {
     Recording::open(path).or_input()
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use sketchnav_recordings::samples::{SampleForm, SampleTopic, points, recording};
+
+    use crate::args::Cli;
+
+    /// A folder with these recordings, and what a command says of it.
+    struct Place(tempfile::TempDir);
+
+    impl Place {
+        fn new(form: SampleForm, topics: &[SampleTopic]) -> Self {
+            let place = Self(tempfile::tempdir().unwrap());
+            std::fs::write(place.0.path().join("x.mcap"), recording(form, topics)).unwrap();
+            place
+        }
+
+        /// The error, or nothing.
+        fn run(&self, line: &str) -> String {
+            let ends = [".mcap", ".html", ".zstd", "parts.d"];
+            let here = |word: &str| match ends.iter().any(|end| word.ends_with(end)) {
+                true => self.0.path().join(word).display().to_string(),
+                false => word.to_owned(),
+            };
+            let words = std::iter::once("sketchnav".to_owned()).chain(line.split(' ').map(here));
+            crate::dispatch(Cli::parse_from(words)).err().map_or(String::new(), |error| format!("{error:?}"))
+        }
+    }
+
+    const READ: [&str; 10] = [
+        "info x.mcap",
+        "echo ball --file x.mcap --count 1",
+        "echo /ball --file x.mcap --csv --once",
+        "hz --regex .* --file x.mcap",
+        "filter x.mcap --topics ball -o y.mcap",
+        "merge x.mcap x.mcap -o z.mcap",
+        "split x.mcap --seconds 1 -o parts.d",
+        "recover x.mcap -o r.mcap",
+        "relations x.mcap --calculus qtc-b --quantisation-m 0.01",
+        "report x.mcap -o page.html",
+    ];
+
+    #[test]
+    fn commands_for_any_recording_take_those_of_others() {
+        let big_endian = [points("/ball", 25, true), points("/cup", 25, true)];
+        let plain = [points("/ball", 25, false), points("/cup", 25, false)];
+        for (form, topics) in [
+            (SampleForm::default(), &plain),
+            (SampleForm { compression: "lz4", ..SampleForm::default() }, &plain),
+            (SampleForm::default(), &big_endian),
+        ] {
+            let place = Place::new(form, topics);
+            for line in READ {
+                let error = place.run(line);
+                assert!(error.is_empty(), "{line}: {error}");
+            }
+            let page = std::fs::read_to_string(place.0.path().join("page.html")).unwrap();
+            for words in
+                ["/cup", "geometry_msgs/msg/PointStamped", "another tool", "no recording of sketchnav"]
+            {
+                assert!(page.contains(words), "{words}");
+            }
+        }
+    }
+
+    #[test]
+    fn commands_for_runs_say_which_take_the_others() {
+        let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);
+        for line in
+            ["judge x.mcap", "rerun x.mcap --process localizer", "replay x.mcap", "diff x.mcap x.mcap"]
+        {
+            let error = place.run(line);
+            let words = ["expected a recording of sketchnav", "info, echo, hz, filter, merge, split"];
+            assert!(words.iter().all(|words| error.contains(words)), "{line}: {error}");
+        }
+        assert!(place.run("echo cup --file x.mcap").contains("expected one of ball, found"));
+        assert!(place.run("relations x.mcap --calculus qtc-b").contains("2 objects or more, found ball"));
+    }
+
+    #[test]
+    fn of_other_messages_the_form_is_named() {
+        let ros1 = SampleTopic { encoding: "ros1", language: "ros1msg", ..points("/ball", 25, false) };
+        let place = Place::new(SampleForm { profile: "ros1", ..SampleForm::default() }, &[ros1]);
+        for line in READ.iter().filter(|line| !line.starts_with("echo") && !line.starts_with("relations")) {
+            let error = place.run(line);
+            assert!(error.is_empty(), "{line}: {error}");
+        }
+        for line in ["echo ball --file x.mcap", "relations x.mcap --calculus qtc-b"] {
+            let error = place.run(line);
+            assert!(
+                error.contains("found messages of ROS 1") && error.contains("rosbags-convert"),
+                "{line}: {error}"
+            );
+        }
+        let json = SampleTopic {
+            name: "/text",
+            kind: "",
+            language: "",
+            definition: "",
+            encoding: "json",
+            messages: vec![(1_700_000_000_000_000_000, 0, b"{ \"a\": 1 }".to_vec())],
+        };
+        let place = Place::new(SampleForm::default(), &[json]);
+        assert_eq!(place.run("echo text --file x.mcap --field a"), "");
+    }
+
+    /// `report` of a packed file wrote the page over it.
+    #[test]
+    fn no_page_takes_the_place_of_what_it_shows() {
+        let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);
+        let packed = sketchnav_recordings::samples::packed(
+            "zstd",
+            &std::fs::read(place.0.path().join("x.mcap")).unwrap(),
+        );
+        let file = place.0.path().join("x.mcap.zstd");
+        std::fs::write(&file, &packed).unwrap();
+        assert!(
+            place.run("report x.mcap.zstd -o x.mcap.zstd").contains("expected another file than the input")
+        );
+        assert_eq!(std::fs::read(&file).unwrap(), packed);
+    }
 }

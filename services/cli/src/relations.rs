@@ -1,5 +1,6 @@
 //! Relations between objects over time: of a table of positions, or of the bodies of a recording.
 
+mod association;
 mod bodies;
 mod calculi;
 mod table;
@@ -13,7 +14,8 @@ use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::out;
+use crate::output::{self, out, say};
+use association::Meetings;
 use calculi::Word;
 
 /// What to compute of which objects.
@@ -45,6 +47,10 @@ pub struct RelationsOptions {
     /// Sides that differ by up to this are equal, metres (rcc, rectangle).
     #[arg(long, value_name = "METRES", default_value_t = 0.0)]
     pub tolerance_m: f64,
+    /// Take stamps that are up to this far apart for the same time, seconds. The object with the fewest samples says the
+    /// times, and of the others the nearest sample counts. By default stamps must be equal.
+    #[arg(long, value_name = "SECONDS", value_parser = parse_tolerance)]
+    pub tolerance: Option<f64>,
     /// Objects that are not seen for longer than this are not followed across the pause, seconds.
     #[arg(long, value_name = "SECONDS")]
     pub max_gap_s: Option<f64>,
@@ -60,6 +66,11 @@ pub struct RelationsOptions {
     /// Comma-separated values instead of a table.
     #[arg(long)]
     pub csv: bool,
+}
+
+fn parse_tolerance(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0);
+    seconds.ok_or_else(|| "expected a number of seconds, 0 or above".to_owned())
 }
 
 /// An object at one time.
@@ -86,6 +97,9 @@ struct Track {
 struct Series {
     between: Vec<String>,
     relations: Vec<Held>,
+    /// Why there are none, or fewer than the samples let expect.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    note: Option<String>,
 }
 
 /// What held from when to when.
@@ -101,13 +115,18 @@ struct Held {
 /// Prints the relations of `file`.
 pub fn relations(file: &Path, options: &RelationsOptions) -> Result<Outcome, Failure> {
     let series = compute(file, options).or_input()?;
+    for one in &series {
+        if let Some(note) = &one.note {
+            say!("notice: {}", one.named(note));
+        }
+    }
     if options.json {
         let object = serde_json::json!({ "calculus": word(options.calculus), "series": series });
         out!("{object}")?;
     } else if options.csv {
-        out!("{}", comma_separated(&series)?)?;
+        output::lines(comma_separated(&series)?)?;
     } else {
-        out!("{}", drawn(&series))?;
+        output::lines(drawn(&series))?;
     }
     Ok(Outcome::Success)
 }
@@ -116,13 +135,52 @@ fn compute(file: &Path, options: &RelationsOptions) -> anyhow::Result<Vec<Series
     let is_recording = file.extension().is_some_and(|extension| extension == "mcap");
     let tracks = if is_recording { bodies::read(file)? } else { table::read(file)? };
     let chosen = choose(&tracks, options)?;
-    let of = |tracks: Vec<&Track>| {
-        let between: Vec<_> = tracks.iter().map(|track| track.name.clone()).collect();
-        let relations = calculi::series(&tracks, options);
-        let relations = relations.with_context(|| format!("{}: {}", file.display(), between.join(", ")))?;
-        Ok(Series { between, relations })
+    let of = |tracks: Vec<&Track>| of_tracks(&tracks, options).with_context(|| file.display().to_string());
+    let series: Vec<Series> = chosen.into_iter().map(of).collect::<anyhow::Result<_>>()?;
+    if series.iter().all(|one| one.relations.is_empty()) {
+        let why: Vec<_> = series.iter().filter_map(|one| Some(one.named(one.note.as_ref()?))).collect();
+        bail!("{}: expected relations, found none: {}", file.display(), why.join("; "));
+    }
+    Ok(series)
+}
+
+fn of_tracks(tracks: &[&Track], options: &RelationsOptions) -> anyhow::Result<Series> {
+    let between: Vec<_> = tracks.iter().map(|track| track.name.clone()).collect();
+    let scenes = association::associate(tracks, options.tolerance);
+    let relations = calculi::series(tracks, &scenes, options).with_context(|| between.join(", "))?;
+    let note = note(&Meetings::of(tracks, &scenes), relations.is_empty(), options);
+    Ok(Series { between, relations, note })
+}
+
+/// Why there are no relations, or what most samples are missing.
+fn note(meetings: &Meetings, is_empty: bool, options: &RelationsOptions) -> Option<String> {
+    let Meetings { together, rarest, samples, .. } = meetings;
+    let times = match options.tolerance {
+        None => "time in common".to_owned(),
+        Some(tolerance_s) => format!("time in common to within {tolerance_s} s"),
     };
-    chosen.into_iter().map(of).collect()
+    if *together == 0 {
+        Some(format!("no {times}: {}", meetings.miss()))
+    } else if is_empty {
+        let hint = match options.tolerance {
+            None => "; --tolerance 0 leaves out the times at which not all were seen",
+            Some(_) => "",
+        };
+        Some(format!(
+            "{together} samples with a {times}, and no relation: most calculi compare a sample with the one before, and \
+             no two follow each other without a pause{hint}"
+        ))
+    } else if 2 * together < *samples {
+        Some(format!("{together} of {samples} samples of {rarest} have a {times}: {}", meetings.miss()))
+    } else {
+        None
+    }
+}
+
+impl Series {
+    fn named(&self, note: &str) -> String {
+        format!("{}: {note}", self.between.join(", "))
+    }
 }
 
 /// The objects that the user names; else every two of them (each one, each three) as the calculus takes them.

@@ -6,23 +6,24 @@ use std::time::Duration;
 use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
-use sketchnav_evaluation::judge::log::Log;
-use sketchnav_evaluation::judge::{self, TaskSpan, TaskVerdict, Verdict};
-use sketchnav_evaluation::picture::{self, FloorPicture, FloorShapes, SketchPicture, TaskMark, TaskPicture};
+use sketchnav_files::{Disk, Files};
+use sketchnav_lab::judge::log::Log;
+use sketchnav_lab::judge::{self, Verdict};
+use sketchnav_lab::sections;
 use sketchnav_recordings::Recording;
+use sketchnav_recordings::info::{Info, info};
+use sketchnav_recordings::rejected::{Rejected, Rejections};
+use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_schemas::channels;
-use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::geometry::{Base, Point, Pose, Sketch, World};
-use sketchnav_schemas::message::{MarkerView, Particles, People};
+use sketchnav_schemas::codes::{Process, TaskState};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
-use sketchnav_sketch::planner::ROOMS;
-use sketchnav_supervisor::Supervisor;
+use sketchnav_stage::doubts::Doubts;
+use sketchnav_supervisor::{RecordingFailure, Supervisor};
 
-use crate::failure::Failure;
-use crate::output::out;
-use crate::recordings::report::directions::plane_picture;
-use crate::recordings::report::landmarks::Landmarks;
+use crate::doubts;
+use crate::failure::{Failure, OrInput};
+use crate::output::{self, out};
 use crate::recordings::whole::Whole;
 
 /// A run's figures; `--json` prints just this.
@@ -32,17 +33,28 @@ pub struct Report {
     seed: u64,
     #[serde(flatten)]
     verdict: Verdict,
+    #[serde(flatten)]
+    doubts: Doubts,
     /// How the method drove instead, and why, where it did.
     #[serde(skip_serializing_if = "Option::is_none")]
     driven: Option<&'static str>,
-    wall_seconds: f64,
-    real_time_factor: f64,
+    /// Unknown of a run whose supervisor was killed at its end.
+    wall_seconds: Option<f64>,
+    real_time_factor: Option<f64>,
     lost_messages: u64,
+    /// The recorded messages that every reader rejects as invalid, by topic and reason.
+    rejected: Rejections,
     /// The planned faults that did not happen.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     outstanding_faults: Vec<OutstandingFault>,
     recording: String,
+    /// What the recording lacks, and why, where its files could not be written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    incomplete: Option<String>,
     pictures: Vec<PathBuf>,
+    /// Why there are fewer pictures than there should be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    not_drawn: Option<String>,
     processes: Vec<ProcessFigures>,
 }
 
@@ -73,35 +85,73 @@ impl Report {
         supervisor: &Supervisor,
         wall: Duration,
         folder: &Path,
+        warnings: Vec<String>,
     ) -> Result<Self, Failure> {
         let recording = run.recording.as_deref().unwrap_or_default();
-        let whole = Whole::of(Path::new(recording))?;
-        let of_this_run = || format!("{recording}: the recording of this run");
+        let mut report = Self::of(run, &Disk, Some((supervisor, wall)), Path::new(recording), folder)?;
+        report.doubts.warnings.extend(warnings);
+        Ok(report)
+    }
+
+    /// The same of a run whose supervisor was killed when it had ended, by its recording alone; `None` where it had not.
+    pub fn of_ended(recording: &Path, folder: &Path) -> Result<Option<Self>, Failure> {
+        let whole = Whole::of(recording)?;
+        let file = Recording::open(whole.path()).or_input()?;
+        let status = Log::read(&file).or_input()?.status;
+        let last = status.last().and_then(|status| TaskState::from_code(status.state));
+        if !matches!(last, Some(TaskState::Finished | TaskState::Aborted)) {
+            return Ok(None);
+        }
+        let RecordedRun { run, files } = RecordedRun::of(&file).or_input()?;
+        Self::of(&run, &files, None, recording, folder).map(Some)
+    }
+
+    fn of(
+        run: &RunConfig,
+        files: &dyn Files,
+        live: Option<(&Supervisor, Duration)>,
+        recording: &Path,
+        folder: &Path,
+    ) -> Result<Self, Failure> {
+        let whole = Whole::of(recording)?;
+        let of_this_run = || format!("{}: the recording of this run", recording.display());
         let file = Recording::open(whole.path()).with_context(of_this_run)?;
-        let log = Log::with_particles(&file).with_context(of_this_run)?;
-        let verdict = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts);
-        let missing = sketchnav_recordings::info::info(whole.path()).context(recording.to_owned())?.missing;
-        let pictures = draw(run, &file, &log, &verdict, folder)?;
+        let log = Log::read_all(&file).with_context(of_this_run)?;
+        let info = info(whole.path()).with_context(of_this_run)?;
+        let supervisor = live.map(|(supervisor, _)| supervisor);
+        let incomplete = Gap::of(supervisor.and_then(Supervisor::recording_failure), &info);
+        let mut verdict = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts);
+        if let (Some(_), Some(supervisor)) = (&incomplete, supervisor) {
+            judge::fill_gaps(&mut verdict, &log.truth, &log.status, supervisor.ended_tasks());
+        }
+        let mut pictures = Vec::new();
+        let drawn = draw((run, files), &log, &verdict, folder, &mut pictures);
         // Who did not run has said nothing: mostly the pad.
         let processes = channels::SERVICES.into_iter().chain(channels::EXTRAS);
-        let processes: Vec<_> = processes.filter_map(|process| figures(process, supervisor)).collect();
+        let processes: Vec<_> = processes.filter_map(|process| figures(process, supervisor?)).collect();
         let lost: u64 = processes.iter().map(|p| p.lost_messages).sum();
+        let outstanding = supervisor.map(Supervisor::outstanding_faults).unwrap_or_default();
+        let wall_seconds = live.map(|(_, wall)| wall.as_secs_f64());
         Ok(Self {
             mission: run.mission.name.clone(),
             seed: run.seed,
-            driven: log.drove_by_rooms().then_some(ROOMS),
-            wall_seconds: wall.as_secs_f64(),
-            real_time_factor: verdict.sim_seconds / wall.as_secs_f64(),
+            // Whoever has driven by it has heard why it cannot be read.
+            doubts: doubts::of(run, files).unwrap_or_default(),
+            driven: log.driven(),
+            wall_seconds,
+            real_time_factor: wall_seconds.map(|wall_seconds| verdict.sim_seconds / wall_seconds),
             verdict,
             // The recorder counts its own losses too; a file that lacks more has lost them on disk.
-            lost_messages: lost.max(missing),
-            outstanding_faults: supervisor
-                .outstanding_faults()
+            lost_messages: lost.max(info.missing).max(incomplete.as_ref().map_or(0, |gap| gap.missing)),
+            rejected: log.rejected,
+            outstanding_faults: outstanding
                 .iter()
                 .map(|(number, fault)| OutstandingFault { number: *number, words: fault.words() })
                 .collect(),
-            recording: recording.to_owned(),
+            recording: recording.display().to_string(),
+            incomplete: incomplete.map(|gap| gap.words),
             pictures,
+            not_drawn: drawn.err().map(|error| format!("{error:#}")),
             processes,
         })
     }
@@ -111,21 +161,28 @@ impl Report {
         self.verdict.success
     }
 
+    /// What the recording lacks; `None` where it has everything.
+    pub fn incomplete(&self) -> Option<&str> {
+        self.incomplete.as_deref()
+    }
+
     /// Prints the table, or one JSON object.
     pub fn print(&self, json: bool) -> Result<(), Failure> {
         if json {
             out!("{}", serde_json::to_string(self).context("the report as JSON")?)?;
             return Ok(());
         }
-        out!("{}", self.table())?;
+        output::lines(self.table())?;
         let tasks = &self.verdict.tasks;
         let reached = tasks.iter().filter(|task| task.reached).count();
+        let by_the_clock = self.wall_seconds.zip(self.real_time_factor);
+        let by_the_clock =
+            by_the_clock.map(|(s, times)| format!(", {s:.1} s on the clock ({times:.0} × real time)"));
         out!(
-            "{reached} of {} tasks reached in {:.0} s simulated, {:.1} s on the clock ({:.0} × real time); {} messages lost",
+            "{reached} of {} tasks reached in {:.0} s simulated{}; {} messages lost",
             tasks.len(),
             self.verdict.sim_seconds,
-            self.wall_seconds,
-            self.real_time_factor,
+            by_the_clock.unwrap_or_default(),
             self.lost_messages,
         )?;
         if let Some(how) = self.driven {
@@ -134,11 +191,36 @@ impl Report {
         for OutstandingFault { number, words } in &self.outstanding_faults {
             out!("not done   fault {number} of the plan: {words}; its message never came")?;
         }
+        for rejected in self.rejections() {
+            out!("rejected   {rejected}")?;
+        }
         out!("recording  {}", self.recording)?;
+        if let Some(words) = &self.incomplete {
+            out!("incomplete {words}")?;
+        }
         for picture in &self.pictures {
             out!("picture    {}", picture.display())?;
         }
+        if let Some(why) = &self.not_drawn {
+            out!("not drawn  {why}")?;
+        }
         Ok(())
+    }
+
+    /// What was rejected: in the recording by its reason, and by processes where the recording has none of it.
+    fn rejections(&self) -> Vec<String> {
+        let recorded: Vec<_> = self.rejected.list().iter().map(Rejected::to_string).collect();
+        if !recorded.is_empty() {
+            return recorded;
+        }
+        let rejecting = self.processes.iter().filter(|process| process.refused_messages > 0);
+        let words = |one: &ProcessFigures| {
+            format!(
+                "{} messages by the {}; `sketchnav logs` names the reasons while a run lasts",
+                one.refused_messages, one.process
+            )
+        };
+        rejecting.map(words).collect()
     }
 
     fn table(&self) -> Table {
@@ -152,6 +234,22 @@ impl Report {
             }
         }
         table
+    }
+}
+
+/// What a recording lacks because its files could not be written.
+struct Gap {
+    words: String,
+    missing: u64,
+}
+
+impl Gap {
+    /// None where there was room again in time.
+    fn of(failure: Option<&RecordingFailure>, info: &Info) -> Option<Self> {
+        let failure = failure?;
+        let missing = failure.missing.max(info.missing);
+        let words = format!("by {missing} messages: {}", failure.words);
+        (missing > 0 || !info.clean_end).then_some(Self { words, missing })
     }
 }
 
@@ -169,167 +267,21 @@ fn figures(process: Process, supervisor: &Supervisor) -> Option<ProcessFigures> 
 }
 
 fn draw(
-    run: &RunConfig,
-    recording: &Recording,
+    (run, files): (&RunConfig, &dyn Files),
     log: &Log,
     verdict: &Verdict,
     folder: &Path,
-) -> anyhow::Result<Vec<PathBuf>> {
-    let mut pictures = Vec::new();
-    let sketch = match sketch_picture(run, log, verdict)? {
-        None => Landmarks::of(recording)?.and_then(|landmarks| landmarks.sketch_picture()),
-        svg => svg,
-    };
-    if let Some(svg) = sketch {
+    pictures: &mut Vec<PathBuf>,
+) -> anyhow::Result<()> {
+    if let Some(svg) = sections::believed(run, log, verdict)? {
         pictures.push(write(folder.join("sketch.svg"), &svg)?);
     }
-    let (name, svg) = ground_picture(run, log, verdict)?;
+    let (name, svg) = sections::true_ground(run, files, log, verdict)?;
     pictures.push(write(folder.join(name), &svg)?);
-    Ok(pictures)
-}
-
-/// The drawing with the estimated trajectory; `None` where the recording has no drawing.
-pub fn sketch_picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<Option<String>> {
-    let Some((map, cells)) = &log.sketch else { return Ok(None) };
-    let spans = judge::spans(run.mission.task.len(), &log.status);
-    let tasks = sketch_tasks(run, log, verdict, &spans);
-    let svg = picture::sketch(&SketchPicture {
-        title: &format!(
-            "{}, seed {}: the sketch, and where the localizer believed the robot to be",
-            run.mission.name, run.seed
-        ),
-        width_px: map.width_px,
-        height_px: map.height_px,
-        cells,
-        start: map.start.pose(),
-        tasks: &tasks,
-    })?;
-    Ok(Some(svg))
-}
-
-/// The true floor with the true trajectory, or the plane of dots; and the name of a file for it.
-pub fn ground_picture(
-    run: &RunConfig,
-    log: &Log,
-    verdict: &Verdict,
-) -> anyhow::Result<(&'static str, String)> {
-    if let Some(svg) = plane_picture(run, log, verdict)? {
-        return Ok(("plane.svg", svg));
-    }
-    let svg = floor(run, log, verdict, &judge::spans(run.mission.task.len(), &log.status))?;
-    Ok(("floor.svg", svg))
+    Ok(())
 }
 
 fn write(path: PathBuf, svg: &str) -> anyhow::Result<PathBuf> {
-    std::fs::write(&path, svg).with_context(|| path.display().to_string())?;
+    sketchnav_files::write(&path, svg).with_context(|| path.display().to_string())?;
     Ok(path)
-}
-
-fn sketch_tasks(
-    run: &RunConfig,
-    log: &Log,
-    verdict: &Verdict,
-    spans: &[Option<TaskSpan>],
-) -> Vec<TaskPicture<Sketch>> {
-    let task = |i: usize| {
-        let route = log.route.as_deref();
-        let marks = route.and_then(|route| Some(route.points(route.tasks().get(i)?).collect()));
-        let particles = of(&spans[i], &log.particles).last().map(cloud);
-        TaskPicture {
-            name: verdict.tasks[i].name.clone(),
-            marks: marks.unwrap_or_default(),
-            place: Vec::new(),
-            trail: of(&spans[i], &log.estimates).iter().map(|e| e.pose.pose().position()).collect(),
-            particles: particles.unwrap_or_default(),
-            outcome: outcome(&spans[i], &verdict.tasks[i]),
-        }
-    };
-    (0..run.mission.task.len()).map(task).collect()
-}
-
-/// The places of particles.
-pub fn cloud(particles: &Particles) -> Vec<Point<Sketch>> {
-    let count = (particles.count as usize).min(particles.particles.len());
-    particles.particles[..count].iter().map(|p| Point::new(p.x_px.into(), p.y_px.into())).collect()
-}
-
-fn of<'a, T: sketchnav_schemas::message::Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T] {
-    span.as_ref().map_or(&[], |span| span.of(messages))
-}
-
-/// How a task ended, as a picture shows it.
-pub fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> TaskMark {
-    match (span, verdict.reached) {
-        (None, _) => TaskMark::NotBegun,
-        (Some(_), true) => TaskMark::Reached,
-        (Some(_), false) => TaskMark::Failed,
-    }
-}
-
-/// The ways of the people.
-fn ways(people: &[People]) -> Vec<Vec<Point<World>>> {
-    let count = people.iter().map(|all| all.people().len()).max().unwrap_or_default();
-    let way = |person: usize| {
-        let places = people.iter().filter_map(|all| all.people().get(person));
-        places.map(|walking| Point::new(walking.x_m, walking.y_m)).collect()
-    };
-    (0..count).map(way).collect()
-}
-
-/// Moments at which the camera's view is shown.
-const VIEWS: usize = 5;
-
-/// What the camera had in view at some moments spread over the run, as polygons.
-fn views(log: &Log) -> Vec<Vec<Point<World>>> {
-    let step = (log.markers.len() / VIEWS).max(1);
-    let shown = log.markers.iter().step_by(step).take(VIEWS);
-    shown.filter_map(|view| Some(sector(view, &log.pose_at(view.header.stamp_ns)?))).collect()
-}
-
-/// The field of view between the camera's shortest and longest range.
-fn sector(view: &MarkerView, robot: &Pose<World>) -> Vec<Point<World>> {
-    const STEPS: i32 = 12;
-    let [x, y, yaw_rad] = [view.camera_x_m, view.camera_y_m, view.camera_yaw_rad].map(f64::from);
-    let camera = robot.compose(&Pose::<Base>::new(x, y, yaw_rad));
-    let half_rad = f64::from(view.half_view_rad);
-    let at = |range_m: f32, k: i32| {
-        let (sin, cos) = (camera.yaw_rad + half_rad * f64::from(k) / f64::from(STEPS)).sin_cos();
-        Point::new(camera.x + f64::from(range_m) * cos, camera.y + f64::from(range_m) * sin)
-    };
-    let far = (-STEPS..=STEPS).map(|k| at(view.range_max_m, k));
-    far.chain((-STEPS..=STEPS).rev().map(|k| at(view.range_min_m, k))).collect()
-}
-
-fn floor(
-    run: &RunConfig,
-    log: &Log,
-    verdict: &Verdict,
-    spans: &[Option<TaskSpan>],
-) -> anyhow::Result<String> {
-    let description = sketchnav_sim::files::world(&run.mission.world)?;
-    let point = |p: &[f64; 2]| Point::<World>::new(p[0], p[1]);
-    let tasks = run.mission.task.iter().enumerate().map(|(i, task)| TaskPicture {
-        name: task.name.clone(),
-        marks: (!task.there.is_unknown()).then(|| point(&task.there.middle())).into_iter().collect(),
-        place: picture::place_outline(&task.there),
-        trail: of(&spans[i], &log.truth).iter().map(|t| t.pose().position()).collect(),
-        particles: Vec::new(),
-        outcome: outcome(&spans[i], &verdict.tasks[i]),
-    });
-    let began = log.contacts.iter().filter(|contact| contact.begins == 1);
-    let contacts: Vec<_> =
-        began.map(|contact| Point::new(contact.position_m[0], contact.position_m[1])).collect();
-    let start = &run.mission.start;
-    Ok(picture::floor(&FloorPicture {
-        title: &format!(
-            "{}, seed {}: the true floor, and where the robot truly was",
-            run.mission.name, run.seed
-        ),
-        shapes: &FloorShapes::of(&description),
-        people: &ways(&log.people),
-        views: &views(log),
-        start: Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians()),
-        tasks: &tasks.collect::<Vec<_>>(),
-        contacts: &contacts,
-    }))
 }

@@ -1,7 +1,8 @@
 //! One process of a system.
 
 use anyhow::Context;
-use sketchnav_pad::{Settings, TOKEN_VARIABLE};
+use sketchnav_pad::{PadError, Settings, token};
+use sketchnav_recordings::sources;
 use sketchnav_runtime::{HostError, Node, System};
 use sketchnav_schemas::codes::Process;
 
@@ -13,28 +14,40 @@ pub fn serve(process: Process, system: &str, site: PadSite) -> Result<Outcome, F
     let system = System::open(system).map_err(|error| Failure::Input(error.into()))?;
     let node = Node::join(system, process).map_err(|error| Failure::Other(error.into()))?;
     let served = match process {
-        Process::World => sketchnav_world::run(&node),
+        Process::World => serve_world(&node),
         Process::Sketcher | Process::Localizer | Process::Planner => host_stage(&node),
         Process::Recorder => sketchnav_recorder::run(&node),
-        Process::Pad => sketchnav_pad::run(&node, settings(site)),
+        Process::Pad => serve_pad(&node, site),
         Process::Supervisor | Process::Observer => Err(anyhow::anyhow!("{process}: not a service")),
     };
     served.map_err(classify)?;
     Ok(Outcome::Success)
 }
 
+fn serve_world(node: &Node) -> anyhow::Result<()> {
+    let files = sources::of_run(&node.run_config()?)?;
+    sketchnav_world::run(node, &*files)
+}
+
 fn host_stage(node: &Node) -> anyhow::Result<()> {
     let run = node.run_config()?;
     let navigator = sketchnav_navigators::of(&run.mission)?;
-    let stage = navigator.stage(node.process(), &run, &sketchnav_navigators::read_file);
+    let files = sources::of_run(&run)?;
+    let stage = navigator.stage(node.process(), &run, &sketchnav_navigators::read_from(&*files));
     let stage = stage.map_err(HostError::Stage)?;
     let mut stage = stage.with_context(|| format!("{}: hosts no stage", node.process()))?;
     Ok(sketchnav_runtime::host(node, stage.as_mut())?)
 }
 
-fn settings(site: PadSite) -> Settings {
-    let token = std::env::var(TOKEN_VARIABLE).ok();
-    Settings { bind: site.bind, port: site.port, hosts: site.hosts, token, folder: site.save }
+fn serve_pad(node: &Node, site: PadSite) -> anyhow::Result<()> {
+    let settings = settings(site)?;
+    let navigator = sketchnav_navigators::of(&node.run_config()?.mission)?;
+    sketchnav_pad::run(node, navigator, settings)
+}
+
+fn settings(site: PadSite) -> Result<Settings, PadError> {
+    let PadSite { port, bind, hosts, save } = site;
+    Ok(Settings { bind, port, hosts, token: token::given()?, folder: save })
 }
 
 /// A mission, a drawing or a parameter that a service refuses is the user's to mend.
@@ -45,5 +58,10 @@ fn classify(error: anyhow::Error) -> Failure {
             || matches!(cause.downcast_ref(), Some(HostError::Stage(_)))
             || cause.is::<sketchnav_pad::PadError>()
     });
-    if is_input { Failure::Input(error) } else { Failure::Other(error) }
+    let is_incomplete = error.is::<sketchnav_recorder::Incomplete>();
+    match (is_input, is_incomplete) {
+        (true, _) => Failure::Input(error),
+        (_, true) => Failure::Incomplete(error),
+        _ => Failure::Other(error),
+    }
 }

@@ -7,16 +7,15 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use nix::sys::signal::Signal;
-use sketchnav_landmarks::file;
-use sketchnav_landmarks::mission::{Given, KIND as LANDMARKS, LandmarksMission, Method};
+use sketchnav_navigators::read_from;
+use sketchnav_recordings::sources;
 use sketchnav_runtime::{Node, Ordered, SendTimes, System, Wake};
 use sketchnav_schemas::channels::{MISSION, UNDERSTOOD};
 use sketchnav_schemas::codes::{Order, Process};
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::message::{Here, MissionCommand, Understood};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_schemas::sketch_mission::KIND as SKETCH;
-use sketchnav_sketch::sketcher::understand;
+use sketchnav_stage::doubts::Canvas;
 
 use crate::args::{RestartOptions, SendOptions};
 use crate::failure::{Failure, OrInput, Outcome};
@@ -122,8 +121,11 @@ fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
 fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, Failure> {
     let (order, tasks) = (options.order, run.mission.task.len() as u32);
     if let Some(state) = options.state {
-        if order != Order::Resume || run.mission.navigator_kind() != LANDMARKS {
-            let expected = format!("--state: expected `resume` of a mission of kind {LANDMARKS:?}");
+        let is_known = sketchnav_navigators::of(&run.mission).is_ok_and(|it| it.resumes_at_states);
+        if order != Order::Resume || !is_known {
+            let kinds = sketchnav_navigators::all().filter(|navigator| navigator.resumes_at_states);
+            let kinds: Vec<_> = kinds.map(|navigator| format!("{:?}", navigator.kind)).collect();
+            let expected = format!("--state: expected `resume` of a mission of kind {}", kinds.join(" or "));
             let found = format!("found `{order}` of kind {:?}", run.mission.navigator_kind());
             return Err(Failure::Input(anyhow!("{expected}, {found}")));
         }
@@ -144,21 +146,15 @@ fn check_place(options: &SendOptions, run: &RunConfig) -> Result<(), Failure> {
     let kind = run.mission.navigator_kind();
     match (options.order, options.at) {
         (Order::Here, None) => Err(Failure::Input(anyhow!("`here`: expected --at X,Y, found none"))),
-        (Order::Here, Some(_)) if !has_place(run) => {
-            let expected = format!("a mission of kind {SKETCH:?}, or {LANDMARKS:?} by method \"belief\"");
-            Err(Failure::Input(anyhow!("`here`: expected {expected}, found kind {kind:?}")))
+        (Order::Here, Some(_)) if !run.pad.draws() && canvas(run)?.is_none() => {
+            let method = sketchnav_navigators::method_of(run);
+            let expected = "a robot that believes to be somewhere in a drawing";
+            Err(Failure::Input(anyhow!(
+                "`here`: expected {expected}, found kind {kind:?}, method {method:?}"
+            )))
         }
         (Order::Here, Some(_)) | (_, None) => Ok(()),
         (order, Some(_)) => Err(Failure::Input(anyhow!("--at: expected the order `here`, found `{order}`"))),
-    }
-}
-
-/// Whether a robot of this mission believes to be somewhere in a drawing.
-fn has_place(run: &RunConfig) -> bool {
-    match run.mission.navigator_kind() {
-        SKETCH => true,
-        LANDMARKS => LandmarksMission::of(&run.mission).is_ok_and(|it| it.method == Method::Belief),
-        _ => false,
     }
 }
 
@@ -177,12 +173,8 @@ fn here(node: &Node, run: &RunConfig, at: [f64; 2], yaw_rad: Option<f64>) -> Res
 /// Width and height of the sketch, and its pixels an image pixel: of the last drawing that was taken over where people
 /// draw, else of the mission's.
 fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
-    if run.mission.navigator_kind() == LANDMARKS {
-        return canvas(run);
-    }
-    if !run.pad.draws() {
-        let (drawing, _) = understand(run, &sketchnav_navigators::read_file).or_input()?;
-        return Ok(([drawing.width_px, drawing.height_px].map(f64::from), drawing.scale));
+    if let Some(Canvas { size_px, scale }) = canvas(run)? {
+        return Ok((size_px, scale));
     }
     let mut answers = node.reader(UNDERSTOOD).context("the sketcher's answers")?;
     let mut newest = None;
@@ -193,16 +185,12 @@ fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     Ok(([answer.sketch_width_px, answer.sketch_height_px].map(f64::from), answer.scale))
 }
 
-/// The canvas of a mission's sketch of landmarks.
-fn canvas(run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
-    let mission = LandmarksMission::of(&run.mission).or_input()?;
-    let Given::Drawing(file, _) = mission.given else {
-        return Err(Failure::Input(anyhow!("`here`: expected a mission with a drawing, found one by words")));
-    };
-    let named = |why: String| Failure::Input(anyhow!("{file}: {why}"));
-    let bytes = sketchnav_navigators::read_file(&file).map_err(|error| named(error.to_string()))?;
-    let drawing = file::read(&bytes).map_err(|error| named(error.to_string()))?;
-    Ok((drawing.canvas, 1.0))
+/// The drawing of a run's mission in which its robot believes to be somewhere.
+fn canvas(run: &RunConfig) -> Result<Option<Canvas>, Failure> {
+    let navigator = sketchnav_navigators::of(&run.mission).or_input()?;
+    let Some(find) = navigator.canvas else { return Ok(None) };
+    let files = sources::of_run(run).or_input()?;
+    find(run, &read_from(&*files)).map_err(|error| anyhow!("{error}")).or_input()
 }
 
 /// The number of the last order so far.

@@ -9,7 +9,7 @@ use sketchnav_runtime::System;
 use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::failure::{Failure, Outcome};
-use crate::output::out;
+use crate::output::{self, out};
 
 #[derive(Serialize)]
 struct Row {
@@ -38,7 +38,7 @@ pub fn ps(json: bool) -> Result<Outcome, Failure> {
     if rows.is_empty() {
         out!("no system runs; `sketchnav run demo --speed 1` starts one")?;
     } else {
-        out!("{}", table(&rows))?;
+        output::lines(table(&rows))?;
     }
     // One that is being made has no description yet.
     let dead = System::list_dead().context("looking for dead systems")?;

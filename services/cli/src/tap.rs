@@ -1,13 +1,15 @@
-//! Looks at the channels of a running system without disturbing it.
+//! Looks at the channels of a running system without disturbing it, and at the topics of recordings.
 
 mod echo;
 mod field;
 mod rate;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
+use sketchnav_recordings::Recording;
 use sketchnav_runtime::{Node, RawReader, RawSample, System, Wake};
 use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
@@ -67,12 +69,33 @@ fn follow<L: Listener>(tap: &Tap, amount: Amount, listener: &mut L) -> Result<Ou
 fn known(name: &str) -> Result<&'static ChannelSpec, Failure> {
     let unknown = || match Path::new(name).exists() {
         true => {
-            anyhow!("channel {name:?}: found a file; of a recording: sketchnav echo CHANNEL --file {name}")
+            anyhow!(
+                "channel {name:?}: found a file; of a recording: sketchnav echo CHANNEL --file {name}, or hz"
+            )
         }
         false => anyhow!("channel {name:?}: expected one of {}", channels::names()),
     };
     // As ROS and recordings call it, too.
     channels::find(name.strip_prefix('/').unwrap_or(name)).ok_or_else(unknown).or_input()
+}
+
+/// The topics that are meant, of those that a recording has: channels of ours, and whatever others have recorded.
+fn recorded(recording: &Recording, tap: &Tap) -> Result<Vec<String>, Failure> {
+    let plain = |name: &str| name.trim_start_matches('/').to_owned();
+    let named = tap.channel.as_deref().map(plain);
+    let topics = recording.topics().or_input()?;
+    let names = || topics.iter().map(|topic| plain(&topic.name));
+    let is_meant = |name: &String| {
+        named.as_ref() == Some(name) || tap.regex.as_ref().is_some_and(|regex| regex.is_match(name))
+    };
+    let meant: BTreeSet<_> =
+        topics.iter().filter(|topic| is_meant(&plain(&topic.name))).map(|topic| topic.name.clone()).collect();
+    if !meant.is_empty() {
+        return Ok(meant.into_iter().collect());
+    }
+    let (file, names) = (recording.path().display(), names().collect::<Vec<_>>().join(", "));
+    let found = tap.channel.as_deref().map_or("no match of --regex".to_owned(), |name| format!("{name:?}"));
+    Err(Failure::Input(anyhow!("{file}: expected one of {names}, found {found}")))
 }
 
 fn chosen(

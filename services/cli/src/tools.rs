@@ -1,25 +1,27 @@
 //! Tools for recordings.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 use sketchnav_recordings::faults::{FaultInfo, faults};
 use sketchnav_recordings::info::{Info, TopicInfo};
-use sketchnav_recordings::{Recording, RecordingError};
+use sketchnav_recordings::{Recording, RecordingError, rosbag2};
 use sketchnav_schemas::channels::FAULTS;
 
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::out;
+use crate::output::{self, out, say};
 use crate::recordings;
-use crate::recordings::whole::Whole;
+use crate::recordings::whole::{self, Whole};
 
 /// Compares two recordings.
 pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
+    let opened = [a, b].map(Recording::open).into_iter().collect::<Result<Vec<_>, _>>().or_input()?;
+    // Only channels of ours are compared: of others' recordings none would be.
+    opened.iter().try_for_each(Recording::must_be_ours).or_input()?;
     let difference = sketchnav_recordings::diff::diff(a, b).or_input()?;
-    let cut_off = [a, b].map(Recording::open).into_iter().collect::<Result<Vec<_>, _>>();
-    let cut_off = cut_off.and_then(|recordings| recordings::cut_off(&recordings)).or_input()?;
+    let cut_off = recordings::cut_off(&opened).or_input()?;
     cut_off.iter().for_each(recordings::tell_cut_off);
     if json {
         let object = serde_json::json!({
@@ -50,42 +52,41 @@ struct Told {
 
 fn look(file: &Path) -> Result<Told, RecordingError> {
     let info = sketchnav_recordings::info::info(file)?;
-    let is_faults = |topic: &&TopicInfo| topic.topic.strip_prefix('/') == Some(FAULTS.spec.name);
+    // Others may have a topic of that name.
+    let spec = FAULTS.spec;
+    let is_faults = |topic: &&TopicInfo| spec.is_topic(&topic.topic) && topic.ros2_type == spec.message.ros2;
     let none = info.topics.iter().find(is_faults).is_none_or(|topic| topic.messages == 0);
     let faults = if none { Vec::new() } else { faults(file)? };
     Ok(Told { info, faults })
 }
 
+/// The same of a file that may stand for others, or be packed.
+fn look_at(path: &Path, whole: &Whole) -> Result<Told, Failure> {
+    let mut told = look(whole.path()).or_input()?;
+    told.info.path = path.display().to_string();
+    if path.is_file() && rosbag2::is_packed(path).unwrap_or(false) {
+        told.info.notes.push(
+            "a file compressed by zstd as a whole (compression_mode: FILE); it is read unpacked".to_owned(),
+        );
+    }
+    Ok(told)
+}
+
 /// Prints what a recording holds, or every recording of a folder.
 pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     if !path.is_dir() {
-        let mut told = look(Whole::of(path)?.path()).or_input()?;
-        told.info.path = path.display().to_string();
+        let told = look_at(path, &Whole::of(path)?)?;
         return if json { print_json(&told) } else { print(&told) }
             .map(|()| Outcome::Success)
             .map_err(Failure::from);
     }
-    let files = recordings_in(path).with_context(|| path.display().to_string()).or_input()?;
-    if files.is_empty() {
-        return Err(Failure::Input(anyhow!("{}: expected a recording (.mcap), found none", path.display())));
-    }
-    let infos: Result<Vec<_>, _> = files.iter().map(|file| look(file)).collect();
-    let infos = infos.or_input()?;
+    let (files, missing) = whole::listed_in(path).or_input()?;
+    let mut infos =
+        files.iter().map(|file| look_at(file, &Whole::alone(file)?)).collect::<Result<Vec<_>, _>>()?;
+    missing.iter().for_each(|words| say!("notice: {words}"));
+    infos.iter_mut().take(1).for_each(|told| told.info.notes.extend(missing.iter().cloned()));
     if json { print_json(&infos) } else { infos.iter().try_for_each(print) }?;
     Ok(Outcome::Success)
-}
-
-/// The recordings that lie in a folder, by name.
-fn recordings_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|extension| extension == "mcap") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
 }
 
 fn print_json(told: &impl Serialize) -> anyhow::Result<()> {
@@ -106,6 +107,12 @@ fn print(told: &Told) -> anyhow::Result<()> {
     for (process, restarts) in info.process_restarts.iter().filter(|(_, restarts)| **restarts > 0) {
         out!("{process:<10} started again {restarts} times")?;
     }
+    if !info.notes.is_empty() {
+        let of = |text: &str| if text.is_empty() { "–".to_owned() } else { text.to_owned() };
+        out!("{:<10} {}", "profile", of(&info.profile))?;
+        out!("{:<10} {}", "written by", of(&info.library))?;
+        info.notes.iter().try_for_each(|note| out!("{:<10} {note}", "note"))?;
+    }
     out!("{:.1} s simulated, {} messages, {} missing; {end}", info.duration_s, info.messages, info.missing)?;
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);
@@ -119,7 +126,7 @@ fn print(told: &Told) -> anyhow::Result<()> {
             topic.missing.to_string(),
         ]);
     }
-    out!("{table}")?;
+    output::lines(&table)?;
     for topic in &info.topics {
         for gap in &topic.gaps {
             out!("{}: {} messages missing after number {}", topic.topic, gap.missing, gap.after_seq)?;

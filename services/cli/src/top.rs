@@ -14,7 +14,7 @@ use sketchnav_runtime::{System, Wake};
 
 use crate::args::TopOptions;
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::out;
+use crate::output::{self, out};
 use crate::systems;
 use gather::{Gatherer, Row, Snapshot};
 
@@ -31,14 +31,14 @@ pub fn top(options: &TopOptions) -> Result<Outcome, Failure> {
         let snapshot = observe(&mut gatherer)?;
         match options.json {
             true => out!("{}", serde_json::to_string(&snapshot).context("the snapshot as JSON")?)?,
-            false => out!("{}", view::text(&snapshot))?,
+            false => output::lines(view::text(&snapshot))?,
         }
         return Ok(Outcome::Success);
     }
     let mut terminal = terminal().or_input()?;
     let shown = Screen::new(gatherer).and_then(|mut screen| screen.run(&mut terminal));
     ratatui::restore();
-    out!("{}", shown?)?;
+    output::lines(shown?)?;
     Ok(Outcome::Success)
 }
 

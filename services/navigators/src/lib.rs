@@ -1,141 +1,45 @@
 //! The navigators that a mission can choose from, by the word of its `[navigator] kind`.
 //!
-//! A program that has navigators of its own adds them by [`register`], the first thing that it does.
+//! The navigators of this project are known from the first use of this crate; a program that has others adds them by
+//! [`register`], the first thing that it does.
 
-use std::sync::OnceLock;
+use std::sync::{LazyLock, PoisonError, RwLock};
 
-use sketchnav_corridor as corridor;
-use sketchnav_directions::arrival::Effort;
-use sketchnav_directions::stages as directions;
-use sketchnav_directions::stages::mission::{PlannerParameters, SketcherParameters};
-use sketchnav_landmarks as landmarks;
-use sketchnav_schemas::channels::{self, ChannelSpec, RegisterError};
-use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::method::Method;
-use sketchnav_schemas::mission::{Mission, Parameters};
-use sketchnav_schemas::robot::Robot;
-use sketchnav_sketch::localizer::{self, Localizer};
-use sketchnav_sketch::planner::{self, Planner};
-use sketchnav_sketch::reading::Options;
-use sketchnav_sketch::sketcher::sketcher;
-use sketchnav_stage::{Navigator, StageError};
-use toml::Table;
+use sketchnav_files::{DRAWING, Disk, Files};
+use sketchnav_schemas::channels::{self, ChannelSpec, ChannelVisitor, RegisterError};
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::ros2::derived::{self, Derived};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::Navigator;
 
-fn in_force(
-    tables: impl IntoIterator<Item = (Process, Result<Table, toml::ser::Error>)>,
-) -> Result<Parameters, StageError> {
-    Ok(Parameters::in_force(tables)?)
+/// The navigators of this project, each a crate with `messages` and a `NAVIGATOR`.
+macro_rules! residents {
+    ($($kind:ident),*) => {
+        const NAVIGATORS: &[Navigator] = &[$($kind::NAVIGATOR),*];
+
+        /// Visits the message type of every channel that all navigators have, and of those of this project's navigators;
+        /// stops at the first error.
+        ///
+        /// # Errors
+        /// The visitor's.
+        pub fn visit<V: ChannelVisitor>(visitor: &mut V) -> Result<(), V::Error> {
+            channels::visit(visitor)?;
+            $($kind::messages::visit(visitor)?;)*
+            Ok(())
+        }
+    };
 }
 
-fn map_maker(mission: &Mission) -> Result<SketcherParameters, StageError> {
-    let Effort { trials, trial_journeys, journeys } = directions::mission::effort(mission)?;
-    Ok(SketcherParameters { trials, trial_journeys, journeys })
-}
+residents! { sketchnav_sketch, sketchnav_corridor, sketchnav_landmarks, sketchnav_directions }
 
-fn pilot(mission: &Mission, robot: &Robot) -> Result<PlannerParameters, StageError> {
-    let settings = directions::mission::settings(mission, robot)?;
-    Ok(PlannerParameters {
-        looks: settings.looks,
-        patience: settings.patience,
-        most_recoveries: settings.most_recoveries,
-        longest_entry_s: settings.longest_entry_s,
-        gain: settings.gain,
-        weight: settings.weight,
-    })
-}
-
-const METHODS: [&str; 5] = [
-    Method::Outline.word(),
-    Method::Beam.word(),
-    Method::Boniardi2015.word(),
-    Method::Boniardi2015FixedScale.word(),
-    Method::Behzadian2015.word(),
-];
-
-/// Navigation in drawings (Boniardi et al. 2015, 2016).
-pub const SKETCH: Navigator = Navigator {
-    kind: "sketch",
-    about: "drives to goals and along routes that a person marks in a drawing of the place",
-    methods: &METHODS,
-    check: |mission, robot| {
-        Options::of_mission(mission, 0)?;
-        localizer::core::demanded(mission, robot)?;
-        planner::core::parameters(mission)?;
-        Ok(())
-    },
-    check_markers: None,
-    parameters: |mission, robot| {
-        in_force([
-            (Process::Sketcher, Table::try_from(Options::of_mission(mission, 0)?.settings)),
-            (Process::Localizer, Table::try_from(localizer::core::demanded(mission, robot)?.0)),
-            (Process::Planner, Table::try_from(planner::core::parameters(mission)?)),
-        ])
-    },
-    sketcher,
-    localizer: |run, _| Ok(Box::new(Localizer::new(run)?)),
-    planner: |run, _| Ok(Box::new(Planner::new(run)?)),
-};
-
-/// Navigation along corridors (Patil 2019), and past its limits.
-pub const CORRIDOR: Navigator = Navigator {
-    kind: corridor::mission::KIND,
-    about: "drives along corridors by markers on their walls, by rules or through free space",
-    methods: &corridor::mission::METHODS,
-    check: |mission, robot| Ok(corridor::planner::check(mission, robot)?),
-    check_markers: Some(|mission, markers| Ok(corridor::planner::check_markers(mission, markers)?)),
-    parameters: |mission, _| {
-        in_force([
-            (Process::Localizer, Table::try_from(corridor::localizer::parameters(mission)?.0)),
-            (Process::Planner, Table::try_from(corridor::planner::parameters(mission)?)),
-        ])
-    },
-    sketcher: |run, files| Ok(Box::new(corridor::sketcher::Sketcher::new(run, files)?)),
-    localizer: |run, _| Ok(Box::new(corridor::localizer::Localizer::new(run)?)),
-    planner: |run, _| Ok(Box::new(corridor::planner::Planner::new(run)?)),
-};
-
-/// Navigation past landmarks (Chronis 2007), and by a belief.
-pub const LANDMARKS: Navigator = Navigator {
-    kind: landmarks::mission::KIND,
-    about: "drives along a route that a person sketched past landmarks, or described in words",
-    methods: &landmarks::mission::METHODS,
-    check: |mission, robot| Ok(landmarks::planner::check(mission, robot)?),
-    check_markers: Some(|mission, markers| Ok(landmarks::planner::check_markers(mission, markers)?)),
-    parameters: |mission, _| {
-        let parameters = landmarks::mission::Parameters::of(mission)?;
-        in_force([
-            (Process::Sketcher, Table::try_from(parameters.extraction)),
-            (Process::Localizer, Table::try_from(parameters.localizer)),
-            (Process::Planner, Table::try_from(parameters.planner)),
-        ])
-    },
-    sketcher: |run, files| Ok(Box::new(landmarks::sketcher::Sketcher::new(run, files)?)),
-    localizer: |run, _| Ok(Box::new(landmarks::localizer::Localizer::new(run)?)),
-    planner: |run, _| Ok(Box::new(landmarks::planner::Planner::new(run)?)),
-};
-
-/// Directions from landmark to landmark (Park and Kender 1995).
-pub const DIRECTIONS: Navigator = Navigator {
-    kind: directions::mission::KIND,
-    about: "flies over a plane of identical dots by a custom map: which landmark to seek, and how to notice a wrong one",
-    methods: &directions::mission::METHODS,
-    check: |mission, robot| Ok(directions::mission::check(mission, robot)?),
-    check_markers: None,
-    parameters: |mission, robot| {
-        in_force([
-            (Process::Sketcher, Table::try_from(map_maker(mission)?)),
-            (Process::Planner, Table::try_from(pilot(mission, robot)?)),
-        ])
-    },
-    sketcher: |run, files| Ok(Box::new(directions::sketcher::Sketcher::new(run, files)?)),
-    localizer: |run, _| Ok(Box::new(directions::localizer::Localizer::new(run)?)),
-    planner: |run, _| Ok(Box::new(directions::planner::Planner::new(run)?)),
-};
-
-/// The navigators of this project.
-const NAVIGATORS: [Navigator; 4] = [SKETCH, CORRIDOR, LANDMARKS, DIRECTIONS];
-
-static REGISTERED: OnceLock<&'static [Navigator]> = OnceLock::new();
+/// What is known: the navigators of this project, and those that were added.
+static KNOWN: LazyLock<RwLock<Vec<&'static Navigator>>> = LazyLock::new(|| {
+    for navigator in NAVIGATORS {
+        // Their names and roles are tested; a channel that did not get in is missed by whatever looks for it.
+        let _ = channels::register(navigator.kind, navigator.channels);
+    }
+    RwLock::new(NAVIGATORS.iter().collect())
+});
 
 /// No navigator has that name.
 #[derive(Debug, thiserror::Error)]
@@ -147,21 +51,26 @@ pub struct UnknownNavigator {
     pub found: String,
 }
 
-/// Adds foreign navigators and the channels that they have beside those of all: once, before anything else.
+/// Adds foreign navigators with their channels.
 ///
 /// # Errors
-/// [`RegisterError`].
-pub fn register(
-    navigators: &'static [Navigator],
-    channels: &'static [&'static ChannelSpec],
-) -> Result<(), RegisterError> {
-    channels::register(navigators.iter().map(|navigator| navigator.kind), channels)?;
-    REGISTERED.set(navigators).map_err(|_| RegisterError::Again)
+/// [`RegisterError`]: two navigators of one name, or channels that the table does not take.
+pub fn register(navigators: &'static [Navigator]) -> Result<(), RegisterError> {
+    let mut known = KNOWN.write().unwrap_or_else(PoisonError::into_inner);
+    for navigator in navigators {
+        let kind = navigator.kind;
+        if known.iter().any(|known| known.kind == kind) {
+            return Err(RegisterError::Kind { kind });
+        }
+        channels::register(kind, navigator.channels)?;
+        known.push(navigator);
+    }
+    Ok(())
 }
 
-/// Every navigator; registered ones come last.
+/// Every navigator; added ones come last.
 pub fn all() -> impl Iterator<Item = &'static Navigator> {
-    NAVIGATORS.iter().chain(*REGISTERED.get_or_init(|| &[]))
+    KNOWN.read().unwrap_or_else(PoisonError::into_inner).clone().into_iter()
 }
 
 /// The navigator that a mission names.
@@ -175,10 +84,70 @@ pub fn of(mission: &Mission) -> Result<&'static Navigator, UnknownNavigator> {
     all().find(|navigator| navigator.kind == found).ok_or_else(unknown)
 }
 
-/// Reads a file as a mission names it: what stages are given at their start.
+/// The method by which a mission is driven: the one that it names, else the first of its navigator. A navigator without
+/// methods is one itself.
+pub fn method(mission: &Mission) -> &str {
+    let named = mission.navigator.given.get("method").and_then(toml::Value::as_str);
+    let first = || of(mission).ok()?.methods.first().copied();
+    named.or_else(first).unwrap_or(mission.navigator_kind())
+}
+
+/// The method of a run; where none was resolved at its launch, that of its mission.
+pub fn method_of(run: &RunConfig) -> &str {
+    if run.method.is_empty() { method(&run.mission) } else { &run.method }
+}
+
+/// The topics that viewers get of a channel, whichever navigator has it.
+pub fn derived(spec: &ChannelSpec) -> impl Iterator<Item = &'static Derived> {
+    let of_navigators = all().flat_map(|navigator| navigator.derived);
+    derived::COMMON.iter().chain(of_navigators).filter(move |derived| derived.of == spec)
+}
+
+/// Reads a file on disk as a mission names it: what stages are given at their start.
 ///
 /// # Errors
 /// As [`sketchnav_files::read`]: a file that is too large is refused before it is read.
 pub fn read_file(path: &str) -> std::io::Result<Vec<u8>> {
-    sketchnav_files::read(path, sketchnav_files::DRAWING)
+    read_from(&Disk)(path)
+}
+
+/// The same of files in a store: those of a recording, say.
+pub fn read_from(files: &dyn Files) -> impl Fn(&str) -> std::io::Result<Vec<u8>> {
+    |name| files.read(name.as_ref(), DRAWING)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_channels_of_this_project_are_what_a_table_takes() {
+        for navigator in all() {
+            assert_eq!(channels::register(navigator.kind, navigator.channels), Ok(()), "{}", navigator.kind);
+        }
+    }
+
+    #[test]
+    fn every_derived_type_has_a_schema_and_every_topic_stands_below_its_channel() {
+        register(&[]).unwrap();
+        let all: Vec<_> = channels::all().flat_map(derived).collect();
+        assert!(all.len() > derived::COMMON.len());
+        for derived in all {
+            assert!(!derived.schema().is_empty(), "{}", derived.ros2);
+            assert!(derived.topic.starts_with(&format!("/{}/", derived.of.name)), "{}", derived.topic);
+            let mut cdr = Vec::new();
+            let mut message = vec![0_u64; derived.of.message.size / 8];
+            message[0] = 1;
+            let encoded = derived.encode(bytemuck::cast_slice(&message), &[], &mut cdr);
+            assert!(encoded.is_ok(), "{}: {encoded:?}", derived.topic);
+        }
+    }
+
+    #[test]
+    fn a_navigator_derives_topics_of_its_own_channels() {
+        for navigator in all() {
+            let foreign = navigator.derived.iter().find(|derived| derived.of.kind != Some(navigator.kind));
+            assert!(foreign.is_none(), "{}: {}", navigator.kind, foreign.unwrap().topic);
+        }
+    }
 }

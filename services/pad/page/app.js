@@ -183,17 +183,22 @@ async function sendSketch() {
   keepDraft();
   const degrees = (answer.wall_direction_rad * 180) / Math.PI;
   // Nothing runs at minus nothing.
-  return Number.isFinite(degrees) ? `The map has arrived. Its walls run at ${(Math.round(degrees * 10) / 10 + 0).toFixed(1)}°.` : "The map has arrived.";
+  return doubted(answer, Number.isFinite(degrees) ? `The map has arrived. Its walls run at ${(Math.round(degrees * 10) / 10 + 0).toFixed(1)}°.` : "The map has arrived.");
+}
+
+/** What has arrived, and what the robot doubts about it. */
+function doubted(answer, words) {
+  return answer.doubts ? `${words} But: ${answer.doubts}.` : words;
 }
 
 async function sendPath() {
   const { drawing } = desk;
   refuse(tooMuch(robot.hello?.limits, { route: drawing.route?.length, goals: drawing.goals.length }));
-  await link.send("/api/path", pathBody(drawing, robot.placed), "application/json", broken);
+  const answer = await link.send("/api/path", pathBody(drawing, robot.placed), "application/json", broken);
   robot.placed = drawing.start;
   desk.trail = [];
   keepDraft();
-  return drawing.route ? "The path has arrived." : `${drawing.goals.length === 1 ? "The goal has" : "The goals have"} arrived.`;
+  return doubted(answer, drawing.route ? "The path has arrived." : `${drawing.goals.length === 1 ? "The goal has" : "The goals have"} arrived.`);
 }
 
 const broken = () => say("The link broke while this was sent. It is sent again when the link is back.", true);

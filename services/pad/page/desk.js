@@ -32,7 +32,7 @@ export class Desk {
   feed = null;
   trail = [];
   cloud = null;
-  outline = null;
+  lasting = null;
   walls = null;
   work = { inkMs: 0, inkWorstMs: 0, feedMs: 0, feedWorstMs: 0, feeds: 0, events: 0, points: 0 };
 
@@ -151,8 +151,8 @@ export class Desk {
     this.trail = trailed(this.trail, feed.trail);
     if (feed.particles && feed.pose) this.cloud = { points: feed.particles, pose: feed.pose };
     else if (!feed.pose) this.cloud = null;
-    if (feed.outline) this.outline = feed.outline;
-    else if (!feed.pose) this.outline = null;
+    if (feed.lasting) this.lasting = feed.lasting;
+    else if (!feed.pose) this.lasting = null;
     this.#redraw("feed");
   }
 

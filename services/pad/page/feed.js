@@ -1,5 +1,5 @@
-// What the robot says, drawn over the sheet: where it believes to be and how sure it is, its particles,
-// what its laser sees, its plan, where it has been. Drawn once for each message, never in between.
+// What the robot says, drawn over the sheet: where it believes to be and how sure it is, its particles, where it has
+// been, and the shapes of its navigator. Drawn once for each message, never in between.
 
 /** Longest trail that is kept, and the least step between its points, canvas pixels. */
 const MAX_TRAIL = 4000;
@@ -29,12 +29,17 @@ export function carried(cloud, pose) {
   });
 }
 
+/** Which setting shows the shapes of a colour; the others are always shown. */
+const PARTS = { scan: "scan", plan: "plan", seen: "plan", hidden: "plan" };
+/** Widths of lines and sides of dots, screen pixels. */
+const LINE_PX = { plain: 2.5, dashed: 2, bold: 4 };
+const DOT_PX = { seen: 5, hidden: 5 };
+
 /**
- * Draws a feed with the trail and the cloud of particles so far. `shows` says which parts; `outline` is which of the
- * drawn outline the robot has seen, and what lies behind gaps; `walls` is the
- * picture of the walls as the robot understood them, or `null`.
+ * Draws a feed with the trail and the cloud of particles so far. `shows` says which parts; `lasting` are the shapes that
+ * stay until the next; `walls` is the picture of the walls as the robot understood them, or `null`.
  */
-export function drawFeed(sheet, { feed, trail, cloud, outline, walls }, shows, canvas) {
+export function drawFeed(sheet, { feed, trail, cloud, lasting, walls }, shows, canvas) {
   const context = sheet.wipe("feed");
   // Half through, so that what was drawn can be seen under it.
   context.globalAlpha = 0.7;
@@ -43,14 +48,8 @@ export function drawFeed(sheet, { feed, trail, cloud, outline, walls }, shows, c
   if (!feed) return;
   context.lineCap = context.lineJoin = "round";
   if (shows.trail) line(context, trail, sheet.colors.trail, sheet.px(2.5));
-  if (shows.plan && outline) {
-    dots(context, outline.seen, sheet.colors.seen, sheet.px(5));
-    dots(context, outline.hidden, sheet.colors.hidden, sheet.px(5));
-  }
-  if (shows.plan && feed.plan) drawPlan(context, sheet, feed.plan);
-  if (shows.scan && feed.scan) dots(context, feed.scan, sheet.colors.scan, sheet.px(3));
-  for (const shape of feed.scene ?? []) drawShape(context, sheet, shape);
-  if (feed.landmarks) drawObjects(context, sheet, feed.landmarks.objects);
+  const shapes = [...(lasting ?? []), ...feed.scene];
+  for (const shape of shapes.filter(({ color }) => shows[PARTS[color]] ?? true)) drawShape(context, sheet, shape);
   if (feed.pose) drawRobot(context, sheet, feed.pose);
   const particles = shows.particles && carried(cloud, feed.pose);
   if (particles) dots(context, particles, sheet.colors.particle, sheet.px(2.5));
@@ -69,12 +68,15 @@ function drawPossible(context, sheet, { name, at }) {
   write(context, name, at, sheet.colors.robot, sheet.px(20));
 }
 
-/** A shape of what lies around a robot that has no drawing. */
-function drawShape(context, sheet, { shape, points, at, text, color }) {
+/** A shape of a navigator. */
+function drawShape(context, sheet, { shape, points, at, text, color, stroke }) {
   const paint = sheet.colors[color];
-  if (shape === "line") line(context, points, paint, sheet.px(2.5));
-  else if (shape === "dots") dots(context, points, paint, sheet.px(3));
+  const dash = stroke === "dashed" ? [sheet.px(7), sheet.px(6)] : [];
+  if (shape === "line") line(context, points, paint, sheet.px(LINE_PX[stroke]), dash);
+  else if (shape === "dots") dots(context, points, paint, sheet.px(DOT_PX[color] ?? 3));
   else if (shape === "area") area(context, points, paint);
+  else if (shape === "rings") circles(context, points, paint, sheet.px(6), sheet.px(2));
+  else if (shape === "discs") circles(context, points, paint, sheet.px(8));
   else if (shape === "text") write(context, text, at, paint, sheet.px(14));
 }
 
@@ -123,20 +125,15 @@ function line(context, points, color, width, dash = []) {
   context.setLineDash([]);
 }
 
-function drawPlan(context, sheet, { global, local }) {
-  line(context, global, sheet.colors.plan, sheet.px(2), [sheet.px(7), sheet.px(6)]);
-  line(context, local, sheet.colors.plan, sheet.px(4));
-}
-
-/** What range sensors see of landmarks: rings, and discs where one meets the state that is waited for. */
-function drawObjects(context, sheet, objects) {
-  context.strokeStyle = context.fillStyle = sheet.colors.goal;
-  context.lineWidth = sheet.px(2);
-  for (const [x, y, met] of objects) {
+/** Circles: filled where they have no width. */
+function circles(context, points, color, radius, width = 0) {
+  context.strokeStyle = context.fillStyle = color;
+  context.lineWidth = width;
+  for (const [x, y] of points) {
     context.beginPath();
-    context.arc(x, y, sheet.px(met ? 8 : 6), 0, 2 * Math.PI);
-    if (met) context.fill();
-    else context.stroke();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    if (width) context.stroke();
+    else context.fill();
   }
 }
 

@@ -1,7 +1,7 @@
 // The words and buttons around the sheet. Shows a state and changes nothing else: text is written only
 // where it differs, so that a screen reader is not told the same again.
 
-import { advice, enabled, headline, isAsked, landmarkWords, metres, seconds, speed, stages, taskWords } from "./states.js";
+import { advice, enabled, headline, isAsked, metres, seconds, speed, stages, taskWords } from "./states.js";
 
 const at = (id) => document.getElementById(id);
 const BUTTONS = {
@@ -63,8 +63,8 @@ function showLink({ up, drives, latencyMs }) {
 }
 
 function showTask(task, feed) {
-  const landmarks = task?.state === "driving" ? landmarkWords(feed?.landmarks) : null;
-  write(at("task"), [taskWords(task), landmarks].filter(Boolean).join(" · "));
+  const words = task?.state === "driving" ? feed.words ?? [] : [];
+  write(at("task"), [taskWords(task), ...words].filter(Boolean).join(" · "));
   write(at("n-speed"), speed(feed?.speed_mps));
   write(at("n-path"), metres(task?.path_m));
   write(at("n-left"), metres(task?.remaining_m));

@@ -88,16 +88,6 @@ export function taskWords(task) {
   return parts.join(", ");
 }
 
-/** How a robot stands on a route past landmarks, in words; `null` where there is none. */
-export function landmarkWords(landmarks) {
-  if (!landmarks) return null;
-  const { next, states, command, along, met } = landmarks;
-  const parts = [states > 0 ? `${command} until state ${next} of ${states}` : command];
-  if (along !== null) parts.push(`${Math.round(100 * along)} % of the route`);
-  if (met.length > 0) parts.push(`seen: ${met.join(", ")}`);
-  return parts.join(" · ");
-}
-
 /** Metres and seconds for people. */
 export const metres = (m) => (Number.isFinite(m) ? `${m.toFixed(m < 10 ? 1 : 0)} m` : "–");
 export const seconds = (s) => (Number.isFinite(s) ? `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStart(2, "0")}` : "–");

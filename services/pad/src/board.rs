@@ -5,7 +5,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::body::Bytes;
 use serde_json::Value;
-use sketchnav_runtime::Waker;
 use tokio::sync::{oneshot, watch};
 
 use crate::protocol::{Hello, HereBody, PathRequest, Refusal, SketchRequest, SketchType, Step};
@@ -156,7 +155,8 @@ pub struct Caller {
     calls: SyncSender<Call>,
     leaves: Leaves,
     aborts: Aborts,
-    waker: Waker,
+    /// Wakes the bridge.
+    wake: Arc<dyn Fn() + Send + Sync>,
     /// What there is to see.
     pub board: Arc<Board>,
 }
@@ -176,10 +176,11 @@ type Aborts = Arc<Mutex<Option<Vec<oneshot::Sender<Answer>>>>>;
 
 impl Caller {
     /// Both ends.
-    pub fn new(waker: Waker) -> (Self, Calls) {
+    pub fn new(wake: impl Fn() + Send + Sync + 'static) -> (Self, Calls) {
         let (sender, calls) = sync_channel(MAX_CALLS);
         let (leaves, aborts, board) = (Leaves::default(), Aborts::default(), Arc::default());
-        let caller = Self { calls: sender, leaves: leaves.clone(), aborts: aborts.clone(), waker, board };
+        let wake = Arc::new(wake);
+        let caller = Self { calls: sender, leaves: leaves.clone(), aborts: aborts.clone(), wake, board };
         (caller, Calls { calls, leaves, aborts })
     }
 
@@ -192,14 +193,14 @@ impl Caller {
             TrySendError::Full(_) => Refusal::TooOften,
             TrySendError::Disconnected(_) => Refusal::ending(),
         })?;
-        self.waker.wake();
+        (self.wake)();
         Ok(())
     }
 
     /// A connection of the session has ended.
     pub fn leave(&self, session: String) {
         self.leaves.lock().unwrap_or_else(PoisonError::into_inner).push(session);
-        self.waker.wake();
+        (self.wake)();
     }
 
     /// Stops the robot, ahead of all that waits; what becomes of it is for who wants to hear it.
@@ -211,7 +212,7 @@ impl Caller {
         waiting.retain(|reply| !reply.is_closed());
         waiting.push(reply);
         drop(aborts);
-        self.waker.wake();
+        (self.wake)();
         answer
     }
 

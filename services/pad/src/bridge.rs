@@ -15,10 +15,12 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sketchnav_runtime::{Checkpoints, HealthReporter, Node, Step as WorkStep, Wake, Writer};
-use sketchnav_schemas::channels::{DRAWING, ESTIMATE, ORDERS};
+use sketchnav_schemas::channels::{DRAWING, ORDERS};
 use sketchnav_schemas::codes::Order;
 use sketchnav_schemas::message::{Drawing, Here, MissionCommand, Understood};
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::Navigator;
+use sketchnav_stage::drawn::Drawn;
 use tokio::sync::oneshot;
 
 use crate::board::{Answer, Call, Caller, Calls, Request};
@@ -28,8 +30,9 @@ use crate::metrics::Metrics;
 use crate::mission_file;
 use crate::protocol::{Refusal, Step};
 use crate::sessions::Sessions;
+use crate::walls;
 
-use lookout::Lookout;
+use lookout::Watch;
 use receive::{Inbox, News};
 use sendings::Sendings;
 
@@ -55,13 +58,14 @@ struct State {
 /// A channel that fails.
 pub fn run(
     node: &Node,
+    navigator: &Navigator,
     run: &RunConfig,
     folder: PathBuf,
     caller: Caller,
     calls: &Calls,
 ) -> anyhow::Result<()> {
     let mut health = HealthReporter::new(node)?;
-    let mut bridge = Bridge::open(node, run, folder, caller)?;
+    let mut bridge = Bridge::open(node, navigator, run, folder, caller)?;
     loop {
         let step = WorkStep::begin();
         bridge.pass(calls)?;
@@ -75,6 +79,8 @@ pub fn run(
 
 struct Bridge<'a> {
     run: &'a RunConfig,
+    /// What becomes of what people draw.
+    drawn: Option<Drawn>,
     folder: PathBuf,
     caller: Caller,
     began: Instant,
@@ -82,8 +88,8 @@ struct Bridge<'a> {
     drawings: Writer<Drawing>,
     orders: Writer<MissionCommand>,
     inbox: Inbox,
-    /// What there is to see where there is no drawing, the lowest layer first.
-    lookouts: Vec<Box<dyn Lookout>>,
+    /// What there is to see.
+    watch: Watch,
     machine: Machine,
     sessions: Sessions,
     /// Who waits for the sketcher's answer.
@@ -105,9 +111,13 @@ struct Bridge<'a> {
 }
 
 impl<'a> Bridge<'a> {
-    fn open(node: &Node, run: &'a RunConfig, folder: PathBuf, caller: Caller) -> anyhow::Result<Self> {
-        let kind = run.mission.navigator_kind();
-        let lookouts = lookout::open(node, kind, &run.robot)?;
+    fn open(
+        node: &Node,
+        navigator: &Navigator,
+        run: &'a RunConfig,
+        folder: PathBuf,
+        caller: Caller,
+    ) -> anyhow::Result<Self> {
         let (checkpoints, found) = Checkpoints::<State>::open(node, CHECKPOINT)?;
         found.report(node);
         let is_lost = found.is_lost();
@@ -115,22 +125,23 @@ impl<'a> Bridge<'a> {
         orders.resume_behind_history();
         let mut bridge = Self {
             run,
+            drawn: navigator.drawn,
             folder,
             caller,
             began: Instant::now(),
             checkpoints,
             drawings: node.writer(DRAWING)?,
             orders,
-            inbox: Inbox::open(node, run)?,
-            lookouts,
-            machine: Machine::new(run.pad.draws(), ESTIMATE.spec.belongs_to(kind)),
+            inbox: Inbox::open(node)?,
+            watch: Watch::open(node, navigator, run)?,
+            machine: Machine::new(run.pad.draws()),
             sessions: Sessions::default(),
             reply: None,
             sendings: Sendings::default(),
             saved: BTreeSet::new(),
             ends: Ends::default(),
             services: Services::default(),
-            metrics: Metrics::open(node, kind)?,
+            metrics: Metrics::open(node, navigator.kind)?,
             trail: Trail::default(),
             stamp_ns: 0,
             walls: 0,
@@ -170,7 +181,7 @@ impl<'a> Bridge<'a> {
     fn begin_behind(&mut self, node: &Node) -> anyhow::Result<()> {
         let mut last = 0;
         self.inbox.understood.take_kept(node, |answer| last = answer.header.source_seq)?;
-        eprintln!("no checkpoint can be used: the drawing is to be sent again");
+        sketchnav_schemas::say!("no checkpoint can be used: the drawing is to be sent again");
         self.machine.begin_behind(last + 1);
         self.drawings.resume_after(last + 1);
         Ok(())
@@ -235,11 +246,23 @@ impl<'a> Bridge<'a> {
         Ok(())
     }
 
+    /// Hears what the navigator says of itself.
+    fn look(&mut self) -> anyhow::Result<()> {
+        self.is_new |= self.watch.receive()?;
+        self.machine.on_lookout(self.watch.is_ready(), self.watch.question().is_some());
+        // Where people draw, the walls on the board are those of the drawing that they sent last.
+        if let Some(walls) = self.watch.take_walls().filter(|_| !self.run.pad.draws())
+            && let Some(picture) = walls::png(&walls)
+        {
+            self.walls += 1;
+            self.show_walls(picture);
+        }
+        Ok(())
+    }
+
     fn receive(&mut self) -> anyhow::Result<()> {
         let now = self.began.elapsed();
-        for lookout in &mut self.lookouts {
-            self.is_new |= lookout.receive()?;
-        }
+        self.look()?;
         while let Some(news) = self.inbox.next()? {
             match news {
                 News::Status(status) => {
@@ -248,41 +271,30 @@ impl<'a> Bridge<'a> {
                     self.ends.on_status(&status);
                     self.is_new = true;
                 }
-                News::Estimate(estimate) => self.machine.on_estimate(&estimate),
-                News::Question(kind) => {
-                    self.machine.on_question(kind);
-                    self.is_new = true;
-                }
-                News::View => self.is_new = true,
                 News::Understood(answer) => {
+                    // The sketch that it is about was sent before it.
+                    self.look()?;
                     let said = self.machine.on_understood(&answer).map(|said| said.map(|()| facts(&answer)));
                     if let Some(said) = &said {
                         self.sendings.answer(said);
                     }
                     self.checkpoint()?;
                     if let Some(said) = said {
-                        self.on_answer(&answer, said);
+                        self.on_answer(said);
                     }
                 }
                 News::Fault(fault) => self.services.on_fault(&fault),
                 News::Health(health) => self.metrics.on_health(&health),
-                News::Walls(picture) => {
-                    self.walls += 1;
-                    self.show_walls(picture);
-                }
             }
         }
         Ok(())
     }
 
     /// The sketcher has answered what is pending.
-    fn on_answer(&mut self, answer: &Understood, said: Answer) {
+    fn on_answer(&mut self, said: Answer) {
         if said.is_ok() {
             self.ends.clear();
             self.trail = Trail::default();
-            if answer.sketch_seq != self.inbox.sketch_seq {
-                self.inbox.forget_pose(answer.sketch_seq);
-            }
             self.paint();
             self.welcome();
         }
@@ -431,12 +443,12 @@ impl<'a> Bridge<'a> {
 
     fn write_mission(&mut self, name: &str) -> Answer {
         let memory = self.machine.memory();
-        let (Some(sketch), Some(path)) = (&memory.sketch, &memory.path) else {
+        let (Some(sketch), Some(path), Some(drawn)) = (&memory.sketch, &memory.path, &self.drawn) else {
             return Err(Refusal::NotNow(
                 "expected that a sketch and a path were sent; one is missing".into(),
             ));
         };
-        let mission = &self.run.mission;
+        let mission = (&self.run.mission, drawn);
         let files = mission_file::write(&self.folder, name, mission, sketch, path, &mut self.saved)?;
         Ok(json!({ "files": files }))
     }
@@ -449,6 +461,7 @@ fn facts(answer: &Understood) -> Value {
         "wall_direction_rad": answer.wall_direction_rad,
         "width_px": answer.sketch_width_px,
         "height_px": answer.sketch_height_px,
+        "doubts": answer.words.as_str(),
     })
 }
 

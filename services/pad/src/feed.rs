@@ -1,11 +1,8 @@
-//! What there is to see, out of the channels' newest messages: in canvas pixels, y down.
+//! What there is to see, as pages get it: in canvas pixels, y down.
 //!
-//! Pure: messages go in, one JSON object comes out. Lists are thinned and numbers rounded, so that a feed stays
-//! small on a slow link.
+//! Pure: what a lookout draws goes in, one JSON object comes out. Numbers are rounded, so that a feed stays small on a
+//! slow link.
 
-pub mod landmarks;
-pub mod plane;
-pub mod scene;
 mod services;
 mod trail;
 mod warnings;
@@ -15,42 +12,74 @@ pub use trail::Trail;
 pub use warnings::{Ends, Warning, warnings};
 
 use serde::Serialize;
-use sketchnav_schemas::codes::{PartnerKind, TaskState, Tracking};
-use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
-use sketchnav_schemas::message::{
-    Correspondence, LaserScan, MissionStatus, Particles, Plan, PoseEstimate, PossiblePlace, Question,
-};
+use sketchnav_schemas::codes::{TaskState, Tracking};
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::message::MissionStatus;
 use sketchnav_schemas::robot::Robot;
-use sketchnav_sketch::planning::chart::Chart;
+use sketchnav_stage::lookout::{Around, Shape, Whereabouts};
 
 use crate::machine::State;
 
-/// Most points of a list.
-const MAX_POINTS: usize = 256;
+/// Side of the canvas around a robot that has no drawing, pixels.
+pub const SIDE_PX: u32 = 1000;
 
-/// Joins the sketch's frame and the canvas.
+/// Joins the sheet that a lookout draws on and the canvas.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
-    /// Height of the sketch, its pixels.
-    pub height_px: f64,
-    /// Pixels of the sketch a pixel of the canvas.
-    pub scale: f64,
+pub enum View {
+    /// A drawing.
+    Drawing {
+        /// Its height, its pixels.
+        height_px: f64,
+        /// Its pixels a pixel of the canvas.
+        scale: f64,
+    },
+    /// The robot in the middle, looking up.
+    Robot {
+        /// Pixels of the canvas a metre.
+        px_per_m: f64,
+    },
 }
 
 impl View {
-    /// A place of the sketch on the canvas, tenths of a pixel.
-    pub fn point(&self, x: f64, y: f64) -> [f64; 2] {
-        [tenth(x / self.scale), tenth((self.height_px - y) / self.scale)]
+    /// Around a robot.
+    pub fn around(robot: &Robot) -> Self {
+        Self::Robot { px_per_m: f64::from(SIDE_PX) / 2.0 / Around::robot(robot).reach_m }
     }
 
-    /// A place of the canvas in the sketch.
-    pub fn place(&self, [column, row]: [f64; 2]) -> Point<Sketch> {
-        Point::new(column * self.scale, self.height_px - row * self.scale)
+    /// A place of the sheet on the canvas, tenths of a pixel.
+    pub fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let middle = f64::from(SIDE_PX) / 2.0;
+        match self {
+            Self::Drawing { height_px, scale } => [x / scale, (height_px - y) / scale],
+            Self::Robot { px_per_m } => [middle - y * px_per_m, middle - x * px_per_m],
+        }
+        .map(tenth)
     }
 
-    /// A length of the sketch on the canvas.
-    fn length(&self, px: f64) -> f64 {
-        tenth(px / self.scale)
+    /// Places of the sheet on the canvas.
+    pub fn points(&self, places: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
+        places.into_iter().map(|place| self.point(place)).collect()
+    }
+
+    /// Shapes of the sheet on the canvas.
+    pub fn shapes(&self, shapes: Vec<Shape>) -> Vec<Shape> {
+        shapes.into_iter().map(|shape| shape.placed(|place| self.point(place))).collect()
+    }
+
+    /// A place of the canvas in the drawing; `None` where there is none.
+    pub fn place(&self, [column, row]: [f64; 2]) -> Option<Point<Sketch>> {
+        match self {
+            Self::Drawing { height_px, scale } => Some(Point::new(column * scale, height_px - row * scale)),
+            Self::Robot { .. } => None,
+        }
+    }
+
+    /// A length of the sheet on the canvas.
+    fn length(&self, length: f64) -> f64 {
+        tenth(match self {
+            Self::Drawing { scale, .. } => length / scale,
+            Self::Robot { px_per_m } => length * px_per_m,
+        })
     }
 }
 
@@ -60,12 +89,6 @@ fn tenth(v: f64) -> f64 {
 
 fn thousandth(v: f64) -> f64 {
     (v * 1000.0).round() / 1000.0
-}
-
-/// Every n-th of a list, so that at most [`MAX_POINTS`] stay.
-fn thinned<T>(list: impl ExactSizeIterator<Item = T>) -> impl Iterator<Item = T> {
-    let step = list.len().div_ceil(MAX_POINTS).max(1);
-    list.step_by(step)
 }
 
 /// What is the same for every page.
@@ -87,28 +110,22 @@ pub struct Feed {
     pub speed_mps: f64,
     /// Where it believes to be; null where it does not know.
     pub pose: Option<PoseView>,
-    /// A sample of the particles.
+    /// A sample of the particles: guesses of that.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<[f64; 2]>>,
-    /// Where the laser sees something.
-    pub scan: Vec<[f64; 2]>,
-    /// Where it is about to go.
+    /// What its navigator shows.
+    pub scene: Vec<Shape>,
+    /// What lies below that; it stays until the next.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub plan: Option<PlanView>,
-    /// What lies around the robot, where there is no drawing.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scene: Option<Vec<scene::Shape>>,
-    /// What of the drawn outline it has seen, where it goes by that.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub outline: Option<OutlineView>,
+    pub lasting: Option<Vec<Shape>>,
+    /// What the robot is about, in its navigator's words.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub words: Vec<String>,
     /// What it asks a person, while it waits for the answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub question: Option<QuestionView>,
     /// The newest point of the way that it came.
     pub trail: Option<[f64; 2]>,
-    /// How it stands on a route past landmarks.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub landmarks: Option<landmarks::LandmarkFeed>,
     /// What people should know.
     pub warnings: Vec<Warning>,
     /// How the processes are.
@@ -175,74 +192,33 @@ pub struct PoseView {
 }
 
 impl PoseView {
-    /// Of an estimate; `None` where it has no pose.
-    pub fn new(estimate: &PoseEstimate, robot: &Robot, view: &View) -> Option<Self> {
-        let tracking = Tracking::from_code(estimate.tracking).filter(|t| *t != Tracking::Waiting)?;
-        let pose = estimate.pose.pose();
-        let [x, y] = view.point(pose.x, pose.y);
-        let scale_pxpm = (estimate.scale_a_pxpm * estimate.scale_b_pxpm).sqrt();
-        let [major, minor, angle] = ellipse(&estimate.covariance);
-        Some(Self {
+    /// Of a robot in a drawing.
+    pub fn new(robot: &Whereabouts, view: &View) -> Self {
+        let [x, y] = view.point(robot.at);
+        let [major, minor, angle] = robot.ellipse;
+        Self {
             x,
             y,
-            heading_rad: thousandth(pose.yaw_rad),
-            ellipse: [view.length(2.0 * major), view.length(2.0 * minor), thousandth(angle)],
-            radius_px: view.length(robot.radius_m * scale_pxpm),
-            tracking: tracking.word(),
-            effective: thousandth(estimate.effective_sample_size / f64::from(estimate.particle_count.max(1))),
-        })
-    }
-}
-
-/// Standard deviations along the axes of x and y's covariance, and the direction of the larger one.
-fn ellipse(covariance: &[f64; 25]) -> [f64; 3] {
-    let (xx, xy, yy) = (covariance[0], covariance[1], covariance[6]);
-    let middle = f64::midpoint(xx, yy);
-    let spread = ((xx - yy) / 2.0).hypot(xy);
-    let deviation = |variance: f64| variance.max(0.0).sqrt();
-    [deviation(middle + spread), deviation(middle - spread), 0.5 * (2.0 * xy).atan2(xx - yy)]
-}
-
-/// Where the robot is about to go.
-#[derive(Debug, Clone, Serialize)]
-pub struct PlanView {
-    /// Through the drawing, to the task's end.
-    pub global: Vec<[f64; 2]>,
-    /// Around what the laser sees.
-    pub local: Vec<[f64; 2]>,
-}
-
-impl PlanView {
-    /// Of a plan.
-    pub fn new(plan: &Plan, view: &View) -> Self {
-        let list = |points: &[[f32; 2]], count: u32| {
-            let points = &points[..(count as usize).min(points.len())];
-            thinned(points.iter()).map(|p| view.point(p[0].into(), p[1].into())).collect()
-        };
-        Self {
-            global: list(&plan.global_px, plan.global_count),
-            local: list(&plan.local_px, plan.local_count),
+            heading_rad: thousandth(robot.heading_rad),
+            ellipse: [view.length(major), view.length(minor), thousandth(angle)],
+            radius_px: view.length(robot.radius),
+            tracking: robot.tracking.word(),
+            effective: thousandth(robot.effective),
         }
     }
-}
 
-/// What of the drawn outline the robot has seen.
-#[derive(Debug, Clone, Serialize)]
-pub struct OutlineView {
-    /// Walls that it has seen.
-    pub seen: Vec<[f64; 2]>,
-    /// Walls that lie behind gaps of what it has seen.
-    pub hidden: Vec<[f64; 2]>,
-}
-
-impl OutlineView {
-    /// Of an alignment.
-    pub fn new(found: &Correspondence, view: &View) -> Self {
-        let of = |kind: PartnerKind| {
-            let samples = found.samples().iter().filter(move |sample| sample.partner == kind.code());
-            samples.map(|sample| view.point(sample.x_px.into(), sample.y_px.into())).collect()
-        };
-        Self { seen: of(PartnerKind::Wall), hidden: of(PartnerKind::Gap) }
+    /// Of a robot in the middle of the canvas.
+    pub fn in_the_middle(robot: &Robot, view: &View) -> Self {
+        let [x, y] = view.point([0.0; 2]);
+        Self {
+            x,
+            y,
+            heading_rad: std::f64::consts::FRAC_PI_2,
+            ellipse: [0.0; 3],
+            radius_px: view.length(robot.radius_m),
+            tracking: Tracking::Tracking.word(),
+            effective: 1.0,
+        }
     }
 }
 
@@ -265,13 +241,10 @@ pub struct PossibleView {
 }
 
 impl QuestionView {
-    /// Of a question.
-    pub fn new(question: &Question, view: &View) -> Self {
-        let place = |(name, place): (char, &PossiblePlace)| PossibleView {
-            name,
-            at: view.point(place.x_px, place.y_px),
-        };
-        let places: Vec<_> = ('A'..='Z').zip(question.places()).map(place).collect();
+    /// Of the places that a person is asked about.
+    pub fn new(places: &[[f64; 2]], view: &View) -> Self {
+        let place = |(name, at): (char, &[f64; 2])| PossibleView { name, at: view.point(*at) };
+        let places: Vec<_> = ('A'..='Z').zip(places).map(place).collect();
         let text = match places.split_last() {
             Some((last, others)) if !others.is_empty() => {
                 let others: Vec<_> = others.iter().map(|place| place.name.to_string()).collect();
@@ -281,37 +254,6 @@ impl QuestionView {
         };
         Self { text, places }
     }
-}
-
-/// The particles' places.
-pub fn particles(particles: &Particles, view: &View) -> Vec<[f64; 2]> {
-    let count = (particles.count as usize).min(particles.particles.len());
-    thinned(particles.particles[..count].iter()).map(|p| view.point(p.x_px.into(), p.y_px.into())).collect()
-}
-
-/// Where the laser sees something, by the estimate's local scales; nowhere where the robot has none.
-pub fn scan(
-    scan: &LaserScan,
-    estimate: &PoseEstimate,
-    wall_direction_rad: f64,
-    robot: &Robot,
-    view: &View,
-) -> Vec<[f64; 2]> {
-    let Some(chart) = Chart::new(estimate, wall_direction_rad) else { return Vec::new() };
-    let Some(laser) = &robot.laser else { return Vec::new() };
-    let sensor: Pose<Odom> = chart.robot_m().compose(&laser.mount());
-    let place = |(i, range): (usize, &f32)| -> Option<[f64; 2]> {
-        let hit = range.is_finite() && (scan.range_min_m..=scan.range_max_m).contains(range);
-        hit.then(|| {
-            let angle = sensor.yaw_rad + f64::from(scan.angle_rad(i));
-            let range = f64::from(*range);
-            let there = Point::<Odom>::new(sensor.x + range * angle.cos(), sensor.y + range * angle.sin());
-            let there: Point<Sketch> = chart.to_sketch(there);
-            view.point(there.x, there.y)
-        })
-    };
-    let places: Vec<_> = scan.ranges().iter().enumerate().filter_map(place).collect();
-    thinned(places.into_iter()).collect()
 }
 
 #[cfg(test)]

@@ -1,15 +1,18 @@
 //! Who may ask, and how often: the page's own origin, the token, buckets for each session.
 //!
-//! Pure: time is the caller's. A pad is guarded by the name under which it is called. Another page cannot make a
-//! browser send the pad's own origin, nor a name of its own for the pad's address. So the name is a number, of an
-//! address on which the pad listens, `localhost`, or a host name that the user has allowed. An address that is not
-//! loopback wants a token, too.
+//! Pure: time is the caller's. A pad is guarded twice. The token of its link keeps out whoever has not been given the link:
+//! on a loopback address, too, every user of the machine can connect. The name under which the pad is called keeps out other
+//! pages: they cannot make a browser send the pad's own origin, nor a name of their own for the pad's address. So the name is
+//! a number, of an address on which the pad listens, `localhost`, or a host name that the user has allowed.
 
 use std::collections::BTreeMap;
+use std::fmt::{Debug, Formatter};
 use std::net::{IpAddr, SocketAddr};
+use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use rand::RngExt;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::protocol::Refusal;
@@ -22,17 +25,72 @@ const AT_ONCE: usize = 6;
 /// Most sessions with buckets.
 const MAX_SESSIONS: usize = 64;
 
+/// Shorter tokens can be guessed.
+const MIN_TOKEN: usize = 16;
+const MAX_TOKEN: usize = 64;
+
+/// What the link to a page has, and every request of the page has to know: letters and digits. Not shown by `Debug`.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Token(String);
+
+impl Token {
+    /// A new one that nobody guesses.
+    pub fn random() -> Self {
+        Self(format!("{:032x}", rand::rng().random::<u128>()))
+    }
+
+    /// Its letters and digits.
+    pub fn text(&self) -> &str {
+        &self.0
+    }
+}
+
+impl FromStr for Token {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let holds =
+            (MIN_TOKEN..=MAX_TOKEN).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_alphanumeric());
+        let expected = || format!("expected {MIN_TOKEN} to {MAX_TOKEN} letters and digits");
+        if holds { Ok(Self(text.to_owned())) } else { Err(expected()) }
+    }
+}
+
+impl Debug for Token {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Token")
+    }
+}
+
+/// The value of a header that may be there once; `None` where it is not there.
+///
+/// # Errors
+/// [`Refusal::Forbidden`] where it is there more than once, or has other characters than those of ASCII: whoever reads it
+/// next may take it for another one.
+pub fn only<'a>(name: &str, values: impl IntoIterator<Item = &'a [u8]>) -> Result<Option<&'a str>, Refusal> {
+    let refused =
+        |found: &str| Refusal::Forbidden(format!("{name}: expected one header of ASCII, found {found}"));
+    let mut values = values.into_iter();
+    let Some(value) = values.next() else { return Ok(None) };
+    if values.next().is_some() {
+        return Err(refused("several"));
+    }
+    let is_visible = |byte: &u8| matches!(byte, b' '..=b'~');
+    let text = std::str::from_utf8(value).ok().filter(|text| text.as_bytes().iter().all(is_visible));
+    text.map(Some).ok_or_else(|| refused("other characters"))
+}
+
 /// Checks where a request comes from.
 #[derive(Debug, Clone)]
 pub struct Guard {
     address: SocketAddr,
     hosts: Vec<String>,
-    token: Option<String>,
+    token: Token,
 }
 
 impl Guard {
     /// For a pad that listens here, and that people also call by the host names `hosts`, which have no port.
-    pub fn new(address: SocketAddr, hosts: Vec<String>, token: Option<String>) -> Self {
+    pub fn new(address: SocketAddr, hosts: Vec<String>, token: Token) -> Self {
         Self { address, hosts, token }
     }
 
@@ -89,11 +147,10 @@ impl Guard {
     /// # Errors
     /// [`Refusal::Token`].
     pub fn check_token(&self, found: Option<&str>) -> Result<(), Refusal> {
-        match (&self.token, found) {
-            (None, _) => Ok(()),
-            (Some(_), None) => Err(Refusal::Token("none")),
-            (Some(token), Some(found)) if is_same(token.as_bytes(), found.as_bytes()) => Ok(()),
-            (Some(_), Some(_)) => Err(Refusal::Token("another one")),
+        match found {
+            None => Err(Refusal::Token("none")),
+            Some(found) if is_same(self.token.text().as_bytes(), found.as_bytes()) => Ok(()),
+            Some(_) => Err(Refusal::Token("another one")),
         }
     }
 }
@@ -104,8 +161,10 @@ fn without_port(host: &str, port: u16) -> Option<&str> {
     name.or((port == 80).then_some(host))
 }
 
+/// Looks at every byte, wherever the first difference is.
 fn is_same(a: &[u8], b: &[u8]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).fold(0, |differs, (a, b)| differs | (a ^ b)) == 0
+    let differs = a.iter().zip(b).fold(0, |differs, (a, b)| std::hint::black_box(differs | (a ^ b)));
+    a.len() == b.len() && differs == 0
 }
 
 /// What a request is, for the bucket that it is taken from.
@@ -212,13 +271,13 @@ impl Rates {
 mod tests {
     use super::*;
 
-    fn guard(address: &str, token: Option<&str>) -> Guard {
-        Guard::new(address.parse().unwrap(), Vec::new(), token.map(str::to_owned))
+    fn guard(address: &str) -> Guard {
+        Guard::new(address.parse().unwrap(), Vec::new(), Token::random())
     }
 
     #[test]
     fn another_origin_and_another_name_are_refused() {
-        let guard = guard("127.0.0.1:7004", None);
+        let guard = guard("127.0.0.1:7004");
         let check = |host, origin| guard.check_origin(host, origin).is_ok();
         assert!(check(Some("127.0.0.1:7004"), None));
         assert!(check(Some("localhost:7004"), Some("http://localhost:7004")));
@@ -248,7 +307,7 @@ mod tests {
             ("192.0.2.1:80", &["192.0.2.1:80", "192.0.2.1"], &["192.0.2.2"]),
             ("127.0.0.1:7004", &["127.0.0.1:7004", "127.0.0.2:7004"], &["192.0.2.1:7004", "0.0.0.0:7004"]),
         ] {
-            let guard = guard(address, Some("t"));
+            let guard = guard(address);
             let check = |host: &&str| {
                 let origin = format!("http://{host}");
                 guard.check_origin(Some(host), Some(&origin)).is_ok()
@@ -267,8 +326,7 @@ mod tests {
             ];
             assert!(!foreign.iter().any(check), "{address}");
         }
-        let error =
-            guard("0.0.0.0:7004", Some("t")).check_origin(Some("evil.example:7004"), None).unwrap_err();
+        let error = guard("0.0.0.0:7004").check_origin(Some("evil.example:7004"), None).unwrap_err();
         assert!(
             error.to_string().contains("expected an address of this machine in numbers, and port 7004"),
             "{error}"
@@ -280,7 +338,7 @@ mod tests {
     fn a_name_that_the_user_allows_is_the_pads_own_and_no_other_is() {
         for address in ["0.0.0.0:7004", "192.0.2.1:7004", "127.0.0.1:7004"] {
             let hosts = ["robot.local", "robot"].map(str::to_owned).to_vec();
-            let guard = Guard::new(address.parse().unwrap(), hosts, Some("t".into()));
+            let guard = Guard::new(address.parse().unwrap(), hosts, Token::random());
             let check = |host: &str, origin: &str| guard.check_origin(Some(host), Some(origin)).is_ok();
             for host in ["robot.local:7004", "ROBOT.local:7004", "robot.local.:7004", "robot:7004"] {
                 assert!(check(host, &format!("http://{host}")), "{address}: {host}");
@@ -307,12 +365,43 @@ mod tests {
     }
 
     #[test]
-    fn where_there_is_a_token_it_must_be_right() {
-        let open = guard("192.0.2.1:7004", Some("abcdef"));
-        assert!(open.check_origin(Some("192.0.2.1:7004"), Some("http://192.0.2.1:7004")).is_ok());
-        assert!(open.check_token(Some("abcdef")).is_ok());
-        for wrong in [None, Some(""), Some("abcdeg"), Some("abcde"), Some("abcdef0")] {
-            assert_eq!(open.check_token(wrong).unwrap_err().status(), 401, "{wrong:?}");
+    fn a_token_must_be_right_on_every_address() {
+        for address in ["127.0.0.1:7004", "[::1]:7004", "0.0.0.0:7004", "192.0.2.1:7004"] {
+            let token = "abcdefgh12345678".parse().unwrap();
+            let guard = Guard::new(address.parse().unwrap(), Vec::new(), token);
+            assert!(guard.check_token(Some("abcdefgh12345678")).is_ok());
+            for wrong in
+                [None, Some(""), Some("abcdefgh12345679"), Some("abcdefgh1234567"), Some("abcdefgh123456780")]
+            {
+                assert_eq!(guard.check_token(wrong).unwrap_err().status(), 401, "{wrong:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_token_is_long_and_kept_out_of_what_is_printed() {
+        assert_ne!(Token::random(), Token::random());
+        let token: Token = Token::random().text().parse().unwrap();
+        assert!(!format!("{token:?}").contains(token.text()));
+        for wrong in ["", "abcdefgh1234567", "abcdefgh1234567-", &"a".repeat(65)] {
+            assert!(wrong.parse::<Token>().unwrap_err().contains("expected 16 to 64"), "{wrong}");
+        }
+    }
+
+    /// An origin of other characters counted as none, which is allowed, and of two hosts the first was read.
+    #[test]
+    fn a_header_that_can_be_read_in_two_ways_is_refused() {
+        assert_eq!(only("host", []), Ok(None));
+        assert_eq!(only("host", [b"a:1".as_slice()]), Ok(Some("a:1")));
+        let refused = [
+            vec!["http://ä".as_bytes()],
+            vec![b"http://\xff"],
+            vec![b"a\tb"],
+            vec![b"a:1", b"a:1"],
+            vec![b"a:1", b"evil.example:1"],
+        ];
+        for values in refused {
+            assert_eq!(only("origin", values.clone()).unwrap_err().status(), 403, "{values:?}");
         }
     }
 

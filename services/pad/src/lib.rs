@@ -12,6 +12,9 @@
 //!
 //! The page computes nothing of the robot's, and nothing here reads the truth.
 
+// `say!` prints: it escapes what could steer a terminal.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod board;
 mod bridge;
 mod doors;
@@ -24,6 +27,7 @@ mod page;
 pub mod protocol;
 mod server;
 pub mod sessions;
+pub mod token;
 mod walls;
 
 use std::net::{IpAddr, SocketAddr, TcpListener};
@@ -32,15 +36,12 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use sketchnav_runtime::Node;
-use sketchnav_schemas::mission::Mission;
-use sketchnav_schemas::sketch_mission::KIND;
+use sketchnav_stage::Navigator;
 use tokio::sync::Notify;
 
 use board::Caller;
-use guard::Guard;
-
-/// The environment's variable that holds the token: a command line is everybody's to read.
-pub const TOKEN_VARIABLE: &str = "SKETCHNAV_PAD_TOKEN";
+use guard::{Guard, Token};
+use token::TOKEN_VARIABLE;
 
 /// Where the pad serves, and for whom.
 #[derive(Debug, Clone)]
@@ -51,8 +52,8 @@ pub struct Settings {
     pub port: u16,
     /// Host names, without a port, by which people call the pad beside its address in numbers.
     pub hosts: Vec<String>,
-    /// What a request has to know; required on an address that is not loopback.
-    pub token: Option<String>,
+    /// What a request has to know.
+    pub token: Token,
     /// Where mission files are written.
     pub folder: PathBuf,
 }
@@ -60,15 +61,9 @@ pub struct Settings {
 /// What the pad cannot begin with.
 #[derive(Debug, thiserror::Error)]
 pub enum PadError {
-    /// The mission's navigator has no drawing.
-    #[error(
-        "navigator.kind: expected a mission of kind {KIND:?}, since people draw on the page; found kind \
-         {0:?}. To watch it: sketchnav run MISSION --pad"
-    )]
-    Kind(String),
-    /// The page could be reached from outside.
-    #[error("{0}: expected a token for an address that is not loopback, found none")]
-    NoToken(IpAddr),
+    /// Anybody on this machine could drive.
+    #[error("{TOKEN_VARIABLE} in the environment: {0}, found {1}")]
+    Token(String, &'static str),
     /// The server cannot listen on the address.
     #[error("{address}: cannot listen there: {source}; choose another address: --port, --bind")]
     Address {
@@ -79,31 +74,18 @@ pub enum PadError {
     },
 }
 
-/// Checks that the mission goes by what people draw.
-///
-/// # Errors
-/// [`PadError::Kind`].
-pub fn check_kind(mission: &Mission) -> Result<(), PadError> {
-    let kind = mission.navigator_kind();
-    if kind == KIND { Ok(()) } else { Err(PadError::Kind(kind.to_owned())) }
-}
-
-/// Runs the pad in `node`'s system until it is asked to end.
+/// Runs the pad of a mission of `navigator` in `node`'s system until it is asked to end.
 ///
 /// # Errors
 /// [`PadError`]; a channel that fails.
-pub fn run(node: &Node, settings: Settings) -> anyhow::Result<()> {
+pub fn run(node: &Node, navigator: &Navigator, settings: Settings) -> anyhow::Result<()> {
     let Settings { bind, port, hosts, token, folder } = settings;
     let run = node.run_config()?;
-    if run.pad.draws() {
-        check_kind(&run.mission)?;
-    }
-    if !bind.is_loopback() && token.is_none() {
-        return Err(PadError::NoToken(bind).into());
-    }
+    token::keep(node.system(), &token)?;
     let address = SocketAddr::new(bind, port);
     let listener = TcpListener::bind(address).map_err(|source| PadError::Address { address, source })?;
-    let (caller, calls) = Caller::new(node.waker());
+    let waker = node.waker();
+    let (caller, calls) = Caller::new(move || waker.wake());
     let end = Arc::new(Notify::new());
     let serving = {
         let (caller, end) = (caller.clone(), end.clone());
@@ -111,7 +93,7 @@ pub fn run(node: &Node, settings: Settings) -> anyhow::Result<()> {
         let serve = move || server::serve(listener, guard, caller, end);
         std::thread::Builder::new().name("server".into()).spawn(serve).context("starting the server")?
     };
-    let bridged = bridge::run(node, &run, folder, caller, &calls);
+    let bridged = bridge::run(node, navigator, &run, folder, caller, &calls);
     end.notify_one();
     match serving.join() {
         Ok(served) => bridged.and(served.context("serving the page")),

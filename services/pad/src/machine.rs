@@ -7,8 +7,8 @@
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::codes::{DrawingKind, Order, QuestionKind, TaskState, Tracking};
-use sketchnav_schemas::message::{MissionStatus, PoseEstimate, Understood};
+use sketchnav_schemas::codes::{DrawingKind, Order, TaskState};
+use sketchnav_schemas::message::{MissionStatus, Understood};
 
 use crate::protocol::{PathRequest, Refusal, SketchRequest, SketchType, Step};
 
@@ -140,14 +140,13 @@ pub struct Memory {
 #[derive(Debug)]
 pub struct Machine {
     draws: bool,
-    /// Whether the localizer says where in a drawing the robot is.
-    locates: bool,
     memory: Memory,
     status: Option<MissionStatus>,
     status_at: Duration,
-    tracking: Option<Tracking>,
-    /// What the robot asks.
-    question: QuestionKind,
+    /// Whether the robot knows where it is, where it needs to.
+    is_located: bool,
+    /// Whether the robot asks where it is.
+    is_asking: bool,
     /// Statuses that may still be about what was before.
     settling: u32,
     /// The state until they have come.
@@ -155,18 +154,16 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// `draws`: the drawing and the tasks come from the page; otherwise it watches a mission from a file. `locates`:
-    /// whether the localizer says where in a drawing the robot is.
-    pub fn new(draws: bool, locates: bool) -> Self {
+    /// `draws`: the drawing and the tasks come from the page; otherwise it watches a mission from a file.
+    pub fn new(draws: bool) -> Self {
         let (memory, status_at) = (Memory::default(), Duration::ZERO);
         Self {
             draws,
-            locates,
             memory,
             status: None,
             status_at,
-            tracking: None,
-            question: QuestionKind::Nothing,
+            is_located: false,
+            is_asking: false,
             settling: 0,
             assumed: None,
         }
@@ -202,19 +199,15 @@ impl Machine {
         }
     }
 
-    /// The localizer has said where the robot is.
-    pub fn on_estimate(&mut self, estimate: &PoseEstimate) {
-        self.tracking = Tracking::from_code(estimate.tracking);
-    }
-
-    /// The planner has asked something, or asks no more.
-    pub fn on_question(&mut self, question: QuestionKind) {
-        self.question = question;
+    /// The navigator has said something of itself: whether the robot knows where it is, where it needs to, and whether it
+    /// asks a person.
+    pub fn on_lookout(&mut self, is_located: bool, is_asking: bool) {
+        (self.is_located, self.is_asking) = (is_located, is_asking);
     }
 
     /// Whether the robot waits until a person says where it is.
     pub fn asks(&self) -> bool {
-        self.question != QuestionKind::Nothing && self.state() == State::Paused
+        self.is_asking && self.state() == State::Paused
     }
 
     /// The planner's last word that counts.
@@ -251,9 +244,8 @@ impl Machine {
     /// Whether the navigation answers and, where there is a path, knows where the robot is.
     pub fn is_ready(&self, now: Duration) -> bool {
         let answers = self.status_at > Duration::ZERO && now.saturating_sub(self.status_at) < STALE;
-        let located = self.tracking.is_some_and(|tracking| tracking != Tracking::Waiting);
-        let needs_pose = self.locates && (!self.draws || self.memory.path.is_some());
-        answers && (!needs_pose || located) && self.settling == 0
+        let needs_pose = !self.draws || self.memory.path.is_some();
+        answers && (!needs_pose || self.is_located) && self.settling == 0
     }
 
     /// What a page may do; `drives`: whether it has the wheel.

@@ -10,12 +10,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use serde::Serialize;
-use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::mission::Mission;
-use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
-use sketchnav_sketch::reading::Marks;
-use sketchnav_sketch::reading::{Settings, route_heading_rad};
+use sketchnav_stage::drawn::{Drawn, Kept, Marks};
 use tempfile::Builder;
 
 use crate::machine;
@@ -23,8 +19,6 @@ use crate::protocol::{Refusal, SketchType};
 
 /// Longest name of a mission, characters.
 const MAX_NAME: usize = 48;
-/// Time for a task, seconds of simulation.
-const TIME_LIMIT_S: f64 = 1800.0;
 
 /// A file that was written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -36,7 +30,7 @@ pub struct Written {
 }
 
 /// Writes `name.toml` and the drawing beside it into `folder`, both or neither where a file is in the way. `mission`
-/// says in which world and with which robot; its paths are absolute. `own`: the names in the folder that the pad has
+/// says in which world and with which robot; its paths are absolute. `drawn` is its navigator's. `own`: the names in the folder that the pad has
 /// written, which may be replaced; these come to them.
 ///
 /// # Errors
@@ -44,14 +38,14 @@ pub struct Written {
 pub fn write(
     folder: &Path,
     name: &str,
-    mission: &Mission,
+    (mission, drawn): (&Mission, &Drawn),
     sketch: &machine::AcceptedSketch,
     path: &machine::Path,
     own: &mut BTreeSet<String>,
 ) -> Result<Vec<Written>, Refusal> {
     let stem = stem(name)?;
     let drawing = format!("{stem}.{}", sketch.kind.extension());
-    let toml = text(name, &drawing, mission, sketch, path)?;
+    let toml = text(name, &drawing, (mission, drawn), sketch, path)?;
     let file = format!("{stem}.toml");
     for name in [&file, &drawing] {
         check_free(&folder.join(name), own.contains(name))?;
@@ -77,7 +71,7 @@ fn stem(name: &str) -> Result<String, Refusal> {
 fn text(
     name: &str,
     drawing: &str,
-    mission: &Mission,
+    (mission, drawn): (&Mission, &Drawn),
     sketch: &machine::AcceptedSketch,
     path: &machine::Path,
 ) -> Result<String, Refusal> {
@@ -87,46 +81,9 @@ fn text(
     let mut mission = mission.clone();
     name.clone_into(&mut mission.name);
     mission.description = "Drawn on the pad.".into();
-    let first = placing.route.as_ref().and_then(|route| route.first().copied());
-    let mut drawn = SketchMission {
-        method: SketchMission::of(&mission).map_err(|error| failed(&error))?.method,
-        drawing: drawing.to_owned(),
-        walls: WallTone::Auto,
-        start: placing.start.map(|start| start.at).or(first),
-        start_heading_deg: placing.start.and_then(|start| start.heading_deg),
-        tasks: tasks(&now),
-    };
-    // A heading that is to be found along the route that placed the robot is found in these tasks only if they begin
-    // with that route.
-    if drawn.start_heading_deg.is_none() && placing.route != now.route {
-        let settings = Settings::from_table(mission.parameters.of(Process::Sketcher));
-        let settings = settings.map_err(|error| failed(&error))?;
-        let route = placing.route.as_deref().unwrap_or_default();
-        drawn.start_heading_deg = heading_deg(route, sketch, &settings);
-    }
-    // These tasks' places in the true world are not known.
-    mission.task.clear();
-    drawn.write_to(&mut mission);
+    let kept = Kept { drawing, size_px: sketch.size_px, scale: sketch.scale, placing: &placing, marks: &now };
+    (drawn.keep)(&mut mission, &kept).map_err(|error| failed(&error))?;
     toml::to_string(&mission).map_err(|error| failed(&error))
-}
-
-fn tasks(marks: &Marks) -> Vec<SketchTask> {
-    let task = |name: String, aim| SketchTask { name, aim, time_limit_s: TIME_LIMIT_S };
-    let named = |(i, name): (usize, &String)| match name.is_empty() {
-        true => format!("goal {}", i + 1),
-        false => name.clone(),
-    };
-    let goals =
-        marks.goals.iter().enumerate().map(|(i, goal)| task(named((i, &goal.name)), Aim::Goal(goal.at)));
-    let route = marks.route.iter().map(|route| task("route".into(), Aim::Route(route.clone())));
-    goals.chain(route).collect()
-}
-
-/// The heading that the sketcher has taken from a route, degrees counter-clockwise from "to the right".
-fn heading_deg(route: &[[f64; 2]], sketch: &machine::AcceptedSketch, settings: &Settings) -> Option<f64> {
-    let [width_px, height_px] = sketch.size_px.map(f64::from);
-    let place = |[column, row]: &[f64; 2]| Point::new(column * sketch.scale, height_px - row * sketch.scale);
-    route_heading_rad(route.iter().map(place), width_px.hypot(height_px), settings).map(f64::to_degrees)
 }
 
 fn check_free(path: &Path, is_own: bool) -> Result<(), Refusal> {
@@ -156,14 +113,15 @@ const MODE: u32 = 0o666;
 
 #[cfg(test)]
 mod tests {
-    use sketchnav_sketch::reading::{Intent, Options};
-
     use super::*;
+
+    /// A navigator that keeps the mission as it is.
+    const DRAWN: Drawn = Drawn { walls: |_, _| None, keep: |_, _| Ok(()) };
 
     fn mission() -> Mission {
         Mission::parse(
             "name = 'm'\nrobot = 'robotino'\nworld = { floor_plan = '/f.toml' }\n\
-             start = { world = [1.0, 2.0], world_heading_deg = 90 }\nnavigator = { kind = 'sketch', drawing = 'x' }\n\
+             start = { world = [1.0, 2.0], world_heading_deg = 90 }\nnavigator = { kind = 'drawn' }\n\
              [[task]]\nname = 't'\ngoal = [1, 1]\n",
         )
         .unwrap()
@@ -184,63 +142,7 @@ mod tests {
         }
     }
 
-    /// What is read of the mission that is written after these marks.
-    fn written(placing: &str, marks: &str) -> (Mission, SketchMission) {
-        let text =
-            text("My room", "my-room.json", &mission(), &sketch("{}", [600, 400]), &path(placing, marks));
-        read(&text.unwrap())
-    }
-
-    fn read(text: &str) -> (Mission, SketchMission) {
-        let mission = Mission::parse(text).unwrap();
-        let sketch = SketchMission::of(&mission).unwrap();
-        (mission, sketch)
-    }
-
     const ROUTE: &str = r#"{"route":[[100,300],[100,200],[300,100]]}"#;
-    const GOALS: &str = r#"{"goals":[{"at":[5,6]},{"name":"hall","at":[7,8]}]}"#;
-
-    #[test]
-    fn a_drawn_path_is_a_mission() {
-        let (mission, read) = written(ROUTE, ROUTE);
-        assert_eq!((mission.name.as_str(), read.drawing.as_str()), ("My room", "my-room.json"));
-        assert_eq!((read.start, read.start_heading_deg), (Some([100.0, 300.0]), None));
-        assert_eq!(read.tasks[0].aim.route().unwrap().len(), 3);
-        assert!(mission.task[0].there.is_unknown());
-    }
-
-    #[test]
-    fn goals_after_a_path_keep_its_start() {
-        let (_, read) = written(ROUTE, GOALS);
-        assert_eq!((read.start, read.start_heading_deg), (Some([100.0, 300.0]), Some(90.0)));
-        let names: Vec<_> = read.tasks.iter().map(|task| task.name.as_str()).collect();
-        assert_eq!(names, ["goal 1", "hall"]);
-    }
-
-    /// The pad took the heading from the first point more than 50 px away. The sketcher took it from the first one farther
-    /// away than 2 % of the diagonal. With a squiggle at the beginning of a route, a saved mission had another heading
-    /// than the robot had.
-    #[test]
-    fn a_saved_mission_begins_looking_as_the_robot_did() {
-        // 57 px on a large canvas, 14 px on a small one.
-        for (size, squiggle, far) in [([2540, 1252], 54, 30), ([600, 400], 20, 10)] {
-            let strokes = format!(
-                r#"{{"canvas":[{},{}],"strokes":[{{"points":[[1,1],[9,1]]}}],"route":[[300,300],[{},300],[300,{}]]}}"#,
-                size[0],
-                size[1],
-                300 + squiggle,
-                300 - 2 * squiggle - far,
-            );
-            let marks = &strokes[strokes.find("\"route\"").unwrap()..];
-            let text =
-                text("m", "m.json", &mission(), &sketch(&strokes, size), &path(&format!("{{{marks}"), GOALS));
-            let (_, saved) = read(&text.unwrap());
-            let drawing =
-                sketchnav_sketch::reading::read(strokes.as_bytes(), "m.json", &Options::default()).unwrap();
-            let placed = Intent::of_marks(&drawing.marks).place(&drawing, &Settings::default()).unwrap();
-            assert_eq!(saved.start_heading_deg, Some(placed.start.yaw_rad.to_degrees()), "{size:?}");
-        }
-    }
 
     /// The pad once took any name that a page gave. In a folder where it was started with `--mission my-floor.toml`,
     /// saving "My floor" replaced that hand-written mission. Saving "package" replaced a `package.json` beside it.
@@ -256,7 +158,7 @@ mod tests {
         let mut own = BTreeSet::new();
         let mut save = |name: &str, bytes: &str| {
             let sketch = sketch(bytes, [9, 9]);
-            write(folder.path(), name, &mission(), &sketch, &path(ROUTE, ROUTE), &mut own)
+            write(folder.path(), name, (&mission(), &DRAWN), &sketch, &path(ROUTE, ROUTE), &mut own)
         };
         for (name, in_the_way) in
             [("My floor", "my-floor.toml"), ("package", "package.json"), ("away", "away.toml")]
@@ -271,7 +173,7 @@ mod tests {
         save("My floor 2", "first").unwrap();
         save("My floor 2", "second").unwrap();
         assert_eq!(read("my-floor-2.json"), "second");
-        assert!(Mission::parse(&read("my-floor-2.toml")).is_ok());
+        assert_eq!(Mission::parse(&read("my-floor-2.toml")).unwrap().name, "My floor 2");
         let mode = |name: &str| in_folder(name).metadata().unwrap().permissions().mode();
         assert_eq!(mode("my-floor-2.toml"), mode("my-floor.toml"), "others may read it as any file");
         for name in ["my-floor.toml", "my-floor.part", "package.json"] {

@@ -5,14 +5,14 @@
 //! up, other scale) round; the page never does.
 //!
 //! # HTTP
-//! Every `POST` has the header `x-sketchnav-session` (from the last `hello`). Where the pad wants a token, everything
-//! below has the header `x-sketchnav-token` or, behind the question mark, `token=…`. The answer is 200
+//! Every `POST` has the header `x-sketchnav-session` (from the last `hello`). Everything below has the token of the link that
+//! the pad printed: as the header `x-sketchnav-token` or, behind the question mark, as `token=…`. The answer is 200
 //! `{"ok":true,…}`, or `{"error":"words"}` with a status of [`Refusal::status`]. `GET` of any other path is a file of
 //! the page, or 404.
 //!
 //! | request | body | answer beside `ok` |
 //! |---|---|---|
-//! | `POST /api/sketch` | strokes in JSON (`sketchnav_sketch::reading::strokes`; what only the page needs under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; of the sketch `wall_direction_rad`, `width_px`, `height_px` |
+//! | `POST /api/sketch` | strokes in JSON, as its navigator reads them (what only the page needs is under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; of the sketch `wall_direction_rad`, `width_px`, `height_px`; `doubts`: why the drawing may not lead anywhere, in words |
 //! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again` | |
 //! | `POST /api/here` | `{"at":[x,y]}`, perhaps with `"heading_deg":90`: where the robot is, while it asks | |
@@ -51,8 +51,9 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::message::{MAX_DRAWING_BYTES, MAX_DRAWN_POINTS, MAX_ROUTE_POINTS, MAX_TASKS};
-use sketchnav_sketch::reading::{GoalMark, Marks, StartMark};
+use sketchnav_schemas::message::MAX_ROUTE_POINTS;
+use sketchnav_schemas::message::{MAX_DRAWING_BYTES, MAX_DRAWN_POINTS, MAX_TASKS};
+use sketchnav_stage::drawn::{GoalMark, Marks, StartMark};
 
 /// Most strokes of a drawing.
 pub const MAX_STROKES: usize = 4096;

@@ -24,7 +24,7 @@ use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore, oneshot};
 
 use crate::board::{Call, Caller, Image, Request as Wish, image};
 use crate::bridge::ok;
-use crate::guard::{Guard, Load, Rates};
+use crate::guard::{self, Guard, Load, Rates};
 use crate::metrics;
 use crate::page;
 use crate::protocol::{
@@ -74,13 +74,7 @@ impl IntoResponse for Refusal {
 /// Where the listener fails.
 pub fn serve(listener: StdListener, guard: Guard, caller: Caller, end: Arc<Notify>) -> std::io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
-    let desk = Desk {
-        caller,
-        guard: Arc::new(guard),
-        rates: Arc::default(),
-        uploads: Arc::new(Semaphore::new(MAX_UPLOADS)),
-        began: Instant::now(),
-    };
+    let desk = Desk::new(guard, caller);
     runtime.block_on(async {
         listener.set_nonblocking(true)?;
         let listener = TcpListener::from_std(listener)?;
@@ -92,6 +86,7 @@ pub fn serve(listener: StdListener, guard: Guard, caller: Caller, end: Arc<Notif
 }
 
 fn router(desk: Desk) -> Router {
+    // Whatever does or shows anything wants the token; the files of the page do not.
     let api = Router::new()
         .route("/api/sketch", post(sketch))
         .route("/api/path", post(path))
@@ -109,14 +104,30 @@ fn router(desk: Desk) -> Router {
     api.fallback(asset).layer(middleware::from_fn_with_state(desk.clone(), check_origin)).with_state(desk)
 }
 
+/// A header that is there once; one that can be read in two ways is none.
 fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
-    headers.get(name)?.to_str().ok()
+    only(headers, name).ok().flatten()
+}
+
+fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>, Refusal> {
+    guard::only(name.as_str(), headers.get_all(name).iter().map(HeaderValue::as_bytes))
+}
+
+/// Whether the request is the page's own, or that of a program that is no browser.
+fn origin_of(guard: &Guard, request: &Request) -> Result<(), Refusal> {
+    let headers = request.headers();
+    let (host, origin) = (only(headers, &header::HOST)?, only(headers, &header::ORIGIN)?);
+    // The target may name a host, too (RFC 9112, 3.2.2), and it has to be the same.
+    match request.uri().authority() {
+        Some(target) if host != Some(target.as_str()) => {
+            Err(Refusal::Forbidden(format!("host: expected that of the target, {target}, found {host:?}")))
+        }
+        _ => guard.check_origin(host, origin),
+    }
 }
 
 async fn check_origin(State(desk): State<Desk>, request: Request, next: Next) -> Response {
-    let headers = request.headers();
-    let checked = desk.guard.check_origin(text(headers, &header::HOST), text(headers, &header::ORIGIN));
-    let mut response = match checked {
+    let mut response = match origin_of(&desk.guard, &request) {
         Ok(()) => next.run(request).await,
         Err(refusal) => refusal.into_response(),
     };
@@ -163,6 +174,11 @@ struct Admitted {
 }
 
 impl Desk {
+    fn new(guard: Guard, caller: Caller) -> Self {
+        let uploads = Arc::new(Semaphore::new(MAX_UPLOADS));
+        Self { caller, guard: Arc::new(guard), rates: Arc::default(), uploads, began: Instant::now() }
+    }
+
     fn rates(&self) -> MutexGuard<'_, Rates> {
         self.rates.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -406,5 +422,84 @@ impl Drop for Seat {
     fn drop(&mut self) {
         self.desk.rates().leave(&self.session);
         self.desk.caller.leave(std::mem::take(&mut self.session));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hyper::service::Service;
+    use hyper_util::service::TowerToHyperService;
+
+    use super::*;
+
+    const TOKEN_TEXT: &str = "abcdefgh12345678";
+
+    /// A pad on a loopback address whose bridge has ended.
+    fn pad() -> TowerToHyperService<Router> {
+        let (caller, _calls) = Caller::new(|| ());
+        let guard = Guard::new("127.0.0.1:7004".parse().unwrap(), Vec::new(), TOKEN_TEXT.parse().unwrap());
+        TowerToHyperService::new(router(Desk::new(guard, caller)))
+    }
+
+    fn status(method: &str, target: &str, headers: &[(HeaderName, &[u8])]) -> u16 {
+        let mut request = Request::builder().method(method).uri(target);
+        for (name, value) in headers {
+            request = request.header(name, HeaderValue::from_bytes(value).unwrap());
+        }
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        let answer = runtime.block_on(pad().call(request.body(Body::empty()).unwrap()));
+        answer.unwrap().status().as_u16()
+    }
+
+    const HOST: (HeaderName, &[u8]) = (header::HOST, b"127.0.0.1:7004");
+
+    /// On a loopback address there was no token, and another user of the machine took the wheel.
+    #[test]
+    fn whatever_does_or_shows_anything_wants_the_token_also_on_loopback() {
+        let posts = ["sketch", "path", "order", "here", "wheel", "limit", "mission"];
+        let posts = posts.map(|name| ("POST", format!("/api/{name}")));
+        let gets = ["/api/seat", "/api/walls.png", "/api/drawing", "/metrics", "/ws"];
+        let gets = gets.map(|path| ("GET", path.to_owned()));
+        for (method, path) in posts.iter().chain(&gets) {
+            let wrong = (TOKEN, b"abcdefgh12345679".as_slice());
+            let right = (TOKEN, TOKEN_TEXT.as_bytes());
+            assert_eq!(status(method, path, &[HOST]), 401, "{path}");
+            assert_eq!(status(method, path, &[HOST, wrong]), 401, "{path}");
+            assert_eq!(status(method, &format!("{path}?token=abcdefgh1234567"), &[HOST]), 401, "{path}");
+            assert_eq!(
+                status(method, path, &[HOST, right.clone(), right.clone()]),
+                401,
+                "{path}: two tokens"
+            );
+            assert_ne!(status(method, path, &[HOST, right]), 401, "{path}");
+            assert_ne!(status(method, &format!("{path}?token={TOKEN_TEXT}"), &[HOST]), 401, "{path}");
+        }
+        // The page is the program's, and the same for everybody.
+        for path in ["/", "/app.js", "/style.css"] {
+            assert_eq!(status("GET", path, &[HOST]), 200, "{path}");
+        }
+    }
+
+    /// An origin that was not ASCII counted as none, and of two hosts the first was read.
+    #[test]
+    fn a_host_or_an_origin_that_can_be_read_in_two_ways_is_refused() {
+        let own = (header::ORIGIN, b"http://127.0.0.1:7004".as_slice());
+        assert_eq!(status("GET", "/", &[HOST, own.clone()]), 200);
+        assert_eq!(status("GET", "http://127.0.0.1:7004/", &[HOST]), 200);
+        let evil = (header::HOST, b"evil.example:7004".as_slice());
+        let foreign = |text: &'static [u8]| (header::ORIGIN, text);
+        let refused: [(&str, &[_]); 8] = [
+            ("/", &[HOST, foreign("http://ä.example".as_bytes())]),
+            ("/", &[HOST, foreign(b"http://\xff.example")]),
+            ("/", &[HOST, own.clone(), foreign(b"http://evil.example")]),
+            ("/", &[HOST, foreign(b"http://evil.example"), own]),
+            ("/", &[HOST, evil.clone()]),
+            ("/", &[evil.clone(), HOST]),
+            ("http://evil.example:7004/", &[HOST]),
+            ("http://127.0.0.1:7004/", &[evil]),
+        ];
+        for (target, headers) in refused {
+            assert_eq!(status("GET", target, headers), 403, "{target} {headers:?}");
+        }
     }
 }

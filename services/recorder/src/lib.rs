@@ -11,6 +11,9 @@
 //!
 //! Where the run asks for files of a size or a length, the parts are those files and stay (`series.rs`).
 
+// `say!` prints: it escapes what could steer a terminal.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod attempts;
 pub mod core;
 pub mod disk;
@@ -24,13 +27,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
-use sketchnav_recordings::RecordingError;
 use sketchnav_recordings::writer::Latched;
+use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_runtime::{Checkpoints, Found, HealthReporter, Node, RawReader, Step, Wake, Writer};
 use sketchnav_schemas::channels::{self, RECORDED, Role};
 use sketchnav_schemas::codes::FaultKind;
 use sketchnav_schemas::message::Recorded;
 use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::say;
 
 use crate::attempts::Attempts;
 use crate::core::{Core, Positions, Report};
@@ -42,13 +46,24 @@ const NAP: Duration = Duration::from_millis(5);
 /// How often what is written is flushed and handed to the device, at least.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
 /// The form of [`State`].
-const CHECKPOINT: &str = "recorder 5";
+const CHECKPOINT: &str = "recorder 6";
+
+/// The recording lacks messages, or is in parts, because its files could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("the recording is incomplete by {missing} messages: {failure}")]
+pub struct Incomplete {
+    /// Messages that are in none of its files.
+    pub missing: u64,
+    /// Why.
+    pub failure: String,
+}
 
 /// What a successor needs to know.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct State {
-    /// The part that is being written, from 1.
-    part: u32,
+    /// The numbers of this recording's parts, from 1; the last one is being written. Files of such names that were there
+    /// before are somebody else's: their numbers are left out.
+    parts: Vec<u32>,
     /// How often the recorder was killed and started again.
     restarts: u32,
     /// What is safe in this part and the ones before it.
@@ -63,8 +78,7 @@ struct State {
 /// Records all channels of `node`'s system until it is asked to end; then what was sent by then, too.
 ///
 /// # Errors
-/// The run names no recording, its file cannot be created, or a channel fails. At the end: the recording is incomplete
-/// because the disk was full.
+/// The run names no recording, its file cannot be created, or a channel fails. At the end [`Incomplete`].
 pub fn run(node: &Node) -> anyhow::Result<()> {
     let mut recorder = Recorder::open(node)?;
     while node.nap(NAP) != Wake::Terminate {
@@ -105,12 +119,12 @@ impl<'a> Recorder<'a> {
         let path = path(&run)?;
         let (mut checkpoints, found) = Checkpoints::open(node, CHECKPOINT)?;
         found.report(node);
-        let state = resume(&run, path, found).with_context(|| path.display().to_string())?;
-        checkpoints.write(&state)?;
-        let (mut core, disk) = match begin(&run, &file(&run, path, state.part), &state) {
+        let mut state = resume(&run, path, found).with_context(|| path.display().to_string())?;
+        let is_successor = !state.parts.is_empty();
+        let (mut core, disk) = match begin_part(&run, &mut checkpoints, &mut state) {
             Ok((core, disk)) => (core, Some(disk)),
             // The robot drives; its recorder, killed while the disk was full, is no reason to stop it.
-            Err(error) if state.part > 1 => (Core::failed(format!("{error:#}")), None),
+            Err(error) if is_successor => (Core::failed(format!("{error:#}")), None),
             Err(error) => return Err(error),
         };
         core.resume_after(&state.positions, state.acknowledged_tick);
@@ -131,9 +145,10 @@ impl<'a> Recorder<'a> {
             latencies: Latencies::open(node, &kind)?,
             health: HealthReporter::new(node)?,
             synced: Instant::now(),
-            stamp_ns: state.acknowledged_ns,
+            stamp_ns: 0,
         };
-        if state.part > 1 {
+        recorder.stamp_ns = recorder.state.acknowledged_ns;
+        if is_successor {
             recorder.catch_up()?;
         }
         Ok(recorder)
@@ -176,23 +191,20 @@ impl<'a> Recorder<'a> {
 
     /// Goes on in a next part, where the disk has room again.
     fn begin_again_if_due(&mut self) -> anyhow::Result<()> {
-        if !self.attempts.is_due(Instant::now()) {
-            return Ok(());
-        }
-        let (path, number) = (path(&self.run)?, self.state.part + 1);
+        if self.attempts.is_due(Instant::now()) { self.begin_again() } else { Ok(()) }
+    }
+
+    fn begin_again(&mut self) -> anyhow::Result<()> {
         self.state.began_ns = self.state.acknowledged_ns;
-        let file = file(&self.run, path, number);
-        let Ok((mut core, disk)) = begin(&self.run, &file, &self.state) else {
-            // What is there of it holds no message.
-            let _ = std::fs::remove_file(file);
-            return Ok(());
-        };
+        let begun = begin_part(&self.run, &mut self.checkpoints, &mut self.state);
+        let Ok((mut core, disk)) = begun else { return Ok(()) };
         core.resume_after(&self.state.positions, self.state.acknowledged_tick);
         core.survived(self.state.restarts);
-        (self.core, self.disk, self.state.part) = (core, Some(disk), number);
-        self.checkpoints.write(&self.state)?;
+        (self.core, self.disk) = (core, Some(disk));
         self.catch_up()?;
         let missing = self.core.report().missing;
+        let number = self.state.parts.last().copied().unwrap_or(1);
+        let file = file(&self.run, path(&self.run)?, number);
         let words = format!("recording again, in {}: {missing} messages missing so far", file.display());
         self.node.report_fault(FaultKind::RecordingResumed, missing, &words);
         Ok(())
@@ -214,16 +226,15 @@ impl<'a> Recorder<'a> {
             return Ok(());
         }
         if let Some(Err(error)) = self.disk.as_ref().map(Disk::sync) {
-            eprintln!("a file of the recording is not on the device yet: {error}");
+            say!("a file of the recording is not on the device yet: {error}");
         }
         self.begin_next(latched)
     }
 
     /// Begins the next file with what is latched.
     fn begin_next(&mut self, latched: Vec<Option<Latched>>) -> anyhow::Result<()> {
-        (self.state.part, self.state.began_ns) = (self.state.part + 1, self.stamp_ns);
-        self.checkpoints.write(&self.state)?;
-        match begin(&self.run, &file(&self.run, path(&self.run)?, self.state.part), &self.state) {
+        self.state.began_ns = self.stamp_ns;
+        match begin_part(&self.run, &mut self.checkpoints, &mut self.state) {
             Ok((core, disk)) => (self.core, self.disk) = (core, Some(disk)),
             Err(error) => {
                 self.disk = None;
@@ -243,7 +254,7 @@ impl<'a> Recorder<'a> {
         let words = format!("{failure}; the mission goes on, the recording so far stays readable");
         self.node.report_fault(FaultKind::RecordingFailed, 0, &words);
         if let Some(Err(error)) = self.disk.as_ref().map(Disk::cut_back) {
-            eprintln!("its last part may be cut off: {error}");
+            say!("its last part may be cut off: {error}");
         }
         self.core = Core::failed(failure);
     }
@@ -251,30 +262,24 @@ impl<'a> Recorder<'a> {
     /// Drains every channel a last time and ends the file.
     ///
     /// # Errors
-    /// A channel fails, or the recording is incomplete.
+    /// A channel fails; [`Incomplete`].
     pub fn end(mut self) -> anyhow::Result<()> {
         self.health.report(self.stamp_ns)?;
         self.latencies.tell()?;
+        if self.core.has_failed() {
+            // There may be room by now, and the channels still have something.
+            self.begin_again()?;
+        }
         self.take_all(|_| true)?;
         self.take_what_was_kept()?;
         let (mut report, _sink) = self.core.finish();
-        match report.failure {
-            None => self
-                .disk
-                .as_ref()
-                .map_or(Ok(()), Disk::sync)
-                .context("the recording's last part was not written to the device")?,
-            Some(_) => {
-                let cut = self.disk.as_ref().map_or(Ok(()), Disk::cut_back);
-                cut.context("the recording's last part may be cut off")?;
-            }
+        if report.failure.is_none() {
+            let whole = make_whole(&self.run, &self.state, self.disk.as_ref(), &mut report);
+            report.failure = whole.err().map(|error| format!("{error:#}"));
+        } else if let Some(Err(error)) = self.disk.as_ref().map(Disk::cut_back) {
+            say!("its last part may be cut off: {error}");
         }
-        if !self.run.split.is_never() && report.failure.is_none() {
-            series::close(path(&self.run)?, &mut report).context("the recording's files")?;
-        } else if self.state.part > 1 && report.failure.is_none() {
-            join(&self.run, &self.state, &mut report).context("the recording's parts cannot be joined")?;
-        }
-        tell(&report)
+        tell(self.node, &report)
     }
 
     /// Takes what the channels' histories hold and nobody has handed over. A recorder that began late, in a mission of a
@@ -335,7 +340,7 @@ impl<'a> Recorder<'a> {
         if let Some(disk) = self.disk.as_mut().filter(|_| is_flushed) {
             match disk.mark_whole().and_then(|()| disk.sync()) {
                 Ok(()) => self.attempts.succeeded(),
-                Err(error) => eprintln!("the recording is not on the device yet: {error}"),
+                Err(error) => say!("the recording is not on the device yet: {error}"),
             }
         }
     }
@@ -364,25 +369,24 @@ fn take_all(
 fn complain(node: &Node, disk: Option<&Disk>, error: &RecordingError) {
     if error.is_one_message() {
         node.count_refused();
-        eprintln!("refused: {error}");
+        say!("refused: {error}");
         return;
     }
     let words = format!("{error}; the mission goes on, the recording so far stays readable");
     node.report_fault(FaultKind::RecordingFailed, 0, &words);
     if let Some(Err(error)) = disk.map(Disk::cut_back) {
-        eprintln!("its last part may be cut off: {error}");
+        say!("its last part may be cut off: {error}");
     }
 }
 
-fn tell(report: &Report) -> anyhow::Result<()> {
-    let Report { messages, missing, refused, unrecorded, failure } = report;
-    eprintln!("{messages} messages recorded, {missing} missing, {refused} refused");
-    match failure {
-        None => Ok(()),
-        Some(failure) => {
-            Err(anyhow::anyhow!("the recording is incomplete by {unrecorded} messages: {failure}"))
-        }
-    }
+/// Says how it ended, to the supervisor too where something is missing: nobody else knows how much.
+fn tell(node: &Node, report: &Report) -> anyhow::Result<()> {
+    let Report { messages, refused, .. } = report;
+    let missing = report.missing + report.unrecorded;
+    say!("{messages} messages recorded, {missing} missing, {refused} refused");
+    let Some(failure) = report.failure.clone() else { return Ok(()) };
+    node.report_fault(FaultKind::RecordingFailed, missing, &failure);
+    Err(Incomplete { missing, failure }.into())
 }
 
 fn path(run: &RunConfig) -> anyhow::Result<&Path> {
@@ -397,55 +401,130 @@ fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
     }
 }
 
-/// Where to go on: in the next part. Where no checkpoint can be used, it is the first free part, with whatever the
+/// Where to go on. Where no checkpoint can be used, behind the parts that are there of this run, with whatever the
 /// channels still have.
 fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<State> {
     let is_lost = found.is_lost();
     match found.state {
-        Some(state) => {
-            let (part, restarts, began_ns) = (state.part + 1, state.restarts + 1, state.acknowledged_ns);
-            Ok(State { part, restarts, began_ns, ..state })
-        }
+        Some(state) => Ok(State { restarts: state.restarts + 1, began_ns: state.acknowledged_ns, ..state }),
         None if is_lost => {
-            let free = (1..u32::MAX).find(|&number| !file(run, path, number).exists());
-            Ok(State { part: free.unwrap_or(u32::MAX), ..State::default() })
+            let there = (1..u32::MAX).take_while(|&number| file(run, path, number).exists());
+            let parts = there.filter(|&number| is_of(run, &file(run, path, number))).collect();
+            Ok(State { parts, ..State::default() })
         }
-        None => set_aside(&file(run, path, 1)).map(|()| State { part: 1, ..State::default() }),
+        None => set_aside(&file(run, path, 1)).map(|()| State::default()),
     }
 }
 
+/// Whether a file is a recording of this run, which an earlier version may have begun without a method.
+fn is_of(run: &RunConfig, file: &Path) -> bool {
+    let Ok(found) = Recording::open(file).and_then(|recording| recording.run()) else { return false };
+    let method = if run.method.is_empty() { found.method.clone() } else { run.method.clone() };
+    found == RunConfig { files_of: None, method, ..run.clone() }
+}
+
+/// Begins the next part, under the first name behind the last one that nobody has. The checkpoint knows of the part
+/// before it is there: a successor finds every part that holds something.
+fn begin_part(
+    run: &RunConfig,
+    checkpoints: &mut Checkpoints<State>,
+    state: &mut State,
+) -> anyhow::Result<(FileCore, Disk)> {
+    let path = path(run)?;
+    for number in state.parts.last().map_or(1, |last| last + 1).. {
+        let file = file(run, path, number);
+        if file.symlink_metadata().is_ok() {
+            continue;
+        }
+        state.parts.push(number);
+        checkpoints.write(state)?;
+        let begun = begin(run, &file, state);
+        if begun.is_ok() {
+            return begun;
+        }
+        state.parts.pop();
+        checkpoints.write(state)?;
+        // Somebody else may have taken the name since.
+        if file.symlink_metadata().is_err() {
+            return begun;
+        }
+    }
+    anyhow::bail!("{}: expected a free name for a part", path.display())
+}
+
+/// Begins a file that is not there; where that fails, it is not there either.
 fn begin(run: &RunConfig, path: &Path, state: &State) -> anyhow::Result<(FileCore, Disk)> {
     let name = || path.display().to_string();
     let created = Disk::create(path);
-    let (mut disk, sink) = created.with_context(|| format!("{}: the recording cannot be created", name()))?;
-    let files = sketchnav_recordings::sources::read(&run.mission);
-    let core = Core::at(sink, run, &files, state.began_ns).with_context(name)?;
-    disk.mark_whole().with_context(name)?;
+    let created = created.with_context(|| format!("{}: the recording cannot be created", name()))?;
+    let begun = begin_in(created, run, state).with_context(name);
+    if begun.is_err() {
+        // What there is of it holds no message.
+        let _ = std::fs::remove_file(path);
+    }
+    begun
+}
+
+fn begin_in(
+    (mut disk, sink): (Disk, BufWriter<File>),
+    run: &RunConfig,
+    state: &State,
+) -> anyhow::Result<(FileCore, Disk)> {
+    let files = sketchnav_recordings::sources::to_record(run)?;
+    let core = Core::at(sink, run, &files, state.began_ns)?;
+    disk.mark_whole()?;
     Ok((core, disk))
 }
 
+/// Hands the last part to the device and makes one recording of all: one file, or one series of files.
+fn make_whole(
+    run: &RunConfig,
+    state: &State,
+    disk: Option<&Disk>,
+    report: &mut Report,
+) -> anyhow::Result<()> {
+    disk.map_or(Ok(()), Disk::sync).context("its last part was not written to the device")?;
+    let path = path(run)?;
+    let parts: Vec<_> = state.parts.iter().map(|&number| file(run, path, number)).collect();
+    if !run.split.is_never() {
+        return series::close(path, parts, report).context("the recording's files");
+    }
+    if parts == [path] {
+        return Ok(());
+    }
+    let names = parts.iter().map(|part| part.display().to_string()).collect::<Vec<_>>().join(", ");
+    join(run, state, &parts, report).with_context(|| format!("its parts {names} cannot be joined"))
+}
+
 /// Makes one file of the parts. A kill in the middle leaves all of them to be joined once more.
-fn join(run: &RunConfig, state: &State, report: &mut Report) -> anyhow::Result<()> {
+fn join(run: &RunConfig, state: &State, parts: &[PathBuf], report: &mut Report) -> anyhow::Result<()> {
     let path = path(run)?;
     let whole = path.with_extension("joined.mcap");
-    let joined = join_as(&whole, run, state, report);
+    let joined = join_as(&whole, run, state, parts, report);
     if joined.is_err() {
         // The parts are there; half a copy of them is in the way.
         let _ = std::fs::remove_file(&whole);
     }
     joined?;
+    if parts.first().is_none_or(|first| first != path) {
+        set_aside(path)?;
+    }
     std::fs::rename(&whole, path)?;
-    for file in (2..=state.part).map(|number| part(path, number)).filter(|file| file.exists()) {
-        std::fs::remove_file(file)?;
+    for part in parts.iter().filter(|part| *part != path && part.exists()) {
+        std::fs::remove_file(part)?;
     }
     Ok(())
 }
 
-fn join_as(whole: &Path, run: &RunConfig, state: &State, report: &mut Report) -> anyhow::Result<()> {
-    let path = path(run)?;
+fn join_as(
+    whole: &Path,
+    run: &RunConfig,
+    state: &State,
+    parts: &[PathBuf],
+    report: &mut Report,
+) -> anyhow::Result<()> {
     let sink = BufWriter::new(File::create(whole)?);
-    let mut writer =
-        sketchnav_recordings::join((1..=state.part).map(|number| part(path, number)), run, sink)?;
+    let mut writer = sketchnav_recordings::join(parts, run, sink)?;
     writer.survived(state.restarts);
     report.messages = writer.message_count();
     report.missing = writer.topics().iter().map(|topic| topic.sequence.missing()).sum();

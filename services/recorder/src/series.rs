@@ -2,14 +2,14 @@
 //! there are, so that the folder is one of rosbag2.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use sketchnav_recordings::copy::{Copy, PartFacts};
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::records::Damage;
-use sketchnav_recordings::series::{facts, files, mend};
+use sketchnav_recordings::series::{facts, mend};
 use sketchnav_recordings::{Recording, RecordingError, rosbag2};
 
 use crate::core::Report;
@@ -17,9 +17,9 @@ use crate::core::Report;
 /// The file that names the files of a folder of rosbag2.
 const METADATA: &str = "metadata.yaml";
 
-/// Closes the recording `path` and counts what is in it.
-pub(crate) fn close(path: &Path, report: &mut Report) -> anyhow::Result<()> {
-    let files = with_messages(files(path)?)?;
+/// Closes the recording `path`, which has these files, and counts what is in it.
+pub(crate) fn close(path: &Path, files: Vec<PathBuf>, report: &mut Report) -> anyhow::Result<()> {
+    let files = with_messages(files)?;
     for (file, next) in files.iter().zip(files.iter().skip(1).map(Some).chain([None])) {
         if Recording::open(file)?.index()?.is_cut_off() {
             give_end(file, next.map(PathBuf::as_path)).with_context(|| file.display().to_string())?;
@@ -44,6 +44,8 @@ fn with_messages(files: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
     for file in files {
         match Recording::open(&file) {
             Err(RecordingError::Damaged { source: Damage::Empty, .. }) => std::fs::remove_file(&file)?,
+            // The checkpoint knew of it before it was there.
+            Err(RecordingError::File { source, .. }) if source.kind() == ErrorKind::NotFound => {}
             _ => kept.push(file),
         }
     }

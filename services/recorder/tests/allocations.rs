@@ -55,7 +55,7 @@ impl ChannelVisitor for Encode {
 
 #[test]
 fn encoding_allocates_nothing_after_the_first_message_whatever_their_lengths() {
-    let Ok(()) = channels::visit(&mut Encode);
+    let Ok(()) = sketchnav_navigators::visit(&mut Encode);
     let (mut form, mut out) = (transforms::Form::default(), Vec::with_capacity(1 << 20));
     for seq in 1..=3 {
         let header = Header { seq, stamp_ns: seq, source_seq: seq };
@@ -77,7 +77,7 @@ impl Round {
     fn next(&mut self) -> u64 {
         self.seq += 1;
         self.allocated = 0;
-        let Ok(()) = channels::visit(self);
+        let Ok(()) = sketchnav_navigators::visit(self);
         self.allocated
     }
 }
@@ -98,6 +98,7 @@ impl ChannelVisitor for Round {
 
 #[test]
 fn recording_allocates_nothing_but_what_mcap_does_for_each_chunk() {
+    sketchnav_navigators::register(&[]).unwrap();
     let run = serde_json::from_str(include_str!("run.json")).unwrap();
     let mut round = Round { core: Core::new(io::sink(), &run, &[]).unwrap(), seq: 0, allocated: 0 };
     round.next();

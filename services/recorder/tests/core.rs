@@ -5,11 +5,13 @@ use std::io::{self, Write};
 use bytemuck::Zeroable;
 use sketchnav_recorder::core::Core;
 use sketchnav_recordings::RecordingError;
-use sketchnav_schemas::channels::{RECORDED_EVERY, SKETCH, TICK};
-use sketchnav_schemas::message::{Header, SketchMap, Tick};
+use sketchnav_schemas::channels::{RECORDED_EVERY, TICK};
+use sketchnav_schemas::message::{Header, Tick};
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_sketch::messages::{SKETCH, SketchMap};
 
 fn run() -> RunConfig {
+    sketchnav_navigators::register(&[]).unwrap();
     serde_json::from_str(include_str!("run.json")).unwrap()
 }
 

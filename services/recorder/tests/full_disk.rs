@@ -2,7 +2,7 @@
 
 mod support;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
@@ -11,28 +11,33 @@ use sketchnav_recorder::Recorder;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
 use sketchnav_runtime::Writer;
-use sketchnav_schemas::channels::{SKETCH, TICK};
+use sketchnav_schemas::channels::TICK;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::SketchMap;
+use sketchnav_sketch::messages::{SKETCH, SketchMap};
 use support::{TestSystem, header, run};
 
 /// Longest that the recorder may take to go on.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// A disk without room for more than is on it: no file of this process grows, and nothing can be made at `next_part`.
-struct FullDisk<'a> {
-    next_part: &'a Path,
+/// A disk without room for more than is on it: no file of this process grows, and none can be made in the recording's
+/// folder, which lies elsewhere meanwhile. A file has its name.
+struct FullDisk {
+    folder: PathBuf,
+    elsewhere: PathBuf,
     most: (u64, u64),
 }
 
-impl<'a> FullDisk<'a> {
-    fn fill(recording: &Path, next_part: &'a Path) -> Self {
+impl FullDisk {
+    fn fill(recording: &Path) -> Self {
         // The kernel has a word for it, which ends who does not know it.
         SigSet::from(Signal::SIGXFSZ).thread_block().unwrap();
         let most = getrlimit(Resource::RLIMIT_FSIZE).unwrap();
         setrlimit(Resource::RLIMIT_FSIZE, recording.metadata().unwrap().len(), most.1).unwrap();
-        std::fs::create_dir(next_part).unwrap();
-        Self { next_part, most }
+        let folder = recording.parent().unwrap().to_owned();
+        let elsewhere = folder.with_extension("elsewhere");
+        std::fs::rename(&folder, &elsewhere).unwrap();
+        std::fs::File::create(&folder).unwrap();
+        Self { folder, elsewhere, most }
     }
 
     /// Files may grow again; still none can be made.
@@ -41,10 +46,11 @@ impl<'a> FullDisk<'a> {
     }
 }
 
-impl Drop for FullDisk<'_> {
+impl Drop for FullDisk {
     fn drop(&mut self) {
         self.let_grow();
-        std::fs::remove_dir(self.next_part).unwrap();
+        std::fs::remove_file(&self.folder).unwrap();
+        std::fs::rename(&self.elsewhere, &self.folder).unwrap();
     }
 }
 
@@ -55,11 +61,13 @@ fn draw(sketches: &mut Writer<SketchMap>) {
 }
 
 /// Records a run in which a sketch is drawn, a second one just before the disk is full, and so many while it is. Gives
-/// the numbers of the sketches in the recording, and how many messages it reports as missing.
-fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
+/// the numbers of the sketches in the recording, and how many messages it reports as missing. The run may end as soon as
+/// there is room again, before the recorder has looked. A foreign file has the name of the next part, which was taken for
+/// a part of the recording, joined with it and removed.
+fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("test.mcap");
-    let next_part = path.with_extension("part2.mcap");
+    let path = folder.path().join("runs/test.mcap");
+    let next_part = path.with_extension("part3.mcap");
     let run = run("full-disk", &path);
     let system = TestSystem::create(&run);
     let (world, sketcher, recorder_node) =
@@ -67,6 +75,9 @@ fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
     let mut ticks = world.writer(TICK).unwrap();
     let mut sketches = sketcher.writer(SKETCH).unwrap();
     let mut recorder = Recorder::open(&recorder_node).unwrap();
+    // Somebody else's, under the name that the next part would have.
+    let foreign = path.with_extension("part2.mcap");
+    std::fs::write(&foreign, "precious").unwrap();
     let mut seq = 0;
     let mut drive = |recorder: &mut Recorder| {
         for _ in 0..20 {
@@ -80,7 +91,7 @@ fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
 
     draw(&mut sketches);
     drive(&mut recorder);
-    let disk = FullDisk::fill(&path, &next_part);
+    let disk = FullDisk::fill(&path);
     draw(&mut sketches);
     drive(&mut recorder);
     disk.let_grow();
@@ -88,11 +99,12 @@ fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
     drive(&mut recorder);
     drop(disk);
     let since = Instant::now();
-    while !next_part.exists() {
+    while !ends_at_once && !next_part.exists() {
         assert!(since.elapsed() < LIMIT, "the recorder does not go on");
         recorder.pass().unwrap();
     }
     recorder.end().unwrap();
+    assert_eq!(std::fs::read_to_string(&foreign).unwrap(), "precious");
 
     let recording = Recording::open(&path).unwrap();
     assert_eq!(recording.channel(TICK).unwrap().count(), 60);
@@ -110,8 +122,9 @@ fn record(drawn_meanwhile: usize) -> (Vec<u64>, u64) {
 #[test]
 fn what_is_drawn_while_the_disk_is_full_is_recorded_when_there_is_room() {
     // The second one was taken, and lost with what could not be written.
-    assert_eq!(record(0), (vec![1, 2], 0));
-    assert_eq!(record(1), (vec![1, 2, 3], 0));
+    assert_eq!(record(0, false), (vec![1, 2], 0));
+    assert_eq!(record(1, false), (vec![1, 2, 3], 0));
     // Two wait in the channel.
-    assert_eq!(record(3), (vec![1, 4, 5], 2));
+    assert_eq!(record(3, false), (vec![1, 4, 5], 2));
+    assert_eq!(record(1, true), (vec![1, 2, 3], 0));
 }

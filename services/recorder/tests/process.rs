@@ -5,8 +5,9 @@ mod support;
 use sketchnav_recorder::Recorder;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::reader::Recording;
-use sketchnav_schemas::channels::{ODOMETRY, RECORDED, SKETCH, TICK};
+use sketchnav_schemas::channels::{ODOMETRY, RECORDED, TICK};
 use sketchnav_schemas::codes::Process;
+use sketchnav_sketch::messages::SKETCH;
 use support::{TestSystem, header, run};
 
 #[test]

@@ -9,9 +9,10 @@ use sketchnav_recorder::Recorder;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::info::info;
 use sketchnav_recordings::series;
-use sketchnav_schemas::channels::{ODOMETRY, SKETCH, TICK};
+use sketchnav_schemas::channels::{ODOMETRY, TICK};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::Split;
+use sketchnav_sketch::messages::SKETCH;
 use support::{TestSystem, header, run};
 
 fn ticks(file: &Path) -> Vec<u64> {

@@ -1,9 +1,9 @@
 //! A mission in one process: the world and the stages of a navigator, called in turn.
 //!
-//! It sends, through a [`Tap`], the very messages that the processes send in lockstep, byte for byte
-//! and channel by channel (health apart). No shared memory, no thread; the clock is looked at to tell how long
-//! a stage took, and nothing depends on it. What a person says ([`Tap::here`]) counts from the next instant on, while
-//! processes may hear it at any. [`rerun`] has one of the processes do once more what a recording says
+//! It sends the very messages that the processes send in lockstep, byte for byte and channel by channel (health apart).
+//! An [`Onlooker`] sees them all. No shared memory, no thread; the clock is looked at to tell how long a stage took, and
+//! nothing depends on it. What a person says ([`Onlooker::here`]) counts from the next instant on, while processes may
+//! hear it at any. [`rerun`] has one of the processes do once more what a recording says
 //! that it did.
 
 mod parts;
@@ -11,13 +11,14 @@ pub mod rerun;
 
 use std::time::Duration;
 
+use sketchnav_files::Disk;
 use sketchnav_navigators::{UnknownNavigator, read_file};
 use sketchnav_schemas::channels::{self, COMMAND, MISSION};
 use sketchnav_schemas::codes::{Order, Process};
 use sketchnav_schemas::message::{Header, Here, VelocityCommand};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::SimError;
-use sketchnav_stage::{Files, Heard, Inputs, Memory, StageError};
+use sketchnav_stage::{Files, Inputs, Memory, StageError};
 
 pub use sketchnav_stage::Tap;
 
@@ -35,6 +36,20 @@ pub enum RehearsalError {
     /// A stage: its parameters, its drawing, a message.
     #[error("{0}")]
     Stage(#[source] StageError),
+}
+
+/// Watches a mission. It may say where the robot is and may end the mission; by default it does neither.
+pub trait Onlooker: Tap {
+    /// Whether it has seen enough: asked after each instant, `true` ends the mission there.
+    fn has_enough(&self) -> bool {
+        false
+    }
+
+    /// The answer of a person: where the robot is, pixels, frame `Sketch`, and its heading, radians. Asked after each
+    /// instant but the last.
+    fn here(&mut self) -> Option<Here> {
+        None
+    }
 }
 
 /// How long the parts of a mission took by the clock.
@@ -87,7 +102,7 @@ impl Rehearsal {
         };
         Ok(Self {
             kind: kind.to_owned(),
-            world: World::new(run)?,
+            world: World::new(run, &Disk)?,
             sketcher: part(Process::Sketcher)?,
             localizer: part(Process::Localizer)?,
             planner: part(Process::Planner)?,
@@ -103,34 +118,34 @@ impl Rehearsal {
         Self { thinking_scans, ..self }
     }
 
-    /// Drives the mission to its end, or until the tap has seen enough; returns how long that took.
+    /// Drives the mission to its end, or until the onlooker has seen enough; returns how long that took.
     ///
     /// # Errors
     /// [`RehearsalError::Stage`] where the drawing or the tasks do not suit the stages.
-    pub fn run(mut self, tap: &mut impl Tap) -> Result<Spent, RehearsalError> {
-        self.drive(tap).map_err(RehearsalError::Stage)?;
+    pub fn run(mut self, onlooker: &mut impl Onlooker) -> Result<Spent, RehearsalError> {
+        self.drive(onlooker).map_err(RehearsalError::Stage)?;
         let Self { world, sketcher, localizer, planner, .. } = &self;
         let [sketcher, localizer, planner] = [sketcher, localizer, planner].map(|part| part.spent);
         Ok(Spent { world: world.spent, sketcher, localizer, planner })
     }
 
-    fn drive(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
-        self.begin(tap)?;
+    fn drive(&mut self, onlooker: &mut impl Onlooker) -> Result<(), StageError> {
+        self.begin(onlooker)?;
         let mut thought_out = None;
         loop {
-            self.step(tap)?;
+            self.step(onlooker)?;
             let newest = self.planner.memory.get(COMMAND.spec).map(|c| *c.typed::<VelocityCommand>());
-            if newest.is_some_and(|command| command.last == 1) || tap.has_enough() {
+            if newest.is_some_and(|command| command.last == 1) || onlooker.has_enough() {
                 return Ok(());
             }
-            if let Some(here) = tap.here() {
-                self.tell(here, tap)?;
+            if let Some(here) = onlooker.here() {
+                self.tell(here, onlooker)?;
             }
             let command =
                 if self.thinking_scans == 0 { newest } else { std::mem::replace(&mut thought_out, newest) };
             self.world.step(command.as_ref());
             for _ in 1..self.thinking_scans {
-                self.world.observe(tap)?;
+                self.world.observe(onlooker)?;
                 self.world.step(None);
             }
         }
@@ -144,24 +159,22 @@ impl Rehearsal {
         }
         for spec in channels::written_by(Process::Sketcher, kind) {
             let Some(said) = sketcher.memory.get(spec) else { continue };
-            let heard = Heard::new(spec, said.bytes(), said.cells());
             for (process, part) in [(Process::Localizer, &mut *localizer), (Process::Planner, planner)] {
                 if spec.readers.contains(&process) {
-                    part.hear(&heard, spec.role, tap)?;
+                    part.hear(spec, said, tap)?;
                 }
             }
         }
         let order = parts::order(supervisor, 0, (Order::Start, None), tap)?;
-        planner.hear(&Heard::new(MISSION.spec, order.bytes(), &[]), MISSION.spec.role, tap)
+        planner.hear(MISSION.spec, &order, tap)
     }
 
     /// Somebody who looks on says where the robot is; it counts from the next instant on.
     fn tell(&mut self, here: Here, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { world, localizer, planner, supervisor, .. } = self;
         let order = parts::order(supervisor, world.stamp_ns(), (Order::Here, Some(here)), tap)?;
-        let heard = Heard::new(MISSION.spec, order.bytes(), &[]);
-        localizer.hear(&heard, MISSION.spec.role, tap)?;
-        planner.hear(&heard, MISSION.spec.role, tap)
+        localizer.hear(MISSION.spec, &order, tap)?;
+        planner.hear(MISSION.spec, &order, tap)
     }
 
     /// One instant, from the sensors to the command.

@@ -2,14 +2,14 @@
 
 use std::time::{Duration, Instant as Clock};
 
-use sketchnav_schemas::channels::{Channel, MISSION, Role, TICK};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec, MISSION, Role, TICK};
 use sketchnav_schemas::codes::{Order, Process};
-use sketchnav_schemas::erased::Owned;
-use sketchnav_schemas::message::{Header, Here, VelocityCommand};
+use sketchnav_schemas::erased::{self, Owned};
+use sketchnav_schemas::message::{Header, Here, MAX_SENSORS, VelocityCommand};
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::{self as sim, Senses, Simulation};
-use sketchnav_stage::{Files, Heard, Hosted, Inputs, Instant, Memory, Outbox, Sink, StageError, Tap};
+use sketchnav_stage::{Access, Files, Heard, Hosted, Inputs, Instant, Memory, Outbox, Sink, StageError, Tap};
 
 use crate::RehearsalError;
 
@@ -23,8 +23,8 @@ pub(crate) struct World {
 }
 
 impl World {
-    pub(crate) fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
-        let simulation = sim::World::of_run(run)?;
+    pub(crate) fn new(run: &RunConfig, files: &dyn sketchnav_files::Files) -> Result<Self, RehearsalError> {
+        let simulation = sim::World::of_run(run, files)?;
         let memory = Memory::of_writer(Process::World, run.mission.navigator_kind());
         Ok(Self { simulation, memory, tick: 0, spent: Duration::ZERO })
     }
@@ -49,14 +49,23 @@ impl World {
         let began = Clock::now();
         let Self { simulation, memory, .. } = self;
         let (stamp_ns, source_seq) = (simulation.stamp_ns(), self.tick + 1);
+        simulation.sense(&mut Said { sink: &mut memory.tapped(tap), source_seq })?;
+        let newest = newest_readings(memory);
         let mut sink = memory.tapped(tap);
-        simulation.sense(&mut Said { sink: &mut sink, source_seq })?;
         let mut out = Outbox::new(&mut sink, stamp_ns, source_seq);
-        let newest = out.newest_readings();
         self.tick = out.send(TICK, |tick| tick.newest = newest)?;
         self.spent += began.elapsed();
         Ok(())
     }
+}
+
+/// The number of the newest message of each sensor, for a tick; 0 where there is none.
+fn newest_readings(memory: &Memory) -> [u64; MAX_SENSORS] {
+    let mut newest = [0; MAX_SENSORS];
+    for (newest, sensor) in newest.iter_mut().zip(channels::sensors()) {
+        *newest = memory.get(sensor).map_or(0, |reading| erased::header(reading.bytes()).seq);
+    }
+    newest
 }
 
 /// Takes what the simulation says.
@@ -81,6 +90,7 @@ impl Senses for Said<'_> {
 
 /// A navigator's process: its stage, and what it said.
 pub(crate) struct Part {
+    access: Access,
     stage: Box<dyn Hosted>,
     pub(crate) memory: Memory,
     /// How long the stage took so far.
@@ -98,7 +108,8 @@ impl Part {
         let navigator = sketchnav_navigators::of(&run.mission)?;
         let stage = navigator.stage(process, run, files).map_err(RehearsalError::Stage)?;
         let memory = Memory::of_writer(process, navigator.kind);
-        Ok(stage.map(|stage| Self { stage, memory, spent: began.elapsed() }))
+        let access = Access::new(process, navigator.kind);
+        Ok(stage.map(|stage| Self { access, stage, memory, spent: began.elapsed() }))
     }
 
     pub(crate) fn is_ready(&self) -> bool {
@@ -108,15 +119,16 @@ impl Part {
     /// Hears an instruction, or hears a request and says what there is to say.
     pub(crate) fn hear(
         &mut self,
-        heard: &Heard<'_>,
-        role: Role,
+        spec: &'static ChannelSpec,
+        message: &Owned,
         tap: &mut impl Tap,
     ) -> Result<(), StageError> {
         let began = Clock::now();
-        let result = self.stage.hear(heard);
+        let heard = Heard::new(&self.access, spec, message.bytes(), message.cells());
+        let result = self.stage.hear(&heard);
         self.spent += began.elapsed();
         result?;
-        if role == Role::Request { self.speak(*heard.header(), tap) } else { Ok(()) }
+        if spec.role == Role::Request { self.speak(*erased::header(message.bytes()), tap) } else { Ok(()) }
     }
 
     pub(crate) fn speak(&mut self, cause: Header, tap: &mut impl Tap) -> Result<(), StageError> {
@@ -137,7 +149,7 @@ impl Part {
         let began = Clock::now();
         let mut sink = self.memory.tapped(tap);
         let mut out = Outbox::new(&mut sink, stamp_ns, tick);
-        let stepped = self.stage.step(&Instant::new(tick, stamp_ns, inputs), &mut out);
+        let stepped = self.stage.step(&Instant::new(&self.access, tick, stamp_ns, inputs), &mut out);
         self.spent += began.elapsed();
         stepped
     }

@@ -13,9 +13,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use sketchnav_recordings::diff::{Comparison, Difference, Side, Tolerances};
-use sketchnav_recordings::reader::{Attachment, RawMessage, Selection, Topic};
+use sketchnav_recordings::reader::{RawMessage, Selection, Topic};
+use sketchnav_recordings::rejected::Rejections;
+use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_recordings::writer::{Writer, topic_name};
-use sketchnav_recordings::{Recording, RecordingError, sources};
+use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_schemas::channels::{self, Channel, ChannelSpec, MISSION, ORDERS, Role};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased::{self, Spare};
@@ -57,9 +59,6 @@ pub enum RerunError {
         /// The process.
         process: Process,
     },
-    /// The files of the run.
-    #[error("the files of the run: {0}")]
-    Files(#[from] std::io::Error),
 }
 
 /// What came of it.
@@ -75,20 +74,12 @@ pub struct Rerun {
     pub recorded: u64,
     /// Simulated time that was executed, seconds.
     pub simulated_s: f64,
+    /// The messages that it rejected as invalid.
+    pub rejected: Rejections,
     /// How long the core took, without reading, encoding, comparing and writing.
     pub core: Duration,
     /// How long all of it took.
     pub wall: Duration,
-}
-
-/// The run of a recording, its files taken out of the recording into `folder`.
-///
-/// # Errors
-/// [`RerunError::Recording`] where it does not say, [`RerunError::Files`].
-pub fn run_of(recording: &Recording, folder: &std::path::Path) -> Result<RunConfig, RerunError> {
-    let mut run = recording.run()?;
-    sources::unpack(recording, &mut run.mission, folder)?;
-    Ok(run)
 }
 
 /// The channels that `process` writes and the recorder records, except for its health.
@@ -96,7 +87,7 @@ pub fn outputs(process: Process, kind: &str) -> impl Iterator<Item = &'static Ch
     channels::written_by(process, kind).filter(|spec| spec.is_recorded())
 }
 
-/// Executes `process` of `run`, which may have other parameters than the recording's, and compares what it
+/// Executes `process` of the recorded run, which may have other parameters than the recording's, and compares what it
 /// sends with what is recorded. With `copy` everything goes there: what is recorded of the others, and what
 /// this one sends now.
 ///
@@ -105,11 +96,11 @@ pub fn outputs(process: Process, kind: &str) -> impl Iterator<Item = &'static Ch
 pub fn rerun<W: std::io::Write>(
     recording: &Recording,
     process: Process,
-    run: &RunConfig,
+    recorded_run: &RecordedRun,
     tolerances: Tolerances,
     copy: Option<&mut Writer<W>>,
 ) -> Result<Rerun, RerunError> {
-    let began = Instant::now();
+    let (began, run) = (Instant::now(), &recorded_run.run);
     if process == Process::World && run.pace != Pace::Lockstep {
         return Err(RerunError::RealTime);
     }
@@ -125,7 +116,7 @@ pub fn rerun<W: std::io::Write>(
     if depends_on_people {
         return Err(RerunError::People { process });
     }
-    let mut subject = Subject::new(process, run)?;
+    let mut subject = Subject::new(process, recorded_run)?;
     let mut sent = Sent {
         comparison: Comparison::of(outputs(process, run.mission.navigator_kind()), tolerances),
         copy,
@@ -157,6 +148,7 @@ pub fn rerun<W: std::io::Write>(
         difference: sent.comparison.finish(),
         simulated_s: seconds(span),
         core: subject.spent(),
+        rejected: subject.rejections(),
         wall: began.elapsed(),
     })
 }
@@ -190,11 +182,6 @@ fn answered(
         recording.headers(spec)?.map(|header| Ok(header?.source_seq)).collect();
     // A log that nobody has localized yet has no answers.
     Ok(Some(ticks?).filter(|ticks| !ticks.is_empty()))
-}
-
-/// The files of a recording, for a copy of it.
-pub fn files(recording: &Recording) -> impl Iterator<Item = &Attachment> {
-    recording.attachments().values().filter(|file| sources::is_source(&file.name))
 }
 
 /// Takes what the core sends.

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use proptest::prelude::*;
-use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
@@ -46,7 +46,9 @@ struct Once;
 
 impl Tap for Once {
     fn see(&mut self, _: &'static ChannelSpec, _: &[u8], _: &[u8]) {}
+}
 
+impl Onlooker for Once {
     fn has_enough(&self) -> bool {
         true
     }

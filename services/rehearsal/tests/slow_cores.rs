@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::message::{GroundTruth, Message, VelocityCommand};
 use sketchnav_schemas::run::RunConfig;
@@ -23,7 +23,9 @@ impl Tap for Log {
             _ => {}
         }
     }
+}
 
+impl Onlooker for Log {
     fn has_enough(&self) -> bool {
         self.command.len() >= STEPS
     }

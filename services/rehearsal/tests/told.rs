@@ -2,18 +2,19 @@
 
 use std::path::Path;
 
-use sketchnav_rehearsal::{Rehearsal, Tap};
-use sketchnav_schemas::channels::{ChannelSpec, ESTIMATE, MISSION, STATUS};
+use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
+use sketchnav_schemas::channels::{ChannelSpec, MISSION, STATUS};
 use sketchnav_schemas::codes::{Order, Process, TaskState};
 use sketchnav_schemas::geometry::{Point, Sketch};
-use sketchnav_schemas::message::{Here, MissionCommand, MissionStatus, PoseEstimate};
+use sketchnav_schemas::message::{Here, MissionCommand, MissionStatus};
 use sketchnav_schemas::run::{Pad, RunConfig};
+use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 
 /// Most instants of a drive.
 const MOST: usize = 200;
 
 /// Says once where the robot is, when the moment has come.
-struct Onlooker {
+struct Witness {
     is_time: fn(&Self) -> bool,
     at: fn(&Self) -> Point<Sketch>,
     estimates: Vec<PoseEstimate>,
@@ -23,7 +24,7 @@ struct Onlooker {
     told: Option<usize>,
 }
 
-impl Onlooker {
+impl Witness {
     fn new(is_time: fn(&Self) -> bool, at: fn(&Self) -> Point<Sketch>) -> Self {
         let (estimates, status, orders) = Default::default();
         Self { is_time, at, estimates, status, orders, told: None }
@@ -50,13 +51,15 @@ impl Onlooker {
     }
 }
 
-impl Tap for Onlooker {
+impl Tap for Witness {
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], _cells: &[u8]) {
         self.estimates.extend(ESTIMATE.message(spec, message));
         self.status.extend(STATUS.message(spec, message));
         self.orders.extend(MISSION.message(spec, message));
     }
+}
 
+impl Onlooker for Witness {
     fn has_enough(&self) -> bool {
         self.estimates.len() == MOST || self.told.is_some_and(|told| self.estimates.len() > told)
     }
@@ -73,25 +76,25 @@ impl Tap for Onlooker {
 #[test]
 fn the_localizer_goes_on_from_where_somebody_said() {
     // At the second goal.
-    let far = |_: &Onlooker| Point::new(1103.0, 293.0);
-    let onlooker = Onlooker::new(|it| it.estimates.len() == 30, far).drives(&[]);
-    let orders: Vec<_> = onlooker.orders.iter().map(|order| Order::from_code(order.order).unwrap()).collect();
+    let far = |_: &Witness| Point::new(1103.0, 293.0);
+    let witness = Witness::new(|it| it.estimates.len() == 30, far).drives(&[]);
+    let orders: Vec<_> = witness.orders.iter().map(|order| Order::from_code(order.order).unwrap()).collect();
     assert_eq!(orders, [Order::Start, Order::Here]);
-    assert_eq!(onlooker.orders[1].header.stamp_ns, onlooker.estimates[29].header.stamp_ns);
-    let [before, after] = [29, 30].map(|instant| onlooker.believed(instant).distance(&far(&onlooker)));
+    assert_eq!(witness.orders[1].header.stamp_ns, witness.estimates[29].header.stamp_ns);
+    let [before, after] = [29, 30].map(|instant| witness.believed(instant).distance(&far(&witness)));
     assert!(before > 300.0 && after < 100.0, "{before} px, then {after}");
 }
 
 #[test]
 fn the_planner_of_a_lost_robot_goes_on_when_somebody_has_said_where_it_is() {
-    let is_lost = |it: &Onlooker| it.status.last().is_some_and(|s| s.state == TaskState::Paused.code());
-    let where_it_believes = |it: &Onlooker| it.believed(it.estimates.len() - 1);
+    let is_lost = |it: &Witness| it.status.last().is_some_and(|s| s.state == TaskState::Paused.code());
+    let where_it_believes = |it: &Witness| it.believed(it.estimates.len() - 1);
     // So impatient that it is lost after a few instants.
-    let onlooker =
-        Onlooker::new(is_lost, where_it_believes).drives(&[("astray_factor", 0.1), ("astray_m", 0.1)]);
-    let told = onlooker.told.unwrap();
+    let witness =
+        Witness::new(is_lost, where_it_believes).drives(&[("astray_factor", 0.1), ("astray_m", 0.1)]);
+    let told = witness.told.unwrap();
     assert_eq!(
-        [told - 1, told].map(|instant| onlooker.state(instant)),
+        [told - 1, told].map(|instant| witness.state(instant)),
         [TaskState::Paused, TaskState::Driving]
     );
 }

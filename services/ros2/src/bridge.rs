@@ -209,7 +209,11 @@ impl Inlet {
         match spec.message.encode(sample.message(), sample.cells(), &mut self.spare, &mut cdr) {
             Ok(()) => outlet.publish(cdr),
             Err(error) => {
-                eprintln!("/{}: message {} is left out: {error}", spec.name, sample.header().seq);
+                sketchnav_schemas::say!(
+                    "/{}: message {} is left out: {error}",
+                    spec.name,
+                    sample.header().seq
+                );
                 Ok(())
             }
         }
@@ -240,7 +244,7 @@ impl Orders {
             };
             match order {
                 Ok((order, task)) => system.order(Ordered::new(order, task), "bridge ros2")?,
-                Err(error) => eprintln!("/{ORDER_TOPIC}: {error}"),
+                Err(error) => sketchnav_schemas::say!("/{ORDER_TOPIC}: {error}"),
             }
         }
         Ok(())

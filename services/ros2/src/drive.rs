@@ -171,7 +171,7 @@ impl<'a> Driver<'a> {
     /// What the robot must not be told goes on standard error: the first of each hundred.
     fn refuse(&mut self, topic: &str, error: &ReadingError) {
         if self.refused.is_multiple_of(100) {
-            eprintln!("/{topic}: left out ({} so far): {error}", self.refused + 1);
+            sketchnav_schemas::say!("/{topic}: left out ({} so far): {error}", self.refused + 1);
         }
         self.refused += 1;
         self.node.count_refused();

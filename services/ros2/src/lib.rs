@@ -6,6 +6,9 @@
 //!
 //! [`topics`], [`diagnostics`], [`orders`] and [`readings`] are pure. [`run`] writes no channel.
 
+// `say!` prints: it escapes what could steer a terminal.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 #[cfg(not(any(feature = "dds", feature = "zenoh")))]
 compile_error!("sketchnav-ros2 wants one of the features dds and zenoh");
 

@@ -143,7 +143,7 @@ impl<F> Intake<F> {
     /// The next message. Anybody may send anything: what is no message of the type is reported on standard error.
     pub fn take(&mut self) -> Option<F> {
         self.receiver.take().unwrap_or_else(|error| {
-            eprintln!("/{}: {error}", self.name);
+            sketchnav_schemas::say!("/{}: {error}", self.name);
             None
         })
     }

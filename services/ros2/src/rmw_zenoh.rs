@@ -200,7 +200,7 @@ impl Newest {
                 let Some(newest) = newest else { return };
                 let reply = query.reply(&key, newest.cdr).attachment(&newest.attachment[..]);
                 if let Err(error) = reply.timestamp(newest.stamp).wait() {
-                    eprintln!("/{key}: a late subscriber: {error}");
+                    sketchnav_schemas::say!("/{key}: a late subscriber: {error}");
                 }
             }
         });

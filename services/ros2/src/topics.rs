@@ -106,15 +106,16 @@ fn delivery_of(spec: &ChannelSpec) -> Delivery {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sketchnav_schemas::channels::{ESTIMATE, FAULTS, ODOMETRY, SCAN, SKETCH, TRUTH};
+    use sketchnav_schemas::channels::{FAULTS, ODOMETRY, SCAN, TRUTH};
+    use sketchnav_schemas::samples::example::{MAP, PLACE};
 
     #[test]
     fn a_role_says_how_its_messages_are_delivered() {
         for sensed in [SCAN.spec, ODOMETRY.spec, TRUTH.spec] {
             assert_eq!(delivery_of(sensed), Delivery::Sensor, "{}", sensed.name);
         }
-        assert_eq!(delivery_of(SKETCH.spec), Delivery::Latched);
-        assert_eq!(delivery_of(ESTIMATE.spec), Delivery::Reliable { depth: 10 });
+        assert_eq!(delivery_of(MAP.spec), Delivery::Latched);
+        assert_eq!(delivery_of(PLACE.spec), Delivery::Reliable { depth: 10 });
         assert_eq!(delivery_of(FAULTS.spec), Delivery::Reliable { depth: 100 });
     }
 

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use sketchnav_schemas::codes::Process;
 
+use crate::limits;
+
 /// What may go wrong: what was expected, what was found, and where.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -54,6 +56,34 @@ pub enum Error {
         /// What is there.
         found: String,
     },
+    /// Another process starts or clears a system, and does not come to an end.
+    #[error(
+        "{}: expected the lock within {seconds} s, found it held by {holder}, which starts, joins or clears a system; \
+         let that one go on if it is stopped (kill -CONT), or end it, and try again",
+        path.display()
+    )]
+    Guarded {
+        /// The lock's file.
+        path: PathBuf,
+        /// Who holds it, in words.
+        holder: String,
+        /// For how long it was waited for.
+        seconds: u64,
+    },
+    /// A process of a dead system does not end, or cannot be reached from here.
+    #[error(
+        "{}: expected the process of a dead system to end within {seconds} s, found the file held by {holder}; end that \
+         process where it runs, and try again",
+        path.display()
+    )]
+    StillHeld {
+        /// The process's lock file.
+        path: PathBuf,
+        /// Who holds it, in words.
+        holder: String,
+        /// For how long it was waited for.
+        seconds: f64,
+    },
     /// A system of this name lives already.
     #[error("system {name:?} is running already (supervisor {pid}); choose another name or end that one")]
     AlreadyRunning {
@@ -92,6 +122,26 @@ pub enum Error {
         needed_mib: u64,
         /// What is there.
         found_mib: u64,
+    },
+    /// A process may have too few files open.
+    #[error(
+        "expected a limit of {needed} open files or more for a process, found {found}: ulimit -n {needed}"
+    )]
+    FewFiles {
+        /// What a process of a system needs.
+        needed: u64,
+        /// The hard limit of this process.
+        found: u64,
+    },
+    /// The stack of the first thread may not grow as far as it has to.
+    #[error(
+        "expected a limit of {needed_kib} KiB or more on the stack, found {found_kib} KiB: ulimit -s {needed_kib}"
+    )]
+    SmallStack {
+        /// What a program needs.
+        needed_kib: u64,
+        /// The hard limit of this process.
+        found_kib: u64,
     },
     /// A process of a system runs twice.
     #[error("{process} of system {system:?} runs already as process {pid}; end that one first")]
@@ -234,6 +284,11 @@ impl Error {
 
 /// What iceoryx2's word for an error means to people, and what they can do.
 fn explained(cause: &str) -> String {
+    if let Some(limit) = limits::files_are_used_up() {
+        return format!(
+            "this process has used up its limit of {limit} open files: ulimit -n raises it ({cause})"
+        );
+    }
     let advice = match cause {
         "InternalFailure" | "InternalError" => {
             "the shared memory library failed; is /dev/shm full, or was a file of the system removed?"
@@ -245,6 +300,9 @@ fn explained(cause: &str) -> String {
         "ExceedsMaxNumberOfNodes" => "too many processes have it open; end an observer",
         "ExceedsMaxSupportedSubscribers" => "all places of readers are taken; end an observer",
         "ExceedsMaxBorrows" => "too many samples are held at the same time",
+        "UnableToCreatePortTag" | "UnableToCreateServiceTag" => {
+            "it could not make a file in the system's folder; is that file system full?"
+        }
         "OutOfMemory" => "there is no room in /dev/shm",
         _ => return format!("the shared memory library says {cause}"),
     };
@@ -256,6 +314,7 @@ mod tests {
     use iceoryx2::node::NodeCreationFailure;
     use iceoryx2::port::LoanError;
     use iceoryx2::port::ReceiveError;
+    use iceoryx2::port::publisher::PublisherCreateError;
     use iceoryx2::port::subscriber::SubscriberCreateError;
     use iceoryx2::service::builder::publish_subscribe::{
         PublishSubscribeCreateError, PublishSubscribeOpenError,
@@ -270,6 +329,7 @@ mod tests {
             format!("{:?}", NodeCreationFailure::InternalError),
             format!("{:?}", NodeCreationFailure::InsufficientPermissions),
             format!("{:?}", PublishSubscribeCreateError::InternalFailure),
+            format!("{:?}", PublisherCreateError::UnableToCreatePortTag),
             format!("{:?}", PublishSubscribeOpenError::DoesNotExist),
             format!("{:?}", PublishSubscribeOpenError::ServiceInCorruptedState),
             format!("{:?}", PublishSubscribeOpenError::HangsInCreation),

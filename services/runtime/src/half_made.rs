@@ -8,12 +8,13 @@
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
 use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use crate::names::Names;
+use crate::shared::{self, Seen};
 use crate::{Error, Result, System, signals};
 
 /// How often the supervisor looks for such files, beside whatever it waits for itself.
@@ -27,10 +28,9 @@ const MAKING: Duration = Duration::from_millis(100);
 /// A supervisor asks for complaints several times a second: one that does not ask for so long hangs in shared memory.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// The file, where its maker has not finished it.
-pub(crate) fn is_unfinished(path: &Path) -> Option<Metadata> {
-    let found = fs::symlink_metadata(path).ok()?;
-    (found.mode() & PERMISSIONS == UNFINISHED).then_some(found)
+/// Whether its maker has not finished a file.
+pub(crate) fn is_unfinished(file: &Metadata) -> bool {
+    file.mode() & PERMISSIONS == UNFINISHED
 }
 
 /// For how long each file has been seen unfinished.
@@ -53,11 +53,10 @@ impl Ages {
         Self { patience, seen: BTreeMap::new() }
     }
 
-    /// Those of `files` that have been unfinished for longer than it should take. To be asked again and again.
-    pub(crate) fn unfinished(&mut self, files: &[PathBuf]) -> Vec<(PathBuf, Metadata)> {
+    /// Those of `seen` that have been unfinished for longer than it should take. To be asked again and again.
+    pub(crate) fn unfinished(&mut self, seen: &[Seen]) -> Vec<Seen> {
         let now = Instant::now();
-        let unfinished = files.iter().filter_map(|path| Some((path.clone(), is_unfinished(path)?)));
-        let unfinished: Vec<_> = unfinished.collect();
+        let unfinished: Vec<_> = seen.iter().filter(|(_, file)| is_unfinished(file)).cloned().collect();
         let before = std::mem::take(&mut self.seen);
         let since = |file: &Metadata| before.get(&(file.dev(), file.ino())).copied().unwrap_or(now);
         self.seen = unfinished.iter().map(|(_, file)| ((file.dev(), file.ino()), since(file))).collect();
@@ -114,17 +113,20 @@ impl Complaint {
 
 impl Sweeper {
     /// Begins to watch.
-    pub(crate) fn start(system: System) -> Self {
+    ///
+    /// # Errors
+    /// Where the system's folder is gone.
+    pub(crate) fn start(system: System) -> Result<Self> {
+        let mut names = system.shared()?.names();
         let (stop, stopped) = mpsc::channel();
         let complaint: Arc<Mutex<Complaint>> = Arc::default();
         let shared = complaint.clone();
         let thread = thread::spawn(move || {
             let mut ages = Ages::default();
             while stopped.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout) {
-                // What cannot be taken away now is tried again.
-                let _ = system.clear_half_made(&mut ages);
+                let looked = look(&system, &mut names, &mut ages);
                 let Ok(mut complaint) = shared.lock() else { return };
-                if let Err(error @ Error::ForeignFile { .. }) = check(&system) {
+                if let Err(error @ Error::ForeignFile { .. }) = looked {
                     complaint.found(error);
                 }
                 if let Some(error) = complaint.overdue(PATIENCE) {
@@ -132,7 +134,7 @@ impl Sweeper {
                 }
             }
         });
-        Self { stop, complaint, thread: Some(thread) }
+        Ok(Self { stop, complaint, thread: Some(thread) })
     }
 
     /// What it has found, once.
@@ -145,12 +147,19 @@ impl Sweeper {
 /// of the name that it needs itself. The kernel ends the other processes when the supervisor has gone.
 fn end_for_good(system: &System, error: &Error) -> ! {
     system.abandon();
-    eprintln!("{error}");
+    sketchnav_schemas::say!("{error}");
     std::process::exit(signals::FAILED)
 }
 
-fn check(system: &System) -> Result<()> {
-    system.shared()?.check()
+/// Looks at each file once. What cannot be taken away or made private now is tried again.
+///
+/// # Errors
+/// [`Error::ForeignFile`].
+fn look(system: &System, names: &mut Names, ages: &mut Ages) -> Result<()> {
+    let seen = names.look(Instant::now())?;
+    let _ = system.clear_half_made(&seen, ages);
+    let _ = shared::keep_others_out(&seen);
+    shared::check_seen(&seen)
 }
 
 impl Drop for Sweeper {

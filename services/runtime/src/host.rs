@@ -177,7 +177,8 @@ impl Host<'_> {
     fn hear_instructions(&mut self) -> Result<bool, HostError> {
         let mut is_new = false;
         while let Some((spec, sample)) = self.inputs.next_instruction()? {
-            self.stage.hear(&Heard::new(spec, sample.message(), sample.cells()))?;
+            let heard = Heard::new(self.inputs.access(), spec, sample.message(), sample.cells());
+            self.stage.hear(&heard)?;
             is_new = true;
         }
         Ok(is_new)
@@ -187,9 +188,10 @@ impl Host<'_> {
     fn hear_request(&mut self, index: usize, request: &RawSample) -> Result<(), HostError> {
         let step = Step::begin();
         let header = *request.header();
-        let heard = Heard::new(self.inputs.request_spec(index), request.message(), request.cells());
         self.attempts += 1;
         self.write_checkpoint()?;
+        let spec = self.inputs.request_spec(index);
+        let heard = Heard::new(self.inputs.access(), spec, request.message(), request.cells());
         self.stage.hear(&heard.again(self.attempts - 1))?;
         self.inputs.take_request(index, header.stamp_ns, header.seq);
         self.spoken_from.clone_from(self.outputs.positions());
@@ -274,7 +276,7 @@ impl Host<'_> {
     fn begin_anew(&mut self, kind: &str) -> Result<(), HostError> {
         self.outputs.resume_behind_history();
         let (process, answered) = (self.node.process(), self.last_answered(kind));
-        eprintln!("no checkpoint can be used: the {process} begins anew after tick {answered}");
+        sketchnav_schemas::say!("no checkpoint can be used: the {process} begins anew after tick {answered}");
         self.spoken_from.clone_from(self.outputs.positions());
         self.inputs.begin_behind(answered, self.node)?;
         self.stage.recover(&self.outputs);

@@ -8,6 +8,7 @@
 //! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
 //! - [`Notices`]: what the supervisor is to tell everybody.
 //! - Faults by plan are at work in the writers (`trap.rs`); without a plan there is nothing.
+//! - [`provide_files`], [`provide_stack`]: what a process needs of its limits;
 //! - [`Room`], [`Peer`]: what a system needs of its machine, and who is connected; for tools.
 //! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
 //!
@@ -22,6 +23,9 @@
 //! Nothing here knows what a message means, except the tick. No process but the supervisor creates a channel: a
 //! process that dies while it creates one would block it for good (iceoryx2 0.10).
 
+// `say!` prints: it escapes what could steer a terminal.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod allocations;
 mod bells;
 mod channels;
@@ -31,8 +35,11 @@ mod half_made;
 mod health;
 mod history;
 mod host;
+mod identity;
+mod limits;
 mod lock;
 mod mapping;
+mod names;
 mod node;
 mod notices;
 mod pacer;
@@ -54,6 +61,7 @@ pub use error::Error;
 pub use health::{HealthReporter, Step};
 pub use history::{SendTimes, Sent};
 pub use host::{HostError, host};
+pub use limits::{NEEDED_FILES, provide_files, provide_stack};
 pub use node::{Node, Wake, Waker};
 pub use notices::{Notice, Notices, Ordered};
 pub use pacer::Pacer;

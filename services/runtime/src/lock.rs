@@ -7,10 +7,16 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use nix::errno::Errno;
 use nix::fcntl::{FcntlArg, fcntl};
 use nix::libc;
+
+use crate::identity::{self, Identity};
+
+/// How often a lock is asked for that another process holds.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// The lock, held as long as this lives; the file stays.
 #[derive(Debug)]
@@ -40,25 +46,37 @@ impl Lock {
         }
     }
 
-    /// Takes the lock of the file, and waits until its holder lets go.
-    pub(crate) fn take(path: &Path) -> io::Result<Self> {
-        let file = open(path)?;
-        loop {
-            match fcntl(&file, FcntlArg::F_OFD_SETLKW(&whole_file())) {
-                Ok(_) => return Ok(Self { file }),
-                Err(Errno::EINTR) => {}
-                Err(error) => return Err(error.into()),
-            }
-        }
-    }
-
-    /// As [`Lock::try_take`], and writes this process's id into the file.
+    /// As [`Lock::try_take`], and writes into the file which process this is.
     pub(crate) fn try_take_as_this_process(path: &Path) -> io::Result<Option<Self>> {
         let Some(mut lock) = Self::try_take(path)? else { return Ok(None) };
         lock.file.set_len(0)?;
-        lock.file.write_all(std::process::id().to_string().as_bytes())?;
+        lock.file.write_all(identity::text(&Identity::own()?).as_bytes())?;
         Ok(Some(lock))
     }
+
+    /// The same, after waiting `limit` for its holder to let go; `None` where it does not.
+    pub(crate) fn take_within(path: &Path, limit: Duration) -> io::Result<Option<Self>> {
+        let end = Instant::now() + limit;
+        loop {
+            let taken = Self::try_take_as_this_process(path)?;
+            if taken.is_some() || Instant::now() >= end {
+                return Ok(taken);
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
+    }
+}
+
+/// Waits until nobody holds the lock of the file; whether that was so within `limit`.
+pub(crate) fn is_free_within(path: &Path, limit: Duration) -> io::Result<bool> {
+    let end = Instant::now() + limit;
+    while is_held(path)? {
+        if Instant::now() >= end {
+            return Ok(false);
+        }
+        std::thread::sleep(LOOK_EVERY);
+    }
+    Ok(true)
 }
 
 /// Whether the lock of the file is held; that of a missing file is not.
@@ -73,11 +91,20 @@ pub(crate) fn is_held(path: &Path) -> io::Result<bool> {
     Ok(lock.l_type != libc::F_UNLCK as libc::c_short)
 }
 
-/// The process id in a lock file; an empty text where there is none.
-pub(crate) fn owner(path: &Path) -> String {
+/// The process that a lock file names; `None` where it names none.
+pub(crate) fn owner(path: &Path) -> Option<Identity> {
+    Identity::parse(&text(path))
+}
+
+/// Who holds a lock file, in words.
+pub(crate) fn holder(path: &Path) -> String {
+    identity::described(&text(path))
+}
+
+fn text(path: &Path) -> String {
     let mut text = String::new();
-    if let Ok(mut file) = File::open(path) {
-        let _ = file.read_to_string(&mut text);
+    if let Ok(file) = File::open(path) {
+        let _ = file.take(1024).read_to_string(&mut text);
     }
     text
 }
@@ -109,8 +136,10 @@ mod tests {
         assert!(!is_held(&path).unwrap());
         let lock = Lock::try_take_as_this_process(&path).unwrap().unwrap();
         assert!(is_held(&path).unwrap() && Lock::try_take(&path).unwrap().is_none());
-        assert_eq!(owner(&path), std::process::id().to_string());
+        assert_eq!(owner(&path), Some(Identity::own().unwrap()));
+        assert!(!is_free_within(&path, Duration::ZERO).unwrap());
+        assert!(Lock::take_within(&path, Duration::ZERO).unwrap().is_none());
         drop(lock);
-        assert!(!is_held(&path).unwrap());
+        assert!(!is_held(&path).unwrap() && is_free_within(&path, Duration::ZERO).unwrap());
     }
 }

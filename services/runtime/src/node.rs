@@ -11,6 +11,7 @@ use sketchnav_schemas::channels::{self, Channel, ChannelSpec};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::{Message, Tick};
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::valid::Invalid;
 
 use crate::bells::{Bells, sleep_until_changed};
 use crate::half_made::Sweeper;
@@ -18,7 +19,7 @@ use crate::lock::Lock;
 use crate::reader::{RawReader, Reader};
 use crate::system::System;
 use crate::writer::{RawWriter, Writer};
-use crate::{Error, Result, signals};
+use crate::{Error, Result, limits, signals};
 
 /// Why a wait ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,11 +67,27 @@ pub struct Node {
 pub(crate) struct Counters {
     pub(crate) lost: Cell<u64>,
     pub(crate) refused: Cell<u64>,
+    /// Channels and fields whose invalid messages were reported: each once, for there may be thousands.
+    reported: RefCell<Vec<(&'static str, &'static str)>>,
 }
+
+/// Most channels and fields that are reported.
+const MAX_REPORTED: usize = 64;
 
 impl Counters {
     pub(crate) fn count_refused(&self) {
         self.refused.set(self.refused.get() + 1);
+    }
+
+    /// Counts an invalid message. The first one of its channel and field is reported with the reason.
+    pub(crate) fn count_invalid(&self, channel: &'static str, seq: u64, why: &Invalid) {
+        self.count_refused();
+        let kind = (channel, why.field);
+        let mut reported = self.reported.borrow_mut();
+        if reported.len() < MAX_REPORTED && !reported.contains(&kind) {
+            reported.push(kind);
+            sketchnav_schemas::say!("rejected {channel} {seq}: {why}; others like it are only counted");
+        }
     }
 }
 
@@ -87,9 +104,12 @@ impl Node {
     /// SIGHUP end it through [`Node::wait`].
     ///
     /// # Errors
-    /// [`Error::ProcessRunsAlready`] where the system has such a process.
+    /// [`Error::ProcessRunsAlready`] where the system has such a process; [`Error::FewFiles`].
     pub fn join(system: impl Into<Rc<System>>, process: Process) -> Result<Self> {
         let system = system.into();
+        // An observer opens a few channels, and may get along with less.
+        limits::provide_files()
+            .or_else(|error| if process == Process::Observer { Ok(()) } else { Err(error) })?;
         // An observer comes when it likes, also while the system is being cleared: it is in before, and
         // asked to end, or it is late, and finds no system.
         let _guard = (process == Process::Observer).then(|| system.hold()).transpose()?;
@@ -97,12 +117,14 @@ impl Node {
         // Before others can see it: who is seen may be asked to end.
         signals::install(bells.word(process));
         let presence = system.enter(process)?;
-        let sweeper = (process == Process::Supervisor).then(|| Sweeper::start(system.view()));
+        let sweeper = (process == Process::Supervisor).then(|| Sweeper::start(system.view())).transpose()?;
         let inner = shared_memory_node(&system, process).or_else(|error| {
             // What somebody has put in the way is named first.
             system.shared()?.check()?;
             Err(error)
         })?;
+        // A link among the files is named before anything is opened.
+        system.shared()?.check()?;
         system.shared()?.keep_others_out()?;
         Ok(Self {
             writers: RefCell::default(),
@@ -240,6 +262,11 @@ impl Node {
     /// Counts a message that the process refused as malformed.
     pub fn count_refused(&self) {
         self.counters.count_refused();
+    }
+
+    /// Counts an invalid message; the first one of its channel and field is reported in the process's log.
+    pub(crate) fn count_invalid(&self, channel: &'static str, seq: u64, why: &Invalid) {
+        self.counters.count_invalid(channel, seq, why);
     }
 
     /// Clears what dead processes of the system left in shared memory: their samples, their places

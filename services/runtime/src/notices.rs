@@ -17,7 +17,7 @@ use sketchnav_schemas::message::Here;
 
 use crate::node::Node;
 use crate::system::System;
-use crate::{Error, Result};
+use crate::{Error, Result, lock};
 
 /// Longest text of a notice that is kept, bytes.
 const MAX_WORDS: usize = 512;
@@ -121,8 +121,13 @@ impl System {
     /// before its effects can be seen. `by` is the name of the tool.
     ///
     /// # Errors
-    /// [`Error::File`] where the system has gone; [`Error::Signal`] where the process has.
+    /// [`Error::File`] where the system has gone; [`Error::Signal`] where the process has, or cannot be reached from here.
     pub fn inject(&self, process: Process, pid: u32, signal: Signal, by: &str) -> Result<()> {
+        let failed = |source| Error::Signal { process, pid, source };
+        // One that has joined has said which process it is; one that has not is a child that the tool has found itself.
+        let joined = lock::owner(&self.process_lock(process)).filter(|owner| owner.pid == pid);
+        let handle = joined.map(|owner| owner.handle()).transpose();
+        let handle = handle.map_err(|words| failed(std::io::Error::other(words)))?;
         self.notify(&Notice {
             kind: FaultKind::Injected,
             process,
@@ -133,8 +138,10 @@ impl System {
             order: None,
             starvation: None,
         })?;
-        let sent = kill(Pid::from_raw(pid as i32), signal);
-        sent.map_err(|error| Error::Signal { process, pid, source: error.into() })
+        match handle {
+            Some(handle) => handle.send(signal).map_err(failed),
+            None => kill(Pid::from_raw(pid as i32), signal).map_err(|error| failed(error.into())),
+        }
     }
 
     /// Has the supervisor give the navigator an order, and report who asked for it. `by` is the name of the tool.
@@ -172,7 +179,7 @@ impl System {
 impl Node {
     /// Has the supervisor tell everybody what has happened to this process; in its log it stands too.
     pub fn report_fault(&self, kind: FaultKind, missing: u64, words: &str) {
-        eprintln!("{words}");
+        sketchnav_schemas::say!("{words}");
         let notice = Notice {
             kind,
             process: self.process(),
@@ -184,7 +191,7 @@ impl Node {
             starvation: None,
         };
         if let Err(error) = self.system().notify(&notice) {
-            eprintln!("the supervisor does not hear of it: {error}");
+            sketchnav_schemas::say!("the supervisor does not hear of it: {error}");
         }
     }
 }

@@ -100,10 +100,10 @@ impl RawReader {
     /// As [`RawReader::receive`].
     pub fn receive_valid(&mut self) -> Result<Option<RawSample>> {
         while let Some(sample) = self.receive()? {
-            if self.spec.message.is_valid(sample.message()) {
-                return Ok(Some(sample));
+            match self.spec.message.check(sample.message()) {
+                Ok(()) => return Ok(Some(sample)),
+                Err(why) => self.counters.count_invalid(self.spec.name, sample.header().seq, &why),
             }
-            self.counters.count_refused();
         }
         Ok(None)
     }

@@ -4,11 +4,15 @@ use std::fs::{self, DirBuilder};
 use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use nix::unistd::getuid;
 
-use crate::lock::Lock;
+use crate::lock::{self, Lock};
 use crate::{Error, Result};
+
+/// A system comes or goes in a fraction of a second; each process that does not end when it is asked to adds a second.
+const GUARDED: Duration = Duration::from_secs(15);
 
 /// The folder: `$XDG_RUNTIME_DIR/sketchnav`, or `/tmp/sketchnav-<uid>`. Made where it is missing.
 pub(crate) fn of_this_user() -> Result<PathBuf> {
@@ -21,9 +25,17 @@ pub(crate) fn of_this_user() -> Result<PathBuf> {
 }
 
 /// Held while a system comes or goes, so that a system that is being made is not taken for a dead one.
+///
+/// # Errors
+/// [`Error::Guarded`] where another process holds it for too long.
 pub(crate) fn guard(root: &Path) -> Result<Lock> {
+    guard_within(root, GUARDED)
+}
+
+fn guard_within(root: &Path, limit: Duration) -> Result<Lock> {
     let path = root.join(".guard");
-    Lock::take(&path).map_err(Error::file(path, "locking"))
+    let taken = Lock::take_within(&path, limit).map_err(Error::file(&path, "locking"))?;
+    taken.ok_or_else(|| Error::Guarded { holder: lock::holder(&path), path, seconds: limit.as_secs() })
 }
 
 /// Makes the folder with mode 0700, or checks that it is this user's alone.
@@ -53,6 +65,18 @@ pub(crate) fn private_folder(path: &Path) -> Result<()> {
 mod tests {
     use super::*;
     use std::os::unix::fs::{PermissionsExt, symlink};
+
+    /// A `run` that was stopped while it started had every later one wait without a word.
+    #[test]
+    fn a_guard_that_is_not_let_go_is_named_with_its_holder() {
+        let root = tempfile::tempdir().unwrap();
+        let held = guard(root.path()).unwrap();
+        let error = guard_within(root.path(), Duration::from_millis(20)).unwrap_err().to_string();
+        let holder = format!("process {} (", std::process::id());
+        assert!(error.contains(".guard: ") && error.contains(&holder), "{error}");
+        drop(held);
+        guard_within(root.path(), Duration::ZERO).unwrap();
+    }
 
     #[test]
     fn a_root_is_private_or_refused() {

@@ -69,7 +69,7 @@ impl System {
     /// [`Error::File`] where the folders cannot be read.
     pub fn dead() -> Result<Vec<String>> {
         let mut found = system::dead(&root::of_this_user()?)?;
-        found.extend(shared::orphans()?);
+        found.extend(shared::Survey::now()?.orphans());
         Ok(found)
     }
 }

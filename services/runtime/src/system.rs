@@ -7,7 +7,7 @@
 //!               bells             a page that every process maps
 //!               faults            there where faults are planned; fault-N once the N-th has happened
 //!               notices           what processes and tools have the supervisor tell everybody
-//!               processes/<process>   held by the process as long as it lives; its id is inside
+//!               processes/<process>   held by the process as long as it lives; which one that is stands inside
 //!               logs/<process>.log
 //!               token             the random part of the prefix of its files in shared memory
 //!               shared/           what iceoryx2 keeps in files
@@ -18,19 +18,18 @@
 //! No two systems share a file, see [`shared`](crate::shared).
 
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
 use std::time::Duration;
 
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 use sketchnav_files::RUN;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::lock::{self, Lock};
-use crate::shared::{self, SharedFiles, listed, unless_gone};
+use crate::shared::{self, Seen, SharedFiles, listed, unless_gone};
 use crate::survey::Room;
 use crate::{Error, Result, half_made, root};
 
@@ -42,6 +41,8 @@ const MAX_NAME: usize = 32;
 const MAX_ROOT_AND_NAMES: usize = 102;
 /// How long a process may take to end when its system goes.
 const LAST_WORD: Duration = Duration::from_secs(1);
+/// How long the kernel may take to end a process that was killed: one that waits for a slow disk ends after that.
+const DEATH: Duration = Duration::from_secs(10);
 
 /// A system's folder and what belongs to it.
 #[derive(Debug)]
@@ -68,12 +69,11 @@ impl System {
     pub(crate) fn create_in(root: PathBuf, run: &RunConfig) -> Result<Self> {
         check_name(&run.system)?;
         check_length(&root, &run.system)?;
-        let _guard = root::guard(&root)?;
-        sweep(&root)?;
-        Room::now()?.check()?;
         let mut system = Self::at(root, &run.system);
+        let (swept, _guard) = sweep(&system.root)?;
+        Room::now()?.check()?;
         if system.folder.exists() {
-            return Err(system.already_running());
+            return Err(swept.why_left(&system.name).unwrap_or_else(|| system.already_running()));
         }
         system.make_folders()?;
         SharedFiles::create(&system.name, &system.folder)?;
@@ -161,10 +161,15 @@ impl System {
 
     /// Clears what systems left behind whose supervisor died: processes, folder, shared memory; and shared memory of
     /// this user's that belongs to no folder any more. Returns the names of the systems, then the prefixes of the files.
+    ///
+    /// # Errors
+    /// [`Error::StillHeld`] where a process of one does not end; the others are cleared.
     pub fn sweep_dead() -> Result<Vec<String>> {
-        let root = root::of_this_user()?;
-        let _guard = root::guard(&root)?;
-        sweep(&root)
+        let (swept, _guard) = sweep(&root::of_this_user()?)?;
+        match swept.left.into_values().next() {
+            Some(error) => Err(error),
+            None => Ok(swept.cleared),
+        }
     }
 
     /// What there is in files of the system `name`, whether it lives or not.
@@ -174,7 +179,7 @@ impl System {
     pub fn leftovers(name: &str) -> Result<Vec<PathBuf>> {
         check_name(name)?;
         let system = Self::at(root::of_this_user()?, name);
-        let mut found = shared::under_name(name, &system.folder)?;
+        let mut found = shared::Survey::now()?.under_name(name, &system.folder)?;
         found.extend(system.folder.exists().then(|| system.folder.clone()));
         Ok(found)
     }
@@ -264,10 +269,11 @@ impl System {
         self.folder.join("notices")
     }
 
-    /// Takes away what no living process finishes in shared memory; `ages` is the caller's, from call to call.
-    pub(crate) fn clear_half_made(&self, ages: &mut half_made::Ages) -> Result<()> {
+    /// Takes away what no living process finishes of the system's files in shared memory; `ages` is the caller's, from call
+    /// to call.
+    pub(crate) fn clear_half_made(&self, seen: &[Seen], ages: &mut half_made::Ages) -> Result<()> {
         let living = || Ok(self.processes()?.into_iter().map(|(_, pid)| pid).collect());
-        self.shared()?.clear_half_made(ages, living)
+        shared::clear_half_made(seen, ages, living)
     }
 
     /// The same system once more, for another thread; it owns nothing.
@@ -298,7 +304,7 @@ impl System {
             // An observer process may look on through several nodes.
             None if process == Process::Observer => Ok(None),
             None => {
-                Err(Error::ProcessRunsAlready { process, system: self.name.clone(), pid: lock::owner(&path) })
+                Err(Error::ProcessRunsAlready { process, system: self.name.clone(), pid: owner_pid(&path) })
             }
         }
     }
@@ -318,7 +324,7 @@ impl System {
     }
 
     fn already_running(&self) -> Error {
-        Error::AlreadyRunning { name: self.name.clone(), pid: lock::owner(&self.supervisor_lock()) }
+        Error::AlreadyRunning { name: self.name.clone(), pid: owner_pid(&self.supervisor_lock()) }
     }
 
     fn make_folders(&self) -> Result<()> {
@@ -365,10 +371,12 @@ impl System {
     }
 
     fn end_processes(&self) -> Result<()> {
-        for path in self.process_locks()? {
-            end_owner(&path).map_err(Error::file(path, "ending the process that holds it"))?;
-        }
-        Ok(())
+        self.process_locks()?.iter().try_for_each(|path| end_owner(path, LAST_WORD))
+    }
+
+    /// The lock file of a process that there is one of.
+    pub(crate) fn process_lock(&self, process: Process) -> PathBuf {
+        self.folder.join("processes").join(process.word())
     }
 
     fn process_locks(&self) -> Result<Vec<PathBuf>> {
@@ -431,49 +439,85 @@ pub(crate) fn dead(root: &Path) -> Result<Vec<String>> {
     Ok(dead)
 }
 
-fn sweep(root: &Path) -> Result<Vec<String>> {
-    let mut swept = Vec::new();
+/// What became of dead systems.
+#[derive(Debug, Default)]
+struct Swept {
+    /// The names of those that were cleared, then the prefixes of files in shared memory.
+    cleared: Vec<String>,
+    /// Those that were left because a process of theirs does not end, by name.
+    left: BTreeMap<String, Error>,
+}
+
+impl Swept {
+    fn why_left(mut self, name: &str) -> Option<Error> {
+        self.left.remove(name)
+    }
+}
+
+/// Clears what systems left behind whose supervisor died. The guard is held from then on. Shared memory is read before:
+/// another user may have filled it, and nobody else has to wait meanwhile.
+fn sweep(root: &Path) -> Result<(Swept, Lock)> {
+    let survey = shared::Survey::now()?;
+    let guard = root::guard(root)?;
+    let mut swept = Swept::default();
     for system in all(root)? {
         if !system.is_alive()? {
-            system.clear()?;
-            swept.push(system.name);
+            match system.clear() {
+                Ok(()) => swept.cleared.push(system.name),
+                // A container that shares the folder may have one. What is left is swept again at the next start.
+                Err(error @ Error::StillHeld { .. }) => drop(swept.left.insert(system.name, error)),
+                Err(error) => return Err(error),
+            }
         }
     }
-    swept.extend(shared::clear_orphans()?);
-    Ok(swept)
+    swept.cleared.extend(survey.clear_orphans()?);
+    Ok((swept, guard))
 }
 
 /// Ends the process that holds the lock file, where one does, and waits for its end. It is asked first:
 /// an observer has a last word to say.
-fn end_owner(path: &Path) -> std::io::Result<()> {
-    if !lock::is_held(path)? {
-        return Ok(());
-    }
-    // The lock cannot be waited for with a limit.
-    let (tell, told) = mpsc::channel();
-    let lock = path.to_path_buf();
-    std::thread::spawn(move || tell.send(Lock::take(&lock).map(drop)));
-    for signal in [Signal::SIGTERM, Signal::SIGKILL] {
-        if let Ok(pid) = lock::owner(path).parse::<i32>() {
-            // It may have ended by itself a moment ago.
-            let _ = kill(Pid::from_raw(pid), signal);
+///
+/// # Errors
+/// [`Error::StillHeld`] where it does not end, or cannot be reached: a process id in a file may mean another process here.
+fn end_owner(path: &Path, last_word: Duration) -> Result<()> {
+    let asking = || Error::file(path, "asking for its lock");
+    let mut waited = Duration::ZERO;
+    for (signal, patience) in [(Signal::SIGTERM, last_word), (Signal::SIGKILL, DEATH)] {
+        if !lock::is_held(path).map_err(asking())? {
+            return Ok(());
         }
-        if let Ok(taken) = told.recv_timeout(LAST_WORD) {
-            return taken;
+        let handle = lock::owner(path).and_then(|owner| owner.handle().ok());
+        // It may have ended by itself a moment ago.
+        let is_reached = handle.is_some_and(|handle| handle.send(signal).is_ok());
+        if lock::is_free_within(path, patience).map_err(asking())? {
+            return Ok(());
+        }
+        waited += patience;
+        if !is_reached {
+            break;
         }
     }
-    told.recv().map_err(std::io::Error::other)?
+    Err(Error::StillHeld { path: path.into(), holder: lock::holder(path), seconds: waited.as_secs_f64() })
+}
+
+/// The id of the process that a lock file names; an empty text where there is none.
+fn owner_pid(path: &Path) -> String {
+    lock::owner(path).map_or_else(String::new, |owner| owner.pid.to_string())
 }
 
 fn named_owner(name: &str, path: &Path) -> Option<(String, u32)> {
-    Some((name.into(), lock::owner(path).parse().ok()?))
+    Some((name.into(), lock::owner(path)?.pid))
 }
 
 #[cfg(test)]
 mod tests {
     use std::os::unix::fs::OpenOptionsExt;
+    use std::process::{Command, Stdio};
+    use std::time::Instant;
 
     use super::*;
+    use crate::identity::tests::{imposters, sleeper};
+    use crate::identity::{self, Identity};
 
     #[test]
     fn names_are_checked() {
@@ -502,7 +546,56 @@ mod tests {
         run.mission.name = "x".repeat(65 << 20);
         let error = System::create_in(root.path().into(), &run).unwrap_err().to_string();
         assert!(error.contains("run.json: writing: expected the description of a run of at most"), "{error}");
-        assert_eq!(sweep(root.path()).unwrap(), ["large"]);
+        assert_eq!(sweep(root.path()).unwrap().0.cleared, ["large"]);
+    }
+
+    /// A lock file of a container that shared the folder named process 4711, which was somebody else's here: it was killed, and
+    /// the lock was then waited for without end.
+    #[test]
+    fn a_process_of_another_namespace_is_neither_killed_nor_waited_for_without_end() {
+        let root = tempfile::tempdir().unwrap();
+        let run: RunConfig = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
+        let mut system = System::create_in(root.path().into(), &run).unwrap();
+        let path = system.process_lock(Process::Planner);
+        let _held = system.enter(Process::Planner).unwrap();
+        let (mut victim, identity) = sleeper();
+        for imposter in imposters(&identity) {
+            fs::write(&path, identity::text(&imposter)).unwrap();
+            let error = end_owner(&path, Duration::from_millis(5)).unwrap_err().to_string();
+            let words = format!(
+                "processes/planner: expected the process of a dead system to end within 0.005 s, found the file held \
+                                 by process {}",
+                identity.pid
+            );
+            assert!(error.contains(&words), "{error}");
+            assert!(victim.try_wait().unwrap().is_none(), "{imposter:?}");
+        }
+        // The system is left, and a new one of its name is told why; others start.
+        system.ownership = None;
+        let error = System::create_in(root.path().into(), &run).unwrap_err().to_string();
+        assert!(error.contains("processes/planner: expected the process of a dead system to end"), "{error}");
+        let other = RunConfig { system: "other".into(), ..run };
+        System::create_in(root.path().into(), &other).unwrap().remove().unwrap();
+        assert!(victim.try_wait().unwrap().is_none());
+        victim.kill().unwrap();
+        victim.wait().unwrap();
+        drop(_held);
+        assert_eq!(sweep(root.path()).unwrap().0.cleared, [system.name.clone()]);
+    }
+
+    #[test]
+    fn the_process_that_holds_a_lock_is_ended() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("planner");
+        // A process that inherits the open file holds its lock, for as long as it lives.
+        let file = fs::File::options().read(true).write(true).create_new(true).open(&path).unwrap();
+        let lock = Lock::of(file.try_clone().unwrap()).unwrap();
+        let mut child = Command::new("sleep").arg("1000").stdin(Stdio::from(file)).spawn().unwrap();
+        drop(lock);
+        fs::write(&path, identity::text(&Identity::of_child(child.id()))).unwrap();
+        end_owner(&path, Duration::from_secs(60)).unwrap();
+        assert!(child.wait().unwrap().code().is_none(), "by a signal");
+        end_owner(&path, Duration::ZERO).unwrap();
     }
 
     #[test]
@@ -519,18 +612,19 @@ mod tests {
         let (empty, maker_of_empty) = make("empty", 0o200, 0);
         let (sized, maker_of_sized) = make("sized", 0o200, 4096);
         let (finished, _) = make("finished", 0o600, 4096);
+        let seen = || system.shared().unwrap().names().look(Instant::now()).unwrap();
         let others = || {
             let mut all = system.shared().unwrap().all().unwrap();
             all.retain(|path| !path.to_string_lossy().ends_with("_owner"));
             all
         };
         let mut ages = half_made::Ages::with_patience(Duration::ZERO);
-        system.clear_half_made(&mut ages).unwrap();
+        system.clear_half_made(&seen(), &mut ages).unwrap();
         assert_eq!(others(), [&empty, &finished, &sized].map(PathBuf::clone));
         drop((maker_of_empty, maker_of_sized));
-        system.clear_half_made(&mut half_made::Ages::default()).unwrap();
+        system.clear_half_made(&seen(), &mut half_made::Ages::default()).unwrap();
         assert_eq!(others().len(), 3, "seen for the first time: its maker may be another container's");
-        system.clear_half_made(&mut ages).unwrap();
+        system.clear_half_made(&seen(), &mut ages).unwrap();
         assert_eq!(others(), [finished]);
         system.remove().unwrap();
     }

@@ -33,15 +33,12 @@ pub enum ProcessState {
 impl ProcessState {
     /// The state of the process `pid`.
     pub fn of(pid: u32) -> Self {
-        let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-        // Behind the program's name, which is in brackets and may hold anything.
-        let letter = stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next());
-        match letter {
-            Some('R') => Self::Running,
-            Some('S' | 'I') => Self::Sleeping,
-            Some('D') => Self::Waiting,
-            Some('T') => Self::Stopped,
-            Some('t') => Self::Traced,
+        match stat_field(pid, 3).as_deref() {
+            Some("R") => Self::Running,
+            Some("S" | "I") => Self::Sleeping,
+            Some("D") => Self::Waiting,
+            Some("T") => Self::Stopped,
+            Some("t") => Self::Traced,
             _ => Self::Dead,
         }
     }
@@ -57,6 +54,15 @@ impl ProcessState {
             Self::Dead => "dead",
         }
     }
+}
+
+/// A field of proc_pid_stat(5), counted as there; the third is the first behind the program's name, which is in brackets and
+/// may hold anything, whitespace too.
+pub(crate) fn stat_field(pid: u32, number: usize) -> Option<String> {
+    let stat = fs::read(format!("/proc/{pid}/stat")).ok()?;
+    let stat = String::from_utf8_lossy(&stat);
+    let (_, rest) = stat.rsplit_once(')')?;
+    rest.split_whitespace().nth(number.checked_sub(3)?).map(str::to_owned)
 }
 
 impl Watch {

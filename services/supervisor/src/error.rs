@@ -9,6 +9,9 @@ use std::os::unix::process::ExitStatusExt;
 
 /// Exit code of a process that was given bad input.
 const BAD_INPUT: i32 = 2;
+/// Exit code of a recorder whose recording is incomplete because its files could not be written, and of a run that has
+/// such a recording.
+pub const INCOMPLETE: u8 = 4;
 
 /// What may go wrong while a system runs.
 #[derive(Debug, thiserror::Error)]
@@ -80,6 +83,11 @@ impl Error {
 /// Whether a process that ended so was given bad input: then it dies of it again.
 pub(crate) fn is_bad_input(status: ExitStatus) -> bool {
     status.code() == Some(BAD_INPUT)
+}
+
+/// Whether a recorder that ended so has written what it could.
+pub(crate) fn is_incomplete(status: ExitStatus) -> bool {
+    status.code() == Some(INCOMPLETE.into())
 }
 
 /// How a process died.

@@ -11,6 +11,15 @@ use sketchnav_schemas::message::{Fault, Header, Text};
 
 use crate::{Death, Result};
 
+/// The recorder could not write its files for some time, or to the end.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct RecordingFailure {
+    /// What the recorder said last of why not.
+    pub words: String,
+    /// The messages that it knows to be missing.
+    pub missing: u64,
+}
+
 /// The supervisor's end of the channel, and what others have it say there.
 pub(crate) struct Faults {
     /// None where the channel is ceded.
@@ -19,6 +28,7 @@ pub(crate) struct Faults {
     /// Of the mission's last status.
     now: Header,
     recording_stands: bool,
+    recording_failure: Option<RecordingFailure>,
     /// What tools have it order, in turn.
     orders: Vec<Ordered>,
     /// Who is starved from now on, by process id.
@@ -35,6 +45,7 @@ impl Faults {
             notices: Notices::open(node.system())?,
             now,
             recording_stands: false,
+            recording_failure: None,
             orders: Vec::new(),
             starved: Vec::new(),
         })
@@ -50,10 +61,18 @@ impl Faults {
         self.recording_stands
     }
 
+    /// What the recorder says of files that it could not write, if it has said so.
+    pub(crate) fn take_recording_failure(&mut self) -> Option<RecordingFailure> {
+        self.recording_failure.take()
+    }
+
     /// Reports what others have noticed.
     pub(crate) fn pass_on(&mut self) -> Result<()> {
         while let Some(notice) = self.notices.receive()? {
             let Notice { kind, process, pid, signal, missing, words, order, starvation } = notice;
+            if kind == FaultKind::RecordingFailed || kind == FaultKind::RecordingResumed {
+                self.hear_of_the_recording(kind, missing, &words);
+            }
             self.orders.extend(order);
             self.starved.extend(starvation.map(|starvation| (pid, starvation)));
             self.tell(kind, process, pid, |fault| {
@@ -63,6 +82,14 @@ impl Faults {
             })?;
         }
         Ok(())
+    }
+
+    fn hear_of_the_recording(&mut self, kind: FaultKind, missing: u32, words: &str) {
+        let failure = self.recording_failure.get_or_insert_default();
+        failure.missing = failure.missing.max(missing.into());
+        if kind == FaultKind::RecordingFailed {
+            words.clone_into(&mut failure.words);
+        }
     }
 
     /// What tools have the supervisor order since the last call.

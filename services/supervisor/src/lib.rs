@@ -17,6 +17,9 @@
 //!
 //! The supervisor never looks into what the services compute.
 
+// `say!` prints: it escapes what could steer a terminal.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod child;
 mod error;
 mod faults;
@@ -27,7 +30,8 @@ mod supervisor;
 mod watchdog;
 
 pub use child::ProcessLine;
-pub use error::{Death, Error};
+pub use error::{Death, Error, INCOMPLETE};
+pub use faults::RecordingFailure;
 pub use supervisor::{Ceded, Grace, Progress, Supervisor, check_file_limit};
 
 /// What a function of this crate returns.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::signal::Signal;
-use sketchnav_runtime::{Channels, Node, Ordered, Reader, System, Wake, Writer};
+use sketchnav_runtime::{Channels, Node, Ordered, Reader, System, Wake, Writer, provide_files};
 use sketchnav_schemas::channels::{HEALTH, MISSION, STATUS};
 use sketchnav_schemas::codes::{FaultKind, Order, Process, TaskState};
 use sketchnav_schemas::fault_plan::PlannedFault;
@@ -15,8 +15,8 @@ use sketchnav_schemas::message::{Health, MissionCommand, MissionStatus, Text};
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 
 use crate::child::{Child, ProcessLine};
-use crate::error::is_bad_input;
-use crate::faults::Faults;
+use crate::error::{is_bad_input, is_incomplete};
+use crate::faults::{Faults, RecordingFailure};
 use crate::lives::{CLEARING, look_after, start_if_due};
 use crate::stall::Stall;
 use crate::{Death, Error, Result};
@@ -96,6 +96,7 @@ pub struct Supervisor {
     health: BTreeMap<(u32, u32), Health>,
     survived: Vec<Death>,
     outstanding_faults: Vec<(usize, PlannedFault)>,
+    recording_failure: Option<RecordingFailure>,
     /// Where the processes pace each other alone.
     stall: Option<Stall>,
 }
@@ -115,7 +116,17 @@ impl Supervisor {
     /// # Errors
     /// Where the system runs already, or a process cannot be started; nothing is left of it then.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
-        check_file_limit()?;
+        let mut supervisor = Self::start_without_order(run, lines, grace)?;
+        supervisor.order_start()?;
+        Ok(supervisor)
+    }
+
+    /// As [`Supervisor::start`], but the mission waits for [`Supervisor::order_start`].
+    ///
+    /// # Errors
+    /// As [`Supervisor::start`].
+    pub fn start_without_order(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
+        check_limits()?;
         Self::begin(System::create(run)?, lines, grace, Ceded::default())
     }
 
@@ -129,8 +140,10 @@ impl Supervisor {
         grace: Grace,
         ceded: Ceded,
     ) -> Result<Self> {
-        check_file_limit()?;
-        Self::begin(System::create(run)?, lines, grace, ceded)
+        check_limits()?;
+        let mut supervisor = Self::begin(System::create(run)?, lines, grace, ceded)?;
+        supervisor.order_start()?;
+        Ok(supervisor)
     }
 
     /// Goes on with a dead system that was taken over: its processes go on where they were.
@@ -139,6 +152,7 @@ impl Supervisor {
     /// As [`Supervisor::start`]; the system is then cleared.
     pub fn resume(system: System, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let mut supervisor = Self::begin(system, lines, grace, Ceded::default())?;
+        supervisor.order_start()?;
         if let Some(ports) = &mut supervisor.ports {
             let words = "its supervisor was killed; its processes go on where they were";
             ports.faults.tell(
@@ -162,13 +176,21 @@ impl Supervisor {
         for line in lines {
             supervisor.spawn(line)?;
         }
-        // Where somebody before this one has given orders, they were just sent again.
-        let mission = supervisor.ports.as_ref().and_then(|ports| ports.mission.as_ref());
-        let is_ordered = mission.is_none_or(|mission| mission.last_sent().is_some());
-        if !is_ordered && !pad.draws() {
-            supervisor.order(Ordered::new(Order::Start, 0))?;
-        }
         Ok(supervisor)
+    }
+
+    /// Orders the mission to start, unless that was done or people do it from the pad.
+    ///
+    /// # Errors
+    /// Where the order cannot be sent.
+    pub fn order_start(&mut self) -> Result<()> {
+        // Where somebody before this one has given orders, they were sent again as it began.
+        let mission = self.ports.as_ref().and_then(|ports| ports.mission.as_ref());
+        let is_ordered = mission.is_none_or(|mission| mission.last_sent().is_some());
+        if is_ordered || self.pad.draws() {
+            return Ok(());
+        }
+        self.order(Ordered::new(Order::Start, 0))
     }
 
     /// Looks at what has come and who has died until `timeout` is over or the mission no longer runs.
@@ -230,6 +252,12 @@ impl Supervisor {
         &self.outstanding_faults
     }
 
+    /// What the recorder said of files that it could not write, when the system was shut down. Where its disk had room
+    /// again in time, nothing needs to be missing.
+    pub fn recording_failure(&self) -> Option<&RecordingFailure> {
+        self.recording_failure.as_ref()
+    }
+
     /// What `process` last said about itself, its counts summed over its lives.
     pub fn health(&self, process: Process) -> Option<Health> {
         let lives = self.health.range((process.code(), 0)..=(process.code(), u32::MAX));
@@ -248,7 +276,8 @@ impl Supervisor {
 
     /// Ends the services, then the recorder, who has by then everything that was sent; removes the
     /// channels and the system. Everything is removed whatever fails. What the supervisor has heard
-    /// stays to be asked for; a second call does nothing. A further SIGINT, SIGTERM or SIGHUP, a second
+    /// stays to be asked for; a second call does nothing. A recording that is incomplete is no error: see
+    /// [`Supervisor::recording_failure`]. A further SIGINT, SIGTERM or SIGHUP, a second
     /// after the shutdown began or later, kills what has not ended yet.
     ///
     /// # Errors
@@ -258,6 +287,7 @@ impl Supervisor {
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
         let recorder = self.end_recorder();
         let received = self.receive();
+        let recorder = self.hear_of_the_recording(recorder);
         self.children.clear();
         if let Some(node) = &self.node {
             node.clear_dead(CLEARING);
@@ -269,6 +299,21 @@ impl Supervisor {
         let removed = self.system.take().and_then(Rc::into_inner).map_or(Ok(()), System::remove);
         let removed = outstanding.and(removed).map_err(Error::from);
         met.and(services).and(recorder).and(received).and(removed)
+    }
+
+    /// Notes what the recorder said of its files; one that ended because they are incomplete has done what it could.
+    fn hear_of_the_recording(&mut self, ended: Result<()>) -> Result<()> {
+        if let Some(ports) = &mut self.ports {
+            self.recording_failure = ports.faults.take_recording_failure();
+        }
+        match ended {
+            Err(Error::Died(death)) if is_incomplete(death.status) => {
+                let words = || RecordingFailure { words: death.last_lines, missing: 0 };
+                self.recording_failure.get_or_insert_with(words);
+                Ok(())
+            }
+            ended => ended,
+        }
     }
 
     /// A mission of a few instants may end before the recorder has met its writers, and what they have sent would go with
@@ -304,6 +349,7 @@ impl Supervisor {
             health: BTreeMap::new(),
             survived: Vec::new(),
             outstanding_faults: Vec::new(),
+            recording_failure: None,
             stall: None,
         };
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
@@ -453,6 +499,8 @@ impl Supervisor {
                 result = result.and(Err(Error::Died(child.death(status))));
             }
             result = result.and(child.signal(Signal::SIGTERM));
+            // One that is stopped hears it only when it goes on.
+            result = result.and(child.signal(Signal::SIGCONT));
         }
         let node = self.node.as_ref();
         let is_urgent = || begun.elapsed() > PATIENCE && node.is_some_and(|n| n.end_requests() > asked);
@@ -469,6 +517,11 @@ impl Supervisor {
         }
         if killed.is_empty() { result } else { result.and(Err(Error::Killed(killed))) }
     }
+}
+
+fn check_limits() -> Result<()> {
+    check_file_limit()?;
+    Ok(provide_files()?)
 }
 
 /// Whether files may be as large as the largest in shared memory; there the error would name a channel alone.

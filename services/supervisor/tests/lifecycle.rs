@@ -7,23 +7,26 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use sketchnav_runtime::{HealthReporter, Node, Step, System, Wake};
-use sketchnav_schemas::channels::{COMMAND, HEALTH, MISSION, ROUTE, SCAN, STATUS};
+use sketchnav_schemas::channels::{COMMAND, HEALTH, MISSION, SCAN, STATUS};
 use sketchnav_schemas::channels::{LOCKSTEP_WINDOW, RECORDED};
 use sketchnav_schemas::codes::{Process, TaskState};
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_sketch::messages::ROUTE;
 use sketchnav_supervisor::{Grace, ProcessLine, Progress, Supervisor};
 
 const STEPS: u64 = 1000;
 const LONG: Duration = Duration::from_secs(600);
+/// Longest that anything may take before it is taken to hang.
+const LIMIT: Duration = Duration::from_secs(180);
 const ROLE: &str = "TEST_ROLE";
 const SYSTEM: &str = "TEST_SYSTEM";
 /// `finish`, `endless`, or a process and what it does: `planner-exits`, `world-dies`, `world-stays` (for eight seconds' grace),
-/// `world-stays-long`, `planner-waits`.
+/// `world-stays-long`, `sketcher-stopped` (by the test), `planner-waits`.
 const PLOT: &str = "TEST_PLOT";
 const NOTES: &str = "TEST_NOTES";
 
@@ -53,16 +56,19 @@ fn act(role: &str) -> Command {
 }
 
 fn node(process: Process) -> Node {
+    sketchnav_navigators::register(&[]).unwrap();
     Node::join(System::open(&variable(SYSTEM)).unwrap(), process).unwrap()
 }
 
 /// Says what happens, a line each.
 fn supervisor() {
+    sketchnav_navigators::register(&[]).unwrap();
     let mut run: RunConfig = serde_json::from_str(include_str!("../../runtime/tests/run.json")).unwrap();
     run.system = variable(SYSTEM);
     let order = [Process::Recorder, Process::Planner, Process::World, Process::Sketcher];
     let lines = order.map(|process| ProcessLine { process, command: act(process.word()), resumes: false });
-    let services = if variable(PLOT) == "world-stays" { Duration::from_secs(8) } else { LONG };
+    let stays = ["world-stays", "sketcher-stopped"].contains(&variable(PLOT).as_str());
+    let services = if stays { Duration::from_secs(8) } else { LONG };
     let stalled = if variable(PLOT) == "planner-waits" { Duration::from_secs(2) } else { LONG };
     let grace = Grace { services, recorder: LONG, stopped: LONG, stalled };
     let mut supervisor = match Supervisor::start(&run, lines.into(), grace) {
@@ -255,7 +261,11 @@ impl Stage {
     /// The process ids of the system's processes.
     fn pids(&self) -> Vec<i32> {
         let files = fs::read_dir(self.folder().join("processes")).into_iter().flatten();
-        files.filter_map(|file| fs::read_to_string(file.ok()?.path()).ok()?.parse().ok()).collect()
+        files.filter_map(|file| pid_in(&file.ok()?.path())).collect()
+    }
+
+    fn pid(&self, process: Process) -> i32 {
+        pid_in(&self.folder().join("processes").join(process.word())).unwrap()
     }
 
     fn nothing_is_left(&self) {
@@ -274,9 +284,7 @@ impl Play {
 
     fn until_steps(&self, stage: &Stage) {
         // The world and the planner have joined when their locks are there.
-        while stage.pids().len() < 4 {
-            std::thread::yield_now();
-        }
+        wait_until("all have joined", || stage.pids().len() == 4);
     }
 
     fn signal(&self, signal: Signal) {
@@ -291,10 +299,23 @@ impl Drop for Play {
     }
 }
 
+/// The first word of a lock file is the id of the process that holds it.
+fn pid_in(lock: &Path) -> Option<i32> {
+    fs::read_to_string(lock).ok()?.split_whitespace().next()?.parse().ok()
+}
+
 /// Waits until a process that is not ours has ended.
 fn gone(pid: i32) {
-    while fs::read_to_string(format!("/proc/{pid}/stat")).is_ok_and(|stat| !stat.contains(") Z ")) {
-        std::thread::yield_now();
+    let lives = || fs::read_to_string(format!("/proc/{pid}/stat")).is_ok_and(|stat| !stat.contains(") Z "));
+    wait_until(&format!("process {pid} has ended"), || !lives());
+}
+
+/// Leaves the processors to those it waits for.
+fn wait_until(what: &str, is_so: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !is_so() {
+        assert!(began.elapsed() < LIMIT, "waited {LIMIT:?} until {what}");
+        std::thread::sleep(Duration::from_millis(2));
     }
 }
 
@@ -363,6 +384,22 @@ fn a_process_that_does_not_listen_is_killed() {
     assert_eq!(play.line(), "Interrupted");
     let said = play.line();
     assert!(said.contains("did not end within their time and were killed: world"), "{said}");
+    stage.nothing_is_left();
+}
+
+/// A process that was stopped when the mission ended did not hear that it was to end. It was killed for that, and the run
+/// called a failure though everything was there.
+#[test]
+fn a_stopped_process_ends_with_the_others() {
+    let stage = Stage::new("stopped");
+    let mut play = stage.play("sketcher-stopped");
+    assert_eq!(play.line(), "started");
+    play.until_steps(&stage);
+    kill(Pid::from_raw(stage.pid(Process::Sketcher)), Signal::SIGSTOP).unwrap();
+    play.signal(Signal::SIGINT);
+    assert_eq!(play.line(), "Interrupted");
+    let said = play.line();
+    assert!(said.starts_with("down Ok(())"), "{said}");
     stage.nothing_is_left();
 }
 

@@ -9,7 +9,7 @@ use sketchnav_recordings::reader::{RawMessage, Selection, Topic as RecordedTopic
 use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::ros2::Ros2Error;
-use sketchnav_schemas::ros2::derived::{self, Derived};
+use sketchnav_schemas::ros2::derived::Derived;
 
 use crate::live::End;
 use crate::playback::{Playback, State};
@@ -212,7 +212,7 @@ impl ShownTopic {
         let own = Topic::foreign(context, name, encoding, announced, recorded.is_latched())?;
         // A topic of that name may be of another type in a recording from elsewhere.
         let spec = channels::of_topic(name).filter(|spec| spec.message.ros2 == recorded.ros2_type);
-        let derived = spec.into_iter().flat_map(derived::of_channel);
+        let derived = spec.into_iter().flat_map(sketchnav_navigators::derived);
         let derived = derived.map(|derived| Ok((derived, Topic::derived(context, derived)?)));
         let derived = derived.collect::<Result<_>>()?;
         Ok(Self { name: name.clone(), own, spec, derived, cdr: Vec::new(), has_complained: false })
@@ -227,7 +227,11 @@ impl ShownTopic {
         if let Err(error) = self.derive(message)
             && !std::mem::replace(&mut self.has_complained, true)
         {
-            eprintln!("{}: nothing derived of message {}: {error}", self.name, message.sequence);
+            sketchnav_schemas::say!(
+                "{}: nothing derived of message {}: {error}",
+                self.name,
+                message.sequence
+            );
         }
     }
 

@@ -8,11 +8,14 @@
 //! - [`live`]: follows a system as an observer. A channel is opened while somebody watches it, and at no other time;
 //! - [`mod@file`]: plays a recording; [`playback`] is its clock, pure, which viewers pause, seek and speed up;
 //! - `topics`: what is shown: every channel in its recorded form and name, transforms, and the standard messages that are
-//!   derived from ours (`sketchnav_schemas::ros2::derived`);
+//!   derived from ours (`sketchnav_navigators::derived`);
 //! - `server`: the socket.
 //!
 //! Nothing here writes to a channel, and viewers can send nothing but what they want to see. The socket is on loopback
 //! alone: the protocol knows no token. A viewer that is too slow loses the oldest messages.
+
+// `say!` prints: it escapes what could steer a terminal.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod file;
 pub mod live;

@@ -9,7 +9,7 @@ use sketchnav_recordings::writer::topic_name;
 use sketchnav_runtime::{Node, RawReader, RawSample, SendTimes, System, Wake};
 use sketchnav_schemas::channels::{self, ChannelSpec, ODOMETRY, Role};
 use sketchnav_schemas::erased::Spare;
-use sketchnav_schemas::ros2::derived::{self, Derived};
+use sketchnav_schemas::ros2::derived::Derived;
 use sketchnav_schemas::ros2::{Ros2Error, transforms};
 use sketchnav_schemas::run::RunConfig;
 
@@ -124,8 +124,8 @@ impl Source {
         let (topic, schema) = (topic_name(spec.name), spec.message.schema());
         let (kind, is_latched) = (spec.message.ros2, spec.is_latched());
         let own = Topic::new(context, Announced { topic: &topic, kind, schema, is_latched })?;
-        let derived =
-            derived::of_channel(spec).map(|derived| Ok((derived, Topic::derived(context, derived)?)));
+        let derived = sketchnav_navigators::derived(spec)
+            .map(|derived| Ok((derived, Topic::derived(context, derived)?)));
         let derived = derived.collect::<Result<_>>()?;
         let has_transform = spec == ODOMETRY.spec;
         let transform = has_transform.then(|| Topic::transforms(context, "/tf", false)).transpose()?;
@@ -203,7 +203,7 @@ impl Source {
     fn complain(&mut self, node: &Node, error: &Ros2Error) {
         node.count_refused();
         if !std::mem::replace(&mut self.has_complained, true) {
-            eprintln!("/{}: not shown: {error}", self.spec.name);
+            sketchnav_schemas::say!("/{}: not shown: {error}", self.spec.name);
         }
     }
 }

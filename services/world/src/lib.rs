@@ -4,10 +4,14 @@
 //! Its checkpoint holds the whole world before its sensors are read. What they measure follows from it, so a successor
 //! sends the same again and goes on.
 
+// `say!` prints: it escapes what could steer a terminal.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
+use sketchnav_files::Files;
 use sketchnav_runtime::{
     Checkpoints, Found, HealthReporter, Node, Pacer, RawWriter, Reader, Step, Wake, Writer,
 };
@@ -37,13 +41,14 @@ struct Positions {
     recorded: u64,
 }
 
-/// Runs the world of the node's system until the process is asked to end.
+/// Runs the world of the node's system until the process is asked to end. The files that its mission names are in
+/// `files`.
 ///
 /// # Errors
 /// [`sketchnav_sim::SimError`] where the mission's world or start cannot be; the runtime's errors.
-pub fn run(node: &Node) -> anyhow::Result<()> {
+pub fn run(node: &Node, files: &dyn Files) -> anyhow::Result<()> {
     let run = node.run_config()?;
-    let mut shell = Shell::open(node, &run)?;
+    let mut shell = Shell::open(node, &run, files)?;
     match run.pace {
         Pace::Lockstep => shell.lockstep(),
         Pace::RealTime { speed } => shell.real_time(speed),
@@ -51,14 +56,18 @@ pub fn run(node: &Node) -> anyhow::Result<()> {
 }
 
 /// The world of the newest checkpoint, or a new one.
-fn resume(run: &RunConfig, found: Found<(Positions, World)>) -> anyhow::Result<(Option<Positions>, World)> {
+fn resume(
+    run: &RunConfig,
+    files: &dyn Files,
+    found: Found<(Positions, World)>,
+) -> anyhow::Result<(Option<Positions>, World)> {
     let is_lost = found.is_lost();
     match found.state {
         Some((positions, world)) => Ok((Some(positions), world)),
         None if is_lost => {
             anyhow::bail!("expected a usable checkpoint, found none: the robot's place is unknown")
         }
-        None => Ok((None, World::of_run(run)?)),
+        None => Ok((None, World::of_run(run, files)?)),
     }
 }
 
@@ -79,10 +88,10 @@ struct Shell<'a, S> {
 }
 
 impl<'a> Shell<'a, World> {
-    fn open(node: &'a Node, run: &RunConfig) -> anyhow::Result<Self> {
+    fn open(node: &'a Node, run: &RunConfig, files: &dyn Files) -> anyhow::Result<Self> {
         let (checkpoints, found) = Checkpoints::open(node, CHECKPOINT)?;
         found.report(node);
-        let (positions, world) = resume(run, found)?;
+        let (positions, world) = resume(run, files, found)?;
         let mut shell = Self {
             node,
             world,

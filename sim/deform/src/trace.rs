@@ -18,6 +18,12 @@ const SLIT_M: f64 = 0.13;
 /// How far a straightened line may lie beside the cells, and at least so many cells.
 const STRAIGHT_M: f64 = 0.1;
 const STRAIGHT_CELLS: f64 = 1.2;
+/// Thinning rounds corners off by so many cells.
+const ROUND_CELLS: usize = 3;
+/// A piece that slants by less is straight.
+const SLANT_CELLS: f64 = 2.0;
+/// Two pieces meet within so many cells of the corner between them.
+const MEET_CELLS: f64 = 4.0;
 /// Something solid that is smaller both ways, and stands within a single region, is furniture.
 const FURNITURE_M: f64 = 2.0;
 
@@ -36,7 +42,7 @@ pub(crate) fn walls(solid: &Solid, regions: &Regions) -> Vec<Vec<Vector2<f64>>> 
     let slack_m = STRAIGHT_M.max(STRAIGHT_CELLS * grid.cell_m);
     let lines = chains.into_iter().filter(|chain| chain.len() > 2);
     lines
-        .map(|chain| straightened(&chain.iter().map(|&i| grid.middle(i)).collect::<Vec<_>>(), slack_m))
+        .map(|chain| fitted(&chain.iter().map(|&i| grid.middle(i)).collect::<Vec<_>>(), slack_m, grid.cell_m))
         .collect()
 }
 
@@ -194,22 +200,134 @@ fn follow(grid: &Grid, ink: &[bool], begin: usize, next: usize, used: &mut [bool
     }
 }
 
-/// The corners of a line: no place of it lies farther than `slack` beside the line through them.
-pub(crate) fn straightened(line: &[Vector2<f64>], slack: f64) -> Vec<Vector2<f64>> {
-    let (first, last) = (line[0], line[line.len() - 1]);
+/// The line with corners where the straight pieces between them meet. Thinning rounds corners off by a cell: were its
+/// cells the corners, a straight wall would be drawn slanted by that.
+fn fitted(line: &[Vector2<f64>], slack: f64, cell_m: f64) -> Vec<Vector2<f64>> {
+    let corners = corners(line, slack);
+    let pieces: Vec<_> =
+        corners.windows(2).map(|ends| Piece::through(&line[ends[0]..=ends[1]], cell_m)).collect();
+    let last = corners.len() - 1;
+    let closed = line[0] == line[line.len() - 1];
+    let before = |k: usize| if k == 0 { pieces.last().filter(|_| closed) } else { pieces.get(k - 1) };
+    let after = |k: usize| if k == last { pieces.first().filter(|_| closed) } else { pieces.get(k) };
+    let corner = |(k, &i): (usize, &usize)| match (before(k), after(k)) {
+        (Some(a), Some(b)) => a.meets(b, line[i], MEET_CELLS * cell_m),
+        (Some(piece), None) | (None, Some(piece)) => piece.foot(line[i]),
+        (None, None) => line[i],
+    };
+    corners.iter().enumerate().map(corner).collect()
+}
+
+/// A straight piece of a wall: a place on it and its direction.
+struct Piece {
+    at: Vector2<f64>,
+    along: Vector2<f64>,
+}
+
+impl Piece {
+    /// The line of least squares through cells, those near the ends left out. A raster cannot tell a slant of a cell or
+    /// two from none.
+    fn through(cells: &[Vector2<f64>], cell_m: f64) -> Self {
+        let inner = if cells.len() > 4 * ROUND_CELLS {
+            &cells[ROUND_CELLS..cells.len() - ROUND_CELLS]
+        } else {
+            cells
+        };
+        let count = inner.len() as f64;
+        let at = inner.iter().sum::<Vector2<f64>>() / count;
+        let [xx, xy, yy] = inner
+            .iter()
+            .map(|cell| cell - at)
+            .fold([0.0; 3], |[xx, xy, yy], d| [xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y]);
+        let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
+        let along = Vector2::new(angle.cos(), angle.sin());
+        let slant = count * cell_m * along.abs().min();
+        if slant >= SLANT_CELLS * cell_m {
+            return Self { at, along };
+        }
+        let along = if along.x.abs() > along.y.abs() { Vector2::x() } else { Vector2::y() };
+        let middle = |axis: usize| {
+            let mut places: Vec<f64> = inner.iter().map(|cell| cell[axis]).collect();
+            places.sort_by(f64::total_cmp);
+            places[places.len() / 2]
+        };
+        Self { at: Vector2::new(middle(0), middle(1)), along }
+    }
+
+    /// The nearest place on it.
+    fn foot(&self, place: Vector2<f64>) -> Vector2<f64> {
+        self.at + self.along * self.along.dot(&(place - self.at))
+    }
+
+    /// Where it meets another one, near a place; halfway between both where they meet elsewhere.
+    fn meets(&self, other: &Self, near: Vector2<f64>, within: f64) -> Vector2<f64> {
+        let across = self.along.perp(&other.along);
+        let meeting = self.at + self.along * ((other.at - self.at).perp(&other.along) / across);
+        let is_near = across.abs() > 0.1 && (meeting - near).norm() <= within;
+        if is_near { meeting } else { (self.foot(near) + other.foot(near)) / 2.0 }
+    }
+}
+
+/// The indices of the corners of a line, the ends included: no place lies farther than `slack` beside the line through them.
+fn corners(line: &[Vector2<f64>], slack: f64) -> Vec<usize> {
+    let end = line.len() - 1;
+    let (first, last) = (line[0], line[end]);
     let beside = |p: &Vector2<f64>| {
         let along = last - first;
         if along.norm() < 1e-9 { (p - first).norm() } else { along.perp(&(p - first)).abs() / along.norm() }
     };
-    let farthest =
-        (1..line.len().saturating_sub(1)).max_by(|&a, &b| beside(&line[a]).total_cmp(&beside(&line[b])));
+    let farthest = (1..end).max_by(|&a, &b| beside(&line[a]).total_cmp(&beside(&line[b])));
     match farthest.filter(|&i| beside(&line[i]) > slack) {
-        None => vec![first, last],
+        None => vec![0, end],
         Some(i) => {
-            let mut corners = straightened(&line[..=i], slack);
-            corners.pop();
-            corners.extend(straightened(&line[i..], slack));
-            corners
+            let mut found = corners(&line[..=i], slack);
+            found.pop();
+            found.extend(corners(&line[i..], slack).into_iter().map(|k| i + k));
+            found
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_sim::ros_map::{MapInfo, OccupancyMap};
+
+    use crate::{Floor, deform};
+
+    /// Two rooms of 12 m x 8 m together with walls of so many cells of 5 cm, a door between them.
+    fn rooms(thick: usize) -> Floor {
+        const SIZE: [usize; 2] = [280, 200];
+        let wall = |x: usize, y: usize| {
+            let on = |v: usize, from: usize| (from..from + thick).contains(&v);
+            let within = (20..260).contains(&x) && (20..180).contains(&y);
+            let ring = within && (on(x, 20) || on(x, 260 - thick) || on(y, 20) || on(y, 180 - thick));
+            ring || within && on(x, 120) && !(90..110).contains(&y)
+        };
+        let mut picture = format!("P5\n{} {}\n255\n", SIZE[0], SIZE[1]).into_bytes();
+        for y in 0..SIZE[1] {
+            picture.extend((0..SIZE[0]).map(|x| if wall(x, y) { 0 } else { 254 }));
+        }
+        let yaml =
+            "image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+        let map = OccupancyMap::decode(&MapInfo::parse(yaml).unwrap(), &picture).unwrap();
+        Floor::of_map(&map, "rooms").unwrap()
+    }
+
+    /// A straight wall of a map was drawn slanted by 5 px of 1320: its corner was a cell that thinning had rounded off.
+    #[test]
+    fn straight_walls_are_drawn_straight_at_degree_0() {
+        for thick in 2..=6 {
+            let drawing = deform(&rooms(thick), 0.0, 1).unwrap();
+            let mut length_px = 0.0;
+            for pair in drawing.strokes.iter().flat_map(|stroke| stroke.points.windows(2)) {
+                let [dx, dy] = [pair[1].x - pair[0].x, pair[1].y - pair[0].y].map(f64::abs);
+                assert!(dx.min(dy) < 0.01, "{thick} cells: from {:?} to {:?}", pair[0], pair[1]);
+                length_px += dx + dy;
+            }
+            // Once around the rooms and once between them without the door, as if 12 m were 1200 px. Of a thicker wall
+            // between rooms both faces are drawn.
+            let is_one_line = thick <= 4;
+            assert!(!is_one_line || (4600.0..4850.0).contains(&length_px), "{thick} cells: {length_px}");
         }
     }
 }

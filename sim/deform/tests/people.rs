@@ -1,10 +1,5 @@
 //! Drawings at degree 1 are deformed as people deform, at degree 0 not at all, and the sketcher reads them.
 
-#[path = "../../../tests/support/data.rs"]
-mod data;
-#[path = "../../../tests/support/skip.rs"]
-mod skip;
-
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::{ProptestConfig, prop_assert, proptest};
@@ -160,9 +155,9 @@ fn the_svg_shows_what_the_strokes_say() {
 
 /// A file that is not part of the repository.
 fn data(name: &str) -> Option<PathBuf> {
-    let path = data::folder().join(name);
+    let path = needs::data().join(name);
     if !path.is_file() {
-        skip::skipped("data", format_args!("{} is not there", path.display()));
+        needs::skipped("data", format_args!("{} is not there", path.display()));
     }
     path.is_file().then_some(path)
 }

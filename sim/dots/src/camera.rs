@@ -75,6 +75,16 @@ impl Camera {
         project(&self.pixel_from_place, place)
     }
 
+    /// How many squares of the plane's unit a pixel covers at a place of the picture; below 0 for a picture that shows the plane
+    /// as if from below. None on the horizon and beyond.
+    pub fn area(&self, [x, y]: [f64; 2]) -> Option<f64> {
+        let h = &self.place_from_pixel;
+        let at = h * Vector3::new(x, y, 1.0);
+        // The Jacobian of a perspective transform; rows of a picture count downwards.
+        let area = -h.determinant() / at.z.powi(3);
+        (at.z > 1e-12 && area.is_finite()).then_some(area)
+    }
+
     /// The standard deviation of a place on each axis, by how far the known points lie off; none for four points, which
     /// always fit.
     pub fn spread(&self, points: &[Known]) -> Option<f64> {
@@ -168,6 +178,25 @@ mod tests {
         }
         assert_eq!(camera.pixel([0.5, -1.0]), None);
         assert_eq!(camera.pixel([0.5, -1.01]), None);
+    }
+
+    #[test]
+    fn a_pixel_covers_more_of_the_plane_where_it_is_further_away() {
+        let points = known([[100.0, 700.0], [900.0, 700.0], [700.0, 300.0], [300.0, 300.0]], SQUARE);
+        let camera = Camera::calibrated(&points).unwrap();
+        let [near, far] = [680.0, 320.0].map(|row| {
+            let corners =
+                [[500.0, row], [501.0, row], [500.0, row + 1.0]].map(|at| camera.place(at).unwrap());
+            let [a, b] = [1, 2].map(|i| [0, 1].map(|axis| corners[i][axis] - corners[0][axis]));
+            let measured = -(a[0] * b[1] - a[1] * b[0]);
+            let area = camera.area([500.0, row]).unwrap();
+            assert!((area / measured - 1.0).abs() < 0.02, "{area} {measured}");
+            area
+        });
+        assert!(near > 0.0 && far > 4.0 * near, "{near} {far}");
+        let mirrored: Vec<_> =
+            points.iter().map(|it| Known { pixel: [-it.pixel[0], it.pixel[1]], ..*it }).collect();
+        assert!(Camera::calibrated(&mirrored).unwrap().area([-500.0, 500.0]).unwrap() < 0.0);
     }
 
     /// Four points always fit. With two of them exchanged, a line between them was the horizon, and half of the plane lay

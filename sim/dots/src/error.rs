@@ -30,6 +30,21 @@ pub enum DotsError {
         /// Its pixel.
         pixel: [f64; 2],
     },
+    /// Known points that disagree by more than a map can bear.
+    #[error("expected known points that agree, found {0}")]
+    Disagree(String),
+    /// A picture in which light and shadow leave no dots to be told from their ground.
+    #[error(
+        "expected even light, found a ground from {darkest} to {lightest} of 255 on which {found}: photograph it in even light"
+    )]
+    Light {
+        /// The darkest ground.
+        darkest: u8,
+        /// The lightest ground.
+        lightest: u8,
+        /// What is wrong with the spots.
+        found: String,
+    },
     /// A place behind the camera, or on its horizon.
     #[error("pixel ({x}, {y}): expected a place on the plane, found one on the camera's horizon or beyond")]
     Horizon {

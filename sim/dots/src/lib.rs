@@ -2,13 +2,18 @@
 //!
 //! - [`generate`]: random places, by seed;
 //! - [`camera`]: where a global camera sees a place of the plane, and the calibration by known points;
-//! - [`picture`]: the spots of a picture and their centroids, and pictures of planes.
+//! - [`calibration`]: which of the known points disagree with the others;
+//! - [`picture`]: the spots of a picture and their centroids, and pictures of planes; [`light`]: uneven light is levelled;
+//!   [`alike`]: spots that are no dots.
 //!
 //! Nothing here opens a file or has randomness of its own.
 
+pub mod alike;
+pub mod calibration;
 pub mod camera;
 mod error;
 pub mod generate;
+pub mod light;
 pub mod picture;
 
 pub use error::DotsError;

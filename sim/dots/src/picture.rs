@@ -1,12 +1,15 @@
 //! Pictures of planes: the centroids of their spots, and pictures to be made.
 //!
-//! Dots are darker than their ground, or lighter. The threshold between them is Otsu's (1979). Pixels that touch, corners
-//! included, are one spot. Its centroid weights each pixel by its contrast.
+//! Dots are darker than their ground, or lighter. Uneven light is levelled first. The threshold between them is Otsu's (1979).
+//! Pixels that touch, corners included, are one spot. Its centroid weights each pixel by its contrast.
+
+use std::fmt;
 
 use image::{GrayImage, Luma};
 
 use crate::camera::Camera;
 use crate::error::DotsError;
+use crate::light::{Dots, Light, level};
 
 /// Most pixels of a picture.
 pub const MOST_PIXELS: u64 = 64_000_000;
@@ -24,51 +27,114 @@ pub struct Spot {
     pub at: [f64; 2],
     /// How many pixels it has.
     pub pixels: usize,
+    /// Its area in that of the ellipse with the same moments: 1 for a disc however aslant, 0.95 for a square, 0.5 for a letter.
+    pub compactness: f64,
 }
 
-/// The spots of a picture file, from its top to its bottom, and how many rows of pixels it has.
+/// What a picture shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Its spots, from the top to the bottom.
+    pub spots: Vec<Spot>,
+    /// How many rows of pixels it has.
+    pub height: u32,
+    /// Its light, where that was levelled.
+    pub uneven: Option<Light>,
+    /// How many spots of less than three pixels were taken for dust.
+    pub dust: usize,
+}
+
+/// The spots of a picture file.
 ///
 /// # Errors
-/// [`DotsError::Picture`], [`DotsError::Size`], [`DotsError::NoDots`], [`DotsError::TooManyDots`].
-pub fn read(bytes: &[u8]) -> Result<(Vec<Spot>, u32), DotsError> {
+/// [`DotsError::Picture`], [`DotsError::Size`], [`DotsError::NoDots`], [`DotsError::TooManyDots`], [`DotsError::Light`].
+pub fn read(bytes: &[u8]) -> Result<Reading, DotsError> {
     let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
         .with_guessed_format()
         .map_err(image::ImageError::IoError)?;
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(8 * MOST_PIXELS);
     reader.limits(limits);
-    let picture = reader.decode()?.into_luma8();
-    Ok((spots(&picture)?, picture.height()))
+    read_levels(&reader.decode()?.into_luma8())
 }
 
 /// The spots of a picture.
 ///
 /// # Errors
 /// As [`read`].
-pub fn spots(picture: &GrayImage) -> Result<Vec<Spot>, DotsError> {
+pub fn read_levels(picture: &GrayImage) -> Result<Reading, DotsError> {
     let (width, height) = picture.dimensions();
     if u64::from(width) * u64::from(height) > MOST_PIXELS {
         return Err(DotsError::Size { limit: MOST_PIXELS, width, height });
     }
     let none = DotsError::NoDots { width, height };
-    let Some(Levels { ground, threshold }) = levels(picture) else { return Err(none) };
+    let lit = levelled(picture);
+    let uneven = lit.as_ref().map(|lit| lit.light);
+    let found = lit.as_ref().map_or_else(|| spots(picture), |lit| spots(&lit.picture));
+    let unreadable = |found: String| match uneven {
+        Some(Light { darkest, lightest, .. }) => DotsError::Light { darkest, lightest, found },
+        None => none,
+    };
+    match found {
+        Some(found) if found.spots.len() > MOST_SPOTS => Err(match uneven {
+            Some(_) => unreadable(format!("{} dots are seen", found.spots.len())),
+            None => DotsError::TooManyDots { limit: MOST_SPOTS, found: found.spots.len() },
+        }),
+        Some(Found { spots, dust }) if !spots.is_empty() => Ok(Reading { spots, height, uneven, dust }),
+        _ => Err(unreadable("no dots are seen".to_owned())),
+    }
+}
+
+/// A picture whose light was levelled.
+struct Lit {
+    light: Light,
+    picture: GrayImage,
+}
+
+/// Above this separation two levels are those of dots and their ground, however large the dots are.
+const SEPARATED: f64 = 0.85;
+
+/// The picture in even light; none where its light is even as it is.
+fn levelled(picture: &GrayImage) -> Option<Lit> {
+    let of = |dots: Dots| {
+        let (light, picture) = level(picture, dots);
+        let found = levels(&picture).filter(|found| (found.ground > found.threshold) == (dots == Dots::Dark));
+        (found.map_or(1.0, |found| found.marked), Lit { light, picture })
+    };
+    // Dots are dark or light, whichever leaves more for the ground.
+    let (dark, light) = (of(Dots::Dark), of(Dots::Light));
+    let (marked, lit) = if dark.0 <= light.0 { dark } else { light };
+    let has_dots_as_it_is = || levels(picture).is_some_and(|levels| levels.separation > SEPARATED);
+    (!lit.light.is_even() && (marked < 1.0 || !has_dots_as_it_is())).then_some(lit)
+}
+
+/// The spots of a picture in even light.
+struct Found {
+    spots: Vec<Spot>,
+    dust: usize,
+}
+
+/// None where the picture has one level, or nearly so.
+fn spots(picture: &GrayImage) -> Option<Found> {
+    let Levels { ground, threshold, .. } = levels(picture)?;
     // Contrast against the ground; pixels on the ground's side of the threshold have none.
     let contrast = |level: u8| {
         let is_spot = (f64::from(level) > threshold) != (ground > threshold);
         if is_spot { (f64::from(level) - ground).abs() } else { 0.0 }
     };
-    let found = components(picture, contrast);
-    match found.len() {
-        0 => Err(none),
-        found if found > MOST_SPOTS => Err(DotsError::TooManyDots { limit: MOST_SPOTS, found }),
-        _ => Ok(found),
-    }
+    let (spots, dust) =
+        components(picture, contrast).into_iter().partition::<Vec<_>, _>(|spot| spot.pixels >= LEAST_PIXELS);
+    Some(Found { spots, dust: dust.len() })
 }
 
 /// What divides spots from their ground.
 struct Levels {
     ground: f64,
     threshold: f64,
+    /// The share of the picture that is no ground.
+    marked: f64,
+    /// Which part of the variance lies between the two: 1 for two levels, 0.75 for a slope from one to the other.
+    separation: f64,
 }
 
 /// None where the picture has one level, or nearly so.
@@ -79,14 +145,20 @@ fn levels(picture: &GrayImage) -> Option<Levels> {
         let counts = range.map(|level| (level as f64, histogram[level] as f64));
         counts.fold((0.0, 0.0), |(count, sum), (level, more)| (count + more, sum + level * more))
     };
+    let (count, sum) = moments(0..256);
+    let off = |level: usize| histogram[level] as f64 * (level as f64 - sum / count).powi(2);
+    let variance = (0..256).map(off).sum::<f64>() / count;
     let divided = (1..256).filter_map(|first| {
         let ((below, dark), (above, light)) = (moments(0..first), moments(first..256));
         let (low, high) = (dark / below, light / above);
         // The ground has more pixels than the dots.
         let ground = if below > above { low } else { high };
-        let levels = Levels { ground, threshold: first as f64 - 0.5 };
+        let marked = below.min(above) / (below + above);
+        let between = below * above * (high - low).powi(2);
+        let separation = between / (variance * (below + above).powi(2));
+        let levels = Levels { ground, threshold: first as f64 - 0.5, marked, separation };
         let is_plain = high - low >= LEAST_CONTRAST;
-        (below > 0.0 && above > 0.0 && is_plain).then(|| (below * above * (high - low).powi(2), levels))
+        (below > 0.0 && above > 0.0 && is_plain).then_some((between, levels))
     });
     divided.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, levels)| levels)
 }
@@ -100,15 +172,12 @@ fn components(picture: &GrayImage, contrast: impl Fn(u8) -> f64) -> Vec<Spot> {
         if seen[start] || level(start % width, start / width) == 0.0 {
             continue;
         }
-        let (mut weight, mut sum, mut pixels) = (0.0, [0.0; 2], 0);
+        let mut moments = Moments::default();
         seen[start] = true;
         open.push(start);
         while let Some(at) = open.pop() {
             let (x, y) = (at % width, at / width);
-            let own = level(x, y);
-            weight += own;
-            sum = [sum[0] + own * (x as f64 + 0.5), sum[1] + own * (y as f64 + 0.5)];
-            pixels += 1;
+            moments.add([x as f64 + 0.5, y as f64 + 0.5], level(x, y));
             for (x, y) in around(x, y, width, height) {
                 let next = y * width + x;
                 if !seen[next] && level(x, y) > 0.0 {
@@ -117,11 +186,57 @@ fn components(picture: &GrayImage, contrast: impl Fn(u8) -> f64) -> Vec<Spot> {
                 }
             }
         }
-        if pixels >= LEAST_PIXELS {
-            spots.push(Spot { at: sum.map(|sum| sum / weight), pixels });
-        }
+        spots.push(moments.spot());
     }
     spots
+}
+
+/// The sums over the pixels of a spot.
+#[derive(Default)]
+struct Moments {
+    weight: f64,
+    weighted: [f64; 2],
+    pixels: f64,
+    sum: [f64; 2],
+    /// Of x², y² and xy.
+    squares: [f64; 3],
+}
+
+impl Moments {
+    fn add(&mut self, [x, y]: [f64; 2], weight: f64) {
+        self.weight += weight;
+        self.weighted = [self.weighted[0] + weight * x, self.weighted[1] + weight * y];
+        self.pixels += 1.0;
+        self.sum = [self.sum[0] + x, self.sum[1] + y];
+        let [xx, yy, xy] = self.squares;
+        self.squares = [xx + x * x, yy + y * y, xy + x * y];
+    }
+
+    fn spot(&self) -> Spot {
+        let n = self.pixels;
+        let [x, y] = self.sum.map(|sum| sum / n);
+        // A pixel is a square with moments of its own.
+        let [xx, yy] = [self.squares[0] / n - x * x, self.squares[1] / n - y * y].map(|own| own + 1.0 / 12.0);
+        let xy = self.squares[2] / n - x * y;
+        let ellipse = 4.0 * std::f64::consts::PI * (xx * yy - xy * xy).max(0.0).sqrt();
+        let at = self.weighted.map(|sum| sum / self.weight);
+        Spot { at, pixels: n as usize, compactness: n / ellipse.max(f64::MIN_POSITIVE) }
+    }
+}
+
+/// What of the light was levelled, for people.
+impl fmt::Display for Light {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { darkest, lightest, dark } = self;
+        write!(
+            f,
+            "the light is uneven, its ground goes from {darkest} to {lightest} of 255, and was levelled"
+        )?;
+        if *dark >= 0.005 {
+            write!(f, "; {:.0} % of the picture is too dark for dots to be seen", 100.0 * dark)?;
+        }
+        Ok(())
+    }
 }
 
 fn around(x: usize, y: usize, width: usize, height: usize) -> impl Iterator<Item = (usize, usize)> {
@@ -176,7 +291,7 @@ mod tests {
     #[test]
     fn spots_lie_where_the_camera_sees_the_dots() {
         let dots = [[0.2, 0.3], [0.8, 0.9], [0.5, 0.52]];
-        let found = spots(&draw([800, 600], &camera(), &dots, 0.01)).unwrap();
+        let found = read_levels(&draw([800, 600], &camera(), &dots, 0.01)).unwrap().spots;
         assert_eq!(found.len(), 3);
         for dot in dots {
             let nearest = found.iter().map(|spot| camera().place(spot.at).unwrap());
@@ -190,17 +305,85 @@ mod tests {
         let mut picture = draw([800, 600], &camera(), &[[0.2, 0.3], [0.8, 0.9]], 0.01);
         picture.put_pixel(5, 5, Luma([0]));
         image::imageops::invert(&mut picture);
-        assert_eq!(spots(&picture).unwrap().len(), 2);
+        let reading = read_levels(&picture).unwrap();
+        assert_eq!((reading.spots.len(), reading.dust, reading.uneven), (2, 1, None));
     }
 
     #[test]
     fn a_picture_without_dots_is_rejected() {
         let plain = GrayImage::from_pixel(80, 60, Luma([200]));
-        let error = spots(&plain).unwrap_err().to_string();
+        let error = read_levels(&plain).unwrap_err().to_string();
         assert_eq!(error, "expected dots on a plain ground, found none in 80 × 60 pixels");
         let faint = GrayImage::from_fn(80, 60, |x, _| Luma([if x < 4 { 190 } else { 200 }]));
-        assert!(spots(&faint).is_err());
+        assert!(read_levels(&faint).is_err());
         assert!(matches!(read(b"no picture"), Err(DotsError::Picture(_))));
+    }
+
+    /// Twenty dots, as light from a direction and dark corners make them; how they are read.
+    fn lit(light: impl Fn(f64, f64) -> f64, is_light_on_dark: bool) -> Result<Reading, DotsError> {
+        let dots: Vec<_> =
+            (0..20).map(|i| [0.1 + 0.2 * f64::from(i % 5), 0.1 + 0.25 * f64::from(i / 5)]).collect();
+        let mut picture = draw([800, 600], &camera(), &dots, 0.01);
+        if is_light_on_dark {
+            image::imageops::invert(&mut picture);
+        }
+        picture.enumerate_pixels_mut().for_each(|(x, y, pixel)| {
+            let share = light(f64::from(x) / 800.0, f64::from(y) / 600.0);
+            pixel.0[0] = (f64::from(pixel.0[0]) * share) as u8;
+        });
+        let reading = read_levels(&picture)?;
+        assert_eq!(reading.spots.len(), 20, "{:?}", reading.uneven);
+        for dot in dots {
+            let nearest = reading.spots.iter().map(|spot| camera().place(spot.at).unwrap());
+            let off = nearest.map(|at| (at[0] - dot[0]).hypot(at[1] - dot[1])).fold(f64::MAX, f64::min);
+            // An edge of a shadow across a dot moves its centroid by a pixel.
+            assert!(off < 2e-3, "{off}");
+        }
+        Ok(reading)
+    }
+
+    #[test]
+    fn dots_are_found_under_a_lamp_from_anywhere_and_in_shadows() {
+        let lamps: [fn(f64, f64) -> f64; 7] = [
+            |x, _| 0.3 + 0.7 * x,
+            |x, _| 1.0 - 0.7 * x,
+            |_, y| 0.25 + 0.75 * y,
+            |x, y| 1.0 - 0.35 * (x + y),
+            |x, y| 1.0 - 1.3 * ((x - 0.5).powi(2) + (y - 0.5).powi(2)),
+            |x, _| if x < 0.4 { 0.4 } else { 1.0 },
+            |x, y| if x + y < 0.9 { 0.45 } else { 0.8 + 0.2 * y },
+        ];
+        for (number, lamp) in lamps.into_iter().enumerate() {
+            let reading = lit(lamp, false).unwrap();
+            let light = reading.uneven.unwrap_or_else(|| panic!("lamp {number}: even"));
+            assert!(light.to_string().starts_with("the light is uneven"), "{light}");
+            lit(lamp, true).unwrap();
+        }
+        assert_eq!(lit(|_, _| 1.0, false).unwrap().uneven, None);
+    }
+
+    #[test]
+    fn a_picture_that_is_partly_in_the_dark_says_so_and_one_that_shows_nothing_blames_the_light() {
+        let mut picture = draw([800, 600], &camera(), &[[0.3, 0.3], [0.9, 0.3], [0.7, 0.7]], 0.01);
+        let darken = |picture: &mut GrayImage| {
+            picture
+                .enumerate_pixels_mut()
+                .filter(|(x, ..)| *x < 300)
+                .for_each(|(_, _, pixel)| pixel.0[0] /= 25);
+        };
+        darken(&mut picture);
+        let reading = read_levels(&picture).unwrap();
+        assert_eq!(reading.spots.len(), 2);
+        let words = reading.uneven.unwrap().to_string();
+        assert!(words.ends_with("; 38 % of the picture is too dark for dots to be seen"), "{words}");
+        let mut faint = GrayImage::from_fn(800, 600, |x, _| Luma([(60 + x / 5) as u8]));
+        faint
+            .enumerate_pixels_mut()
+            .filter(|(x, y, _)| x % 90 < 5 && y % 90 < 5)
+            .for_each(|(_, _, pixel)| pixel.0[0] -= 6);
+        let error = read_levels(&faint).unwrap_err().to_string();
+        assert!(error.starts_with("expected even light, found a ground from "), "{error}");
+        assert!(error.contains("no dots are seen: photograph it in even light"), "{error}");
     }
 
     proptest::proptest! {

@@ -357,7 +357,7 @@ fn angle(v: Vector2<f64>) -> f64 {
     if v.y < 0.0 { -half } else { half }
 }
 
-/// The angle's equal in [−π, π).
+/// The angle's equal in [−π, π). At the other end, as `wrap_angle` has it, the first bearing of a scan would be its last.
 fn turn(angle_rad: f64) -> f64 {
     // `rem_euclid` takes several times as long.
     angle_rad - TAU * ((angle_rad + PI) / TAU).floor()

@@ -4,14 +4,12 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 
 use clap::Args;
+use sketchnav_pad::guard::Token;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::{Pace, Split};
 use sketchnav_schemas::time::nanoseconds;
 
 use super::values::{MAX_SPEED, parse_service, parse_speed};
-
-/// Shorter tokens can be guessed.
-const MIN_TOKEN: usize = 16;
 
 /// What system to run, and where its results go.
 #[derive(Debug, Clone, Args)]
@@ -81,9 +79,10 @@ pub struct RunOptions {
     pub foxglove: Option<u16>,
     #[command(flatten)]
     pub site: PadSite,
-    /// The token of the page, letters and digits. Left out: one is made where the address needs one.
-    #[arg(long, value_parser = parse_token, requires = "pad")]
-    pub token: Option<String>,
+    /// The token of the page, letters and digits. Left out: the variable SKETCHNAV_PAD_TOKEN of the environment, else a new
+    /// one. Other users of this machine can read a command line, and no environment but their own.
+    #[arg(long, requires = "pad")]
+    pub token: Option<Token>,
 }
 
 /// Where the pad serves its page.
@@ -92,7 +91,8 @@ pub struct PadSite {
     /// Port of the page.
     #[arg(long, default_value_t = 7004)]
     pub port: u16,
-    /// Address of the page; any other than a loopback one wants a token, which the link then has.
+    /// Address of the page, 0.0.0.0 for all of this machine's. The link that is printed has the token without which nobody
+    /// gets in, on any address.
     #[arg(long, default_value = "127.0.0.1", value_name = "ADDRESS")]
     pub bind: IpAddr,
     /// A host name by which people call the page, as `robot.local` (may be repeated). Addresses in numbers need none.
@@ -117,15 +117,10 @@ pub struct PadOptions {
     pub system: SystemOptions,
     #[command(flatten)]
     pub site: PadSite,
-    /// The token of the page, letters and digits. Left out: one is made where the address needs one.
-    #[arg(long, value_parser = parse_token)]
-    pub token: Option<String>,
-}
-
-fn parse_token(text: &str) -> Result<String, String> {
-    let holds = (MIN_TOKEN..=64).contains(&text.len()) && text.bytes().all(|b| b.is_ascii_alphanumeric());
-    let expected = || format!("expected {MIN_TOKEN} to 64 letters and digits");
-    if holds { Ok(text.to_owned()) } else { Err(expected()) }
+    /// The token of the page, letters and digits. Left out: the variable SKETCHNAV_PAD_TOKEN of the environment, else a new
+    /// one. Other users of this machine can read a command line, and no environment but their own.
+    #[arg(long)]
+    pub token: Option<Token>,
 }
 
 /// A host name (RFC 1123), in lower case.

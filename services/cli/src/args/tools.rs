@@ -8,7 +8,7 @@ use regex_lite::Regex;
 use sketchnav_schemas::bounds::ANGLE_DEG;
 use sketchnav_schemas::codes::{Order, Process};
 
-use super::values::{parse_pattern, parse_served};
+use super::values::{parse_drawn_place, parse_pattern, parse_served};
 
 /// Which channels of which system.
 #[derive(Debug, Clone, Args)]
@@ -77,8 +77,11 @@ pub struct EchoOptions {
 pub struct HzOptions {
     #[command(flatten)]
     pub tap: Tap,
+    /// The messages of this recording, by its times, instead of a running system's.
+    #[arg(long, value_name = "RECORDING", conflicts_with = "system")]
+    pub file: Option<PathBuf>,
     /// One JSON object a line instead of text.
-    #[arg(long)]
+    #[arg(long = "json", id = "json_lines")]
     pub json: bool,
 }
 
@@ -101,7 +104,7 @@ pub struct LogsOptions {
     #[arg(long, value_name = "PATTERN", value_parser = parse_part)]
     pub grep: Option<Regex>,
     /// One JSON object a line instead of text.
-    #[arg(long)]
+    #[arg(long = "json", id = "json_lines")]
     pub json: bool,
 }
 
@@ -138,7 +141,7 @@ pub struct SendOptions {
     #[arg(long, value_name = "N", conflicts_with = "task", value_parser = clap::value_parser!(u32).range(1..))]
     pub state: Option<u32>,
     /// With `here`: where in the drawing the robot is, image pixels (column, row; row 0 at the top).
-    #[arg(long, value_name = "X,Y", value_parser = parse_place, conflicts_with_all = ["task", "state"])]
+    #[arg(long, value_name = "X,Y", value_parser = parse_drawn_place, conflicts_with_all = ["task", "state"])]
     pub at: Option<[f64; 2]>,
     /// With `here`: its heading, degrees counter-clockwise from "to the right" as one looks at the drawing.
     #[arg(long, value_name = "DEG", value_parser = parse_heading, requires = "at", allow_negative_numbers = true)]
@@ -210,13 +213,6 @@ fn parse_order(text: &str) -> Result<Order, String> {
     text.parse()
 }
 
-/// A place of a drawing.
-fn parse_place(text: &str) -> Result<[f64; 2], String> {
-    let number = |part: &str| part.trim().parse().ok().filter(|number: &f64| number.is_finite());
-    let place = text.split_once(',').and_then(|(x, y)| Some([number(x)?, number(y)?]));
-    place.ok_or_else(|| "expected two numbers with a comma between them, as 520,90".into())
-}
-
 /// A heading, in radians.
 fn parse_heading(text: &str) -> Result<f64, String> {
     let degrees = text.parse().ok().filter(|degrees| ANGLE_DEG.holds(*degrees));
@@ -235,11 +231,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_is_two_numbers_and_a_heading_at_most_a_turn() {
-        assert_eq!(parse_place("520, 90.5"), Ok([520.0, 90.5]));
-        for wrong in ["", "520", "520,", "a,b", "1,2,3", "nan,1", "1,inf"] {
-            assert!(parse_place(wrong).unwrap_err().contains("expected two numbers"), "{wrong}");
-        }
+    fn a_heading_is_at_most_a_turn() {
         assert_eq!(parse_heading("-90"), Ok(-std::f64::consts::FRAC_PI_2));
         for wrong in ["", "up", "361", "nan"] {
             assert!(parse_heading(wrong).unwrap_err().contains("-360 to 360 degrees"), "{wrong}");

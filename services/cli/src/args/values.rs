@@ -34,14 +34,24 @@ pub struct FloorPlace {
 }
 
 /// `X,Y` or `X,Y,DEG`.
-pub fn parse_place(text: &str) -> Result<FloorPlace, String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
-    let numbers = numbers.ok().filter(|numbers| numbers.iter().all(|number| number.is_finite()));
-    match numbers.as_deref() {
+pub fn parse_floor_place(text: &str) -> Result<FloorPlace, String> {
+    match parse_numbers(text).as_deref() {
         Some(&[x, y]) => Ok(FloorPlace { at_m: [x, y], heading_deg: None }),
         Some(&[x, y, heading]) => Ok(FloorPlace { at_m: [x, y], heading_deg: Some(heading) }),
         _ => Err("expected X,Y in metres, or X,Y,DEG".to_owned()),
     }
+}
+
+/// A place of a drawing, `X,Y`.
+pub fn parse_drawn_place(text: &str) -> Result<[f64; 2], String> {
+    let place = parse_numbers(text).and_then(|numbers| numbers.try_into().ok());
+    place.ok_or_else(|| "expected two numbers with a comma between them, as 520,90".to_owned())
+}
+
+/// Finite numbers with commas between them.
+fn parse_numbers(text: &str) -> Option<Vec<f64>> {
+    let number = |word: &str| word.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    text.split(',').map(number).collect()
 }
 
 /// Beyond this no machine keeps up; `max` is for those who want all that there is.
@@ -73,9 +83,18 @@ mod tests {
     #[test]
     fn a_place_has_two_numbers_or_three() {
         let place = |heading_deg| Ok(FloorPlace { at_m: [-1.5, 2.0], heading_deg });
-        assert_eq!((parse_place("-1.5,2"), parse_place("-1.5, 2, 90")), (place(None), place(Some(90.0))));
+        assert_eq!(parse_floor_place("-1.5,2"), place(None));
+        assert_eq!(parse_floor_place("-1.5, 2, 90"), place(Some(90.0)));
         for wrong in ["", "1", "1,2,3,4", "1,x", "nan,1"] {
-            assert!(parse_place(wrong).is_err(), "{wrong}");
+            assert!(parse_floor_place(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_drawn_place_has_two_numbers() {
+        assert_eq!(parse_drawn_place("520, 90.5"), Ok([520.0, 90.5]));
+        for wrong in ["", "520", "520,", "a,b", "1,2,3", "nan,1", "1,inf"] {
+            assert!(parse_drawn_place(wrong).unwrap_err().contains("expected two numbers"), "{wrong}");
         }
     }
 

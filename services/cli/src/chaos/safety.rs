@@ -114,6 +114,7 @@ mod tests {
     use super::*;
 
     fn run() -> RunConfig {
+        sketchnav_navigators::register(&[]).unwrap();
         let mut run: RunConfig =
             serde_json::from_str(include_str!("../../../runtime/tests/run.json")).unwrap();
         run.pace = Pace::RealTime { speed: 1.0 };

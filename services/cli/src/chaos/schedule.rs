@@ -12,7 +12,6 @@ use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::fault_plan::{FaultPlan, PlannedFault};
 use sketchnav_schemas::seed;
-use sketchnav_schemas::sketch_mission::KIND;
 use sketchnav_sim::mission_file;
 
 use super::Kill;
@@ -36,11 +35,12 @@ const PLANNED: &str =
 /// The schedule that the user names, read before anything starts.
 pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>, Failure> {
     let Some(path) = &options.schedule else { return Ok(None) };
-    let kind = match mission::is_demo(mission) {
-        true => KIND.to_owned(),
-        false => mission_file::load(mission).or_input()?.0.navigator_kind().to_owned(),
+    let mission = match mission::is_demo(mission) {
+        true => mission::demo_mission().or_input()?,
+        false => mission_file::load(mission).or_input()?.0,
     };
-    Ok(Some(fault_plan(path, &kind).or_input()?))
+    let kind = mission.navigator_kind();
+    Ok(Some(fault_plan(path, kind).or_input()?))
 }
 
 /// A schedule that is drawn, by what the channels have; `None` where kills come by lot.
@@ -117,7 +117,7 @@ pub fn write(path: &Path, plan: &FaultPlan) -> anyhow::Result<()> {
 
 fn write_with(path: &Path, heading: &str, plan: &FaultPlan) -> anyhow::Result<()> {
     let text = toml::to_string(plan).context("the schedule as TOML")?;
-    std::fs::write(path, format!("{heading}{text}")).with_context(|| path.display().to_string())
+    sketchnav_files::write(path, format!("{heading}{text}")).with_context(|| path.display().to_string())
 }
 
 /// Writes the faults of the run whose results lie below `out`, as its recording has them.
@@ -182,6 +182,15 @@ pub fn told(failure: Failure, schedule: &Path) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn draw(
+        options: &ChaosOptions,
+        kind: &str,
+        counts: &BTreeMap<&'static str, u64>,
+    ) -> anyhow::Result<FaultPlan> {
+        sketchnav_navigators::register(&[]).unwrap();
+        super::draw(options, kind, counts)
+    }
 
     #[test]
     fn the_seed_decides_before_which_messages_who_is_hit() {

@@ -6,15 +6,16 @@
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use serde_json::{Value, json};
-use sketchnav_evaluation::EvalError;
-use sketchnav_evaluation::experiments::TaskOutcome as Ended;
-use sketchnav_evaluation::experiments::figures::{Experiment, Method};
-use sketchnav_evaluation::experiments::studies::{Size, Study, report};
-use sketchnav_evaluation::experiments::{studies, suites, table};
+use sketchnav_files::PAGE;
+use sketchnav_lab::EvalError;
+use sketchnav_lab::experiments::TaskOutcome as Ended;
+use sketchnav_lab::experiments::figures::{Experiment, Method};
+use sketchnav_lab::experiments::studies::{Size, Study, report};
+use sketchnav_lab::experiments::{studies, suites, table};
 
 use super::page::Pages;
 use super::parts::{self, Origin};
@@ -29,19 +30,6 @@ pub const WORD: &str = "all";
 const JOBS_OF_A_PART: usize = 32;
 /// The folder of parts within that of the results.
 const PARTS: &str = "parts";
-
-/// Suites that compare methods, or are about another one. The others are driven by the first method of their navigator.
-const COMPARED: [(&str, &[&str]); 9] = [
-    ("building", &["outline", "boniardi-2015"]),
-    ("building-079", &["outline", "boniardi-2015"]),
-    ("corridor", &["corridor", "qtc-b", "argd", "combined"]),
-    ("deformed", &["outline", "beam", "boniardi-2015"]),
-    ("laboratory", &["outline", "boniardi-2015"]),
-    ("people", &["outline", "beam", "boniardi-2015"]),
-    ("people-exam", &["outline", "beam"]),
-    ("routes", &["outline", "boniardi-2015"]),
-    ("sensitivity", &["beam"]),
-];
 
 /// A line of the list: what was driven, and what came of it.
 struct Entry {
@@ -142,10 +130,9 @@ fn of_suite(
         loaded => loaded.map_err(classify)?,
     };
     choose(&mut suite, options)?;
-    let compared = COMPARED.iter().find(|(suite, _)| *suite == name);
-    let methods = match compared {
-        Some((_, methods)) => methods.iter().map(|&method| method.to_owned()).collect(),
-        None => methods(&suite, options).or_input()?,
+    let methods = match suites::compared(name) {
+        [] => methods(&suite, options).or_input()?,
+        compared => compared.iter().map(|&method| method.to_owned()).collect(),
     };
     let jobs = jobs(&suite, &methods, options)?;
     let origin = Origin::of(&suite, &jobs, options.seed, &all_folders).or_input()?;
@@ -259,7 +246,8 @@ fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Resu
 
 /// Whether a file has the figures of a study of this size by this program.
 fn is_of(data: &Path, size: Size, program: &str) -> bool {
-    let object = std::fs::read(data).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
+    let object =
+        sketchnav_files::read(data, PAGE).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
     object.is_some_and(|object| {
         object["worlds"] == size.worlds && object["seed"] == size.seed && object["program"] == program
     })
@@ -285,9 +273,7 @@ fn list(entries: &[Entry], left_out: &[String], options: &EvalOptions) -> Result
 
 /// Writes a file that is there whole or not at all.
 pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    let unfinished: PathBuf = path.with_extension("unfinished");
-    let written = std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, path));
-    written.with_context(|| path.display().to_string()).map_err(Failure::Other)
+    sketchnav_files::write(path, text).with_context(|| path.display().to_string()).map_err(Failure::Other)
 }
 
 #[cfg(test)]
@@ -340,11 +326,10 @@ mod tests {
     }
 
     #[test]
-    fn methods_that_are_compared_are_methods_and_suites_are_suites() {
-        for (name, methods) in COMPARED {
-            assert!(suites::names().any(|known| known == name), "{name}");
-            let known: Vec<_> = sketchnav_navigators::all().flat_map(|navigator| navigator.methods).collect();
-            assert!(methods.iter().all(|method| known.contains(&method)), "{name}");
+    fn methods_that_are_compared_are_methods() {
+        let known: Vec<_> = sketchnav_navigators::all().flat_map(|navigator| navigator.methods).collect();
+        for name in suites::names() {
+            assert!(suites::compared(name).iter().all(|method| known.contains(&method)), "{name}");
         }
     }
 

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use sketchnav_evaluation::experiments::figures::{Experiment, Figures};
+use sketchnav_files::PAGE;
+use sketchnav_lab::experiments::figures::{Experiment, Figures};
 
 use super::all::write;
 use crate::failure::{Failure, OrInput};
@@ -21,6 +22,12 @@ impl<'a> Pages<'a> {
     /// Opens the pages, and the figures beside the first one where there are any. Wrong markers show before anything is
     /// driven.
     pub fn open(paths: &'a [PathBuf]) -> Result<Self, Failure> {
+        if let Some(first) = paths.first() {
+            // The figures would take the place of the page.
+            let figures = file_beside(first);
+            sketchnav_files::draft::refuse_to_overwrite(paths.iter().map(PathBuf::as_path), &figures)
+                .or_input()?;
+        }
         let kept = paths.first().map(|page| file_beside(page)).filter(|file| file.is_file());
         let figures = kept.map(|file| read(&file)).transpose().or_input()?.unwrap_or_default();
         let pages = Self { paths, figures };
@@ -54,7 +61,7 @@ impl<'a> Pages<'a> {
     fn filled(&self) -> anyhow::Result<Vec<(&'a Path, String, BTreeSet<String>)>> {
         let fill = |path: &'a PathBuf| {
             let named = || path.display().to_string();
-            let page = std::fs::read_to_string(path).with_context(named)?;
+            let page = sketchnav_files::read_to_string(path, PAGE).with_context(named)?;
             let filled = self.figures.fill(&page).with_context(named)?;
             Ok((path.as_path(), filled.page, filled.not_driven))
         };
@@ -69,7 +76,7 @@ fn file_beside(page: &Path) -> PathBuf {
 
 fn read(file: &Path) -> anyhow::Result<Figures> {
     let named = || file.display().to_string();
-    let text = std::fs::read_to_string(file).with_context(named)?;
+    let text = sketchnav_files::read_to_string(file, PAGE).with_context(named)?;
     serde_json::from_str(&text).with_context(named)
 }
 

@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, ensure};
 use serde::{Deserialize, Serialize};
-use sketchnav_evaluation::experiments::TaskOutcome as Ended;
-use sketchnav_evaluation::experiments::jobs::Job;
-use sketchnav_evaluation::experiments::suite::{Folders, Suite};
-use sketchnav_evaluation::experiments::trial::Trial;
 use sketchnav_files::PART;
+use sketchnav_lab::experiments::TaskOutcome as Ended;
+use sketchnav_lab::experiments::jobs::Job;
+use sketchnav_lab::experiments::suite::{Folders, Suite};
+use sketchnav_lab::experiments::trial::Trial;
 use sketchnav_recordings::sources;
 
 use super::machine::{self, Machine};
@@ -22,8 +22,6 @@ use crate::output::out;
 
 /// How files of parts end.
 const EXTENSION: &str = "json";
-/// How a part's file is called while it is written.
-const UNFINISHED: &str = "unfinished";
 
 /// An experiment, and where it is driven.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -175,10 +173,7 @@ pub fn write(
     outcomes: Vec<Vec<Ended>>,
 ) -> anyhow::Result<()> {
     let part = Part { origin, outcomes: numbers.clone().zip(outcomes).collect() };
-    let unfinished = path.with_extension(UNFINISHED);
-    let named = || path.display().to_string();
-    std::fs::write(&unfinished, serde_json::to_vec(&part)?).with_context(named)?;
-    std::fs::rename(&unfinished, path).with_context(named)
+    sketchnav_files::write(path, serde_json::to_vec(&part)?).with_context(|| path.display().to_string())
 }
 
 /// The outcomes of all jobs, in their order, out of the parts in `folder`.

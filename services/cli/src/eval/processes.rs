@@ -8,10 +8,10 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
-use sketchnav_evaluation::experiments::jobs::Job;
+use sketchnav_lab::experiments::jobs::Job;
 use sketchnav_recordings::diff::{Difference, diff};
 use sketchnav_recordings::{RecordingError, Writer};
-use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
@@ -44,7 +44,9 @@ impl Tap for Recorder {
             self.failed = self.writer.write_bytes(spec, message, cells).err();
         }
     }
+}
 
+impl Onlooker for Recorder {
     fn has_enough(&self) -> bool {
         self.failed.is_some()
     }

@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
-use sketchnav_evaluation::experiments::studies::{Figure, Size, Study, report};
+use sketchnav_lab::experiments::studies::{Figure, Size, Study, report};
 
 use super::{classify, command_line, refuse_missing_folder};
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::{out, say};
+use crate::output::{self, out, say};
 
 /// Runs it; `--trials` says over how many worlds.
 pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
@@ -20,7 +20,7 @@ pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
     let figures = (study.run)(size).map_err(classify)?;
     if let Some(path) = &options.output {
         let page = report::page(study, &figures, &command_line());
-        std::fs::write(path, page).with_context(|| path.display().to_string()).or_input()?;
+        sketchnav_files::write(path, page).with_context(|| path.display().to_string()).or_input()?;
         say!("report     {}", path.display());
     }
     if options.json {
@@ -29,8 +29,9 @@ pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
     }
     out!("{}: {}", study.name, study.title)?;
     for figure in &figures {
-        out!("\n{}", figure.table.title)?;
-        out!("{}", table(figure))?;
+        out!("")?;
+        out!("{}", figure.table.title)?;
+        output::lines(table(figure))?;
     }
     out!("{} worlds, seed {}", size.worlds, size.seed)?;
     say!("{:.0} s", began.elapsed().as_secs_f64());

@@ -1,7 +1,7 @@
 //! Tables of outcomes for the terminal.
 
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
-use sketchnav_evaluation::experiments::{Suite, TaskOutcome, table};
+use sketchnav_lab::experiments::{Suite, TaskOutcome, table};
 
 /// What a suite's tasks, driven by one method, came to.
 pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> String {

@@ -75,17 +75,13 @@ pub enum Tool {
     },
     /// Copy whatever can be read of a recording that was cut off or is damaged.
     #[command(
-        after_help = "Exit codes: 0 all of it, 1 error, 2 usage, 3 recovered with loss.\nExample: sketchnav recover broken.mcap -o whole.mcap"
+        after_help = "Exit codes: 0 all of it, 1 error, 2 usage, 3 recovered with loss, or with damaged chunks.\nExample: sketchnav recover broken.mcap -o whole.mcap"
     )]
     Recover {
         /// The recording.
         file: PathBuf,
-        /// The copy.
-        #[arg(short, long)]
-        output: PathBuf,
-        /// One JSON object instead of text.
-        #[arg(long)]
-        json: bool,
+        #[command(flatten)]
+        options: RecoverOptions,
     },
     /// Copy some topics or some time of a recording.
     #[command(
@@ -122,21 +118,6 @@ pub enum Tool {
         #[command(flatten)]
         options: SplitOptions,
     },
-}
-
-impl Tool {
-    /// Whether a program reads standard output.
-    pub fn wants_json(&self) -> bool {
-        match self {
-            Self::Rerun { options, .. } => options.json,
-            Self::Judge { options, .. } => options.json,
-            Self::Import { options, .. } => options.json,
-            Self::Report { json, .. } | Self::Recover { json, .. } | Self::Merge { json, .. } => *json,
-            Self::Filter { options, .. } => options.json,
-            Self::Split { options, .. } => options.json,
-            Self::Replay { .. } => false,
-        }
-    }
 }
 
 /// Some time of a recording.
@@ -295,12 +276,16 @@ pub struct ImportOptions {
     /// A drawing to be localized in instead, with the start in it.
     #[arg(long, value_name = "FILE", requires = "start")]
     pub sketch: Option<PathBuf>,
-    /// Where the log begins in the drawing: image pixels and degrees, `COLUMN,ROW,HEADING`.
+    /// Where the log begins in the drawing or the map: image pixels and degrees, `COLUMN,ROW,HEADING`. In a map the
+    /// first scan's own pose by default.
     #[arg(long, value_name = "C,R,DEG", value_parser = parse_start, allow_hyphen_values = true)]
     pub start: Option<[f64; 3]>,
-    /// A reading from here on is none, metres.
+    /// A reading from here on is none, metres; where a line states a shorter range of its laser, from there on.
     #[arg(long, value_name = "M", default_value = "79", value_parser = parse_range, allow_hyphen_values = true)]
     pub range_max: f64,
+    /// Refuse a log of which anything would be left out or is in doubt.
+    #[arg(long)]
+    pub strict: bool,
     /// Seed of the run that the log stands for.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -310,6 +295,30 @@ pub struct ImportOptions {
     /// The recording.
     #[arg(short, long)]
     pub output: PathBuf,
+    /// One JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl JudgeOptions {
+    /// The files that it reads beside the recordings.
+    pub fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
+        self.rooms.iter().chain(&self.anchors)
+    }
+}
+
+/// How to repair a recording.
+#[derive(Debug, Clone, Args)]
+pub struct RecoverOptions {
+    /// The copy. It replaces no recording that holds more messages.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Take over the messages of chunks whose checksum is wrong, too.
+    #[arg(long)]
+    pub keep_damaged: bool,
+    /// Replace the output even where it holds more messages than the copy.
+    #[arg(long)]
+    pub force: bool,
     /// One JSON object instead of text.
     #[arg(long)]
     pub json: bool,
@@ -326,9 +335,12 @@ pub struct FilterOptions {
     pub regex: Option<Regex>,
     #[command(flatten)]
     pub times: Times,
-    /// The copy.
+    /// The copy. It replaces no source that holds more messages.
     #[arg(short, long)]
     pub output: PathBuf,
+    /// Replace the source even by fewer messages.
+    #[arg(long)]
+    pub force: bool,
     /// One JSON object instead of text.
     #[arg(long)]
     pub json: bool,

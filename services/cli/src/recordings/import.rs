@@ -1,31 +1,34 @@
 //! Makes recordings of laser logs.
 
-use std::fs::File;
+mod summary;
+
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use bytemuck::Zeroable;
 use flate2::bufread::MultiGzDecoder;
+use sketchnav_files::draft::Draft;
 use sketchnav_files::{MAP, MAP_PICTURE};
-use sketchnav_recordings::carmen::{CarmenLog, CarmenScan};
-use sketchnav_recordings::import::{self, LOG_SYSTEM, LaserFacts};
+use sketchnav_recordings::carmen::{CarmenLog, CarmenScan, Entry, Reading, Shape, Survey};
+use sketchnav_recordings::import::{self, Imported, LOG_SYSTEM, Rules};
 use sketchnav_recordings::{Writer, sources};
 use sketchnav_schemas::codes::{FREE, Process, WALL};
-use sketchnav_schemas::geometry::{Pose, Sketch};
-use sketchnav_schemas::message::{Header, PosePx, Route, SketchMap};
-use sketchnav_schemas::method::Method;
+use sketchnav_schemas::geometry::{Pose, Sketch, World};
+use sketchnav_schemas::message::{Header, PosePx};
 use sketchnav_schemas::mission::{Mission, Parameters, Place, Start, WorldSource};
 use sketchnav_schemas::robot::{Drive, Laser, Limits, OdometryNoise, Robot};
 use sketchnav_schemas::run::{Pace, Pad, RunConfig, Split};
-use sketchnav_schemas::sketch_mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_sim::ros_map::{MapInfo, OccupancyMap};
+use sketchnav_sketch::messages::{ROUTE, Route, SKETCH, SketchMap};
+use sketchnav_sketch::method::Method;
+use sketchnav_sketch::mission::{Aim, SketchMission, SketchTask, WallTone};
 
 use super::args::ImportOptions;
-use super::draft::Draft;
+use super::guard::Guard;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::plain_name;
-use crate::output::out;
+use summary::Summary;
 
 /// How far the place of the log's begin may be off where the drawing is the map. The place is its own corrected pose,
 /// or a mark by hand.
@@ -43,68 +46,112 @@ struct Drawn {
     route: Box<Route>,
 }
 
+/// Begins of files that hold no text, with what made them.
+const NO_TEXT: [(&[u8], &str); 6] = [
+    (b"BZh", "bzip2"),
+    (b"PK\x03\x04", "zip"),
+    (b"\xfd7zXZ", "xz"),
+    (b"\x28\xb5\x2f\xfd", "zstd"),
+    (b"\xff\xfe", "UTF-16"),
+    (b"\xfe\xff", "UTF-16"),
+];
+
+/// A log, as it is read.
+struct Log<'a> {
+    path: &'a Path,
+    reading: Reading,
+    /// The first scan.
+    first: CarmenScan,
+    /// How most of its scans are.
+    shape: Shape,
+}
+
 /// Makes a recording of a log.
-pub fn import(log: &Path, options: &ImportOptions) -> Result<Outcome, Failure> {
-    super::refuse_to_overwrite(log, &options.output)?;
-    let named = || log.display().to_string();
-    let first = scans(log)?.next().transpose().with_context(named).or_input()?;
-    let first = first.ok_or_else(|| Failure::Input(anyhow!("{}: expected FLASER lines", log.display())))?;
-    let laser = LaserFacts::of_half_circle(first.ranges_m.len(), options.range_max);
-    let mut run = run(log, options, &first, &laser)?;
+pub fn import(path: &Path, options: &ImportOptions) -> Result<Outcome, Failure> {
+    let inputs = [Some(path.to_owned()), options.map.clone(), options.sketch.clone()];
+    super::refuse_to_overwrite(inputs.iter().flatten(), &options.output)?;
+    let survey = survey(path).with_context(|| path.display().to_string()).or_input()?;
+    let log = Log::of(path, &survey).with_context(|| path.display().to_string()).or_input()?;
+    let doubts = survey.doubts(&log.reading);
+    if let Some(doubt) = doubts.first().filter(|_| options.strict) {
+        return Err(Failure::Input(anyhow!("{}: {doubt} (--strict)", path.display())));
+    }
+    let mut run = run(&log, options)?;
     let drawn = match (&options.sketch, &options.map) {
-        (None, Some(map)) => of_map(map, &first, &mut run)?,
+        (None, Some(map)) => of_map(map, &log, options, &mut run)?,
         _ => of_sketch(&run)?,
     };
     for parameters in &options.set {
         run.mission.parameters.extend(parameters);
     }
     // It is the localizer that such a recording is for: what it would refuse is told now.
-    sketchnav_sketch::localizer::core::Core::new(&run).or_input()?;
-    let count = write(log, options, &run, &laser, &drawn)?;
-    let output = options.output.display();
-    if options.json {
-        out!("{}", serde_json::json!({ "recording": output.to_string(), "scans": count }))?;
-    } else {
-        out!("{count} scans of {} beams\nrecording  {output}", first.ranges_m.len())?;
-    }
+    sketchnav_sketch::localizer::Localizer::new(&run).or_input()?;
+    let imported = write(&log, options, &run, &drawn)?;
+    let way_m = survey.odometry_way_m(&log.reading);
+    Summary::new(&log.reading, way_m, &imported, survey.not_read(&log.reading), &doubts, options)
+        .print(options.json)?;
     Ok(Outcome::Success)
 }
 
-fn scans(log: &Path) -> Result<CarmenLog<Box<dyn BufRead>>, Failure> {
-    let file = File::open(log).with_context(|| log.display().to_string()).or_input()?;
-    let mut plain = BufReader::with_capacity(1 << 16, file);
-    let is_packed = plain.fill_buf().is_ok_and(|bytes| bytes.starts_with(&[0x1f, 0x8b]));
-    let text: Box<dyn BufRead> =
-        if is_packed { Box::new(BufReader::new(MultiGzDecoder::new(plain))) } else { Box::new(plain) };
-    Ok(CarmenLog::new(text))
+impl<'a> Log<'a> {
+    fn of(path: &'a Path, survey: &Survey) -> anyhow::Result<Self> {
+        let reading = survey.reading()?;
+        let shape = survey.shapes(&reading).and_then(|shapes| shapes.most_frequent().copied());
+        let mut scans = CarmenLog::new(text(path)?, reading).filter_map(|entry| match entry {
+            Ok(Entry::Scan(scan)) => Some(Ok(scan)),
+            Ok(Entry::LeftOut(_)) => None,
+            Err(error) => Some(Err(error)),
+        });
+        let first = scans.next().transpose()?.context("expected scans, found none")?;
+        let shape = shape.unwrap_or(Shape { count: first.ranges_m.len(), beams: first.beams, scans: 1 });
+        Ok(Self { path, reading, first, shape })
+    }
+}
+
+fn survey(path: &Path) -> anyhow::Result<Survey> {
+    Ok(Survey::of(text(path)?)?)
+}
+
+/// A log's text, whether it is compressed by gzip or not.
+fn text(path: &Path) -> anyhow::Result<Box<dyn BufRead>> {
+    let mut plain = BufReader::with_capacity(1 << 16, sketchnav_files::open(path, "a laser log")?);
+    let begin = plain.fill_buf()?;
+    if let Some((_, form)) = NO_TEXT.iter().find(|(magic, _)| begin.starts_with(magic)) {
+        bail!("expected text in ASCII or UTF-8, plain or compressed by gzip, found {form}; convert it first");
+    }
+    let is_packed = begin.starts_with(&[0x1f, 0x8b]);
+    Ok(if is_packed { Box::new(BufReader::new(MultiGzDecoder::new(plain))) } else { Box::new(plain) })
 }
 
 fn write(
-    log: &Path,
+    log: &Log<'_>,
     options: &ImportOptions,
     run: &RunConfig,
-    laser: &LaserFacts,
     drawn: &Drawn,
-) -> Result<u64, Failure> {
+) -> Result<Imported, Failure> {
     let path = &options.output;
     let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string()).or_input()?;
     let files = sources::read(&run.mission);
     let mut writer = Writer::create_with(sink, run, &files).context("the recording")?;
-    let sketch = (&drawn.sketch, drawn.cells.as_slice());
-    let count = import::import(scans(log)?, laser, sketch, &drawn.route, &mut writer);
-    let count = count.with_context(|| log.display().to_string()).or_input()?;
+    let rules = Rules { range_max_m: options.range_max, is_strict: options.strict };
+    let work = || -> anyhow::Result<Imported> {
+        let entries = CarmenLog::new(text(log.path)?, log.reading);
+        writer.write(SKETCH, &drawn.sketch, &drawn.cells)?;
+        writer.write(ROUTE, &*drawn.route, &[])?;
+        let imported = import::import(entries, &rules, &mut writer);
+        let strict = if options.strict { " (--strict)" } else { "" };
+        imported.map_err(|error| anyhow!("{error}{strict}"))
+    };
+    let imported = { work }().with_context(|| log.path.display().to_string()).or_input()?;
+    let messages = writer.message_count();
     writer.finish().context("the recording")?;
-    draft.finish()?;
-    Ok(count)
+    // What is no recording is never replaced: not the map's picture either.
+    Guard::default().place(draft, messages)?;
+    Ok(imported)
 }
 
 /// The run that the log stands for: it has a task, for a mission must, and nobody drove it.
-fn run(
-    log: &Path,
-    options: &ImportOptions,
-    first: &CarmenScan,
-    laser: &LaserFacts,
-) -> Result<RunConfig, Failure> {
+fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     let absolute = |path: &PathBuf| -> anyhow::Result<String> {
         let path = std::path::absolute(path)?;
         path.into_os_string()
@@ -115,9 +162,12 @@ fn run(
         options.sketch.as_ref().or(options.map.as_ref()).context("expected --map or --sketch").or_input()?;
     let drawing = absolute(drawing).or_input()?;
     let world = options.map.as_ref().map_or(Ok(drawing.clone()), absolute).or_input()?;
-    let stem = log.file_name().unwrap_or_default().to_string_lossy();
+    let stem = log.path.file_name().unwrap_or_default().to_string_lossy();
     let name = plain_name(stem.split('.').next().unwrap_or_default());
-    let Pose { x, y, yaw_rad, .. } = first.reference;
+    // A mission must begin somewhere. Nobody drives this one: where no pose is stated, its own count begins it.
+    let odometry = &log.first.odometry;
+    let begin = log.first.reference.unwrap_or(Pose::new(odometry.x, odometry.y, odometry.yaw_rad));
+    let Pose { x, y, yaw_rad, .. } = begin;
     let marked = options.start.map(|[column, row, _]| [column, row]);
     let aim = Aim::Goal(marked.unwrap_or_default());
     let task = SketchTask { name: LOG_SYSTEM.to_owned(), aim, time_limit_s: TIME_LIMIT_S };
@@ -144,11 +194,13 @@ fn run(
     let text = toml::to_string(&mission).context("the mission as TOML").or_input()?;
     let mission = Mission::parse(&text).or_input()?;
     SketchMission::of(&mission).or_input()?;
-    let robot = robot(first.ranges_m.len(), laser).or_input()?;
+    let robot = robot(&log.shape, options.range_max).or_input()?;
     let (system, recording) = (LOG_SYSTEM.to_owned(), None);
     Ok(RunConfig {
         system,
+        method: sketchnav_navigators::method(&mission).to_owned(),
         mission,
+        files_of: None,
         robot,
         seed: options.seed,
         pace: Pace::Lockstep,
@@ -161,7 +213,7 @@ fn run(
 }
 
 /// A robot of which only the laser is known. What the localizer does not use is that of a Pioneer.
-fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
+fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
     let robot = Robot {
         name: LOG_SYSTEM.to_owned(),
         radius_m: 0.25,
@@ -181,10 +233,10 @@ fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
         motion_noise: None,
         laser: Some(Laser {
             model: "of a log".to_owned(),
-            field_of_view_deg: (laser.angle_increment_rad * (beams - 1) as f64).to_degrees(),
-            beams: beams as u32,
+            field_of_view_deg: laser.beams.span_rad(laser.count).to_degrees(),
+            beams: laser.count as u32,
             range_min_m: 0.01,
-            range_max_m: laser.range_max_m,
+            range_max_m,
             rate_hz: 10.0,
             noise_m: 0.01,
             noise_per_m: 0.0,
@@ -209,14 +261,24 @@ fn robot(beams: usize, laser: &LaserFacts) -> anyhow::Result<Robot> {
 
 /// The map as a drawing: a cell a pixel, walls where it is occupied; whatever is not known is free to look
 /// through. Both scales are known, and the localizer gets them.
-fn of_map(map: &Path, first: &CarmenScan, run: &mut RunConfig) -> Result<Drawn, Failure> {
+fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfig) -> Result<Drawn, Failure> {
     let known = occupied(map).or_input()?;
     let (width, height) = known.raster().size();
     let is_wall = |i: usize| known.raster().is_solid((i % width) as i64, (i / width) as i64);
     let cells: Vec<u8> = (0..height * width).map(|i| if is_wall(i) { WALL } else { FREE }).collect();
     let (resolution, [x0, y0]) = (known.resolution_m(), known.origin_m());
-    let at = &first.reference;
-    let start = Pose::<Sketch>::new((at.x - x0) / resolution, (at.y - y0) / resolution, at.yaw_rad);
+    let in_map =
+        |at: Pose<World>| Pose::<Sketch>::new((at.x - x0) / resolution, (at.y - y0) / resolution, at.yaw_rad);
+    let marked = |[column, row, heading_deg]: [f64; 3]| {
+        Pose::new(column, height as f64 - row, heading_deg.to_radians())
+    };
+    let start = options.start.map(marked).or(log.first.reference.map(in_map)).with_context(|| {
+        let kind = log.reading.kind;
+        format!(
+            "expected --start COLUMN,ROW,HEADING, where the log begins in the map: {kind} lines state no pose"
+        )
+    });
+    let start = start.or_input()?;
     let sketch = SketchMap {
         header: ONCE,
         width_px: width as u32,
@@ -276,4 +338,153 @@ fn of_sketch(run: &RunConfig) -> Result<Drawn, Failure> {
     route.header = ONCE;
     sketch.header = ONCE;
     Ok(Drawn { sketch, cells: drawing.cells, route })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use flate2::Compression;
+    use flate2::write::GzEncoder;
+    use sketchnav_recordings::Recording;
+    use sketchnav_recordings::reader::Selection;
+    use sketchnav_rehearsal::rerun;
+    use sketchnav_schemas::channels::{ODOMETRY, SCAN, TRUTH};
+
+    use super::super::judge;
+    use super::*;
+
+    /// A hall of walls around free floor, and a log beside it.
+    struct Place(tempfile::TempDir);
+
+    impl Place {
+        fn new(name: &str, log: &[u8]) -> Self {
+            let folder = tempfile::tempdir().unwrap();
+            let is_wall = |i: usize| [i / 40, i % 40].contains(&0) || [i / 40, i % 40].contains(&39);
+            let cell = |i: usize| if is_wall(i) { 0 } else { 255 };
+            let mut map = b"P5 40 40 255 ".to_vec();
+            map.extend((0..1600).map(cell));
+            let yaml = "image: map.pgm\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
+            std::fs::write(folder.path().join("map.pgm"), map).unwrap();
+            std::fs::write(folder.path().join("map.yaml"), yaml).unwrap();
+            std::fs::write(folder.path().join(name), log).unwrap();
+            Self(folder)
+        }
+
+        fn import(&self, name: &str, strict: bool, start: Option<[f64; 3]>) -> Result<Recording, String> {
+            let output = self.0.path().join("out.mcap");
+            let options = ImportOptions {
+                map: Some(self.0.path().join("map.yaml")),
+                sketch: None,
+                start,
+                range_max: 79.0,
+                strict,
+                seed: 1,
+                set: Vec::new(),
+                output: output.clone(),
+                json: true,
+            };
+            match import(&self.0.path().join(name), &options) {
+                Ok(outcome) => assert_eq!(outcome, Outcome::Success),
+                Err(Failure::Input(error)) => return Err(crate::failure::story(&error)),
+                Err(other) => panic!("{other:?}"),
+            }
+            Ok(Recording::open(&output).unwrap())
+        }
+    }
+
+    fn flaser(count: usize, x: f64) -> String {
+        format!("FLASER {count} {}{x} 5 0 {x} 0 0 {x} host {x}\n", "2.5 ".repeat(count))
+    }
+
+    fn packed(text: &[u8]) -> Vec<u8> {
+        let mut packer = GzEncoder::new(Vec::new(), Compression::default());
+        packer.write_all(text).unwrap();
+        packer.finish().unwrap()
+    }
+
+    #[test]
+    fn what_is_whole_of_a_compressed_log_that_was_cut_is_imported() {
+        let text: String =
+            (0..40).map(|i| flaser(if i < 20 { 180 } else { 361 }, 3.0 + f64::from(i) / 10.0)).collect();
+        let whole = packed(text.as_bytes());
+        let place = Place::new("cut.log.gz", &whole[..whole.len() - 12]);
+        let error = place.import("cut.log.gz", true, None).unwrap_err();
+        assert!(error.contains("cut.log.gz: ") && error.contains("(--strict)"), "{error}");
+        assert!(!place.0.path().join("out.mcap").exists());
+        let recording = place.import("cut.log.gz", false, None).unwrap();
+        let scans = recording.all(SCAN).unwrap();
+        assert!(scans.len() > 20, "{}", scans.len());
+        assert_eq!((scans[0].beam_count, scans.last().unwrap().beam_count), (180, 361));
+        let odometry = recording.all(ODOMETRY).unwrap();
+        assert!((odometry[10].pose().x - odometry[0].pose().x - 1.0).abs() < 1e-9, "the scans' own poses");
+    }
+
+    /// Lines without a pose do not say where the robot is; a guess is no fact.
+    #[test]
+    fn a_log_without_poses_needs_a_start() {
+        let line = |x: f64| {
+            format!("ODOM {x} 0 0 0 0 0 {x} h {x}\nRAWLASER1 0 -1 2 0.5 80 0 0 5 2 2 2 2 2 0 {x} h {x}\n")
+        };
+        let place = Place::new("raw.log", [0.0, 0.5, 1.0].map(line).concat().as_bytes());
+        let error = place.import("raw.log", false, None).unwrap_err();
+        assert!(error.contains("expected --start COLUMN,ROW,HEADING"), "{error}");
+        let recording = place.import("raw.log", true, Some([20.0, 20.0, 90.0])).unwrap();
+        assert_eq!(recording.all(SCAN).unwrap().len(), 3);
+        assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "nobody said where it truly was");
+    }
+
+    /// A recording's odometry had quaternions of length 0.5: "0 estimates", and no reason.
+    #[test]
+    fn an_odometry_that_every_reader_rejects_is_named() {
+        let text: String = (0..10).map(|i| flaser(180, 3.0 + f64::from(i) / 10.0)).collect();
+        let place = Place::new("a.log", text.as_bytes());
+        let whole = place.import("a.log", true, None).unwrap();
+        let path = place.0.path().join("half.mcap");
+        let mut writer =
+            Writer::create_with(std::fs::File::create(&path).unwrap(), &whole.run().unwrap(), &[]).unwrap();
+        for message in whole.timeline(Selection::default()).unwrap() {
+            let message = message.unwrap();
+            if message.topic.is(ODOMETRY) {
+                let (mut odometry, _) = message.read(ODOMETRY).unwrap();
+                odometry.pose.orientation_z *= 0.5;
+                odometry.pose.orientation_w *= 0.5;
+                writer.write(ODOMETRY, &odometry, &[]).unwrap();
+            } else {
+                writer.write_raw(&message).unwrap();
+            }
+        }
+        writer.finish().unwrap();
+        let half = Recording::open(&path).unwrap();
+        let (run, none) = (
+            sketchnav_recordings::sources::RecordedRun::of(&half).unwrap(),
+            None::<&mut Writer<std::fs::File>>,
+        );
+        let rerun =
+            rerun::rerun(&half, Process::Localizer, &run, std::iter::empty().collect(), none).unwrap();
+        let expected =
+            "10 messages of /odometry: pose: expected an orientation of length 1, found 0.5 (the first is";
+        let words = rerun.rejected.list().first().map_or_else(String::new, ToString::to_string);
+        assert!(words.starts_with(expected), "{words}");
+        let rows = judge::rows(&judge::of_file(&path, None).unwrap());
+        assert!(rows.contains(&("messages rejected as invalid".to_owned(), "10".to_owned())), "{rows:?}");
+    }
+
+    #[test]
+    fn what_is_no_log_is_named() {
+        for (name, bytes, words) in [
+            ("a.zip", &b"PK\x03\x04...."[..], "found zip; convert it first"),
+            ("a.bz2", b"BZh9....", "found bzip2"),
+            ("a.txt", b"\xff\xfeF\0L\0", "found UTF-16"),
+            ("empty.log", b"", "expected FLASER, ROBOTLASER1 or RAWLASER1 lines, found none"),
+            (
+                "two.log.gz",
+                b"\x1f\x8b",
+                "found none; 1 lines cannot be read, the first is line 1: the file breaks off here",
+            ),
+        ] {
+            let error = Place::new(name, bytes).import(name, false, None).err().unwrap();
+            assert!(error.contains(&format!("{name}: ")) && error.contains(words), "{error}");
+        }
+    }
 }

@@ -6,25 +6,28 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
-use sketchnav_evaluation::judge::anchors::Anchors;
-use sketchnav_evaluation::judge::directions::JourneyVerdict;
-use sketchnav_evaluation::judge::figures::{Figures, MetricMap, figures};
-use sketchnav_evaluation::judge::homotopy::Correspondence;
-use sketchnav_evaluation::judge::log::Log;
-use sketchnav_evaluation::judge::rooms::Rooms;
-use sketchnav_evaluation::judge::tables;
-use sketchnav_evaluation::judge::trajectory::Statistics;
 use sketchnav_files::TABLE;
+use sketchnav_lab::judge::anchors::Anchors;
+use sketchnav_lab::judge::directions::JourneyVerdict;
+use sketchnav_lab::judge::drawing;
+use sketchnav_lab::judge::figures::{Figures, MetricMap, figures};
+use sketchnav_lab::judge::log::Log;
+use sketchnav_lab::judge::rooms::Rooms;
+use sketchnav_lab::judge::tables;
+use sketchnav_lab::judge::trajectory::Statistics;
+use sketchnav_lab::sections::directions;
+use sketchnav_navigators::{method_of, read_from};
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::import::LOG_SYSTEM;
-use sketchnav_schemas::run::RunConfig;
-use sketchnav_schemas::sketch_mission::{SketchMission, method_word};
+use sketchnav_recordings::rejected::Rejections;
+use sketchnav_recordings::sources::RecordedRun;
+use sketchnav_stage::account::Summary;
 
+use super::account;
 use super::args::JudgeOptions;
-use super::report::directions;
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::out;
+use crate::output::{self, out, say};
 
 /// The figures of a recording, with what it is.
 #[derive(Debug, Serialize)]
@@ -37,6 +40,8 @@ pub struct Judged {
     /// Whether the file ends before its writer came to an end.
     pub cut_off: bool,
     missing: u64,
+    /// The messages that every reader rejects as invalid, by topic and reason.
+    rejected: Rejections,
     restarts: u64,
     /// What went wrong with the processes, and right again.
     pub faults: Vec<FaultInfo>,
@@ -45,6 +50,9 @@ pub struct Judged {
     /// How journeys by custom maps ended; empty for other kinds of navigators.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) journeys: Vec<JourneyVerdict>,
+    /// What the navigator itself says of the run.
+    #[serde(rename = "account", serialize_with = "figures_of", skip_serializing_if = "has_no_figures")]
+    pub(super) summary: Summary,
     #[serde(flatten)]
     pub figures: Figures,
     #[serde(skip)]
@@ -58,12 +66,18 @@ fn as_text<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S:
     serializer.collect_str(&path.display())
 }
 
+/// The figures of a navigator, each with its value as it is shown.
+fn figures_of<S: serde::Serializer>(summary: &Summary, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(summary.figures.iter().map(|(name, value)| (name, value)))
+}
+
+fn has_no_figures(summary: &Summary) -> bool {
+    summary.figures.is_empty()
+}
+
 /// Judges recordings.
 pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failure> {
     let rooms = options.rooms.as_deref().map(rooms).transpose()?;
-    for (file, csv) in files.iter().zip(options.csv.iter().cycle()) {
-        super::refuse_to_overwrite(file, csv)?;
-    }
     let judged: Result<Vec<_>, _> = files.iter().map(|file| of_file(file, rooms.as_ref())).collect();
     let mut judged = judged?;
     if let Some(anchors) = &options.anchors {
@@ -79,10 +93,14 @@ pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failu
     for one in judged.iter().filter(|one| one.cut_off) {
         super::tell_cut_off(one.recording.display());
     }
+    for one in &judged {
+        let name = one.recording.display();
+        one.rejected.list().iter().for_each(|rejected| say!("notice: {name}: rejected {rejected}"));
+    }
     if options.json {
         out!("{}", serde_json::to_string(&judged).context("the figures as JSON")?)?;
     } else {
-        out!("{}", table(&judged.iter().collect::<Vec<_>>()))?;
+        output::lines(table(&judged.iter().collect::<Vec<_>>()))?;
     }
     let reached = |judged: &Judged| judged.figures.verdict.as_ref().is_none_or(|verdict| verdict.success);
     Ok(if judged.iter().all(reached) { Outcome::Success } else { Outcome::Short })
@@ -99,6 +117,7 @@ pub fn rooms(path: &Path) -> Result<Rooms, Failure> {
 /// Judges a recording.
 pub fn of_file(path: &Path, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     let recording = super::open(path)?;
+    recording.must_be_ours().or_input()?;
     let log = Log::read(&recording).or_input()?;
     of_log(&recording, log, rooms)
 }
@@ -108,17 +127,19 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
     let path = recording.path();
     let info = sketchnav_recordings::info::info(path).or_input()?;
     let run = recording.run().ok().map(|run| log.with_drawn_tasks(run));
-    let map = run.as_ref().and_then(|run| map_of(recording, run));
+    let map = run.as_ref().and_then(|run| drawing::map_of(recording, run));
     let mission = run.as_ref().filter(|run| run.system != LOG_SYSTEM).map(|run| &run.mission);
     Ok(Judged {
         recording: path.to_owned(),
         mission: run.as_ref().map(|run| run.mission.name.clone()),
         seed: run.as_ref().map(|run| run.seed),
-        method: run.as_ref().map(|run| method_word(&run.mission).unwrap_or_default().to_owned()),
+        method: run.as_ref().map(|run| method_of(run).to_owned()),
         cut_off: !info.clean_end,
         missing: info.missing,
+        rejected: log.rejected.clone(),
         homotopic: None,
-        journeys: journeys(recording, &log).or_input()?,
+        journeys: directions::verdicts_of(recording, &log).or_input()?,
+        summary: run.as_ref().map_or(Ok(Summary::default()), |run| account::of(recording, run)).or_input()?,
         faults: log.told_faults(),
         restarts: info.all_restarts(),
         figures: figures(&log, mission, map, rooms),
@@ -127,59 +148,17 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
     })
 }
 
-/// How journeys by custom maps ended, by the plane inside the recording.
-fn journeys(recording: &Recording, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
-    if log.journeys.is_empty() {
-        return Ok(Vec::new());
-    }
-    let folder = tempfile::tempdir()?;
-    let run = sketchnav_rehearsal::rerun::run_of(recording, folder.path())?;
-    directions::verdicts(&run, log)
-}
-
-/// Of each task with a drawn route whether the true way was homotopic to it, with respect to the drawing. That is what
-/// counts as success (Boniardi et al. 2016, IV and V). The anchors' table of the drawing has the mission's name, that
-/// of the floor the floor plan's.
+/// Of each task with a drawn route whether the way was homotopic to it.
 fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<String, bool>> {
     let recording = Recording::open(&judged.recording)?;
-    let folder = tempfile::tempdir()?;
-    let run = sketchnav_rehearsal::rerun::run_of(&recording, folder.path())?;
-    if run.pad.draws() {
-        // Anchors are a file's, and this drawing is in none.
-        return Ok(BTreeMap::new());
-    }
-    let (drawing, _) = sketchnav_sketch::sketcher::understand(&run, &sketchnav_navigators::read_file)?;
-    let floor =
-        run.mission.world.floor_plan.as_deref().or(run.mission.world.map.as_deref()).unwrap_or_default();
-    let floor = Path::new(floor).file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let floor = floor.split('.').next().unwrap_or_default();
-    let join = Correspondence::new(&anchors.of(&run.mission.name, floor, |at| drawing.from_image(at))?)?;
-    let spans = sketchnav_evaluation::judge::spans(run.mission.task.len(), &judged.log.status);
-    let mut ways = BTreeMap::new();
-    for (task, span) in SketchMission::of(&run.mission)?.tasks.iter().zip(spans) {
-        let (Some(route), Some(span)) = (task.aim.route(), span) else { continue };
-        let route: Vec<_> = route.iter().map(|&at| drawing.from_image(at)).collect();
-        let way: Vec<_> = span.of(&judged.log.truth).iter().map(|truth| truth.pose().position()).collect();
-        ways.insert(task.name.clone(), join.is_homotopic(&way, &route));
-    }
-    Ok(ways)
-}
-
-/// Where the drawing lies in the world, where it is the world's own map.
-fn map_of(recording: &Recording, run: &RunConfig) -> Option<MetricMap> {
-    let map = Path::new(run.mission.world.map.as_ref()?);
-    let drawing = SketchMission::of(&run.mission).ok()?.drawing;
-    (Path::new(&drawing) == map).then_some(())?;
-    let name = format!("world/{}", map.file_name()?.to_str()?);
-    let yaml = recording.attachments().get(&name)?;
-    let info = sketchnav_sim::ros_map::MapInfo::parse(std::str::from_utf8(&yaml.data).ok()?).ok()?;
-    Some(MetricMap { resolution_m: info.resolution, origin_m: [info.origin[0], info.origin[1]] })
+    let RecordedRun { run, files } = RecordedRun::of(&recording)?;
+    drawing::homotopic(&run, &read_from(&files), &judged.log, anchors)
 }
 
 fn write_tables(judged: &[Judged], options: &JudgeOptions) -> Result<(), Failure> {
     let write = |path: &Path, text: &str| {
         path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
-        std::fs::write(path, text)
+        sketchnav_files::write(path, text)
     };
     let names = names(&judged.iter().collect::<Vec<_>>());
     for (one, name) in judged.iter().zip(names) {
@@ -262,7 +241,7 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
         row("final error, mean", errors.map_or("–".into(), |e| format!("{:.2} m", e.mean)));
         row("collisions", figures.collisions.to_string());
     }
-    for (name, value) in directions::rows(&judged.journeys) {
+    for (name, value) in directions::rows(&judged.journeys).chain(judged.summary.figures.iter().cloned()) {
         row(&name, value);
     }
     if let Some(ways) = &judged.homotopic {
@@ -270,6 +249,9 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
         row("ways homotopic to the drawn ones", format!("{right} of {}", ways.len()));
     }
     row("estimates", figures.estimates.to_string());
+    if let Some(why) = figures.not_aligned {
+        row("aligned", format!("no: {why}"));
+    }
     for (name, errors) in [
         ("absolute error", figures.absolute_m),
         ("absolute error, not aligned", figures.unaligned_m),
@@ -305,6 +287,7 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     }
     row("scans without a command", figures.unanswered_scans.to_string());
     row("messages missing", judged.missing.to_string());
+    row("messages rejected as invalid", judged.rejected.messages().to_string());
     row("restarts", judged.restarts.to_string());
     row("faults told", judged.faults.len().to_string());
     rows

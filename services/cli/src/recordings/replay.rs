@@ -13,8 +13,8 @@ mod ports;
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
+use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_recordings::{Recording, RecordingError};
-use sketchnav_rehearsal::rerun;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::{Pace, RunConfig, Split};
 use sketchnav_supervisor::{Grace, ProcessLine, Supervisor};
@@ -29,8 +29,7 @@ use player::{End, Player};
 /// Plays a recording.
 pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> {
     let recording = super::open(file)?;
-    let folder = tempfile::tempdir().context("a folder for the files of the run")?;
-    let run = run(&recording, folder.path(), options)?;
+    let run = run(&recording, options)?;
     let plan = Plan::new(&recording, options).with_context(|| file.display().to_string()).or_input()?;
     let live = &options.live;
     let lines: Result<Vec<_>, _> =
@@ -60,8 +59,8 @@ fn failure(error: anyhow::Error, file: &Path) -> Failure {
     Failure::Other(error.context(file.display().to_string()))
 }
 
-/// The recorded run as one of its own, with its files out of the recording.
-fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<RunConfig, Failure> {
+/// The recorded run as one of its own; its processes take its files out of the recording.
+fn run(recording: &Recording, options: &ReplayOptions) -> Result<RunConfig, Failure> {
     if options.live.contains(&Process::World) {
         return Err(Failure::Input(anyhow!(
             "--live world: expected other processes; a live world needs no recording, see `sketchnav run`"
@@ -71,7 +70,7 @@ fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<
         return Err(Failure::Input(anyhow!("--live recorder and --record belong together")));
     }
     if let Some(record) = &options.record {
-        super::refuse_to_overwrite(recording.path(), record)?;
+        super::refuse_to_overwrite([&recording.path().to_owned()], record)?;
         if record.exists() && !record.is_file() {
             return Err(Failure::Input(anyhow!(
                 "--record {}: expected the name of a file",
@@ -79,7 +78,12 @@ fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<
             )));
         }
     }
-    let mut run = rerun::run_of(recording, folder).or_input()?;
+    let recorded = RecordedRun::of(recording).or_input()?;
+    if !options.live.is_empty() {
+        recorded.check_files().or_input()?;
+    }
+    let mut run = recorded.run;
+    run.files_of = Some(absolute(recording.path(), "the recording")?);
     run.system = match &options.system {
         Some(name) => name.clone(),
         None => plain_name(&format!("replay-{}-{}", std::process::id(), run.mission.name)),
@@ -90,9 +94,14 @@ fn run(recording: &Recording, folder: &Path, options: &ReplayOptions) -> Result<
         Rate::Max => Pace::Lockstep,
         Rate::Times(speed) => Pace::RealTime { speed },
     };
-    let record =
-        options.record.as_ref().map(std::path::absolute).transpose().context("--record").or_input()?;
-    run.recording = record.map(|path| path.to_string_lossy().into_owned());
+    run.recording = options.record.as_ref().map(|record| absolute(record, "--record")).transpose()?;
     run.split = Split::default();
     Ok(run)
+}
+
+/// The path as processes in other folders have to name it.
+fn absolute(path: &Path, what: &'static str) -> Result<String, Failure> {
+    let path = std::path::absolute(path).context(what).or_input()?.into_os_string().into_string();
+    let wrong = |path| anyhow!("{what}: expected a path in UTF-8, found {}", Path::new(&path).display());
+    path.map_err(wrong).or_input()
 }

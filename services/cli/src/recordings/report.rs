@@ -1,54 +1,55 @@
 //! A recording as one page: the drawing and the floor, some moments, errors, scales and health over time, and
 //! the table of figures.
 
-pub mod directions;
-pub mod landmarks;
+mod foreign;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Context;
 use maud::{Markup, PreEscaped, html};
-use sketchnav_evaluation::judge::figures::local_errors_m;
-use sketchnav_evaluation::judge::log::Log;
-use sketchnav_evaluation::judge::{self as verdicts, TaskSpan, Verdict};
-use sketchnav_evaluation::page::{self, Chart, Series};
-use sketchnav_evaluation::picture::{self, Moment};
+use sketchnav_lab::judge::figures::local_errors_m;
+use sketchnav_lab::judge::log::{Instant, Log};
+use sketchnav_lab::judge::{self as verdicts, TaskSpan, Verdict};
+use sketchnav_lab::page::{self, Chart, Series};
+use sketchnav_lab::sections;
 use sketchnav_recordings::faults::FaultInfo;
-use sketchnav_recordings::reader::{RawMessage, Selection};
-use sketchnav_recordings::writer::topic_name;
+use sketchnav_recordings::sources::{RecordedFiles, RecordedRun};
 use sketchnav_recordings::{Recording, import::LOG_SYSTEM};
-use sketchnav_rehearsal::rerun;
-use sketchnav_schemas::channels::PLAN;
-use sketchnav_schemas::codes::{Process, Trend};
-use sketchnav_schemas::geometry::{Point, Sketch};
-use sketchnav_schemas::message::{PairedMarker, Plan, Relations};
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
-use sketchnav_sketch::planner::ROOMS;
+use sketchnav_stage::account;
+use sketchnav_stage::doubts::Doubts;
 
 use super::judge::{self, Judged};
+use crate::doubts;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
-use crate::report::{cloud, ground_picture, sketch_picture};
-use landmarks::Landmarks;
-
-/// Moments that are shown.
-const MOMENTS: usize = 4;
+use crate::warnings;
 
 /// Writes the page.
 pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> Result<Outcome, Failure> {
     let rooms = rooms.map(judge::rooms).transpose()?;
-    super::refuse_to_overwrite(file, output)?;
     let recording = super::open(file)?;
-    let log = Log::with_particles(&recording).or_input()?;
+    if !recording.has_run() {
+        return foreign::report(&recording, output, json);
+    }
+    let log = Log::read_all(&recording).or_input()?;
     let judged = judge::of_log(&recording, log, rooms.as_ref())?;
-    let folder = tempfile::tempdir().context("a folder for the files of the run")?;
-    let run = judged.log.with_drawn_tasks(rerun::run_of(&recording, folder.path()).or_input()?);
-    let landmarks = Landmarks::of(&recording).with_context(|| file.display().to_string()).or_input()?;
-    let page = Page { recording: &recording, run: &run, judged: &judged, log: &judged.log, landmarks };
+    let RecordedRun { run, files } = RecordedRun::of(&recording).or_input()?;
+    let run = judged.log.with_drawn_tasks(run);
+    let planned = warnings::of_recording(&recording, &run).or_input()?;
+    let page = Page {
+        recording: &recording,
+        run: &run,
+        files: &files,
+        judged: &judged,
+        log: &judged.log,
+        planned: &planned,
+    };
     let html = page.html().with_context(|| file.display().to_string())?;
-    std::fs::write(output, html).with_context(|| output.display().to_string()).or_input()?;
+    sketchnav_files::write(output, html).with_context(|| output.display().to_string()).or_input()?;
     if judged.cut_off {
         super::tell_cut_off(file.display());
     }
@@ -64,9 +65,11 @@ pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> R
 struct Page<'a> {
     recording: &'a Recording,
     run: &'a RunConfig,
+    files: &'a RecordedFiles,
     judged: &'a Judged,
     log: &'a Log,
-    landmarks: Option<Landmarks>,
+    /// What was doubted about the plan before the start.
+    planned: &'a [String],
 }
 
 impl Page<'_> {
@@ -74,11 +77,8 @@ impl Page<'_> {
         let body = html! {
             (self.head())
             (self.tasks())
-            (directions::section(self.run, self.log, &self.judged.journeys))
             (self.pictures()?)
-            (self.moments()?)
-            @if let Some(landmarks) = &self.landmarks { (landmarks.section(self.run, &self.log.truth)) }
-            (self.correspondences()?)
+            (sections::of(self.recording, (self.run, self.files), self.log, &self.judged.journeys)?)
             (self.over_time())
             (self.health())
             (self.faults())
@@ -94,11 +94,9 @@ impl Page<'_> {
     }
 
     fn head(&self) -> Markup {
-        // A mission that chooses no method is driven by the first.
-        let by_default = || sketchnav_navigators::of(&self.run.mission).ok()?.methods.first().copied();
-        let fact = |key: &str| match self.recording.fact("sketchnav", key) {
-            Some("") if key == "method" => by_default().unwrap_or("–").to_owned(),
-            found => found.unwrap_or("–").to_owned(),
+        let fact = |key: &str| match key {
+            "method" => sketchnav_navigators::method_of(self.run),
+            _ => self.recording.fact("sketchnav", key).unwrap_or("–"),
         };
         let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
         html! {
@@ -117,7 +115,10 @@ impl Page<'_> {
                 span { "recording " b { (file) } }
                 @for key in ["seed", "method", "pace", "robot", "version"] { span { (key) " " b { (fact(key)) } } }
             }
-            @if self.log.drove_by_rooms() { p.notice { "The planner said: " (ROOMS) "." } }
+            @if let Some(words) = self.log.driven() { p.notice { "The planner said: " (words) "." } }
+            @let Doubts { warnings, left_out } = doubts::of(self.run, self.files).unwrap_or_default();
+            @for warning in warnings.iter().chain(self.planned) { p.notice { "Doubted before the start: " (warning) "." } }
+            @for what in &left_out { p.facts { "Left out of the drawing: " (what) "." } }
         }
     }
 
@@ -132,107 +133,15 @@ impl Page<'_> {
 
     fn pictures(&self) -> anyhow::Result<Markup> {
         let Some(verdict) = self.verdict() else { return Ok(html! {}) };
-        let sketch = sketch_picture(self.run, self.log, verdict)?;
-        // The map may be neither in the recording nor where it was.
-        let floor = ground_picture(self.run, self.log, verdict).ok().map(|(_, svg)| svg);
+        let sketch = sections::believed(self.run, self.log, verdict)?;
+        let floor = sections::true_ground(self.run, self.files, self.log, verdict).map(|(_, svg)| svg);
         Ok(html! {
             h2 { "Where the robot believed to be, and where it was" }
             div.pictures {
                 @for svg in sketch.iter().chain(&floor) { figure { (PreEscaped(svg)) } }
             }
+            @if let Err(error) = &floor { p.notice { "The world is not drawn: " (format!("{error:#}")) } }
         })
-    }
-
-    /// Spread over the way: where it can be read best, at the beginning, and later on.
-    fn moments(&self) -> anyhow::Result<Markup> {
-        let (Some((map, cells)), particles) = (&self.log.sketch, &self.log.particles) else {
-            return Ok(html! {});
-        };
-        if particles.is_empty() {
-            return Ok(html! {});
-        }
-        let last = particles.len() - 1;
-        let mut shown: Vec<usize> = (0..MOMENTS).map(|i| i * last / (MOMENTS - 1).max(1)).collect();
-        shown.dedup();
-        let mut figures = Vec::new();
-        for index in shown {
-            let cloud_of = &particles[index];
-            let until = cloud_of.header.stamp_ns;
-            let end = self.log.estimates.partition_point(|e| e.header.stamp_ns <= until);
-            let Some(estimate) = self.log.estimates[..end].last() else { continue };
-            let trail: Vec<_> = self.log.estimates[..end].iter().map(|e| e.pose.pose().position()).collect();
-            figures.push(picture::moment(&Moment {
-                title: &format!("{:.0} s: particles, the way so far, the plan", seconds(until)),
-                width_px: map.width_px,
-                height_px: map.height_px,
-                cells,
-                pose: estimate.pose.pose(),
-                trail: &trail,
-                particles: &cloud(cloud_of),
-                plan: &self.plan_at(until)?,
-            })?);
-        }
-        Ok(html! {
-            h2 { "Moments" }
-            div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
-        })
-    }
-
-    /// What of the drawing corresponded to what was seen, along the way and in the end.
-    fn correspondences(&self) -> anyhow::Result<Markup> {
-        let (Some((map, cells)), Some(last)) =
-            (&self.log.sketch, self.log.correspondences.len().checked_sub(1))
-        else {
-            return Ok(html! {});
-        };
-        let shapes = sketchnav_sim::files::world(&self.run.mission.world);
-        let shapes = shapes.map(|world| picture::FloorShapes::of(&world)).unwrap_or_default();
-        let mut shown = vec![last / 3, 2 * last / 3, last];
-        shown.dedup();
-        let mut figures = Vec::new();
-        for found in shown.into_iter().map(|index| &self.log.correspondences[index]) {
-            let until = found.header.stamp_ns;
-            let origin = picture::origin_of(found, &self.log.truth);
-            let seen = self.log.truth.iter().take_while(|truth| truth.header.stamp_ns <= until);
-            let trail: Vec<_> = seen.map(|truth| truth.pose().position()).collect();
-            let goal = self.log.goal_at(until);
-            figures.push(picture::drawn_outline(&picture::DrawnOutline {
-                title: &format!("{:.0} s: the sketch's outline", seconds(until)),
-                width_px: map.width_px,
-                height_px: map.height_px,
-                cells,
-                start: map.start.pose(),
-                goal: goal.unwrap_or(Point::new(0.0, 0.0)),
-                found,
-            })?);
-            figures.push(picture::seen_outline(&picture::SeenOutline {
-                title: &format!("{:.0} s: its partners in what was seen", seconds(until)),
-                shapes: &shapes,
-                origin,
-                trail: &trail,
-                found,
-            }));
-        }
-        Ok(html! {
-            h2 { "What of the drawing corresponds to what was seen" }
-            p { "A piece of the drawing's outline and its partner have one colour. Green cross: the goal. Red cross: where the best rival has it." }
-            div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
-        })
-    }
-
-    /// The plan that held at that time: the last of the minute before it.
-    fn plan_at(&self, stamp_ns: u64) -> anyhow::Result<Vec<Point<Sketch>>> {
-        const LOOK_BACK_NS: u64 = 60_000_000_000;
-        let times = stamp_ns.saturating_sub(LOOK_BACK_NS)..stamp_ns + 1;
-        let selection = Selection::of_topics([topic_name(PLAN.spec.name)]).between(times);
-        let mut last: Option<RawMessage> = None;
-        for plan in self.recording.select(selection)? {
-            last = Some(plan?);
-        }
-        let Some(last) = last else { return Ok(Vec::new()) };
-        let (plan, _) = last.typed::<Plan>()?;
-        let count = (plan.global_count as usize).min(plan.global_px.len());
-        Ok(plan.global_px[..count].iter().map(|p| Point::new(p[0].into(), p[1].into())).collect())
     }
 
     fn span_s(&self) -> [f64; 2] {
@@ -282,13 +191,8 @@ impl Page<'_> {
                 .collect(),
         }];
         let has_speed = self.run.system != LOG_SYSTEM && !self.log.truth.is_empty();
-        let estimates = self.of_estimates();
-        let relations = self.of_relations();
-        let landmarks = self.landmarks.as_ref().map_or(Vec::new(), Landmarks::charts);
-        let journeys = directions::over_time(self.log);
-        if [&estimates, &relations, &landmarks, &journeys].iter().all(|charts| charts.is_empty())
-            && !has_speed
-        {
+        let errors = self.errors();
+        if errors.is_none() && self.judged.summary.charts.is_empty() && !has_speed {
             return html! {};
         }
         html! {
@@ -297,75 +201,22 @@ impl Page<'_> {
                 @if !marks.is_empty() { "Dashed: a task begins." } @if !faults.is_empty() { " Red: a process died or fell silent." }
             } }
             div.cards {
-                @for (title, unit, series) in estimates.iter().chain(&relations).chain(&landmarks).chain(&journeys) { (chart(title, unit, series)) }
+                @if let Some(errors) = errors { (chart("Error in local metres", "m", &[errors])) }
+                @for told in &self.judged.summary.charts { (chart(told.title, told.unit, &series(told))) }
                 @if has_speed { (chart("True speed", "m/s", &speed)) }
             }
         }
     }
 
-    /// What the localizer in drawings said.
-    fn of_estimates(&self) -> Vec<(&'static str, &'static str, Vec<Series>)> {
+    /// How far the estimates in a drawing were from the truth.
+    fn errors(&self) -> Option<Series> {
         let log = self.log;
-        if log.instants.is_empty() {
-            return Vec::new();
-        }
-        let errors = log.map().map(|sketch| local_errors_m(&log.instants, sketch)).unwrap_or_default();
-        let of = |name: &str, value: &dyn Fn(usize) -> f64| Series {
-            name: name.to_owned(),
-            points: (0..log.instants.len()).map(|i| [seconds(log.instants[i].stamp_ns), value(i)]).collect(),
+        let errors = local_errors_m(log);
+        let point = |(i, instant): (usize, &Instant)| {
+            [seconds(instant.stamp_ns), errors.get(i).copied().unwrap_or(f64::NAN)]
         };
-        let error = of("error", &|i| errors.get(i).copied().unwrap_or(f64::NAN));
-        let scales = [
-            of("a, along the walls", &|i| log.instants[i].scales_pxpm[0]),
-            of("b, across", &|i| log.instants[i].scales_pxpm[1]),
-        ];
-        let size = of("effective", &|i| log.instants[i].effective_sample_size);
-        let misfit = of("misfit", &|i| -log.instants[i].fit);
-        vec![
-            ("Error in local metres", "m", vec![error]),
-            ("Local scales", "px/m", scales.into()),
-            ("Effective sample size", "particles", vec![size]),
-            ("Misfit of the scan", "−ln p, mean beam", vec![misfit]),
-        ]
-    }
-
-    /// What the localizer of corridors said, where it saw a pair of markers.
-    fn of_relations(&self) -> Vec<(&'static str, &'static str, Vec<Series>)> {
-        if self.log.relations.is_empty() {
-            return Vec::new();
-        }
-        let of = |name: &str, value: &dyn Fn(&Relations) -> f64| Series {
-            name: name.to_owned(),
-            points: (self.log.relations.iter())
-                .map(|said| {
-                    [
-                        seconds(said.header.stamp_ns),
-                        if said.pair_age_s == 0.0 { value(said) } else { f64::NAN },
-                    ]
-                })
-                .collect(),
-        };
-        let sign = |marker: &PairedMarker| match marker.marker_trend() {
-            Trend::Towards => 0.0,
-            Trend::Stable => 1.0,
-            Trend::Away => 2.0,
-            Trend::Unknown => f64::NAN,
-        };
-        let distance = |marker: &PairedMarker| marker.x_m.hypot(marker.y_m);
-        let distances =
-            [of("left", &|said| distance(&said.left)), of("right", &|said| distance(&said.right))];
-        let trends = [of("left", &|said| sign(&said.left)), of("right", &|said| sign(&said.right))];
-        let known = Series {
-            name: "remembered".to_owned(),
-            points: (self.log.relations.iter())
-                .map(|said| [seconds(said.header.stamp_ns), f64::from(said.marker_count)])
-                .collect(),
-        };
-        vec![
-            ("Distance of the pair", "m, robot to marker", distances.into()),
-            ("QTC of the pair", "0 towards, 1 stable, 2 away", trends.into()),
-            ("Markers in memory", "markers", vec![known]),
-        ]
+        let points: Vec<_> = log.instants.iter().enumerate().map(point).collect();
+        (!points.is_empty()).then(|| Series { name: "error".to_owned(), points })
     }
 
     fn health(&self) -> Markup {
@@ -413,4 +264,10 @@ impl Page<'_> {
             }
         }
     }
+}
+
+/// The curves of a chart as the page draws them.
+fn series(told: &account::Chart) -> Vec<Series> {
+    let curve = |curve: &account::Curve| Series { name: curve.name.to_owned(), points: curve.points.clone() };
+    told.curves.iter().map(curve).collect()
 }

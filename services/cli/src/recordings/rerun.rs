@@ -3,34 +3,38 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
+use sketchnav_files::draft::{Draft, Sink};
+use sketchnav_navigators::method_of;
+use sketchnav_recordings::sources::{self, RecordedRun};
 use sketchnav_recordings::writer::Writer;
 use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_rehearsal::rerun::{self, Rerun, RerunError};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::run::RunConfig;
 
 use super::args::RerunOptions;
-use super::draft::{Draft, Sink};
+use super::guard::Guard;
 use super::judge;
+use super::whole::Whole;
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::output::out;
+use crate::output::{self, out};
 
 /// Executes a service again.
-pub fn rerun(file: &Path, options: &RerunOptions) -> Result<Outcome, Failure> {
+pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> {
+    let (file, guard) = (whole.path(), Guard::of(whole.sources().to_vec()));
     let recording = super::open(file)?;
     let cut_off = super::cut_off([&recording]).or_input()?;
     cut_off.iter().for_each(super::tell_cut_off);
-    let folder = tempfile::tempdir().context("a folder for the files of the run")?;
-    let mut run = rerun::run_of(&recording, folder.path()).or_input()?;
+    let folder = tempfile::tempdir().context("a folder for temporary files")?;
+    let mut recorded = RecordedRun::of(&recording).or_input()?;
     let set = options.parameters().map_err(|text| Failure::Input(anyhow!(text)))?;
-    run.mission.parameters.extend(&set);
+    recorded.run.mission.parameters.extend(&set);
     // What differs is judged, and so are runs whose parameters were changed.
     let asks_what_if = !options.set.is_empty() && options.process != Process::Sketcher;
     let copy = options.output.clone().or_else(|| asks_what_if.then(|| folder.path().join("now.mcap")));
     // Before: the copy may take the recording's place.
     let mut judged: Vec<_> =
         asks_what_if.then(|| judge::of_file(file, None)).transpose()?.into_iter().collect();
-    let outcome = execute(&recording, &run, options, copy.as_deref())?;
+    let outcome = execute(&recording, &recorded, options, copy.as_deref(), &guard)?;
     if outcome.recorded + outcome.sent == 0 {
         let process = options.process;
         let file = file.display();
@@ -46,7 +50,7 @@ pub fn rerun(file: &Path, options: &RerunOptions) -> Result<Outcome, Failure> {
     } else {
         print(&outcome, options)?;
         if let [recorded, now] = judged.as_slice() {
-            out!("{}", judge::table(&[recorded, now]))?;
+            output::lines(judge::table(&[recorded, now]))?;
         }
     }
     let is_new = outcome.recorded == 0;
@@ -55,17 +59,19 @@ pub fn rerun(file: &Path, options: &RerunOptions) -> Result<Outcome, Failure> {
 
 fn execute(
     recording: &Recording,
-    run: &RunConfig,
+    recorded: &RecordedRun,
     options: &RerunOptions,
     copy: Option<&Path>,
+    guard: &Guard,
 ) -> Result<Rerun, Failure> {
     let (draft, mut writer) = copy.map(|path| create(path, recording)).transpose()?.unzip();
     let tolerances = options.tolerances.iter().cloned().collect();
-    let outcome = rerun::rerun(recording, options.process, run, tolerances, writer.as_mut());
+    let outcome = rerun::rerun(recording, options.process, recorded, tolerances, writer.as_mut());
     let outcome = outcome.map_err(failure)?;
     if let (Some(draft), Some(writer)) = (draft, writer) {
+        let messages = writer.message_count();
         writer.finish().context("the new recording")?;
-        draft.finish()?;
+        guard.place(draft, messages)?;
     }
     Ok(outcome)
 }
@@ -73,17 +79,17 @@ fn execute(
 /// What is wrong with the recording or what is asked of it, and what went wrong with the copy.
 fn failure(error: RerunError) -> Failure {
     match error {
-        RerunError::Recording(RecordingError::Write(_)) | RerunError::Files(_) => {
-            Failure::Other(error.into())
-        }
+        RerunError::Recording(RecordingError::Write(_)) => Failure::Other(error.into()),
         _ => Failure::Input(error.into()),
     }
 }
 
 fn create(path: &Path, recording: &Recording) -> Result<(Draft, Writer<Sink>), Failure> {
     let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string()).or_input()?;
-    let files: Vec<_> = rerun::files(recording).cloned().collect();
-    let writer = Writer::create_with(sink, &recording.run().or_input()?, &files);
+    let files: Vec<_> = sources::of_recording(recording).cloned().collect();
+    let mut run = recording.run().or_input()?;
+    run.method = method_of(&run).to_owned();
+    let writer = Writer::create_with(sink, &run, &files);
     Ok((draft, writer.with_context(|| path.display().to_string())?))
 }
 
@@ -103,6 +109,9 @@ fn print(outcome: &Rerun, options: &RerunOptions) -> anyhow::Result<()> {
         core.as_secs_f64(),
         simulated_s / core.as_secs_f64().max(1e-9),
     )?;
+    for rejected in outcome.rejected.list() {
+        out!("rejected   {rejected}")?;
+    }
     options.output.as_ref().map_or(Ok(()), |path: &PathBuf| out!("recording  {}", path.display()))
 }
 
@@ -120,6 +129,7 @@ fn json(
         "same": outcome.same,
         "sent": outcome.sent,
         "recorded": outcome.recorded,
+        "rejected": outcome.rejected,
         "simulated_s": outcome.simulated_s,
         "wall_s": outcome.wall.as_secs_f64(),
         "core_s": outcome.core.as_secs_f64(),

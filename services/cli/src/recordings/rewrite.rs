@@ -1,46 +1,35 @@
 //! Recordings out of recordings. A result appears under its name when it is whole; exit codes are those of
 //! the official tool.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, anyhow, bail, ensure};
 use regex_lite::Regex;
-use sketchnav_recordings::copy::{self, Copy, Limit, PartFacts};
+use sketchnav_files::draft::Draft;
+use sketchnav_recordings::copy::{self, Damaged, Limit, PartFacts};
 use sketchnav_recordings::reader::Selection;
+use sketchnav_recordings::rosbag2::METADATA;
 use sketchnav_recordings::{Recording, RecordingError, rosbag2};
 use sketchnav_schemas::time::{nanoseconds, seconds};
 
-use super::args::{FilterOptions, SplitOptions};
-use super::draft::{Draft, Sink};
+use super::args::{FilterOptions, RecoverOptions, SplitOptions};
+use super::guard::{Guard, begin, finish};
+use super::whole::{self, Whole};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
 
-/// The file that names the parts of a folder of rosbag2.
-const METADATA: &str = "metadata.yaml";
-
-/// Begins a copy that appears under its name when it is whole.
-pub fn begin(path: &Path) -> anyhow::Result<(Draft, Copy<Sink>)> {
-    let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string())?;
-    Ok((draft, Copy::new(sink)?))
-}
-
-/// Gives it its name.
-pub fn finish(draft: Draft, copy: Copy<Sink>) -> anyhow::Result<()> {
-    copy.finish()?;
-    draft.finish()
-}
-
 /// Copies what can be read.
-pub fn recover(file: &Path, output: &Path, json: bool) -> Result<Outcome, Failure> {
-    let work = || -> anyhow::Result<copy::Copied> {
-        let (draft, mut copy) = begin(output)?;
-        let copied = copy::recover(file, &mut copy)?;
-        finish(draft, copy)?;
-        Ok(copied)
-    };
-    let copied = work().map_err(Failure::Plain)?;
-    if json {
+pub fn recover(file: &Path, options: &RecoverOptions) -> Result<Outcome, Failure> {
+    if file.is_dir() {
+        let names: Vec<_> =
+            whole::recordings_in(file).or_input()?.iter().map(|path| path.display().to_string()).collect();
+        let (folder, names) = (file.display(), names.join(", "));
+        return Err(Failure::Input(anyhow!(
+            "{folder}: expected a file, for a folder's are recovered one by one; found {names}"
+        )));
+    }
+    let copied = recover_file(file, options).map_err(Failure::Plain)?;
+    if options.json {
         out!("{}", serde_json::to_string(&copied).context("the result as JSON")?)?;
     } else {
         let copy::Copied { messages, lost_chunks, lost_bytes, was_whole, .. } = copied;
@@ -49,20 +38,53 @@ pub fn recover(file: &Path, output: &Path, json: bool) -> Result<Outcome, Failur
             "{messages} messages recovered; {lost_chunks} chunks and {lost_bytes} bytes lost; the file {end}"
         )?;
     }
-    Ok(if copied.has_loss() { Outcome::Loss } else { Outcome::Success })
+    let is_all = !copied.has_loss() && copied.kept_damaged == 0;
+    Ok(if is_all { Outcome::Success } else { Outcome::Loss })
+}
+
+fn recover_file(file: &Path, options: &RecoverOptions) -> anyhow::Result<copy::Copied> {
+    let place = || file.display().to_string();
+    let unpacked = Whole::as_far_as_it_goes(file).with_context(place)?;
+    let damaged = if options.keep_damaged { Damaged::Keep } else { Damaged::LeaveOut };
+    let (draft, mut copy) = begin(&options.output, &copy::profile(unpacked.path())?)?;
+    let copied = copy::recover(unpacked.path(), damaged, &mut copy)?;
+    // Said before the copy is refused, if it is: that is why.
+    tell_lost(&copied);
+    let guard = Guard::of([file.to_owned()]).over_all().with_force(options.force);
+    finish(draft, copy, &guard)?;
+    Ok(copied)
+}
+
+/// Lists what a copy lacks.
+fn tell_lost(copied: &copy::Copied) {
+    for lost in &copied.lost {
+        let copy::Lost { at, bytes, reason, messages } = lost;
+        let held = messages.map_or_else(
+            || "how many messages were in it is not known".to_owned(),
+            |messages| format!("{messages} messages were in it, by the file's index"),
+        );
+        say!("lost: {bytes} bytes from byte {at} on ({reason}); {held}");
+    }
+    if copied.kept_damaged > 0 {
+        say!("notice: {} chunks with a wrong checksum are in the copy, as asked for", copied.kept_damaged);
+    }
+    let is_for_checksum = |lost: &copy::Lost| lost.reason.contains("checksum of a chunk");
+    if copied.lost.iter().any(is_for_checksum) {
+        say!("notice: --keep-damaged takes over chunks whose checksum is wrong");
+    }
 }
 
 /// Copies what is wanted.
-pub fn filter(file: &Path, options: &FilterOptions) -> Result<Outcome, Failure> {
+pub fn filter(whole: &Whole, options: &FilterOptions) -> Result<Outcome, Failure> {
     let times_ns = options.times.ns().or_input()?;
     let work = || -> anyhow::Result<Made> {
-        let recording = Recording::open(file)?;
+        let recording = Recording::open(whole.path())?;
         let selection = selection(&recording, options)?.between(times_ns);
         check_topics(&recording, &selection)?;
-        let (draft, mut copy) = begin(&options.output)?;
+        let (draft, mut copy) = begin(&options.output, &recording.header().profile)?;
         copy::filter(&recording, &selection, &mut copy)?;
         let made = Made::of(copy.messages(), std::slice::from_ref(&recording))?;
-        finish(draft, copy)?;
+        finish(draft, copy, &Guard::of(whole.sources().to_vec()).with_force(options.force))?;
         Ok(made)
     };
     work().map_err(Failure::Plain)?.tell(options.json)
@@ -125,23 +147,32 @@ fn check_topics(recording: &Recording, selection: &Selection) -> anyhow::Result<
 }
 
 /// Makes one of several.
-pub fn merge(files: &[PathBuf], output: &Path, json: bool) -> Result<Outcome, Failure> {
+pub fn merge(wholes: &[Whole], output: &Path, json: bool) -> Result<Outcome, Failure> {
     let work = || -> anyhow::Result<Made> {
-        let recordings = files.iter().map(|file| Recording::open(file)).collect::<Result<Vec<_>, _>>()?;
-        let (draft, mut copy) = begin(output)?;
+        let open = |whole: &Whole| Recording::open(whole.path());
+        let recordings = wholes.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+        let (draft, mut copy) = begin(output, common_profile(&recordings))?;
         copy::merge(&recordings, &mut copy)?;
         let made = Made::of(copy.messages(), &recordings)?;
-        finish(draft, copy)?;
+        finish(draft, copy, &Guard::of(wholes.iter().flat_map(|whole| whole.sources().to_vec())))?;
         Ok(made)
     };
     work().map_err(Failure::Plain)?.tell(json)
 }
 
+/// The profile of all of them; none where they differ.
+pub fn common_profile(recordings: &[Recording]) -> &str {
+    let mut profiles = recordings.iter().map(|recording| recording.header().profile.as_str());
+    let first = profiles.next().unwrap_or_default();
+    if profiles.all(|profile| profile == first) { first } else { "" }
+}
+
 /// Cuts one into parts.
-pub fn split(file: &Path, options: &SplitOptions) -> Result<Outcome, Failure> {
+pub fn split(whole: &Whole, options: &SplitOptions) -> Result<Outcome, Failure> {
     let limit = limit(options)?;
-    let recording = Recording::open(file).map_err(|error| Failure::Plain(error.into()))?;
-    let parts = parts(&recording, options, limit).map_err(Failure::Plain)?;
+    let recording = Recording::open(whole.path()).map_err(|error| Failure::Plain(error.into()))?;
+    let guard = Guard::of(whole.sources().to_vec());
+    let parts = parts(&recording, options, limit, &guard).map_err(Failure::Plain)?;
     let cut_off = super::cut_off(&[recording]).map_err(|error| Failure::Plain(error.into()))?;
     if options.json {
         let object: Vec<_> =
@@ -172,6 +203,7 @@ fn parts(
     recording: &Recording,
     options: &SplitOptions,
     limit: Option<Limit>,
+    guard: &Guard,
 ) -> anyhow::Result<Vec<(String, PartFacts)>> {
     let folder = &options.output;
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -186,14 +218,14 @@ fn parts(
         drafts.push(draft);
         Ok(sink)
     })?;
-    drafts.into_iter().try_for_each(Draft::finish)?;
+    for (draft, part) in drafts.into_iter().zip(&facts) {
+        guard.place(draft, part.messages.values().sum())?;
+    }
     let parts: Vec<_> = facts.into_iter().enumerate().map(|(number, part)| (name(number), part)).collect();
     if options.rosbag2 {
         let yaml = folder.join(METADATA);
-        let (draft, mut sink) = Draft::begin(&yaml).with_context(|| yaml.display().to_string())?;
-        sink.write_all(rosbag2::metadata_yaml(&parts, &recording.topics()?).as_bytes())?;
-        sink.flush()?;
-        draft.finish()?;
+        let text = rosbag2::metadata_yaml(&parts, &recording.topics()?);
+        sketchnav_files::write(&yaml, text).with_context(|| yaml.display().to_string())?;
     }
     Ok(parts)
 }

@@ -17,7 +17,8 @@ use sketchnav_schemas::channels::{self, TICK};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::time::seconds;
 
-use super::rewrite::{begin, finish, matching};
+use super::guard::{Guard, begin, finish};
+use super::rewrite::matching;
 use crate::args::SnapshotOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
@@ -121,6 +122,8 @@ fn wait_for_file(node: &Node, path: &Path, end_ns: u64) -> anyhow::Result<Vec<Re
 fn parts(path: &Path) -> anyhow::Result<Vec<Recording>> {
     let files = (1..).map(|number| part(path, number)).take_while(|file| file.exists());
     let files = files.chain(series::files(path)?);
+    // One that was just begun has nothing in it.
+    let files = files.filter(|file| file.metadata().is_ok_and(|found| found.len() > 0));
     let parts = files.map(|file| Recording::open(&file)).collect::<Result<Vec<_>, _>>()?;
     ensure!(!parts.is_empty(), "{}: expected the recording of the system, found none", path.display());
     Ok(parts)
@@ -133,9 +136,9 @@ fn copy(
 ) -> Result<u64, Failure> {
     let topics = options.regex.as_ref().map(|regex| matching(&parts[0], regex)).transpose().or_input()?;
     let selection = topics.map_or_else(Selection::default, Selection::of_topics).between(times_ns);
-    let (draft, mut copy) = begin(&options.output).or_input()?;
+    let (draft, mut copy) = begin(&options.output, "ros2").or_input()?;
     window(parts, &selection, &mut copy).map_err(anyhow::Error::from)?;
     let messages = copy.messages();
-    finish(draft, copy)?;
+    finish(draft, copy, &Guard::of(parts.iter().map(|part| part.path().to_owned())))?;
     Ok(messages)
 }

@@ -1,5 +1,7 @@
-//! The bodies of a recording: the robot and the people, where they truly were.
+//! The bodies of a recording: the robot and the people, where they truly were; of a recording of others, whatever its topics
+//! say a place of.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::{Context, ensure};
@@ -9,15 +11,44 @@ use sketchnav_schemas::message::{Header, People};
 use sketchnav_schemas::time::seconds;
 
 use super::{Body, Track};
+use crate::output::say;
+use crate::poses::{self, Place, Way};
 
-/// Reads them: `robot`, `person-1`, `person-2` …
+/// Reads them: `robot`, `person-1`, `person-2` … of a recording of ours, by its topics of any other.
 ///
 /// # Errors
-/// The recording, or that it holds no true poses.
+/// The recording, or that it says no places.
 pub fn read(file: &Path) -> anyhow::Result<Vec<Track>> {
+    let recording = Recording::open(file)?;
+    if recording.has_run() { of_ours(&recording) } else { of_others(&recording) }
+}
+
+/// Each topic that says where something is, by its name.
+fn of_others(recording: &Recording) -> anyhow::Result<Vec<Track>> {
+    let (ways, file) = (poses::read(recording)?, recording.path().display());
+    ensure!(!ways.is_empty(), "{file}: expected a topic of one of the types {}, found none", poses::types());
+    for way in ways.iter().filter(|way| way.left_out > 0) {
+        let Way { name, left_out, .. } = way;
+        say!("notice: {name}: {left_out} messages left out: no finite place, or a time that another one has");
+    }
+    let frames: BTreeSet<_> = ways.iter().map(|way| way.frame.as_str()).collect();
+    if frames.len() > 1 {
+        let each: Vec<_> = ways.iter().map(|way| format!("{} in {:?}", way.name, way.frame)).collect();
+        say!("notice: places are compared as if these frames were one: {}", each.join(", "));
+    }
+    Ok(ways.into_iter().map(track_of).collect())
+}
+
+fn track_of(way: Way) -> Track {
+    let body = |place: &Place| Body { at: place.at_m, heading_rad: place.heading_rad, size_m: None };
+    let samples = way.places.iter().map(|place| (place.time_s, body(place))).collect();
+    Track { name: way.name, samples }
+}
+
+fn of_ours(recording: &Recording) -> anyhow::Result<Vec<Track>> {
+    let file = recording.path();
     let place = || file.display().to_string();
-    let recording = Recording::open(file).with_context(place)?;
-    let robot = recording.run().with_context(place)?.robot;
+    let robot = recording.run()?.robot;
     let truth = recording.all(TRUTH).with_context(place)?;
     ensure!(!truth.is_empty(), "{}: expected true poses of the robot, found none", file.display());
     let [half_length_m, half_width_m] = robot.half_extents_m();

@@ -10,6 +10,7 @@ use sketchnav_qualitative::{
     rectangle, series as series_of, tpcc,
 };
 
+use super::association::Scene;
 use super::{Body, Held, RelationsOptions, Track};
 
 /// The calculi.
@@ -58,12 +59,12 @@ impl Word {
     }
 }
 
-/// The relations of `tracks`, as many as the calculus takes.
+/// The relations of `tracks`, as many as the calculus takes, in scenes of their samples.
 ///
 /// # Errors
 /// A parameter, or a table that lacks what the calculus needs.
-pub fn series(tracks: &[&Track], options: &RelationsOptions) -> anyhow::Result<Vec<Held>> {
-    let of_points = Scenes { tracks, options };
+pub fn series(tracks: &[&Track], scenes: &[Scene], options: &RelationsOptions) -> anyhow::Result<Vec<Held>> {
+    let of_points = Scenes { tracks, scenes, options };
     match options.calculus {
         Word::QtcB => of_points.two(qtc::Basic { quantisation: quantisation(options)? }, point),
         Word::QtcC => of_points.two(qtc::DoubleCross { quantisation: quantisation(options)? }, point),
@@ -139,6 +140,7 @@ fn word(change: Change) -> &'static str {
 /// The objects, and what is done with their series.
 struct Scenes<'a> {
     tracks: &'a [&'a Track],
+    scenes: &'a [Scene],
     options: &'a RelationsOptions,
 }
 
@@ -208,31 +210,18 @@ impl Scenes<'_> {
         Ok(held.collect())
     }
 
-    /// At each time that one of the objects has: all of them, or nothing where one was not seen.
+    /// The objects of each scene, or nothing where one was not seen.
     fn scenes<T: Copy, const N: usize>(&self, make: Make<T>) -> anyhow::Result<Vec<(f64, Option<[T; N]>)>> {
         ensure!(self.tracks.len() == N, "expected {N} objects, found {}", self.tracks.len());
-        let mut times: Vec<f64> =
-            self.tracks.iter().flat_map(|track| track.samples.iter().map(|(at_s, _)| *at_s)).collect();
-        times.sort_by(f64::total_cmp);
-        times.dedup();
-        let mut next = [0; N];
-        times.into_iter().map(|at_s| Ok((at_s, self.scene(at_s, &mut next, make)?))).collect()
+        self.scenes.iter().map(|scene| Ok((scene.at_s, self.scene(scene, make)?))).collect()
     }
 
-    fn scene<T: Copy, const N: usize>(
-        &self,
-        at_s: f64,
-        next: &mut [usize; N],
-        make: Make<T>,
-    ) -> anyhow::Result<Option<[T; N]>> {
+    fn scene<T: Copy, const N: usize>(&self, of: &Scene, make: Make<T>) -> anyhow::Result<Option<[T; N]>> {
         let mut scene = [None; N];
-        for ((slot, track), next) in scene.iter_mut().zip(self.tracks).zip(next) {
-            let Some((_, now)) = track.samples.get(*next).filter(|(own_s, _)| *own_s == at_s) else {
-                continue;
-            };
-            let before = next.checked_sub(1).map(|before| &track.samples[before].1);
-            *slot = make(before, now)?;
-            *next += 1;
+        for ((slot, track), index) in scene.iter_mut().zip(self.tracks).zip(&of.samples) {
+            let Some(index) = *index else { continue };
+            let before = index.checked_sub(1).map(|before| &track.samples[before].1);
+            *slot = make(before, &track.samples[index].1)?;
         }
         Ok(scene.iter().all(Option::is_some).then(|| scene.map(|object| object.expect("all are there"))))
     }

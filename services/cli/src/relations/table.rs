@@ -1,5 +1,10 @@
 //! A table of positions: a line for each object and time, with named columns in any order.
+//!
+//! The separator is the one by which the first line has its columns; numbers have a decimal point, or a decimal comma
+//! where the separator is none. What spreadsheets add is left out: rows and last columns without a value, byte order
+//! marks, the line that names the separator.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::path::Path;
 
@@ -24,82 +29,206 @@ pub fn read(file: &Path) -> anyhow::Result<Vec<Track>> {
     parse(&bytes).with_context(|| file.display().to_string())
 }
 
+/// What may stand between two columns.
+const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
+
 /// Where the columns stand.
+#[derive(Debug)]
 struct Columns {
     needed: [usize; 4],
     optional: [Option<usize>; 3],
+    /// How many there are.
+    count: usize,
 }
 
 impl Columns {
-    fn of(header: &csv::StringRecord) -> anyhow::Result<Self> {
-        let found = || header.iter().collect::<Vec<_>>().join(", ");
+    fn of(header: &csv::StringRecord, line: u64) -> anyhow::Result<Self> {
+        let count = used(header);
+        let names: Vec<&str> = header.iter().take(count).collect();
+        let found = || names.join(", ");
         let known = || [&NEEDED[..], &OPTIONAL].concat().join(", ");
-        let place = |name: &str| header.iter().position(|column| column == name);
-        if let Some(unknown) = header.iter().find(|name| !NEEDED.contains(name) && !OPTIONAL.contains(name)) {
-            bail!("line 1: expected columns of {}, found {unknown:?}", known());
+        let place = |name: &str| names.iter().position(|column| *column == name);
+        if let Some(unknown) = names.iter().find(|name| !is_known(name)) {
+            bail!(
+                "line {line}: expected columns of {}, separated by , ; | or tabs, found {unknown:?}",
+                known()
+            );
         }
         let mut needed = [0; 4];
         for (slot, name) in needed.iter_mut().zip(NEEDED) {
             *slot = place(name)
-                .with_context(|| format!("line 1: expected a column {name:?}, found {}", found()))?;
+                .with_context(|| format!("line {line}: expected a column {name:?}, found {}", found()))?;
         }
         let optional = OPTIONAL.map(place);
         ensure!(
             optional[1].is_some() == optional[2].is_some(),
-            "line 1: expected both of length_m and width_m or none, found {}",
+            "line {line}: expected both of length_m and width_m or none, found {}",
             found()
         );
-        Ok(Self { needed, optional })
+        Ok(Self { needed, optional, count })
     }
 }
 
+fn is_known(name: &str) -> bool {
+    NEEDED.contains(&name) || OPTIONAL.contains(&name)
+}
+
+/// How many columns there are without the empty ones at the end, which spreadsheets add.
+fn used(record: &csv::StringRecord) -> usize {
+    (0..record.len()).rev().find(|&last| !record[last].is_empty()).map_or(0, |last| last + 1)
+}
+
+/// A table as text: without a byte order mark, and without the line in which Excel names the separator.
+struct Text<'a> {
+    separator: u8,
+    rows: &'a [u8],
+    /// Lines before the rows.
+    lines_before: u64,
+}
+
+impl<'a> Text<'a> {
+    fn of(bytes: &'a [u8]) -> Self {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let end = bytes.iter().position(|&byte| byte == b'\n').map_or(bytes.len(), |end| end + 1);
+        let (first, rest) = bytes.split_at(end);
+        match first.trim_ascii_end().strip_prefix(b"sep=") {
+            Some(&[separator]) => Self { separator, rows: rest, lines_before: 1 },
+            Some([]) => Self { separator: b'\t', rows: rest, lines_before: 1 },
+            _ => Self { separator: separator(first), rows: bytes, lines_before: 0 },
+        }
+    }
+
+    fn reader(&self) -> csv::Reader<&'a [u8]> {
+        reader(self.separator, self.rows)
+    }
+}
+
+fn reader(separator: u8, rows: &[u8]) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new().delimiter(separator).flexible(true).trim(csv::Trim::All).from_reader(rows)
+}
+
+/// The separator by which the first line names most columns, of equals the first.
+fn separator(header: &[u8]) -> u8 {
+    let columns = |separator: &u8| {
+        let mut reader = reader(*separator, header);
+        reader.headers().map_or(0, |header| header.iter().filter(|name| is_known(name)).count())
+    };
+    SEPARATORS.into_iter().rev().max_by_key(columns).unwrap_or(b',')
+}
+
+/// Numbers of a table, all with a decimal point or all with a decimal comma.
+struct Numbers {
+    /// The mark that came first.
+    mark: Option<char>,
+    separator: u8,
+}
+
+impl Numbers {
+    fn parse(&mut self, text: &str) -> Result<f64, &'static str> {
+        let mark = text.chars().find(|mark| matches!(mark, '.' | ','));
+        match (mark, self.mark) {
+            (Some(','), _) if self.separator == b',' => {
+                return Err("; decimal commas need another separator than commas: ; or tabs");
+            }
+            (Some(','), Some('.')) => return Err("; the numbers before have decimal points"),
+            (Some('.'), Some(',')) => return Err("; the numbers before have decimal commas"),
+            _ => {}
+        }
+        self.mark = self.mark.or(mark);
+        let text = if mark == Some(',') { text.replacen(',', ".", 1) } else { text.to_owned() };
+        text.parse().map_err(|_| "")
+    }
+}
+
+/// The bytes as UTF-8; spreadsheets save "Unicode text" as UTF-16.
+fn decoded(bytes: &[u8]) -> anyhow::Result<Cow<'_, [u8]>> {
+    let unit: fn([u8; 2]) -> u16 = match bytes {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => return Ok(Cow::Borrowed(bytes)),
+    };
+    let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+    let text = String::from_utf16(&units).context("expected UTF-8 or UTF-16")?;
+    Ok(Cow::Owned(text.into_bytes()))
+}
+
 fn parse(bytes: &[u8]) -> anyhow::Result<Vec<Track>> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
-    let columns = Columns::of(reader.headers().context("line 1")?)?;
+    let bytes = decoded(bytes)?;
+    let text = Text::of(&bytes);
+    let mut reader = text.reader();
+    let columns = Columns::of(reader.headers().context("line 1")?, text.lines_before + 1)?;
+    let mut numbers = Numbers { mark: None, separator: text.separator };
     let mut tracks: Vec<Track> = Vec::new();
     for record in reader.records() {
-        let record = record.context("expected comma-separated values")?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let (name, time_s, body) = sample(&record, &columns).with_context(|| format!("line {line}"))?;
-        let known = tracks.iter().position(|track| track.name == name);
-        let index = known.unwrap_or(tracks.len());
-        if known.is_none() {
-            tracks.push(Track { name, samples: Vec::new() });
+        let record = record.context("expected rows in UTF-8")?;
+        if used(&record) == 0 {
+            continue;
         }
-        let samples = &mut tracks[index].samples;
-        if let Some((last_s, _)) = samples.last().filter(|(last_s, _)| *last_s >= time_s) {
-            bail!("line {line}, time_s: expected a time after {last_s} s of the same object, found {time_s}");
-        }
-        samples.push((time_s, body));
+        let line = text.lines_before + record.position().map_or(0, csv::Position::line);
+        let sample = sample(&record, &columns, &mut numbers).with_context(|| format!("line {line}"))?;
+        take(&mut tracks, sample).with_context(|| format!("line {line}"))?;
     }
     ensure!(!tracks.is_empty(), "expected a line for each object and time, found none");
     Ok(tracks)
 }
 
-fn sample(record: &csv::StringRecord, columns: &Columns) -> anyhow::Result<(String, f64, Body)> {
+/// Adds a sample to the track of its object.
+fn take(tracks: &mut Vec<Track>, (name, time_s, body): (String, f64, Body)) -> anyhow::Result<()> {
+    let known = tracks.iter().position(|track| track.name == name);
+    let index = known.unwrap_or(tracks.len());
+    if known.is_none() {
+        tracks.push(Track { name, samples: Vec::new() });
+    }
+    let samples = &mut tracks[index].samples;
+    if let Some((last_s, _)) = samples.last().filter(|(last_s, _)| *last_s >= time_s) {
+        bail!("time_s: expected a time after {last_s} s of the same object, found {time_s}");
+    }
+    samples.push((time_s, body));
+    Ok(())
+}
+
+fn sample(
+    record: &csv::StringRecord,
+    columns: &Columns,
+    numbers: &mut Numbers,
+) -> anyhow::Result<(String, f64, Body)> {
+    let (found, expected) = (used(record), columns.count);
+    if found > expected {
+        let comma = numbers.separator == b',' && found > expected + 1;
+        let hint = if comma { "; decimal commas need another separator than commas: ; or tabs" } else { "" };
+        bail!("expected {expected} columns, found {found}{hint}");
+    }
     let text = |column: usize| record.get(column).unwrap_or_default();
     let [time, object, x, y] = columns.needed;
     let name = text(object);
     ensure!(!name.is_empty(), "object: expected a name, found none");
-    let finite = |what: &str, column: usize, most: f64| number(what, text(column), -most, most);
+    let mut finite =
+        |what: &str, column: usize, most: f64| number(what, text(column), (-most, most), numbers);
+    let time_s = finite("time_s", time, 1e12)?;
     let at = [finite("x_m", x, FAR_M)?, finite("y_m", y, FAR_M)?];
     let [heading, length, width] = columns.optional;
     let given = |column: Option<usize>| column.filter(|&column| !text(column).is_empty());
     let heading_rad = given(heading).map(|column| finite("heading_deg", column, 1e6)).transpose()?;
-    let side = |what, column| number(what, text(column), f64::MIN_POSITIVE, FAR_M);
+    let mut side = |what, column| number(what, text(column), (f64::MIN_POSITIVE, FAR_M), numbers);
     let size_m = match (given(length), given(width)) {
         (Some(length), Some(width)) => Some([side("length_m", length)?, side("width_m", width)?]),
         (None, None) => None,
         _ => bail!("length_m, width_m: expected both numbers or none, found one"),
     };
     let body = Body { at, heading_rad: heading_rad.map(f64::to_radians), size_m };
-    Ok((name.to_owned(), finite("time_s", time, 1e12)?, body))
+    Ok((name.to_owned(), time_s, body))
 }
 
-fn number(what: impl Display, text: &str, least: f64, most: f64) -> anyhow::Result<f64> {
-    let found = text.parse().ok().filter(|value| (least..=most).contains(value));
+fn number(
+    what: impl Display,
+    text: &str,
+    (least, most): (f64, f64),
+    numbers: &mut Numbers,
+) -> anyhow::Result<f64> {
     let sign = if least > 0.0 { "a number above 0, at most" } else { "a number within ±" };
-    found.ok_or_else(|| anyhow!("{what}: expected {sign} {most:e}, found {text:?}"))
+    let wrong = |hint: &str| anyhow!("{what}: expected {sign} {most:e}, found {text:?}{hint}");
+    let value = numbers.parse(text).map_err(wrong)?;
+    if (least..=most).contains(&value) { Ok(value) } else { Err(wrong("")) }
 }
 
 #[cfg(test)]
@@ -115,12 +244,55 @@ mod tests {
         assert_eq!(tracks[0].samples[1], (0.2, Body { at: [0.5, 0.0], heading_rad: None, size_m: None }));
     }
 
+    /// Tables of European spreadsheets were refused: "found "time_s;object…"".
+    #[test]
+    fn separators_and_decimal_commas_are_found_out() {
+        let plain = "time_s,object,x_m,y_m\n0.000,robot,0.5,-1\n0.500,robot,1.25,-1\n0.5,human,3,4\n";
+        let expected = parse(plain.as_bytes()).unwrap();
+        assert_eq!(expected[0].samples[1].1.at, [1.25, -1.0]);
+        let semicolons = plain.replace(',', ";");
+        let utf16: Vec<u8> =
+            "\u{feff}".encode_utf16().chain(semicolons.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+        for table in [
+            semicolons.clone(),
+            semicolons.replace('.', ","),
+            plain.replace(',', "\t"),
+            plain.replace(',', "\t").replace('.', ","),
+            plain.replace(',', " | "),
+            format!("sep=;\r\n{}", semicolons.replace('.', ",")),
+            format!("\u{feff}{plain}"),
+            format!("{}\r\n", plain.replace('\n', "\r\n")),
+            // As Excel leaves them: columns and rows without a value.
+            plain.replace('\n', ",,\r\n") + ",,,,,\r\n\r\n,,,,,\r\n",
+        ] {
+            assert_eq!(parse(table.as_bytes()).unwrap(), expected, "{table}");
+        }
+        assert_eq!(parse(&utf16).unwrap(), expected);
+    }
+
     #[test]
     fn errors_name_the_line_and_the_column() {
         let good = "time_s,object,x_m,y_m\n0,a,1,2\n";
         for (text, message) in [
             ("time_s,object,x_m\n0,a,1\n", "line 1: expected a column \"y_m\", found time_s, object, x_m"),
             ("time_s,object,x_m,y_m,z_m\n", "line 1: expected columns of time_s, object, x_m, y_m"),
+            ("time_s object x_m y_m\n", "separated by , ; | or tabs, found \"time_s object x_m y_m\""),
+            (
+                "time_s,object,x_m,y_m\n0,000,a,1,5,2,5\n",
+                "line 2: expected 4 columns, found 7; decimal commas need another separator",
+            ),
+            (
+                &format!("{good}\"0,5\",a,1,2\n"),
+                "line 3: time_s: expected a number within ± 1e12, found \"0,5\"; decimal",
+            ),
+            (
+                "time_s;object;x_m;y_m\n0,5;a;1;2\n1.5;a;1;2\n",
+                "line 3: time_s: expected a number within ± 1e12, found \"1.5\"; the numbers before have decimal commas",
+            ),
+            (
+                "sep=;\ntime_s;object;x_m;y_m\n0,5;a;1.234,5;2\n",
+                "line 3: x_m: expected a number within ± 1e7, found \"1.234,5\"; the numbers before have decimal commas",
+            ),
             ("time_s,object,x_m,y_m,width_m\n", "line 1: expected both of length_m and width_m"),
             (&format!("{good}0.1,a,nan,2\n"), "line 3: x_m: expected a number within ± 1e7, found \"nan\""),
             (&format!("{good}0.1,a,1,inf\n"), "line 3: y_m: expected a number within ± 1e7, found \"inf\""),
@@ -128,9 +300,10 @@ mod tests {
             (&format!("{good}0.1,,1,2\n"), "line 3: object: expected a name"),
             (
                 &format!("{good}0,a,1,2\n"),
-                "line 3, time_s: expected a time after 0 s of the same object, found 0",
+                "line 3: time_s: expected a time after 0 s of the same object, found 0",
             ),
-            (&format!("{good}0.1,a,1\n"), "expected comma-separated values"),
+            (&format!("{good}0.1,a,1\n"), "line 3: y_m: expected a number within ± 1e7, found \"\""),
+            (&format!("{good}0.1,a,1,2,3\n"), "line 3: expected 4 columns, found 5"),
             ("time_s,object,x_m,y_m\n", "expected a line for each object and time, found none"),
         ] {
             let error = format!("{:#}", parse(text.as_bytes()).unwrap_err());

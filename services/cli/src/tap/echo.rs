@@ -2,17 +2,16 @@
 
 use std::path::Path;
 
-use anyhow::anyhow;
 use sketchnav_recordings::Recording;
+use sketchnav_recordings::dynamic::Decoder;
 use sketchnav_recordings::reader::{RawMessage, Selection};
-use sketchnav_recordings::writer::topic_name;
 use sketchnav_runtime::{Node, RawSample};
 use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::erased;
 use sketchnav_schemas::message::Header;
 
 use super::field::Field;
-use super::{Amount, Listener, follow, known};
+use super::{Amount, Listener, follow};
 use crate::args::{EchoOptions, Tap};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{live, say};
@@ -24,8 +23,9 @@ pub fn echo(options: &EchoOptions) -> Result<Outcome, Failure> {
     let fields = fields.or_input()?;
     let amount = if options.once { Amount::Newest } else { Amount::of(options.tap.count) };
     let names_channels = options.tap.regex.is_some();
-    let mut echo =
-        Echo { fields, csv: options.csv, names_channels, has_heading: false, tells_history: !options.once };
+    let tells_history = !options.once;
+    let (csv, decoder) = (options.csv, Decoder::default());
+    let mut echo = Echo { fields, csv, names_channels, has_heading: false, tells_history, decoder };
     match &options.file {
         Some(file) => of_recording(file, &options.tap, amount, &mut echo),
         None => follow(&options.tap, amount, &mut echo),
@@ -36,15 +36,13 @@ pub fn echo(options: &EchoOptions) -> Result<Outcome, Failure> {
 fn of_recording(file: &Path, tap: &Tap, amount: Amount, echo: &mut Echo) -> Result<Outcome, Failure> {
     let whole = Whole::of(file)?;
     let recording = Recording::open(whole.path()).or_input()?;
-    let specs = recorded(&recording, tap)?;
+    let topics = super::recorded(&recording, tap)?;
     let mut left = match amount {
         Amount::Messages(count) => count,
         Amount::Newest => u64::MAX,
     };
     let mut newest = None;
-    for raw in
-        recording.timeline(Selection::of_topics(specs.iter().map(|spec| topic_name(spec.name)))).or_input()?
-    {
+    for raw in recording.timeline(Selection::of_topics(topics)).or_input()? {
         if left == 0 {
             return Ok(Outcome::Success);
         }
@@ -60,29 +58,30 @@ fn of_recording(file: &Path, tap: &Tap, amount: Amount, echo: &mut Echo) -> Resu
     Ok(Outcome::Success)
 }
 
-/// The channels that are meant, of those that a recording has.
-fn recorded(recording: &Recording, tap: &Tap) -> Result<Vec<&'static ChannelSpec>, Failure> {
-    let named = tap.channel.as_deref().map(known).transpose()?;
-    let topics = recording.topics().or_input()?;
-    let has: Vec<_> = topics.iter().filter_map(|topic| channels::of_topic(&topic.name)).collect();
-    let matches = |name: &str| tap.regex.as_ref().is_some_and(|regex| regex.is_match(name));
-    let specs: Vec<_> =
-        has.iter().copied().filter(|&spec| named == Some(spec) || matches(spec.name)).collect();
-    if !specs.is_empty() {
-        return Ok(specs);
-    }
-    let file = recording.path().display();
-    let names: Vec<_> = has.iter().map(|spec| spec.name).collect();
-    let found = tap.channel.as_deref().map_or("no match of --regex".to_owned(), |name| format!("{name:?}"));
-    Err(Failure::Input(anyhow!("{file}: expected one of {}, found {found}", names.join(", "))))
-}
-
 struct Echo {
     fields: Vec<Field>,
     csv: bool,
     names_channels: bool,
     has_heading: bool,
     tells_history: bool,
+    /// Of messages that are none of ours.
+    decoder: Decoder,
+}
+
+/// What stands before a message.
+struct Head<'a> {
+    channel: &'a str,
+    seq: u64,
+    stamp_ns: u64,
+    /// None of a message that says no cause: one of others.
+    source_seq: Option<u64>,
+}
+
+impl<'a> Head<'a> {
+    fn of(spec: &'a ChannelSpec, header: &Header) -> Self {
+        let Header { seq, stamp_ns, source_seq } = *header;
+        Self { channel: spec.name, seq, stamp_ns, source_seq: Some(source_seq) }
+    }
 }
 
 impl Listener for Echo {
@@ -106,24 +105,35 @@ impl Listener for Echo {
 }
 
 impl Echo {
+    /// A message of ours as ours, any other by the schema that the file has for it.
     fn recorded(&mut self, raw: &RawMessage) -> Result<(), Failure> {
-        let Some(spec) = channels::of_topic(&raw.topic.name) else { return Ok(()) };
-        let message = raw.decode(spec).or_input()?;
-        self.print(spec, message.bytes(), message.cells())
+        let spec = channels::of_topic(&raw.topic.name);
+        let ours = spec.filter(|spec| spec.message.ros2 == raw.topic.ros2_type);
+        if let Some((spec, message)) = ours.and_then(|spec| Some((spec, raw.decode(spec).ok()?))) {
+            return self.print(spec, message.bytes(), message.cells());
+        }
+        let form = self.decoder.decode(raw).or_input()?;
+        let channel = raw.topic.name.trim_start_matches('/');
+        let head = Head { channel, seq: raw.sequence.into(), stamp_ns: raw.stamp_ns, source_seq: None };
+        self.told(&head, form)
     }
 
     fn print(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) -> Result<(), Failure> {
         let form = spec.message.json(message, cells).map_err(anyhow::Error::from_boxed)?;
-        let header = erased::header(message);
-        if self.csv { self.row(header, &form) } else { self.object(spec, header, form) }
+        self.told(&Head::of(spec, erased::header(message)), form)
     }
 
-    fn object(&self, spec: &ChannelSpec, header: &Header, form: serde_json::Value) -> Result<(), Failure> {
-        let mut line = serde_json::json!({
-            "seq": header.seq, "stamp_ns": header.stamp_ns, "source_seq": header.source_seq,
-        });
+    fn told(&mut self, head: &Head<'_>, form: serde_json::Value) -> Result<(), Failure> {
+        if self.csv { self.row(head, &form) } else { self.object(head, form) }
+    }
+
+    fn object(&self, head: &Head<'_>, form: serde_json::Value) -> Result<(), Failure> {
+        let mut line = serde_json::json!({ "seq": head.seq, "stamp_ns": head.stamp_ns });
+        if let Some(source_seq) = head.source_seq {
+            line["source_seq"] = source_seq.into();
+        }
         if self.names_channels {
-            line["channel"] = spec.name.into();
+            line["channel"] = head.channel.into();
         }
         if self.fields.is_empty() {
             line["message"] = form;
@@ -136,7 +146,7 @@ impl Echo {
         Ok(live!("{line}")?)
     }
 
-    fn row(&mut self, header: &Header, form: &serde_json::Value) -> Result<(), Failure> {
+    fn row(&mut self, head: &Head<'_>, form: &serde_json::Value) -> Result<(), Failure> {
         if !self.has_heading {
             self.has_heading = true;
             if self.fields.is_empty() {
@@ -148,7 +158,8 @@ impl Echo {
         }
         let cells = self.fields.iter().map(|field| Ok(quoted(&field.cell(form)?)));
         let cells: Result<Vec<_>, super::field::FieldError> = cells.collect();
-        let numbers = [header.seq, header.stamp_ns, header.source_seq].map(|number| number.to_string());
+        let cause = head.source_seq.map_or_else(String::new, |source_seq| source_seq.to_string());
+        let numbers = [head.seq.to_string(), head.stamp_ns.to_string(), cause];
         Ok(live!("{}", numbers.into_iter().chain(cells.or_input()?).collect::<Vec<_>>().join(","))?)
     }
 }

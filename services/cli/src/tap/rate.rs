@@ -4,27 +4,91 @@
 //! two milliseconds, so the times at which it sees them give no interval. The delay of a message is the time since the
 //! tick that caused it.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
+use std::path::Path;
 use std::time::Instant;
 
 use serde::Serialize;
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::reader::Selection;
 use sketchnav_runtime::{Node, RawSample, SendTimes};
 use sketchnav_schemas::channels::{ChannelSpec, TICK};
 
 use super::{Amount, Listener, follow};
 use crate::args::HzOptions;
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::live;
+use crate::recordings::whole::Whole;
 
 /// So many of the last intervals and delays tell the percentiles.
 const KEPT: usize = 10_000;
 
 /// Prints the rates once a second, and the whole at the end.
 pub fn hz(options: &HzOptions) -> Result<Outcome, Failure> {
+    if let Some(file) = &options.file {
+        return of_recording(file, options);
+    }
     let mut rates = Rates { json: options.json, ticks: None, all: Vec::new() };
     let outcome = follow(&options.tap, Amount::of(options.tap.count), &mut rates)?;
     rates.all.iter().try_for_each(|rate| rate.print("in all", options.json))?;
     Ok(outcome)
+}
+
+/// The rates of a recording's topics, by the times at which their messages were recorded.
+fn of_recording(file: &Path, options: &HzOptions) -> Result<Outcome, Failure> {
+    let whole = Whole::of(file)?;
+    let recording = Recording::open(whole.path()).or_input()?;
+    let topics = super::recorded(&recording, &options.tap)?;
+    let mut all: BTreeMap<_, _> = topics.iter().map(|topic| (topic.clone(), Recorded::default())).collect();
+    let messages = recording.timeline(Selection::of_topics(topics)).or_input()?;
+    for raw in messages
+        .take(options.tap.count.map_or(usize::MAX, |count| usize::try_from(count).unwrap_or(usize::MAX)))
+    {
+        let raw = raw.or_input()?;
+        if let Some(recorded) = all.get_mut(&raw.topic.name) {
+            recorded.hear(raw.stamp_ns, raw.cdr.len() as u64);
+        }
+    }
+    for (topic, recorded) in &all {
+        print("recorded", &recorded.figures(topic.trim_start_matches('/')), options.json)?;
+    }
+    Ok(Outcome::Success)
+}
+
+/// Messages of a topic in recorded time.
+#[derive(Default)]
+struct Recorded {
+    times_ns: Option<(u64, u64)>,
+    count: u64,
+    bytes: u64,
+    intervals_ns: Recent,
+}
+
+impl Recorded {
+    fn hear(&mut self, ns: u64, bytes: u64) {
+        self.intervals_ns.extend(self.times_ns.map(|(_, last)| ns - last));
+        self.times_ns = Some((self.times_ns.map_or(ns, |(first, _)| first), ns));
+        self.count += 1;
+        self.bytes += bytes;
+    }
+
+    fn figures(&self, channel: &str) -> Figures {
+        let span_s =
+            self.times_ns.map(|(first, last)| (last - first) as f64 / 1e9).filter(|span_s| *span_s > 0.0);
+        let per = |count: u64| span_s.map(|span_s| count as f64 / span_s);
+        // What came first came before the time began.
+        let share = self.count.saturating_sub(1) as f64 / self.count.max(1) as f64;
+        Figures {
+            channel: channel.to_owned(),
+            messages: self.count,
+            missed: 0,
+            rate_hz: per(self.count.saturating_sub(1)),
+            simulated_rate_hz: None,
+            bytes_per_second: per(self.bytes).map(|rate| rate * share),
+            interval_ms: self.intervals_ns.percentiles(),
+            delay_ms: None,
+        }
+    }
 }
 
 struct Rates {
@@ -112,7 +176,7 @@ impl Rate {
         let simulated_s = span.map(|((_, first), (_, last))| last.saturating_sub(first) as f64 / 1e9);
         let share = intervals / (self.count.max(1)) as f64;
         Figures {
-            channel: self.spec.name,
+            channel: self.spec.name.to_owned(),
             messages: self.count,
             missed: self.lost,
             rate_hz: wall_s.and_then(per),
@@ -125,19 +189,21 @@ impl Rate {
     }
 
     fn print(&self, when: &str, json: bool) -> anyhow::Result<()> {
-        let figures = self.figures();
-        if json {
-            live!("{}", serde_json::to_string(&figures)?)
-        } else {
-            live!("{when}: {}", figures.words())
-        }
+        print(when, &self.figures(), json)
     }
+}
+
+fn print(when: &str, figures: &Figures, json: bool) -> anyhow::Result<()> {
+    if json {
+        return live!("{}", serde_json::to_string(figures)?);
+    }
+    format!("{when}: {}", figures.words()).lines().try_for_each(|line| live!("{line}"))
 }
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
 struct Figures {
-    channel: &'static str,
+    channel: String,
     messages: u64,
     missed: u64,
     rate_hz: Option<f64>,
@@ -153,7 +219,8 @@ impl Figures {
         let (Some(rate), Some(bytes)) = (self.rate_hz, self.bytes_per_second) else {
             return match messages {
                 0 => format!("{channel}: no message"),
-                _ => format!("{channel}: {messages} message"),
+                1 => format!("{channel}: 1 message"),
+                _ => format!("{channel}: {messages} messages at one time"),
             };
         };
         let simulated = self.simulated_rate_hz.map(|rate| format!(", {rate:.2} a simulated second"));
@@ -216,6 +283,20 @@ mod tests {
         recent.extend(None);
         let expected = Percentiles { p50: 50.0, p90: 90.0, p99: 99.0, max: 100.0 };
         assert_eq!(recent.percentiles(), Some(expected));
+    }
+
+    #[test]
+    fn a_recording_has_its_own_times() {
+        let mut recorded = Recorded::default();
+        (0..21).for_each(|n| recorded.hear(5_000_000_000 + n * 100_000_000, 40));
+        let figures = recorded.figures("odom");
+        assert_eq!((figures.rate_hz, figures.messages), (Some(10.0), 21));
+        assert_eq!(figures.bytes_per_second, Some(400.0));
+        assert_eq!(figures.interval_ms.map(|interval| interval.p50), Some(100.0));
+        let mut at_once = Recorded::default();
+        (0..2).for_each(|_| at_once.hear(7, 1));
+        assert_eq!(at_once.figures("odom").words(), "odom: 2 messages at one time");
+        assert_eq!(Recorded::default().figures("odom").words(), "odom: no message");
     }
 
     #[test]

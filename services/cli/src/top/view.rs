@@ -5,6 +5,7 @@ use ratatui::layout::{Constraint, Layout};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Line;
 use ratatui::widgets::{Cell, Paragraph, Row as TableRow, Table};
+use sketchnav_schemas::shown::one_line;
 
 use super::gather::{Row, Snapshot};
 
@@ -28,9 +29,9 @@ pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, chosen: usize, said: &st
     let lines = snapshot.processes.iter().enumerate().map(|(i, row)| line(row, i == chosen));
     let titles = TableRow::new(HEADS).style(Style::new().add_modifier(Modifier::BOLD));
     frame.render_widget(Table::new(lines, widths).header(titles), table);
-    let told: Vec<_> = snapshot.faults.iter().rev().map(|fault| Line::from(fault.as_str())).collect();
+    let told: Vec<_> = snapshot.faults.iter().rev().map(|fault| Line::from(one_line(fault))).collect();
     frame.render_widget(Paragraph::new(told), faults);
-    frame.render_widget(Paragraph::new(vec![Line::from(said), Line::from(KEYS)]), foot);
+    frame.render_widget(Paragraph::new(vec![Line::from(one_line(said)), Line::from(KEYS)]), foot);
 }
 
 /// The same as plain lines.
@@ -42,15 +43,15 @@ pub fn text(snapshot: &Snapshot) -> String {
     };
     lines.push(padded(HEADS.map(str::to_owned)));
     lines.extend(snapshot.processes.iter().map(|row| padded(cells(row))));
-    lines.extend(snapshot.faults.iter().cloned());
+    lines.extend(snapshot.faults.iter().map(one_line));
     lines.join("\n")
 }
 
-fn heading(snapshot: &Snapshot) -> Vec<Line<'_>> {
+fn heading(snapshot: &Snapshot) -> Vec<Line<'static>> {
     let Snapshot { system, mission, simulated_s, status, .. } = snapshot;
     vec![
-        Line::from(format!("{system}: {mission}, {simulated_s:.1} s simulated")),
-        Line::from(status.as_str()),
+        Line::from(one_line(format_args!("{system}: {mission}, {simulated_s:.1} s simulated"))),
+        Line::from(one_line(status)),
     ]
 }
 
@@ -146,6 +147,19 @@ mod tests {
         assert_eq!((buffer[(0, 3)].fg, buffer[(0, 4)].fg), (Color::Yellow, Color::Red));
         assert!(buffer[(0, 4)].modifier.contains(Modifier::REVERSED));
         assert!(!buffer[(0, 3)].modifier.contains(Modifier::REVERSED));
+    }
+
+    /// The words of a fault are its process's own.
+    #[test]
+    fn no_word_of_a_process_steers_the_terminal() {
+        let words = "planner\u{1b}[2J\u{202e}\nforged";
+        let snapshot = Snapshot { status: words.into(), faults: vec![words.into()], ..snapshot() };
+        let text = text(&snapshot);
+        assert_eq!(text.matches("planner\\u001b[2J\\u202e\\nforged").count(), 2, "{text}");
+        let mut terminal = Terminal::new(TestBackend::new(100, 14)).unwrap();
+        terminal.draw(|frame| draw(frame, &snapshot, 0, words)).unwrap();
+        let shown = terminal.backend().to_string();
+        assert_eq!(shown.matches("\\u001b[2J\\u202e\\nforged").count(), 3, "{shown}");
     }
 
     #[test]

@@ -13,9 +13,10 @@ use sketchnav_motion::local::{self, LocalPlanner, Room};
 use sketchnav_motion::obstacles::{CELL_M, Cell, Obstacles};
 use sketchnav_motion::pursuit::{Body, Pursuit};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
-use sketchnav_schemas::message::{KnownMarker, LaserScan, Twist};
+use sketchnav_schemas::message::{LaserScan, Twist};
 use sketchnav_schemas::robot::Robot;
 
+use crate::messages::KnownMarker;
 use crate::mission::Turn;
 use crate::way::Way;
 

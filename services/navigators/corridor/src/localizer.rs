@@ -2,13 +2,14 @@
 
 use serde::Serialize;
 use sketchnav_qualitative::argd::Scale;
-use sketchnav_schemas::channels::{MARKERS, ODOMETRY, RELATIONS};
+use sketchnav_schemas::channels::{MARKERS, ODOMETRY};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Instant, Outbox, Stage, StageError};
 
 use crate::error::CorridorError;
+use crate::messages::RELATIONS;
 use crate::perception::{Parameters, Perception};
 
 /// The longest memory of a marker, seconds.
@@ -55,9 +56,9 @@ impl Stage for Localizer {
     type State = Perception;
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let Some(odometry) = instant.newest(ODOMETRY) else { return Ok(()) };
+        let Some(odometry) = instant.newest(ODOMETRY)? else { return Ok(()) };
         let (robot, stamp_ns) = (odometry.pose(), instant.stamp_ns);
-        if let Some(view) = instant.fresh(MARKERS) {
+        if let Some(view) = instant.fresh(MARKERS)? {
             self.perception.see(view, &robot, stamp_ns, &self.parameters, &self.scale);
         }
         self.perception.forget(stamp_ns, self.parameters.memory_s);

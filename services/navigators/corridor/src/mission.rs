@@ -76,8 +76,6 @@ pub struct CorridorTask {
     pub goal: Goal,
     /// Which way to turn at each junction.
     pub turns: Vec<Turn>,
-    /// Time limit, seconds.
-    pub time_limit_s: f64,
 }
 
 /// What belongs to this kind of a mission.
@@ -151,7 +149,7 @@ impl CorridorTask {
                 "metres or marker and no turns: methods with rules know neither ends nor junctions";
             return Err(wrong(expected, "until or turns".into()));
         }
-        Ok(Self { name: task.name.clone(), goal, turns, time_limit_s: task.time_limit_s })
+        Ok(Self { name: task.name.clone(), goal, turns })
     }
 }
 

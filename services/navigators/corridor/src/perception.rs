@@ -7,11 +7,10 @@
 use serde::{Deserialize, Serialize};
 use sketchnav_qualitative::qtc::{QtcB, Sign};
 use sketchnav_qualitative::{Point as Place, argd};
-use sketchnav_schemas::codes::Trend;
 use sketchnav_schemas::geometry::{Base, Odom, Pose, wrap_angle};
-use sketchnav_schemas::message::{
-    KnownMarker, MAX_KNOWN_MARKERS, MarkerView, PairedMarker, PoseM, Relations, SeenMarker,
-};
+use sketchnav_schemas::message::{MarkerView, PoseM, SeenMarker};
+
+use crate::messages::{KnownMarker, MAX_KNOWN_MARKERS, PairedMarker, Relations, Trend};
 
 /// Markers of a pair are seen within this time, nanoseconds (Patil 2019, 3.2.3).
 const PAIRED_NS: u64 = 100_000_000;

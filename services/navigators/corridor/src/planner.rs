@@ -1,22 +1,23 @@
-//! The planner for corridors as a stage: drives by rules, or by the way on through free space.
+//! The planner for corridors: drives by rules, or by the way on through free space.
 //!
 //! It answers every message of relations with one command and one status. Rules speak when a pair of markers is seen;
 //! between two pairs the last command stays (Patil 2019, 3.2).
 
 use serde::{Deserialize, Serialize};
-use sketchnav_motion::mission::{Mission as Errands, Phase, TaskInfo};
-use sketchnav_schemas::channels::{COMMAND, MISSION, ODOMETRY, ORDERS, RELATIONS, RULES, SCAN, STATUS};
+use sketchnav_motion::agenda::{Agenda, Due, Standing};
+use sketchnav_schemas::channels::{ODOMETRY, SCAN};
 use sketchnav_schemas::codes::{Process, TaskState};
 use sketchnav_schemas::floor_plan::Marker;
 use sketchnav_schemas::geometry::{Base, Odom, Pose};
-use sketchnav_schemas::message::{Relations, Text, Twist};
+use sketchnav_schemas::message::Twist;
 use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
 use sketchnav_schemas::robot::{Drive, Robot};
-use sketchnav_schemas::run::{Pace, RunConfig};
-use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::{Denied, Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use crate::course::{self, Course, Next, Reason};
 use crate::error::{CorridorError, RulesError};
+use crate::messages::{RELATIONS, RULES, Relations};
 use crate::mission::{CorridorMission, CorridorTask, Goal, Method, Turn};
 use crate::perception::LEAST_HZ;
 use crate::rules::Rules;
@@ -62,30 +63,19 @@ pub struct Planner {
     tasks: Vec<CorridorTask>,
     parameters: Parameters,
     base_from_laser: Option<Pose<Base>>,
-    nominal_dt_s: f64,
-    waits_for_order: bool,
     rules: Option<Rules>,
-    mission: Errands,
+    agenda: Agenda,
     attempt: Attempt,
     course: Course,
     remaining_m: f64,
 }
 
-/// The planner's state, as it is read back from a checkpoint.
-#[derive(Debug, Deserialize)]
-pub struct State {
-    mission: Errands,
+/// What changes from step to step, for a checkpoint. `C` is the course's part, or where it lies.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct State<C = course::Memory> {
+    agenda: Standing,
     attempt: Attempt,
-    course: course::Memory,
-    remaining_m: f64,
-}
-
-/// The same where it lies: field by field a [`State`].
-#[derive(Debug, Serialize)]
-struct StateView<'a> {
-    mission: &'a Errands,
-    attempt: &'a Attempt,
-    course: course::MemoryView<'a>,
+    course: C,
     remaining_m: f64,
 }
 
@@ -177,60 +167,45 @@ impl Planner {
             tasks,
             parameters: parameters(&run.mission)?,
             base_from_laser: run.robot.laser.as_ref().map(|laser| laser.mount()),
-            nominal_dt_s: 1.0 / run.robot.tick_hz(),
-            waits_for_order: run.pace == Pace::Lockstep,
             rules: None,
-            mission: Errands::new(run.pad),
+            agenda: Agenda::new(run),
             attempt: Attempt { start, pairs: 0, was_ahead: false, turns: 0, command: [0.0; 3] },
             course: Course::new(&run.robot),
             remaining_m: 0.0,
         })
     }
 
-    fn has_rules(&self) -> bool {
-        self.method == Method::Corridor || self.rules.is_some()
+    fn missing(&self) -> Option<&'static str> {
+        let has_rules = self.method == Method::Corridor || self.rules.is_some();
+        (!has_rules).then_some("waiting for the rules")
     }
 
-    fn observe(&mut self, instant: &Instant<'_>, relations: &Relations, robot: &Pose<Odom>) {
+    fn observe(
+        &mut self,
+        instant: &Instant<'_>,
+        relations: &Relations,
+        robot: &Pose<Odom>,
+    ) -> Result<(), Denied> {
         if self.method != Method::Corridor {
-            return;
+            return Ok(());
         }
-        match (self.base_from_laser, instant.fresh(SCAN)) {
+        match (self.base_from_laser, instant.fresh(SCAN)?) {
             (Some(mount), Some(scan)) => self.course.observe(robot, &robot.compose(&mount), scan),
             (Some(_), None) => {}
             (None, _) => self.course.observe_markers(robot, relations.markers()),
         }
+        Ok(())
     }
 
-    fn go_on(&mut self, relations: &Relations, robot: &Pose<Odom>, dt_s: f64) {
-        let is_ready = self.mission.is_ordered() && self.has_rules();
-        if let Some(next) = self.mission.due(is_ready, self.tasks.len()) {
-            self.mission.begin(next);
-            self.attempt = Attempt {
-                start: *robot,
-                pairs: relations.pairs,
-                was_ahead: false,
-                turns: 0,
-                command: [0.0; 3],
-            };
-            self.course.begin(robot);
-        }
-        match self.mission.phase() {
-            Phase::Driving => self.drive(relations, robot, dt_s),
-            Phase::Waiting => {
-                let reason =
-                    if self.has_rules() { "waiting for the order to start" } else { "waiting for the rules" };
-                self.mission.report(TaskState::Waiting, reason);
-                self.stop(dt_s);
-            }
-            Phase::Ended | Phase::Over => self.stop(dt_s),
-        }
+    fn begin(&mut self, relations: &Relations, robot: &Pose<Odom>) {
+        let (start, pairs) = (*robot, relations.pairs);
+        self.attempt = Attempt { start, pairs, was_ahead: false, turns: 0, command: [0.0; 3] };
+        self.course.begin(robot);
     }
 
     fn drive(&mut self, relations: &Relations, robot: &Pose<Odom>, dt_s: f64) {
-        let index = self.mission.task();
-        let Some(task) = self.tasks.get(index) else { return };
-        let (info, goal) = (info(task), task.goal);
+        let index = self.agenda.task();
+        let Some(&CorridorTask { goal, .. }) = self.tasks.get(index) else { return };
         let along_m = self.along_m(robot);
         self.remaining_m = if let Goal::Metres(metres) = goal { (metres - along_m).max(0.0) } else { 0.0 };
         let has_arrived = match goal {
@@ -239,12 +214,12 @@ impl Planner {
             Goal::End => false,
         };
         if has_arrived {
-            self.mission.end(TaskState::Reached, format_args!("{along_m:.1} m along the corridor"));
+            self.agenda.end(TaskState::Reached, format_args!("{along_m:.1} m along the corridor"));
             self.stop(dt_s);
         } else if self.method == Method::Corridor {
-            self.drive_freely(index, &info, robot, dt_s);
+            self.drive_freely(index, robot, dt_s);
         } else {
-            self.drive_by_rules(&info, relations, dt_s);
+            self.drive_by_rules(relations, dt_s);
         }
     }
 
@@ -273,23 +248,23 @@ impl Planner {
         self.attempt.was_ahead && along_m < 0.0 && x.hypot(y) < PASSED_M
     }
 
-    fn drive_freely(&mut self, index: usize, info: &TaskInfo, robot: &Pose<Odom>, dt_s: f64) {
+    fn drive_freely(&mut self, index: usize, robot: &Pose<Odom>, dt_s: f64) {
         let task = &self.tasks[index];
         match self.course.drive(robot, &task.turns, task.goal == Goal::End, dt_s) {
             Next::Driving(reason) => {
-                if !self.mission.go_on(info, Words(reason)) {
+                if !self.agenda.go_on(Words(reason)) {
                     self.stop(dt_s);
                 }
             }
-            Next::End => self.mission.end(TaskState::Reached, "the corridor ends here"),
-            Next::Blocked => self.mission.end(TaskState::Blocked, "no way leads on"),
+            Next::End => self.agenda.end(TaskState::Reached, "the corridor ends here"),
+            Next::Blocked => self.agenda.end(TaskState::Blocked, "no way leads on"),
         }
     }
 
-    fn drive_by_rules(&mut self, info: &TaskInfo, relations: &Relations, dt_s: f64) {
-        let unseen_s = relations.pair_age_s.min(self.mission.elapsed_s());
+    fn drive_by_rules(&mut self, relations: &Relations, dt_s: f64) {
+        let unseen_s = relations.pair_age_s.min(self.agenda.elapsed_s());
         if unseen_s > self.parameters.lost_s {
-            self.mission.end(TaskState::Lost, format_args!("no pair of markers for {unseen_s:.0} s"));
+            self.agenda.end(TaskState::Lost, format_args!("no pair of markers for {unseen_s:.0} s"));
             self.stop(dt_s);
             return;
         }
@@ -301,8 +276,8 @@ impl Planner {
             }
         }
         let goes_on = match unseen_s > 1.0 {
-            true => self.mission.go_on(info, format_args!("no pair of markers in view")),
-            false => self.mission.go_on(info, Pair(relations)),
+            true => self.agenda.go_on(format_args!("no pair of markers in view")),
+            false => self.agenda.go_on(Pair(relations)),
         };
         if !goes_on {
             self.stop(dt_s);
@@ -321,10 +296,6 @@ impl Planner {
             _ => Twist { vx_mps, vy_mps, yaw_rate_radps },
         }
     }
-}
-
-fn info(task: &CorridorTask) -> TaskInfo {
-    TaskInfo { name: Text::new(&task.name), time_limit_s: task.time_limit_s }
 }
 
 /// What the robot is about, for people.
@@ -357,62 +328,60 @@ impl std::fmt::Display for Pair<'_> {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "corridor planner 2";
+    const FORM: &'static str = "corridor planner 3";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        if message.on(RULES).is_some() && !message.cells().is_empty() {
+        if message.on(RULES)?.is_some() && !message.cells().is_empty() {
             let text = std::str::from_utf8(message.cells())?;
             self.rules = Some(Rules::parse(text).map_err(|cause: RulesError| cause)?);
-        } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
-            self.mission.on_order(order, self.tasks.len());
         }
+        self.agenda.hear(message)?;
         Ok(())
     }
 
     fn is_ready(&self) -> bool {
-        self.mission.is_ordered() && self.has_rules() || !self.waits_for_order
+        self.agenda.is_ready(self.missing().is_none())
     }
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let (Some(relations), Some(odometry)) = (instant.newest(RELATIONS), instant.newest(ODOMETRY)) else {
+        let (Some(relations), Some(odometry)) = (instant.newest(RELATIONS)?, instant.newest(ODOMETRY)?)
+        else {
             return Ok(());
         };
         let robot = relations.odometry();
-        let dt_s = self.mission.begin_step(&relations.header, odometry, self.nominal_dt_s);
-        self.observe(instant, relations, &robot);
-        if self.mission.is_held() {
-            self.stop(dt_s);
-        } else {
-            self.go_on(relations, &robot, dt_s);
+        let dt_s = self.agenda.begin_step(instant.stamp_ns, odometry);
+        self.observe(instant, relations, &robot)?;
+        match self.agenda.due(self.missing()) {
+            Due::Begin => {
+                self.begin(relations, &robot);
+                self.drive(relations, &robot, dt_s);
+            }
+            Due::Drive => self.drive(relations, &robot, dt_s),
+            Due::Stand => self.stop(dt_s),
         }
-        out.send(COMMAND, |command| {
-            (command.twist, command.last) = (self.command(), self.mission.is_last().into());
-        })?;
-        let info = self.tasks.get(self.mission.task()).map(info);
-        out.send(STATUS, |status| {
-            let header = status.header;
-            self.mission.write_status(info.as_ref(), self.tasks.len(), self.remaining_m, status);
-            status.header = header;
-        })?;
-        Ok(())
+        self.agenda.send(self.command(), self.remaining_m, out)
     }
 
     fn state(&self) -> impl Serialize {
-        let Self { mission, attempt, course, remaining_m, .. } = self;
-        StateView { mission, attempt, course: course.memory(), remaining_m: *remaining_m }
+        let Self { agenda, attempt, course, remaining_m, .. } = self;
+        State {
+            agenda: agenda.standing(),
+            attempt: *attempt,
+            course: course.memory(),
+            remaining_m: *remaining_m,
+        }
     }
 
     fn restore(&mut self, state: State) -> Result<(), StageError> {
-        let State { mission, attempt, course, remaining_m } = state;
-        (self.mission, self.attempt, self.remaining_m) = (mission, attempt, remaining_m);
+        let State { agenda, attempt, course, remaining_m } = state;
+        (self.attempt, self.remaining_m) = (attempt, remaining_m);
+        self.agenda.restore(agenda);
         self.course.restore(course);
         Ok(())
     }
 
     fn recover(&mut self, remains: &dyn Remains) {
-        if let Some(last) = remains.of(STATUS) {
-            self.mission.resume_behind(&last);
-        }
+        self.agenda.recover(remains);
     }
 }

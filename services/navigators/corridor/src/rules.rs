@@ -6,10 +6,10 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use sketchnav_schemas::codes::Trend;
-use sketchnav_schemas::message::{PairedMarker, Relations, Twist};
+use sketchnav_schemas::message::Twist;
 
 use crate::error::RulesError;
+use crate::messages::{PairedMarker, Relations, Trend};
 
 /// The published rules for QTC_B.
 pub const QTC_B: &str = include_str!("../rules/qtc-b.toml");

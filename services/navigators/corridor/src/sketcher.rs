@@ -1,12 +1,12 @@
 //! The sketcher for corridors as a stage: reads the rules of a mission, checks them, and sends them once.
 
 use serde::Serialize;
-use sketchnav_schemas::channels::RULES;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
 use crate::error::CorridorError;
+use crate::messages::RULES;
 use crate::mission::{CorridorMission, Method};
 use crate::rules::{self, Rules};
 

@@ -2,7 +2,7 @@
 
 #![allow(clippy::disallowed_methods)] // a floor lies in a file
 
-use sketchnav_rehearsal::{Rehearsal, Tap};
+use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
 use sketchnav_schemas::channels::{COMMAND, CONTACT, ChannelSpec, STATUS, TRUTH};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::floor_plan::FloorPlan;
@@ -32,7 +32,9 @@ impl Tap for Ended {
         self.contacts.extend(CONTACT.message(spec, message));
         self.commands.extend(COMMAND.message(spec, message));
     }
+}
 
+impl Onlooker for Ended {
     fn has_enough(&self) -> bool {
         !self.contacts.is_empty()
     }

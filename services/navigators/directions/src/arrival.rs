@@ -110,7 +110,7 @@ pub fn simulate(
     let mut tally = Tally::default();
     for journey in 0..journeys {
         let mut rng = stream(seed, &format!("directions/{round}/{journey}"));
-        let plane = disturbed(&near, pilot.noise.map_sigma, &mut rng)?;
+        let plane = disturbed(&near, pilot.noise.map_sigma, &mut rng)?.among(atlas.plane.walls().clone());
         let journey = Journey::new(&plane, &navigator, &intended, pilot.noise)?;
         tally.add(journey.run(plan.path.start.centre, &mut rng, |_, _, _| {}).kind);
     }

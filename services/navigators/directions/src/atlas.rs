@@ -91,6 +91,31 @@ impl Atlas {
         Ok(self)
     }
 
+    /// Whether a robot on land drives from one place to another without coming near walls; above a plane nothing is in its way.
+    pub fn is_free(&self, from: Point, to: Point) -> bool {
+        !self.plane.walls().bar(from, to)
+    }
+
+    /// Whether a robot on land drives all around a landmark.
+    pub fn is_free_around(&self, landmark: DotId) -> bool {
+        let beside = Corner::ROUND.map(|corner| self.centre(landmark, corner));
+        self.plane.walls().is_empty() || beside.windows(2).all(|pair| self.is_free(pair[0], pair[1]))
+    }
+
+    /// Where the window is over the target of a transition, on land beside it: where a journey ends.
+    pub fn over(&self, from: Point, landmark: DotId) -> Point {
+        let at = self.plane.dot(landmark);
+        self.window.land.map_or(at, |_| from + self.window.over(at - from))
+    }
+
+    /// Whether a transition can be driven: to its target as the goal, or to one side of it at least.
+    pub fn can_be_driven(&self, from: DotId, transition: &Transition) -> bool {
+        let at = self.centre(from, transition.corner);
+        self.plane.walls().is_empty()
+            || self.is_free(at, self.over(at, transition.to))
+            || Corner::ALL.into_iter().any(|corner| self.is_free(at, self.centre(transition.to, corner)))
+    }
+
     /// Where the window's centre is when a landmark lies in a corner.
     pub fn centre(&self, landmark: DotId, corner: Corner) -> Point {
         self.plane.dot(landmark) + self.window.centre_from(corner)

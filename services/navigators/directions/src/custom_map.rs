@@ -8,7 +8,7 @@
 //! ```
 //!
 //! An entry is `(D, [B,] [T,] [E,] M)`. `D` says which landmark to seek ([`Descriptor`]). `B` is the compass bearing of that
-//! landmark from the reference, `000` to `359`: a robot on land corrects its heading by it. `T` is `Trajp` or `Trajn`:
+//! landmark from the reference, `000` to `359`: a robot whose heading may be wrong corrects it by that. `T` is `Trajp` or `Trajn`:
 //! slide along the line from the reference to that landmark, forwards or backwards. Each `E` says what to do when so many
 //! quadrants of the attained landmark are occupied. `(3, -)` takes it as right; `(4, SW, Isol)` moves it to a corner
 //! and seeks again. `M` is the corner for the attained landmark; `-` stands in the last entry alone and does nothing.

@@ -109,7 +109,7 @@ pub enum Error {
     /// A goal to which no path leads.
     #[error(
         "no path from dot {start} to dot {goal}: {reached} dots are reached from the start, {reaching} reach the goal. \
-         A path would have to lead from dot {from} to dot {to}, {gap:.3} apart"
+         A path would have to lead from dot {from} to dot {to}, {why}"
     )]
     Unreachable {
         /// The landmark at the start.
@@ -124,7 +124,50 @@ pub enum Error {
         from: u32,
         /// That one.
         to: u32,
+        /// What bars the way between them.
+        why: Barrier,
+    },
+}
+
+/// What bars the way from a landmark to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Barrier {
+    /// A wall stands between them.
+    Wall {
         /// Their distance.
         gap: f64,
     },
+    /// They are too far apart to be seen together.
+    Far {
+        /// Their distance.
+        gap: f64,
+        /// How far apart two can be.
+        reach: f64,
+    },
+    /// The way between them is too narrow for the robot.
+    Narrow {
+        /// Their distance.
+        gap: f64,
+    },
+    /// No word means the second one from the first.
+    Word {
+        /// Their distance.
+        gap: f64,
+    },
+    /// Both are one, and no way leads from one side of it to another.
+    Around,
+}
+
+impl std::fmt::Display for Barrier {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Wall { gap } => write!(f, "{gap:.3} apart with a wall between them"),
+            Self::Far { gap, reach } => {
+                write!(f, "{gap:.3} apart, and two are seen together up to {reach:.3}")
+            }
+            Self::Narrow { gap } => write!(f, "{gap:.3} apart, and walls leave too little room between them"),
+            Self::Word { gap } => write!(f, "{gap:.3} apart, which no word means from there"),
+            Self::Around => write!(f, "from one side of it to another, where walls leave too little room"),
+        }
+    }
 }

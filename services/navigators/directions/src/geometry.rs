@@ -165,9 +165,6 @@ pub struct Land {
     pub clearance: f64,
 }
 
-/// What of the reach of a robot on land is its window; the rest is the margin.
-const PROPER: f64 = 0.8;
-
 impl Window {
     /// A window, if its side is above 0 and its margin is not below.
     pub fn new(side: f64, margin: f64) -> Result<Self, Error> {
@@ -185,7 +182,8 @@ impl Window {
         Ok(Self { side, margin, land: None })
     }
 
-    /// The window of a robot on land: the side of the largest quadrant that it sees from beside a landmark, less a margin.
+    /// The window of a robot on land. Its side is how far along its edges the robot sees a quadrant from beside a landmark; what
+    /// of the quadrant lies beyond its range it does not see ([`crate::sight`]).
     pub fn on_land(land: Land) -> Result<Self, Error> {
         let Land { radius, range, stand_off, clearance } = land;
         for (what, expected, found, is_right) in [
@@ -198,8 +196,9 @@ impl Window {
                 return Err(Error::Parameter { what, expected, found });
             }
         }
-        let reach = (range + stand_off) * FRAC_1_SQRT_2;
-        Ok(Self { land: Some(land), ..Self::new(PROPER * reach, (1.0 - PROPER) * reach)? })
+        let beside = stand_off * FRAC_1_SQRT_2;
+        let side = beside + (range * range - beside * beside).sqrt();
+        Ok(Self { land: Some(land), ..Self::new(side, stand_off)? })
     }
 
     /// From a landmark to the centre of the window that has it in a corner.
@@ -266,10 +265,13 @@ mod tests {
                 (centre.norm() - 0.9).abs() < 1e-9 && corner.covers(centre, 1.0),
                 "beside it, in the quadrant"
             );
-            assert!(
-                window.camera_sees(corner.inward() * window.side - centre),
-                "the far end of the quadrant"
-            );
+            let Point { x, y } = corner.inward();
+            for along in [Point::new(x, 0.0), Point::new(0.0, y)] {
+                let end = along * window.side - centre;
+                assert!((end.norm() - land.range).abs() < 1e-9, "as far as it sees along the edges");
+            }
+            let corner_end = corner.inward() * (0.75 * window.side) - centre;
+            assert!(!window.camera_sees(corner_end), "the far corner of the square is out of sight");
         }
         assert!((window.over(Point::new(0.0, 3.0)).y - 2.1).abs() < 1e-9);
         for wrong in [

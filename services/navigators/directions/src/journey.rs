@@ -14,12 +14,15 @@ use crate::generate;
 use crate::geometry::{Point, Window};
 use crate::navigator::{Activity, Navigator, Outcome, Output};
 use crate::plane::{DotId, Plane};
-use crate::sight::is_seen;
+use crate::sight::{Eye, is_seen};
+use crate::walls::Walls;
 
 /// The time between two steps, in seconds.
 pub const STEP_S: f64 = 0.1;
 /// The same on land, where a robot takes minutes.
 pub const LAND_STEP_S: f64 = 0.5;
+/// How far aside of a way into a wall a robot on land tries others, radians.
+const ASIDE_RAD: [f64; 7] = [0.0, 0.4, -0.4, 0.9, -0.9, 1.5, -1.5];
 
 /// The errors of the helicopter, its camera, and the map-maker's. Lengths are in the plane's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -104,9 +107,10 @@ impl Helicopter {
         let half = window.side / 2.0 + window.margin;
         let around: Vec<Point> =
             plane.around(self.centre, window.reach()).map(|(_, at)| at - self.centre).collect();
+        let eye = Eye { at: self.centre, walls: plane.walls() };
         for &at in &around {
             // What is as near as the landmark itself does not hide it.
-            let is_hidden = window.land.is_some_and(|land| !is_seen(land, at, around.iter().copied()));
+            let is_hidden = window.land.is_some_and(|land| !is_seen(land, eye, at, around.iter().copied()));
             let relative = at.turned(-self.heading_rad);
             if window.camera_sees(relative)
                 && !is_hidden
@@ -130,6 +134,16 @@ impl Helicopter {
                 self.centre + way.turned(self.heading_rad) + generate::error(rng, noise.translation * spread);
             self.heading_rad += turn * noise.rotation_rad * spread;
         }
+    }
+
+    /// The velocity nearest to a wish, in the window's axes, that leads into no wall; none where every way does.
+    fn guarded(&self, wish: Point, elapsed_s: f64, walls: &Walls) -> Point {
+        let is_free = |velocity: &Point| {
+            let way = (*velocity * elapsed_s).turned(self.heading_rad);
+            !walls.touch(self.centre, self.centre + way)
+        };
+        let ways = ASIDE_RAD.map(|aside_rad| wish.turned(aside_rad));
+        ways.into_iter().find(is_free).unwrap_or_default()
     }
 
     /// Where a place in the window is on the plane.
@@ -266,8 +280,13 @@ impl<'a> Journey<'a> {
                 report.kind = self.judge(outcome, &report);
                 return report;
             }
-            report.distance += output.velocity.norm() * step_s;
-            helicopter.fly(output.velocity, step_s, self.noise, rng);
+            let mut velocity = output.velocity;
+            if !self.plane.walls().is_empty() {
+                velocity = helicopter.guarded(velocity, step_s, self.plane.walls());
+                state.moves_by(velocity);
+            }
+            report.distance += velocity.norm() * step_s;
+            helicopter.fly(velocity, step_s, self.noise, rng);
         }
     }
 

@@ -6,7 +6,8 @@
 //!
 //! The map-maker:
 //! - [`plane`]: the dots and their spatial index; [`generate`]: random planes;
-//! - [`isolation`], [`description`]: which dot of a view a word means; [`signature`]: what surrounds a dot; [`sight`]: what hides it;
+//! - [`isolation`], [`description`]: which dot of a view a word means; [`signature`]: what surrounds a dot; [`sight`], [`walls`]: what
+//!   hides it, and what bars the way to it;
 //! - [`parkway`], [`trajectory`], [`transitions`]: which landmark is attained from which, and their sparse matrix;
 //! - [`reliability`], [`fit`]: equations 1 and 2; [`recovery`]: errors that are detected and corrected;
 //! - [`atlas`]: all of that together; [`path`], [`plan`]: costs and the best path; [`wording`]: words that depend on the path;
@@ -33,6 +34,7 @@ pub mod generate;
 pub mod geometry;
 pub mod isolation;
 pub mod journey;
+pub mod messages;
 pub mod navigator;
 pub mod parkway;
 pub mod path;
@@ -46,6 +48,7 @@ pub mod signature;
 pub mod stages;
 pub mod trajectory;
 pub mod transitions;
+pub mod walls;
 pub mod wording;
 
 #[cfg(test)]
@@ -62,4 +65,5 @@ pub use error::Error;
 pub use geometry::{Corner, Point, Window};
 pub use plane::{DotId, Plane};
 pub use signature::Signature;
+pub use stages::NAVIGATOR;
 pub use transitions::{Movement, Transition, Transitions};

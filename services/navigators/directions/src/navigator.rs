@@ -58,9 +58,13 @@ pub struct Settings {
     pub most_recoveries: u8,
     /// How long it works on an entry before it gives up, in seconds.
     pub longest_entry_s: f64,
-    /// Standard deviation of its heading at the start, radians. On land it corrects it by the bearings of its map.
+    /// Standard deviation of its heading at the start, radians. Above 0, it corrects it by the bearings of its map.
     pub heading_rad: f64,
 }
+
+/// The tolerance and the gate of a robot on land, in its range.
+const LAND_TOLERANCE: f64 = 0.012_5;
+const LAND_GATE: f64 = 0.037_5;
 
 impl Settings {
     /// What suits a window and an error of position: a window's side a second, and a gate of three and a half deviations.
@@ -82,9 +86,14 @@ impl Settings {
         match window.land {
             None => above,
             // A robot needs time to brake, and passes behind landmarks that hide others for a while.
-            Some(_) => {
-                Self { gain: 1.5, gate: 0.06 * window.side + 3.5 * sigma, looks: 3, patience: 60, ..above }
-            }
+            Some(land) => Self {
+                gain: 1.5,
+                tolerance: LAND_TOLERANCE * land.range,
+                gate: LAND_GATE * land.range + 3.5 * sigma,
+                looks: 3,
+                patience: 60,
+                ..above
+            },
         }
     }
 
@@ -295,14 +304,14 @@ impl Navigator {
         Output { outcome: state.outcome().filter(|_| is_there), ..state.output() }
     }
 
-    /// What the window shows along the map's axes. Above a plane the window's axes are taken for those of the map.
+    /// What the window shows along the map's axes. Without an error of the heading, the window's axes are those of the map.
     fn in_map_axes<'a>(
         &self,
         state: &State,
         view: &'a [Point],
         turned: &'a mut ArrayVec<Point, MOST_SEEN>,
     ) -> &'a [Point] {
-        if self.settings.window.land.is_none() {
+        if self.settings.heading_rad == 0.0 {
             return view;
         }
         turned.extend(view.iter().take(MOST_SEEN).map(|dot| dot.turned(state.heading.turned_rad)));

@@ -15,6 +15,7 @@ pub use crate::atlas::Atlas;
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
 use crate::plane::{DotId, Plane};
+use crate::sight::{Eye, is_seen};
 use crate::transitions::Transition;
 
 /// What the distance of a path is.
@@ -67,8 +68,29 @@ pub struct Start {
 impl Start {
     /// From a centre of the window. Rejects a view without a dot.
     pub fn at(plane: &Plane, window: Window, centre: Point) -> Result<Self, Error> {
+        let eye = Eye { at: centre, walls: plane.walls() };
+        Self::nearest(plane, window, centre, |dot| match window.land {
+            None => true,
+            Some(land) => {
+                let others = plane.around(centre, land.range).filter(|&(_, other)| other != dot);
+                is_seen(land, eye, dot - centre, others.map(|(_, other)| other - centre))
+            }
+        })
+    }
+
+    /// At a place to which somebody wants to go: over the dot nearest to it, without a wall between them.
+    pub fn wanted(plane: &Plane, window: Window, place: Point) -> Result<Self, Error> {
+        Self::nearest(plane, window, place, |dot| !plane.walls().cross(place, dot))
+    }
+
+    fn nearest(
+        plane: &Plane,
+        window: Window,
+        centre: Point,
+        counts: impl Fn(Point) -> bool,
+    ) -> Result<Self, Error> {
         let distance = |dot: Point| (dot - centre).norm_squared();
-        let seen = plane.around(centre, window.side / 2.0);
+        let seen = plane.around(centre, window.side / 2.0).filter(|&(_, dot)| counts(dot));
         let nearest =
             seen.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)).then(b.1.x.total_cmp(&a.1.x)));
         let (landmark, _) = nearest.ok_or(Error::NothingInView { x: centre.x, y: centre.y })?;
@@ -81,11 +103,13 @@ impl Start {
         Ok(Self { centre: plane.dot(dot), landmark })
     }
 
-    /// Where a journey to a dot ends: with the window over it, on land with the robot beside it.
-    pub fn at_goal(atlas: &Atlas, dot: DotId) -> Result<Self, Error> {
-        let landmark = atlas.plane.known(dot)?;
-        let beside = atlas.window.land.map_or(Point::default(), |_| atlas.window.centre_from(Corner::Sw));
-        Ok(Self { centre: atlas.plane.dot(dot) + beside, landmark })
+    /// Where a journey along a path ends: with the window over its last landmark, on land with the robot beside it.
+    pub fn behind(atlas: &Atlas, path: &Path) -> Self {
+        let (from, landmark) = match path.legs.last() {
+            Some(leg) => (atlas.centre(leg.from, leg.transition.corner), leg.transition.to),
+            None => (path.start.centre, path.start.landmark),
+        };
+        Self { centre: atlas.over(from, landmark), landmark }
     }
 }
 
@@ -119,6 +143,12 @@ pub struct Path {
     pub unreliability: f64,
 }
 
+/// −ln R of legs together.
+pub(crate) fn unreliability(legs: &[Leg]) -> f64 {
+    // An empty sum of floats is minus zero.
+    legs.iter().fold(0.0, |sum, leg| sum + leg.unreliability)
+}
+
 impl Path {
     /// D/R.
     pub fn ratio(&self) -> f64 {
@@ -142,7 +172,7 @@ impl Path {
             Measure::Landmarks => atlas.landmark_distance(leg.from, &leg.transition),
             Measure::Windows => atlas.window_distance(leg.from, &leg.transition, leg.place),
         };
-        first + self.legs.iter().map(leg_distance).sum::<f64>()
+        self.legs.iter().map(leg_distance).fold(first, |sum, way| sum + way)
     }
 }
 

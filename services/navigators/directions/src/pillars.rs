@@ -61,14 +61,15 @@ impl Finder {
     }
 
     fn returns(&self, scan: &LaserScan) -> ArrayVec<Return, MAX_BEAMS> {
-        let ranges = scan.ranges_m[..(scan.beam_count as usize).min(MAX_BEAMS)].iter().enumerate();
+        let ranges = scan.ranges().iter().enumerate();
         ranges
             .map(|(beam, range)| (beam, f64::from(*range)))
             .filter(|(_, range)| range.is_finite() && *range > 0.0)
             .collect()
     }
 
-    fn jump_m(&self) -> f64 {
+    /// How much nearer or further the next return may be that belongs to the same thing, metres.
+    pub fn jump_m(&self) -> f64 {
         2.0 * self.radius_m + 4.0 * self.noise_m
     }
 

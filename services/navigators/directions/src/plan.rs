@@ -67,7 +67,9 @@ impl Plan {
         let entry = |(leg, &check): (&Leg, &Check)| {
             // Which of several confusable landmarks it is needs no proof.
             let is_definite = leg.transition.word != Descriptor::Confusable;
-            let verification = check.verification().filter(|_| is_definite && verifies(leg, check));
+            // To verify is to look around a landmark from all sides.
+            let can_be_verified = is_definite && atlas.is_free_around(leg.transition.to);
+            let verification = check.verification().filter(|_| can_be_verified && verifies(leg, check));
             entry(atlas, leg, verification)
         };
         let others = path.legs.iter().zip(&checks).map(entry);
@@ -96,9 +98,9 @@ fn entry(atlas: &Atlas, leg: &Leg, verification: Option<Verification>) -> Entry 
     Entry { word: leg.transition.word, bearing_deg, trajectory, verification, place: leg.place }
 }
 
-/// The bearing of a leg's landmark, for a robot on land whose heading is not known exactly. Confusable landmarks have several.
+/// The bearing of a leg's landmark, for a robot whose heading is not known exactly. Confusable landmarks have several.
 fn bearing_deg(atlas: &Atlas, leg: &Leg) -> Option<u16> {
-    let corrects = atlas.window.land.is_some() && atlas.reliability.noise.heading_rad > 0.0;
+    let corrects = atlas.reliability.noise.heading_rad > 0.0;
     let is_definite = leg.transition.word != Descriptor::Confusable;
     let way = atlas.plane.dot(leg.transition.seen) - atlas.plane.dot(leg.from);
     (corrects && is_definite).then(|| heading::bearing_deg(way))

@@ -3,8 +3,11 @@
 //! The grid has about one dot a cell, so a query takes time in proportion to what it finds. Dots are kept in the order of
 //! their cells, and a row of cells is one slice.
 
+use std::sync::Arc;
+
 use crate::error::Error;
 use crate::geometry::Point;
+use crate::walls::Walls;
 
 /// The number of a dot, from 0.
 pub type DotId = u32;
@@ -20,6 +23,7 @@ pub struct Plane {
     dots: Vec<Point>,
     bounds: (Point, Point),
     grid: Grid,
+    walls: Arc<Walls>,
 }
 
 /// Dots by cells of a uniform grid, rows from the south.
@@ -49,7 +53,17 @@ impl Plane {
         }
         let grid = Grid::new(&dots);
         grid.same_place()?;
-        Ok(Self { bounds: bounds(&dots), dots, grid })
+        Ok(Self { bounds: bounds(&dots), dots, grid, walls: Arc::default() })
+    }
+
+    /// The same dots among walls.
+    pub fn among(self, walls: Arc<Walls>) -> Self {
+        Self { walls, ..self }
+    }
+
+    /// The walls that stand among the dots; none above a plane.
+    pub fn walls(&self) -> &Arc<Walls> {
+        &self.walls
     }
 
     /// The dots, by number.

@@ -1,8 +1,10 @@
 //! What a robot on land sees of its landmarks: as far as its range, and not behind others (Park and Kender 1995, 8).
 //!
-//! Landmarks are cylinders of one radius. So a nearer one always looks wider than a further one, and hides it from a side.
+//! Landmarks are cylinders of one radius. So a nearer one always looks wider than a further one, and hides it from a side. Walls
+//! hide them too.
 
 use crate::geometry::{Land, Point};
+use crate::walls::Walls;
 
 /// The least share of a landmark's width that must be in sight.
 pub const LEAST_SHARE: f64 = 0.5;
@@ -12,8 +14,17 @@ pub fn half_angle_rad(radius: f64, distance: f64) -> f64 {
     (radius / distance.max(radius)).asin()
 }
 
+/// From where a robot looks, among which walls.
+#[derive(Debug, Clone, Copy)]
+pub struct Eye<'a> {
+    /// Where it is.
+    pub at: Point,
+    /// The walls.
+    pub walls: &'a Walls,
+}
+
 /// Whether a landmark is seen, given relative to the eye, with all the others around.
-pub fn is_seen(land: Land, landmark: Point, others: impl Iterator<Item = Point>) -> bool {
+pub fn is_seen(land: Land, eye: Eye<'_>, landmark: Point, others: impl Iterator<Item = Point>) -> bool {
     let distance = landmark.norm();
     if distance > land.range {
         return false;
@@ -29,24 +40,29 @@ pub fn is_seen(land: Land, landmark: Point, others: impl Iterator<Item = Point>)
             low = low.max(aside + covers);
         }
     }
+    if !eye.walls.is_empty() {
+        [low, high] = eye.walls.narrow(eye.at, landmark, half, [low, high]);
+    }
     high - low >= 2.0 * half * LEAST_SHARE
 }
 
 /// The direction of a point, counter-clockwise from that of another, radians.
-fn bearing_rad(from: Point, to: Point) -> f64 {
+pub(crate) fn bearing_rad(from: Point, to: Point) -> f64 {
     (from.x * to.y - from.y * to.x).atan2(from.dot(to))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::walls::Body;
 
     const LAND: Land = Land { radius: 0.15, range: 8.0, stand_off: 0.9, clearance: 0.5 };
 
     #[test]
     fn what_is_far_or_behind_another_is_not_seen() {
         let seen = |x, y, others: &[(f64, f64)]| {
-            is_seen(LAND, Point::new(x, y), others.iter().map(|&(x, y)| Point::new(x, y)))
+            let eye = Eye { at: Point::default(), walls: &Walls::default() };
+            is_seen(LAND, eye, Point::new(x, y), others.iter().map(|&(x, y)| Point::new(x, y)))
         };
         assert!(seen(7.9, 0.0, &[]) && !seen(8.1, 0.0, &[]));
         assert!(!seen(5.0, 0.0, &[(2.0, 0.0)]), "right behind");
@@ -55,5 +71,24 @@ mod tests {
         // At 2 m the nearer one looks 0.075 rad wide to each side, the further one 0.03 rad at 5 m.
         assert!(seen(5.0, 0.0, &[(2.0, 0.16)]) && !seen(5.0, 0.0, &[(2.0, 0.14)]));
         assert!(!seen(5.0, 0.0, &[(2.0, 0.18), (2.0, -0.18)]), "a slit between two");
+    }
+
+    #[test]
+    fn what_is_behind_a_wall_or_close_before_it_is_not_seen() {
+        let body = Body { radius: 0.2, keeps: 0.35, merges: 0.4 };
+        let seen = |landmark: (f64, f64), wall: [(f64, f64); 2]| {
+            let walls = Walls::new([wall.map(|(x, y)| Point::new(x + 10.0, y - 3.0))], 0.1, body);
+            let eye = Eye { at: Point::new(10.0, -3.0), walls: &walls };
+            is_seen(LAND, eye, Point::new(landmark.0, landmark.1), std::iter::empty())
+        };
+        assert!(!seen((5.0, 0.0), [(3.0, -2.0), (3.0, 2.0)]), "behind it");
+        assert!(seen((5.0, 0.0), [(3.0, 0.5), (3.0, 2.0)]), "beside its end");
+        assert!(
+            seen((5.0, 0.0), [(3.0, 0.01), (3.0, 2.0)]) && !seen((5.0, 0.0), [(3.0, -0.02), (3.0, 2.0)]),
+            "half"
+        );
+        assert!(seen((5.0, 0.0), [(-3.0, -2.0), (-3.0, 2.0)]) && seen((5.0, 0.0), [(-1.0, 0.5), (9.0, 0.6)]));
+        assert!(seen((5.0, 0.0), [(5.6, -2.0), (5.6, 2.0)]), "in front of it");
+        assert!(!seen((5.0, 0.0), [(5.3, -2.0), (5.3, 2.0)]), "one thing with it, to a laser");
     }
 }

@@ -11,7 +11,7 @@ use petgraph::graph::DiGraph;
 use crate::description::Descriptor;
 use crate::geometry::{Corner, Point, Window};
 use crate::plane::{DotId, Plane};
-use crate::sight::is_seen;
+use crate::sight::{Eye, is_seen};
 use crate::trajectory::Slide;
 
 /// How the navigator moves to the target of a transition.
@@ -87,12 +87,12 @@ impl Candidates {
         let far = place + corner.inward() * window.side;
         let low = Point::new(place.x.min(far.x), place.y.min(far.y));
         let high = Point::new(place.x.max(far.x), place.y.max(far.y));
-        let eye = place + window.centre_from(corner);
+        let eye = Eye { at: place + window.centre_from(corner), walls: plane.walls() };
         let is_seen = |dot: DotId, at: Point| match window.land {
             None => true,
             Some(land) => {
-                let others = plane.around(eye, land.range).filter(|&(other, _)| other != dot);
-                is_seen(land, at - eye, others.map(|(_, at)| at - eye))
+                let others = plane.around(eye.at, land.range).filter(|&(other, _)| other != dot);
+                is_seen(land, eye, at - eye.at, others.map(|(_, at)| at - eye.at))
             }
         };
         for (dot, at) in plane.within(low, high).filter(|&(dot, at)| dot != landmark && is_seen(dot, at)) {

@@ -5,7 +5,7 @@
 //! other words in a path that has been found.
 
 use crate::description::{Descriptor, Vocabulary};
-use crate::path::{Atlas, Leg, Path};
+use crate::path::{Atlas, Leg, Path, unreliability};
 use crate::plane::DotId;
 use crate::transitions::{Candidates, Movement};
 
@@ -38,7 +38,7 @@ pub fn reworded(atlas: &Atlas, path: &Path, vocabulary: Vocabulary, slack: f64) 
         reworded.legs[index].transition.word = word;
         reworded.legs[index].unreliability = 0.0;
     }
-    reworded.unreliability = reworded.legs.iter().map(|leg| leg.unreliability).sum();
+    reworded.unreliability = unreliability(&reworded.legs);
     reworded
 }
 
@@ -54,7 +54,10 @@ fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
         let slack = if is_old(dot) { -slack } else { slack };
         let relative = atlas.plane.dot(dot) - reference;
         let covers = before.transition.corner.nearly_covers(relative, atlas.window.side, slack);
-        dot == before.from || covers == is_old(dot)
+        // A robot on land sees a quadrant as far as its range.
+        let away = (relative - atlas.window.centre_from(before.transition.corner)).norm();
+        let is_near = atlas.window.land.is_none_or(|land| away <= land.range + slack);
+        dot == before.from || (covers && is_near) == is_old(dot)
     };
     now.dots.len() > 1
         && now.dots.iter().all(|&dot| is_sure(dot))
@@ -196,12 +199,12 @@ mod tests {
     }
 
     /// Without errors the navigator should read each view as the map-maker did, and go from landmark to landmark as planned.
-    fn agreement(window: Window, worlds: impl Iterator<Item = Plane>) -> Agreement {
+    fn agreement(window: Window, slack: f64, worlds: impl Iterator<Item = Plane>) -> Agreement {
         let mut all = Agreement { new: 0, confusable: 0, plans: 0, direct: 0 };
         for world in worlds {
             let atlas = atlas(world, window);
             for goal in [5, 17, 33, 41, 55, 73] {
-                let Some(reworded) = path(&atlas, 2, goal, 0.06 * window.side) else { continue };
+                let Some(reworded) = path(&atlas, 2, goal, slack) else { continue };
                 let of = |word| words(&reworded).into_iter().filter(|it| *it == word).count();
                 let (new, confusable) = (of(Descriptor::New), of(Descriptor::Confusable));
                 if new + confusable == 0 {
@@ -228,7 +231,8 @@ mod tests {
 
     #[test]
     fn what_the_map_maker_calls_new_and_confusable_the_navigator_finds() {
-        let all = agreement(window(), (0..40).map(|seed| uniform(150, 100.0, seed).unwrap()));
+        let all =
+            agreement(window(), 0.06 * window().side, (0..40).map(|seed| uniform(150, 100.0, seed).unwrap()));
         assert!(all.new > 20 && all.confusable > 20, "{} {}", all.new, all.confusable);
         assert!(all.plans > 60 && all.direct == all.plans, "{} of {}", all.direct, all.plans);
     }
@@ -246,7 +250,8 @@ mod tests {
             }
             Plane::new(apart).unwrap()
         };
-        let all = agreement(Window::on_land(land).unwrap(), (0..12).map(field));
+        let window = Window::on_land(land).unwrap();
+        let all = agreement(window, Settings::new(window, 0.0).gate, (0..24).map(field));
         assert!(all.new > 3, "{}", all.new);
         assert!(all.direct * 10 >= all.plans * 9, "{} of {}", all.direct, all.plans);
     }

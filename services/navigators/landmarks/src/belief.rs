@@ -12,6 +12,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::wrap_angle;
 
 use crate::error::Error;
 use crate::memory::{Memory, Relation};
@@ -282,7 +283,7 @@ impl Belief {
         let at = [0, 1].map(|axis| mean(&|one| one.at[axis]));
         let heading_rad = mean(&|one| one.heading_rad.sin()).atan2(mean(&|one| one.heading_rad.cos()));
         let square = mean(&|one| plane::distance(one.at, at).powi(2));
-        let heading_rad = plane::wrap(heading_rad);
+        let heading_rad = wrap_angle(heading_rad);
         Estimate {
             at,
             heading_rad,

@@ -5,6 +5,7 @@
 //! lost where what it sees does not fit the drawing any more, or where the goal does not come.
 
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::wrap_angle;
 
 use crate::belief::Estimate;
 use crate::control::{self, Controlling, Drive, Sectors};
@@ -176,7 +177,7 @@ impl Guide {
         let along = self.journey.along_m;
         let [here, there] = [along, along + 1.0]
             .map(|along| plane::direction(self.place(along - 0.3), self.place(along + 0.3)));
-        match plane::wrap(there - here).to_degrees() {
+        match wrap_angle(there - here).to_degrees() {
             turn if turn > 20.0 => Command::Left,
             turn if turn < -20.0 => Command::Right,
             _ => Command::Forward,
@@ -237,7 +238,7 @@ impl Guide {
     fn drive(&self, estimate: &Estimate, sectors: &Sectors) -> Drive {
         let settings = &self.settings;
         let aim = self.place(self.journey.along_m + settings.ahead_m);
-        let off = plane::wrap(plane::direction(estimate.at, aim) - estimate.heading_rad);
+        let off = wrap_angle(plane::direction(estimate.at, aim) - estimate.heading_rad);
         let avoid = control::avoidance(sectors, &settings.control);
         let away = -avoid.direction_rad * avoid.strength * settings.control.range_m
             / INCH_M

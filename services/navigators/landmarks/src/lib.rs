@@ -1,7 +1,9 @@
 #![doc = include_str!("../README.md")]
 
+pub mod account;
 pub mod belief;
 pub mod control;
+pub mod derived;
 pub mod error;
 pub mod extraction;
 pub mod file;
@@ -11,11 +13,14 @@ pub mod instructions;
 pub mod language;
 pub mod localizer;
 pub mod locator;
+pub mod lookout;
 pub mod lost;
 pub mod matching;
 pub mod memory;
+pub mod messages;
 pub mod mission;
 mod motion;
+mod navigator;
 mod numbers;
 pub mod outlines;
 pub mod perception;
@@ -28,3 +33,4 @@ pub mod sketcher;
 pub mod view;
 
 pub use error::{Error, LandmarksError};
+pub use navigator::NAVIGATOR;

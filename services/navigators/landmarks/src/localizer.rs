@@ -2,18 +2,17 @@
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::channels::{
-    LANDMARK_ROUTE, LANDMARK_VIEW, MARKERS, MISSION, ODOMETRY, ORDERS, SCAN, SONAR,
-};
-use sketchnav_schemas::message::{LandmarkView, MarkerView, MissionCommand, PoseM};
+use sketchnav_schemas::channels::{MARKERS, ODOMETRY, SCAN, SONAR};
+use sketchnav_schemas::message::{MarkerView, MissionCommand, PoseM};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed;
-use sketchnav_stage::{Heard, Instant, Outbox, Stage, StageError};
+use sketchnav_stage::{Denied, Heard, Instant, Outbox, Stage, StageError};
 
 use crate::error::LandmarksError;
 use crate::instructions::{Instructions, Marked};
 use crate::locator::{Located, Locating, Locator};
 use crate::memory::{Relation, SeenMarker};
+use crate::messages::{LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkView};
 use crate::mission::Parameters;
 use crate::motion::Motion;
 use crate::perception::{Perceiving, Perception};
@@ -120,15 +119,15 @@ impl Localizer {
 
 /// Takes in what the ring's own sensor measured last. Whether it has spoken since the instant before: a robot may have
 /// other sensors that speak more often.
-fn sense(ring: &mut Ring, instant: &Instant<'_>) -> bool {
+fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
     match ring.sensor() {
         RingSensor::Sonar => {
-            instant.newest(SONAR).into_iter().for_each(|sonar| ring.hear(sonar));
-            instant.fresh(SONAR).is_some()
+            instant.newest(SONAR)?.into_iter().for_each(|sonar| ring.hear(sonar));
+            Ok(instant.fresh(SONAR)?.is_some())
         }
         RingSensor::Laser => {
-            instant.newest(SCAN).into_iter().for_each(|scan| ring.see(scan));
-            instant.fresh(SCAN).is_some()
+            instant.newest(SCAN)?.into_iter().for_each(|scan| ring.see(scan));
+            Ok(instant.fresh(SCAN)?.is_some())
         }
     }
 }
@@ -138,7 +137,7 @@ impl Stage for Localizer {
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        if message.on(LANDMARK_ROUTE).is_some() {
+        if message.on(LANDMARK_ROUTE)?.is_some() {
             let instructions = Instructions::read(message.cells())?;
             let seed = seed::stream(self.seed, STREAM).random();
             self.markers = instructions.markers;
@@ -149,7 +148,7 @@ impl Stage for Localizer {
             let locate = |sketch: &Sketch| Locator::new(sketch, marked, self.locating, seed);
             self.locator = instructions.sketch.as_ref().map(locate).transpose()?;
             (self.sketch, self.is_told) = (instructions.sketch, true);
-        } else if let Some(here) = message.on(MISSION).or(message.on(ORDERS)).and_then(MissionCommand::here)
+        } else if let Some(here) = message.order()?.and_then(MissionCommand::here)
             && let (Some(locator), Some(sketch)) = (&mut self.locator, &self.sketch)
         {
             locator.place(sketch.place(&here), here.yaw_rad);
@@ -162,11 +161,11 @@ impl Stage for Localizer {
     }
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let Some(odometry) = instant.newest(ODOMETRY) else { return Ok(()) };
+        let Some(odometry) = instant.newest(ODOMETRY)? else { return Ok(()) };
         let [moved_m, turned_rad] = self.motion.to(&odometry.pose());
-        let is_fresh = sense(&mut self.ring, instant);
+        let is_fresh = sense(&mut self.ring, instant)?;
         self.perception.see(&self.ring.sectors())?;
-        if let Some(view) = instant.fresh(MARKERS).filter(|_| !self.markers.is_empty()) {
+        if let Some(view) = instant.fresh(MARKERS)?.filter(|_| !self.markers.is_empty()) {
             self.see_markers(view);
         }
         if let Some(locator) = &mut self.locator {
@@ -198,9 +197,10 @@ impl Stage for Localizer {
 mod tests {
     use bytemuck::Zeroable;
     use sketchnav_schemas::channels::ChannelSpec;
+    use sketchnav_schemas::codes::Process;
     use sketchnav_schemas::message::{LaserScan, SonarScan};
     use sketchnav_schemas::robot::Robot;
-    use sketchnav_stage::{Inputs, Reading};
+    use sketchnav_stage::{Access, Inputs, Reading};
 
     use super::*;
 
@@ -226,8 +226,9 @@ mod tests {
         let [nomad, robotino] = [NOMAD, ROBOTINO].map(|text| Robot::parse(text).unwrap());
         let both = Robot { laser: robotino.laser.clone(), ..nomad };
         let inputs = OldSonarNewScan(SonarScan::zeroed(), bytemuck::zeroed_box());
-        let instant = Instant::new(1, 0, &inputs);
-        assert!(!sense(&mut Ring::of(&both).unwrap(), &instant));
-        assert!(sense(&mut Ring::of(&robotino).unwrap(), &instant));
+        let access = Access::new(Process::Localizer, "landmarks");
+        let instant = Instant::new(&access, 1, 0, &inputs);
+        assert!(!sense(&mut Ring::of(&both).unwrap(), &instant).unwrap());
+        assert!(sense(&mut Ring::of(&robotino).unwrap(), &instant).unwrap());
     }
 }

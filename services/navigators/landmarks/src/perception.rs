@@ -10,11 +10,11 @@ use std::f64::consts::{FRAC_PI_8, PI, TAU};
 use serde::{Deserialize, Serialize};
 use sketchnav_qualitative::Point;
 use sketchnav_qualitative::hof::{Force, Pair, Polygon, Workspace};
+use sketchnav_schemas::geometry::wrap_angle;
 
 use crate::error::Error;
 use crate::extraction::track::{HISTOGRAM, place};
 use crate::numbers;
-use crate::plane;
 use crate::route::{INCH_M, Place};
 
 /// How the robot perceives.
@@ -250,7 +250,7 @@ impl Perception {
 /// The angle from a beam to the next one, from 0 to 2π.
 fn gap(angles_rad: &[f64], i: usize) -> f64 {
     let next = angles_rad[(i + 1) % angles_rad.len()];
-    plane::wrap(next - angles_rad[i]).rem_euclid(TAU)
+    wrap_angle(next - angles_rad[i]).rem_euclid(TAU)
 }
 
 fn square(side: f64) -> Result<Polygon, Error> {

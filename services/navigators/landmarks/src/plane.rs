@@ -25,12 +25,6 @@ pub fn direction(from: At, to: At) -> f64 {
     (to[1] - from[1]).atan2(to[0] - from[0])
 }
 
-/// An angle in (−π, π].
-pub fn wrap(angle_rad: f64) -> f64 {
-    let turns = (angle_rad / std::f64::consts::TAU).round();
-    angle_rad - turns * std::f64::consts::TAU
-}
-
 /// A line in equal steps of about the length given, from its first to its last point. It has at least two points if
 /// the line has two.
 pub fn resample(line: &[At], step: f64) -> Vec<At> {

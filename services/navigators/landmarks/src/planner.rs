@@ -1,18 +1,16 @@
-//! The planner for landmarks as a stage: follows landmark states, or the drawn route by where the robot probably is.
+//! The planner for landmarks: follows landmark states, or the drawn route by where the robot probably is.
 //!
 //! It answers every view with how far the robot has come, one command and one status.
 
 use serde::{Deserialize, Serialize};
-use sketchnav_motion::mission::{Mission as Errands, Phase, TaskInfo};
-use sketchnav_schemas::channels::{
-    COMMAND, LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, MISSION, ODOMETRY, ORDERS, STATUS,
-};
-use sketchnav_schemas::codes::{LandmarkEvent, Order, RouteCommand, TaskState};
+use sketchnav_motion::agenda::{Agenda, Due, Standing};
+use sketchnav_schemas::channels::ODOMETRY;
+use sketchnav_schemas::codes::{Order, TaskState};
 use sketchnav_schemas::floor_plan::Marker;
-use sketchnav_schemas::message::{Here, LandmarkProgress, LandmarkView, MetRelation, Text, Twist};
+use sketchnav_schemas::message::{Here, Twist};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::{Limits, Robot};
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use crate::control::{self, Drive};
@@ -21,6 +19,10 @@ use crate::follower::{Event, Follower, Progress, Viewed};
 use crate::guide::{Guide, Guided, Journey, Outcome};
 use crate::instructions::Instructions;
 use crate::matching::{self, Features};
+use crate::messages::{
+    LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkEvent, LandmarkProgress, LandmarkView,
+    MetRelation, RouteCommand,
+};
 use crate::mission::{LandmarksMission, Method, Parameters, PlannerParameters};
 use crate::motion::Motion;
 use crate::perception::Seen;
@@ -50,16 +52,13 @@ enum Driven {
 /// The planner of a run.
 pub struct Planner {
     method: Method,
-    task: TaskInfo,
     parameters: PlannerParameters,
     limits: Limits,
-    nominal_dt_s: f64,
-    waits_for_order: bool,
     driver: Option<Driver>,
     /// How far along the route each state is, as far as it is known.
     along_m: Vec<f64>,
     seen: Vec<Seen>,
-    mission: Errands,
+    agenda: Agenda,
     motion: Motion,
     course: Course,
 }
@@ -80,7 +79,7 @@ struct Course {
 /// The planner's state.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State {
-    mission: Errands,
+    agenda: Standing,
     motion: Motion,
     course: Course,
     driven: Option<Driven>,
@@ -128,42 +127,21 @@ impl Planner {
         for control in [&mut parameters.states.control, &mut parameters.belief.control] {
             control.speed_mps = control.speed_mps.min(limits.speed_mps);
         }
-        let task = &run.mission.task[0];
         Ok(Self {
             method: mission.method,
-            task: TaskInfo { name: Text::new(&task.name), time_limit_s: task.time_limit_s },
             parameters,
             limits,
-            nominal_dt_s: 1.0 / run.robot.tick_hz(),
-            waits_for_order: run.pace == Pace::Lockstep,
             driver: None,
             along_m: Vec::new(),
-            seen: Vec::with_capacity(sketchnav_schemas::message::MAX_SEEN_OBJECTS),
-            mission: Errands::new(run.pad),
+            seen: Vec::with_capacity(crate::messages::MAX_SEEN_OBJECTS),
+            agenda: Agenda::new(run),
             motion: Motion::default(),
             course: Course::default(),
         })
     }
 
-    fn go_on(&mut self, view: &LandmarkView, motion: [f64; 2], dt_s: f64) {
-        let is_ready = self.mission.is_ordered() && self.driver.is_some();
-        if let Some(next) = self.mission.due(is_ready, 1) {
-            self.mission.begin(next);
-            self.course = Course { next: 1, ..Course::default() };
-        }
-        match self.mission.phase() {
-            Phase::Driving => self.drive(view, motion, dt_s),
-            Phase::Waiting => {
-                let reason = if self.driver.is_some() {
-                    "waiting for the order to start"
-                } else {
-                    "waiting for the route"
-                };
-                self.mission.report(TaskState::Waiting, reason);
-                self.stop();
-            }
-            Phase::Ended | Phase::Over => self.stop(),
-        }
+    fn missing(&self) -> Option<&'static str> {
+        self.driver.is_none().then_some("waiting for the route")
     }
 
     fn drive(&mut self, view: &LandmarkView, [moved_m, turned_rad]: [f64; 2], dt_s: f64) {
@@ -181,18 +159,18 @@ impl Planner {
         let front_m = control::front_m(&view.sectors_m);
         match ended {
             Some(End::Arrived) => {
-                self.mission.end(
+                self.agenda.end(
                     TaskState::Reached,
                     format_args!("{front_m:.1} m before what is at the route's end"),
                 );
             }
-            Some(End::Lost(why)) => self.mission.lose(why),
+            Some(End::Lost(why)) => self.agenda.lose(why),
             None if self.course.standing_s > self.parameters.blocked_s => {
-                self.mission.end(TaskState::Blocked, "no way past what is in front");
+                self.agenda.end(TaskState::Blocked, "no way past what is in front");
             }
             None => {
                 let about = About { next: self.course.next, command: self.about() };
-                if self.mission.go_on(&self.task, about) {
+                if self.agenda.go_on(about) {
                     return;
                 }
             }
@@ -210,12 +188,12 @@ impl Planner {
                     Ok(()) => self.course = Course { next: state + 1, ..self.course },
                     Err(_) => {
                         let last = follower.route().states.len() - 1;
-                        self.mission.lose(format_args!("expected a state from 1 to {last}, found {number}"));
+                        self.agenda.lose(format_args!("expected a state from 1 to {last}, found {number}"));
                     }
                 }
             }
             Some(Driver::Belief { .. }) if number > 0 => {
-                self.mission.lose("a belief knows no states; lead the robot there, resume without one");
+                self.agenda.lose("a belief knows no states; lead the robot there, resume without one");
             }
             Some(Driver::Belief { guide, .. }) => guide.look_again(),
             Some(Driver::States(_)) | None => {}
@@ -231,7 +209,7 @@ impl Planner {
         self.course.next = self.along_m.iter().take_while(|at| **at <= along_m).count();
         self.course.next = self.course.next.min(self.along_m.len().saturating_sub(1));
         self.course.standing_s = 0.0;
-        self.mission.find();
+        self.agenda.find();
     }
 
     fn stop(&mut self) {
@@ -394,18 +372,17 @@ impl Driver {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "landmarks planner 1";
+    const FORM: &'static str = "landmarks planner 2";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        if message.on(LANDMARK_ROUTE).is_some() {
+        if message.on(LANDMARK_ROUTE)?.is_some() {
             let instructions = Instructions::read(message.cells())?;
             let driver = Driver::new(self.method, &instructions, &self.parameters)?;
             self.driver = Some(driver);
             let along_m = self.route().map_or(Vec::new(), |(route, _)| route.along_m());
             self.along_m = along_m.into_iter().map_while(|along| along).collect();
-        } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
-            self.mission.on_order(order, 1);
+        } else if let Some(order) = self.agenda.hear(message)? {
             if Order::from_code(order.order) == Some(Order::Resume) {
                 self.resume(order.task as usize);
             }
@@ -417,34 +394,27 @@ impl Stage for Planner {
     }
 
     fn is_ready(&self) -> bool {
-        self.mission.is_ordered() && self.driver.is_some() || !self.waits_for_order
+        self.agenda.is_ready(self.missing().is_none())
     }
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let (Some(view), Some(odometry)) = (instant.newest(LANDMARK_VIEW), instant.newest(ODOMETRY)) else {
+        let (Some(view), Some(odometry)) = (instant.newest(LANDMARK_VIEW)?, instant.newest(ODOMETRY)?) else {
             return Ok(());
         };
-        let dt_s = self.mission.begin_step(&view.header, odometry, self.nominal_dt_s);
+        let dt_s = self.agenda.begin_step(instant.stamp_ns, odometry);
         let motion = self.motion.to(&view.odometry());
         self.course.event = LandmarkEvent::Nothing.code();
-        if self.mission.is_held() {
-            self.stop();
-        } else {
-            self.go_on(view, motion, dt_s);
+        match self.agenda.due(self.missing()) {
+            Due::Begin => {
+                self.course = Course { next: 1, ..Course::default() };
+                self.drive(view, motion, dt_s);
+            }
+            Due::Drive => self.drive(view, motion, dt_s),
+            Due::Stand => self.stop(),
         }
         out.send(LANDMARK_PROGRESS, |progress| self.write(progress))?;
         let [vx_mps, yaw_rate_radps] = self.course.command;
-        out.send(COMMAND, |command| {
-            command.twist = Twist { vx_mps, vy_mps: 0.0, yaw_rate_radps };
-            command.last = self.mission.is_last().into();
-        })?;
-        let remaining_m = self.remaining_m(view);
-        out.send(STATUS, |status| {
-            let header = status.header;
-            self.mission.write_status(Some(&self.task), 1, remaining_m, status);
-            status.header = header;
-        })?;
-        Ok(())
+        self.agenda.send(Twist { vx_mps, vy_mps: 0.0, yaw_rate_radps }, self.remaining_m(view), out)
     }
 
     fn state(&self) -> impl Serialize {
@@ -452,12 +422,13 @@ impl Stage for Planner {
             Driver::States(follower) => Driven::States(*follower.progress()),
             Driver::Belief { guide, .. } => Driven::Belief(*guide.journey()),
         });
-        State { mission: self.mission.clone(), motion: self.motion, course: self.course, driven }
+        State { agenda: self.agenda.standing(), motion: self.motion, course: self.course, driven }
     }
 
     fn restore(&mut self, state: State) -> Result<(), StageError> {
-        let State { mission, motion, course, driven } = state;
-        (self.mission, self.motion, self.course) = (mission, motion, course);
+        let State { agenda, motion, course, driven } = state;
+        (self.motion, self.course) = (motion, course);
+        self.agenda.restore(agenda);
         match (&mut self.driver, driven) {
             (Some(Driver::States(follower)), Some(Driven::States(progress))) => follower.restore(progress)?,
             (Some(Driver::Belief { guide, .. }), Some(Driven::Belief(journey))) => guide.restore(journey),
@@ -467,8 +438,6 @@ impl Stage for Planner {
     }
 
     fn recover(&mut self, remains: &dyn Remains) {
-        if let Some(last) = remains.of(STATUS) {
-            self.mission.resume_behind(&last);
-        }
+        self.agenda.recover(remains);
     }
 }

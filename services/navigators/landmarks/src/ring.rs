@@ -91,8 +91,7 @@ impl Ring {
         }
         self.angles_rad.clear();
         self.ranges_m.clear();
-        let count = (scan.sonar_count as usize).min(MAX_SONARS);
-        for (i, range) in scan.ranges_m[..count].iter().enumerate() {
+        for (i, range) in scan.ranges().iter().enumerate() {
             self.angles_rad
                 .push(f64::from(scan.angle_min_rad) + i as f64 * f64::from(scan.angle_increment_rad));
             self.ranges_m.push(range_m(*range, scan.range_min_m, scan.range_max_m));
@@ -103,8 +102,7 @@ impl Ring {
     pub fn see(&mut self, scan: &LaserScan) {
         let Some(mount) = self.laser else { return };
         self.ranges_m.fill(f64::INFINITY);
-        let count = (scan.beam_count as usize).min(scan.ranges_m.len());
-        for (i, range) in scan.ranges_m[..count].iter().enumerate() {
+        for (i, range) in scan.ranges().iter().enumerate() {
             let range = range_m(*range, scan.range_min_m, scan.range_max_m);
             if range.is_finite() {
                 let angle = f64::from(scan.angle_min_rad) + i as f64 * f64::from(scan.angle_increment_rad);

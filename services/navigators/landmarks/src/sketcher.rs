@@ -1,16 +1,17 @@
 //! The sketcher for landmarks as a stage: reads the sketch or the words of a mission, checks them, and sends them once.
 
 use serde::Serialize;
-use sketchnav_schemas::channels::LANDMARK_ROUTE;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::doubts::Canvas;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
 use crate::error::LandmarksError;
 use crate::extraction;
 use crate::instructions::Instructions;
-use crate::mission::{Given, LandmarksMission, Parameters};
+use crate::messages::LANDMARK_ROUTE;
+use crate::mission::{Given, LandmarksMission, Method, Parameters};
 
 /// Says the route of a run.
 pub struct Sketcher {
@@ -85,4 +86,20 @@ impl Stage for Sketcher {
     fn restore(&mut self, (): ()) -> Result<(), StageError> {
         Ok(())
     }
+}
+
+/// The canvas of a mission's sketch, where the robot believes to be somewhere in it.
+///
+/// # Errors
+/// [`LandmarksError`] where the sketch cannot be read.
+pub fn canvas(mission: &Mission, files: &Files<'_>) -> Result<Option<Canvas>, LandmarksError> {
+    let given = LandmarksMission::of(mission)?;
+    let Given::Drawing(file, _) = given.given else { return Ok(None) };
+    if given.method != Method::Belief {
+        return Ok(None);
+    }
+    let unread = |reason| LandmarksError::File { key: "navigator.drawing", file: file.clone(), reason };
+    let bytes = files(&file).map_err(|error| unread(error.to_string()))?;
+    let drawing = crate::file::read(&bytes).map_err(|error| unread(error.to_string()))?;
+    Ok(Some(Canvas { size_px: drawing.canvas, scale: 1.0 }))
 }

@@ -1,11 +1,11 @@
 //! What is seen, as messages and back.
 
 use sketchnav_qualitative::hof::Surround;
-use sketchnav_schemas::codes::LandmarkEvent;
 use sketchnav_schemas::geometry::{Pose, Sketch};
-use sketchnav_schemas::message::{LandmarkProgress, LandmarkView, MAX_SEEN_OBJECTS, PoseM, SeenObject};
+use sketchnav_schemas::message::PoseM;
 
 use crate::belief::Estimate;
+use crate::messages::{LandmarkEvent, LandmarkProgress, LandmarkView, MAX_SEEN_OBJECTS, SeenObject};
 use crate::perception::Seen;
 use crate::route::{DIRECTIONS, Place, Route, State};
 

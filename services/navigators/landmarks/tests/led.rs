@@ -2,18 +2,16 @@
 
 use bytemuck::Zeroable;
 use sketchnav_landmarks::instructions::Instructions;
+use sketchnav_landmarks::messages::{CHANNELS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkRoute, LandmarkView};
+use sketchnav_landmarks::mission::KIND;
 use sketchnav_landmarks::planner::Planner;
-use sketchnav_schemas::channels::{
-    COMMAND, ChannelSpec, LANDMARK_ROUTE, LANDMARK_VIEW, ODOMETRY, ORDERS, STATUS,
-};
+use sketchnav_schemas::channels::{self, COMMAND, ChannelSpec, ODOMETRY, ORDERS, STATUS};
 use sketchnav_schemas::codes::{Order, Process, TaskState};
-use sketchnav_schemas::message::{
-    LandmarkRoute, LandmarkView, MissionCommand, MissionStatus, Odometry, VelocityCommand,
-};
+use sketchnav_schemas::message::{MissionCommand, MissionStatus, Odometry, VelocityCommand};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
-use sketchnav_stage::{Heard, Inputs, Instant, Memory, Outbox, Reading, Stage, Tap};
+use sketchnav_stage::{Access, Heard, Inputs, Instant, Memory, Outbox, Reading, Stage};
 
 const MISSION: &str = include_str!("../../../../sim/missions/landmarks/scene-a-words.toml");
 const NOMAD: &str = include_str!("../../../../sim/robots/nomad200.toml");
@@ -21,12 +19,6 @@ const WORDS: &str =
     "When a box is left, then turn right. When a box is ahead, then turn left. At the end, stop.";
 /// A tick, nanoseconds.
 const TICK_NS: u64 = 100_000_000;
-
-struct Nobody;
-
-impl Tap for Nobody {
-    fn see(&mut self, _: &'static ChannelSpec, _: &[u8], _: &[u8]) {}
-}
 
 /// A robot that moves and sees nothing.
 struct World {
@@ -46,6 +38,7 @@ impl Inputs for World {
 }
 
 struct Drive {
+    access: Access,
     planner: Planner,
     world: World,
     sent: Memory,
@@ -60,33 +53,34 @@ impl Drive {
         let mut planner = Planner::new(&RunConfig { pad, ..run }).unwrap();
         let cells = Instructions { sketch: None, words: WORDS.into(), markers: Vec::new() }.write().unwrap();
         let route = LandmarkRoute::zeroed();
-        planner.hear(&Heard::new(LANDMARK_ROUTE.spec, bytemuck::bytes_of(&route), &cells)).unwrap();
+        let access = Access::new(Process::Planner, "landmarks");
+        planner.hear(&Heard::new(&access, LANDMARK_ROUTE.spec, bytemuck::bytes_of(&route), &cells)).unwrap();
         let (mut view, mut odometry) =
             (bytemuck::zeroed_box::<LandmarkView>(), bytemuck::zeroed_box::<Odometry>());
         view.sectors_m = [f64::INFINITY; 16];
         for pose in [&mut view.odometry, &mut view.in_sketch, &mut odometry.pose] {
             pose.orientation_w = 1.0;
         }
-        let sent = Memory::of_writer(Process::Planner, "landmarks");
-        let mut drive = Self { planner, world: World { view, odometry }, sent, tick: 0 };
+        channels::register(KIND, CHANNELS).unwrap();
+        let sent = Memory::of_writer(Process::Planner, KIND);
+        let mut drive = Self { access, planner, world: World { view, odometry }, sent, tick: 0 };
         drive.order(Order::Start, 0);
         drive
     }
 
     fn order(&mut self, order: Order, task: u32) {
         let order = MissionCommand { order: order.code(), task, ..MissionCommand::zeroed() };
-        self.planner.hear(&Heard::new(ORDERS.spec, bytemuck::bytes_of(&order), &[])).unwrap();
+        let heard = Heard::new(&self.access, ORDERS.spec, bytemuck::bytes_of(&order), &[]);
+        self.planner.hear(&heard).unwrap();
     }
 
     fn step(&mut self) -> MissionStatus {
         self.tick += 1;
         self.world.view.header.stamp_ns = self.tick * TICK_NS;
         self.world.view.odometry.x_m += 0.05;
-        let mut nobody = Nobody;
-        let mut sink = self.sent.tapped(&mut nobody);
-        let mut out = Outbox::new(&mut sink, self.tick * TICK_NS, self.tick);
-        self.planner.step(&Instant::new(self.tick, self.tick * TICK_NS, &self.world), &mut out).unwrap();
-        drop(sink);
+        let stamp_ns = self.tick * TICK_NS;
+        let instant = Instant::new(&self.access, self.tick, stamp_ns, &self.world);
+        self.planner.step(&instant, &mut Outbox::new(&mut self.sent, stamp_ns, self.tick)).unwrap();
         *self.sent.get(STATUS.spec).unwrap().typed()
     }
 

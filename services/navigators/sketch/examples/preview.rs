@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use sketchnav_files::{DRAWING, MISSION};
 use sketchnav_schemas::mission::Mission;
-use sketchnav_schemas::sketch_mission::SketchMission;
+use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sketch::reading::{Intent, Options, preview, read};
 
 fn main() -> Result<()> {

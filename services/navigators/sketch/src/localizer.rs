@@ -1,31 +1,191 @@
-//! The localizer in drawings as a stage: says where the robot is in the drawing.
+//! The localizer in drawings: says where the robot is in the drawing.
 //!
 //! It answers every tick with one estimate, and once a simulated second with a sample of the particles before it.
 //! Instants wait for the sketch; where people draw while it runs, nothing waits, and with each new sketch the filter
-//! begins anew. By an order `here` it begins anew where a person says that the robot is.
+//! starts over. By an order `here` it starts over where a person says the robot is.
 
-pub mod core;
-
-use serde::Serialize;
-use sketchnav_schemas::channels::{ESTIMATE, MISSION, ODOMETRY, ORDERS, PARTICLES, SCAN, SKETCH};
+use crate::messages::{ESTIMATE, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
+use crate::mission::SketchMission;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels::{ODOMETRY, SCAN};
+use sketchnav_schemas::codes::{Process, Tracking};
+use sketchnav_schemas::geometry::{Odom, Pose, wrap_angle};
+use sketchnav_schemas::message::{LaserScan, MissionCommand, Odometry, PoseM, PosePx};
+use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::robot::{Drive, Laser, Robot, RobotError};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
-use self::core::{Core, CoreError, State};
+use crate::localization::parameters::Parameters;
+use crate::localization::{self, Estimate, LocalizationError, Localizer as Filter, Start};
+use crate::sketch::{CellsError, SketchGrid};
+
+/// Simulation time between two samples of the particle set.
+const PARTICLES_EVERY_NS: u64 = 1_000_000_000;
+
+/// Why the localizer cannot work.
+#[derive(Debug, thiserror::Error)]
+pub enum LocalizerError {
+    /// The mission's part for this navigator.
+    #[error(transparent)]
+    Mission(#[from] MissionError),
+    /// The mission's table of parameters has an unknown key or a wrong type.
+    #[error("parameters.localizer: {0}")]
+    Parameters(#[from] toml::de::Error),
+    /// The robot lacks the laser or the odometry.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// A parameter or the start cannot be.
+    #[error(transparent)]
+    Localization(#[from] LocalizationError),
+    /// The sketch does not hold what it says.
+    #[error(transparent)]
+    Cells(#[from] CellsError),
+}
+
+/// The parameters that a mission gives the localizer, and the robot's laser; the robot has odometry, too.
+///
+/// # Errors
+/// [`LocalizerError`] with the key of the mission, or of the robot file.
+pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
+    let method = SketchMission::of(mission)?.method;
+    let parameters = overlaid(&Parameters::of(method), mission.parameters.of(Process::Localizer))?;
+    parameters.check().map_err(LocalizationError::from)?;
+    robot.odometry()?;
+    Ok((parameters, robot.laser()?.clone()))
+}
+
+/// Everything that changes from scan to scan: what a checkpoint holds. `F` is the filter's own state, or
+/// a reference to it where it is only to be written.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct State<F = localization::State> {
+    filter: Option<F>,
+    /// The odometry of the last scan, and what came of it.
+    odometry: Option<[f64; 4]>,
+    estimate: Option<Estimate>,
+    particles_due_ns: u64,
+    sketch_seq: u64,
+}
 
 /// The localizer of a run.
+#[derive(Debug)]
 pub struct Localizer {
-    core: Core,
+    parameters: Parameters,
+    laser: Laser,
+    drive: Drive,
+    seed: u64,
     waits_for_sketch: bool,
+    filter: Option<Filter>,
+    particles_due_ns: u64,
+    /// The sketch that the filter belongs to; 0 before the first.
+    sketch_seq: u64,
+    /// The odometry of the last scan, and what came of it.
+    odometry: Option<PoseM>,
+    estimate: Option<Estimate>,
+    /// Where the robot was, known better than where the drawing marks the start.
+    start: Option<Start>,
+    /// Where the drawing marks the start.
+    marked: Option<Start>,
+    /// Orders that were given up to this time are too old, nanoseconds.
+    too_old_ns: Option<u64>,
 }
 
 impl Localizer {
     /// Reads the parameters out of the mission.
     ///
     /// # Errors
-    /// [`CoreError`] with the key.
-    pub fn new(run: &RunConfig) -> Result<Self, CoreError> {
-        Ok(Self { core: Core::new(run)?, waits_for_sketch: !run.pad.draws() })
+    /// [`LocalizerError`] with the key of the mission, or of the robot file.
+    pub fn new(run: &RunConfig) -> Result<Self, LocalizerError> {
+        let (parameters, laser) = demanded(&run.mission, &run.robot)?;
+        let (drive, seed) = (run.robot.drive, run.seed);
+        Ok(Self {
+            parameters,
+            laser,
+            drive,
+            seed,
+            waits_for_sketch: !run.pad.draws(),
+            filter: None,
+            particles_due_ns: 0,
+            sketch_seq: 0,
+            odometry: None,
+            estimate: None,
+            start: None,
+            marked: None,
+            too_old_ns: None,
+        })
+    }
+
+    /// Starts over where a person says the robot is, by an order `here`. The place may be as far off as the mark of
+    /// the start. A heading that is not given is the estimate's, or any where the robot is lost. It is ignored outside of
+    /// the drawing, before there is one, and where it was given before the estimate that this localizer has begun at.
+    fn on_order(&mut self, order: &MissionCommand) {
+        let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
+        let Some(here) = order.here().filter(|_| !is_old) else { return };
+        let (Some(filter), Some(marked)) = (&mut self.filter, self.marked) else { return };
+        let known = self.estimate.filter(|estimate| estimate.tracking != Tracking::Lost);
+        let heading = here.yaw_rad.or(known.map(|estimate| estimate.pose.yaw_rad));
+        let yaw_rad = heading.unwrap_or(marked.pose.yaw_rad);
+        // Before the first scan the heading is the one that is marked.
+        let is_any = heading.is_none() && self.estimate.is_some();
+        let spread_rad = if is_any { std::f64::consts::PI } else { marked.spread_rad };
+        let pose = Pose::new(here.at.x, here.at.y, wrap_angle(yaw_rad));
+        // Nobody is where there is no drawing.
+        let _ = filter.tell(Start { pose, spread_rad, ..marked });
+    }
+
+    /// Takes in a sketch, the first or another; `cells` are the bytes behind the message. The filter begins
+    /// anew.
+    ///
+    /// # Errors
+    /// [`LocalizerError::Cells`]; [`LocalizerError::Localization`] where the start is outside the sketch.
+    fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), LocalizerError> {
+        let sketch = SketchGrid::of_map(map, cells)?;
+        let marked = Start {
+            pose: map.start.pose(),
+            spread_px: map.start_spread_px,
+            spread_rad: map.start_spread_rad,
+        };
+        let begin = |start| {
+            let (mounting, drive, parameters) = ((&self.laser).into(), self.drive, self.parameters.clone());
+            Filter::new(&sketch, mounting, drive, parameters, start, self.seed)
+        };
+        // As unsure as at the start of the mission, at least: there is more to it than a covariance.
+        let last = self.start.take().map(|last| Start {
+            spread_px: last.spread_px.max(marked.spread_px),
+            spread_rad: last.spread_rad.max(marked.spread_rad),
+            ..last
+        });
+        self.filter = Some(last.and_then(|last| begin(last).ok()).map_or_else(|| begin(marked), Ok)?);
+        (self.sketch_seq, self.estimate, self.marked) = (map.header.seq, None, Some(marked));
+        Ok(())
+    }
+
+    /// Takes in what the sensors say now: a scan where there is a new one, and the odometry of its time. Without a new
+    /// scan the last estimate still holds.
+    fn observe(&mut self, odometry: &Odometry, scan: Option<&LaserScan>) {
+        match (scan, &mut self.filter) {
+            (Some(scan), Some(filter)) => self.estimate = Some(filter.step(&odometry.pose(), scan)),
+            (None, Some(_)) if self.estimate.is_some() => return,
+            _ => {}
+        }
+        self.odometry = Some(odometry.pose);
+    }
+
+    fn write_particles(&self, out: &mut Particles) {
+        if let Some(filter) = &self.filter {
+            filter.particles().sample(out);
+        }
+    }
+
+    /// Before there is a sketch, that it waits for one.
+    fn write_estimate(&self, out: &mut PoseEstimate) {
+        out.odometry = self.odometry.unwrap_or_else(|| PoseM::new(&Pose::<Odom>::new(0.0, 0.0, 0.0)));
+        out.tracking = Tracking::Waiting.code();
+        out.pose = PosePx::new(&Pose::new(0.0, 0.0, 0.0));
+        if let (Some(filter), Some(estimate)) = (&self.filter, &self.estimate) {
+            write_estimate(estimate, out);
+            out.particle_count = filter.particles().len() as u32;
+        }
     }
 }
 
@@ -34,41 +194,71 @@ impl Stage for Localizer {
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        if let Some(sketch) = message.on(SKETCH) {
-            self.core.on_sketch(sketch, message.cells())?;
-        } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
-            self.core.on_order(order);
+        if let Some(sketch) = message.on(SKETCH)? {
+            self.on_sketch(sketch, message.cells())?;
+        } else if let Some(order) = message.order()? {
+            self.on_order(order);
         }
         Ok(())
     }
 
     fn is_ready(&self) -> bool {
-        self.core.has_sketch() || !self.waits_for_sketch
+        self.filter.is_some() || !self.waits_for_sketch
     }
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let (core, stamp_ns) = (&mut self.core, instant.stamp_ns);
-        let Some(odometry) = instant.newest(ODOMETRY) else { return Ok(()) };
-        core.step(odometry, instant.fresh(SCAN));
-        if core.particles_due(stamp_ns) {
-            out.send(PARTICLES, |particles| core.write_particles(stamp_ns, particles))?;
+        let Some(odometry) = instant.newest(ODOMETRY)? else { return Ok(()) };
+        self.observe(odometry, instant.fresh(SCAN)?);
+        if self.estimate.is_some() && instant.stamp_ns >= self.particles_due_ns {
+            out.send(PARTICLES, |particles| self.write_particles(particles))?;
+            self.particles_due_ns = instant.stamp_ns + PARTICLES_EVERY_NS;
         }
-        out.send(ESTIMATE, |estimate| core.write_estimate(estimate))?;
+        out.send(ESTIMATE, |estimate| self.write_estimate(estimate))?;
         Ok(())
     }
 
     fn state(&self) -> impl Serialize {
-        self.core.state()
+        let filter = self.filter.as_ref().map(Filter::state);
+        let odometry = self.odometry.map(|o| [o.x_m, o.y_m, o.orientation_z, o.orientation_w]);
+        let (particles_due_ns, sketch_seq) = (self.particles_due_ns, self.sketch_seq);
+        State { filter, odometry, estimate: self.estimate, particles_due_ns, sketch_seq }
     }
 
+    /// Where a newer sketch than the state's has come, the filter starts over in it.
     fn restore(&mut self, state: State) -> Result<(), StageError> {
-        self.core.restore(state);
+        let is_same = state.sketch_seq == self.sketch_seq;
+        if let (Some(filter), Some(before)) = (&mut self.filter, state.filter.filter(|_| is_same)) {
+            filter.restore(before);
+            self.estimate = state.estimate;
+        }
+        self.odometry = state.odometry.map(|[x_m, y_m, orientation_z, orientation_w]| PoseM {
+            x_m,
+            y_m,
+            orientation_z,
+            orientation_w,
+        });
+        self.particles_due_ns = state.particles_due_ns;
         Ok(())
     }
 
+    /// Once a sketch comes, the filter begins at the robot's place of the last estimate instead of at the start. An
+    /// estimate that still waits for a sketch says nothing.
     fn recover(&mut self, remains: &dyn Remains) {
-        if let Some(last) = remains.of(ESTIMATE) {
-            self.core.begin_at(&last);
-        }
+        let is_known = |last: &PoseEstimate| last.tracking != Tracking::Waiting.code();
+        let Some(last) = remains.of(ESTIMATE).filter(is_known) else { return };
+        let variance = |i: usize| last.covariance[6 * i];
+        let (spread_px, spread_rad) = (variance(0).max(variance(1)).sqrt(), variance(2).sqrt());
+        self.start = Some(Start { pose: last.pose.pose(), spread_px, spread_rad });
+        self.too_old_ns = Some(last.header.stamp_ns);
     }
+}
+
+fn write_estimate(estimate: &Estimate, out: &mut PoseEstimate) {
+    out.pose = PosePx::new(&estimate.pose);
+    out.scale_a_pxpm = estimate.scale_a_pxpm;
+    out.scale_b_pxpm = estimate.scale_b_pxpm;
+    out.covariance = estimate.covariance;
+    out.effective_sample_size = estimate.effective_sample_size;
+    out.fit = estimate.fit;
+    out.tracking = estimate.tracking.code();
 }

@@ -1,96 +1,415 @@
-//! The planner in drawings as a stage: drives the robot to its goals.
+//! The planner in drawings: drives the robot to its goals.
 //!
 //! It answers every estimate with a plan where one is due, one command and, last, one status. In lockstep the first
 //! estimate waits for the sketch, the route and the order to start. In real time the robot stands still until they
 //! have come. Orders come from the supervisor and from the pad.
+//!
+//! `driving` goes from the estimate to the velocity. Task order, orders and time limits are those of the [`Agenda`].
+//! Nothing is allocated but when a sketch or a route arrives.
 
 mod arrival;
-pub mod core;
 mod driving;
 mod explorer;
 mod journey;
 mod reason;
 
-use serde::Serialize;
-use sketchnav_schemas::channels::{
-    COMMAND, CORRESPONDENCE, ESTIMATE, MISSION, ODOMETRY, ORDERS, PLAN, QUESTION, ROUTE, SCAN, SKETCH, STATUS,
+use crate::messages::{
+    CORRESPONDENCE, ESTIMATE, PLAN, Plan, PoseEstimate, QUESTION, QuestionKind, ROUTE, Route, SKETCH,
+    SketchMap,
 };
-use sketchnav_schemas::run::{Pace, RunConfig};
+use crate::mission::SketchMission;
+use serde::{Deserialize, Serialize};
+use sketchnav_motion::agenda::{Agenda, Due, Hold, Phase, Standing, TaskInfo};
+use sketchnav_schemas::channels::{ODOMETRY, SCAN, STATUS};
+use sketchnav_schemas::codes::{Process, TaskState, Tracking};
+use sketchnav_schemas::geometry::{Base, Pose};
+use sketchnav_schemas::message::{Here, MissionCommand, Odometry};
+use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::robot::RobotError;
+use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
-use self::core::{Core, PlannerError, State};
+use self::driving::{Driver, Memory, TaskStatus};
 pub use self::reason::ROOMS;
+use self::reason::{Help, Reason};
+use crate::planning::chart::Chart;
+use crate::planning::parameters::{ParameterError, Parameters};
+use crate::sketch::{CellsError, SketchGrid};
+use crate::task::Task;
+
+/// What the planner cannot work with.
+#[derive(Debug, thiserror::Error)]
+pub enum PlannerError {
+    /// The mission's part for this navigator.
+    #[error(transparent)]
+    Mission(#[from] MissionError),
+    /// The mission's table `parameters.planner` has a key that is not known or a value of the wrong type.
+    #[error("parameters.planner: {0}")]
+    Table(String),
+    /// The robot lacks the laser or the odometry.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// An invalid parameter.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The robot's laser cannot be mapped with.
+    #[error(transparent)]
+    Mapping(#[from] sketchnav_mapping::Error),
+    /// The sketch does not hold what it says.
+    #[error(transparent)]
+    Cells(#[from] CellsError),
+}
+
+/// What changes from step to step, for a checkpoint; the sketch and the route are not in it. `D` is the driver's part,
+/// or where it lies.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct State<D = Memory> {
+    agenda: Standing,
+    drawing: DrawingSeq,
+    asking: Asking,
+    driver: D,
+}
+
+/// What a person is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+struct Asking {
+    /// For so long, seconds.
+    for_s: f64,
+    /// The kind of question that was sent last: a number of [`QuestionKind`].
+    sent: u32,
+}
+
+/// The numbers of the sketch and of the route that have come last; 0 before the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+struct DrawingSeq {
+    sketch: u64,
+    route: u64,
+}
 
 /// The planner of a run.
+#[derive(Debug)]
 pub struct Planner {
-    core: Core,
-    waits_for_order: bool,
+    base_from_laser: Pose<Base>,
+    wall_direction_rad: f64,
+    pad: Pad,
+    tasks: Option<Vec<Task>>,
+    /// The sketch that the tasks are places of, where the route says so.
+    tasks_sketch: u64,
+    /// Width and height of the drawing.
+    size_px: [f64; 2],
+    ask_patience_s: f64,
+    asking: Asking,
+    /// Places that were told up to this time are too old, nanoseconds.
+    too_old_ns: Option<u64>,
+    driver: Driver,
+    agenda: Agenda,
+    drawing: DrawingSeq,
 }
 
 impl Planner {
     /// For a run: its robot and the parameters of its mission.
     ///
     /// # Errors
-    /// [`PlannerError`] with the key.
+    /// [`PlannerError`] where the mission's table `parameters.planner` is not as it should be, or the robot lacks a
+    /// sensor.
     pub fn new(run: &RunConfig) -> Result<Self, PlannerError> {
-        Ok(Self { core: Core::new(run)?, waits_for_order: run.pace == Pace::Lockstep })
+        let mut parameters = parameters(&run.mission)?;
+        if run.pad.is_absent() {
+            // Nobody could answer.
+            parameters.ask_margin = 0.0;
+        }
+        let robot = &run.robot;
+        robot.odometry()?;
+        let laser = robot.laser()?;
+        Ok(Self {
+            base_from_laser: laser.mount(),
+            wall_direction_rad: 0.0,
+            pad: run.pad,
+            tasks: None,
+            tasks_sketch: 0,
+            size_px: [0.0; 2],
+            ask_patience_s: parameters.ask_patience_s,
+            asking: Asking::default(),
+            too_old_ns: None,
+            driver: Driver::new(parameters, robot, laser)?,
+            agenda: Agenda::empty(run),
+            drawing: DrawingSeq::default(),
+        })
+    }
+
+    /// Takes over a drawing and its cells. Where people draw while the robot runs, another drawing than
+    /// before ends whatever was under way, and tasks that belong to the one before.
+    fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
+        let sketch = SketchGrid::of_map(map, cells)?;
+        self.wall_direction_rad = map.wall_direction_rad;
+        self.size_px = [map.width_px, map.height_px].map(f64::from);
+        let before = std::mem::replace(&mut self.drawing.sketch, map.header.seq);
+        if self.pad.draws() && before != 0 && before != map.header.seq {
+            self.driver.forget();
+            self.agenda.begin_again();
+            if self.tasks_sketch != map.header.seq {
+                self.set_tasks(None);
+            }
+        }
+        self.driver.on_sketch(&sketch, map.start.pose());
+        Ok(())
+    }
+
+    /// Takes over the tasks, until the first has begun; then they stand. Where people draw while the robot runs,
+    /// others take their place whenever it does not drive.
+    fn on_route(&mut self, route: &Route) {
+        let is_open = match self.pad.draws() {
+            true => !self.agenda.is_driving(),
+            false => self.agenda.phase() == Phase::Waiting,
+        };
+        if !is_open {
+            return;
+        }
+        let before = std::mem::replace(&mut self.drawing.route, route.header.seq);
+        if self.pad.draws() && before != 0 && before != route.header.seq {
+            self.agenda.begin_again();
+        }
+        self.set_tasks(Some(Task::of_route(route)));
+        self.tasks_sketch = route.header.source_seq;
+    }
+
+    fn set_tasks(&mut self, tasks: Option<Vec<Task>>) {
+        self.agenda.set_tasks(tasks.iter().flatten().map(TaskInfo::from));
+        self.tasks = tasks;
+    }
+
+    /// Takes in what a person orders of a robot that was held like this before.
+    fn on_order(&mut self, order: &MissionCommand, held: Option<Hold>) {
+        let now_s = self.agenda.elapsed_s();
+        if let Some(here) = order.here().filter(|here| self.is_told(order, here)) {
+            self.driver.tell(&here, now_s);
+            self.agenda.find();
+        } else if matches!(held, Some(Hold::Lost | Hold::Asks)) && self.agenda.held().is_none() {
+            self.driver.go_on_alone(now_s);
+        }
+    }
+
+    /// Whether a place that a person tells is one of the drawing, and newer than what was known at the beginning.
+    fn is_told(&self, order: &MissionCommand, here: &Here) -> bool {
+        let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
+        let [width, height] = self.size_px;
+        !is_old && (0.0..width).contains(&here.at.x) && (0.0..height).contains(&here.at.y)
+    }
+
+    /// What of the drawing is missing.
+    fn missing(&self) -> Option<Reason> {
+        match (self.driver.has_sketch(), &self.tasks) {
+            (false, _) => Some(Reason::NoSketch),
+            (true, None) => Some(Reason::NoRoute),
+            (true, Some(_)) => None,
+        }
+    }
+
+    fn go_on(&mut self, estimate: &PoseEstimate, dt_s: f64) {
+        let known = Tracking::from_code(estimate.tracking).is_some_and(|t| t != Tracking::Waiting);
+        let chart = Chart::new(estimate, self.wall_direction_rad).filter(|_| known);
+        let no_pose = (self.agenda.is_ordered() && chart.is_none()).then_some(Reason::NoPose);
+        match (self.agenda.due(self.missing().or(no_pose)), chart) {
+            (Due::Stand, _) => {
+                self.driver.stop(dt_s);
+                self.await_answer(dt_s);
+            }
+            (Due::Begin | Due::Drive, None) => {
+                self.agenda.report(TaskState::Driving, Reason::NoPose);
+                self.driver.stop(dt_s);
+            }
+            (due, Some(chart)) => {
+                if due == Due::Begin {
+                    self.begin(&chart);
+                }
+                self.drive(&chart, estimate, dt_s);
+            }
+        }
+    }
+
+    /// A question that nobody answers in time lapses.
+    fn await_answer(&mut self, dt_s: f64) {
+        if self.agenda.held() != Some(Hold::Asks) {
+            return;
+        }
+        self.asking.for_s += dt_s;
+        if self.asking.for_s >= self.ask_patience_s {
+            self.driver.go_on_alone(self.agenda.elapsed_s());
+            self.agenda.find();
+        }
+    }
+
+    fn begin(&mut self, chart: &Chart) {
+        if let Some(task) = self.tasks.as_ref().and_then(|tasks| tasks.get(self.agenda.task())) {
+            self.driver.begin(task, chart);
+        }
+    }
+
+    fn drive(&mut self, chart: &Chart, estimate: &PoseEstimate, dt_s: f64) {
+        let lost = Tracking::from_code(estimate.tracking) == Some(Tracking::Lost);
+        match self.driver.drive(chart, estimate.fit, lost, self.agenda.elapsed_s(), dt_s) {
+            TaskStatus::Asks(question) => {
+                self.asking.for_s = 0.0;
+                self.agenda.ask(question);
+            }
+            TaskStatus::Ended(TaskState::Lost, reason) if !self.pad.is_absent() => {
+                self.agenda.lose(Help(reason));
+            }
+            TaskStatus::Ended(state, reason) => self.agenda.end(state, reason),
+            TaskStatus::Driving(reason) => {
+                if !self.agenda.go_on(reason) {
+                    self.driver.stop(dt_s);
+                }
+            }
+        }
+    }
+
+    fn write_plan(&self, plan: &mut Plan) {
+        plan.task = self.agenda.task() as u32;
+        plan.follows_route = self.driver.follows_route().into();
+        let target = self.driver.target_px();
+        plan.target_px = [target.x, target.y];
+        let global = self.driver.global_path().iter().map(|p| [p.x as f32, p.y as f32]);
+        plan.global_count = thin(global, &mut plan.global_px) as u32;
+        let local = self.driver.local_path_px().map(|p| [p.x as f32, p.y as f32]);
+        plan.local_count = thin(local, &mut plan.local_px) as u32;
+    }
+
+    /// Sends a question where it is another than the last one, or the last one is over.
+    fn ask(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        let kind = match self.agenda.held() {
+            Some(Hold::Asks) => QuestionKind::Which,
+            Some(Hold::Lost) => QuestionKind::Where,
+            _ => QuestionKind::Nothing,
+        };
+        if std::mem::replace(&mut self.asking.sent, kind.code()) == kind.code() {
+            return Ok(());
+        }
+        out.send(QUESTION, |question| {
+            question.kind = kind.code();
+            if kind == QuestionKind::Which {
+                self.driver.write_question(question);
+            }
+        })?;
+        Ok(())
+    }
+
+    fn send(&mut self, odometry: &Odometry, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        if self.driver.planned() {
+            out.send(PLAN, |plan| self.write_plan(plan))?;
+        }
+        if self.driver.has_news() {
+            out.send(CORRESPONDENCE, |found| {
+                found.odometry = odometry.pose;
+                self.driver.write_correspondence(found);
+            })?;
+        }
+        self.ask(out)?;
+        self.agenda.send(self.driver.command(), self.driver.remaining_m(), out)
     }
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 9";
+    const FORM: &'static str = "sketch planner 10";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        if let Some(sketch) = message.on(SKETCH) {
-            self.core.on_sketch(sketch, message.cells())?;
-        } else if let Some(route) = message.on(ROUTE) {
-            self.core.on_route(route);
-        } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
-            self.core.on_order(order);
+        let held = self.agenda.held();
+        if let Some(sketch) = message.on(SKETCH)? {
+            self.on_sketch(sketch, message.cells())?;
+        } else if let Some(route) = message.on(ROUTE)? {
+            self.on_route(route);
+        } else if let Some(order) = self.agenda.hear(message)? {
+            self.on_order(order, held);
         }
         Ok(())
     }
 
     fn is_ready(&self) -> bool {
-        self.core.is_ready() || !self.waits_for_order
+        self.agenda.is_ready(self.missing().is_none())
     }
 
     /// An instant has no answer before the first scan and odometry: the world stops a robot without commands.
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let core = &mut self.core;
-        let (Some(estimate), Some(odometry)) = (instant.newest(ESTIMATE), instant.newest(ODOMETRY)) else {
+        let (Some(estimate), Some(odometry), Some(_)) =
+            (instant.newest(ESTIMATE)?, instant.newest(ODOMETRY)?, instant.newest(SCAN)?)
+        else {
             return Ok(());
         };
-        if instant.newest(SCAN).is_none() {
-            return Ok(());
+        let dt_s = self.agenda.begin_step(instant.stamp_ns, odometry);
+        self.driver.begin_step();
+        if let Some(scan) = instant.fresh(SCAN)? {
+            let robot = odometry.pose();
+            self.driver.observe(&robot, &robot.compose(&self.base_from_laser), scan);
         }
-        if core.step(estimate, instant.fresh(SCAN), odometry).planned {
-            out.send(PLAN, |plan| core.write_plan(plan))?;
-        }
-        if core.has_news() {
-            out.send(CORRESPONDENCE, |found| core.write_correspondence(odometry, found))?;
-        }
-        if core.has_question() {
-            out.send(QUESTION, |question| core.write_question(question))?;
-        }
-        out.send(COMMAND, |command| core.write_command(command))?;
-        out.send(STATUS, |status| core.write_status(status))?;
-        Ok(())
+        self.go_on(estimate, dt_s);
+        self.send(odometry, out)
     }
 
     fn state(&self) -> impl Serialize {
-        self.core.state()
+        let (agenda, driver) = (self.agenda.standing(), self.driver.memory());
+        State { agenda, drawing: self.drawing, asking: self.asking, driver }
     }
 
+    /// The state's sketch and route must have come again. Where people draw while the robot runs, newer ones may have:
+    /// then it waits for the order to start.
     fn restore(&mut self, state: State) -> Result<(), StageError> {
-        self.core.restore(state);
+        self.agenda.restore(state.agenda);
+        self.asking = state.asking;
+        if state.drawing == self.drawing || !self.pad.draws() {
+            self.driver.restore(state.driver);
+            self.drawing = state.drawing;
+        } else {
+            self.agenda.begin_again();
+        }
         Ok(())
     }
 
     fn recover(&mut self, remains: &dyn Remains) {
-        if let Some(last) = remains.of(STATUS) {
-            self.core.resume_behind(&last);
+        self.agenda.recover(remains);
+        self.too_old_ns = remains.of(STATUS).map(|last| last.header.stamp_ns);
+    }
+}
+
+/// The parameters that a mission gives the planner.
+///
+/// # Errors
+/// [`PlannerError`] with the key of the mission.
+pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
+    let method = SketchMission::of(mission)?.method;
+    let parameters = overlaid(&Parameters::of(method), mission.parameters.of(Process::Planner))
+        .map_err(|error| PlannerError::Table(error.message().to_owned()))?;
+    parameters.check()?;
+    Ok(parameters)
+}
+
+/// Writes `points` into `out`, evenly thinned where there are too many, the last one always in;
+/// what lies behind is zero. Returns how many were written.
+fn thin<const N: usize>(points: impl ExactSizeIterator<Item = [f32; 2]>, out: &mut [[f32; 2]; N]) -> usize {
+    *out = [[0.0; 2]; N];
+    let (len, count) = (points.len(), points.len().min(N));
+    let mut written = 0;
+    for (i, point) in points.enumerate() {
+        let due = if count > 1 { written * (len - 1) / (count - 1) } else { 0 };
+        if written < count && i == due {
+            out[written] = point;
+            written += 1;
         }
+    }
+    written
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thinning_keeps_both_ends() {
+        let mut out = [[9.0; 2]; 4];
+        let points = (0..10).map(|i| [i as f32, 0.0]);
+        assert_eq!(thin(points, &mut out), 4);
+        assert_eq!(out.map(|p| p[0]), [0.0, 3.0, 6.0, 9.0]);
+        assert_eq!(thin((0..2).map(|i| [i as f32, 0.0]), &mut out), 2);
+        assert_eq!(out.map(|p| p[0]), [0.0, 1.0, 0.0, 0.0]);
     }
 }

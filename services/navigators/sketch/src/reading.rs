@@ -2,8 +2,10 @@
 //! places the mission's start and goals in the drawing.
 //!
 //! ```text
-//! bytes ─raster, vector, strokes→ tones ─ink→ walls ─pen→ gaps closed ─direction→ DrawnMap
+//! bytes ─encoding→ text ─vector (styles, pictures), raster, strokes→ tones
+//! tones ─ink→ walls ─pen→ gaps closed ─direction→ DrawnMap
 //! DrawnMap + Intent ─places→ Places ─publish→ SketchMap, Route
+//! DrawnMap + Places ─doubts→ warnings
 //! ```
 //!
 //! Pictures are turned upside down as they are decoded, so that behind the decoders there is one
@@ -22,13 +24,15 @@ mod budget;
 mod canvas;
 pub mod desk;
 mod direction;
+pub mod doubts;
 mod drawn_map;
 mod edges;
+mod encoding;
 mod error;
 mod file;
 mod hough;
 mod ink;
-mod marks;
+mod left_out;
 mod pen;
 mod places;
 mod preview;
@@ -42,11 +46,12 @@ mod walls;
 pub use drawn_map::DrawnMap;
 pub use error::SketchError;
 pub use file::read;
-pub use marks::{GoalMark, Marks, StartMark};
+pub use left_out::LeftOut;
 pub use places::{Intent, Places, route_heading_rad};
 pub use preview::preview;
 pub use publish::{fill_cells, fill_sketch, fill_understood};
 pub use settings::{Options, Settings};
+pub use sketchnav_stage::drawn::{GoalMark, Marks, StartMark};
 pub use walls::Kind;
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 
 use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Sketch};
-use sketchnav_schemas::message::SketchMap;
+
+use crate::messages::SketchMap;
 
 /// The drawing: cells in rows from the bottom up, and the direction of its walls.
 ///

@@ -1,16 +1,20 @@
 //! The sketcher in drawings as a stage: the drawing of a mission, or those that people send while it runs.
 
+use crate::messages::{ROUTE, Route, SKETCH, SketchMap};
+use crate::mission::SketchMission;
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::channels::{DRAWING, ROUTE, SKETCH, UNDERSTOOD};
+use sketchnav_schemas::channels::{DRAWING, UNDERSTOOD};
 use sketchnav_schemas::codes::DrawingKind;
-use sketchnav_schemas::message::{Header, Route, SketchMap};
+use sketchnav_schemas::message::Header;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_schemas::sketch_mission::SketchMission;
+use sketchnav_stage::doubts::{Canvas, Doubts};
 use sketchnav_stage::{Files, Heard, Hosted, Outbox, Stage, StageError};
 
 use crate::reading::desk::{self, Change, Desk};
 use crate::reading::{
-    DrawnMap, Intent, Options, Places, SketchError, fill_cells, fill_sketch, fill_understood, read,
+    self, DrawnMap, Intent, Options, Places, SketchError, fill_cells, fill_sketch, fill_understood, read,
 };
 use crate::task::fill_route;
 
@@ -39,6 +43,39 @@ pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(DrawnMap, Place
     let options = Options::of_mission(&run.mission, run.seed)?;
     let mission = SketchMission::of(&run.mission)?;
     understand_bytes(&mission, &options, &load(&mission, files)?)
+}
+
+/// What a person should know of a drawing before a robot is driven by it; nothing where people draw while it runs.
+///
+/// # Errors
+/// [`SketchError`] where the drawing cannot be read, or where nothing could be right in it.
+pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError> {
+    if run.pad.draws() {
+        return Ok(Doubts::default());
+    }
+    let (drawing, places) = understand(run, files)?;
+    let range_max_m = run.robot.laser.as_ref().map(|laser| laser.range_max_m);
+    let found = reading::doubts::doubts(&drawing, &places, range_max_m);
+    reading::doubts::hopeless(&drawing, &places, &found)?;
+    let left_out = drawing.left_out.iter().filter(|what| !what.is_doubtful());
+    let file = Path::new(&drawing.file).file_name().unwrap_or_default().display();
+    Ok(Doubts {
+        warnings: found.iter().map(|doubt| format!("{file}: {doubt}")).collect(),
+        left_out: left_out.map(|what| format!("{file}: {what}")).collect(),
+    })
+}
+
+/// The grid that a run's drawing becomes; `None` where people draw while it runs.
+///
+/// # Errors
+/// [`SketchError`] where the drawing cannot be read.
+pub fn canvas(run: &RunConfig, files: &Files<'_>) -> Result<Option<Canvas>, SketchError> {
+    if run.pad.draws() {
+        return Ok(None);
+    }
+    let (drawing, _) = understand(run, files)?;
+    let size_px = [drawing.width_px, drawing.height_px].map(f64::from);
+    Ok(Some(Canvas { size_px, scale: drawing.scale }))
 }
 
 fn load(mission: &SketchMission, files: &Files<'_>) -> Result<Vec<u8>, SketchError> {
@@ -116,7 +153,7 @@ impl Stage for LiveSketcher {
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        let Some(about) = message.on(DRAWING) else { return Ok(()) };
+        let Some(about) = message.on(DRAWING)? else { return Ok(()) };
         let read = match DrawingKind::from_code(about.kind) {
             Some(_) if message.attempts >= MAX_ATTEMPTS => {
                 Err(SketchError::Fatal { attempts: message.attempts })
@@ -140,17 +177,18 @@ impl Stage for LiveSketcher {
                 _ => out.repeat(SKETCH, length, write)?,
             }
             if matches!(outcome, Ok(Change::Start | Change::Tasks)) {
-                let source_seq = out.last(SKETCH);
+                let source_seq = out.last(SKETCH)?;
                 out.send(ROUTE, |route: &mut Route| {
                     route.header = Header { source_seq, ..route.header };
                     fill_route(&places.tasks, route);
                 })?;
             }
         }
-        let (sketch_seq, route_seq) = (out.last(SKETCH), out.last(ROUTE));
+        let (sketch_seq, route_seq) = (out.last(SKETCH)?, out.last(ROUTE)?);
         out.send(UNDERSTOOD, |answer| {
             (answer.kind, answer.sketch_seq, answer.route_seq) = (*kind, sketch_seq, route_seq);
-            fill_understood(self.desk.drawing(), outcome.as_ref().err().map(String::as_str), answer);
+            let words = outcome.as_ref().map(|_| self.desk.doubts()).map_err(String::as_str);
+            fill_understood(self.desk.drawing(), words, answer);
         })?;
         Ok(())
     }

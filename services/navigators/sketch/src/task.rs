@@ -1,7 +1,10 @@
 //! The tasks of a mission in a drawing.
 
+use sketchnav_motion::agenda::TaskInfo;
 use sketchnav_schemas::geometry::{Point, Sketch};
-use sketchnav_schemas::message::{Route, RouteTask, Text};
+use sketchnav_schemas::message::Text;
+
+use crate::messages::{Route, RouteTask};
 
 /// A task: one point is a goal, more are a drawn route. `P` is a place in the frame [`Sketch`], or in image pixels.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +24,12 @@ impl<P> Task<P> {
     /// Whether the task is to follow a drawn route.
     pub fn is_route(&self) -> bool {
         self.points.len() > 1
+    }
+}
+
+impl From<&Task> for TaskInfo {
+    fn from(task: &Task) -> Self {
+        Self { name: Text::new(&task.name), time_limit_s: task.time_limit_s }
     }
 }
 

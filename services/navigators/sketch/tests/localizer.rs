@@ -1,15 +1,17 @@
-//! The localizer's core in its messages.
+//! The localizer in its messages.
 
 use bytemuck::Zeroable;
-use sketchnav_schemas::codes::{FREE, Order, Tracking, WALL};
+use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ODOMETRY, ORDERS, SCAN};
+use sketchnav_schemas::codes::{FREE, Order, Process, Tracking, WALL};
 use sketchnav_schemas::geometry::{Point, Pose};
-use sketchnav_schemas::message::{
-    Header, Here, LaserScan, MissionCommand, Odometry, Particles, PoseEstimate, PoseM, PosePx, SketchMap,
-};
+use sketchnav_schemas::message::{Header, Here, LaserScan, Message, MissionCommand, Odometry, PoseM, PosePx};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sketch::localizer::core::{Core, CoreError, State};
+use sketchnav_sketch::localizer::{Localizer, LocalizerError};
+use sketchnav_sketch::messages::{CHANNELS, ESTIMATE, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
+use sketchnav_sketch::mission::KIND;
+use sketchnav_stage::{Access, Heard, Inputs, Instant, Memory, Outbox, Reading, Remains, Stage, StageError};
 
 const MISSION: &str = r#"
 name = "test"
@@ -54,13 +56,103 @@ drift_yaw_radpm = 0
 slips_per_m = 0
 "#;
 
-fn core(parameters: &str) -> Result<Core, CoreError> {
-    core_of(Robot::parse(ROBOT).unwrap(), parameters)
+fn localizer(parameters: &str) -> Result<Localizer, LocalizerError> {
+    localizer_of(Robot::parse(ROBOT).unwrap(), parameters)
 }
 
-fn core_of(robot: Robot, parameters: &str) -> Result<Core, CoreError> {
+fn localizer_of(robot: Robot, parameters: &str) -> Result<Localizer, LocalizerError> {
     let mission = Mission::parse(&format!("{MISSION}{parameters}")).unwrap();
-    Core::new(&RunConfig::lockstep("test", mission, robot, 1))
+    Localizer::new(&RunConfig::lockstep("test", mission, robot, 1))
+}
+
+/// A localizer, and what it has sent.
+struct Hosted {
+    stage: Localizer,
+    sent: Memory,
+}
+
+impl Hosted {
+    fn new(parameters: &str) -> Self {
+        channels::register(KIND, CHANNELS).unwrap();
+        let sent = Memory::of_writer(Process::Localizer, KIND);
+        Self { stage: localizer(parameters).unwrap(), sent }
+    }
+
+    /// One that has the sketch of the room.
+    fn in_room(parameters: &str) -> Self {
+        let (mut hosted, (map, cells)) = (Self::new(parameters), room());
+        hosted.hear(SKETCH, &map, &cells).unwrap();
+        hosted
+    }
+
+    fn hear<T: Message>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) -> Result<(), StageError> {
+        let access = Access::new(Process::Localizer, "sketch");
+        self.stage.hear(&Heard::new(&access, channel.spec, bytemuck::bytes_of(message), cells))
+    }
+
+    fn order(&mut self, order: &MissionCommand) {
+        self.hear(ORDERS, order, &[]).unwrap();
+    }
+
+    /// What it says of an instant with a scan; the header is left out.
+    fn answer(&mut self, odometry: &Odometry, scan: &LaserScan) -> PoseEstimate {
+        self.step(odometry, Some(scan), scan.header.stamp_ns)
+    }
+
+    fn step(&mut self, odometry: &Odometry, scan: Option<&LaserScan>, stamp_ns: u64) -> PoseEstimate {
+        self.sent.end_instant();
+        let senses = Senses { odometry, scan };
+        let out = &mut Outbox::new(&mut self.sent, stamp_ns, 1);
+        let access = Access::new(Process::Localizer, "sketch");
+        self.stage.step(&Instant::new(&access, 1, stamp_ns, &senses), out).unwrap();
+        PoseEstimate { header: Header::zeroed(), ..*self.said(ESTIMATE).unwrap() }
+    }
+
+    /// What it has sent in the last step.
+    fn said<T: Message>(&self, channel: Channel<T>) -> Option<&T> {
+        let said = self.sent.newest(channel.spec).filter(|said| said.is_fresh);
+        said.map(|said| bytemuck::from_bytes(said.message))
+    }
+
+    /// Places and headings of the particles that it has sent in the last step.
+    fn particles(&self) -> Vec<[f32; 3]> {
+        let Particles { particles, count, .. } = self.said(PARTICLES).unwrap();
+        particles[..*count as usize].iter().map(|p| [p.x_px, p.y_px, p.yaw_rad]).collect()
+    }
+
+    fn stored(&self) -> Vec<u8> {
+        postcard::to_stdvec(&self.stage.state()).unwrap()
+    }
+
+    fn restore(&mut self, stored: &[u8]) {
+        self.stage.restore(postcard::from_bytes(stored).unwrap()).unwrap();
+    }
+}
+
+/// What the sensors say.
+struct Senses<'a> {
+    odometry: &'a Odometry,
+    scan: Option<&'a LaserScan>,
+}
+
+impl Inputs for Senses<'_> {
+    fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>> {
+        let of = |message| Reading { message, cells: &[], is_fresh: true };
+        match spec {
+            spec if *spec == *ODOMETRY.spec => Some(of(bytemuck::bytes_of(self.odometry))),
+            spec if *spec == *SCAN.spec => self.scan.map(|scan| of(bytemuck::bytes_of(scan))),
+            _ => None,
+        }
+    }
+}
+
+/// The last estimate of a localizer that was killed.
+struct Last(PoseEstimate);
+
+impl Remains for Last {
+    fn last(&self, spec: &ChannelSpec) -> Option<Vec<u64>> {
+        (*spec == *ESTIMATE.spec).then(|| bytemuck::cast_slice(std::slice::from_ref(&self.0)).to_vec())
+    }
 }
 
 #[test]
@@ -69,7 +161,7 @@ fn a_robot_without_a_sensor_that_the_localizer_needs_is_named_with_the_key_of_it
     let blind = Robot { laser: None, ..robot.clone() };
     let lost = Robot { odometry: None, ..robot };
     for (robot, key) in [(blind, "[laser]"), (lost, "[odometry]")] {
-        let error = core_of(robot, "").unwrap_err().to_string();
+        let error = localizer_of(robot, "").unwrap_err().to_string();
         assert!(error.contains(key) && error.contains("\"test\""), "{error}");
     }
 }
@@ -111,29 +203,19 @@ fn ahead(x: f64) -> Odometry {
     Odometry { pose: PoseM::new(&Pose::<()>::new(x, 0.0, 0.0)), ..Odometry::zeroed() }
 }
 
-/// What the core says to a scan.
-fn answer(core: &mut Core, odometry: &Odometry, scan: &LaserScan, out: &mut PoseEstimate) {
-    core.step(odometry, Some(scan));
-    *out = PoseEstimate::zeroed();
-    core.write_estimate(out);
-}
-
 #[test]
 fn without_a_sketch_it_waits() {
-    let (mut core, mut out) = (core("").unwrap(), PoseEstimate::zeroed());
-    answer(&mut core, &at_the_origin(), &scan(4), &mut out);
+    let out = Hosted::new("").answer(&at_the_origin(), &scan(4));
     assert_eq!(out.tracking, Tracking::Waiting.code());
 }
 
 #[test]
 fn each_scan_is_answered_and_the_scales_are_found() {
     // One look at a bare room says little: how large it may be must be right.
-    let parameters = "[parameters.localizer]\nbuilding_size_m = 5";
-    let (mut core, (map, cells)) = (core(parameters).unwrap(), room());
-    core.on_sketch(&map, &cells).unwrap();
+    let mut localizer = Hosted::in_room("[parameters.localizer]\nbuilding_size_m = 5");
     let mut out = PoseEstimate::zeroed();
     for seq in 1..=5 {
-        answer(&mut core, &at_the_origin(), &scan(seq), &mut out);
+        out = localizer.answer(&at_the_origin(), &scan(seq));
         assert_eq!(out.tracking, Tracking::Tracking.code());
     }
     assert!((out.pose.x_px - 50.0).abs() < 5.0 && (out.pose.y_px - 40.0).abs() < 5.0, "{:?}", out.pose);
@@ -146,14 +228,12 @@ fn each_scan_is_answered_and_the_scales_are_found() {
 /// drive show enough.
 #[test]
 fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
-    let (mut core, (map, cells)) = (core("").unwrap(), room());
-    core.on_sketch(&map, &cells).unwrap();
-    let mut out = PoseEstimate::zeroed();
-    answer(&mut core, &at_the_origin(), &scan(1), &mut out);
+    let mut localizer = Hosted::in_room("");
+    let mut out = localizer.answer(&at_the_origin(), &scan(1));
     assert_eq!(out.tracking, Tracking::Doubtful.code());
     for seq in 2..=60 {
         let x = 1.2 * (0.1 * (seq - 1) as f64).sin();
-        answer(&mut core, &ahead(x), &scan_at(seq, x as f32), &mut out);
+        out = localizer.answer(&ahead(x), &scan_at(seq, x as f32));
         assert_ne!(out.tracking, Tracking::Lost.code());
     }
     assert_eq!(out.tracking, Tracking::Tracking.code());
@@ -164,17 +244,17 @@ fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
 
 #[test]
 fn with_another_sketch_the_filter_begins_anew() {
-    let (mut core, (mut map, cells)) = (core("").unwrap(), room());
+    let (mut localizer, (mut map, cells)) = (Hosted::new(""), room());
     map.header.seq = 1;
-    core.on_sketch(&map, &cells).unwrap();
-    let mut first = PoseEstimate::zeroed();
-    (1..=5).for_each(|seq| answer(&mut core, &at_the_origin(), &scan(seq), &mut first));
+    localizer.hear(SKETCH, &map, &cells).unwrap();
+    let first = (1..=5).map(|seq| localizer.answer(&at_the_origin(), &scan(seq))).last().unwrap();
+    let stored = localizer.stored();
     map.header.seq = 2;
     map.start = PosePx::new(&Pose::new(30.0, 40.0, 0.0));
-    core.on_sketch(&map, &cells).unwrap();
-    let mut second = PoseEstimate::zeroed();
-    answer(&mut core, &at_the_origin(), &scan(6), &mut second);
-    assert_eq!(core.sketch_seq(), 2);
+    localizer.hear(SKETCH, &map, &cells).unwrap();
+    // A checkpoint that belongs to the first sketch says nothing of this one.
+    localizer.restore(&stored);
+    let second = localizer.answer(&at_the_origin(), &scan(6));
     assert!((first.pose.x_px - 50.0).abs() < 5.0 && (second.pose.x_px - 30.0).abs() < 10.0, "{second:?}");
 }
 
@@ -186,24 +266,19 @@ fn here(x: f64, y: f64, yaw_rad: Option<f64>) -> MissionCommand {
 }
 
 /// A localizer of the room that has seen five scans.
-fn settled() -> Core {
-    let (mut core, (map, cells)) = (core("").unwrap(), room());
-    core.on_sketch(&map, &cells).unwrap();
-    let mut out = PoseEstimate::zeroed();
-    (1..=5).for_each(|seq| answer(&mut core, &at_the_origin(), &scan(seq), &mut out));
-    core
+fn settled() -> Hosted {
+    let mut localizer = Hosted::in_room("");
+    for seq in 1..=5 {
+        localizer.answer(&at_the_origin(), &scan(seq));
+    }
+    localizer
 }
 
-/// Places and headings of the particles, after an order and the scan behind it.
-fn particles_after(core: &mut Core, order: &MissionCommand) -> (PoseEstimate, Vec<[f32; 3]>) {
-    let (mut out, mut particles) = (PoseEstimate::zeroed(), Particles::zeroed());
-    core.on_order(order);
-    answer(core, &at_the_origin(), &scan(6), &mut out);
-    core.write_particles(0, &mut particles);
-    (
-        out,
-        particles.particles[..particles.count as usize].iter().map(|p| [p.x_px, p.y_px, p.yaw_rad]).collect(),
-    )
+/// The estimate, and places and headings of the particles, after an order and the scan that follows it a second after
+/// the first.
+fn particles_after(localizer: &mut Hosted, order: &MissionCommand) -> (PoseEstimate, Vec<[f32; 3]>) {
+    localizer.order(order);
+    (localizer.answer(&at_the_origin(), &scan(11)), localizer.particles())
 }
 
 #[test]
@@ -220,22 +295,24 @@ fn a_person_who_says_where_the_robot_is_has_its_particles_drawn_there() {
 /// A lost robot does not know its heading either.
 #[test]
 fn a_lost_robot_that_is_told_a_place_tries_every_heading() {
-    let mut core = settled();
-    let mut covered = scan(6);
-    covered.ranges_m.fill(f32::NAN);
+    let mut localizer = settled();
+    let covered = |seq| {
+        let mut covered = scan(seq);
+        covered.ranges_m.fill(f32::NAN);
+        covered
+    };
     let mut out = PoseEstimate::zeroed();
-    for step in 0..100 {
-        answer(&mut core, &ahead(0.1 * f64::from(step)), &covered, &mut out);
+    for seq in 6..106 {
+        out = localizer.answer(&ahead(0.1 * (seq - 6) as f64), &covered(seq));
     }
     assert_eq!(out.tracking, Tracking::Lost.code());
-    core.on_order(&here(50.0, 40.0, None));
-    let mut particles = Particles::zeroed();
-    answer(&mut core, &ahead(9.9), &covered, &mut out);
-    core.write_particles(0, &mut particles);
+    localizer.order(&here(50.0, 40.0, None));
+    localizer.answer(&ahead(9.9), &covered(111));
+    let particles = localizer.particles();
     let quarter = |k: f32| {
         let from = -std::f32::consts::PI + k * std::f32::consts::FRAC_PI_2;
         let is_in = |yaw: f32| (from..from + std::f32::consts::FRAC_PI_2).contains(&yaw);
-        particles.particles[..particles.count as usize].iter().filter(|p| is_in(p.yaw_rad)).count()
+        particles.iter().filter(|at| is_in(at[2])).count()
     };
     assert!(
         [0.0, 1.0, 2.0, 3.0].into_iter().all(|k| quarter(k) > 50),
@@ -245,7 +322,7 @@ fn a_lost_robot_that_is_told_a_place_tries_every_heading() {
     // In the middle of a room that is longer than wide, it finds itself again.
     for seq in 7..40 {
         let x = (0.1 * f64::from(seq)).sin();
-        answer(&mut core, &ahead(9.9 + x), &scan_at(u64::from(seq as u32), x as f32), &mut out);
+        out = localizer.answer(&ahead(9.9 + x), &scan_at(u64::from(seq as u32), x as f32));
     }
     assert_ne!(out.tracking, Tracking::Lost.code());
 }
@@ -256,17 +333,12 @@ fn a_place_that_was_told_survives_the_localizer() {
     let mut whole = settled();
     let mut broken = settled();
     let order = here(25.0, 55.0, None);
-    broken.on_order(&order);
-    let stored = postcard::to_stdvec(&broken.state()).unwrap();
+    broken.order(&order);
     let mut successor = settled();
-    successor.restore(postcard::from_bytes::<State>(&stored).unwrap());
+    successor.restore(&broken.stored());
     let expected = particles_after(&mut whole, &order);
-    let mut again = (PoseEstimate::zeroed(), Particles::zeroed());
-    answer(&mut successor, &at_the_origin(), &scan(6), &mut again.0);
-    successor.write_particles(0, &mut again.1);
-    let particles: Vec<_> =
-        again.1.particles[..again.1.count as usize].iter().map(|p| [p.x_px, p.y_px, p.yaw_rad]).collect();
-    assert_eq!((again.0, particles), expected);
+    let again = successor.answer(&at_the_origin(), &scan(11));
+    assert_eq!((again, successor.particles()), expected);
 }
 
 /// Without a drawing, outside of it, and before what the robot already knew, an order says nothing. A localizer without
@@ -279,11 +351,11 @@ fn a_place_that_is_none_or_is_old_changes_nothing() {
         assert_eq!(particles_after(&mut settled(), &order), expected);
     }
     let anew = |order: &MissionCommand| {
-        let (mut core, (map, cells)) = (core("").unwrap(), room());
-        core.on_order(order);
-        core.begin_at(&PoseEstimate { header: order.header, ..expected.0 });
-        core.on_sketch(&map, &cells).unwrap();
-        particles_after(&mut core, order)
+        let (mut localizer, (map, cells)) = (Hosted::new(""), room());
+        localizer.order(order);
+        localizer.stage.recover(&Last(PoseEstimate { header: order.header, ..expected.0 }));
+        localizer.hear(SKETCH, &map, &cells).unwrap();
+        particles_after(&mut localizer, order)
     };
     assert_eq!(
         anew(&here(25.0, 55.0, None)),
@@ -295,13 +367,12 @@ fn a_place_that_is_none_or_is_old_changes_nothing() {
 /// start that the person marked.
 #[test]
 fn an_estimate_that_waits_is_no_place_to_begin_at() {
-    let (mut core, (map, cells)) = (core("").unwrap(), room());
-    let mut out = PoseEstimate::zeroed();
-    answer(&mut core, &at_the_origin(), &scan(1), &mut out);
+    let (mut localizer, (map, cells)) = (Hosted::new(""), room());
+    let out = localizer.answer(&at_the_origin(), &scan(1));
     assert_eq!(out.tracking, Tracking::Waiting.code());
-    core.begin_at(&out);
-    core.on_sketch(&map, &cells).unwrap();
-    answer(&mut core, &at_the_origin(), &scan(2), &mut out);
+    localizer.stage.recover(&Last(out));
+    localizer.hear(SKETCH, &map, &cells).unwrap();
+    let out = localizer.answer(&at_the_origin(), &scan(2));
     assert!((out.pose.x_px - 50.0).abs() < 5.0, "{:?}", out.pose);
 }
 
@@ -309,9 +380,7 @@ fn an_estimate_that_waits_is_no_place_to_begin_at() {
 /// one found itself again.
 #[test]
 fn a_robot_that_sees_nothing_is_lost_and_one_that_sees_again_is_not() {
-    let (mut core, (map, cells)) = (core("").unwrap(), room());
-    core.on_sketch(&map, &cells).unwrap();
-    let mut out = PoseEstimate::zeroed();
+    let (mut localizer, mut out) = (Hosted::in_room(""), PoseEstimate::zeroed());
     let mut drive = |seqs: std::ops::RangeInclusive<u64>, covered: bool| {
         for seq in seqs {
             let x = (seq as f64 * 0.1).sin();
@@ -319,7 +388,7 @@ fn a_robot_that_sees_nothing_is_lost_and_one_that_sees_again_is_not() {
             if covered {
                 scan.ranges_m.fill(f32::NAN);
             }
-            answer(&mut core, &ahead(x), &scan, &mut out);
+            out = localizer.answer(&ahead(x), &scan);
         }
         out.tracking
     };
@@ -330,44 +399,40 @@ fn a_robot_that_sees_nothing_is_lost_and_one_that_sees_again_is_not() {
 
 #[test]
 fn particles_are_due_once_a_second() {
-    let (mut core, (map, cells)) = (core("").unwrap(), room());
-    assert!(!core.particles_due(0));
-    core.on_sketch(&map, &cells).unwrap();
-    let (mut out, mut particles) = (PoseEstimate::zeroed(), Particles::zeroed());
+    let mut waiting = Hosted::new("");
+    waiting.answer(&at_the_origin(), &scan(1));
+    assert!(waiting.said(PARTICLES).is_none());
+    let mut localizer = Hosted::in_room("");
     let mut sent = vec![];
     for seq in 1..=25 {
-        answer(&mut core, &at_the_origin(), &scan(seq), &mut out);
-        let stamp_ns = scan(seq).header.stamp_ns;
-        if core.particles_due(stamp_ns) {
-            core.write_particles(stamp_ns, &mut particles);
+        let out = localizer.answer(&at_the_origin(), &scan(seq));
+        if let Some(particles) = localizer.said(PARTICLES) {
+            assert_eq!((particles.count, particles.total), (500, out.particle_count));
             sent.push(seq);
         }
     }
     assert_eq!(sent, [1, 11, 21]);
-    assert_eq!((particles.count, particles.total), (500, out.particle_count));
 }
 
 /// A heartbeat faster than the laser: in between the last estimate holds, with the odometry that it belongs to.
 #[test]
 fn without_a_new_scan_the_last_estimate_holds() {
-    let (mut core, (map, cells)) = (core("").unwrap(), room());
-    core.on_sketch(&map, &cells).unwrap();
-    let (mut first, mut second) = (PoseEstimate::zeroed(), PoseEstimate::zeroed());
-    answer(&mut core, &at_the_origin(), &scan(1), &mut first);
-    core.step(&ahead(0.1), None);
-    core.write_estimate(&mut second);
-    assert_eq!(first, second);
+    let mut localizer = Hosted::in_room("");
+    let first = localizer.answer(&at_the_origin(), &scan(1));
+    assert_eq!(localizer.step(&ahead(0.1), None, 50_000_000), first);
 }
 
 #[test]
 fn errors_name_what_is_wrong() {
-    let error =
-        |parameters: &str| core(&format!("[parameters.localizer]\n{parameters}")).unwrap_err().to_string();
+    let error = |parameters: &str| {
+        localizer(&format!("[parameters.localizer]\n{parameters}")).unwrap_err().to_string()
+    };
     assert!(error("particels = 5").contains("particels"), "{}", error("particels = 5"));
     assert!(error("particles = 5").contains("particles: expected 16 to 100000, found 5"));
     let (mut map, cells) = room();
     map.start = PosePx::new(&Pose::new(500.0, 40.0, 0.0));
-    let outside = core("").unwrap().on_sketch(&map, &cells).unwrap_err().to_string();
+    let outside = Hosted::new("").hear(SKETCH, &map, &cells).unwrap_err().to_string();
     assert!(outside.contains("100 × 80") && outside.contains("500.0"), "{outside}");
-    assert!(matches!(core("").unwrap().on_sketch(&map, &cells[1..]), Err(CoreError::Cells { .. })));
+    let short = Hosted::new("").hear(SKETCH, &map, &cells[1..]).unwrap_err();
+    assert!(matches!(short.downcast_ref(), Some(LocalizerError::Cells { .. })), "{short}");
 }

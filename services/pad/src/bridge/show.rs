@@ -6,13 +6,12 @@ use std::time::Duration;
 
 use serde_json::json;
 use sketchnav_schemas::bounds::ANGLE_DEG;
-use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::message::Here;
+use sketchnav_stage::lookout::{Picture as Shown, Sheet};
 
 use super::Bridge;
 use crate::board::{Call, Image, Picture, Welcome, put_image};
-use crate::feed::scene::{Around, SIDE_PX, Shape};
-use crate::feed::{self, Feed, OutlineView, PlanView, PoseView, QuestionView, TaskView, View};
+use crate::feed::{self, Feed, PoseView, QuestionView, SIDE_PX, TaskView, View};
 use crate::protocol::{Hello, HereBody, Limits, Refusal, SketchType};
 use crate::walls;
 
@@ -27,10 +26,8 @@ impl Bridge<'_> {
     /// Has the walls of the drawing that holds painted, in a thread of its own, where they are not yet.
     pub(super) fn paint(&mut self) {
         let memory = self.machine.memory();
-        let Some(sketch) = memory.sketch.as_ref().filter(|_| memory.path.is_none() || self.painting == 0)
-        else {
-            return;
-        };
+        let sketch = memory.sketch.as_ref().filter(|_| memory.path.is_none() || self.painting == 0);
+        let Some((sketch, drawn)) = sketch.zip(self.drawn) else { return };
         let photo = (sketch.kind != SketchType::Strokes)
             .then(|| Image { kind: sketch.kind, bytes: sketch.bytes.clone().into() });
         put_image(&self.caller.board.photo, photo);
@@ -38,7 +35,7 @@ impl Bridge<'_> {
         let (number, run, bytes) = (self.painting, self.run.clone(), sketch.bytes.clone());
         let caller = self.caller.clone();
         std::thread::spawn(move || {
-            if let Some(picture) = walls::of_drawing(&run, &bytes) {
+            if let Some(picture) = (drawn.walls)(&run, &bytes).and_then(|walls| walls::png(&walls)) {
                 // Where the pad is ending nobody wants to see them.
                 let _ = caller.call(Call::Walls(number, picture));
             }
@@ -56,15 +53,22 @@ impl Bridge<'_> {
     fn canvas(&self) -> [u32; 2] {
         match &self.machine.memory().sketch {
             Some(sketch) => sketch.canvas,
-            None if !self.lookouts.is_empty() => [SIDE_PX; 2],
-            None => self.inbox.size_px.unwrap_or(CANVAS),
+            None => match self.watch.sheet() {
+                Sheet::Robot => [SIDE_PX; 2],
+                Sheet::Drawing(size_px) => size_px.unwrap_or(CANVAS),
+            },
         }
     }
 
     fn view(&self) -> Option<View> {
         match &self.machine.memory().sketch {
-            Some(sketch) => Some(View { height_px: sketch.size_px[1].into(), scale: sketch.scale }),
-            None => self.inbox.size_px.map(|[_, height]| View { height_px: height.into(), scale: 1.0 }),
+            Some(sketch) => Some(View::Drawing { height_px: sketch.size_px[1].into(), scale: sketch.scale }),
+            None => match self.watch.sheet() {
+                Sheet::Robot => Some(View::around(&self.run.robot)),
+                Sheet::Drawing(size_px) => {
+                    size_px.map(|[_, height]| View::Drawing { height_px: height.into(), scale: 1.0 })
+                }
+            },
         }
     }
 
@@ -79,8 +83,9 @@ impl Bridge<'_> {
             let expected = ANGLE_DEG.words;
             return Err(Refusal::Malformed(format!("the heading: expected {expected}, found {found}")));
         }
-        let view = self.view().ok_or_else(|| Refusal::NotNow("expected a drawing, found none".into()))?;
-        Ok(Here { at: view.place(at), yaw_rad: heading_deg.map(f64::to_radians) })
+        let place = self.view().and_then(|view| view.place(at));
+        let at = place.ok_or_else(|| Refusal::NotNow("expected a drawing, found none".into()))?;
+        Ok(Here { at, yaw_rad: heading_deg.map(f64::to_radians) })
     }
 
     /// Sends all pages again who they are and what there is.
@@ -129,7 +134,7 @@ impl Bridge<'_> {
         }
         (self.fed, self.is_new) = (now, false);
         let unattended = self.sessions.is_unattended(now);
-        let feed = self.look(now);
+        let feed = self.look_at(now);
         let body = serde_json::to_string(&feed).unwrap_or_default();
         let body = body.strip_prefix('{').and_then(|body| body.strip_suffix('}'));
         let picture = Picture {
@@ -142,27 +147,18 @@ impl Bridge<'_> {
         self.caller.board.picture.send_replace(Arc::new(picture));
     }
 
-    fn look(&mut self, now: Duration) -> Feed {
+    fn look_at(&mut self, now: Duration) -> Feed {
         self.services.settle(self.stamp_ns);
-        let (view, robot) = (self.view(), &self.run.robot);
         // Before a path has placed the robot in a new sketch, all that is known is about the one before.
         let is_placed = !self.run.pad.draws() || self.machine.memory().path.is_some();
-        let estimate = self.inbox.estimate.as_deref().filter(|_| is_placed);
-        let pose = view.zip(estimate).and_then(|(view, e)| PoseView::new(e, robot, &view));
-        let landmarks = self.inbox.canvas.as_ref().zip(self.inbox.view.as_deref());
-        let pose = pose.or_else(|| landmarks.and_then(|(canvas, view)| canvas.pose(view, robot)));
-        let progress = self.inbox.progress.as_deref();
-        if let Some(pose) = &pose {
-            self.trail.go_to([pose.x, pose.y]);
-        }
-        let located = view.filter(|_| pose.is_some());
+        let view = self.view().filter(|_| is_placed);
+        let shown = view.map_or_else(Shown::default, |_| self.watch.draw());
+        let pose = view.and_then(|view| self.pose(&shown, &view));
+        let question = self.watch.question().filter(|_| self.machine.asks());
         let status = self.machine.status().filter(|_| is_placed);
-        let tracking = estimate.and_then(|e| Tracking::from_code(e.tracking));
-        let tracking = tracking.or(landmarks.map(|(canvas, view)| canvas.tracking(view)));
-        let tracking = tracking.filter(|_| pose.is_some());
-        let around = (!self.lookouts.is_empty()).then(|| Around::robot(robot));
+        let tracking = shown.robot.map(|robot| robot.tracking);
         let silence = self.sessions.silence(now).filter(|_| self.sessions.is_unattended(now));
-        let scan = located.zip(estimate).zip(self.inbox.scan.as_deref());
+        let on_canvas = |shapes| view.map(|view| view.shapes(shapes)).unwrap_or_default();
         Feed {
             t_ms: self.stamp_ns / 1_000_000,
             state: self.machine.state(),
@@ -171,40 +167,30 @@ impl Bridge<'_> {
             walls: self.walls,
             task: status.and_then(TaskView::new),
             speed_mps: status.map_or(0.0, |status| (status.speed_mps * 100.0).round() / 100.0),
-            particles: located.zip(self.inbox.particles.take()).map(|(view, p)| feed::particles(&p, &view)),
-            scan: match (scan, landmarks) {
-                (Some(((view, estimate), scan)), _) => {
-                    feed::scan(scan, estimate, self.inbox.wall_direction_rad, robot, &view)
-                }
-                (None, Some((canvas, view))) => canvas.places(view),
-                (None, None) => Vec::new(),
-            },
-            plan: match (located.zip(self.inbox.plan.as_deref()), landmarks.zip(progress)) {
-                (Some((view, plan)), _) => Some(PlanView::new(plan, &view)),
-                (None, Some(((canvas, _), progress))) => canvas.plan(progress),
-                (None, None) => None,
-            },
-            landmarks: landmarks.zip(progress).map(|((canvas, view), said)| canvas.feed(view, said, robot)),
-            scene: around.as_ref().map(|around| self.scene(around)),
-            outline: located
-                .zip(self.inbox.correspondence.take())
-                .map(|(view, found)| OutlineView::new(&found, &view)),
-            question: located
-                .zip(self.inbox.question.as_deref())
-                .filter(|_| self.machine.asks())
-                .map(|(view, question)| QuestionView::new(question, &view)),
+            particles: view.zip(shown.particles).map(|(view, places)| view.points(places)),
+            scene: on_canvas(shown.shapes),
+            lasting: shown.lasting.map(on_canvas),
+            words: shown.words,
+            question: view
+                .filter(|_| pose.is_some())
+                .zip(question)
+                .map(|(view, places)| QuestionView::new(&places, &view)),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),
-            pose: around.map(|around| around.pose(robot)).or(pose),
+            pose,
         }
     }
 
-    fn scene(&self, around: &Around) -> Vec<Shape> {
-        let mut shapes = Vec::new();
-        for lookout in &self.lookouts {
-            lookout.draw(around, &self.run.robot, &mut shapes);
+    /// Where the robot is on the canvas; in a drawing it leaves a trail.
+    fn pose(&mut self, shown: &Shown, view: &View) -> Option<PoseView> {
+        match view {
+            View::Robot { .. } => Some(PoseView::in_the_middle(&self.run.robot, view)),
+            View::Drawing { .. } => {
+                let pose = PoseView::new(shown.robot.as_ref()?, view);
+                self.trail.go_to([pose.x, pose.y]);
+                Some(pose)
+            }
         }
-        shapes
     }
 }

@@ -2,56 +2,43 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::codes::{FaultKind, Process};
-use sketchnav_schemas::message::{Fault, PoseM, PosePx, Text};
+use sketchnav_schemas::message::{Fault, Text};
+use sketchnav_stage::lookout::Color;
 
 use super::*;
 
-const VIEW: View = View { height_px: 100.0, scale: 0.5 };
-
-fn robot() -> Robot {
-    Robot::parse(include_str!("../../../../sim/robots/robotino.toml")).unwrap()
-}
-
-fn estimate() -> PoseEstimate {
-    let mut estimate = PoseEstimate::zeroed();
-    estimate.pose = PosePx::new(&Pose::new(20.0, 30.0, std::f64::consts::FRAC_PI_2));
-    estimate.odometry = PoseM::new(&Pose::<Odom>::new(7.0, 8.0, 1.0));
-    (estimate.scale_a_pxpm, estimate.scale_b_pxpm) = (10.0, 10.0);
-    estimate.tracking = Tracking::Tracking.code();
-    estimate
-}
+const VIEW: View = View::Drawing { height_px: 100.0, scale: 0.5 };
 
 #[test]
 fn the_page_is_upside_down_and_larger() {
-    assert_eq!(VIEW.point(20.0, 30.0), [40.0, 140.0]);
-    let mut estimate = estimate();
-    (estimate.covariance[0], estimate.covariance[6]) = (1.0, 4.0);
-    let pose = PoseView::new(&estimate, &robot(), &VIEW).unwrap();
+    assert_eq!(VIEW.point([20.0, 30.0]), [40.0, 140.0]);
+    let line = Shape::line([[20.0, 30.0], [0.0, 0.04]], Color::Plan);
+    assert_eq!(VIEW.shapes(vec![line]), [Shape::line([[40.0, 140.0], [0.0, 199.9]], Color::Plan)]);
+    let robot = Whereabouts {
+        at: [20.0, 30.0],
+        heading_rad: std::f64::consts::FRAC_PI_2,
+        ellipse: [4.0, 2.0, std::f64::consts::FRAC_PI_2],
+        radius: 3.3,
+        tracking: Tracking::Doubtful,
+        effective: 0.25,
+    };
+    let pose = PoseView::new(&robot, &VIEW);
     assert_eq!((pose.x, pose.y, pose.heading_rad), (40.0, 140.0, 1.571));
-    assert_eq!(pose.ellipse, [8.0, 4.0, 1.571]);
-    assert!((pose.radius_px - robot().radius_m * 20.0).abs() < 0.1);
-    estimate.tracking = Tracking::Waiting.code();
-    assert!(PoseView::new(&estimate, &robot(), &VIEW).is_none());
+    assert_eq!((pose.ellipse, pose.radius_px), ([8.0, 4.0, 1.571], 6.6));
+    assert_eq!((pose.tracking, pose.effective), ("doubtful", 0.25));
 }
 
 #[test]
-fn a_beam_ahead_ends_ahead() {
-    let mut scan = LaserScan::zeroed();
-    (scan.beam_count, scan.range_min_m, scan.range_max_m) = (2, 0.1, 9.0);
-    scan.ranges_m[..2].copy_from_slice(&[2.0, f32::INFINITY]);
-    let mut robot = robot();
-    let laser = robot.laser.as_mut().unwrap();
-    (laser.mount_x_m, laser.mount_y_m, laser.mount_yaw_deg) = (0.0, 0.0, 0.0);
-    let seen = super::scan(&scan, &estimate(), 0.0, &robot, &VIEW);
-    assert_eq!(seen, [[40.0, 100.0]], "2 m up: 20 px of the sketch, 40 of the canvas");
-}
-
-#[test]
-fn lists_are_thinned() {
-    let mut plan: Box<Plan> = bytemuck::zeroed_box();
-    (plan.global_count, plan.local_count) = (1024, 9999);
-    let view = PlanView::new(&plan, &VIEW);
-    assert_eq!((view.global.len(), view.local.len()), (256, 256));
+fn ahead_is_up_and_left_is_left() {
+    let youbot = Robot::parse(include_str!("../../../../sim/robots/youbot.toml")).unwrap();
+    let view = View::around(&youbot);
+    let [middle, ahead, left] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|place| view.point(place));
+    assert_eq!(middle, [500.0, 500.0]);
+    assert!(ahead[0] == 500.0 && ahead[1] < 500.0, "{ahead:?}");
+    assert!(left[0] < 500.0 && left[1] == 500.0, "{left:?}");
+    let pose = PoseView::in_the_middle(&youbot, &view);
+    assert_eq!((pose.x, pose.y, pose.heading_rad), (500.0, 500.0, std::f64::consts::FRAC_PI_2));
+    assert_eq!(view.place(middle), None, "there is no drawing");
 }
 
 #[test]
@@ -97,14 +84,11 @@ fn what_goes_wrong_is_said_in_words() {
 
 #[test]
 fn a_question_has_letters_and_places_of_the_canvas() {
-    let mut question = sketchnav_schemas::message::Question::zeroed();
-    let lost = QuestionView::new(&question, &VIEW);
+    let lost = QuestionView::new(&[], &VIEW);
     assert_eq!((lost.text.as_str(), lost.places.len()), ("The robot is lost. Tap where it is.", 0));
-    question.place_count = 3;
-    (question.places[2].x_px, question.places[2].y_px) = (20.0, 30.0);
-    let which = QuestionView::new(&question, &VIEW);
+    let which = QuestionView::new(&[[0.0; 2], [0.0; 2], [20.0, 30.0]], &VIEW);
     assert_eq!(which.text, "Is the robot at A, B or C? Tap where it is.");
     assert_eq!((which.places[2].name, which.places[2].at), ('C', [40.0, 140.0]));
-    let back = VIEW.place([40.0, 140.0]);
+    let back = VIEW.place([40.0, 140.0]).unwrap();
     assert_eq!((back.x, back.y), (20.0, 30.0));
 }

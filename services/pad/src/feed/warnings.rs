@@ -71,7 +71,7 @@ pub fn warnings(
         warn("restarting", format!("the {name} does not answer: it is started again"));
     }
     if let Some(silence) = silence {
-        warn("link", format!("nothing was heard of who drives for {:.0} s", silence.as_secs_f64()));
+        warn("link", format!("no sign of life from the driver for {:.0} s", silence.as_secs_f64()));
     }
     all
 }

@@ -20,7 +20,7 @@ struct Scene {
 
 impl Scene {
     fn new(draws: bool) -> Self {
-        let mut scene = Self { machine: Machine::new(draws, true), now: s(1) };
+        let mut scene = Self { machine: Machine::new(draws), now: s(1) };
         scene.say(TaskState::Waiting);
         scene
     }
@@ -34,8 +34,7 @@ impl Scene {
     }
 
     fn located(&mut self) {
-        let estimate = PoseEstimate { tracking: Tracking::Tracking.code(), ..Zeroable::zeroed() };
-        self.machine.on_estimate(&estimate);
+        self.machine.on_lookout(true, false);
     }
 
     fn answer(&mut self, accepted: bool) -> Option<Result<(), Refusal>> {
@@ -193,7 +192,7 @@ fn a_mission_from_a_file_can_be_stopped_and_gone_on_with() {
 /// one that nobody had ordered. It threw an abort away, said `ok`, and the robot drove off.
 #[test]
 fn a_mission_from_a_file_can_be_aborted_before_the_robot_drives() {
-    let mut scene = Scene { machine: Machine::new(false, true), now: s(1) };
+    let mut scene = Scene { machine: Machine::new(false), now: s(1) };
     assert_eq!((scene.machine.state(), scene.allowed()), (State::Driving, vec![Step::Abort]));
     scene.say(TaskState::Waiting);
     assert_eq!((scene.machine.state(), scene.allowed()), (State::Driving, vec![Step::Abort]));
@@ -252,7 +251,7 @@ fn a_successor_that_knows_nothing_can_stop_a_robot_that_drives() {
 /// Nobody knows whether the robot is about to drive until the planner says so: until then it is taken to.
 #[test]
 fn a_successor_that_knows_nothing_can_stop_a_robot_of_which_nothing_was_heard() {
-    let mut machine = Machine::new(true, true);
+    let mut machine = Machine::new(true);
     machine.begin_behind(7);
     assert_eq!((machine.state(), machine.allowed(true, s(0))), (State::Driving, vec![Step::Abort]));
     machine.on_status(&status(TaskState::Waiting), s(1));
@@ -266,7 +265,7 @@ fn a_successor_is_where_its_predecessor_was() {
     scene.sketch();
     scene.path();
     scene.order(Step::Execute);
-    let mut successor = Machine::new(true, true);
+    let mut successor = Machine::new(true);
     successor.resume(scene.machine.memory().clone(), s(0));
     assert_eq!(successor.state(), State::Driving);
     successor.on_status(&status(TaskState::Aborted), s(1));
@@ -312,7 +311,8 @@ proptest! {
 /// A navigator without a drawing was never ready: nobody says where in a drawing it is.
 #[test]
 fn a_navigator_without_a_drawing_is_ready_when_it_answers() {
-    let mut machine = Machine::new(false, false);
+    let mut machine = Machine::new(false);
+    machine.on_lookout(true, false);
     assert!(!machine.is_ready(s(1)));
     machine.on_status(&MissionStatus::zeroed(), s(1));
     assert!(machine.is_ready(s(1)));
@@ -326,7 +326,7 @@ fn a_place_is_an_answer() {
     scene.located();
     scene.say(TaskState::Paused);
     assert!(!scene.allowed().contains(&Step::Here), "it was stopped by a person");
-    scene.machine.on_question(QuestionKind::Which);
+    scene.machine.on_lookout(true, true);
     assert!(scene.allowed().contains(&Step::Here) && scene.machine.asks());
     assert!(!scene.machine.allowed(false, scene.now).contains(&Step::Here));
     assert_eq!(scene.order(Step::Here), Order::Here);

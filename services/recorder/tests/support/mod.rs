@@ -31,6 +31,7 @@ pub struct TestSystem {
 impl TestSystem {
     /// That of the run.
     pub fn create(run: &RunConfig) -> Self {
+        sketchnav_navigators::register(&[]).unwrap();
         let system = Rc::new(System::create(run).unwrap());
         let supervisor = Node::join(system.clone(), Process::Supervisor).unwrap();
         let channels = Channels::create(&supervisor).unwrap();

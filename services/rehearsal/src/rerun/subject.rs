@@ -3,14 +3,15 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use sketchnav_navigators::read_file;
+use sketchnav_navigators::read_from;
 use sketchnav_recordings::reader::RawMessage;
+use sketchnav_recordings::rejected::Rejections;
+use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_schemas::channels::{self, COMMAND, ChannelSpec, Role};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased;
 use sketchnav_schemas::message::Header;
-use sketchnav_schemas::run::RunConfig;
-use sketchnav_stage::{Heard, Memory, StageError, Tap};
+use sketchnav_stage::{Memory, StageError, Tap};
 
 use super::RerunError;
 use crate::RehearsalError;
@@ -32,14 +33,16 @@ pub(super) struct Staged {
     reads: Vec<&'static ChannelSpec>,
     /// The ticks that it answered; `None`: all.
     answered: Option<BTreeSet<u64>>,
+    rejections: Rejections,
 }
 
 impl Subject {
-    pub(super) fn new(process: Process, run: &RunConfig) -> Result<Self, RerunError> {
+    pub(super) fn new(process: Process, recorded: &RecordedRun) -> Result<Self, RerunError> {
+        let RecordedRun { run, files } = recorded;
         if process == Process::World {
-            return Ok(Self::World(Box::new(World::new(run)?)));
+            return Ok(Self::World(Box::new(World::new(run, files)?)));
         }
-        let part = Part::new(process, run, &read_file)?.ok_or(RerunError::Process { process })?;
+        let part = Part::new(process, run, &read_from(files))?.ok_or(RerunError::Process { process })?;
         let kind = run.mission.navigator_kind();
         Ok(Self::Stage(Box::new(Staged {
             part,
@@ -47,6 +50,7 @@ impl Subject {
             trigger: channels::trigger_of(process, kind),
             reads: channels::read_by(process, kind).collect(),
             answered: None,
+            rejections: Rejections::default(),
         })))
     }
 
@@ -71,6 +75,14 @@ impl Subject {
         match self {
             Self::World(world) => hear_command(world, message, tap),
             Self::Stage(staged) => staged.hear(message, tap),
+        }
+    }
+
+    /// The invalid messages among what it heard; the world hears commands alone.
+    pub(super) fn rejections(self) -> Rejections {
+        match self {
+            Self::World(_) => Rejections::default(),
+            Self::Stage(staged) => staged.rejections,
         }
     }
 
@@ -100,13 +112,13 @@ impl Staged {
             return Ok(());
         };
         let message = raw.decode(spec)?;
-        if !spec.message.is_valid(message.bytes()) {
+        if let Err(why) = spec.message.check(message.bytes()) {
             // The process has rejected it, too.
+            self.rejections.count(raw, &why);
             return Ok(());
         }
-        let heard = Heard::new(spec, message.bytes(), message.cells());
         let taken = match spec.role {
-            Role::Instruction | Role::Request => self.part.hear(&heard, spec.role, tap),
+            Role::Instruction | Role::Request => self.part.hear(spec, &message, tap),
             _ => {
                 let cause = *erased::header(message.bytes());
                 self.inputs.keep(spec, message);

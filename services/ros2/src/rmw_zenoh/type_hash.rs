@@ -150,6 +150,7 @@ mod tests {
 
     #[test]
     fn every_channel_has_a_hash() {
+        sketchnav_navigators::register(&[]).unwrap();
         for spec in channels::all() {
             let kind = spec.message.ros2;
             assert!(of_schema(kind, &topics::schema(kind)).is_ok(), "{kind}");

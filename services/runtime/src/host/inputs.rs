@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::message::Tick;
-use sketchnav_stage::{Instant, Reading};
+use sketchnav_stage::{Access, Instant, Reading};
 
 use crate::{Node, RawReader, RawSample, Result};
 
@@ -24,6 +24,7 @@ pub(super) struct Positions {
 }
 
 pub(super) struct Inputs {
+    access: Access,
     instructions: Vec<RawReader>,
     requests: Vec<Requests>,
     last_request: (u64, u64),
@@ -66,6 +67,7 @@ impl Inputs {
         let ticks = of_role(Role::Tick).next().filter(|_| trigger.is_some()).map(queue);
         let triggers = trigger.filter(|spec| spec.role != Role::Tick).map(queue);
         Ok(Self {
+            access: Access::new(process, kind),
             instructions,
             requests: requests.collect(),
             last_request: (0, 0),
@@ -75,6 +77,11 @@ impl Inputs {
             answered: 0,
             positions: Positions::default(),
         })
+    }
+
+    /// What the stage may read.
+    pub(super) fn access(&self) -> &Access {
+        &self.access
     }
 
     pub(super) fn next_instruction(&mut self) -> Result<Option<(&'static ChannelSpec, RawSample)>> {
@@ -137,7 +144,7 @@ impl Inputs {
     /// The instant that [`Inputs::next_instant`] went on to.
     pub(super) fn instant(&self) -> Option<Instant<'_>> {
         let tick = self.ticks.as_ref()?.current.as_ref()?.header();
-        Some(Instant::new(tick.seq, tick.stamp_ns, self))
+        Some(Instant::new(&self.access, tick.seq, tick.stamp_ns, self))
     }
 
     /// The step is done: what has come is of an earlier instant now.
@@ -305,12 +312,13 @@ impl Sensor {
             if self.next.is_none() && self.reader.position() < seq {
                 self.next = self.reader.receive()?;
             }
-            match self.next.take_if(|next| next.header().seq <= seq) {
-                Some(reading) if self.reader.spec().message.is_valid(reading.message()) => {
-                    self.newest = Some(reading);
-                }
-                Some(_) => node.count_refused(),
-                None => return Ok(self.next.is_some() || self.reader.position() >= seq),
+            let Some(reading) = self.next.take_if(|next| next.header().seq <= seq) else {
+                return Ok(self.next.is_some() || self.reader.position() >= seq);
+            };
+            let spec = self.reader.spec();
+            match spec.message.check(reading.message()) {
+                Ok(()) => self.newest = Some(reading),
+                Err(why) => node.count_invalid(spec.name, reading.header().seq, &why),
             }
         }
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::erased;
 use sketchnav_schemas::message::Header;
-use sketchnav_stage::{Put, Remains, Sink, StageError};
+use sketchnav_stage::{Denied, Put, Remains, Sink, StageError};
 
 use crate::{Node, RawWriter, Result};
 
@@ -63,8 +63,7 @@ impl Sink for Outputs {
     /// A message that only observers read wakes no process: another message of the same step follows.
     fn put(&mut self, put: Put<'_>) -> Result<u64, StageError> {
         let writer = self.writers.iter_mut().find(|writer| writer.spec() == put.spec);
-        let writer =
-            writer.ok_or_else(|| format!("channel {:?} is not this process's to write", put.spec.name))?;
+        let writer = writer.ok_or_else(|| Denied::to_write(put.spec))?;
         if put.is_repeated {
             writer.resume_after(writer.last_seq().saturating_sub(1));
         }
@@ -74,8 +73,8 @@ impl Sink for Outputs {
         Ok(if put.spec.role == Role::Detail { loan.send_quietly()? } else { loan.send()? })
     }
 
-    fn last(&self, spec: &ChannelSpec) -> u64 {
-        self.writer(spec).map_or(0, RawWriter::last_seq)
+    fn last(&self, spec: &ChannelSpec) -> std::result::Result<u64, Denied> {
+        self.writer(spec).map(RawWriter::last_seq).ok_or_else(|| Denied::to_write(spec))
     }
 }
 

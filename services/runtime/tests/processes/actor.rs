@@ -4,14 +4,14 @@ use std::time::Duration;
 
 use nix::sys::signal::{SigSet, Signal, raise};
 use sketchnav_runtime::*;
-use sketchnav_schemas::channels::{COMMAND, ESTIMATE, ODOMETRY, SCAN, SKETCH, TICK, TRUTH};
+use sketchnav_schemas::channels::{COMMAND, ODOMETRY, SCAN, TICK, TRUTH};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::{
-    GroundTruth, Header, LaserScan, Odometry, PoseEstimate, SketchMap, Tick, VelocityCommand,
-};
+use sketchnav_schemas::message::{GroundTruth, Header, LaserScan, Odometry, Tick, VelocityCommand};
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate, SKETCH, SketchMap};
+use sketchnav_stage::Hosted;
 
-use crate::hosted::{Counter, fill_estimate};
+use crate::hosted::{Counter, Curious, fill_estimate};
 
 const LONG: Duration = Duration::from_secs(600);
 /// How often an actor looks for an answer before it says that none came, and how long it sleeps in between.
@@ -41,6 +41,7 @@ struct Actor {
 #[test]
 #[ignore = "a process of the other tests, which start it themselves"]
 fn actor() {
+    sketchnav_navigators::register(&[]).unwrap();
     let mut actor = Actor::default();
     for line in std::io::stdin().lines() {
         let line = line.unwrap();
@@ -75,8 +76,9 @@ impl Actor {
             ["until", seq] => return self.receive_until(seq.parse().unwrap()),
             ["loan"] => return self.loan(),
             ["hold"] => return self.hold(),
-            ["host"] => self.host(Counter::default())?,
-            ["host-refusing"] => self.host(Counter::refusing())?,
+            ["host"] => return self.host(&mut Counter::new(self.node().process(), false)),
+            ["host-refusing"] => return self.host(&mut Counter::new(self.node().process(), true)),
+            ["host-curious"] => return self.host(&mut Curious),
             ["tick", count] => return self.tick(count.parse().unwrap()),
             ["estimate", tick] => self.estimate(tick.parse().unwrap())?,
             ["estimates", tick] => return self.answers(tick.parse().unwrap(), Self::next_estimate),
@@ -163,9 +165,10 @@ impl Actor {
         }
     }
 
-    fn host(&mut self, mut stage: Counter) -> Result<()> {
-        match host(self.node(), &mut stage) {
+    fn host(&self, stage: &mut dyn Hosted) -> Result<String> {
+        match host(self.node(), stage) {
             Err(HostError::Runtime(error)) => Err(error),
+            Err(HostError::Stage(error)) => Ok(format!("stage: {error}")),
             ended => panic!("{ended:?}"),
         }
     }

@@ -3,24 +3,25 @@
 use std::fs::OpenOptions;
 use std::os::unix::fs::FileExt;
 
-use sketchnav_schemas::channels::{COMMAND, ESTIMATE};
+use sketchnav_schemas::channels::{COMMAND, TRUTH};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::{Header, PoseEstimate};
+use sketchnav_schemas::message::Header;
+use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 use sketchnav_stage::{Instant, Outbox, Stage as NavigatorStage, StageError};
 
 use crate::stage::{Player, Stage};
 
 /// Counts the ticks that it answers, as a localizer or as a planner.
-#[derive(Default)]
 pub struct Counter {
+    process: Process,
     count: u32,
     refuses: bool,
 }
 
 impl Counter {
-    /// One that takes no state.
-    pub fn refusing() -> Self {
-        Self { count: 0, refuses: true }
+    /// One that does not take a state where it `refuses`.
+    pub fn new(process: Process, refuses: bool) -> Self {
+        Self { process, count: 0, refuses }
     }
 }
 
@@ -36,9 +37,12 @@ impl NavigatorStage for Counter {
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         self.count += 1;
-        match instant.newest(ESTIMATE) {
-            Some(_) => out.send(COMMAND, |command| command.last = self.count)?,
-            None => out.send(ESTIMATE, |estimate| {
+        match self.process {
+            Process::Planner => {
+                assert!(instant.newest(ESTIMATE)?.is_some());
+                out.send(COMMAND, |command| command.last = self.count)?
+            }
+            _ => out.send(ESTIMATE, |estimate| {
                 let header = estimate.header;
                 fill_estimate(estimate, header, self.count);
             })?,
@@ -55,6 +59,31 @@ impl NavigatorStage for Counter {
             return Err(format!("expected no state, found {count}").into());
         }
         self.count = count;
+        Ok(())
+    }
+}
+
+/// Asks for what no navigator may read.
+pub struct Curious;
+
+impl NavigatorStage for Curious {
+    const FORM: &'static str = "curious 1";
+    type State = ();
+
+    /// Tells the test that the channels are open.
+    fn speak(&mut self, _: &mut Outbox<'_>) -> Result<(), StageError> {
+        println!("\n> open");
+        Ok(())
+    }
+
+    fn step(&mut self, instant: &Instant<'_>, _: &mut Outbox<'_>) -> Result<(), StageError> {
+        instant.newest(TRUTH)?;
+        Ok(())
+    }
+
+    fn state(&self) -> impl serde::Serialize {}
+
+    fn restore(&mut self, (): ()) -> Result<(), StageError> {
         Ok(())
     }
 }
@@ -170,4 +199,19 @@ fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
     let expected: Vec<_> =
         expected.iter().enumerate().map(|(i, tick)| format!("{tick}:{0}:{0}", i + 1)).collect();
     assert_eq!(recorder.tell("commands 300"), expected.join(" "));
+}
+
+/// It got none, ever, and waited for the first.
+#[test]
+fn a_stage_that_asks_for_a_channel_that_it_may_not_read_ends_with_the_channel_s_name() {
+    let stage = Stage::new();
+    let _supervisor = stage.system("curious");
+    let mut world = stage.join("curious", Process::World, &["tick-writer"]);
+    let mut host = hosting(&stage, "curious", Process::Localizer, "host-curious");
+    world.tell("tick 1");
+    assert_eq!(
+        host.answer(),
+        "stage: channel \"truth\": expected one that the localizer of navigator \"sketch\" reads, \
+         found one of all navigators, read by no process"
+    );
 }

@@ -12,7 +12,6 @@ use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
-use std::process::Command;
 
 use sketchnav_runtime::CountingAllocator;
 use sketchnav_schemas::codes::Process;
@@ -364,7 +363,8 @@ fn a_request_to_end_wakes_a_sleeper() {
         sleeper.begin("wait");
         for signal in ["STOP", "CONT", signal] {
             let pid = sleeper.child.id().to_string();
-            assert!(Command::new("kill").args([&format!("-{signal}"), &pid]).status().unwrap().success());
+            let Some(mut kill) = needs::program("kill") else { return };
+            assert!(kill.args([&format!("-{signal}"), &pid]).status().unwrap().success());
         }
         assert_eq!(sleeper.answer(), "Terminate");
         assert_eq!(sleeper.tell("wait"), "Terminate");
@@ -387,6 +387,7 @@ fn a_request_to_end_before_joining_is_heard() {
 #[test]
 fn both_ends_of_every_channel_fit_the_table() {
     let mut names = BTreeMap::new();
+    sketchnav_navigators::register(&[]).unwrap();
     for spec in sketchnav_schemas::channels::all() {
         assert!(spec.history() <= spec.buffer(), "{}: a reader takes the whole history at once", spec.name);
         assert!(names.insert(spec.name, spec).is_none());

@@ -16,7 +16,7 @@ use crate::geometry::{Corner, Land, Point};
 use crate::journey::Noise;
 use crate::path::Atlas;
 use crate::plane::DotId;
-use crate::sight::is_seen;
+use crate::sight::{Eye, is_seen};
 use crate::signature::Signature;
 use crate::trajectory::Slide;
 use crate::transitions::{Movement, Transition};
@@ -141,16 +141,17 @@ impl<'a> Trial<'a> {
     /// Takes away what the robot does not see from where it stands beside a landmark, not quite where it wants to.
     fn hide(&mut self, land: Land, landmark: DotId, corner: Corner) {
         let beside = self.atlas.window.centre_from(corner).turned(self.heading_rad);
-        let eye = self.place(landmark) + beside + error(&mut self.rng, self.pilot.settings.tolerance / 2.0);
-        let own = self.place(landmark) - eye;
+        let at = self.place(landmark) + beside + error(&mut self.rng, self.pilot.settings.tolerance / 2.0);
+        let eye = Eye { at, walls: self.atlas.plane.walls() };
+        let own = self.place(landmark) - at;
         for index in 0..self.dots.len() {
-            let place = self.place(self.dots[index]) - eye;
+            let place = self.place(self.dots[index]) - at;
             self.places.push(place);
         }
         let is_shown = |index: usize| {
             let others =
                 self.places.iter().enumerate().filter(|&(other, _)| other != index).map(|(_, at)| *at);
-            is_seen(land, self.places[index], others.chain(std::iter::once(own)))
+            is_seen(land, eye, self.places[index], others.chain(std::iter::once(own)))
         };
         let shown: Vec<_> = (0..self.dots.len()).filter(|&index| is_shown(index)).collect();
         self.dots = shown.into_iter().map(|index| self.dots[index]).collect();

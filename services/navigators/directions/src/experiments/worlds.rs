@@ -1,4 +1,4 @@
-//! Experiments without a journey: figures 7, 11, 14, 15, 16, 21, 26, 27 and 29.
+//! Experiments without a journey: figures 7, 11, 14, 15, 21, 26, 27, 28 and 29.
 
 use super::{DOTS, SIDE, Table, window};
 use crate::error::Error;

@@ -1,4 +1,4 @@
-//! The heading of a robot on land, corrected by the bearings of landmarks that its map says. This part is ours.
+//! The heading of a robot, corrected by the bearings of landmarks that its map says. This part is ours.
 //!
 //! A robot that never turns on purpose keeps the error of heading that it has at the start. The map says the bearing of a
 //! landmark from the reference. Where the robot sees both, the difference from what it sees is that error: a Kalman filter in

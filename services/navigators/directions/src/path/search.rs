@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::{Atlas, Leg, Measure, Path, Start, Weights};
-use crate::error::Error;
+use crate::error::{Barrier, Error};
 use crate::geometry::{Corner, Point};
 use crate::plane::{DotId, Plane};
 use crate::transitions::Transition;
@@ -72,6 +72,10 @@ impl Search<'_> {
                 Measure::Windows => (self.atlas.centre(start.landmark, corner) - start.centre).norm(),
             };
             let node = self.node(start.landmark, corner);
+            if self.lanes == 4 && !self.atlas.is_free(start.centre, self.atlas.centre(start.landmark, corner))
+            {
+                continue;
+            }
             self.reach(node, self.weights.distance * way, 0, NONE);
         }
     }
@@ -87,7 +91,12 @@ impl Search<'_> {
             Measure::Windows => {
                 let centre = self.atlas.centre(node / 4, Corner::ALL[node as usize % 4]);
                 // At the end the window shows the goal.
-                (goal - centre).norm() - self.atlas.window.side * std::f64::consts::FRAC_1_SQRT_2
+                let shows = self
+                    .atlas
+                    .window
+                    .land
+                    .map_or(self.atlas.window.side * std::f64::consts::FRAC_1_SQRT_2, |land| land.range);
+                (goal - centre).norm() - shows
             }
         };
         self.weights.distance * way.max(0.0)
@@ -146,11 +155,17 @@ impl Search<'_> {
     fn leave_window(&mut self, from: DotId, transition: &Transition, number: u32, cost: f64, entries: u32) {
         let (way, at) = self.atlas.window_way(from, transition);
         let cost = cost + self.fixed(number) + self.weights.distance * way;
-        if transition.to == self.goal {
-            return self.reach(self.end(), cost, entries, number);
-        }
         let atlas = self.atlas;
-        for place in Corner::ALL.into_iter().filter(|&place| atlas.leads_on(transition.to, place)) {
+        if transition.to == self.goal {
+            if atlas.is_free(at, atlas.over(at, self.goal)) {
+                self.reach(self.end(), cost, entries, number);
+            }
+            return;
+        }
+        let leads_on = |&place: &Corner| {
+            atlas.leads_on(transition.to, place) && atlas.is_free(at, atlas.centre(transition.to, place))
+        };
+        for place in Corner::ALL.into_iter().filter(leads_on) {
             let further = (self.atlas.centre(transition.to, place) - at).norm();
             self.reach(
                 self.node(transition.to, place),
@@ -185,7 +200,7 @@ impl Search<'_> {
             node = self.node(from, transition.corner);
         }
         legs.reverse();
-        let unreliability = legs.iter().map(|leg| leg.unreliability).sum();
+        let unreliability = super::unreliability(&legs);
         let mut path = Path { start, legs, distance: 0.0, unreliability };
         path.distance = path.distance_by(self.atlas, self.measure);
         path
@@ -195,15 +210,17 @@ impl Search<'_> {
 /// Why there is no path: what is reached, what reaches the goal, and where the two are closest.
 pub(super) fn unreachable(atlas: &Atlas, start: DotId, goal: DotId) -> Error {
     let count = atlas.plane.len();
-    let mut backwards: Vec<(DotId, DotId)> =
-        atlas.transitions.all().map(|(from, transition)| (transition.to, from)).collect();
+    let can_be_driven = |&(from, transition): &(DotId, &Transition)| atlas.can_be_driven(from, transition);
+    let driven = atlas.transitions.all().filter(can_be_driven);
+    let mut backwards: Vec<(DotId, DotId)> = driven.map(|(from, transition)| (transition.to, from)).collect();
     backwards.sort_unstable();
     let origins = |dot: DotId, visit: &mut dyn FnMut(DotId)| {
         let begin = backwards.partition_point(|&(to, _)| to < dot);
         backwards[begin..].iter().take_while(|&&(to, _)| to == dot).for_each(|&(_, from)| visit(from));
     };
     let targets = |dot: DotId, visit: &mut dyn FnMut(DotId)| {
-        atlas.transitions.from(dot).iter().for_each(|transition| visit(transition.to));
+        let driven = atlas.transitions.from(dot).iter().filter(|it| atlas.can_be_driven(dot, it));
+        driven.for_each(|transition| visit(transition.to));
     };
     let (reached, reaching) = (flood(count, start, targets), flood(count, goal, origins));
     let ids = |set: &[bool]| -> Vec<DotId> {
@@ -217,8 +234,28 @@ pub(super) fn unreachable(atlas: &Atlas, start: DotId, goal: DotId) -> Error {
     } else {
         closest(&atlas.plane, &near, &reaching)
     };
-    let gap = (atlas.plane.dot(from) - atlas.plane.dot(to)).norm();
-    Error::Unreachable { start, goal, reached: near.len(), reaching: far.len(), from, to, gap }
+    let why = barrier(atlas, from, to);
+    Error::Unreachable { start, goal, reached: near.len(), reaching: far.len(), from, to, why }
+}
+
+/// What bars the way from a dot to another.
+fn barrier(atlas: &Atlas, from: DotId, to: DotId) -> Barrier {
+    let (a, b) = (atlas.plane.dot(from), atlas.plane.dot(to));
+    let gap = (b - a).norm();
+    let window = atlas.window;
+    let reach =
+        window.land.map_or(window.side * std::f64::consts::SQRT_2, |land| land.range + land.stand_off);
+    if from == to {
+        Barrier::Around
+    } else if atlas.plane.walls().cross(a, b) {
+        Barrier::Wall { gap }
+    } else if gap > reach {
+        Barrier::Far { gap, reach }
+    } else if atlas.transitions.from(from).iter().any(|transition| transition.to == to) {
+        Barrier::Narrow { gap }
+    } else {
+        Barrier::Word { gap }
+    }
 }
 
 fn flood(count: usize, from: DotId, visit: impl Fn(DotId, &mut dyn FnMut(DotId))) -> Vec<bool> {

@@ -45,7 +45,7 @@ pub enum DirectionsError {
     #[error("navigator.calibration: {0}")]
     Calibration(DotsError),
     /// What the map-maker cannot plan.
-    #[error("task {number} ({name}): {cause}")]
+    #[error("task {number} ({name}): {cause}{}", beside(notices))]
     Plan {
         /// The task, from 1.
         number: usize,
@@ -53,6 +53,8 @@ pub enum DirectionsError {
         name: String,
         /// Why.
         cause: Error,
+        /// What was found wrong before, and may be the reason.
+        notices: Vec<String>,
     },
     /// Invalid settings of the navigator.
     #[error("parameters.planner: {0}")]
@@ -65,4 +67,8 @@ pub enum DirectionsError {
         /// How many there are.
         found: usize,
     },
+}
+
+fn beside(notices: &[String]) -> String {
+    notices.iter().map(|notice| format!("; {notice}")).collect()
 }

@@ -5,18 +5,22 @@
 
 use arrayvec::ArrayVec;
 use serde::Serialize;
-use sketchnav_schemas::channels::{DESCRIPTION, SCAN, VIEW};
-use sketchnav_schemas::message::{DescribedDot, Description, Header, MAX_DOTS};
+use sketchnav_schemas::channels::{SCAN, VIEW};
+use sketchnav_schemas::message::{DotView, Header, MAX_DOTS};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_stage::{Instant, Outbox, Stage, StageError};
+use sketchnav_stage::{Denied, Instant, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
 use super::mission;
 use crate::description::Descriptor;
 use crate::geometry::{Corner, Point, Window};
 use crate::isolation::c_value;
+use crate::messages::{DESCRIPTION, DescribedDot, Description};
 use crate::pillars::Finder;
 use crate::signature::Signature;
+
+/// What is in view, and the header of what it was seen by.
+type Seen = (Header, ArrayVec<Point, MAX_DOTS>);
 
 /// The localizer of a run.
 pub struct Localizer {
@@ -37,15 +41,16 @@ impl Localizer {
 }
 
 impl Localizer {
-    /// What is in view, and the header of what it was seen by.
-    fn seen(&self, instant: &Instant<'_>) -> Option<(Header, ArrayVec<Point, MAX_DOTS>)> {
+    /// What is in view; `None` before the first look.
+    fn seen(&self, instant: &Instant<'_>) -> Result<Option<Seen>, Denied> {
         let Some(finder) = &self.finder else {
-            let view = instant.newest(VIEW)?;
-            let dots = view.dots().iter().map(|dot| Point::new(dot.x_m.into(), dot.y_m.into()));
-            return Some((view.header, dots.collect()));
+            let seen = |view: &DotView| {
+                let dots = view.dots().iter().map(|dot| Point::new(dot.x_m.into(), dot.y_m.into()));
+                (view.header, dots.collect())
+            };
+            return Ok(instant.newest(VIEW)?.map(seen));
         };
-        let scan = instant.newest(SCAN)?;
-        Some((scan.header, finder.find(scan)))
+        Ok(instant.newest(SCAN)?.map(|scan| (scan.header, finder.find(scan))))
     }
 }
 
@@ -83,7 +88,7 @@ impl Stage for Localizer {
     type State = ();
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let seen = self.seen(instant);
+        let seen = self.seen(instant)?;
         out.send(DESCRIPTION, |description| {
             if let Some((header, dots)) = seen {
                 (description.views, description.view_stamp_ns) = (header.seq, header.stamp_ns);

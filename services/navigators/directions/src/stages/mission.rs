@@ -21,8 +21,10 @@
 //! floor_file = "poles.floor.toml"  # in place of plane_file and calibration: its round furniture
 //! landmark_radius_m = 0.15         # the pillars' radius; all are alike
 //! range_m = 8.0                    # how far the navigator looks; else as far as its laser
-//! heading_noise_deg = 2.0          # by how much the robot may look aside of the floor's axes at the start
 //! ```
+//! Either may say by how much the robot may look aside of the map's axes at the start; the maps then say bearings, and these
+//! correct its heading: `heading_noise_deg = 2.0`.
+//!
 //! Somebody may write the custom map: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`. Its
 //! task may list `landmarks = [[x, y], …]`, one for each entry: those that the map means, for the judge.
 
@@ -30,7 +32,6 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sketchnav_dots::camera::Known;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::message::MAX_PLANNED;
 use sketchnav_schemas::mission::{Mission, MissionError, Task, keys, overlaid};
 use sketchnav_schemas::robot::{Drive, Laser, Robot};
 
@@ -40,11 +41,13 @@ use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Land, Point, Window};
 use crate::journey::Noise;
+use crate::messages::MAX_PLANNED;
 use crate::navigator::Settings;
 use crate::path::Objective;
 use crate::pillars::Finder;
 use crate::plan::Verify;
 use crate::transitions::Kinds;
+use crate::walls::Body;
 
 /// The word of `[navigator] kind`.
 pub const KIND: &str = "directions";
@@ -111,6 +114,15 @@ pub enum Source {
     },
 }
 
+impl Source {
+    /// Its file.
+    pub fn file(&self) -> &str {
+        match self {
+            Self::Picture { file, .. } | Self::Floor { file, .. } | Self::Map { file } => file,
+        }
+    }
+}
+
 /// What a robot on land knows about its landmarks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LandKeys {
@@ -118,8 +130,6 @@ pub struct LandKeys {
     pub radius_m: f64,
     /// How far it looks, metres; none as far as its laser.
     pub range_m: Option<f64>,
-    /// Standard deviation of its heading at the start, degrees.
-    pub heading_noise_deg: f64,
 }
 
 /// What belongs to this kind of a mission.
@@ -131,6 +141,8 @@ pub struct DirectionsMission {
     pub source: Source,
     /// The landmarks of a robot on land; none above a plane.
     pub land: Option<LandKeys>,
+    /// Standard deviation of the heading at the start, degrees. Above 0, the maps say bearings, and these correct it.
+    pub heading_noise_deg: f64,
     /// Which errors the paper's maps let the navigator notice.
     pub verify: Verify,
     /// What the navigator understands.
@@ -190,7 +202,7 @@ impl DirectionsMission {
             Some(VerifyWord::Detectable) => Verify::Detectable,
         };
         let (method, words) = (keys.method, words(keys.words.as_deref())?);
-        let land = land(&keys)?;
+        let (land, heading_noise_deg) = (land(&keys)?, heading_noise_deg(&keys)?);
         let source = source(keys)?;
         let is_written = matches!(source, Source::Map { .. });
         if is_written && mission.task.len() != 1 {
@@ -203,7 +215,7 @@ impl DirectionsMission {
             goals.extend(goal);
             landmarks.extend(listed);
         }
-        Ok(Self { method, source, land, verify, words, goals, landmarks })
+        Ok(Self { method, source, land, heading_noise_deg, verify, words, goals, landmarks })
     }
 
     /// The words with which the map-maker plans: the method's own, or else any whose landmark is known beforehand, as far as
@@ -244,23 +256,28 @@ fn land(keys: &NavigatorKeys) -> Result<Option<LandKeys>, MissionError> {
     let Some(radius_m) = keys.landmark_radius_m else {
         only("navigator.floor_file", keys.floor_file.is_some())?;
         only("navigator.range_m", keys.range_m.is_some())?;
-        only("navigator.heading_noise_deg", keys.heading_noise_deg.is_some())?;
         return Ok(None);
     };
     if keys.plane_file.is_some() {
         return Err(wrong("navigator.landmark_radius_m", "no such key beside plane_file", "it"));
     }
-    let heading_noise_deg = keys.heading_noise_deg.unwrap_or(0.0);
     for (key, expected, value, range) in [
         ("navigator.landmark_radius_m", "0.02 to 1 m", radius_m, 0.02..=1.0),
         ("navigator.range_m", "1 to 100 m", keys.range_m.unwrap_or(1.0), 1.0..=100.0),
-        ("navigator.heading_noise_deg", "0 to 20 degrees", heading_noise_deg, 0.0..=20.0),
     ] {
         if !range.contains(&value) {
             return Err(wrong(key, expected, &value.to_string()));
         }
     }
-    Ok(Some(LandKeys { radius_m, range_m: keys.range_m, heading_noise_deg }))
+    Ok(Some(LandKeys { radius_m, range_m: keys.range_m }))
+}
+
+fn heading_noise_deg(keys: &NavigatorKeys) -> Result<f64, MissionError> {
+    let heading_noise_deg = keys.heading_noise_deg.unwrap_or(0.0);
+    if !(0.0..=MOST_ASIDE_DEG).contains(&heading_noise_deg) {
+        return Err(wrong("navigator.heading_noise_deg", "0 to 20 degrees", &heading_noise_deg.to_string()));
+    }
+    Ok(heading_noise_deg)
 }
 
 fn map_noise(keys: &NavigatorKeys) -> Result<Option<f64>, MissionError> {
@@ -397,6 +414,9 @@ const BERTH_M: f64 = 0.15;
 /// How much further than that it stands beside a landmark, metres.
 const BESIDE_M: f64 = 0.25;
 
+/// How far away landmarks are, in the range of the robot, where its errors of position are told.
+const USUAL_SHARE: f64 = 0.62;
+
 /// What the robot of a mission sees: its window, and the standard deviation of a position in it, metres.
 ///
 /// # Errors
@@ -420,7 +440,7 @@ pub fn sight(mission: &Mission, robot: &Robot) -> Result<(Window, f64), Directio
     let range = land.range_m.map_or(laser.range_max_m, |range_m| range_m.min(laser.range_max_m));
     let body = Land { radius: land.radius_m, range, stand_off: clearance + BESIDE_M, clearance };
     let window = Window::on_land(body).map_err(DirectionsError::Settings)?;
-    Ok((window, position_noise_m(laser, land.radius_m, window.side)))
+    Ok((window, position_noise_m(laser, land.radius_m, USUAL_SHARE * range)))
 }
 
 /// The standard deviation of a landmark's position at a distance, on each axis. Its returns are averaged along the
@@ -444,6 +464,15 @@ pub fn finder(mission: &Mission, robot: &Robot) -> Result<Option<Finder>, Direct
     Ok(Some(Finder { radius_m: land.radius, range_m: land.range, noise_m, mount: laser.mount() }))
 }
 
+/// What the walls of a floor mean to a robot on land.
+///
+/// # Errors
+/// As [`sight`].
+pub fn body(mission: &Mission, robot: &Robot) -> Result<Body, DirectionsError> {
+    let merges = finder(mission, robot)?.map_or(0.0, |finder| finder.jump_m());
+    Ok(Body { radius: robot.radius_m, keeps: robot.radius_m + BERTH_M, merges })
+}
+
 /// How the navigator of a mission sees and moves.
 ///
 /// # Errors
@@ -461,10 +490,10 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
     };
     let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } =
         parameters(mission, Process::Planner, "parameters.planner", &defaults)?;
-    let DirectionsMission { words, land, .. } = DirectionsMission::of(mission)?;
+    let DirectionsMission { words, heading_noise_deg, .. } = DirectionsMission::of(mission)?;
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
-        heading_rad: land.map_or(0.0, |land| land.heading_noise_deg.to_radians()),
+        heading_rad: heading_noise_deg.to_radians(),
         // A step is a tick: it never moves further in one than it may see.
         speed: usual.speed.min(robot.limits.speed_mps),
         looks,
@@ -485,10 +514,11 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
 pub fn pilot(mission: &Mission, robot: &Robot, map_noise_m: f64) -> Result<Pilot, DirectionsError> {
     let (_, sigma) = sight(mission, robot)?;
     let settings = settings(mission, robot)?;
-    let errors = Noise { sigma, map_sigma: map_noise_m, ..Noise::NONE };
-    if let Some(land) = DirectionsMission::of(mission)?.land {
-        let noise = Noise { heading_rad: land.heading_noise_deg.to_radians(), ..errors };
-        return Ok(Pilot { settings, noise });
+    let read = DirectionsMission::of(mission)?;
+    let heading_rad = read.heading_noise_deg.to_radians();
+    let errors = Noise { sigma, map_sigma: map_noise_m, heading_rad, ..Noise::NONE };
+    if read.land.is_some() {
+        return Ok(Pilot { settings, noise: errors });
     }
     let (view, motion) = (robot.view()?, robot.motion_noise.unwrap_or_default());
     let noise = Noise {
@@ -501,7 +531,7 @@ pub fn pilot(mission: &Mission, robot: &Robot, map_noise_m: f64) -> Result<Pilot
     Ok(Pilot { settings, noise })
 }
 
-/// How far aside of the floor's axes a robot on land may look at its start, degrees.
+/// How far aside of the axes of a floor or a plane a robot may look at its start, degrees.
 const MOST_ASIDE_DEG: f64 = 20.0;
 
 /// What this kind demands of a mission and a robot.
@@ -512,15 +542,16 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
     let read = DirectionsMission::of(mission)?;
     effort(mission)?;
     settings(mission, robot)?;
-    let most_deg = read.land.map_or(0.0, |_| MOST_ASIDE_DEG);
-    if mission.start.world_heading_deg.abs() > most_deg && read.land.is_some() {
-        let found = mission.start.world_heading_deg.to_string();
-        let expected = "-20 to 20: the robot's axes are nearly those of the floor";
-        return Err(wrong("start.world_heading_deg", expected, &found).into());
-    }
+    // Above a plane nothing corrects a heading of which nobody has said that it may be wrong.
+    let is_corrected = read.land.is_some() || read.heading_noise_deg > 0.0;
+    let most_deg = if is_corrected { MOST_ASIDE_DEG } else { 0.0 };
     if mission.start.world_heading_deg.abs() > most_deg {
         let found = mission.start.world_heading_deg.to_string();
-        let expected = "0: the window's axes are those of the plane";
+        let expected = if is_corrected {
+            "-20 to 20: the robot's axes are nearly those of its map"
+        } else {
+            "0, or navigator.heading_noise_deg: the window's axes are those of the plane"
+        };
         return Err(wrong("start.world_heading_deg", expected, &found).into());
     }
     let is_made = !matches!(read.source, Source::Map { .. });
@@ -618,7 +649,7 @@ mod tests {
             ),
             (
                 MISSION.replace("world_heading_deg=0", "world_heading_deg=90"),
-                "start.world_heading_deg: expected 0",
+                "start.world_heading_deg: expected 0, or navigator.heading_noise_deg",
             ),
             (
                 MISSION.replace("kind='directions'", "kind='directions'\nwords=['*', 'New']"),

@@ -3,13 +3,15 @@
 //! It answers every description with one command and one status. Where the same view comes again it goes on as before. At the
 //! goal it moves its window over the landmark, so that the next task begins there.
 
+use crate::messages::Activity as Code;
+use crate::messages::{DESCRIPTION, DIRECTIONS, Description, JOURNEY, Journey};
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
-use sketchnav_motion::mission::{Mission as Errands, Motion, Phase, TaskInfo};
-use sketchnav_schemas::channels::{COMMAND, DESCRIPTION, DIRECTIONS, JOURNEY, MISSION, ORDERS, SCAN, STATUS};
-use sketchnav_schemas::codes::{Activity as Code, TaskState};
-use sketchnav_schemas::message::{Description, Journey, LaserScan, MAX_DOTS, Text, Twist};
-use sketchnav_schemas::run::{Pace, RunConfig};
+use sketchnav_motion::agenda::{Agenda, Due, Motion, Phase, Standing};
+use sketchnav_schemas::channels::SCAN;
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::message::{LaserScan, MAX_DOTS, Twist};
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use super::error::DirectionsError;
@@ -23,19 +25,17 @@ use crate::navigator::{self, Activity, Navigator, Outcome, Output, Settings};
 /// The planner of a run.
 pub struct Planner {
     settings: Settings,
-    tasks: Vec<TaskInfo>,
     nominal_dt_s: f64,
-    waits_for_order: bool,
+    agenda: Agenda,
     navigators: Vec<Navigator>,
     /// Keeps a robot on land from what is no landmark.
     guard: Option<Guard>,
     memory: Memory,
 }
 
-/// All that changes.
+/// All that changes beside the agenda.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Memory {
-    errands: Errands,
     /// The journey under way, or the last one.
     journey: Option<navigator::State>,
     /// Whether the journey is at its goal, and the window moves over it.
@@ -53,59 +53,37 @@ impl Planner {
     /// [`DirectionsError`] with the key.
     pub fn new(run: &RunConfig) -> Result<Self, DirectionsError> {
         mission::check(&run.mission, &run.robot)?;
-        let info = |task: &sketchnav_schemas::mission::Task| TaskInfo {
-            name: Text::new(&task.name),
-            time_limit_s: task.time_limit_s,
-        };
         let settings = mission::settings(&run.mission, &run.robot)?;
         let guard = settings.window.land.map(|_| Guard::new(&run.robot)).transpose()?;
         let last = guard.as_ref().map(Guard::at_rest);
         Ok(Self {
             settings,
-            tasks: run.mission.task.iter().map(info).collect(),
             nominal_dt_s: 1.0 / run.robot.tick_hz(),
-            waits_for_order: run.pace == Pace::Lockstep,
+            agenda: Agenda::new(run),
             navigators: Vec::new(),
             guard,
-            memory: Memory { errands: Errands::new(run.pad), journey: None, hovers: false, seen: None, last },
+            memory: Memory { journey: None, hovers: false, seen: None, last },
         })
     }
 
-    fn has_maps(&self) -> bool {
-        !self.navigators.is_empty()
+    fn missing(&self) -> Option<&'static str> {
+        self.navigators.is_empty().then_some("waiting for the custom map")
     }
 
-    /// Takes a step where nobody holds the window.
-    fn go_on(&mut self, description: &Description) {
-        let (is_ready, count) = (self.memory.errands.is_ordered() && self.has_maps(), self.tasks.len());
-        if let Some(next) = self.memory.errands.due(is_ready, count) {
-            self.memory.errands.begin(next);
-            let last = self.memory.journey.take();
-            self.memory.journey = self.navigators.get(next).map(|navigator| match &last {
-                Some(last) => navigator.start_behind(last),
-                None => navigator.start(),
-            });
-            (self.memory.hovers, self.memory.seen) = (false, None);
-        }
-        match self.memory.errands.phase() {
-            Phase::Driving => self.follow(description),
-            Phase::Waiting => {
-                let reason = if self.has_maps() {
-                    "waiting for the order to start"
-                } else {
-                    "waiting for the custom map"
-                };
-                self.memory.errands.report(TaskState::Waiting, reason);
-            }
-            Phase::Ended | Phase::Over => self.stop(),
-        }
+    /// Begins the journey of a task, where the last one has ended.
+    fn begin(&mut self) {
+        let last = self.memory.journey.take();
+        self.memory.journey = self.navigators.get(self.agenda.task()).map(|navigator| match &last {
+            Some(last) => navigator.start_behind(last),
+            None => navigator.start(),
+        });
+        (self.memory.hovers, self.memory.seen) = (false, None);
     }
 
     /// Follows the map by a new view.
     fn follow(&mut self, description: &Description) {
-        let index = self.memory.errands.task();
-        let (Some(info), Some(navigator), Some(state)) =
-            (self.tasks.get(index), self.navigators.get(index), &mut self.memory.journey)
+        let (Some(navigator), Some(state)) =
+            (self.navigators.get(self.agenda.task()), &mut self.memory.journey)
         else {
             return;
         };
@@ -127,31 +105,31 @@ impl Planner {
         }
         let output = state.output();
         let words = Progress { output: &output, entries: navigator.map().entries().len() };
-        if !self.memory.errands.go_on(info, words) {
+        if !self.agenda.go_on(words) {
             self.stop();
         }
     }
 
     /// The journey has ended, or the window is over its goal.
     fn end(&mut self, outcome: Outcome, output: &Output) {
-        let Memory { errands, hovers, .. } = &mut self.memory;
+        let (agenda, hovers) = (&mut self.agenda, &mut self.memory.hovers);
         let (entry, recoveries) = (output.entry + 1, output.recoveries);
         match outcome {
             Outcome::Arrived if !*hovers => {
                 *hovers = true;
                 return;
             }
-            Outcome::Arrived if recoveries == 0 => errands.end(TaskState::Reached, "at the goal"),
+            Outcome::Arrived if recoveries == 0 => agenda.end(TaskState::Reached, "at the goal"),
             Outcome::Arrived => {
-                errands.end(TaskState::Reached, format_args!("at the goal; recoveries: {recoveries}"));
+                agenda.end(TaskState::Reached, format_args!("at the goal; recoveries: {recoveries}"));
             }
             Outcome::CannotLocate => {
-                let word = self.navigators[errands.task()].map().entries()[usize::from(output.entry)].word;
-                errands
+                let word = self.navigators[agenda.task()].map().entries()[usize::from(output.entry)].word;
+                agenda
                     .end(TaskState::Lost, format_args!("entry {entry}: cannot locate the landmark ({word})"));
             }
             Outcome::Lost => {
-                errands.end(
+                agenda.end(
                     TaskState::Lost,
                     format_args!("entry {entry}: the landmark is wrong, with no way back"),
                 );
@@ -164,9 +142,15 @@ impl Planner {
         self.memory.journey.iter_mut().for_each(navigator::State::stand_still);
     }
 
+    /// Stands. No time passes for the journey meanwhile.
+    fn pause(&mut self, description: &Description) {
+        self.stop();
+        self.memory.seen = self.memory.seen.map(|_| (description.views, description.view_stamp_ns));
+    }
+
     /// The velocity of the window: none where no task is under way.
     fn velocity(&self) -> Point {
-        let drives = self.memory.errands.phase() == Phase::Driving;
+        let drives = self.agenda.phase() == Phase::Driving;
         let output = self.memory.journey.as_ref().filter(|_| drives).map(navigator::State::output);
         output.map_or(Point::default(), |output| output.velocity)
     }
@@ -183,7 +167,7 @@ impl Planner {
     }
 
     fn write_journey(&self, journey: &mut Journey) {
-        journey.task = self.memory.errands.task() as u32;
+        journey.task = self.agenda.task() as u32;
         journey.activity = Code::Rest.code();
         let Some(output) = self.memory.journey.as_ref().map(navigator::State::output) else { return };
         journey.activity = code(output.activity).code();
@@ -226,61 +210,50 @@ fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "directions planner 2";
-    type State = Memory;
+    const FORM: &'static str = "directions planner 3";
+    type State = (Standing, Memory);
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        if message.on(DIRECTIONS).is_some() {
+        if message.on(DIRECTIONS)?.is_some() {
             self.navigators = navigators(std::str::from_utf8(message.cells())?, self.settings)?;
-        } else if let Some(order) = message.on(MISSION).or(message.on(ORDERS)) {
-            self.memory.errands.on_order(order, self.tasks.len());
         }
+        self.agenda.hear(message)?;
         Ok(())
     }
 
     fn is_ready(&self) -> bool {
-        self.memory.errands.is_ordered() && self.has_maps() || !self.waits_for_order
+        self.agenda.is_ready(self.missing().is_none())
     }
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let Some(description) = instant.newest(DESCRIPTION) else { return Ok(()) };
-        let speed_mps = self.velocity().norm();
-        let motion = Motion::Commanded { speed_mps };
-        self.memory.errands.begin_step(&description.header, motion, self.nominal_dt_s);
-        if self.memory.errands.is_held() {
-            self.stop();
-            self.memory.seen = self.memory.seen.map(|_| (description.views, description.view_stamp_ns));
-        } else {
-            self.go_on(description);
+        let Some(description) = instant.newest(DESCRIPTION)? else { return Ok(()) };
+        let motion = Motion::Commanded { speed_mps: self.velocity().norm() };
+        self.agenda.begin_step(instant.stamp_ns, motion);
+        match self.agenda.due(self.missing()) {
+            Due::Begin => {
+                self.begin();
+                self.follow(description);
+            }
+            Due::Drive => self.follow(description),
+            Due::Stand => self.pause(description),
         }
         out.send(JOURNEY, |journey| self.write_journey(journey))?;
-        let velocity = self.guarded(instant.newest(SCAN));
-        out.send(COMMAND, |command| {
-            command.twist = Twist { vx_mps: velocity.x, vy_mps: velocity.y, yaw_rate_radps: 0.0 };
-            command.last = self.memory.errands.is_last().into();
-        })?;
-        let info = self.tasks.get(self.memory.errands.task());
-        out.send(STATUS, |status| {
-            let header = status.header;
-            self.memory.errands.write_status(info, self.tasks.len(), 0.0, status);
-            status.header = header;
-        })?;
-        Ok(())
+        let Point { x: vx_mps, y: vy_mps } = self.guarded(instant.newest(SCAN)?);
+        self.agenda.send(Twist { vx_mps, vy_mps, yaw_rate_radps: 0.0 }, 0.0, out)
     }
 
     fn state(&self) -> impl Serialize {
-        &self.memory
+        (self.agenda.standing(), &self.memory)
     }
 
-    fn restore(&mut self, state: Memory) -> Result<(), StageError> {
-        self.memory = state;
+    fn restore(&mut self, (standing, memory): (Standing, Memory)) -> Result<(), StageError> {
+        self.agenda.restore(standing);
+        self.memory = memory;
         Ok(())
     }
 
     fn recover(&mut self, remains: &dyn Remains) {
-        if let Some(last) = remains.of(STATUS) {
-            self.memory.errands.resume_behind(&last);
-        }
+        self.agenda.recover(remains);
     }
 }
 

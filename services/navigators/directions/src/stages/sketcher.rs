@@ -5,17 +5,20 @@
 //! floor plan.
 
 use std::fmt::Write;
+use std::sync::Arc;
 
 use rand::RngExt;
 use serde::Serialize;
+use sketchnav_dots::DotsError;
+use sketchnav_dots::alike::{Odd, alike};
+use sketchnav_dots::calibration::Review;
 use sketchnav_dots::camera::{Camera, Known};
-use sketchnav_dots::picture;
-use sketchnav_schemas::channels::{DIRECTIONS, ITINERARY};
-use sketchnav_schemas::floor_plan::FloorPlan;
-use sketchnav_schemas::message::{MAX_PLANNED, PlannedLandmark};
+use sketchnav_dots::picture::{self, Reading};
+use sketchnav_schemas::floor_plan::{FloorPlan, Furniture};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed::stream;
+use sketchnav_stage::doubts::Planned;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
@@ -23,13 +26,15 @@ use super::mission::{self, DirectionsMission, LandKeys, Source};
 use crate::arrival::{Effort, Pilot, most_probable};
 use crate::custom_map::CustomMap;
 use crate::error::Error;
-use crate::geometry::Point;
+use crate::geometry::{Point, Window};
+use crate::messages::{DIRECTIONS, ITINERARY, Itinerary, MAX_PLANNED, PlannedJourney, PlannedLandmark};
 use crate::navigator::Navigator;
 use crate::path::{Atlas, Measure, Start, best};
 use crate::plan::Plan;
 use crate::plane::{DotId, Plane};
 use crate::reliability::Reliability;
 use crate::transitions::Kinds;
+use crate::walls::{Body, Walls};
 
 /// The line between the maps of two tasks.
 pub const BETWEEN: &str = "---";
@@ -47,26 +52,89 @@ pub struct Made {
     pub landmarks: Vec<Vec<(DotId, Point)>>,
 }
 
+/// What the map-maker sees of the dots, or of the landmarks on a floor.
+struct Seen {
+    plane: Plane,
+    /// The error of a position on each axis, metres.
+    noise_m: f64,
+    notices: Vec<String>,
+}
+
 /// Makes the custom maps of a run.
 ///
 /// # Errors
 /// [`DirectionsError`] with the file, the key or the task.
 pub fn make(run: &RunConfig, files: &Files<'_>) -> Result<Made, DirectionsError> {
     let read = DirectionsMission::of(&run.mission)?;
+    match (seen(run, &read, files)?, &read.source) {
+        (Some(seen), _) => plans(run, &read, seen),
+        (None, source) => written(run, &read, source.file(), files),
+    }
+}
+
+/// What looks wrong with the files of a run, for people, before anything is planned: known points that disagree, uneven light,
+/// spots that are no dots, bearings that correct nothing.
+///
+/// # Errors
+/// [`DirectionsError`] with the file or the key.
+pub fn notices(run: &RunConfig, files: &Files<'_>) -> Result<Vec<String>, DirectionsError> {
+    let read = DirectionsMission::of(&run.mission)?;
+    if let Some(seen) = seen(run, &read, files)? {
+        return Ok(seen.notices);
+    }
+    let file = read.source.file();
+    let made = written(run, &read, file, files)?;
+    let has_bearings = made.maps.iter().flat_map(CustomMap::entries).any(|entry| entry.bearing_deg.is_some());
+    let corrects_nothing = has_bearings && read.heading_noise_deg == 0.0;
+    let notice = || format!("{file}: its bearings correct nothing without navigator.heading_noise_deg");
+    Ok(corrects_nothing.then(notice).into_iter().collect())
+}
+
+/// A stated probability of arrival below this is said before the start.
+const LOW: f64 = 0.5;
+
+/// Which journeys will rather fail than arrive, by what the map-maker states.
+pub fn doubts(mission: &Mission, journeys: &[PlannedJourney]) -> Vec<String> {
+    let planned = (1..).zip(mission.task.iter().zip(journeys));
+    let low = planned.filter(|(_, (_, journey))| (0.0..LOW).contains(&journey.probability));
+    low.map(|(number, (task, journey))| {
+        let percent = 100.0 * journey.probability;
+        format!("task {number} ({}): the stated probability of arrival is {percent:.1} %", task.name)
+    })
+    .collect()
+}
+
+/// What is doubted about the maps that it has made.
+pub const PLANNED: Planned = Planned {
+    on: ITINERARY.spec,
+    doubts: |run, message| {
+        let itinerary: &Itinerary = bytemuck::from_bytes(message);
+        doubts(&run.mission, itinerary.journeys())
+    },
+};
+
+/// What the map-maker sees; none where somebody has written the map.
+fn seen(
+    run: &RunConfig,
+    read: &DirectionsMission,
+    files: &Files<'_>,
+) -> Result<Option<Seen>, DirectionsError> {
+    let (window, sigma_m) = mission::sight(&run.mission, &run.robot)?;
     match &read.source {
-        Source::Map { file } => written(run, &read, file, files),
-        Source::Floor { file, noise_m } => {
-            let plane = floor(&bytes("navigator.floor_file", file, files)?, file, read.land)?;
-            let (_, sigma_m) = mission::sight(&run.mission, &run.robot)?;
-            plans(run, &read, plane, noise_m.unwrap_or(sigma_m))
-        }
         Source::Picture { file, calibration, noise_m } => {
-            let bytes = bytes("navigator.plane_file", file, files)?;
-            let (plane, spread_m) = see(&bytes, file, calibration)?;
+            let (plane, spread_m, notices) =
+                see(&bytes("navigator.plane_file", file, files)?, file, calibration, window)?;
             // Without a word of it, by how far the known points lie off. Four points always fit.
-            let noise_m = noise_m.or(spread_m).unwrap_or(run.robot.view()?.noise_m);
-            plans(run, &read, plane, noise_m)
+            let noise_m = noise_m.or(spread_m).unwrap_or(sigma_m);
+            Ok(Some(Seen { plane, noise_m, notices }))
         }
+        Source::Floor { file, noise_m } => {
+            let (bytes, body) =
+                (bytes("navigator.floor_file", file, files)?, mission::body(&run.mission, &run.robot)?);
+            let plane = floor(&bytes, file, read.land, body)?;
+            Ok(Some(Seen { plane, noise_m: noise_m.unwrap_or(sigma_m), notices: Vec::new() }))
+        }
+        Source::Map { .. } => Ok(None),
     }
 }
 
@@ -106,8 +174,8 @@ fn written(
     Ok(Made { dots: Vec::new(), maps: vec![map], plans: Vec::new(), landmarks })
 }
 
-/// The landmarks on a floor.
-fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>) -> Result<Plane, DirectionsError> {
+/// The landmarks on a floor, among its walls.
+fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>, body: Body) -> Result<Plane, DirectionsError> {
     let wrong =
         |reason: String| DirectionsError::File { key: "navigator.floor_file", file: file.to_owned(), reason };
     let text =
@@ -118,36 +186,96 @@ fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>) -> Result<Plane, Dire
     if places.is_empty() {
         return Err(wrong(format!("expected round furniture with a radius of {radius_m} m, found none")));
     }
-    Plane::new(places).map_err(|cause| DirectionsError::Map { file: file.to_owned(), cause })
+    let walls = walls(&plan, radius_m, body);
+    if let Some(end) = walls.lines().flatten().find(|end| !(end.x.is_finite() && end.y.is_finite())) {
+        return Err(wrong(format!("expected walls and furniture in metres, found ({}, {})", end.x, end.y)));
+    }
+    let plane = Plane::new(places).map_err(|cause| DirectionsError::Map { file: file.to_owned(), cause })?;
+    Ok(plane.among(Arc::new(walls)))
 }
 
 /// The landmarks of a floor: its round furniture of this radius, within a tenth.
 pub fn pillars(plan: &FloorPlan, radius_m: f64) -> impl Iterator<Item = [f64; 2]> + '_ {
-    let is_landmark = move |own: f64| (own - radius_m).abs() <= 0.1 * radius_m;
-    plan.furniture
-        .iter()
-        .filter(move |piece| piece.radius_m.is_some_and(is_landmark))
-        .filter_map(|piece| piece.center)
+    plan.furniture.iter().filter(move |piece| is_pillar(piece, radius_m)).filter_map(|piece| piece.center)
 }
 
-/// The plane in a picture, and the error of a position where the known points tell it, metres.
-fn see(bytes: &[u8], file: &str, known: &[Known]) -> Result<(Plane, Option<f64>), DirectionsError> {
+/// What stands on a floor beside its landmarks.
+pub fn walls(plan: &FloorPlan, radius_m: f64, body: Body) -> Walls {
+    Walls::of_floor(plan, |piece| is_pillar(piece, radius_m), body)
+}
+
+fn is_pillar(piece: &Furniture, radius_m: f64) -> bool {
+    piece.radius_m.is_some_and(|own| (own - radius_m).abs() <= 0.1 * radius_m)
+}
+
+/// The plane in a picture, the error of a position where the known points tell it, metres, and what looks wrong.
+fn see(
+    bytes: &[u8],
+    file: &str,
+    known: &[Known],
+    window: Window,
+) -> Result<(Plane, Option<f64>, Vec<String>), DirectionsError> {
     let in_picture = |cause| DirectionsError::Picture { file: file.to_owned(), cause };
-    let camera = Camera::calibrated(known).map_err(DirectionsError::Calibration)?;
-    let (spots, _) = picture::read(bytes).map_err(in_picture)?;
-    let places = spots.iter().map(|spot| camera.place(spot.at).map(|[x, y]| Point::new(x, y)));
+    let (camera, review) = camera(known, window)?;
+    let Reading { spots, uneven, dust, .. } = picture::read(bytes).map_err(in_picture)?;
+    let usual = camera.area(known[0].pixel).unwrap_or(1.0);
+    let (dots, odd) = alike(spots, |at| camera.area(at).unwrap_or(usual).abs());
+    let places = dots.iter().map(|dot| camera.place(dot.at).map(|[x, y]| Point::new(x, y)));
     let places = places.collect::<Result<_, _>>().map_err(in_picture)?;
+    let mut notices = calibration_notices(&review);
+    notices.extend(uneven.map(|light| format!("{file}: {light}")));
+    notices
+        .extend(left_out(&odd, dust).map(|words| format!("{file}: {words}; {} dots are left", dots.len())));
     let plane = Plane::new(places).map_err(|cause| DirectionsError::Map { file: file.to_owned(), cause })?;
-    Ok((plane, camera.spread(known)))
+    Ok((plane, camera.spread(known), notices))
+}
+
+/// The camera of known points, and whether they agree.
+fn camera(known: &[Known], window: Window) -> Result<(Camera, Review), DirectionsError> {
+    let review = Review::of(known);
+    let disagree = || DirectionsError::Calibration(DotsError::Disagree(review.to_string()));
+    let camera = match Camera::calibrated(known) {
+        Err(DotsError::Behind { .. }) if !review.agrees() => return Err(disagree()),
+        camera => camera.map_err(DirectionsError::Calibration)?,
+    };
+    // Off by half a window, no dot is the one that it seems to be.
+    let is_useless = camera.spread(known).is_some_and(|spread_m| spread_m >= window.side / 2.0);
+    if !review.agrees() && is_useless {
+        return Err(disagree());
+    }
+    Ok((camera, review))
+}
+
+fn calibration_notices(review: &Review) -> Vec<String> {
+    let disagree = (!review.agrees()).then(|| format!("navigator.calibration: {review}"));
+    let mirrored = review.is_mirrored.then(|| {
+        "navigator.calibration: the picture shows the plane as if from below; rows are counted from its top".to_owned()
+    });
+    disagree.into_iter().chain(mirrored).collect()
+}
+
+/// How many of the spots that are no dots are described.
+const DESCRIBED: usize = 3;
+
+/// The spots that are no dots.
+fn left_out(odd: &[Odd], dust: usize) -> Option<String> {
+    if odd.is_empty() {
+        return (dust > 0).then(|| format!("left out {dust} specks of less than three pixels"));
+    }
+    let mut words: Vec<String> = odd.iter().take(DESCRIBED).map(Odd::to_string).collect();
+    if odd.len() > DESCRIBED {
+        words.push("…".to_owned());
+    }
+    let specks = if dust > 0 { format!(", and {dust} specks") } else { String::new() };
+    Some(format!("left out spots that are no dots: {}{specks} ({})", odd.len(), words.join("; ")))
 }
 
 fn plans(
     run: &RunConfig,
     read: &DirectionsMission,
-    plane: Plane,
-    map_noise_m: f64,
+    Seen { plane, noise_m, notices }: Seen,
 ) -> Result<Made, DirectionsError> {
-    let pilot = mission::pilot(&run.mission, &run.robot, map_noise_m)?;
+    let pilot = mission::pilot(&run.mission, &run.robot, noise_m)?;
     let words = read.planned();
     let kinds = Kinds { words: &words, trajectories: true };
     let atlas = Atlas::new(plane, pilot.settings.window, kinds, Reliability::fitted(pilot.noise));
@@ -156,8 +284,8 @@ fn plans(
     let (mut plans, mut before) = (Vec::new(), None);
     for (index, &goal) in read.goals.iter().enumerate() {
         let plan = maker.plan(index, before, Point::new(x, y), goal);
-        let plan = plan.map_err(|cause| in_task(&run.mission, index, cause))?;
-        before = plan.landmarks().last().copied();
+        let plan = plan.map_err(|cause| in_task(&run.mission, index, cause, &notices))?;
+        before = Some(Start::behind(&atlas, &plan.path));
         plans.push(plan);
     }
     let landmarks = plans
@@ -171,8 +299,9 @@ fn plans(
     })
 }
 
-fn in_task(mission: &Mission, index: usize, cause: Error) -> DirectionsError {
-    DirectionsError::Plan { number: index + 1, name: mission.task[index].name.clone(), cause }
+fn in_task(mission: &Mission, index: usize, cause: Error, notices: &[String]) -> DirectionsError {
+    let name = mission.task[index].name.clone();
+    DirectionsError::Plan { number: index + 1, name, cause, notices: notices.to_vec() }
 }
 
 struct Maker<'a> {
@@ -185,14 +314,14 @@ struct Maker<'a> {
 
 impl Maker<'_> {
     /// The plan of a task. It begins over the goal of the one before, the first one at the mission's start.
-    fn plan(&self, index: usize, before: Option<DotId>, start: Point, goal: Point) -> Result<Plan, Error> {
+    fn plan(&self, index: usize, before: Option<Start>, start: Point, goal: Point) -> Result<Plan, Error> {
         let Self { atlas, read, pilot, effort, seed } = self;
         let start = match before {
-            Some(dot) => Start::at_goal(atlas, dot)?,
+            Some(start) => start,
             None => Start::at(&atlas.plane, atlas.window, start)?,
         };
         // The dot that a window over the goal would show nearest to its middle.
-        let goal = Start::at(&atlas.plane, atlas.window, goal).map_err(no_goal)?.landmark;
+        let goal = Start::wanted(&atlas.plane, atlas.window, goal).map_err(no_goal)?.landmark;
         match read.method.objective() {
             Some(objective) => {
                 let path = best(atlas, start, goal, Measure::Windows, objective)?;
@@ -304,31 +433,39 @@ pub fn dots_of(cells: &[u8]) -> impl Iterator<Item = Point> + '_ {
 mod tests {
     use super::*;
 
-    /// A picture of 320 × 100 pixels of 2.5 mm, with a dark square for each dot: column and row of its middle.
-    fn picture(dots: &[[usize; 2]]) -> Vec<u8> {
-        let is_dark = |column: usize, row: usize| {
+    const SIZE: [usize; 2] = [320, 100];
+
+    /// A picture of 320 × 100 pixels of 2.5 mm, with a dark square for each dot (column and row of its middle), and something
+    /// done to the level of each pixel.
+    fn picture(dots: &[[usize; 2]], changed: impl Fn([usize; 2], usize) -> usize) -> Vec<u8> {
+        let is_dark = |[column, row]: [usize; 2]| {
             dots.iter().any(|dot| column.abs_diff(dot[0]) <= 2 && row.abs_diff(dot[1]) <= 2)
         };
-        let mut text = "P2 320 100 255\n".to_owned();
-        for row in 0..100 {
-            for column in 0..320 {
-                text.push_str(if is_dark(column, row) { "10 " } else { "245 " });
+        let mut text = format!("P2 {} {} 255\n", SIZE[0], SIZE[1]);
+        for row in 0..SIZE[1] {
+            for at in (0..SIZE[0]).map(|column| [column, row]) {
+                let level = changed(at, if is_dark(at) { 10 } else { 245 });
+                text.push_str(&format!("{level} "));
             }
             text.push('\n');
         }
         text.into_bytes()
     }
 
-    fn made(dots: &[[usize; 2]], goal: [f64; 2]) -> Result<Made, DirectionsError> {
+    const KNOWN: &str = "[0,0,0,0.25],[320,0,0.8,0.25],[0,100,0,0],[320,100,0.8,0]";
+
+    fn run(known: &str, goal: [f64; 2]) -> RunConfig {
         let mission = format!(
             "name='m'\nrobot='helicopter'\nworld={{plane='p.toml'}}\nstart={{world=[0.1,0.1],world_heading_deg=0}}\n\
-             [navigator]\nkind='directions'\nplane_file='p.png'\n\
-             calibration=[[0,0,0,0.25],[320,0,0.8,0.25],[0,100,0,0],[320,100,0.8,0]]\n\
+             [navigator]\nkind='directions'\nplane_file='p.png'\ncalibration=[{known}]\n\
              [[task]]\nname='over'\ngoal={goal:?}\n"
         );
         let robot = sketchnav_sim::robots::find("helicopter").unwrap().unwrap();
-        let run = RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), robot, 1);
-        make(&run, &|_| Ok(picture(dots)))
+        RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), robot, 1)
+    }
+
+    fn made(dots: &[[usize; 2]], goal: [f64; 2]) -> Result<Made, DirectionsError> {
+        make(&run(KNOWN, goal), &|_| Ok(picture(dots, |_, level| level)))
     }
 
     /// Two pairs, and no line of one pair leads to the other.
@@ -342,7 +479,147 @@ mod tests {
             error.contains(": 2 dots are reached from the start, 2 reach the goal. A path would have to"),
             "{error}"
         );
+        assert!(error.contains(" apart, and two are seen together up to 0.141"), "{error}");
         let made = made(&APART, [0.15, 0.15]).unwrap();
         assert_eq!(made.maps[0].entries().len(), 2, "{}", made.maps[0]);
+    }
+
+    #[test]
+    fn known_points_that_disagree_are_named_and_refused_where_nothing_could_be_right() {
+        // Two more points that agree, and one that does by other coordinates.
+        let known = |last: &str| format!("{KNOWN},[160,0,0.4,0.25],[160,100,0.4,0],{last}");
+        let see = |known: &str| {
+            notices(&run(known, [0.15, 0.15]), &|_| Ok(picture(&APART, |_, level| level)))
+                .map_err(|error| error.to_string())
+        };
+        assert_eq!(see(&known("[160,50,0.4,0.125]")), Ok(Vec::new()));
+        let off = see(&known("[172,50,0.4,0.125]")).unwrap();
+        assert_eq!(off.len(), 1, "{off:?}");
+        assert!(
+            off[0].starts_with("navigator.calibration: point 7 12 pixels off where the other 6 have it"),
+            "{off:?}"
+        );
+        let exchanged =
+            "[320,0,0,0.25],[0,0,0.8,0.25],[0,100,0,0],[320,100,0.8,0],[160,0,0.4,0.25],[160,50,0.4,0.125]";
+        let error = see(exchanged).unwrap_err();
+        assert!(
+            error.starts_with("navigator.calibration: expected known points that agree, found point 1 "),
+            "{error}"
+        );
+        assert!(error.ends_with("exchange the places of points 1 and 2, and all agree"), "{error}");
+        let mirrored = "[0,100,0,0.25],[320,100,0.8,0.25],[0,0,0,0],[320,0,0.8,0]";
+        assert!(see(mirrored).unwrap()[0].contains("as if from below"), "{:?}", see(mirrored));
+    }
+
+    #[test]
+    fn uneven_light_is_levelled_and_a_frame_is_left_out_and_both_are_said() {
+        let seen = |changed: &dyn Fn([usize; 2], usize) -> usize| {
+            let bytes = picture(&APART, changed);
+            let made = make(&run(KNOWN, [0.15, 0.15]), &|_| Ok(bytes.clone())).unwrap();
+            (made.dots, notices(&run(KNOWN, [0.15, 0.15]), &|_| Ok(bytes.clone())).unwrap())
+        };
+        let (dots, none) = seen(&|_, level| level);
+        assert_eq!((dots.len(), none), (4, Vec::new()));
+        let (lit, light) = seen(&|[column, _], level| level * (100 + column) / 420);
+        assert!(lit.iter().zip(&dots).all(|(a, b)| (*a - *b).norm() < 0.001), "{lit:?}");
+        assert!(light.len() == 1 && light[0].starts_with("p.png: the light is uneven"), "{light:?}");
+        let is_frame = |[column, row]: [usize; 2]| column.min(row) == 0 || column == 319 || row == 99;
+        let (framed, frame) = seen(&|at, level| if is_frame(at) { 10 } else { level });
+        assert_eq!(framed.len(), 4);
+        assert!(
+            frame[0].starts_with("p.png: left out spots that are no dots: 1 (one around pixel (160, 50) is "),
+            "{frame:?}"
+        );
+        assert!(frame[0].ends_with("; 4 dots are left"), "{frame:?}");
+    }
+
+    #[test]
+    fn what_looks_wrong_is_said_with_a_goal_that_is_not_found() {
+        let bytes = picture(&APART, |[column, _], level| level * (100 + column) / 420);
+        let error = make(&run(KNOWN, [5.0, 5.0]), &|_| Ok(bytes.clone())).unwrap_err().to_string();
+        assert!(error.starts_with("task 1 (over): goal (5, 5): expected a dot within a window"), "{error}");
+        assert!(error.contains("; p.png: the light is uneven"), "{error}");
+    }
+
+    #[test]
+    fn a_low_probability_is_doubted() {
+        let mission = run(KNOWN, [0.15, 0.15]).mission;
+        let doubts = |probability| doubts(&mission, &[PlannedJourney { distance_m: 1.0, probability }]);
+        assert_eq!(doubts(0.025), ["task 1 (over): the stated probability of arrival is 2.5 %"]);
+        assert!(doubts(0.9).is_empty() && doubts(-1.0).is_empty());
+    }
+
+    /// A hall of columns, so many metres apart, and something else in it; from the column in the south-west to that in the
+    /// north-east, for a robot that looks so far.
+    fn hall(apart_m: f64, range_m: f64, more: &str) -> Result<Made, DirectionsError> {
+        let mut floor = "name='hall'\nwall_thickness_m=0.1\n[[wall]]\nclosed=true\n\
+                         points=[[-3,-3],[33,-3],[33,33],[-3,33]]\n"
+            .to_owned();
+        for (x, y) in
+            (0..4).flat_map(|i| (0..3).map(move |j| (f64::from(i) * apart_m, f64::from(j) * apart_m)))
+        {
+            let _ = write!(floor, "[[furniture]]\ncenter=[{x},{y}]\nradius_m=0.15\n");
+        }
+        floor.push_str(more);
+        let goal = [3.0 * apart_m, 2.0 * apart_m];
+        let mission = format!(
+            "name='m'\nrobot='panorama'\nworld={{floor_plan='f.toml'}}\nstart={{world=[0.6,0.6],world_heading_deg=0}}\n\
+             [navigator]\nkind='directions'\nfloor_file='f.toml'\nlandmark_radius_m=0.15\nrange_m={range_m:?}\n\
+             heading_noise_deg=2.0\n[[task]]\nname='across'\ngoal={goal:?}\n\
+             [parameters.sketcher]\ntrials=32\ntrial_journeys=4\njourneys=32\n"
+        );
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let robot = folder.join("../../../sim/missions/directions/panorama.toml");
+        let robot = sketchnav_sim::files::robot(&robot.to_string_lossy()).unwrap();
+        let run = RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), robot, 1);
+        make(&run, &|_| Ok(floor.clone().into_bytes()))
+    }
+
+    /// Columns 6 m apart were no neighbours to a robot that sees 8 m: its window was a square that ended at 5 m.
+    #[test]
+    fn columns_that_are_in_sight_are_joined() {
+        for (apart_m, range_m) in [(6.0, 8.0), (7.0, 9.5)] {
+            let made = hall(apart_m, range_m, "").unwrap();
+            assert!(
+                made.plans[0].probability > Some(0.5),
+                "{apart_m}: {:?}\n{}",
+                made.plans[0].probability,
+                made.maps[0]
+            );
+        }
+        // The one across is out of sight, and of the two along the axes none is more isolated. But there is a path.
+        assert!(hall(5.0, 6.0, "").is_ok());
+        let error = hall(8.8, 8.0, "").unwrap_err().to_string();
+        assert!(error.contains(" apart, and two are seen together up to 8.775"), "{error}");
+    }
+
+    /// A wall between the second and the third row of columns.
+    #[test]
+    fn a_path_leads_through_the_gap_of_a_wall_and_none_through_the_wall() {
+        let wall = |from: f64, to: f64| format!("[[wall]]\npoints=[[9,{from:?}],[9,{to:?}]]\n");
+        let crossing = |more: &str| {
+            let made = hall(6.0, 10.0, more).unwrap();
+            let places: Vec<Point> = made.landmarks[0].iter().map(|(_, at)| *at).collect();
+            let crosses = |pair: &[Point]| (pair[0].x < 9.0) != (pair[1].x < 9.0);
+            let pairs: Vec<[Point; 2]> =
+                places.windows(2).filter(|pair| crosses(pair)).map(|pair| [pair[0], pair[1]]).collect();
+            assert_eq!(pairs.len(), 1, "{places:?}");
+            assert!(made.plans[0].probability > Some(0.3), "{:?}", made.plans[0].probability);
+            pairs[0].map(|at| at.y)
+        };
+        assert_eq!(crossing(&[wall(-3.0, 4.5), wall(7.5, 33.0)].concat()), [6.0; 2], "a gap in the middle");
+        assert_eq!(crossing(&[wall(1.5, 33.0)].concat()), [0.0; 2], "around its southern end");
+        let door = "[[door]]\nat=[9,12]\nwidth_m=1.6\n";
+        assert_eq!(crossing(&[&wall(-3.0, 33.0), door].concat()), [12.0; 2], "through a door");
+        for closed in [wall(-3.0, 33.0), [&wall(-3.0, 33.0), "[[door]]\nat=[9,12]\nwidth_m=0.3\n"].concat()] {
+            let error = hall(6.0, 10.0, &closed).unwrap_err().to_string();
+            assert!(error.contains("6 dots are reached from the start, 6 reach the goal"), "{error}");
+            assert!(
+                error.contains(" with a wall between them") || error.contains("too little room"),
+                "{error}"
+            );
+        }
+        let cupboard = "[[furniture]]\ncenter=[9,15]\nsize=[1,36]\n";
+        assert!(hall(6.0, 10.0, cupboard).unwrap_err().to_string().contains(" with a wall between them"));
     }
 }

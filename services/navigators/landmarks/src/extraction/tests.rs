@@ -1,6 +1,8 @@
+use sketchnav_schemas::geometry::wrap_angle;
+
 use super::track::{Track, headings};
 use super::*;
-use crate::plane::{At, resample, wrap};
+use crate::plane::{At, resample};
 use crate::route::{Command, Kind, Place};
 use crate::sketch::Landmark;
 
@@ -54,7 +56,7 @@ fn a_heading_is_the_mean_over_five_points() {
     let found = headings(&way, 1.0);
     let expected = [0.0, 0.0, 0.0, 1_f64.atan2(3.0), 45_f64.to_radians(), 3_f64.atan2(1.0)];
     for (found, expected) in found.iter().zip(expected) {
-        assert!(wrap(found - expected).abs() < 1e-12, "{found}, {expected}");
+        assert!(wrap_angle(found - expected).abs() < 1e-12, "{found}, {expected}");
     }
 }
 

@@ -6,6 +6,7 @@
 
 use sketchnav_qualitative::Point;
 use sketchnav_qualitative::hof::{Force, Grade, Pair, Polygon, Surround, View, Workspace};
+use sketchnav_schemas::geometry::wrap_angle;
 
 use super::Parameters;
 use crate::error::Error;
@@ -86,7 +87,7 @@ impl Track {
     /// By how much the robot turns between two steps, in radians, without a sign.
     pub fn turned_rad(&self, from: usize, to: usize) -> f64 {
         let turns = self.steps[from..=to].windows(2);
-        turns.map(|pair| plane::wrap(pair[1].heading_rad - pair[0].heading_rad)).sum::<f64>().abs()
+        turns.map(|pair| wrap_angle(pair[1].heading_rad - pair[0].heading_rad)).sum::<f64>().abs()
     }
 
     /// The steps at which the command changes, the first one left out.
@@ -112,7 +113,7 @@ pub fn headings(route: &[At], point_m: f64) -> Vec<f64> {
 /// The change of the heading from the point before, by the distance from there (4.3.4).
 fn turning_rates(route: &[At], headings: &[f64], parameters: &Parameters) -> Vec<f64> {
     let rate = |i: usize| {
-        let turn = plane::wrap(headings[i] - headings[i - 1]).to_degrees();
+        let turn = wrap_angle(headings[i] - headings[i - 1]).to_degrees();
         turn / plane::distance(route[i - 1], route[i]) * parameters.turn_unit_m
     };
     (0..route.len()).map(|i| rate(i.max(1))).collect()
@@ -137,7 +138,7 @@ fn commands(rates: &[f64], headings: &[f64], parameters: &Parameters) -> Vec<Com
     }
     // A turn that is short or small is none.
     for [begin, end] in runs(&commands) {
-        let turned: f64 = (begin.max(1)..end).map(|i| plane::wrap(headings[i] - headings[i - 1])).sum();
+        let turned: f64 = (begin.max(1)..end).map(|i| wrap_angle(headings[i] - headings[i - 1])).sum();
         let is_spurious = end - begin < parameters.least_steps || turned.abs() < parameters.least_turn_rad;
         if commands[begin].is_turn() && is_spurious {
             commands[begin..end].fill(Command::Forward);

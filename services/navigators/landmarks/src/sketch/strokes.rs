@@ -8,7 +8,7 @@
 //!   meet end to end are one stroke: an object may be drawn side by side.
 //! - The longest of the others is the route. Those below a quarter of its length are stray.
 
-use sketchnav_schemas::geometry::encloses;
+use sketchnav_schemas::geometry::{encloses, wrap_angle};
 
 use crate::error::{Error, Pixel};
 use crate::plane;
@@ -123,7 +123,7 @@ fn is_scribble(points: &[Pixel]) -> bool {
     let steps = plane::resample(points, size / 16.0);
     let turns = steps.windows(5).map(|at| {
         let [before, after] = [plane::direction(at[0], at[2]), plane::direction(at[2], at[4])];
-        plane::wrap(after - before).abs() > 2.0
+        wrap_angle(after - before).abs() > 2.0
     });
     // Neighbouring steps see the same reversal.
     let mut reversals = 0;

@@ -68,7 +68,8 @@ impl PxFromBase {
     }
 }
 
-/// The angle's equal in [−π, π), single precision.
+/// The angle's equal in [−π, π), in the single precision of particles: what [`super::lanes::wrap`] does for sixteen at
+/// once.
 #[inline]
 pub fn wrap(angle_rad: f32) -> f32 {
     use std::f32::consts::{PI, TAU};

@@ -1,7 +1,8 @@
 //! What can be tuned about the localization, with defaults that were measured in closed loop.
 
+use crate::method::Method;
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::method::Method;
+use sketchnav_schemas::message::MAX_BEAMS;
 
 /// How the likelihood of a scan is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -246,7 +247,7 @@ impl Parameters {
             // N of equation (7): not given.
             beams: 48,
             // Equation (7), a product over all beams: they count as independent.
-            independent_beams: 1440.0,
+            independent_beams: MAX_BEAMS as f32,
             likelihood: Likelihood::Field,
             // III-A: "finally resampled", in each iteration.
             resample_below: 1.0,
@@ -313,7 +314,7 @@ impl Parameters {
         let counts = [
             ("particles", "16 to 100000", self.particles, 16..=100_000),
             ("least_particles", "0 to 100000", self.least_particles, 0..=100_000),
-            ("beams", "4 to 1440", self.beams, 4..=1440),
+            ("beams", "4 to 1440", self.beams, 4..=MAX_BEAMS),
             ("grid_cells", "1000 to 4000000", self.grid_cells, 1000..=4_000_000),
         ];
         for (key, expected, found, range) in counts {

@@ -4,10 +4,10 @@ use std::hint::select_unpredictable;
 
 use fearless_simd::{Level, dispatch, prelude::*, u32x16};
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::message::{MAX_PARTICLES, Particle, Particles};
 
 use super::lanes::{self, LANES};
 use super::scales::ScaledPose;
+use crate::messages::{MAX_PARTICLES, Particle, Particles};
 
 /// Weighted samples of (x, y, θ, a, b) and of the drawing's anisotropy, one array for each coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -93,9 +93,10 @@ impl Arrival {
 
 #[cfg(test)]
 mod tests {
+    use crate::messages::PoseEstimate;
     use bytemuck::Zeroable;
     use sketchnav_schemas::geometry::Pose;
-    use sketchnav_schemas::message::{PoseEstimate, PoseM, PosePx};
+    use sketchnav_schemas::message::{PoseM, PosePx};
 
     use super::*;
 

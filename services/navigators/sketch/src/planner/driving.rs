@@ -29,7 +29,7 @@ use super::arrival::{Arrival, Belief};
 use super::explorer::Explorer;
 use super::journey::Journey;
 use super::reason::Reason;
-pub use memory::{Memory, MemoryView};
+pub use memory::Memory;
 
 /// Most blockages remembered of a task.
 const MAX_BLOCKAGES: usize = 16;

@@ -245,7 +245,7 @@ impl Explorer {
             return;
         }
         let scan = Scan {
-            ranges_m: &scan.ranges_m[..(scan.beam_count as usize).min(scan.ranges_m.len())],
+            ranges_m: scan.ranges(),
             first_rad: scan.angle_min_rad.into(),
             step_rad: scan.angle_increment_rad.into(),
             range_min_m: scan.range_min_m.into(),

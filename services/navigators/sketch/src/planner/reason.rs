@@ -20,8 +20,6 @@ pub enum Reason {
     NoSketch,
     /// The route is missing.
     NoRoute,
-    /// The start was not ordered yet.
-    NoOrder,
     /// The localizer has no pose yet.
     NoPose,
     /// At the goal, so many metres off.
@@ -85,7 +83,6 @@ impl fmt::Display for Reason {
             Self::Rooms => f.write_str(ROOMS),
             Self::NoSketch => f.write_str("waiting for the sketch"),
             Self::NoRoute => f.write_str("waiting for the route"),
-            Self::NoOrder => f.write_str("waiting for the order to start"),
             Self::NoPose => f.write_str("waiting for the localizer"),
             Self::Arrived(m) => write!(f, "{m:.2} m from the goal"),
             Self::NearEnough(m) => write!(f, "{m:.2} m from the goal, no way leads nearer"),

@@ -6,7 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
-use sketchnav_schemas::message::PoseEstimate;
+
+use crate::messages::PoseEstimate;
 
 /// Carries places of the drawing into the odometry frame and back.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]

@@ -1,8 +1,8 @@
 //! All that can be tuned about planning: the table `parameters.planner` of a mission.
 
+use crate::method::Method;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::progress::ProgressParameters;
-use sketchnav_schemas::method::Method;
 
 /// Parameters of the planner. What a mission leaves out keeps its default.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

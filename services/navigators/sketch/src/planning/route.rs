@@ -139,9 +139,10 @@ fn resample(points: impl Iterator<Item = Point<Sketch>>, spacing: f64, out: &mut
 
 #[cfg(test)]
 mod tests {
+    use crate::messages::PoseEstimate;
     use bytemuck::Zeroable;
     use sketchnav_schemas::geometry::Pose;
-    use sketchnav_schemas::message::{PoseEstimate, PosePx};
+    use sketchnav_schemas::message::PosePx;
 
     use super::*;
 

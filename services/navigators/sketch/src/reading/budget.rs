@@ -20,8 +20,6 @@ pub(crate) const MOST_DEPTH: usize = 100;
 pub(crate) const MOST_NESTED: usize = 8;
 /// Most pixels of pages that are held at the same time: half a gigabyte, as much as a photograph may take.
 pub(crate) const MOST_HELD_PX: f64 = 128e6;
-/// Comparisons of an SVG's elements with the rules of its style sheets.
-pub(crate) const MOST_COMPARISONS: f64 = 5e6;
 
 /// For a corner: it becomes several lines, on both sides of a stroke.
 const CORNER_STEPS: f64 = 500.0;

@@ -10,10 +10,11 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::DrawingKind;
 use sketchnav_schemas::run::RunConfig;
 
+use super::Marks;
+use super::doubts::{self, Doubt};
 use super::drawn_map::DrawnMap;
 use super::error::{Broken, SketchError};
 use super::file::read;
-use super::marks::Marks;
 use super::places::{Intent, Places};
 use super::settings::Options;
 
@@ -50,6 +51,10 @@ pub struct Desk {
     drawing: Option<DrawnMap>,
     places: Option<Places>,
     state: State,
+    /// How far the robot's laser sees, where it has one.
+    range_max_m: Option<f64>,
+    /// What is doubted about the drawing and what is marked in it, in words.
+    doubts: String,
 }
 
 impl Desk {
@@ -59,7 +64,9 @@ impl Desk {
     /// [`SketchError::Setting`] with the invalid key of the run's parameters.
     pub fn new(run: &RunConfig) -> Result<Self, SketchError> {
         let options = Options::of_mission(&run.mission, run.seed)?;
-        Ok(Self { options, drawing: None, places: None, state: State::default() })
+        let range_max_m = run.robot.laser.as_ref().map(|laser| laser.range_max_m);
+        let (state, doubts) = (State::default(), String::new());
+        Ok(Self { options, drawing: None, places: None, state, range_max_m, doubts })
     }
 
     /// Goes on with what another desk has taken over.
@@ -99,13 +106,20 @@ impl Desk {
         self.drawing.as_ref().zip(self.places.as_ref())
     }
 
+    /// What is doubted about the drawing and what is marked in it, in words; empty where nothing is.
+    pub fn doubts(&self) -> &str {
+        &self.doubts
+    }
+
     /// What was taken over, for a checkpoint.
     pub fn state(&self) -> &State {
         &self.state
     }
 
     fn take_sketch(&mut self, bytes: &[u8]) -> Result<Change, SketchError> {
-        self.drawing = Some(read(bytes, NAME, &self.options)?);
+        let drawing = read(bytes, NAME, &self.options)?;
+        self.doubts = words(&doubts::of_drawing(&drawing));
+        self.drawing = Some(drawing);
         self.places = None;
         self.state = State { sketch: bytes.to_vec(), ..State::default() };
         Ok(Change::Sketch)
@@ -123,6 +137,9 @@ impl Desk {
             intent.heading_deg = Some(before.start.yaw_rad.to_degrees());
         }
         let places = intent.place(drawing, &self.options.settings)?;
+        let found = doubts::doubts(drawing, &places, self.range_max_m);
+        doubts::hopeless(drawing, &places, &found)?;
+        self.doubts = words(&found);
         let change = if stays.is_some() { Change::Tasks } else { Change::Start };
         // What places the robot says where it stands to the last bit.
         let start = stays.map_or(places.start, |before| before.start);
@@ -133,6 +150,10 @@ impl Desk {
         }
         Ok(change)
     }
+}
+
+fn words(doubts: &[Doubt]) -> String {
+    doubts.iter().map(Doubt::to_string).collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]
@@ -209,6 +230,23 @@ mod tests {
             assert!(error.contains(words), "{error}");
             assert_eq!(desk.state(), &before);
         }
+    }
+
+    /// Two walls of a corner of the sheet: the first way leads past them, the second through one of them.
+    #[test]
+    fn what_is_doubted_is_said_and_what_is_hopeless_is_refused() {
+        const CORNER: &[u8] =
+            br#"{ "canvas": [1000, 800], "strokes": [ { "points": [[100,100],[500,100],[500,300]] } ] }"#;
+        let mut desk = desk();
+        desk.take(DrawingKind::Sketch, CORNER).unwrap();
+        assert_eq!(desk.doubts(), "");
+        let away = br#"{"route": [[900,600],[960,700]]}"#;
+        let error = desk.take(DrawingKind::Route, away).unwrap_err().to_string();
+        assert!(error.starts_with("navigator.start at (900, 600) of the drawing: expected walls"), "{error}");
+        desk.take(DrawingKind::Route, br#"{"route": [[450,150],[450,200],[600,200]]}"#).unwrap();
+        assert!(desk.doubts().starts_with("route: the route crosses a wall at (49"), "{}", desk.doubts());
+        desk.take(DrawingKind::Sketch, ROOM).unwrap();
+        assert_eq!(desk.doubts(), "");
     }
 
     #[test]

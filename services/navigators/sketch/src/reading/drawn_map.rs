@@ -4,8 +4,9 @@ use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::seed;
 
+use super::Marks;
 use super::error::{Broken, SketchError};
-use super::marks::Marks;
+use super::left_out::LeftOut;
 use super::settings::Options;
 use super::walls::{Kind, Walls, diagonal};
 use super::{direction, pen};
@@ -31,6 +32,8 @@ pub struct DrawnMap {
     pub wall_direction_rad: f64,
     /// What a strokes file marks beside walls, image pixels.
     pub marks: Marks,
+    /// What is in the file and was not read as walls.
+    pub left_out: Vec<LeftOut>,
 }
 
 impl DrawnMap {
@@ -42,16 +45,27 @@ impl DrawnMap {
         let closed = pen::close_gaps(&walls.mask, gap_px, walls.kind == Kind::Filled);
         let cells: Vec<u8> = closed.iter().map(|&v| if v > 0 { WALL } else { FREE }).collect();
         if !cells.contains(&WALL) {
-            return Err(broken.no_walls());
+            return Err(broken.no_walls("a drawing without strokes on the page"));
         }
         if !cells.contains(&FREE) {
             return Err(SketchError::NoFreeSpace { file: broken.file() });
         }
         let mut rng = seed::stream(options.seed, "sketcher/lines");
         let wall_direction_rad = direction::walls(&closed, settings, &mut rng);
-        let Walls { scale, kind, marks, .. } = walls;
+        let Walls { scale, kind, marks, left_out, .. } = walls;
         let file = broken.file();
-        Ok(Self { file, kind, width_px, height_px, cells, scale, pen_width_px, wall_direction_rad, marks })
+        Ok(Self {
+            file,
+            kind,
+            width_px,
+            height_px,
+            cells,
+            scale,
+            pen_width_px,
+            wall_direction_rad,
+            marks,
+            left_out,
+        })
     }
 
     /// A place in image pixels (column, row; row 0 at the top) in the drawing's frame.
@@ -94,6 +108,7 @@ impl std::fmt::Debug for DrawnMap {
             .field("pen_width_px", &self.pen_width_px)
             .field("wall_direction_rad", &self.wall_direction_rad)
             .field("marks", &self.marks)
+            .field("left_out", &self.left_out)
             .finish_non_exhaustive()
     }
 }

@@ -56,10 +56,28 @@ pub enum SketchError {
         found: String,
     },
     /// A blank page.
-    #[error("{file}: expected walls, found a page of one tone")]
+    #[error("{file}: expected walls, found {found}")]
     NoWalls {
         /// The file.
         file: String,
+        /// What is there instead, and what to do.
+        found: String,
+    },
+    /// A value of a style that cannot be read: what it paints would be missing.
+    #[error(
+        "{file}: {element}: {property}: {value:?} cannot be read: {reason}; write colours as #rrggbb, lengths as numbers"
+    )]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// Which element, and its line.
+        element: String,
+        /// Which property.
+        property: String,
+        /// What is said there.
+        value: String,
+        /// Why it cannot be read.
+        reason: String,
     },
     /// Walls everywhere.
     #[error("{file}: expected free space between the walls, found none")]
@@ -138,6 +156,16 @@ pub enum SketchError {
         /// The place with a way that is nearest.
         nearest: [f64; 2],
     },
+    /// Start and goals in a field without walls: nothing says how large it is or where in it the robot is.
+    #[error("navigator.start at ({:.0}, {:.0}) of {file}: expected walls around the start or on the way, found none within the laser's reach (about {reach_px:.0} px). Draw the walls around them", start[0], start[1])]
+    OpenField {
+        /// The start.
+        start: [f64; 2],
+        /// The drawing.
+        file: String,
+        /// How far the laser sees.
+        reach_px: f64,
+    },
     /// More tasks or points than a route message holds, or none.
     #[error("{key}: expected {expected}, found {found}")]
     Count {
@@ -166,6 +194,23 @@ pub enum SketchError {
     },
 }
 
+/// Types that people draw in and that are not read: where their mark stands, the mark, and their name.
+const OTHERS: [((usize, &[u8]), &str); 13] = [
+    ((0, b"GIF8"), "a GIF"),
+    ((8, b"WEBP"), "a WebP picture"),
+    ((0, b"%PDF"), "a PDF"),
+    ((0, b"%!PS"), "PostScript"),
+    ((0, b"BM"), "a bitmap (BMP)"),
+    ((0, b"II*\0"), "a TIFF"),
+    ((0, b"MM\0*"), "a TIFF"),
+    ((4, b"ftypheic"), "a HEIC photo"),
+    ((4, b"ftypmif1"), "a HEIF photo"),
+    ((4, b"ftypavif"), "an AVIF picture"),
+    ((0, b"AC10"), "a drawing of AutoCAD (DWG)"),
+    ((0, b"8BPS"), "a Photoshop file"),
+    ((0, b"PK\x03\x04"), "a ZIP archive, as many drawing programs save in"),
+];
+
 /// Makes the errors of one file.
 pub(crate) struct Broken<'a> {
     /// Name of the file.
@@ -185,13 +230,21 @@ impl Broken<'_> {
         SketchError::TooLarge { file: self.file(), limit, found }
     }
 
-    pub(crate) fn no_walls(&self) -> SketchError {
-        SketchError::NoWalls { file: self.file() }
+    pub(crate) fn no_walls(&self, found: impl Into<String>) -> SketchError {
+        SketchError::NoWalls { file: self.file(), found: found.into() }
     }
 
     pub(crate) fn unsupported(&self, bytes: &[u8]) -> SketchError {
         if bytes.is_empty() {
             return SketchError::Empty { file: self.file() };
+        }
+        if let Some((_, kind)) =
+            OTHERS.iter().find(|(mark, _)| bytes.get(mark.0..).is_some_and(|it| it.starts_with(mark.1)))
+        {
+            return SketchError::Unsupported {
+                file: self.file(),
+                found: format!("{kind}; export it as PNG"),
+            };
         }
         let first: String = bytes.iter().take(8).flat_map(|b| b.escape_ascii()).map(char::from).collect();
         SketchError::Unsupported { file: self.file(), found: format!("a file that begins with {first:?}") }

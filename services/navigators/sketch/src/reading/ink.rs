@@ -9,12 +9,15 @@
 //! one tone, the outside and everything solid in the other. The tone along the border is paper in the one and solid in
 //! the other. How much of the other tone lies deep inside it decides which.
 //!
+//! Where paper is transparent it is white, as on a screen; but black where the ink would vanish on white.
+//!
 //! Sources: Otsu 1979 (threshold); Bradley and Roth 2007 (adaptive threshold by integral image).
 
+use crate::mission::WallTone;
 use image::{GrayImage, Luma};
-use sketchnav_schemas::sketch_mission::WallTone;
 
 use super::pen;
+use super::raster::Tones;
 use super::walls::Kind;
 
 /// Half the width, in levels, of the band around a tone of a clean picture.
@@ -44,8 +47,37 @@ pub(crate) struct Ink {
     pub kind: Kind,
 }
 
-/// Finds the walls of a picture; `None` where the page is of one tone.
-pub(crate) fn find(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
+/// Finds the walls of a picture on its paper; `None` where the page is of one tone.
+pub(crate) fn find(tones: &Tones, tone: WallTone) -> Option<Ink> {
+    let on_black = || find_on(&tones.ink, tone);
+    let on_white = || find_on(&tones.on_white(), tone);
+    match &tones.cover {
+        None => on_black(),
+        Some(cover) if !is_light_pen(&tones.ink, cover) => on_white().or_else(on_black),
+        // Someone says that walls are dark.
+        Some(_) if tone == WallTone::Dark => on_white(),
+        Some(_) => on_black(),
+    }
+}
+
+/// Whether the ink is of strokes most of which would vanish on white paper.
+fn is_light_pen(ink: &GrayImage, cover: &GrayImage) -> bool {
+    let (mut lost, mut all) = (0_u64, 0_u64);
+    for (&ink, &cover) in ink.iter().zip(cover.iter()) {
+        all += u64::from(cover);
+        // The tone on white is that on black and what shows of the paper.
+        lost += if f64::from(cover - ink.min(cover)) < LEAST_CONTRAST { u64::from(cover) } else { 0 };
+    }
+    2 * lost > all && is_strokes(&map(cover, |cover| if cover < 128 { 0 } else { 255 }))
+}
+
+/// The largest difference between two tones of the picture, levels of 255.
+pub(crate) fn contrast(picture: &GrayImage) -> u8 {
+    let (low, high) = picture.iter().fold((255, 0), |(low, high), &tone| (tone.min(low), tone.max(high)));
+    high.saturating_sub(low)
+}
+
+fn find_on(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     let counts = histogram(picture);
     if is_clean(&counts) { clean(picture, &counts, tone) } else { photograph(picture, tone) }
 }

@@ -6,14 +6,15 @@
 
 use std::ops::Range;
 
+use crate::mission::{SketchMission, SketchTask};
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch};
-use sketchnav_schemas::message::{MAX_ROUTE_POINTS, MAX_TASKS};
-use sketchnav_schemas::sketch_mission::{SketchMission, SketchTask};
+use sketchnav_schemas::message::MAX_ROUTE_POINTS;
+use sketchnav_schemas::message::MAX_TASKS;
 
+use super::Marks;
 use super::drawn_map::DrawnMap;
 use super::error::SketchError;
-use super::marks::Marks;
 use super::settings::Settings;
 use crate::task::{ImageTask, Task};
 

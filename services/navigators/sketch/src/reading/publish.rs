@@ -1,9 +1,10 @@
 //! Fills the messages in the memory they are sent from; their headers are the sender's.
 
-use sketchnav_schemas::message::{PosePx, SketchMap, Text, Understood};
+use sketchnav_schemas::message::{PosePx, Text, Understood};
 
 use super::drawn_map::DrawnMap;
 use super::places::Places;
+use crate::messages::SketchMap;
 
 /// Fills a sketch message; its cells follow by [`fill_cells`].
 pub fn fill_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap) {
@@ -16,17 +17,17 @@ pub fn fill_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap) {
     map.start_spread_rad = places.start_spread_rad;
 }
 
-/// Fills what is said to a drawing: what holds now, and why it was refused, where it was. The numbers of what was
-/// sent are the sender's.
-pub fn fill_understood(drawing: Option<&DrawnMap>, refusal: Option<&str>, answer: &mut Understood) {
-    answer.accepted = refusal.is_none().into();
+/// Fills what is said to a drawing: what holds now, and what is doubted about it, or why it was refused. The numbers of
+/// what was sent are the sender's.
+pub fn fill_understood(drawing: Option<&DrawnMap>, words: Result<&str, &str>, answer: &mut Understood) {
+    answer.accepted = words.is_ok().into();
     if let Some(drawing) = drawing {
         answer.sketch_width_px = drawing.width_px;
         answer.sketch_height_px = drawing.height_px;
         answer.scale = drawing.scale;
         answer.wall_direction_rad = drawing.wall_direction_rad;
     }
-    answer.words = refusal.map_or(Text::default(), Text::new);
+    answer.words = Text::new(words.unwrap_or_else(|refusal| refusal));
 }
 
 /// Fills the cells of a sketch message, row 0 at the bottom; there are as many as the drawing has.

@@ -3,16 +3,17 @@
 //! The output's rows run from the bottom up. This and the other decoders are the only places where row 0 is at the
 //! top.
 
+use std::borrow::Cow;
 use std::io::Cursor;
 
 use image::metadata::Orientation;
 use image::{DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Limits};
-use sketchnav_schemas::channels::MAX_SKETCH_CELLS;
 
 use super::error::{Broken, SketchError};
+use crate::messages::MAX_SKETCH_CELLS;
 
 /// Most pixels that are decoded: a 50-megapixel photograph.
-const MAX_PIXELS: u64 = 50_000_000;
+pub(crate) const MAX_PIXELS: u64 = 50_000_000;
 /// Longest side that is decoded.
 const MAX_SIDE: u32 = 30_000;
 /// Most memory that a decoder may take at once.
@@ -22,12 +23,33 @@ const MAX_PASSED_PIXELS: u64 = 2_000_000_000;
 /// Longest side of a sketch: bounds the Hough transform's table for a drawing like a ribbon.
 const MAX_CANVAS_SIDE: u32 = 10_000;
 
-/// A decoded picture.
+/// A decoded picture; rows from the bottom up.
 pub(crate) struct Tones {
-    /// Brightness; rows from the bottom up.
-    pub picture: GrayImage,
+    /// How bright the ink is, times how much of it there is: the picture on black paper.
+    pub ink: GrayImage,
+    /// How much ink there is, where paper shows anywhere.
+    pub cover: Option<GrayImage>,
     /// Sketch pixels an image pixel.
     pub scale: f64,
+}
+
+impl Tones {
+    /// Of pixels with the ink and its cover; paper shows where the cover is below 255.
+    pub fn new(ink: GrayImage, cover: GrayImage, scale: f64) -> Self {
+        let is_opaque = cover.iter().all(|&cover| cover == 255);
+        Self { ink, cover: (!is_opaque).then_some(cover), scale }
+    }
+
+    /// The picture on white paper.
+    pub fn on_white(&self) -> Cow<'_, GrayImage> {
+        let Some(cover) = &self.cover else { return Cow::Borrowed(&self.ink) };
+        let mut picture = self.ink.clone();
+        picture
+            .iter_mut()
+            .zip(cover.iter())
+            .for_each(|(tone, cover)| *tone = tone.saturating_add(255 - cover));
+        Cow::Owned(picture)
+    }
 }
 
 /// The size on the canvas of a drawing of `width` x `height`, and the scale that leads to it (at
@@ -47,10 +69,18 @@ pub(crate) fn fit(width: f64, height: f64, scale_max: f64) -> (u32, u32, f64) {
 
 /// Decodes a picture and scales it to the canvas.
 pub(crate) fn tones(bytes: &[u8], format: ImageFormat, broken: &Broken) -> Result<Tones, SketchError> {
-    let (image, orientation) = decode(bytes, format, broken)?;
-    let mut upright = image;
-    upright.apply_orientation(orientation);
-    Ok(shrink(upright))
+    Ok(shrink(upright(bytes, format, broken)?))
+}
+
+/// Decodes a picture, the right way up.
+pub(crate) fn upright(
+    bytes: &[u8],
+    format: ImageFormat,
+    broken: &Broken,
+) -> Result<DynamicImage, SketchError> {
+    let (mut image, orientation) = decode(bytes, format, broken)?;
+    image.apply_orientation(orientation);
+    Ok(image)
 }
 
 fn decode(
@@ -104,23 +134,18 @@ fn shrink(image: DynamicImage) -> Tones {
     let (width, height) = (image.width(), image.height());
     let (cells_x, cells_y, scale) = fit(width.into(), height.into(), 1.0);
     let pixels = image.into_luma_alpha8();
-    let mut sums = vec![(0_u32, 0_u32); cells_x as usize * cells_y as usize];
+    let mut sums = vec![(0_u32, 0_u32, 0_u32); cells_x as usize * cells_y as usize];
     for (row, line) in pixels.as_raw().chunks_exact(2 * width as usize).enumerate() {
         let first = ((row as f64 * scale) as usize).min(cells_y as usize - 1) * cells_x as usize;
         for (column, pixel) in line.chunks_exact(2).enumerate() {
             let cell = &mut sums[first + ((column as f64 * scale) as usize).min(cells_x as usize - 1)];
-            *cell = (cell.0 + u32::from(on_white(pixel[0], pixel[1])), cell.1 + 1);
+            let (tone, cover) = (u32::from(pixel[0]), u32::from(pixel[1]));
+            *cell = (cell.0 + (tone * cover + 127) / 255, cell.1 + cover, cell.2 + 1);
         }
     }
-    let mean = |x: u32, y: u32| {
-        let (sum, count) = sums[((cells_y - 1 - y) * cells_x + x) as usize];
-        image::Luma([(sum / count.max(1)) as u8])
-    };
-    Tones { picture: GrayImage::from_fn(cells_x, cells_y, mean), scale }
-}
-
-/// A translucent tone on white paper.
-fn on_white(tone: u8, alpha: u8) -> u8 {
-    let (tone, alpha) = (u32::from(tone), u32::from(alpha));
-    ((tone * alpha + 255 * (255 - alpha) + 127) / 255) as u8
+    let cell = |x: u32, y: u32| sums[((cells_y - 1 - y) * cells_x + x) as usize];
+    let mean = |sum: u32, count: u32| image::Luma([(sum / count.max(1)) as u8]);
+    let ink = GrayImage::from_fn(cells_x, cells_y, |x, y| mean(cell(x, y).0, cell(x, y).2));
+    let cover = GrayImage::from_fn(cells_x, cells_y, |x, y| mean(cell(x, y).1, cell(x, y).2));
+    Tones::new(ink, cover, scale)
 }

@@ -1,9 +1,9 @@
 //! What can be set: the mission's `parameters.sketcher` table, and what else a reading depends on.
 
+use crate::mission::{SketchMission, WallTone};
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Mission;
-use sketchnav_schemas::sketch_mission::{SketchMission, WallTone};
 
 use super::error::SketchError;
 

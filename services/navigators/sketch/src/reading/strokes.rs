@@ -22,10 +22,10 @@ use sketchnav_schemas::message::MAX_DRAWN_POINTS;
 use super::budget::{MOST_OBSTACLE_CORNERS, MOST_STROKES, Outline, PIECE_CORNERS, Steps, steps_words};
 use super::error::{Broken, SketchError};
 use super::ink;
-use super::marks::{GoalMark, Marks, StartMark};
 use super::raster::fit;
 use super::vector::gray;
 use super::walls::{Kind, Walls};
+use super::{GoalMark, Marks, StartMark};
 
 /// Largest file that is parsed.
 const MAX_BYTES: usize = 32 << 20;
@@ -74,12 +74,11 @@ struct Obstacle {
 }
 
 /// Parses and draws a strokes file.
-pub(crate) fn walls(bytes: &[u8], broken: &Broken) -> Result<Walls, SketchError> {
-    if bytes.len() > MAX_BYTES {
-        return Err(broken.too_large(format!("{MAX_BYTES} bytes of strokes"), bytes.len().to_string()));
+pub(crate) fn walls(text: &str, broken: &Broken) -> Result<Walls, SketchError> {
+    if text.len() > MAX_BYTES {
+        return Err(broken.too_large(format!("{MAX_BYTES} bytes of strokes"), text.len().to_string()));
     }
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let page: Page = serde_json::from_slice(text).map_err(|error| broken.decode("strokes", error))?;
+    let page: Page = serde_json::from_str(text).map_err(|error| broken.decode("strokes", error))?;
     page.check(broken)?;
     let [width, height] = page.canvas.map(f64::from);
     let (w, h, scale) = fit(width, height, 1.0);
@@ -88,7 +87,7 @@ pub(crate) fn walls(bytes: &[u8], broken: &Broken) -> Result<Walls, SketchError>
     let mask = ink::below(&gray(&page.draw(paper, scale as f32)), 128);
     let pen_width_px = page.pen_width_px().map(|width| (width * scale).max(1.0));
     let marks = Marks { start: page.start, goals: page.goals, route: page.route };
-    Ok(Walls { mask, scale, pen_width_px, kind: Kind::Strokes, marks })
+    Ok(Walls { mask, scale, pen_width_px, kind: Kind::Strokes, marks, left_out: Vec::new() })
 }
 
 impl Page {

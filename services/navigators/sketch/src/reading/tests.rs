@@ -3,21 +3,15 @@
 
 #![expect(clippy::disallowed_methods, reason = "tests read drawings by people")]
 
-#[path = "../../../../../tests/support/data.rs"]
-mod data;
-#[path = "../../../../../tests/support/skip.rs"]
-mod skip;
-
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::path::PathBuf;
 
+use crate::messages::{MAX_SKETCH_CELLS, Route, SketchMap};
+use crate::mission::WallTone;
 use bytemuck::Zeroable;
 use image::{GrayImage, ImageFormat, Luma};
 use proptest::prelude::*;
-use sketchnav_schemas::channels::MAX_SKETCH_CELLS;
 use sketchnav_schemas::codes::{FREE, WALL};
-use sketchnav_schemas::message::{Route, SketchMap};
-use sketchnav_schemas::sketch_mission::WallTone;
 
 use super::canvas::{Sheet, encoded, photographed};
 use super::*;
@@ -296,10 +290,33 @@ fn what_cannot_be_is_refused_with_its_name_and_place() {
 #[test]
 fn pages_without_walls_or_space_are_refused() {
     let blank = GrayImage::from_pixel(200, 100, Luma([240]));
-    let no_walls = SketchError::NoWalls { file: "page".into() };
-    assert_eq!(refusal(&encoded(&blank, ImageFormat::Png)), no_walls);
-    assert_eq!(refusal(&encoded(&photographed(&blank, 1), ImageFormat::Jpeg)), no_walls);
-    assert_eq!(refusal(br#"{"canvas":[30,30],"strokes":[]}"#), no_walls);
+    let found = |bytes: &[u8]| match refusal(bytes) {
+        SketchError::NoWalls { found, .. } => found,
+        other => panic!("{other}"),
+    };
+    assert_eq!(found(&encoded(&blank, ImageFormat::Png)), "a picture of one tone");
+    assert!(found(&encoded(&photographed(&blank, 1), ImageFormat::Jpeg)).contains("no tone stands out"));
+    assert_eq!(found(br#"{"canvas":[30,30],"strokes":[]}"#), "a drawing without strokes on the page");
+    assert_eq!(
+        found(&transparent(&GrayImage::from_pixel(30, 30, Luma([255])), 0)),
+        "a picture that is transparent everywhere"
+    );
+    assert_eq!(found(&svg("")), "an SVG without shapes");
+    assert_eq!(
+        found(&svg("<path d='M0 -9h99' stroke='black'/>")),
+        "shapes of SVG that paint nothing within the page"
+    );
+    let white =
+        found(&svg("<rect width='2000' height='1200' fill='white'/><path d='M0 9h99' stroke='#fefefe'/>"));
+    assert_eq!(
+        white,
+        "shapes of SVG that all have the colour of the paper, or nearly so: draw the walls darker"
+    );
+    let text = found(&svg("<text>kitchen</text><image href='plan.png'/>"));
+    assert!(text.contains("the file \"plan.png\"; one text: labels are no walls"), "{text}");
+    let card = GrayImage::from_pixel(200, 120, Luma([240]));
+    let picture = found(&svg(&picture(&encoded(&card, ImageFormat::Png))));
+    assert_eq!(picture, "a picture of one tone inside an SVG");
     let full = br#"{"canvas":[30,30],"strokes":[{"points":[[0,0],[30,30]],"width_px":90}]}"#;
     assert_eq!(refusal(full), SketchError::NoFreeSpace { file: "page".into() });
 }
@@ -309,6 +326,14 @@ fn what_is_no_drawing_is_refused() {
     assert_eq!(refusal(b""), SketchError::Empty { file: "page".into() });
     for bytes in [&b"GIF89a..."[..], b"P5 3 3 255 .........", b"\0\0\0\0"] {
         assert!(matches!(refusal(bytes), SketchError::Unsupported { .. }));
+    }
+    for (bytes, words) in [
+        (&b"GIF89a..."[..], "found a GIF; export it as PNG"),
+        (b"RIFF....WEBPVP8 ", "found a WebP picture"),
+        (b"\0\0\0\x18ftypheic", "found a HEIC photo"),
+        (b"%PDF-1.7", "found a PDF"),
+    ] {
+        assert!(refusal(bytes).to_string().contains(words), "{}", refusal(bytes));
     }
     let page = Sheet::default().building(0.0);
     for format in [ImageFormat::Png, ImageFormat::Jpeg] {
@@ -408,9 +433,9 @@ proptest! {
 
 /// Drawings by people that lie beside the project, where they do.
 fn drawings(folder: &str, extension: &str) -> Vec<PathBuf> {
-    let root = data::folder().join("sketches").join(folder);
+    let root = needs::data().join("sketches").join(folder);
     let Ok(entries) = std::fs::read_dir(&root) else {
-        skip::skipped("data", format_args!("no drawings at {}", root.display()));
+        needs::skipped("data", format_args!("no drawings at {}", root.display()));
         return Vec::new();
     };
     let paths = entries.flatten().map(|entry| entry.path());
@@ -443,6 +468,33 @@ fn the_pen_drawings_of_real_floors_are_dark_lines() {
         assert!(wrong_share(&drawing, &page) < 0.02, "{name}");
         assert!((2.0..9.0).contains(&drawing.pen_width_px), "{name}: {}", drawing.pen_width_px);
     }
+}
+
+/// A page of black ink on white paper as PNG with ink of another tone and paper that is transparent.
+fn transparent(page: &GrayImage, ink: u8) -> Vec<u8> {
+    let pixels = image::GrayAlphaImage::from_fn(page.width(), page.height(), |x, y| {
+        image::LumaA([ink, 255 - page.get_pixel(x, y).0[0]])
+    });
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    pixels.write_to(&mut bytes, ImageFormat::Png).expect("a picture in memory");
+    bytes.into_inner()
+}
+
+/// A picture inside an SVG.
+fn picture(bytes: &[u8]) -> String {
+    format!("<image width='2000' height='1200' href='data:image/png;base64,{}'/>", base64(bytes))
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for three in bytes.chunks(3) {
+        let word =
+            three.iter().fold(0_u32, |word, &byte| word << 8 | u32::from(byte)) << (8 * (3 - three.len()));
+        (0..=three.len()).for_each(|i| text.push(char::from(DIGITS[(word >> (18 - 6 * i)) as usize & 63])));
+        text.extend(std::iter::repeat_n('=', 3 - three.len()));
+    }
+    text
 }
 
 fn svg(inside: &str) -> Vec<u8> {
@@ -578,4 +630,177 @@ fn pieces_of_a_stroke_are_the_stroke() {
     let wrong = whole.cells.iter().zip(&pieces.cells).filter(|(a, b)| a != b).count();
     let ink = whole.cells.iter().filter(|&&cell| cell == WALL).count();
     assert!(wrong * 200 < ink, "{wrong} of {ink} cells");
+}
+
+/// Walls of two rooms with a door between them, in pixels of a page of 2000 x 1200.
+const ROOMS: [&str; 4] =
+    ["M100 100 H1900", "M1900 100 V1100 H100", "M100 1100 V100", "M1000 100 V700 M1000 900 V1100"];
+
+/// The rooms with all that makes a stroke in `paint`, what else the page holds before it.
+fn rooms(before: &str, paint: &str) -> Vec<u8> {
+    let walls: String =
+        ROOMS.iter().map(|d| format!("<path d='{d}' fill='none' stroke-width='9' {paint}/>")).collect();
+    svg(&format!("{before}{walls}"))
+}
+
+fn cells(bytes: &[u8]) -> DrawnMap {
+    read(bytes, "d.svg", &Options::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Each way to write a colour gives the same drawing as its plain twin.
+#[test]
+fn walls_are_drawn_however_their_colour_is_written() {
+    let black = cells(&rooms("", "stroke='#000000'"));
+    let grey = cells(&rooms("", "stroke='#161616'"));
+    assert!(black.cells.iter().filter(|&&cell| cell == WALL).count() > 40_000);
+    for (before, paint, plain) in [
+        ("", "stroke='#000000' style='stroke: light-dark(rgb(0, 0, 0), rgb(255, 255, 255))'", &black),
+        ("", "stroke='light-dark(#000, #fff)'", &black),
+        ("", "stroke='var(--tl-color-text, #000)'", &black),
+        ("<style>:root { --ink: #000 }</style>", "stroke='var(--ink)'", &black),
+        ("<style>path { --ink: black; stroke: var(--ink) }</style>", "", &black),
+        ("", "style='--ink: #000; stroke: var(--ink)'", &black),
+        ("", "style='stroke:#161616;stroke:color(display-p3 0 0 0);stroke-opacity:1'", &black),
+        ("", "stroke='color(srgb 0 0 0)'", &black),
+        ("", "stroke='color(rec2020 0% 0% 0%)'", &black),
+        ("", "stroke='oklch(0.2 0 0)'", &grey),
+        ("", "stroke='oklab(20% 0 0)'", &grey),
+        ("", "stroke='lab(0 0 0)'", &black),
+        ("", "stroke='lch(0% 0 none)'", &black),
+        ("", "stroke='hwb(0 0% 100%)'", &black),
+        ("", "stroke='hsl(0deg 0% 0% / 1)'", &black),
+        ("", "style='stroke:rgb(0 0 0 / 100%)'", &black),
+        ("", "stroke='rgb(0% 0% 0%)'", &black),
+        ("", "stroke='color-mix(in oklab, #000 40%, black)'", &black),
+        ("", "color='oklch(0.2 0 0)' stroke='currentColor'", &grey),
+        ("", "stroke='CanvasText'", &black),
+        ("", "stroke='#000' style='stroke: a-colour-of-2040(1)'", &black),
+        ("<style>.x{stroke:none} .x{stroke:#000}</style>", "class='x'", &black),
+        (
+            "<linearGradient id='g'><stop stop-color='oklch(0 0 0)'/></linearGradient>",
+            "stroke='url(#g)'",
+            &black,
+        ),
+    ] {
+        let read = cells(&rooms(before, paint));
+        assert_eq!((read.cells.len(), read.kind), (plain.cells.len(), plain.kind), "{before} {paint}");
+        let wrong = read.cells.iter().zip(&plain.cells).filter(|(a, b)| a != b).count();
+        assert!(wrong == 0, "{before} {paint}: {wrong} cells");
+    }
+}
+
+/// A wall whose colour cannot be read is named, whatever else is drawn.
+#[test]
+fn a_wall_of_a_colour_that_cannot_be_read_is_named() {
+    for paint in ["stroke='oklch(from red l c h)'", "style='stroke: var(--ink)'", "stroke='bananas'"] {
+        let seen = "<path d='M9 9h1980v1180h-1980z' fill='none' stroke='black' stroke-width='9'/>";
+        let error = refusal(&rooms(seen, paint)).to_string();
+        assert!(error.starts_with("page: <path> in line 1: stroke: "), "{error}");
+    }
+}
+
+#[test]
+fn an_svg_is_read_in_every_encoding_and_packed() {
+    let plain = rooms("<title>K\u{fc}che</title>", "stroke='black'");
+    let text = std::str::from_utf8(&plain).unwrap();
+    let expected = cells(&plain);
+    let wide = |mark: &[u8], bytes: fn(u16) -> [u8; 2]| {
+        [mark, &text.encode_utf16().flat_map(bytes).collect::<Vec<_>>()].concat()
+    };
+    let latin = |label: &str| {
+        let text = format!("<?xml version='1.0' encoding='{label}'?>{text}");
+        text.chars().map(|c| c as u8).collect::<Vec<_>>()
+    };
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packed, &plain).unwrap();
+    let packed = packed.finish().unwrap();
+    for (bytes, name) in [
+        (wide(b"\xff\xfe", u16::to_le_bytes), "UTF-16 LE"),
+        (wide(b"\xfe\xff", u16::to_be_bytes), "UTF-16 BE"),
+        (wide(b"", u16::to_le_bytes), "UTF-16 LE without a mark"),
+        (wide(b"", u16::to_be_bytes), "UTF-16 BE without a mark"),
+        ([b"\xef\xbb\xbf", &plain[..]].concat(), "UTF-8 with a mark"),
+        ([b"<?xml version='1.0' encoding='utf-16'?>", &plain[..]].concat(), "UTF-8 that says UTF-16"),
+        (latin("ISO-8859-1"), "Latin-1"),
+        (latin("windows-1252"), "Windows"),
+        (packed.clone(), "gzip"),
+    ] {
+        let read =
+            read(&bytes, "d.svg", &Options::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!(read.cells == expected.cells, "{name}");
+    }
+    let strokes: Vec<_> = STROKES.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    assert_eq!(
+        cells(&strokes),
+        DrawnMap { file: "d.svg".into(), ..read(STROKES.as_bytes(), "d.svg", &Options::default()).unwrap() }
+    );
+    assert!(refusal(&packed[..packed.len() / 2]).to_string().contains("expected a whole gzip file"));
+    assert!(refusal(&latin("EBCDIC-9")).to_string().contains("\"EBCDIC-9\" is not known; save it as UTF-8"));
+    let garbled: Vec<_> = text.chars().map(|c| c as u8).collect();
+    assert!(refusal(&garbled).to_string().contains("its bytes are not UTF-8"));
+}
+
+#[test]
+fn pictures_inside_an_svg_are_drawn() {
+    let page = Sheet { width: 2000, height: 1200, ..Sheet::default() }.building(0.0);
+    let expected = read_page(&page);
+    for format in [ImageFormat::Png, ImageFormat::Jpeg] {
+        let inside = picture(&encoded(&page, format));
+        let drawing = cells(&svg(&inside));
+        let wrong = wrong_share(&drawing, &page);
+        assert!(wrong < 0.01, "{format:?}: {:.2} %", 100.0 * wrong);
+        // One stroke over it.
+        let both = cells(&svg(&format!("{inside}<path d='M0 1150 H2000' stroke='black' stroke-width='9'/>")));
+        let more = both.cells.iter().filter(|&&cell| cell == WALL).count();
+        assert!(more > expected.cells.iter().filter(|&&cell| cell == WALL).count() + 15_000);
+    }
+    // A drawing in other units keeps the picture's pixels.
+    let small = String::from_utf8(svg(&picture(&encoded(&page, ImageFormat::Png)))).unwrap();
+    let small =
+        small.replacen("width='2000' height='1200'", "width='500' height='300' viewBox='0 0 2000 1200'", 1);
+    assert_eq!(cells(small.as_bytes()).width_px, 2000);
+    let cut = encoded(&page, ImageFormat::Png);
+    let error = refusal(&svg(&picture(&cut[..cut.len() / 2]))).to_string();
+    assert!(error.starts_with("page: the picture in <image>: expected a whole PNG file"), "{error}");
+    let mut bomb = encoded(&GrayImage::new(3, 3), ImageFormat::Png);
+    bomb[16..24].copy_from_slice(&[0, 0, 0x75, 0x30, 0, 0, 0x75, 0x30]);
+    let crc = crc32(&bomb[12..29]);
+    bomb[29..33].copy_from_slice(&crc.to_be_bytes());
+    assert!(refusal(&svg(&picture(&bomb))).to_string().contains("the picture in <image>"));
+    let many = format!(
+        "<g id='a'>{}</g>{}",
+        picture(&encoded(&page, ImageFormat::Png)),
+        "<use href='#a'/>".repeat(30)
+    );
+    assert!(too_large(&svg(&many)).contains("steps of painting"));
+}
+
+#[test]
+fn ink_on_transparent_paper_is_read_whatever_its_tone() {
+    let page = Sheet::default().building(0.1);
+    let expected = read_page(&page);
+    for ink in [0, 90, 200, 240, 255] {
+        let drawing = read(&transparent(&page, ink), "page.png", &Options::default()).expect("a drawing");
+        assert_eq!(drawing.kind, Kind::Lines, "{ink}");
+        let wrong = drawing.cells.iter().zip(&expected.cells).filter(|(a, b)| a != b).count();
+        assert!(wrong * 200 < expected.cells.len(), "{ink}: {wrong}");
+    }
+    let black = cells(&rooms("", "stroke='black'"));
+    for (before, paint) in [
+        ("", "stroke='white'"),
+        ("<rect width='2000' height='1200' fill='#121212'/>", "stroke='white'"),
+        ("<style>svg{background-color: light-dark(#121212, white)}</style>", "stroke='#fff'"),
+    ] {
+        assert!(cells(&rooms(before, paint)).cells == black.cells, "{before} {paint}");
+    }
+    // White rooms without lines: what is not white is solid.
+    let rooms = cells(&svg("<path d='M100 100H1900V1100H100z' fill='white'/>"));
+    assert_eq!(rooms.kind, Kind::Filled);
+    assert_eq!(rooms.cell(&rooms.from_image([1000.0, 600.0])), Some(FREE));
+    assert_eq!(rooms.cell(&rooms.from_image([50.0, 600.0])), Some(WALL));
+    // A white card with black lines is a card.
+    let card = "<rect x='50' y='50' width='1900' height='1100' fill='white'/>";
+    let lines =
+        format!("{card}<path d='M100 100H1900V1100H100z' fill='none' stroke='black' stroke-width='9'/>");
+    assert_eq!(cells(&svg(&lines)).kind, Kind::Lines);
 }

@@ -1,16 +1,22 @@
-//! Drawings in SVG, rendered on white paper. Text and embedded pictures are not drawn: labels are no
-//! walls, and a drawing may not make the reader open other files. What it would cost is counted first: its references
-//! before they are followed, its painting before it is painted.
+//! Drawings in SVG, rendered as a browser would show them on white paper. Text is not drawn, for labels are no walls, and no
+//! other file is opened. What that leaves out is named. Styles are worked out first, by [`styles`]; then what it would
+//! cost is counted: its references before they are followed, its painting before it is painted.
 
+mod pictures;
 mod references;
+mod styles;
 mod work;
 
-use image::GrayImage;
-use resvg::tiny_skia::{Color, Pixmap, Transform};
-use resvg::usvg::roxmltree::{Document, ParsingOptions};
-use resvg::usvg::{ImageHrefResolver, Options, Tree};
+use std::sync::Arc;
 
+use image::GrayImage;
+use resvg::tiny_skia::{Pixmap, PremultipliedColorU8, Transform};
+use resvg::usvg::roxmltree::{Document, ParsingOptions};
+use resvg::usvg::{Group, ImageHrefResolver, ImageKind, Node, Options, Tree};
+
+use self::styles::Flat;
 use super::error::{Broken, SketchError};
+use super::left_out::LeftOut;
 use super::raster::{Tones, fit};
 
 /// Largest file that is parsed.
@@ -20,45 +26,125 @@ const MAX_NODES: u32 = 1_000_000;
 /// A smaller drawing is rendered with its longer side that long: units may be metres.
 const MIN_SIDE_PX: f64 = 1024.0;
 
-/// Renders an SVG. The scale joins its user units to sketch pixels.
-pub(crate) fn tones(bytes: &[u8], broken: &Broken) -> Result<Tones, SketchError> {
-    if bytes.len() > MAX_BYTES {
-        return Err(broken.too_large(format!("{MAX_BYTES} bytes of SVG"), bytes.len().to_string()));
+/// A rendered SVG.
+pub(crate) struct Page {
+    /// The scale joins its user units to sketch pixels.
+    pub tones: Tones,
+    /// What is not drawn.
+    pub left_out: Vec<LeftOut>,
+    /// What is drawn.
+    pub content: Content,
+}
+
+/// How much of what there is to paint.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Content {
+    /// Shapes with a fill or a stroke.
+    pub shapes: usize,
+    /// Pictures.
+    pub pictures: usize,
+    /// Pixels of the finest picture for a user unit.
+    fineness: f64,
+}
+
+/// Renders an SVG.
+pub(crate) fn page(text: &str, broken: &Broken) -> Result<Page, SketchError> {
+    if text.len() > MAX_BYTES {
+        return Err(broken.too_large(format!("{MAX_BYTES} bytes of SVG"), text.len().to_string()));
     }
-    let text = std::str::from_utf8(bytes).map_err(|error| broken.decode("SVG", error))?;
-    let options = ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-    let document =
-        Document::parse_with_options(text, options).map_err(|error| broken.decode("SVG", error))?;
+    let Flat { text, pictures, left_out } = styles::flatten(&parse(text, broken)?, broken)?;
+    let document = parse(&text, broken)?;
     let too_much = |found: references::TooMuch| broken.too_large(found.limit, found.found);
     references::check(&document).map_err(too_much)?;
     let tree =
-        Tree::from_xmltree(&document, &closed_options()).map_err(|error| broken.decode("SVG", error))?;
+        Tree::from_xmltree(&document, &closed(pictures)).map_err(|error| broken.decode("SVG", error))?;
     let (width, height) = (f64::from(tree.size().width()), f64::from(tree.size().height()));
-    let (w, h, scale) = fit(width, height, (MIN_SIDE_PX / width.max(height)).max(1.0));
+    let content = Content::of(tree.root());
+    let finest = (MIN_SIDE_PX / width.max(height)).max(1.0).max(content.fineness);
+    let (w, h, scale) = fit(width, height, finest);
     let transform = Transform::from_scale(scale as f32, scale as f32);
     work::check(tree.root(), transform, w, h).map_err(too_much)?;
     let mut page = Pixmap::new(w, h).ok_or_else(|| broken.decode("SVG", "it has no size"))?;
-    page.fill(Color::WHITE);
     resvg::render(&tree, transform, &mut page.as_mut());
-    Ok(Tones { picture: gray(&page), scale })
+    Ok(Page { tones: Tones::new(gray(&page), cover(&page), scale), left_out, content })
 }
 
-fn closed_options() -> Options<'static> {
-    let nothing =
-        ImageHrefResolver { resolve_data: Box::new(|_, _, _| None), resolve_string: Box::new(|_, _| None) };
-    Options { image_href_resolver: nothing, ..Options::default() }
+fn parse<'a>(text: &'a str, broken: &Broken) -> Result<Document<'a>, SketchError> {
+    let options = ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
+    Document::parse_with_options(text, options).map_err(|error| broken.decode("SVG", error))
 }
 
-/// Brightness (Rec. 601) of an opaque page, rows from the bottom up.
+/// Opens no file: pictures are those that were decoded.
+fn closed(files: Vec<Arc<Vec<u8>>>) -> Options<'static> {
+    let resolver = ImageHrefResolver {
+        resolve_data: Box::new(|_, _, _| None),
+        resolve_string: Box::new(move |link, _| pictures::find(&files, link).cloned().map(ImageKind::PNG)),
+    };
+    Options { image_href_resolver: resolver, ..Options::default() }
+}
+
+impl Content {
+    fn of(group: &Group) -> Self {
+        group.children().iter().fold(Self::default(), |sum, node| {
+            let more = match node {
+                Node::Group(group) => Self::of(group),
+                Node::Path(path) => Self {
+                    shapes: usize::from(path.fill().is_some() || path.stroke().is_some()),
+                    ..Self::default()
+                },
+                Node::Image(image) => {
+                    let (x, y) = image.abs_transform().get_scale();
+                    let fineness = 1.0 / f64::from(x.min(y)).max(1e-9);
+                    Self { pictures: 1, fineness, ..Self::default() }
+                }
+                Node::Text(_) => Self::default(),
+            };
+            Self {
+                shapes: sum.shapes + more.shapes,
+                pictures: sum.pictures + more.pictures,
+                fineness: sum.fineness.max(more.fineness),
+            }
+        })
+    }
+}
+
+impl Page {
+    /// What there is instead of walls.
+    pub fn blank(&self) -> String {
+        let is_bare = self.tones.cover.as_ref().is_some_and(|cover| cover.iter().all(|&cover| cover == 0));
+        let Content { shapes, pictures, .. } = self.content;
+        let words = match (shapes, pictures) {
+            (0, 0) if self.left_out.is_empty() => "an SVG without shapes".to_owned(),
+            (0, 0) => "an SVG with nothing but what is left out".to_owned(),
+            (0, _) => "a picture of one tone inside an SVG".to_owned(),
+            _ if is_bare => "shapes of SVG that paint nothing within the page".to_owned(),
+            _ => "shapes of SVG that all have the colour of the paper, or nearly so: draw the walls darker"
+                .to_owned(),
+        };
+        let left_out: Vec<_> = self.left_out.iter().map(LeftOut::to_string).collect();
+        if left_out.is_empty() { words } else { format!("{words}; left out: {}", left_out.join("; ")) }
+    }
+}
+
+/// Brightness (Rec. 601) of a page on black paper, rows from the bottom up.
 pub(crate) fn gray(page: &Pixmap) -> GrayImage {
+    upright(page, |pixel| {
+        let (r, g, b) = (u32::from(pixel.red()), u32::from(pixel.green()), u32::from(pixel.blue()));
+        ((299 * r + 587 * g + 114 * b) / 1000) as u8
+    })
+}
+
+/// How much of each pixel is painted.
+fn cover(page: &Pixmap) -> GrayImage {
+    upright(page, |pixel| pixel.alpha())
+}
+
+fn upright(page: &Pixmap, value: impl Fn(PremultipliedColorU8) -> u8) -> GrayImage {
     let mut picture = GrayImage::new(page.width(), page.height());
     let width = page.width() as usize;
     let rows = page.pixels().chunks_exact(width).rev();
-    for (tones, pixels) in picture.chunks_exact_mut(width).zip(rows) {
-        for (tone, pixel) in tones.iter_mut().zip(pixels) {
-            let (r, g, b) = (u32::from(pixel.red()), u32::from(pixel.green()), u32::from(pixel.blue()));
-            *tone = ((299 * r + 587 * g + 114 * b) / 1000) as u8;
-        }
+    for (values, pixels) in picture.chunks_exact_mut(width).zip(rows) {
+        values.iter_mut().zip(pixels).for_each(|(found, pixel)| *found = value(*pixel));
     }
     picture
 }

@@ -2,7 +2,8 @@
 
 use image::GrayImage;
 
-use super::marks::Marks;
+use super::Marks;
+use super::left_out::LeftOut;
 use super::pen;
 
 /// A filled drawing shows no pen; a slip of the brush is this share of the diagonal.
@@ -31,6 +32,8 @@ pub(crate) struct Walls {
     pub pen_width_px: Option<f64>,
     pub kind: Kind,
     pub marks: Marks,
+    /// What is in the file and not in the mask.
+    pub left_out: Vec<LeftOut>,
 }
 
 impl Walls {

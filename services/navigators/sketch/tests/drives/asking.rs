@@ -1,10 +1,10 @@
 //! A robot that asks a person where it is, and what it does with the answer.
 
-use bytemuck::Zeroable;
-use sketchnav_schemas::codes::{QuestionKind, TaskState, Tracking};
-use sketchnav_schemas::message::{MissionStatus, Question};
+use sketchnav_schemas::codes::{TaskState, Tracking};
+use sketchnav_schemas::message::MissionStatus;
 use sketchnav_schemas::run::{Pad, RunConfig};
-use sketchnav_sketch::planner::core::{Core, State};
+use sketchnav_sketch::messages::{QUESTION, Question, QuestionKind};
+use sketchnav_stage::Stage;
 
 use crate::exploring::{bent, scene};
 use crate::support::*;
@@ -28,9 +28,7 @@ fn is(state: TaskState) -> impl Fn(&MissionStatus) -> bool {
 /// Drives until the robot asks; what it asks.
 fn asked(drive: &mut Drive) -> (MissionStatus, Question) {
     let status = drive.until("asking", is(TaskState::Paused));
-    assert!(drive.core.has_question() && !drive.core.has_question(), "it is news once");
-    let mut question = Question::zeroed();
-    drive.core.write_question(&mut question);
+    let question = *drive.said(QUESTION).expect("it is news");
     (status, question)
 }
 
@@ -50,7 +48,12 @@ fn it_asks_at_which_place_of_the_drawing_it_is_and_stands() {
     let first = question.places()[0];
     assert!(off_m([first.x_px, first.y_px], [x, y]) < 40.0, "{question:?}, the goal is at {x}, {y}");
     let before = drive.place();
-    let stands = (0..100).map(|_| drive.step()).last().unwrap();
+    let mut stand = || {
+        let status = drive.step();
+        assert!(drive.said(QUESTION).is_none(), "it is news once");
+        status
+    };
+    let stands = (0..100).map(|_| stand()).last().unwrap();
     assert!(off_m(before, drive.place()) < 0.3);
     assert_eq!((stands.state, stands.reason), (status.state, status.reason));
     assert_eq!(stands.task_time_s, status.task_time_s, "the clock stands");
@@ -65,7 +68,7 @@ fn who_says_the_likeliest_place_has_the_arrival_believed() {
     let status = drive.step();
     assert_eq!(status.state, TaskState::Reached.code(), "{status:?}");
     assert!(status.reason.as_str().ends_with("a person agrees"), "{:?}", status.reason);
-    assert!(drive.core.has_question(), "that it asks no more is news");
+    assert!(drive.said(QUESTION).is_some(), "that it asks no more is news");
     assert!(off_m(drive.place(), GOAL) < 1.2);
 }
 
@@ -78,7 +81,7 @@ fn who_says_another_place_sends_it_to_where_the_goal_lies_by_that() {
     let before = drive.place();
     drive.tell(place.x_px, place.y_px);
     assert_eq!(drive.step().state, TaskState::Driving.code());
-    assert!(drive.core.has_question(), "that it asks no more is news");
+    assert!(drive.said(QUESTION).is_some(), "that it asks no more is news");
     let (_, question) = asked(&mut drive);
     assert!(off_m(before, drive.place()) > 2.0, "from {before:?} to {:?}", drive.place());
     let place = question.places()[0];
@@ -112,7 +115,7 @@ fn where_nobody_answers_the_arrival_is_believed() {
     let status = alone.until("the end", |status| status.state >= TaskState::Reached.code());
     assert_eq!(status.state, TaskState::Reached.code());
     assert!(status.reason.as_str().starts_with("the walls seen have the goal here: margin"), "{status:?}");
-    assert!(!alone.core.has_question());
+    assert!(alone.sent.get(QUESTION.spec).is_none());
 }
 
 /// By the button that goes on, too.
@@ -134,23 +137,19 @@ fn a_question_survives_the_planner() {
     for step in 0..3000 {
         let statuses = [whole.step(), broken.step()];
         assert_eq!(bytemuck::bytes_of(&statuses[0]), bytemuck::bytes_of(&statuses[1]), "step {step}");
+        let news = [&whole, &broken].map(|drive| drive.said(QUESTION).copied());
+        assert_eq!(news[0], news[1], "step {step}");
         let asks = statuses[0].state == TaskState::Paused.code();
         if step % 97 == 5 || asks {
-            let stored = postcard::to_stdvec(&broken.core.state()).unwrap();
-            let state: State = postcard::from_bytes(&stored).unwrap();
-            let mut core: Core = drive(Pad::Watches).core;
-            core.restore(state);
-            broken.core = core;
+            let stored = postcard::to_stdvec(&broken.planner.state()).unwrap();
+            broken.planner = drive(Pad::Watches).planner;
+            broken.planner.restore(postcard::from_bytes(&stored).unwrap()).unwrap();
         }
-        let news = [whole.core.has_question(), broken.core.has_question()];
-        assert_eq!(news[0], news[1], "step {step}");
-        if news[0] && asks && !answered {
+        if let (Some(question), true, false) = (news[0], asks, answered) {
             answered = true;
-            for drive in [&mut whole, &mut broken] {
-                let mut question = Question::zeroed();
-                drive.core.write_question(&mut question);
-                drive.tell(question.places()[1].x_px, question.places()[1].y_px);
-            }
+            let place = question.places()[1];
+            whole.tell(place.x_px, place.y_px);
+            broken.tell(place.x_px, place.y_px);
         }
     }
     assert!(answered);

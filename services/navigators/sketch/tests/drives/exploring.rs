@@ -1,8 +1,7 @@
 //! Drives by the outline of what was seen.
 
 use sketchnav_schemas::codes::TaskState::{Finished, Reached};
-use sketchnav_schemas::message::VelocityCommand;
-use sketchnav_sketch::planner::core::{Core, State};
+use sketchnav_stage::Stage;
 
 use crate::support::*;
 
@@ -59,21 +58,18 @@ fn a_look_of_the_filters_is_none_of_the_explorers() {
 #[test]
 fn what_a_checkpoint_holds_is_all_that_there_is() {
     let (mut whole, mut broken) = (drive(), drive());
-    let mut commands: [VelocityCommand; 2] = bytemuck::Zeroable::zeroed();
     for step in 0..900 {
-        for (drive, command) in [&mut whole, &mut broken].into_iter().zip(&mut commands) {
+        let commands = [&mut whole, &mut broken].map(|drive| {
             drive.sense();
-            drive.think();
-            drive.core.write_command(command);
+            let command = drive.think();
             drive.act(command.twist);
-        }
+            command
+        });
         assert_eq!(bytemuck::bytes_of(&commands[0]), bytemuck::bytes_of(&commands[1]), "step {step}");
         if step % 37 == 5 {
-            let stored = postcard::to_stdvec(&broken.core.state()).unwrap();
-            let state: State = postcard::from_bytes(&stored).unwrap();
-            let mut core: Core = drive().core;
-            core.restore(state);
-            broken.core = core;
+            let stored = postcard::to_stdvec(&broken.planner.state()).unwrap();
+            broken.planner = drive().planner;
+            broken.planner.restore(postcard::from_bytes(&stored).unwrap()).unwrap();
         }
     }
 }

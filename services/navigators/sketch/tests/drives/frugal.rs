@@ -1,7 +1,9 @@
 //! A step allocates nothing, whatever happens in it.
 
 use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
-use sketchnav_schemas::message::VelocityCommand;
+use sketchnav_schemas::channels;
+use sketchnav_schemas::codes::Process;
+use sketchnav_stage::{Put, Sink};
 
 use crate::support::*;
 
@@ -23,15 +25,18 @@ fn a_step_allocates_nothing() {
     scene.walls.push([4.0, 1.0, 4.0, 3.0]);
     let line = [[2.0, 1.0], [3.0, 1.0], [3.0, 3.0], [1.0, 3.0]];
     let mut drive = Drive::new(scene, ROBOTINO, &[&[[6.0, 2.0]], &line, &[[1.0, 1.0]]], 180.0);
-    let mut command: VelocityCommand = bytemuck::Zeroable::zeroed();
+    // The host has room for what is sent before the first step.
+    for spec in channels::written_by(Process::Planner, "sketch") {
+        let put = Put { spec, cells: 0, is_repeated: true, fill: &mut |_, _| {} };
+        drive.sent.put(put).unwrap();
+    }
     let mut steps = 0;
     loop {
         drive.sense();
         let before = allocations_of_this_thread();
-        let step = drive.think();
-        drive.core.write_command(&mut command);
+        let command = drive.think();
         assert_eq!(allocations_of_this_thread() - before, 0, "step {steps}");
-        if step.last {
+        if command.last == 1 {
             break;
         }
         drive.act(command.twist);

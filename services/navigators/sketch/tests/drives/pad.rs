@@ -1,10 +1,13 @@
 //! Where people draw while the robot runs: what they send and order, and when.
 
 use bytemuck::Zeroable;
+use sketchnav_schemas::channels::{ChannelSpec, STATUS};
 use sketchnav_schemas::codes::{Order, TaskState};
 use sketchnav_schemas::message::*;
 use sketchnav_schemas::run::Pad;
-use sketchnav_sketch::planner::core::Core;
+use sketchnav_sketch::messages::{ROUTE, SKETCH, SketchMap};
+use sketchnav_sketch::planner::Planner;
+use sketchnav_stage::{Remains, Stage};
 
 use crate::support::*;
 
@@ -31,35 +34,32 @@ impl Table {
         let mut drive = Drive::new(scene, ROBOTINO, &[NEAR], 100.0);
         let mut run = config(ROBOTINO, "");
         run.pad = Pad::Draws;
-        drive.core = Core::new(&run).unwrap();
+        drive.planner = Planner::new(&run).unwrap();
         Self { drive, map, cells }
     }
 
     fn sketch(&mut self, seq: u64) {
         self.map.header.seq = seq;
-        self.drive.core.on_sketch(&self.map, &self.cells).unwrap();
+        self.drive.hear(SKETCH, &self.map, &self.cells);
     }
 
     fn route(&mut self, seq: u64, sketch: u64, tasks: &[&[[f64; 2]]]) {
         let mut route = route(stretched, tasks, 100.0);
         (route.header.seq, route.header.source_seq) = (seq, sketch);
-        self.drive.core.on_route(&route);
+        self.drive.hear(ROUTE, &*route, &[]);
     }
 
     fn order(&mut self, order: Order) {
-        self.drive.core.on_order(&MissionCommand { order: order.code(), ..Zeroable::zeroed() });
+        self.drive.order(order);
     }
 
     /// Takes a step; how the mission stands then, and the command.
     fn step(&mut self) -> (MissionStatus, VelocityCommand) {
         self.drive.sense();
-        assert!(!self.drive.think().last);
-        let (mut status, mut command) = (MissionStatus::zeroed(), VelocityCommand::zeroed());
-        self.drive.core.write_status(&mut status);
-        self.drive.core.write_command(&mut command);
+        let command = self.drive.think();
         assert_eq!(command.last, 0, "the run goes on until somebody ends it");
         self.drive.act(command.twist);
-        (status, command)
+        (*self.drive.said(STATUS).unwrap(), command)
     }
 
     /// Takes steps until the mission stands so; at most two minutes.
@@ -137,6 +137,15 @@ fn another_sketch_takes_the_tasks_of_the_one_before_along() {
     assert_eq!(table.reason(), "waiting for the route");
 }
 
+/// The last status of a planner that was killed.
+struct Last(MissionStatus);
+
+impl Remains for Last {
+    fn last(&self, spec: &ChannelSpec) -> Option<Vec<u64>> {
+        (*spec == *STATUS.spec).then(|| bytemuck::cast_slice(std::slice::from_ref(&self.0)).to_vec())
+    }
+}
+
 /// Without a checkpoint a robot that somebody had stopped once drove off again.
 #[test]
 fn who_knows_the_last_status_alone_does_not_drive_off() {
@@ -144,8 +153,9 @@ fn who_knows_the_last_status_alone_does_not_drive_off() {
         let mut table = Table::new();
         let mut run = config(ROBOTINO, "");
         run.pad = pad;
-        table.drive.core = Core::new(&run).unwrap();
-        table.drive.core.resume_behind(&MissionStatus { state: state.code(), ..Zeroable::zeroed() });
+        table.drive.planner = Planner::new(&run).unwrap();
+        let last = MissionStatus { state: state.code(), ..Zeroable::zeroed() };
+        table.drive.planner.recover(&Last(last));
         table.sketch(1);
         table.route(1, 0, &[NEAR]);
         table.order(Order::Start);

@@ -2,13 +2,17 @@
 //! perfect, so that a test of the planner tests the planner.
 
 use bytemuck::Zeroable;
-use sketchnav_schemas::codes::{FREE, Order, TaskState, Tracking, WALL};
+use sketchnav_schemas::channels::{self, COMMAND, Channel, ChannelSpec, ODOMETRY, ORDERS, SCAN, STATUS};
+use sketchnav_schemas::codes::{FREE, Order, Process, TaskState, Tracking, WALL};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch, World as WorldFrame};
 use sketchnav_schemas::message::*;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sketch::planner::core::{Core, Step};
+use sketchnav_sketch::messages::{CHANNELS, ESTIMATE, PLAN, PoseEstimate, ROUTE, Route, SKETCH, SketchMap};
+use sketchnav_sketch::mission::KIND;
+use sketchnav_sketch::planner::Planner;
+use sketchnav_stage::{Access, Heard, Inputs, Instant, Memory, Outbox, Reading, Stage};
 
 pub const ROBOTINO: &str = include_str!("../../../../../sim/robots/robotino.toml");
 pub const TURTLEBOT: &str = include_str!("../../../../../sim/robots/turtlebot3.toml");
@@ -53,8 +57,31 @@ pub struct Outcome {
     pub all_bytes: Vec<u8>,
 }
 
+/// What the planner reads.
+struct Senses {
+    scan: Box<LaserScan>,
+    estimate: Box<PoseEstimate>,
+    odometry: Odometry,
+}
+
+impl Inputs for Senses {
+    fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>> {
+        let of = |message| Some(Reading { message, cells: &[], is_fresh: true });
+        match spec {
+            spec if *spec == *SCAN.spec => of(bytemuck::bytes_of(&*self.scan)),
+            spec if *spec == *ESTIMATE.spec => of(bytemuck::bytes_of(&*self.estimate)),
+            spec if *spec == *ODOMETRY.spec => of(bytemuck::bytes_of(&self.odometry)),
+            _ => None,
+        }
+    }
+}
+
 pub struct Drive {
-    pub core: Core,
+    pub planner: Planner,
+    /// What it has sent.
+    access: Access,
+    pub sent: Memory,
+    senses: Senses,
     scene: Scene,
     robot: Robot,
     truth: Pose<WorldFrame>,
@@ -64,9 +91,6 @@ pub struct Drive {
     pub fit: f64,
     /// How sure the localizer is.
     pub tracking: Tracking,
-    pub scan: Box<LaserScan>,
-    pub estimate: Box<PoseEstimate>,
-    pub odometry: Odometry,
 }
 
 impl Scene {
@@ -165,13 +189,18 @@ impl Drive {
 
     /// A drive by the planner's parameters of `config`.
     pub fn with(scene: Scene, config: RunConfig, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Self {
-        let mut core = Core::new(&config).unwrap();
+        channels::register(KIND, CHANNELS).unwrap();
         let (map, cells) = scene.cells();
-        core.on_sketch(&map, &cells).unwrap();
-        core.on_route(&route(scene.warp, tasks, time_limit_s));
-        core.on_order(&MissionCommand { order: Order::Start.code(), ..Zeroable::zeroed() });
-        Self {
-            core,
+        let route = route(scene.warp, tasks, time_limit_s);
+        let mut drive = Self {
+            planner: Planner::new(&config).unwrap(),
+            access: Access::new(Process::Planner, KIND),
+            sent: Memory::of_writer(Process::Planner, KIND),
+            senses: Senses {
+                scan: Box::new(Zeroable::zeroed()),
+                estimate: Box::new(Zeroable::zeroed()),
+                odometry: Zeroable::zeroed(),
+            },
             truth: scene.start,
             scene,
             robot: config.robot,
@@ -179,10 +208,18 @@ impl Drive {
             seq: 0,
             fit: 0.0,
             tracking: Tracking::Tracking,
-            scan: Box::new(Zeroable::zeroed()),
-            estimate: Box::new(Zeroable::zeroed()),
-            odometry: Zeroable::zeroed(),
-        }
+        };
+        drive.hear(SKETCH, &map, &cells);
+        drive.hear(ROUTE, &*route, &[]);
+        drive.order(Order::Start);
+        drive
+    }
+
+    /// The planner hears a message.
+    pub fn hear<T: Message>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
+        self.planner
+            .hear(&Heard::new(&self.access, channel.spec, bytemuck::bytes_of(message), cells))
+            .unwrap();
     }
 
     /// Lets the world make its messages.
@@ -192,7 +229,7 @@ impl Drive {
         let origin = Pose::<Odom>::new(0.0, 0.0, 0.0);
         let moved = self.scene.start.motion_to(&self.truth);
         let odometry = PoseM::new(&origin.compose(&moved));
-        self.odometry = Odometry { header, pose: odometry, twist: self.twist };
+        self.senses.odometry = Odometry { header, pose: odometry, twist: self.twist };
         self.make_scan(header);
         self.make_estimate(header, odometry);
     }
@@ -200,7 +237,7 @@ impl Drive {
     fn make_scan(&mut self, header: Header) {
         let laser = self.robot.laser().unwrap();
         let fov = laser.field_of_view_deg.to_radians();
-        let scan = &mut self.scan;
+        let scan = &mut self.senses.scan;
         scan.header = header;
         scan.angle_min_rad = (-fov / 2.0) as f32;
         scan.angle_max_rad = (fov / 2.0) as f32;
@@ -222,7 +259,7 @@ impl Drive {
 
     fn make_estimate(&mut self, header: Header, odometry: PoseM) {
         let ([x, y], [a, b]) = (self.scene.warp)(self.truth.x, self.truth.y);
-        let estimate = &mut self.estimate;
+        let estimate = &mut self.senses.estimate;
         estimate.header = header;
         estimate.pose = PosePx::new(&Pose::<Sketch>::new(x, y, self.truth.yaw_rad));
         (estimate.scale_a_pxpm, estimate.scale_b_pxpm) = (a, b);
@@ -231,9 +268,19 @@ impl Drive {
         estimate.fit = self.fit;
     }
 
-    /// Lets the planner take its step.
-    pub fn think(&mut self) -> Step {
-        self.core.step(&self.estimate, Some(&*self.scan), &self.odometry)
+    /// Lets the planner take its step; its command.
+    pub fn think(&mut self) -> VelocityCommand {
+        self.sent.end_instant();
+        let Header { stamp_ns, source_seq, .. } = self.senses.odometry.header;
+        let instant = Instant::new(&self.access, source_seq, stamp_ns, &self.senses);
+        self.planner.step(&instant, &mut Outbox::new(&mut self.sent, stamp_ns, source_seq)).unwrap();
+        *self.said(COMMAND).unwrap()
+    }
+
+    /// What the planner has sent in this step.
+    pub fn said<T: Message>(&self, channel: Channel<T>) -> Option<&T> {
+        let said = self.sent.newest(channel.spec).filter(|said| said.is_fresh);
+        said.map(|said| bytemuck::from_bytes(said.message))
     }
 
     /// Moves the robot; walls stop it.
@@ -250,12 +297,9 @@ impl Drive {
     /// Takes a whole step; how the mission stands then.
     pub fn step(&mut self) -> MissionStatus {
         self.sense();
-        self.think();
-        let (mut status, mut command) = (MissionStatus::zeroed(), VelocityCommand::zeroed());
-        self.core.write_status(&mut status);
-        self.core.write_command(&mut command);
+        let command = self.think();
         self.act(command.twist);
-        status
+        *self.said(STATUS).unwrap()
     }
 
     /// Takes steps until the mission stands so; at most ten minutes.
@@ -271,32 +315,28 @@ impl Drive {
 
     /// A person orders something.
     pub fn order(&mut self, order: Order) {
-        self.core.on_order(&MissionCommand { order: order.code(), ..Zeroable::zeroed() });
+        self.hear(ORDERS, &MissionCommand { order: order.code(), ..Zeroable::zeroed() }, &[]);
     }
 
     /// A person says where in the drawing the robot is.
     pub fn tell(&mut self, x_px: f64, y_px: f64) {
         let mut order = MissionCommand { order: Order::Here.code(), ..Zeroable::zeroed() };
         order.set_here(&Here { at: Point::new(x_px, y_px), yaw_rad: None });
-        self.core.on_order(&order);
+        self.hear(ORDERS, &order, &[]);
     }
 
     /// Drives until the mission ends, or for `most_s` seconds.
     pub fn run(mut self, most_s: f64) -> Outcome {
         let mut outcome = Outcome { closest_m: f64::INFINITY, ..Outcome::default() };
-        let mut plan: Box<Plan> = Box::new(Zeroable::zeroed());
         let mut recovering = false;
-        let (mut command, mut status) = (VelocityCommand::zeroed(), MissionStatus::zeroed());
         while outcome.seconds < most_s {
             self.sense();
-            let step = self.think();
-            if step.planned {
-                self.core.write_plan(&mut plan);
+            let command = self.think();
+            let status = *self.said(STATUS).unwrap();
+            if let Some(plan) = self.said(PLAN) {
                 outcome.plans += 1;
-                outcome.all_bytes.extend_from_slice(bytemuck::bytes_of(&*plan));
+                outcome.all_bytes.extend_from_slice(bytemuck::bytes_of(plan));
             }
-            self.core.write_command(&mut command);
-            self.core.write_status(&mut status);
             outcome.all_bytes.extend_from_slice(bytemuck::bytes_of(&command));
             outcome.all_bytes.extend_from_slice(bytemuck::bytes_of(&status));
             let state = TaskState::from_code(status.state).unwrap();

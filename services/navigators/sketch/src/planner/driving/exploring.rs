@@ -3,13 +3,14 @@
 
 use std::f64::consts::TAU;
 
+use crate::messages::{Correspondence, Question};
 use crate::planning::chart::Chart;
 use sketchnav_mapping::Map;
 use sketchnav_motion::progress::ProgressChecker;
 use sketchnav_motion::recovery::Recovery;
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Odom, Point, Pose};
-use sketchnav_schemas::message::{Correspondence, Here, Question};
+use sketchnav_schemas::message::Here;
 
 use super::way::{LENGTH_SHARE, farthest_within, is_in_reach, length};
 use super::{Driver, Guide, TaskStatus};

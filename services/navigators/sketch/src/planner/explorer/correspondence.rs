@@ -2,11 +2,11 @@
 
 use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::outline::Place;
-use sketchnav_schemas::codes::{CourseAim, PartnerKind};
-use sketchnav_schemas::message::{Correspondence, OutlineSample, PoseM};
+use sketchnav_schemas::message::PoseM;
 
 use super::course::Likely;
 use super::{Aim, Explorer};
+use crate::messages::{Correspondence, CourseAim, OutlineSample, PartnerKind};
 
 impl Explorer {
     /// Whether there is something new to send; asking takes it as sent.

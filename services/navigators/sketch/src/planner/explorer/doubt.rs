@@ -8,9 +8,10 @@ use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{Alignment, Forbidden};
 use sketchnav_mapping::outline::Place;
 use sketchnav_schemas::geometry::{Point, Sketch, wrap_angle};
-use sketchnav_schemas::message::{Here, PossiblePlace, Question};
+use sketchnav_schemas::message::Here;
 
 use super::{Advice, Explorer};
+use crate::messages::{PossiblePlace, Question};
 
 /// Most places that a person is asked about: those that a question holds.
 const MOST_PLACES: usize = 4;

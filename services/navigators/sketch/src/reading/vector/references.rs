@@ -1,13 +1,11 @@
 //! How many elements an SVG has where each reference counts as what it refers to. It is found before anything follows
-//! the references: ten lines of `<use>` can stand for a billion elements.
-//!
-//! Which rule of a style sheet is whose is found roughly, and rather too often than not at all.
+//! the references: ten lines of `<use>` can stand for a billion elements. The SVG has no style sheets any more.
 
 use std::collections::BTreeMap;
 
 use resvg::usvg::roxmltree::{Document, Node};
 
-use super::super::budget::{MOST_COMPARISONS, MOST_DEPTH, MOST_ELEMENTS};
+use super::super::budget::{MOST_DEPTH, MOST_ELEMENTS};
 
 /// What there is too much of, and where.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,12 +18,6 @@ pub(crate) struct TooMuch {
 
 /// Checks the whole document.
 pub(crate) fn check(document: &Document) -> Result<(), TooMuch> {
-    let rules = Rule::all(document);
-    let count = document.descendants().filter(Node::is_element).count();
-    if rules.len() as f64 * count as f64 > MOST_COMPARISONS {
-        let limit = format!("{} million elements times rules of style sheets", MOST_COMPARISONS / 1e6);
-        return Err(TooMuch { limit, found: format!("{count} elements and {} rules", rules.len()) });
-    }
     let mut ids = BTreeMap::new();
     for node in document.descendants() {
         if let Some(id) = node.attribute("id") {
@@ -33,20 +25,18 @@ pub(crate) fn check(document: &Document) -> Result<(), TooMuch> {
         }
     }
     let nodes = document.descendants().count();
-    let rules = rules.into_iter().filter(|rule| rule.body.contains("url(")).collect();
-    let mut count = Count { ids, rules, counts: vec![None; nodes + 1] };
+    let mut count = Count { ids, counts: vec![None; nodes + 1] };
     count.of(document.root_element(), 0).map(drop)
 }
 
 /// The name of an element for errors.
-fn name(node: Node) -> String {
+pub(super) fn name(node: Node) -> String {
     let tag = node.tag_name().name();
     node.attribute("id").map_or_else(|| format!("<{tag}>"), |id| format!("<{tag} id={id:?}>"))
 }
 
 struct Count<'a, 'input> {
     ids: BTreeMap<&'a str, Node<'a, 'input>>,
-    rules: Vec<Rule<'a>>,
     /// By node: what it comes to; 0 while that is being found, for a reference to an element around itself is ignored.
     counts: Vec<Option<f64>>,
 }
@@ -85,8 +75,7 @@ impl<'a, 'input> Count<'a, 'input> {
                 (attribute.name() == "href").then(|| attribute.value().trim().strip_prefix('#')).flatten();
             urls(attribute.value()).chain(link)
         });
-        let of_rules = self.rules.iter().filter(|rule| rule.holds(node)).flat_map(|rule| urls(rule.body));
-        let targets = attributes.chain(of_rules).filter_map(|id| self.ids.get(id).copied());
+        let targets = attributes.filter_map(|id| self.ids.get(id).copied());
         let targets = targets.map(|target| {
             let is_marker = target.tag_name().name() == "marker";
             (target, if is_marker { places(node) } else { 1.0 })
@@ -112,49 +101,6 @@ fn urls(text: &str) -> impl Iterator<Item = &str> {
         let inside = after.split(')').next()?.trim().trim_matches(['"', '\'']);
         inside.strip_prefix('#')
     })
-}
-
-/// A rule of a style sheet.
-struct Rule<'a> {
-    /// The last part of each of its selectors.
-    selectors: Vec<&'a str>,
-    body: &'a str,
-}
-
-impl<'a> Rule<'a> {
-    fn all(document: &'a Document) -> Vec<Self> {
-        let sheets = document.descendants().filter(|node| node.tag_name().name() == "style");
-        let texts = sheets.flat_map(|sheet| sheet.children().filter_map(|child| child.text()));
-        texts.flat_map(|text| text.split('}').filter_map(Self::of)).collect()
-    }
-
-    fn of(text: &'a str) -> Option<Self> {
-        let (selectors, body) = text.rsplit_once('{')?;
-        let last =
-            |selector: &'a str| selector.split([' ', '\t', '\n', '\r', '>', '+', '~', '/']).next_back();
-        Some(Self { selectors: selectors.split(',').map(str::trim_end).filter_map(last).collect(), body })
-    }
-
-    fn holds(&self, node: Node) -> bool {
-        self.selectors.iter().any(|selector| holds(selector, node))
-    }
-}
-
-/// Whether the tag, the classes and the id of a selector are the element's.
-fn holds(selector: &str, node: Node) -> bool {
-    let end = selector.find(['[', ':']).unwrap_or(selector.len());
-    let plain = &selector[..end];
-    let starts: Vec<_> = plain.match_indices(['.', '#']).map(|(at, _)| at).chain([plain.len()]).collect();
-    let tag = &plain[..starts[0]];
-    let is_tag = tag.is_empty() || tag == "*" || tag == node.tag_name().name();
-    is_tag
-        && starts.windows(2).all(|ends| {
-            let (kind, word) = plain[ends[0]..ends[1]].split_at(1);
-            match kind {
-                "#" => node.attribute("id") == Some(word),
-                _ => node.attribute("class").is_some_and(|all| all.split_whitespace().any(|one| one == word)),
-            }
-        })
 }
 
 #[cfg(test)]
@@ -193,12 +139,6 @@ mod tests {
             )
         };
         assert_eq!(found(&masks(&|i| format!("mask='url(#m{i})'"))), "more in <mask id=\"m6\">");
-        assert_eq!(found(&masks(&|i| format!("style='mask: url(\"#m{i}\")'"))), "more in <mask id=\"m6\">");
-        let sheet: String =
-            (0..9).map(|i| format!("a, svg > rect.c{i}:first-child {{ mask: url(#m{i}) }}\n")).collect();
-        let by_class = masks(&|i| format!("class='x c{i}'"));
-        assert!(checked(&by_class).is_ok());
-        assert_eq!(found(&format!("<style>{sheet}</style>{by_class}")), "more in <mask id=\"m6\">");
     }
 
     #[test]
@@ -218,12 +158,10 @@ mod tests {
     }
 
     #[test]
-    fn elements_are_few_deep_and_compared_with_few_rules() {
+    fn elements_are_few_and_not_deep() {
         let deep = format!("{}{}", "<g>".repeat(101), "</g>".repeat(101));
         assert_eq!(found(&deep), "more around <g>");
         assert!(checked(&"<path d='M0 0'/>".repeat(50_000)).is_ok());
         assert_eq!(found(&"<path/>".repeat(200_001)), "more in <svg>");
-        let rules = format!("<style>{}</style>{}", ".a{fill:red}".repeat(5000), "<path/>".repeat(5000));
-        assert_eq!(found(&rules), "5002 elements and 5000 rules");
     }
 }

@@ -2,7 +2,7 @@
 //! mask, a pattern or a filter costs depends on the pixels that it covers where it is used.
 
 use resvg::tiny_skia::{PathSegment, Point, Rect, Transform};
-use resvg::usvg::{ClipPath, Group, Mask, Node, Paint, Path, Pattern, filter};
+use resvg::usvg::{ClipPath, Group, Image, Mask, Node, Paint, Path, Pattern, filter};
 
 use super::super::budget::{MOST_ELEMENTS, MOST_HELD_PX, MOST_NESTED, Outline, Steps, steps_words};
 use super::references::TooMuch;
@@ -13,6 +13,8 @@ const GRADIENT: f64 = 8.0;
 const PATTERN: f64 = 30.0;
 /// Steps for a pixel of a page of its own: it is made, painted, and laid over the other one.
 const LAYER: f64 = 35.0;
+/// Steps for a pixel of a picture, decoded or painted.
+const PICTURE: f64 = 30.0;
 /// Steps for a pixel that a simple part of a filter computes; one that looks at many neighbours takes more.
 const FILTER: f64 = 30.0;
 /// resvg's largest page of its own: five canvases long and wide.
@@ -106,9 +108,17 @@ impl Work {
             Node::Group(group) => self.group(group, place),
             Node::Path(path) => self.path(path, place),
             Node::Text(text) => self.group(text.flattened(), place),
-            // None is opened.
-            Node::Image(_) => Ok(()),
+            Node::Image(image) => self.image(image, place),
         }
+    }
+
+    /// A picture is decoded each time that it is painted.
+    fn image(&mut self, image: &Image, place: Place) -> Result<(), TooMuch> {
+        let size = image.size();
+        let own = [f64::from(size.width()), f64::from(size.height())];
+        place.with_page(own, 1.0, "a picture")?;
+        let name = || named("picture", image.id());
+        self.take(PICTURE * (own[0] * own[1] + self.canvas[0] * self.canvas[1]), name)
     }
 
     fn group(&mut self, group: &Group, place: Place) -> Result<(), TooMuch> {

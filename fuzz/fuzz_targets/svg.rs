@@ -1,0 +1,29 @@
+//! Any styles in an SVG: a style sheet, the style of a group, the attribute of a path. (Any bytes as a drawing: `sketch`.)
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sketchnav_sketch::reading::{Options, read};
+
+fuzz_target!(|styles: [String; 3]| {
+    let [sheet, style, stroke] = styles.map(|text| escaped(&text));
+    let svg = format!(
+        "<svg xmlns='http://www.w3.org/2000/svg' width='64' height='64'><style>{sheet}</style>\
+        <g style='{style}'><path d='M9 9H50V50H9z' fill='none' stroke='{stroke}'/></g></svg>"
+    );
+    let first = read(svg.as_bytes(), "fuzz.svg", &Options::default());
+    assert!(first == read(svg.as_bytes(), "fuzz.svg", &Options::default()), "two readings differ");
+});
+
+/// As XML holds it.
+fn escaped(text: &str) -> String {
+    let allowed = |c: &char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    text.chars().filter(allowed).fold(String::new(), |mut text, c| {
+        match c {
+            '&' => text.push_str("&amp;"),
+            '<' => text.push_str("&lt;"),
+            '\'' => text.push_str("&apos;"),
+            c => text.push(c),
+        }
+        text
+    })
+}

@@ -1,0 +1,337 @@
+//! What a log has, by a look at all of its lines: which of them to read as scans, and whose odometry.
+
+use std::collections::BTreeMap;
+use std::io::BufRead;
+
+use sketchnav_schemas::geometry::Pose;
+
+use super::lines::{Lines, Next};
+use super::record::{Beams, Fault, Record, ScanKind, ScanLine};
+use super::{CarmenError, Chain, LeftOut};
+
+/// Less than this is no motion: metres, and radians.
+const STILL: f64 = 1e-3;
+/// ODOM lines that go less than this share of the way of the scans' own poses are not all there.
+const LEAST_WAY: f64 = 0.5;
+/// Most shapes of scans that are counted each for itself.
+const MAX_SHAPES: usize = 32;
+/// Most words of lines that are not read which are counted each for itself.
+const MAX_OTHERS: usize = 32;
+
+/// Whose odometry the scans get.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OdometrySource {
+    /// The ODOM lines, as `Chain` chains them.
+    Lines,
+    /// The robot's pose that each scan states.
+    Scans,
+}
+
+/// How to read a log.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// The lines that are scans; those of other kinds hold the same scans, or another laser's.
+    pub kind: ScanKind,
+    /// Whose odometry.
+    pub odometry: OdometrySource,
+    /// The field that all scans with one field too many have after their readings: the maximum range, metres.
+    pub surplus: Option<f64>,
+}
+
+/// What is to be said of a log before anybody builds upon it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Doubt {
+    /// The odometry stands still while the reference moves.
+    #[error(
+        "the odometry never moves, though the reference poses move by {reference_m:.1} m: it is missing, and no localizer \
+         can follow this log"
+    )]
+    Still {
+        /// How far the reference goes, metres.
+        reference_m: f64,
+    },
+    /// The robot never moves.
+    #[error("the robot never moves in this log: the path is too short to judge anything by")]
+    Motionless,
+    /// ODOM lines go less far than the scans say.
+    #[error(
+        "the ODOM lines go {lines_m:.1} m, the robot's own poses in the scans {scans_m:.1} m: ODOM lines are missing, and \
+         the odometry stands still in between"
+    )]
+    Partial {
+        /// How far the ODOM lines go, metres.
+        lines_m: f64,
+        /// How far the scans go, metres.
+        scans_m: f64,
+    },
+    /// There is but one pose.
+    #[error(
+        "both poses of each scan are the same and there are no ODOM lines: if a mapper has corrected this log, its \
+         odometry is lost; if none has, its reference is the odometry"
+    )]
+    SamePoses,
+    /// A field that the format does not have.
+    #[error(
+        "{count} {kind} lines have one field too many after their readings, {value} in each: read as the maximum range"
+    )]
+    Surplus {
+        /// How the lines begin.
+        kind: ScanKind,
+        /// How many they are.
+        count: u64,
+        /// The field.
+        value: f64,
+    },
+}
+
+/// The motion along some poses.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Motion {
+    last: Option<[f64; 3]>,
+    /// Metres.
+    pub way_m: f64,
+    turn_rad: f64,
+}
+
+impl Motion {
+    fn push<F>(&mut self, pose: &Pose<F>) {
+        let now = [pose.x, pose.y, pose.yaw_rad];
+        if let Some([x, y, yaw_rad]) = self.last.replace(now) {
+            self.way_m += (now[0] - x).hypot(now[1] - y);
+            self.turn_rad += (now[2] - yaw_rad).abs();
+        }
+    }
+
+    /// Whether there is any.
+    pub fn moves(&self) -> bool {
+        self.way_m > STILL || self.turn_rad > STILL
+    }
+}
+
+/// Scans whose beams point the same way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shape {
+    /// Beams of a scan.
+    pub count: usize,
+    /// Where they point.
+    pub beams: Beams,
+    /// How many scans.
+    pub scans: u64,
+}
+
+/// Scans by where their beams point.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Shapes {
+    /// In the order in which they come first.
+    pub known: Vec<Shape>,
+    /// Scans of still others; no laser has so many.
+    pub others: u64,
+}
+
+impl Shapes {
+    /// Counts a scan.
+    pub fn take(&mut self, count: usize, beams: Beams) {
+        let known = self.known.iter().position(|shape| shape.count == count && shape.beams == beams);
+        match known {
+            Some(index) => self.known[index].scans += 1,
+            None if self.known.len() < MAX_SHAPES => self.known.push(Shape { count, beams, scans: 1 }),
+            None => self.others += 1,
+        }
+    }
+
+    /// The most frequent shape, of equals the first.
+    pub fn most_frequent(&self) -> Option<&Shape> {
+        self.known.iter().rev().max_by_key(|shape| shape.scans)
+    }
+}
+
+/// What there is of a kind of lines.
+#[derive(Debug, Clone, Default)]
+struct Facts {
+    scans: u64,
+    reference: Motion,
+    own: Motion,
+    /// Whether some scan's two poses differ.
+    poses_differ: bool,
+    /// The field too many of the first line that has one, and of how many lines; none where they differ.
+    surplus: Option<(f64, u64)>,
+    surplus_differs: bool,
+    shapes: Shapes,
+}
+
+impl Facts {
+    fn take(&mut self, scan: &ScanLine) {
+        match (scan.surplus, &mut self.surplus) {
+            (None, _) => self.scans += 1,
+            (Some(value), None) => self.surplus = Some((value, 1)),
+            (Some(value), Some((known, count))) if value == *known => *count += 1,
+            (Some(_), Some(_)) => self.surplus_differs = true,
+        }
+        if let Some((reference, own)) = &scan.poses {
+            self.reference.push(reference);
+            self.own.push(own);
+            self.poses_differ |= [reference.x, reference.y] != [own.x, own.y];
+        }
+        self.shapes.take(scan.ranges_m.len(), scan.beams);
+    }
+
+    /// The field too many, where it is the same in all lines that have one.
+    fn surplus(&self) -> Option<(f64, u64)> {
+        self.surplus.filter(|(_, count)| *count > 1 && !self.surplus_differs)
+    }
+
+    fn usable(&self) -> u64 {
+        self.scans + self.surplus().map_or(0, |(_, count)| count)
+    }
+}
+
+/// What a log has.
+#[derive(Debug, Clone, Default)]
+pub struct Survey {
+    kinds: BTreeMap<ScanKind, Facts>,
+    odometry_lines: u64,
+    chained: Motion,
+    /// Lines of kinds that are not read, by their first words.
+    others: BTreeMap<String, u64>,
+    first_fault: Option<LeftOut>,
+    faults: u64,
+}
+
+impl Survey {
+    /// Looks at all lines.
+    ///
+    /// # Errors
+    /// [`CarmenError::Io`].
+    pub fn of(input: impl BufRead) -> Result<Self, CarmenError> {
+        let (mut survey, mut lines, mut chain) = (Self::default(), Lines::new(input), Chain::default());
+        loop {
+            let next = lines.next().map_err(|source| CarmenError::Io { line: lines.number(), source })?;
+            let why = match next {
+                Next::End => return Ok(survey),
+                Next::Line => match Record::parse(lines.text()) {
+                    Ok(record) => {
+                        survey.take(record, &mut chain);
+                        continue;
+                    }
+                    Err(why) => why,
+                },
+                Next::TooLong => Fault::Long,
+                Next::BreaksOff(error) => {
+                    survey.fault(lines.number(), Fault::BreaksOff { why: error.to_string() });
+                    return Ok(survey);
+                }
+            };
+            survey.fault(lines.number(), why);
+        }
+    }
+
+    fn fault(&mut self, line: u64, why: Fault) {
+        self.faults += 1;
+        self.first_fault.get_or_insert(LeftOut { line, why });
+    }
+
+    fn take(&mut self, record: Record, chain: &mut Chain) {
+        match record {
+            Record::Nothing => {}
+            Record::Other(word) => {
+                if self.others.len() < MAX_OTHERS || self.others.contains_key(&word) {
+                    *self.others.entry(word).or_default() += 1;
+                } else {
+                    *self.others.entry("others".to_owned()).or_default() += 1;
+                }
+            }
+            Record::Odometry(pose) => {
+                self.odometry_lines += 1;
+                chain.take(pose);
+                self.chained.push(&chain.odometry);
+            }
+            Record::Scan(scan) => {
+                chain.meet(scan.poses.map(|(_, own)| own));
+                self.kinds.entry(scan.kind).or_default().take(&scan);
+            }
+        }
+    }
+
+    /// How to read the log: the kind of lines that has most scans, of equals the one that says most.
+    ///
+    /// # Errors
+    /// [`CarmenError::NoScans`], [`CarmenError::NoOdometry`].
+    pub fn reading(&self) -> Result<Reading, CarmenError> {
+        let usable = |kind: &ScanKind| self.kinds.get(kind).map_or(0, Facts::usable);
+        let kind = ScanKind::ALL.into_iter().rev().max_by_key(usable).filter(|kind| usable(kind) > 0);
+        let Some((kind, facts)) = kind.and_then(|kind| Some((kind, self.kinds.get(&kind)?))) else {
+            return Err(CarmenError::NoScans { found: self.found() });
+        };
+        let states_poses = facts.own.last.is_some();
+        let odometry = match (self.chained.moves(), facts.own.moves()) {
+            (true, _) => OdometrySource::Lines,
+            (false, true) => OdometrySource::Scans,
+            (false, false) if self.odometry_lines > 0 => OdometrySource::Lines,
+            (false, false) if states_poses => OdometrySource::Scans,
+            (false, false) => return Err(CarmenError::NoOdometry { kind }),
+        };
+        Ok(Reading { kind, odometry, surplus: facts.surplus().map(|(value, _)| value) })
+    }
+
+    /// How far the odometry of that reading goes, metres.
+    pub fn odometry_way_m(&self, reading: &Reading) -> f64 {
+        let own = self.kinds.get(&reading.kind).map_or(0.0, |facts| facts.own.way_m);
+        if reading.odometry == OdometrySource::Lines { self.chained.way_m } else { own }
+    }
+
+    /// What is to be said of the log, read like that.
+    pub fn doubts(&self, reading: &Reading) -> Vec<Doubt> {
+        let Some(facts) = self.kinds.get(&reading.kind) else { return Vec::new() };
+        let moves = self.chained.moves() || facts.own.moves();
+        let reference_m = facts.reference.way_m;
+        let still = match (moves, facts.reference.moves()) {
+            (true, _) => self.partial(reading, facts),
+            (false, true) => Some(Doubt::Still { reference_m }),
+            (false, false) => Some(Doubt::Motionless),
+        };
+        let is_one_pose = reading.odometry == OdometrySource::Scans && !facts.poses_differ && moves;
+        let surplus =
+            facts.surplus().map(|(value, count)| Doubt::Surplus { kind: reading.kind, count, value });
+        still.into_iter().chain(is_one_pose.then_some(Doubt::SamePoses)).chain(surplus).collect()
+    }
+
+    fn partial(&self, reading: &Reading, facts: &Facts) -> Option<Doubt> {
+        let (lines_m, scans_m) = (self.chained.way_m, facts.own.way_m);
+        let is_partial = reading.odometry == OdometrySource::Lines && lines_m < LEAST_WAY * scans_m;
+        is_partial.then_some(Doubt::Partial { lines_m, scans_m })
+    }
+
+    /// The scans of that reading by where their beams point.
+    pub fn shapes(&self, reading: &Reading) -> Option<&Shapes> {
+        self.kinds.get(&reading.kind).map(|facts| &facts.shapes)
+    }
+
+    /// How many lines there are of kinds that are not read, by their first words: parameters, other lasers, and the
+    /// scans that lines of the kind that is read hold too.
+    pub fn not_read(&self, reading: &Reading) -> BTreeMap<String, u64> {
+        let scans = self.kinds.iter().filter(|(kind, _)| **kind != reading.kind);
+        let scans = scans.map(|(kind, facts)| (kind.word().to_owned(), facts.usable()));
+        let odometry = (reading.odometry == OdometrySource::Scans && self.odometry_lines > 0)
+            .then(|| ("ODOM".to_owned(), self.odometry_lines));
+        let others = self.others.iter().map(|(word, count)| (word.clone(), *count));
+        others.chain(scans).chain(odometry).collect()
+    }
+
+    /// What there is in the place of scans, in words.
+    fn found(&self) -> String {
+        let odometry = (self.odometry_lines > 0).then(|| format!("{} ODOM", self.odometry_lines));
+        let others = self.others.iter().map(|(word, count)| format!("{count} {word}"));
+        let kinds: Vec<_> = odometry.into_iter().chain(others).collect();
+        let surplus =
+            self.kinds.values().map(|facts| facts.surplus.map_or(0, |(_, count)| count)).sum::<u64>();
+        let mut found =
+            if kinds.is_empty() { "none".to_owned() } else { format!("{} lines", kinds.join(", ")) };
+        if surplus > 0 {
+            found += &format!("; {surplus} lines with one field too many after their readings");
+        }
+        if let Some(first) = &self.first_fault {
+            found += &format!("; {} lines cannot be read, the first is line {first}", self.faults);
+        }
+        found
+    }
+}

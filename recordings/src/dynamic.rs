@@ -1,0 +1,134 @@
+//! Any ROS 2 message as JSON, by the schema that the file has for its topic. So recordings of others are read whose types this
+//! project has never heard of; texts of JSON are passed on.
+//!
+//! Pure. Every length is checked against the bytes that are there. Sources: the MCAP specification (`ros2msg`), OMG DDS-XTypes
+//! 1.3, section 7.4 (plain CDR, version 1).
+
+mod cdr;
+mod definition;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use crate::content::RawMessage;
+use crate::directory::Topic;
+use crate::error::RecordingError;
+use crate::foreign::Form;
+use definition::Types;
+
+/// Why a message cannot be read by its schema.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DynamicError {
+    /// The definition is written in another language.
+    #[error("expected a definition in ros2msg, found {found:?}")]
+    Language {
+        /// Its name.
+        found: String,
+    },
+    /// A line of the definition is none.
+    #[error("the definition of {kind}: expected a field, found {line:?}")]
+    Line {
+        /// The type.
+        kind: String,
+        /// The line.
+        line: String,
+    },
+    /// The definition names a type that it does not define.
+    #[error("expected the definition of {kind}, found none in the file")]
+    Undefined {
+        /// The type.
+        kind: String,
+    },
+    /// Types hold each other without an end.
+    #[error("{kind}: expected a type that ends, found one within itself")]
+    Endless {
+        /// The type.
+        kind: String,
+    },
+    /// Characters of this type are not read.
+    #[error("expected a type that is read here, found {kind}")]
+    NotRead {
+        /// The type.
+        kind: String,
+    },
+    /// The bytes before the message say another encoding.
+    #[error("expected plain CDR, which begins with 00 00 or 00 01, found {found:02x?}")]
+    Encapsulation {
+        /// The first bytes.
+        found: Vec<u8>,
+    },
+    /// The message ends before its definition does.
+    #[error("byte {at}: expected {expected}, found the end of the message")]
+    Short {
+        /// Where, from its start.
+        at: usize,
+        /// What would have come.
+        expected: &'static str,
+    },
+    /// The message goes on after its definition.
+    #[error("expected the end of the message, found {bytes} more bytes")]
+    Surplus {
+        /// How many.
+        bytes: usize,
+    },
+    /// A message in JSON is none.
+    #[error("expected JSON: {reason}")]
+    Json {
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// Reads messages of any topic; remembers their definitions.
+#[derive(Debug, Default)]
+pub struct Decoder {
+    known: BTreeMap<String, Known>,
+}
+
+#[derive(Debug)]
+struct Known {
+    topic: Arc<Topic>,
+    types: Result<Types, DynamicError>,
+}
+
+impl Decoder {
+    /// The message as JSON: an object with the fields of its definition, in their order by name.
+    ///
+    /// # Errors
+    /// [`RecordingError::Form`] where it is no message of ROS 2, [`RecordingError::Dynamic`] where it does not fit its
+    /// definition.
+    pub fn decode(&mut self, message: &RawMessage) -> Result<Value, RecordingError> {
+        let topic = &message.topic;
+        let wrong = |source| RecordingError::Dynamic {
+            topic: topic.name.clone(),
+            stamp_ns: message.stamp_ns,
+            source,
+        };
+        match Form::of(topic) {
+            Form::Json => json(&message.cdr).map_err(wrong),
+            Form::Ros2 => {
+                let types = self.types(topic).as_ref().map_err(|error| wrong(error.clone()))?;
+                cdr::decode(&message.cdr, types).map_err(wrong)
+            }
+            form => {
+                let (topic, found) = (topic.name.clone(), form.words(topic));
+                Err(RecordingError::Form { topic, found, way_on: form.way_on() })
+            }
+        }
+    }
+
+    fn types(&mut self, topic: &Arc<Topic>) -> &Result<Types, DynamicError> {
+        // A file may declare a topic more than once, with other definitions.
+        if self.known.get(&topic.name).is_some_and(|known| !Arc::ptr_eq(&known.topic, topic)) {
+            self.known.remove(&topic.name);
+        }
+        let known = || Known { topic: Arc::clone(topic), types: Types::of(&topic.schema) };
+        &self.known.entry(topic.name.clone()).or_insert_with(known).types
+    }
+}
+
+fn json(text: &[u8]) -> Result<Value, DynamicError> {
+    serde_json::from_slice(text).map_err(|error| DynamicError::Json { reason: error.to_string() })
+}

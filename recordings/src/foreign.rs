@@ -1,0 +1,194 @@
+//! What a file is that is no MCAP recording, and what would make one of it; and the forms of messages that are not read here.
+//! "Not ours" and "not supported" are not "broken": an error names what was found, and the way on.
+
+use std::fmt;
+
+use crate::directory::Topic;
+
+/// So many bytes of a file's beginning are looked at.
+pub(crate) const LOOKED_AT: usize = 512;
+
+/// The commands that take every MCAP file, whatever its messages are.
+pub const OF_ANY_MCAP: &str = "info, hz, filter, merge, split, recover, report and view";
+/// The commands that take every MCAP file with ROS 2 messages, whoever wrote it.
+pub const OF_ROS2: &str = "info, echo, hz, filter, merge, split, recover, relations, report and view";
+
+/// A file that is no MCAP file, by how it begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Foreign {
+    /// A database of SQLite, as rosbag2 wrote them by default before Iron.
+    Sqlite,
+    /// A bag of ROS 1.
+    RosBag1,
+    /// Compressed by zstd.
+    Zstd,
+    /// Compressed by LZ4.
+    Lz4,
+    /// Compressed by gzip.
+    Gzip,
+    /// Compressed by bzip2.
+    Bzip2,
+    /// Compressed by xz.
+    Xz,
+    /// A ZIP archive.
+    Zip,
+    /// A log of PX4.
+    ULog,
+    /// What lies beside the files of a folder of rosbag2.
+    BagMetadata,
+    /// A laser log of CARMEN.
+    Carmen,
+    /// Any other text.
+    Text,
+    /// Anything else.
+    Unknown,
+}
+
+/// How files begin that are no text.
+const MAGICS: [(&[u8], Foreign); 9] = [
+    (b"SQLite format 3\0", Foreign::Sqlite),
+    (b"#ROSBAG V", Foreign::RosBag1),
+    (b"\x28\xb5\x2f\xfd", Foreign::Zstd),
+    (b"\x04\x22\x4d\x18", Foreign::Lz4),
+    (b"\x1f\x8b", Foreign::Gzip),
+    (b"BZh", Foreign::Bzip2),
+    (b"\xfd7zXZ\0", Foreign::Xz),
+    (b"PK\x03\x04", Foreign::Zip),
+    (b"ULog\x01\x12\x35", Foreign::ULog),
+];
+
+/// First words of the lines of CARMEN's logs.
+const CARMEN_WORDS: [&str; 7] = ["FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM", "PARAM", "# CARMEN"];
+
+impl Foreign {
+    /// What a file is that begins like this.
+    pub fn of(begin: &[u8]) -> Self {
+        let known = MAGICS.iter().find(|(magic, _)| begin.starts_with(magic));
+        known.map_or_else(|| Self::of_text(begin), |(_, foreign)| *foreign)
+    }
+
+    fn of_text(begin: &[u8]) -> Self {
+        // The last character may be cut.
+        let text = match std::str::from_utf8(begin) {
+            Ok(text) => text,
+            Err(error) if error.error_len().is_none() => {
+                std::str::from_utf8(&begin[..error.valid_up_to()]).unwrap_or_default()
+            }
+            Err(_) => return Self::Unknown,
+        };
+        if text.is_empty() || text.contains('\0') {
+            return Self::Unknown;
+        }
+        let is_of_carmen = |line: &str| CARMEN_WORDS.iter().any(|word| line.starts_with(word));
+        match text {
+            _ if text.contains("rosbag2_bagfile_information") => Self::BagMetadata,
+            _ if text.lines().any(is_of_carmen) => Self::Carmen,
+            _ => Self::Text,
+        }
+    }
+}
+
+impl fmt::Display for Foreign {
+    /// What it is, and what would make a recording of it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Sqlite => {
+                "a database of SQLite, as rosbag2 writes them (sqlite3); `mcap convert FILE.db3 FILE.mcap` makes an MCAP \
+                 file of it, `ros2 bag convert` one of its folder"
+            }
+            Self::RosBag1 => {
+                "a bag of ROS 1; `rosbags-convert --src FILE.bag --dst FOLDER` makes a recording of ROS 2 of it, \
+                 `mcap convert FILE.bag FILE.mcap` an MCAP file with messages of ROS 1"
+            }
+            Self::Zstd => "a file compressed by zstd; unpack it first: `zstd -d FILE`",
+            Self::Lz4 => "a file compressed by LZ4; unpack it first: `lz4 -d FILE`",
+            Self::Gzip => "a file compressed by gzip; unpack it first: `gunzip FILE` (a log of CARMEN: `sketchnav import`)",
+            Self::Bzip2 => "a file compressed by bzip2; unpack it first: `bunzip2 FILE`",
+            Self::Xz => "a file compressed by xz; unpack it first: `unxz FILE`",
+            Self::Zip => "a ZIP archive; unpack it first: `unzip FILE`",
+            Self::ULog => "a log of PX4 (ULog), which is no recording of ROS 2",
+            Self::BagMetadata => "the metadata of a folder of rosbag2; give the folder instead",
+            Self::Carmen => "a laser log of CARMEN; `sketchnav import` makes a recording of it",
+            Self::Text => "text: it does not begin with the magic bytes of MCAP",
+            Self::Unknown => "other bytes: it does not begin with the magic bytes of MCAP",
+        })
+    }
+}
+
+/// In which form the messages of a topic are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Messages of ROS 2 in CDR.
+    Ros2,
+    /// Messages of ROS 1.
+    Ros1,
+    /// Texts of JSON.
+    Json,
+    /// Anything else.
+    Other,
+}
+
+impl Form {
+    /// The form of a topic's messages, by what the file says of it.
+    pub fn of(topic: &Topic) -> Self {
+        match (topic.encoding.as_str(), topic.schema.encoding.as_str()) {
+            ("cdr", _) => Self::Ros2,
+            ("ros1", _) | (_, "ros1msg") => Self::Ros1,
+            ("json", _) => Self::Json,
+            _ => Self::Other,
+        }
+    }
+
+    /// What such a topic is: `messages of ROS 1`.
+    pub fn words(self, topic: &Topic) -> String {
+        match self {
+            Self::Ros2 => "messages of ROS 2".to_owned(),
+            Self::Ros1 => "messages of ROS 1".to_owned(),
+            Self::Json => "messages in JSON".to_owned(),
+            Self::Other if topic.encoding.is_empty() => {
+                "messages in a form that the file does not name".to_owned()
+            }
+            Self::Other => format!("messages in the form {:?}", topic.encoding),
+        }
+    }
+
+    /// What would make messages of ROS 2 of them.
+    pub fn way_on(self) -> &'static str {
+        match self {
+            Self::Ros1 => {
+                "`rosbags-convert --src FILE.bag --dst FOLDER` makes a recording of ROS 2 of the bag that they were in"
+            }
+            _ => "to have them as messages of ROS 2, record them with `ros2 bag record -s mcap`",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_recognised_by_how_it_begins() {
+        let cases: [(&[u8], Foreign, &str); 14] = [
+            (b"SQLite format 3\0\x10\0", Foreign::Sqlite, "ros2 bag convert"),
+            (b"#ROSBAG V2.0\n", Foreign::RosBag1, "rosbags-convert"),
+            (b"\x28\xb5\x2f\xfd\x04", Foreign::Zstd, "zstd -d"),
+            (b"\x04\x22\x4d\x18", Foreign::Lz4, "lz4 -d"),
+            (b"\x1f\x8b\x08", Foreign::Gzip, "gunzip"),
+            (b"BZh91AY", Foreign::Bzip2, "bunzip2"),
+            (b"\xfd7zXZ\0", Foreign::Xz, "unxz"),
+            (b"PK\x03\x04", Foreign::Zip, "unzip"),
+            (b"ULog\x01\x12\x35", Foreign::ULog, "PX4"),
+            (b"rosbag2_bagfile_information:\n  version: 9\n", Foreign::BagMetadata, "give the folder"),
+            (b"# a log\nFLASER 3 1.0 1.0 1.0 0 0 0\n", Foreign::Carmen, "sketchnav import"),
+            (b"hello", Foreign::Text, "text"),
+            // A character of two bytes that is cut.
+            (b"hell\xc3", Foreign::Text, "text"),
+            (b"\xff\xd8\xff", Foreign::Unknown, "other bytes"),
+        ];
+        for (begin, foreign, words) in cases {
+            assert_eq!(Foreign::of(begin), foreign, "{words}");
+            assert!(foreign.to_string().contains(words), "{foreign}");
+        }
+    }
+}

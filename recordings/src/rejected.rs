@@ -1,0 +1,142 @@
+//! Invalid messages of a recording, counted by what is wrong with them. Readers reject such messages: nothing is
+//! localized or driven by them.
+
+use serde::Serialize;
+use sketchnav_schemas::channels::{ChannelSpec, Role};
+use sketchnav_schemas::time::seconds;
+use sketchnav_schemas::valid::Invalid;
+
+use crate::reader::RawMessage;
+
+/// What is wrong with messages that are none of their topic's type.
+const UNREADABLE: &str = "expected a message of the topic's type";
+
+/// Messages of a topic with which the same is wrong.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rejected {
+    /// The topic.
+    pub topic: String,
+    /// What is wrong, and what should be there.
+    pub why: String,
+    /// What the first of them has in its place.
+    pub found: Option<f64>,
+    /// How many there are.
+    pub messages: u64,
+    /// The time of the first one, seconds.
+    pub first_s: f64,
+    /// The number of the first one.
+    pub first: u64,
+}
+
+impl std::fmt::Display for Rejected {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { topic, why, found, messages, first_s, first } = self;
+        let noun = if *messages == 1 { "message" } else { "messages" };
+        write!(f, "{messages} {noun} of {topic}: {why}")?;
+        found.map_or(Ok(()), |found| write!(f, ", found {found}"))?;
+        write!(f, " (the first is number {first}, at {first_s:.3} s)")
+    }
+}
+
+/// Counts what is rejected.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Rejections(Vec<Rejected>);
+
+impl Rejections {
+    /// By topic and reason, in the order in which they come first.
+    pub fn list(&self) -> &[Rejected] {
+        &self.0
+    }
+
+    /// Messages in all.
+    pub fn messages(&self) -> u64 {
+        self.0.iter().map(|one| one.messages).sum()
+    }
+
+    /// Counts a message that was rejected.
+    pub fn count(&mut self, raw: &RawMessage, invalid: &Invalid) {
+        let why = format!("{}: expected {}", invalid.field, invalid.expected);
+        self.add(raw, why, Some(invalid.found));
+    }
+
+    /// Counts the message where it is invalid. Only what processes act upon is checked: sensors, ticks, and what
+    /// answers them.
+    pub fn look_at(&mut self, raw: &RawMessage, spec: &ChannelSpec) {
+        let is_acted_upon = matches!(spec.role, Role::Sensor | Role::Tick | Role::Situation | Role::Command);
+        if !is_acted_upon || raw.topic.ros2_type != spec.message.ros2 {
+            return;
+        }
+        match raw.decode(spec) {
+            Ok(message) => {
+                if let Err(invalid) = spec.message.check(message.bytes()) {
+                    self.count(raw, &invalid);
+                }
+            }
+            Err(_) => self.add(raw, UNREADABLE.to_owned(), None),
+        }
+    }
+
+    fn add(&mut self, raw: &RawMessage, why: String, found: Option<f64>) {
+        let topic = &raw.topic.name;
+        match self.0.iter_mut().find(|one| one.topic == *topic && one.why == why) {
+            Some(one) => one.messages += 1,
+            None => self.0.push(Rejected {
+                topic: topic.clone(),
+                why,
+                found,
+                messages: 1,
+                first_s: seconds(raw.stamp_ns),
+                first: raw.sequence.into(),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bytemuck::Zeroable;
+    use sketchnav_schemas::channels::ODOMETRY;
+    use sketchnav_schemas::message::{Header, Odometry};
+    use sketchnav_schemas::ros2::Ros2;
+
+    use super::*;
+    use crate::reader::Topic;
+
+    fn odometry(seq: u64, length: f64) -> RawMessage {
+        let stamp_ns = seq * 100_000_000;
+        let mut message =
+            Odometry { header: Header { seq, stamp_ns, source_seq: seq }, ..Odometry::zeroed() };
+        message.pose.orientation_w = length;
+        let mut cdr = Vec::new();
+        message.to_cdr(&[], &mut cdr).unwrap();
+        let topic = Arc::new(Topic {
+            name: "/odometry".to_owned(),
+            ros2_type: ODOMETRY.spec.message.ros2.to_owned(),
+            encoding: "cdr".to_owned(),
+            schema: Arc::default(),
+            metadata: Default::default(),
+        });
+        RawMessage { topic, sequence: seq as u32, stamp_ns, publish_ns: stamp_ns, cdr }
+    }
+
+    /// A driver sent quaternions of length 0.5: there were no estimates, and no reason.
+    #[test]
+    fn invalid_messages_are_counted_with_their_reason() {
+        let mut rejections = Rejections::default();
+        for (seq, length) in [(1, 1.0), (2, 0.5), (3, 0.25), (4, f64::NAN)] {
+            rejections.look_at(&odometry(seq, length), ODOMETRY.spec);
+        }
+        let mut cut = odometry(5, 1.0);
+        cut.cdr.truncate(10);
+        rejections.look_at(&cut, ODOMETRY.spec);
+        let words: Vec<_> = rejections.list().iter().map(Rejected::to_string).collect();
+        let expected = [
+            "3 messages of /odometry: pose: expected an orientation of length 1, found 0.5 (the first is number 2, at 0.200 s)",
+            "1 message of /odometry: expected a message of the topic's type (the first is number 5, at 0.500 s)",
+        ];
+        assert_eq!((words, rejections.messages()), (expected.map(str::to_owned).into(), 4));
+    }
+}

@@ -1,0 +1,219 @@
+//! Recordings that others wrote, and files that are none: read, or named for what they are.
+
+use std::path::{Path, PathBuf};
+
+use sketchnav_recordings::copy::{Copied, Copy, Damaged, filter, held, merge, recover, split};
+use sketchnav_recordings::dynamic::Decoder;
+use sketchnav_recordings::info::{info, info_of_messages};
+use sketchnav_recordings::reader::{RawMessage, Selection};
+use sketchnav_recordings::samples::{SampleForm, SampleTopic, point_stamped, points, recording};
+use sketchnav_recordings::{Recording, RecordingError};
+
+const COUNT: u64 = 25;
+
+fn write(folder: &Path, form: SampleForm, topics: &[SampleTopic]) -> PathBuf {
+    let path = folder.join("other.mcap");
+    std::fs::write(&path, recording(form, topics)).unwrap();
+    path
+}
+
+fn messages(path: &Path) -> Vec<RawMessage> {
+    let recording = Recording::open(path).unwrap();
+    recording.timeline(Selection::default()).unwrap().map(Result::unwrap).collect()
+}
+
+fn recovered(path: &Path, damaged: Damaged) -> (Copied, Vec<u8>) {
+    let mut copy = Copy::new(Vec::new()).unwrap();
+    let copied = recover(path, damaged, &mut copy).unwrap();
+    (copied, copy.finish().unwrap())
+}
+
+/// A recording with chunks of lz4 was called damaged, and `recover` left nothing of it.
+#[test]
+fn chunks_of_every_compression_of_mcap_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for compression in ["", "lz4", "zstd"] {
+        let form = SampleForm { compression, ..SampleForm::default() };
+        let path = write(folder.path(), form, &[points("/ball", COUNT, false)]);
+        assert_eq!(messages(&path).len() as u64, COUNT, "{compression}");
+        let (copied, _) = recovered(&path, Damaged::LeaveOut);
+        assert!(copied.messages == COUNT && !copied.has_loss(), "{compression}: {copied:?}");
+        // Where a length lies, the next chunk is found whatever packs it.
+        let mut file = std::fs::read(&path).unwrap();
+        let chunk = 8 + 9 + 4 + 4 + 4 + "another tool".len();
+        assert_eq!(file[chunk], 6);
+        file[chunk + 1..chunk + 9].fill(0xff);
+        std::fs::write(&path, file).unwrap();
+        let (copied, _) = recovered(&path, Damaged::LeaveOut);
+        assert_eq!(copied.messages, COUNT - 10, "{compression}: {copied:?}");
+    }
+}
+
+#[test]
+fn a_compression_that_mcap_does_not_have_is_named_and_nothing_is_held_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let form = SampleForm { compression: "snappy", ..SampleForm::default() };
+    let path = write(folder.path(), form, &[points("/ball", COUNT, false)]);
+    let error = Recording::open(&path).unwrap_err().to_string();
+    assert!(error.contains("zstd, by lz4 or not at all, found \"snappy\""), "{error}");
+    let (copied, _) = recovered(&path, Damaged::LeaveOut);
+    assert_eq!((copied.messages, copied.lost_chunks), (0, 3));
+    assert_eq!(held(&path).unwrap().messages, COUNT, "what a copy must not replace");
+}
+
+/// rosbag2 writes 0 as the number of each message, which MCAP allows.
+#[test]
+fn messages_without_numbers_are_read_and_none_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), SampleForm::default(), &[points("/ball", COUNT, false)]);
+    let told = info(&path).unwrap();
+    assert_eq!((told.messages, told.missing), (COUNT, 0));
+    assert_eq!((told.profile.as_str(), told.library.as_str()), ("ros2", "another tool"));
+    assert!(told.notes[0].contains("no recording of sketchnav"), "{:?}", told.notes);
+    let original = Recording::open(&path).unwrap();
+    let mut copies = Vec::new();
+    let mut copy = Copy::new(Vec::new()).unwrap();
+    filter(&original, &Selection::default(), &mut copy).unwrap();
+    copies.push((COUNT, copy.finish().unwrap()));
+    let mut copy = Copy::new(Vec::new()).unwrap();
+    merge(&[original.clone(), original.clone()], &mut copy).unwrap();
+    copies.push((2 * COUNT, copy.finish().unwrap()));
+    let part = folder.path().join("part.mcap");
+    split(&original, None, |_| Ok(std::fs::File::create(&part).unwrap())).unwrap();
+    copies.push((COUNT, std::fs::read(&part).unwrap()));
+    for (count, bytes) in copies {
+        let path = folder.path().join("copy.mcap");
+        std::fs::write(&path, bytes).unwrap();
+        let told = info(&path).unwrap();
+        assert_eq!((told.messages, told.missing), (count, 0));
+        assert_eq!(told.messages, info_of_messages(&path).unwrap().messages);
+    }
+}
+
+/// A recording may begin in the middle of what its publishers count.
+#[test]
+fn others_begin_to_count_where_they_like() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut topic = points("/ball", COUNT, false);
+    topic.messages.iter_mut().zip(500..).for_each(|((_, seq, _), number)| *seq = number);
+    topic.messages.remove(7);
+    let path = write(folder.path(), SampleForm::default(), &[topic]);
+    assert_eq!(info(&path).unwrap().missing, 1);
+}
+
+#[test]
+fn either_byte_order_and_messages_packed_one_by_one_say_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = points("/ball", COUNT, false);
+    let mut packed = plain.clone();
+    for (_, _, data) in &mut packed.messages {
+        *data = zstd::stream::encode_all(data.as_slice(), 1).unwrap();
+    }
+    let mut said = Vec::new();
+    for topic in [plain, points("/ball", COUNT, true), packed] {
+        let path = write(folder.path(), SampleForm::default(), &[topic]);
+        let mut decoder = Decoder::default();
+        let all: Vec<_> = messages(&path).iter().map(|raw| decoder.decode(raw).unwrap()).collect();
+        assert_eq!(all.len() as u64, COUNT);
+        said.push(all);
+    }
+    assert_eq!(said[0], said[1]);
+    assert_eq!(said[0], said[2]);
+    assert_eq!(said[0][3]["point"]["x"], 3.0);
+    assert_eq!(said[0][3]["header"]["stamp"]["nanosec"], 300_000_000);
+    assert_eq!(said[0][3]["header"]["frame_id"], "map");
+}
+
+#[test]
+fn a_copy_holds_packed_messages_unpacked() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut topic = points("/ball", 1, false);
+    let data = zstd::stream::encode_all(topic.messages[0].2.as_slice(), 1).unwrap();
+    topic.messages[0].2 = data;
+    let path = write(folder.path(), SampleForm::default(), &[topic]);
+    let notes = info(&path).unwrap().notes.join("\n");
+    assert!(notes.contains("1 messages compressed one by one") && notes.contains("MESSAGE"), "{notes}");
+    let (_, copy) = recovered(&path, Damaged::LeaveOut);
+    std::fs::write(&path, copy).unwrap();
+    assert_eq!(messages(&path)[0].cdr, point_stamped(1_700_000_000_000_000_000, [0.0, 2.0], false));
+}
+
+#[test]
+fn messages_of_ros_1_are_named_and_json_is_passed_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let form = SampleForm { profile: "ros1", compression: "lz4", ..SampleForm::default() };
+    let ros1 = SampleTopic { encoding: "ros1", language: "ros1msg", ..points("/ball", 3, false) };
+    let json = SampleTopic {
+        name: "/text",
+        kind: "",
+        language: "jsonschema",
+        definition: "{}",
+        encoding: "json",
+        messages: vec![(1_700_000_000_000_000_000, 0, br#"{ "a": [1, 2] }"#.to_vec())],
+    };
+    let path = write(folder.path(), form, &[ros1, json]);
+    let told = info(&path).unwrap();
+    assert_eq!((told.profile.as_str(), told.messages), ("ros1", 4));
+    let notes = told.notes.join("\n");
+    assert!(notes.contains("/ball: messages of ROS 1") && notes.contains("rosbags-convert"), "{notes}");
+    assert!(notes.contains("/text: messages in JSON"), "{notes}");
+    let mut decoder = Decoder::default();
+    for raw in messages(&path) {
+        match (raw.topic.name.as_str(), decoder.decode(&raw)) {
+            ("/text", said) => assert_eq!(said.unwrap()["a"][1], 2),
+            (_, Err(error @ RecordingError::Form { .. })) => {
+                let error = error.to_string();
+                assert!(
+                    error.contains("found messages of ROS 1") && error.contains("filter, merge"),
+                    "{error}"
+                );
+            }
+            (name, other) => panic!("{name}: {other:?}"),
+        }
+    }
+    // A copy is of the same profile.
+    let mut copy = Copy::of_profile(Vec::new(), &Recording::open(&path).unwrap().header().profile).unwrap();
+    filter(&Recording::open(&path).unwrap(), &Selection::default(), &mut copy).unwrap();
+    std::fs::write(&path, copy.finish().unwrap()).unwrap();
+    assert_eq!(info(&path).unwrap().profile, "ros1");
+}
+
+/// `recover` dropped such chunks for good, and said how many, not where and why.
+#[test]
+fn a_wrong_checksum_is_listed_with_its_messages_and_kept_where_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let form = SampleForm { has_checksums: false, ..SampleForm::default() };
+    let path = write(folder.path(), form, &[points("/ball", COUNT, false)]);
+    let (copied, _) = recovered(&path, Damaged::LeaveOut);
+    let lost: Vec<_> = copied.lost.iter().map(|lost| lost.messages).collect();
+    assert_eq!((copied.messages, lost), (0, vec![Some(10), Some(10), Some(5)]));
+    assert!(copied.lost[0].reason.contains("checksum of a chunk is wrong"), "{copied:?}");
+    assert!(copied.lost.is_sorted_by_key(|lost| lost.at) && copied.lost[0].at > 8);
+    let held = held(&path).unwrap();
+    assert!(held.messages == COUNT && held.is_known, "{held:?}");
+    let (copied, copy) = recovered(&path, Damaged::Keep);
+    assert_eq!((copied.messages, copied.kept_damaged, copied.has_loss()), (COUNT, 3, false));
+    std::fs::write(&path, copy).unwrap();
+    assert_eq!(messages(&path).len() as u64, COUNT);
+}
+
+#[test]
+fn a_file_that_is_no_recording_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.mcap");
+    for (content, words) in [
+        (&b"SQLite format 3\0 and so on"[..], "ros2 bag convert"),
+        (b"#ROSBAG V2.0\n and so on", "rosbags-convert"),
+        (b"rosbag2_bagfile_information:\n", "give the folder"),
+        (b"\x04\x22\x4d\x18 and so on", "lz4 -d"),
+        (b"PARAM laser_front_laser_resolution 1\n", "sketchnav import"),
+    ] {
+        std::fs::write(&path, content).unwrap();
+        let errors =
+            [Recording::open(&path).unwrap_err(), held(&path).unwrap_err(), info(&path).unwrap_err()];
+        for error in errors {
+            assert!(matches!(error, RecordingError::Foreign { .. }), "{error}");
+            assert!(error.to_string().contains(words) && error.to_string().contains("x.mcap"), "{error}");
+        }
+    }
+}

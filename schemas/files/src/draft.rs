@@ -1,0 +1,195 @@
+//! Files that appear under their names when they are whole. Until then an earlier file of that name stays, which may be the
+//! very file that is being read. A pipe or a device is written as it is.
+//!
+//! Every command that writes a file does it by way of this module.
+
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// Where a draft is written to.
+pub type Sink = BufWriter<File>;
+
+/// Most drafts of one name that kills may leave behind.
+const MAX_DRAFTS: u32 = 1000;
+
+/// A file that is moved to its name when it is whole; dropped before, it is gone.
+#[derive(Debug)]
+pub struct Draft {
+    path: PathBuf,
+    /// None where there is nothing to be moved.
+    draft: Option<PathBuf>,
+}
+
+impl Draft {
+    /// Begins `path`, as a new file `path.unfinished` beside it; of a link, where it leads to.
+    ///
+    /// # Errors
+    /// As the system says.
+    pub fn begin(path: &Path) -> io::Result<(Self, Sink)> {
+        if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+            // Moved over, a device would be gone; a folder is refused here.
+            let file = File::options().write(true).open(path)?;
+            return Ok((Self { path: path.to_owned(), draft: None }, BufWriter::new(file)));
+        }
+        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let (draft, file) = create_beside(&path)?;
+        Ok((Self { path, draft: Some(draft) }, BufWriter::new(file)))
+    }
+
+    /// The file whose place it will take.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What is written so far, to be checked before it gets its name; `None` for a pipe or a device.
+    pub fn written(&self) -> Option<&Path> {
+        self.draft.as_deref()
+    }
+
+    /// Gives it its name, once its sink was flushed. It keeps the permissions of the file that it replaces.
+    ///
+    /// # Errors
+    /// As the system says; the earlier file is then still there.
+    pub fn finish(self) -> io::Result<()> {
+        let Some(draft) = &self.draft else { return Ok(()) };
+        let file = File::open(draft)?;
+        if let Ok(earlier) = std::fs::metadata(&self.path) {
+            file.set_permissions(earlier.permissions())?;
+        }
+        file.sync_data()?;
+        std::fs::rename(draft, &self.path)
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        if let Some(draft) = &self.draft {
+            // After `finish` there is none.
+            let _ = std::fs::remove_file(draft);
+        }
+    }
+}
+
+/// A new file beside `path`. One of that name that is there already may belong to somebody: it stays.
+fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
+    for number in 1..=MAX_DRAFTS {
+        let mut draft = OsString::from(path);
+        draft.push(if number == 1 { ".unfinished".to_owned() } else { format!(".unfinished-{number}") });
+        match File::options().write(true).create_new(true).open(&draft) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            created => return Ok((draft.into(), created?)),
+        }
+    }
+    let words = format!("expected fewer than {MAX_DRAFTS} files of the name {}.unfinished", path.display());
+    Err(io::Error::new(ErrorKind::AlreadyExists, words))
+}
+
+/// Writes a whole file: it is there with all its bytes, or the earlier one stays.
+///
+/// # Errors
+/// As the system says.
+pub fn write(path: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> io::Result<()> {
+    let (draft, mut sink) = Draft::begin(path.as_ref())?;
+    sink.write_all(bytes.as_ref())?;
+    sink.flush()?;
+    draft.finish()
+}
+
+/// Whether two paths lead to the same file, which is there.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+}
+
+/// Refuses a result in the place of what it is made of.
+///
+/// # Errors
+/// [`ErrorKind::AlreadyExists`] where `output` is one of `inputs`.
+pub fn refuse_to_overwrite<'a>(inputs: impl IntoIterator<Item = &'a Path>, output: &Path) -> io::Result<()> {
+    match inputs.into_iter().any(|input| is_same(input, output)) {
+        true => {
+            let words = format!("{}: expected another file than the input", output.display());
+            Err(io::Error::new(ErrorKind::AlreadyExists, words))
+        }
+        false => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+    use std::os::unix::fs::PermissionsExt;
+
+    use super::*;
+
+    #[test]
+    fn what_was_there_stays_until_the_draft_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mcap");
+        std::fs::write(&path, "old").unwrap();
+        let mut reading = File::open(&path).unwrap();
+        let (draft, mut sink) = Draft::begin(&path).unwrap();
+        sink.write_all(b"new").unwrap();
+        sink.flush().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        draft.finish().unwrap();
+        let mut text = String::new();
+        reading.read_to_string(&mut text).unwrap();
+        assert_eq!((text.as_str(), std::fs::read(&path).unwrap().as_slice()), ("old", &b"new"[..]));
+        drop(Draft::begin(&path).unwrap());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    /// A source of the name `a.mcap.unfinished` was emptied when `a.mcap` was made of it.
+    #[test]
+    fn a_file_of_the_drafts_name_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, source] = ["a.mcap", "a.mcap.unfinished"].map(|name| folder.path().join(name));
+        std::fs::write(&source, "source").unwrap();
+        write(&path, "result").unwrap();
+        assert_eq!(std::fs::read(&source).unwrap(), b"source");
+        assert_eq!(std::fs::read(&path).unwrap(), b"result");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn permissions_stay_and_inputs_are_recognised() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, link, other] = ["a", "link", "other"].map(|name| folder.path().join(name));
+        std::fs::write(&path, "old").unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o640)).unwrap();
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        write(&link, "new").unwrap();
+        assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+        assert!(refuse_to_overwrite([other.as_path(), &path], &link).is_err());
+        assert!(refuse_to_overwrite([path.as_path()], &other).is_ok());
+    }
+
+    /// `-o /dev/null`, as root, made a file of the device.
+    #[test]
+    fn what_is_no_file_stays_what_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let [pipe, link, file] = ["pipe", "link", "file"].map(|name| folder.path().join(name));
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+        #[expect(clippy::disallowed_methods, reason = "a pipe has two ends")]
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read(pipe).unwrap()
+        });
+        let (draft, mut sink) = Draft::begin(&pipe).unwrap();
+        assert_eq!(draft.written(), None);
+        sink.write_all(b"said").unwrap();
+        sink.flush().unwrap();
+        drop(sink);
+        draft.finish().unwrap();
+        assert_eq!(reader.join().unwrap(), b"said");
+        assert!(!std::fs::metadata(&pipe).unwrap().is_file());
+        std::fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        Draft::begin(&link).unwrap().0.finish().unwrap();
+        assert!(link.is_symlink() && std::fs::read(&file).unwrap().is_empty());
+        let error = Draft::begin(folder.path()).err().unwrap();
+        assert_eq!(error.kind(), ErrorKind::IsADirectory);
+    }
+}

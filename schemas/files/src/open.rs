@@ -1,0 +1,108 @@
+//! Opens a file that a person has named. It may be anything: to open a named pipe waits for its writer, to open a device may do
+//! something, to read either may never end.
+
+use std::fs::{self, File, FileType, Metadata};
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+use std::path::Path;
+
+/// Does not wait for the other end of a pipe (open(2)): the value on all Linux that Rust's standard library is tested on but
+/// MIPS and SPARC. A test compares it with the C library's.
+const O_NONBLOCK: i32 = 0o4000;
+
+/// Opens a plain file to read it; never waits. `what` it should be, for errors: `a mission`.
+///
+/// # Errors
+/// As the system says; [`ErrorKind::InvalidInput`], or [`ErrorKind::IsADirectory`], where it is something else than a plain
+/// file, with what it is.
+pub fn open(path: impl AsRef<Path>, what: &str) -> io::Result<File> {
+    open_plain(path.as_ref(), what).map_err(|error| match error.raw_os_error() {
+        Some(_) => io::Error::new(error.kind(), format!("expected {what}: {error}")),
+        None => error,
+    })
+}
+
+fn open_plain(path: &Path, what: &str) -> io::Result<File> {
+    // What is something else is not even opened ...
+    check(&fs::metadata(path)?, what)?;
+    let file = File::options().read(true).custom_flags(O_NONBLOCK).open(path)?;
+    // ... and what was put in its place since then does not have us wait.
+    check(&file.metadata()?, what)?;
+    Ok(file)
+}
+
+fn check(found: &Metadata, what: &str) -> io::Result<()> {
+    if found.is_file() {
+        return Ok(());
+    }
+    let kind = if found.is_dir() { ErrorKind::IsADirectory } else { ErrorKind::InvalidInput };
+    let advice = if found.is_dir() { "" } else { "; copy what it gives into a file first" };
+    let words = format!("expected {what}, found {}{advice}", name(found.file_type()));
+    Err(io::Error::new(kind, words))
+}
+
+fn name(kind: FileType) -> &'static str {
+    if kind.is_dir() {
+        "a folder"
+    } else if kind.is_fifo() {
+        "a pipe"
+    } else if kind.is_char_device() || kind.is_block_device() {
+        "a device"
+    } else if kind.is_socket() {
+        "a socket"
+    } else {
+        "something that is no file"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::fd::AsRawFd;
+    use std::os::unix::fs::symlink;
+    use std::os::unix::net::UnixListener;
+
+    use nix::sys::stat::Mode;
+    use nix::unistd::{mkfifo, pipe};
+
+    use super::*;
+    use crate::{DRAWING, MISSION, read, read_to_string};
+
+    #[test]
+    fn the_flag_is_that_of_the_system() {
+        assert_eq!(O_NONBLOCK, nix::libc::O_NONBLOCK);
+    }
+
+    /// `info`, `--faults` and a drawing waited without end for the writer of a named pipe, and read `/dev/zero` to the limit.
+    #[test]
+    fn what_is_no_plain_file_is_named_and_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let [fifo, link, socket, file] =
+            ["fifo", "link", "socket", "file"].map(|name| folder.path().join(name));
+        mkfifo(&fifo, Mode::S_IRWXU).unwrap();
+        symlink(&fifo, &link).unwrap();
+        let _listener = UnixListener::bind(&socket).unwrap();
+        let (end, _other) = pipe().unwrap();
+        let substituted = format!("/proc/self/fd/{}", end.as_raw_fd()).into();
+        for (path, found) in [
+            (fifo, "a pipe; copy what it gives into a file first"),
+            (link, "a pipe; copy what it gives into a file first"),
+            (substituted, "a pipe; copy what it gives into a file first"),
+            (socket, "a socket; copy what it gives into a file first"),
+            ("/dev/zero".into(), "a device; copy what it gives into a file first"),
+            ("/dev/tty".into(), "a device; copy what it gives into a file first"),
+            (folder.path().to_path_buf(), "a folder"),
+        ] {
+            let error = open(&path, "a note").unwrap_err().to_string();
+            assert_eq!(error, format!("expected a note, found {found}"), "{}", path.display());
+            assert!(read(&path, DRAWING).unwrap_err().to_string().ends_with(&format!("found {found}")));
+            assert!(
+                read_to_string(&path, MISSION).unwrap_err().to_string().ends_with(&format!("found {found}"))
+            );
+        }
+        fs::write(&file, "said").unwrap();
+        assert_eq!(io::read_to_string(open(&file, "a note").unwrap()).unwrap(), "said");
+        let error = open(folder.path().join("nowhere"), "a note").unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::NotFound);
+        assert!(error.to_string().starts_with("expected a note: No such file"), "{error}");
+    }
+}

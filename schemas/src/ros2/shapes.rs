@@ -1,0 +1,123 @@
+//! What standard messages for viewers are made of: lines of poses, and shapes.
+//!
+//! Lengths in frame `sketch` are pixels, as everywhere; in all other frames they are metres.
+
+use ros2_interfaces_jazzy_serde::{
+    geometry_msgs::msg::{Point, Pose, PoseStamped, Vector3},
+    nav_msgs::msg::Path,
+    std_msgs::msg::{ColorRGBA, Header as HeaderForm},
+    visualization_msgs::msg::{Marker, MarkerArray},
+};
+
+use super::Ros2Error;
+use super::fields::pose;
+use super::parts::header_form;
+use crate::message::Header;
+
+/// The header of a form in a frame.
+///
+/// # Errors
+/// [`Ros2Error`] where ROS 2 has no such number or time.
+pub fn stamped(header: &Header, frame: &str) -> Result<HeaderForm, Ros2Error> {
+    header_form(header, frame, HeaderForm::default())
+}
+
+/// A line through points; each pose looks to the next one.
+///
+/// # Errors
+/// As [`stamped`].
+pub fn path(header: &Header, frame: &str, points: &[[f32; 2]]) -> Result<Path, Ros2Error> {
+    let header = stamped(header, frame)?;
+    let yaw = |i: usize| {
+        let (from, to) = if i + 1 < points.len() { (i, i + 1) } else { (i.saturating_sub(1), i) };
+        f64::from(points[to][1] - points[from][1]).atan2(f64::from(points[to][0] - points[from][0]))
+    };
+    let poses = points.iter().enumerate().map(|(i, [x, y])| PoseStamped {
+        header: header.clone(),
+        pose: turned(f64::from(*x), f64::from(*y), yaw(i)),
+    });
+    Ok(Path { poses: poses.collect(), header })
+}
+
+/// A pose of the plane.
+pub fn turned(x: f64, y: f64, yaw_rad: f64) -> Pose {
+    pose(x, y, (yaw_rad / 2.0).sin(), (yaw_rad / 2.0).cos())
+}
+
+/// The entries that count; no more than there are.
+pub fn first<T>(all: &[T], count: u32) -> &[T] {
+    &all[..(count as usize).min(all.len())]
+}
+
+/// Where the robot is to go.
+pub const ROUTE_COLOR: [f32; 4] = [0.85, 0.33, 0.1, 0.9];
+/// What it sees.
+pub const SEEN_COLOR: [f32; 4] = [0.93, 0.69, 0.13, 1.0];
+/// What it remembers.
+pub const REMEMBERED_COLOR: [f32; 4] = [0.47, 0.53, 0.6, 0.9];
+/// Somebody.
+pub const PERSON_COLOR: [f32; 4] = [0.49, 0.18, 0.56, 0.9];
+
+/// Shapes of one message, in one frame.
+pub struct Shapes {
+    header: HeaderForm,
+    markers: Vec<Marker>,
+}
+
+impl Shapes {
+    /// No shapes yet. They take away those of the message before.
+    ///
+    /// # Errors
+    /// As [`stamped`].
+    pub fn new(header: &Header, frame: &str) -> Result<Self, Ros2Error> {
+        let header = stamped(header, frame)?;
+        let clear = Marker { header: header.clone(), action: Marker::DELETEALL, ..Marker::default() };
+        Ok(Self { header, markers: vec![clear] })
+    }
+
+    /// Adds a shape of a kind of [`Marker`].
+    pub fn add(&mut self, kind: i32, pose: Pose, scale: [f64; 3], color: [f32; 4]) -> &mut Marker {
+        let [x, y, z] = scale;
+        let id = self.markers.len();
+        self.markers.push(Marker {
+            header: self.header.clone(),
+            id: id as i32, // far fewer than 2^31
+            type_: kind,
+            action: Marker::ADD,
+            pose,
+            scale: Vector3 { x, y, z },
+            color: rgba(color),
+            frame_locked: true,
+            ..Marker::default()
+        });
+        &mut self.markers[id]
+    }
+
+    /// Adds a line.
+    pub fn line(&mut self, points: impl Iterator<Item = [f64; 2]>, width: f64, color: [f32; 4]) {
+        let marker = self.add(Marker::LINE_STRIP, turned(0.0, 0.0, 0.0), [width, 0.0, 0.0], color);
+        marker.points = points.map(|[x, y]| Point { x, y, z: 0.0 }).collect();
+    }
+
+    /// Adds words.
+    pub fn text(&mut self, at: [f64; 2], height: f64, words: &str) {
+        let marker =
+            self.add(Marker::TEXT_VIEW_FACING, turned(at[0], at[1], 0.0), [height; 3], [0.1, 0.1, 0.1, 1.0]);
+        words.clone_into(&mut marker.text);
+    }
+
+    /// Adds a disc.
+    pub fn disc(&mut self, at: [f64; 2], diameter: f64, color: [f32; 4]) {
+        let scale = [diameter, diameter, diameter / 10.0];
+        self.add(Marker::CYLINDER, turned(at[0], at[1], 0.0), scale, color);
+    }
+
+    /// All of them.
+    pub fn finish(self) -> MarkerArray {
+        MarkerArray { markers: self.markers }
+    }
+}
+
+fn rgba([r, g, b, a]: [f32; 4]) -> ColorRGBA {
+    ColorRGBA { r, g, b, a }
+}

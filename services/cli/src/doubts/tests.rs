@@ -1,0 +1,87 @@
+use std::path::{Path, PathBuf};
+
+use super::*;
+
+fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The TOML files in a folder and in those inside it.
+fn missions(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let of = |path: PathBuf| if path.is_dir() { missions(&path) } else { vec![path] };
+    entries.flat_map(of).filter(|path| path.extension().is_some_and(|it| it == "toml")).collect()
+}
+
+/// The drawings that ship, and those of people and robots that the tests drive by, are not doubted.
+#[test]
+fn drawings_that_ship_are_not_doubted() {
+    let (mut count, data) = (0, needs::data());
+    let all = ["sim/missions", "tests/kth", "tests/freiburg"].map(|at| missions(&repository().join(at)));
+    for path in all.into_iter().flatten() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        if !text.contains("kind = \"sketch\"") {
+            continue;
+        }
+        if text.contains(DATA) && !data.exists() {
+            needs::skipped("data", format_args!("{} is not there", data.display()));
+            continue;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let copy = with_data(&path, &text.replace(DATA, data.to_str().unwrap()), folder.path());
+        let (mission, robot) = sketchnav_sim::mission_file::load(&copy).unwrap();
+        let run = RunConfig::lockstep("a", mission, robot, 1);
+        let doubts =
+            of(&run, &sketchnav_files::Disk).unwrap_or_else(|error| panic!("{}: {error:?}", path.display()));
+        assert_eq!(doubts, Doubts::default(), "{}", path.display());
+        count += 1;
+    }
+    assert!(count >= 7, "{count} missions");
+}
+
+/// How missions of the tests name what is not part of the project.
+const DATA: &str = "../../../shared/data";
+
+/// A mission and the files beside it, in another folder.
+fn with_data(path: &Path, text: &str, folder: &Path) -> PathBuf {
+    for entry in std::fs::read_dir(path.parent().unwrap()).unwrap().map(Result::unwrap) {
+        if entry.path().is_file() {
+            std::fs::copy(entry.path(), folder.join(entry.file_name())).unwrap();
+        }
+    }
+    let copy = folder.join(path.file_name().unwrap());
+    std::fs::write(&copy, text).unwrap();
+    copy
+}
+
+/// A mission in a room of a map by a drawing, with what stands in the drawing.
+fn by_drawing(inside: &str, folder: &Path) -> Result<Doubts, Failure> {
+    let drawing = format!("<svg xmlns='http://www.w3.org/2000/svg' width='900' height='600'>{inside}</svg>");
+    std::fs::write(folder.join("d.svg"), drawing).unwrap();
+    let plan = include_str!("../../../../sim/missions/building/building.floor.toml");
+    std::fs::write(folder.join("building.floor.toml"), plan).unwrap();
+    let mission = "name = 'a'\nrobot = 'turtlebot3'\n[world]\nfloor_plan = 'building.floor.toml'\n\
+        [start]\nworld = [2.0, 6.95]\nworld_heading_deg = 0\n[navigator]\nkind = 'sketch'\ndrawing = 'd.svg'\n\
+        start = [200, 300]\nstart_heading_deg = 0\n[[task]]\nname = 'g'\ngoal = [400, 300]\n\
+        [[task]]\nname = 'r'\nroute = [[400, 300], [700, 300]]\n";
+    let path = folder.join("mission.toml");
+    std::fs::write(&path, mission).unwrap();
+    let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
+    of(&RunConfig::lockstep("a", mission, robot, 1), &sketchnav_files::Disk)
+}
+
+#[test]
+fn a_drawing_is_doubted_before_the_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let walls = "<path d='M50 50H850V550H50zM550 50V400' fill='none' stroke='black' stroke-width='6'/>";
+    let Doubts { warnings, left_out } =
+        by_drawing(&format!("{walls}<text>a</text><image href='plan.png'/>"), folder.path()).unwrap();
+    let [picture, wall] = &warnings[..] else { panic!("{warnings:?}") };
+    assert!(picture.starts_with("d.svg: left out: the picture in <image>"), "{picture}");
+    assert!(wall.contains("r: the route crosses a wall at (54"), "{wall}");
+    assert!(left_out[0] == "d.svg: one text: labels are no walls", "{left_out:?}");
+    let corner = "<path d='M850 20h30v20' fill='none' stroke='black' stroke-width='2'/>";
+    let Err(Failure::Input(error)) = by_drawing(corner, folder.path()) else { panic!("an open field") };
+    let error = error.to_string();
+    assert!(error.starts_with("sketcher: navigator.start at (200, 300)"), "{error}");
+}

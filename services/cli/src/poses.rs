@@ -1,0 +1,142 @@
+//! Where things were, of a recording of others: every topic whose messages say where something is.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+use sketchnav_recordings::dynamic::Decoder;
+use sketchnav_recordings::reader::{RawMessage, Selection, Topic};
+use sketchnav_recordings::{Recording, RecordingError};
+
+/// Types that say where something is, and where in them that stands.
+const TYPES: [(&str, &[&str]); 4] = [
+    ("nav_msgs/Odometry", &["pose", "pose"]),
+    ("geometry_msgs/PoseWithCovarianceStamped", &["pose", "pose"]),
+    ("geometry_msgs/PoseStamped", &["pose"]),
+    ("geometry_msgs/PointStamped", &["point"]),
+];
+
+/// Where something was at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    pub time_s: f64,
+    /// Metres, in the topic's frame.
+    pub at_m: [f64; 2],
+    /// `None` where the message says no direction.
+    pub heading_rad: Option<f64>,
+}
+
+/// Something whose places a topic tells.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Way {
+    /// The topic without its slash.
+    pub name: String,
+    pub frame: String,
+    /// In the order of time, each time once.
+    pub places: Vec<Place>,
+    /// Messages that were left out: without finite numbers, or of a time that another one has.
+    pub left_out: usize,
+}
+
+/// The types that are understood, for errors.
+pub fn types() -> String {
+    TYPES.map(|(name, _)| name).join(", ")
+}
+
+/// Reads the ways of all topics that tell one, by name.
+///
+/// # Errors
+/// The recording, or a message that does not fit its definition.
+pub fn read(recording: &Recording) -> Result<Vec<Way>, RecordingError> {
+    let topics: Vec<_> = recording.topics()?.into_iter().filter(|topic| path_in(topic).is_some()).collect();
+    let mut ways: BTreeMap<_, Way> = BTreeMap::new();
+    if topics.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut decoder = Decoder::default();
+    for raw in recording.timeline(Selection::of_topics(topics.iter().map(|topic| topic.name.clone())))? {
+        let raw = raw?;
+        let way = ways.entry(raw.topic.name.clone()).or_insert_with(|| Way {
+            name: raw.topic.name.trim_start_matches('/').to_owned(),
+            ..Way::default()
+        });
+        let message = decoder.decode(&raw)?;
+        way.take(&raw, &message);
+    }
+    Ok(ways.into_values().map(Way::in_order).collect())
+}
+
+fn path_in(topic: &Topic) -> Option<&'static [&'static str]> {
+    // ROS 1 has no `msg` in its names; that its messages are not read is said by whoever reads them.
+    let kind = topic.ros2_type.replacen("/msg/", "/", 1);
+    TYPES.iter().find(|(name, _)| *name == kind).map(|(_, path)| *path)
+}
+
+impl Way {
+    fn take(&mut self, raw: &RawMessage, message: &Value) {
+        if let Some(frame) = message["header"]["frame_id"].as_str() {
+            frame.clone_into(&mut self.frame);
+        }
+        let path = path_in(&raw.topic).unwrap_or_default();
+        let pose = path.iter().fold(message, |value, name| &value[name]);
+        match place(pose, time_s(message, raw.stamp_ns)) {
+            Some(place) => self.places.push(place),
+            None => self.left_out += 1,
+        }
+    }
+
+    fn in_order(mut self) -> Self {
+        let count = self.places.len();
+        self.places.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        self.places.dedup_by(|a, b| a.time_s == b.time_s);
+        self.left_out += count - self.places.len();
+        self
+    }
+}
+
+/// The time that the message says, or, where it says none, when it was recorded.
+fn time_s(message: &Value, recorded_ns: u64) -> f64 {
+    let stamp = &message["header"]["stamp"];
+    let said = stamp["sec"].as_f64().zip(stamp["nanosec"].as_f64()).map(|(s, ns)| s + ns / 1e9);
+    said.filter(|s| *s > 0.0).unwrap_or(recorded_ns as f64 / 1e9)
+}
+
+/// Of a point, or a pose with one.
+fn place(pose: &Value, time_s: f64) -> Option<Place> {
+    let point = pose.get("position").unwrap_or(pose);
+    let at_m = [point["x"].as_f64()?, point["y"].as_f64()?];
+    Some(Place { time_s, at_m, heading_rad: heading_rad(&pose["orientation"]) })
+}
+
+/// The yaw of a quaternion; none of one that is zero, which says no direction.
+fn heading_rad(turn: &Value) -> Option<f64> {
+    let [x, y, z, w] = ["x", "y", "z", "w"].map(|name| turn[name].as_f64());
+    let (x, y, z, w) = (x?, y?, z?, w?);
+    let is_zero = [x, y, z, w].iter().all(|part| *part == 0.0);
+    (!is_zero).then(|| (2.0 * (w * z + x * y)).atan2(w * w + x * x - y * y - z * z))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn poses_and_points_are_read() {
+        let turn = json!({ "x": 0.0, "y": 0.0, "z": 1.0, "w": 1.0 });
+        let pose = json!({ "position": { "x": 1.0, "y": 2.0, "z": 0.0 }, "orientation": turn });
+        let found = place(&pose, 3.0).unwrap();
+        assert_eq!((found.time_s, found.at_m), (3.0, [1.0, 2.0]));
+        assert!((found.heading_rad.unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        let point = json!({ "x": 1.0, "y": 2.0 });
+        assert_eq!(place(&point, 3.0), Some(Place { time_s: 3.0, at_m: [1.0, 2.0], heading_rad: None }));
+        assert_eq!(place(&json!({ "x": null, "y": 2.0 }), 3.0), None);
+    }
+
+    #[test]
+    fn a_message_without_a_stamp_has_the_time_of_its_record() {
+        let stamped = json!({ "header": { "stamp": { "sec": 5, "nanosec": 500_000_000 } } });
+        assert_eq!(time_s(&stamped, 7_000_000_000), 5.5);
+        assert_eq!(time_s(&json!({}), 7_000_000_000), 7.0);
+    }
+}

@@ -1,0 +1,33 @@
+//! What a navigator itself says of a run that is recorded.
+
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::reader::Selection;
+use sketchnav_recordings::writer::topic_name;
+use sketchnav_schemas::channels;
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::account::Summary;
+use sketchnav_stage::{Access, Heard};
+
+/// Lets the navigator of a run hear what it recorded; nothing of a navigator that this program does not know.
+///
+/// # Errors
+/// Fails where the recording cannot be read, or the account asks for another navigator's channel.
+pub fn of(recording: &Recording, run: &RunConfig) -> anyhow::Result<Summary> {
+    let mut summary = Summary::default();
+    let kind = run.mission.navigator_kind();
+    let review = sketchnav_navigators::of(&run.mission).ok().and_then(|navigator| navigator.account);
+    let Some(review) = review else { return Ok(summary) };
+    let (mut account, access) = (review(run), Access::new(Process::Observer, kind));
+    let is_heard = |spec: &&channels::ChannelSpec| spec.kind.is_some() || spec.role == channels::Role::Status;
+    let heard = channels::of_kind(kind).filter(is_heard).map(|spec| topic_name(spec.name));
+    for message in recording.select(Selection::of_topics(heard))? {
+        let message = message?;
+        let Some(spec) = channels::of_topic(&message.topic.name) else { continue };
+        // What is no message of the channel is counted where recordings are judged.
+        let Ok(said) = spec.message.decode(&message.cdr, message.sequence.into()) else { continue };
+        account.hear(&Heard::new(&access, spec, said.bytes(), said.cells()))?;
+    }
+    account.tell(&mut summary);
+    Ok(summary)
+}

@@ -1,0 +1,345 @@
+//! A recording takes its name when it is whole, and never that of a file that holds more: the one way in which commands put
+//! recordings in their places.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail, ensure};
+use sketchnav_files::draft::{Draft, Sink, is_same};
+use sketchnav_recordings::copy::{self, Copy, Held};
+use sketchnav_recordings::{RecordingError, info};
+
+/// What a recording must not replace.
+#[derive(Debug, Default)]
+pub struct Guard {
+    /// The files that it is made of.
+    sources: Vec<PathBuf>,
+    /// Whether every recording is guarded, not the sources alone.
+    guards_all: bool,
+    /// Whether it may replace a recording by less, where the command has an option for that.
+    force: Option<bool>,
+}
+
+impl Guard {
+    /// Guards the files that a recording is made of.
+    pub fn of(sources: impl IntoIterator<Item = PathBuf>) -> Self {
+        Self { sources: sources.into_iter().collect(), ..Self::default() }
+    }
+
+    /// The value of `--force`.
+    #[must_use]
+    pub fn with_force(self, force: bool) -> Self {
+        Self { force: Some(force), ..self }
+    }
+
+    /// Guards every recording, whether it is a source or not.
+    #[must_use]
+    pub fn over_all(self) -> Self {
+        Self { guards_all: true, ..self }
+    }
+
+    /// Checks a draft that should hold so many messages, and gives it its name.
+    ///
+    /// # Errors
+    /// Where it is not whole, or would replace more than it holds: what was there is still there.
+    pub fn place(&self, draft: Draft, messages: u64) -> anyhow::Result<()> {
+        if let Some(written) = draft.written() {
+            check_written(written, messages).with_context(|| draft.path().display().to_string())?;
+            self.check_replaced(draft.path(), messages)?;
+        }
+        let path = draft.path().to_owned();
+        draft.finish().with_context(|| path.display().to_string())
+    }
+
+    fn check_replaced(&self, path: &Path, messages: u64) -> anyhow::Result<()> {
+        if std::fs::metadata(path).map_or(0, |there| there.len()) == 0 {
+            return Ok(());
+        }
+        let is_source = self.sources.iter().any(|source| is_same(source, path));
+        // A slip of the hand: a map, a drawing, a log.
+        copy::profile(path).map_err(|error| not_a_recording(path, error))?;
+        if !(is_source || self.guards_all) || self.force == Some(true) {
+            return Ok(());
+        }
+        let Held { messages: held, is_known } = copy::held(path)?;
+        let way_on = match self.force {
+            Some(_) => "choose another --output, or --force it",
+            None => "choose another --output",
+        };
+        let place = path.display();
+        ensure!(
+            messages >= held,
+            "{place}: expected at least the {held} messages of the file that would be replaced, found {messages}; it is \
+             unchanged: {way_on}"
+        );
+        ensure!(
+            is_known,
+            "{place}: would be replaced by a copy without its damaged parts, and how much is in these is not known; it is \
+             unchanged: {way_on}"
+        );
+        Ok(())
+    }
+}
+
+fn not_a_recording(path: &Path, error: RecordingError) -> anyhow::Error {
+    let place = path.display();
+    match error {
+        RecordingError::Foreign { found, .. } => {
+            anyhow::anyhow!(
+                "{place}: expected a recording to replace, or no file, found {found}; it is unchanged"
+            )
+        }
+        error => anyhow::Error::from(error)
+            .context(format!("{place}: expected a recording to replace, or no file")),
+    }
+}
+
+/// A full disk that said nothing, a bug of ours: what is there is read before anything is given up for it.
+fn check_written(path: &Path, messages: u64) -> anyhow::Result<()> {
+    let found = info::info(path).context("reading what was written")?;
+    if !found.clean_end || found.messages != messages {
+        let end = if found.clean_end { "its end" } else { "no end" };
+        bail!("expected {messages} messages written and the end, found {} and {end}", found.messages);
+    }
+    Ok(())
+}
+
+/// Begins a copy with messages of this profile, to be placed by [`finish`].
+pub fn begin(path: &Path, profile: &str) -> anyhow::Result<(Draft, Copy<Sink>)> {
+    let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string())?;
+    Ok((draft, Copy::of_profile(sink, profile)?))
+}
+
+/// Ends a copy and puts it in its place.
+pub fn finish(draft: Draft, copy: Copy<Sink>, guard: &Guard) -> anyhow::Result<()> {
+    let messages = copy.messages();
+    copy.finish()?;
+    guard.place(draft, messages)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use clap::Parser;
+    use proptest::prelude::*;
+    use sketchnav_recordings::samples::{SampleForm, points, recording};
+
+    use super::*;
+    use crate::args::Cli;
+
+    const COUNT: u64 = 25;
+    const PER_CHUNK: usize = 10;
+
+    /// Every command that writes, in the place of what it reads.
+    const COMMANDS: [&str; 15] = [
+        "recover X -o X",
+        "recover X --keep-damaged -o X",
+        "recover X -o X.unfinished",
+        "recover X.unfinished -o X",
+        "filter X -o X",
+        "filter X --topics ball -o X",
+        "filter X --end 1 -o X",
+        "merge X X -o X",
+        "split X --seconds 1 -o F",
+        "import X --map X -o X",
+        "import L --map X -o X",
+        "report X -o X",
+        "rerun X --process localizer -o X",
+        "judge X --csv X",
+        "deform X -o X",
+    ];
+
+    fn run(folder: &Path, line: &str) -> Result<crate::failure::Outcome, crate::failure::Failure> {
+        let place = |name: &str| folder.join(name).display().to_string();
+        let word = |word: &str| match word {
+            "X" => place("x.mcap"),
+            "X.unfinished" => place("x.mcap.unfinished"),
+            "L" => place("log.log"),
+            "F" => folder.display().to_string(),
+            word => word.to_owned(),
+        };
+        crate::dispatch(Cli::parse_from(
+            std::iter::once("sketchnav".to_owned()).chain(line.split(' ').map(word)),
+        ))
+    }
+
+    fn sample(compression: &'static str, has_checksums: bool) -> Vec<u8> {
+        let form = SampleForm { compression, has_checksums, per_chunk: PER_CHUNK, ..SampleForm::default() };
+        recording(form, &[points("/ball", COUNT, false), points("/cup", COUNT, false)])
+    }
+
+    /// How many messages stand in chunks that end before this byte.
+    fn before(file: &[u8], end: usize) -> u64 {
+        let (mut at, mut messages) = (8, 0);
+        while at + 9 <= end {
+            let length = u64::from_le_bytes(file[at + 1..at + 9].try_into().unwrap()) as usize;
+            if file[at] == 6 && at + 9 + length <= end {
+                messages += PER_CHUNK as u64;
+            }
+            at += 9 + length;
+        }
+        messages
+    }
+
+    /// The source is what it was, byte for byte, or holds as many messages.
+    fn survives(path: &Path, source: &[u8], least: u64) -> bool {
+        let now = std::fs::read(path).unwrap_or_default();
+        now == source
+            || info::info_of_messages(path).is_ok_and(|info| info.clean_end && info.messages >= least)
+    }
+
+    #[derive(Debug, Clone)]
+    enum Change {
+        None,
+        Cut(prop::sample::Index),
+        Flips(Vec<(prop::sample::Index, u8)>),
+        Other(Vec<u8>),
+    }
+
+    fn change() -> impl Strategy<Value = Change> {
+        let flip = (any::<prop::sample::Index>(), 1..=255_u8);
+        let foreign = prop::sample::select(vec![
+            &b"SQLite format 3\0 a database"[..],
+            b"#ROSBAG V2.0",
+            b"image: m.pgm",
+            b"",
+            b"\x28\xb5\x2f\xfd nothing that unpacks",
+        ]);
+        prop_oneof![
+            Just(Change::None),
+            any::<prop::sample::Index>().prop_map(Change::Cut),
+            prop::collection::vec(flip, 1..4).prop_map(Change::Flips),
+            foreign.prop_map(|bytes| Change::Other(bytes.to_vec())),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn a_source_survives_unless_the_result_holds_as_much(
+            compression in prop::sample::select(vec!["", "lz4", "zstd", "snappy"]),
+            has_checksums in any::<bool>(),
+            change in change(),
+        ) {
+            let mut source = sample(compression, has_checksums);
+            let mut least = 2 * COUNT;
+            match change {
+                Change::None => {}
+                Change::Cut(cut) => {
+                    let cut = cut.index(source.len());
+                    least = before(&source, cut);
+                    source.truncate(cut);
+                }
+                Change::Flips(flips) => {
+                    for (at, by) in flips {
+                        let at = at.index(source.len());
+                        source[at] ^= by;
+                    }
+                }
+                Change::Other(bytes) => source = bytes,
+            }
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("x.mcap");
+            let beside = folder.path().join("x.mcap.unfinished");
+            for command in COMMANDS {
+                std::fs::write(&path, &source).unwrap();
+                std::fs::write(&beside, &source).unwrap();
+                std::fs::write(folder.path().join("log.log"), "FLASER 2 1.0 1.0 0 0 0 0 0 0 0.1 host 0.1\n").unwrap();
+                let _ = run(folder.path(), command);
+                prop_assert!(survives(&path, &source, least), "{command}");
+                prop_assert!(survives(&beside, &source, least), "{command}: beside");
+            }
+        }
+    }
+
+    #[test]
+    fn a_copy_with_less_needs_force() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.mcap");
+        let source = sample("zstd", false);
+        std::fs::write(&path, &source).unwrap();
+        let refused = run(folder.path(), "recover X -o X").unwrap_err();
+        let words = format!("{refused:?}");
+        assert!(words.contains("expected at least the 50 messages") && words.contains("--force"), "{words}");
+        assert_eq!(std::fs::read(&path).unwrap(), source);
+        // All of it, damaged as it is.
+        assert!(run(folder.path(), "recover X --keep-damaged -o X").is_ok());
+        assert_eq!(info::info(&path).unwrap().messages, 50);
+        assert!(run(folder.path(), "filter X --topics ball -o X").is_err());
+        assert!(run(folder.path(), "filter X --topics ball --force -o X").is_ok());
+        assert_eq!(info::info(&path).unwrap().messages, 25);
+        std::fs::write(&path, &source).unwrap();
+        assert!(run(folder.path(), "recover X --force -o X").is_ok());
+        assert_eq!(info::info(&path).unwrap().messages, 0);
+    }
+
+    #[test]
+    fn a_recording_replaces_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let source = folder.path().join("x.mcap");
+        std::fs::write(&source, sample("zstd", true)).unwrap();
+        for (name, content) in [("m.yaml", &b"image: m.pgm"[..]), ("m.pgm", b"P5 1 1 255 \0")] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, content).unwrap();
+            let line = ["sketchnav", "filter", source.to_str().unwrap(), "-o", path.to_str().unwrap()];
+            let error = format!("{:?}", crate::dispatch(Cli::parse_from(line)).unwrap_err());
+            assert!(error.contains("expected a recording to replace"), "{error}");
+            assert_eq!(std::fs::read(&path).unwrap(), content);
+        }
+    }
+
+    /// Files that only write into folders that they have made, each with the reason.
+    const OWN_FOLDERS: [&str; 3] = [
+        // A new folder for each run.
+        "mission.rs",
+        // A folder for temporary files.
+        "eval/processes.rs",
+        "recordings/whole.rs",
+    ];
+
+    /// Whoever writes a result by other means may leave half of it in the place of something whole.
+    #[test]
+    fn results_are_written_in_one_way() {
+        let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("services/cli/src");
+        let (mut folders, mut files, mut found) = (vec![sources.clone()], 0, Vec::new());
+        while let Some(folder) = folders.pop() {
+            for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+                if path.is_dir() {
+                    folders.push(path);
+                    continue;
+                }
+                // Modules of tests alone.
+                if path.file_name().is_some_and(|name| name == "tests.rs") {
+                    continue;
+                }
+                let text = std::fs::read_to_string(&path).unwrap();
+                let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+                let name = path.strip_prefix(&sources).unwrap().display().to_string();
+                let writes = ["std::fs::write(", "fs::rename(", "File::create("]
+                    .iter()
+                    .any(|call| code.contains(call));
+                if writes && !OWN_FOLDERS.contains(&name.as_str()) {
+                    found.push(name);
+                }
+                files += 1;
+            }
+        }
+        assert!(files > 50, "{files}");
+        assert_eq!(found, Vec::<String>::new(), "write by sketchnav_files::write or a Draft");
+    }
+
+    #[test]
+    fn what_is_written_is_read_before_it_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("y.mcap");
+        std::fs::write(&path, sample("zstd", true)).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let (draft, mut sink) = Draft::begin(&path).unwrap();
+        std::io::Write::write_all(&mut sink, &whole[..whole.len() / 2]).unwrap();
+        std::io::Write::flush(&mut sink).unwrap();
+        let error = format!("{:#}", Guard::default().place(draft, 50).unwrap_err());
+        assert!(error.contains("expected 50 messages written"), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+    }
+}

@@ -1,0 +1,99 @@
+//! The page of a recording that this project did not write: what is in it, and what its topics say of places.
+
+use std::path::Path;
+
+use anyhow::Context;
+use maud::{Markup, html};
+use sketchnav_lab::page::{self, Chart, Series};
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::info::{self, Info, TopicInfo};
+
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::{out, say};
+use crate::poses::{self, Way};
+
+/// Writes the page.
+pub fn report(recording: &Recording, output: &Path, json: bool) -> Result<Outcome, Failure> {
+    let info = info::info(recording.path()).or_input()?;
+    // What cannot be read of the places is said; the rest is shown.
+    let ways = poses::read(recording).unwrap_or_else(|error| {
+        say!("notice: places are not shown: {error}");
+        Vec::new()
+    });
+    let page =
+        page::document(&format!("{} · sketchnav report", name(recording)), &body(recording, &info, &ways));
+    sketchnav_files::write(output, page).with_context(|| output.display().to_string()).or_input()?;
+    if !info.clean_end {
+        super::super::tell_cut_off(recording.path().display());
+    }
+    say!("notice: no recording of sketchnav: the page has its topics and places, no tasks and no figures");
+    let page = output.display().to_string();
+    match json {
+        true => {
+            out!("{}", serde_json::json!({ "page": page, "cut_off": !info.clean_end, "notes": info.notes }))?
+        }
+        false => out!("page       {page}")?,
+    }
+    Ok(Outcome::Success)
+}
+
+fn name(recording: &Recording) -> String {
+    recording.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn body(recording: &Recording, info: &Info, ways: &[Way]) -> Markup {
+    let header = recording.header();
+    let said = |text: &str| if text.is_empty() { "–".to_owned() } else { text.to_owned() };
+    html! {
+        h1 { (name(recording)) }
+        @if !info.clean_end { p.notice { "The recording is cut off: what follows is of a part of it." } }
+        @for note in &info.notes { p.notice { (note) } }
+        p.facts {
+            span { "profile " b { (said(&header.profile)) } }
+            span { "written by " b { (said(&header.library)) } }
+            span { "messages " b { (info.messages) } }
+            span { "seconds " b { (format!("{:.1}", info.duration_s)) } }
+        }
+        h2 { "Topics" }
+        (page::table(&["topic", "type", "encoding", "messages", "rate", "missing"].map(str::to_owned), &rows(info)))
+        (places(ways))
+    }
+}
+
+fn rows(info: &Info) -> Vec<Vec<String>> {
+    let row = |topic: &TopicInfo| {
+        let rate = topic.rate_hz.map_or("–".to_owned(), |rate| format!("{rate:.2} Hz"));
+        let (messages, missing) = (topic.messages.to_string(), topic.missing.to_string());
+        vec![topic.topic.clone(), topic.ros2_type.clone(), topic.encoding.clone(), messages, rate, missing]
+    };
+    info.topics.iter().map(row).collect()
+}
+
+/// How far each thing was from where it began.
+fn places(ways: &[Way]) -> Markup {
+    let times = || ways.iter().flat_map(|way| way.places.iter().map(|place| place.time_s));
+    let (Some(begin_s), Some(end_s)) = (times().reduce(f64::min), times().reduce(f64::max)) else {
+        return html! {};
+    };
+    let series: Vec<_> = ways.iter().map(|way| from_begin(way, begin_s)).collect();
+    let chart = Chart {
+        title: "Distance from where it began",
+        unit: "m",
+        series: &series,
+        x_unit: "s",
+        span: [0.0, (end_s - begin_s).max(1e-3)],
+        marks: &[],
+        faults: &[],
+    };
+    html! {
+        h2 { "Places over time" }
+        div.cards { (chart.figure()) }
+    }
+}
+
+fn from_begin(way: &Way, begin_s: f64) -> Series {
+    let first = way.places.first().map_or([0.0; 2], |place| place.at_m);
+    let far = |at: [f64; 2]| (at[0] - first[0]).hypot(at[1] - first[1]);
+    let points = way.places.iter().map(|place| [place.time_s - begin_s, far(place.at_m)]).collect();
+    Series { name: way.name.clone(), points }
+}

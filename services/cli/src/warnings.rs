@@ -1,0 +1,58 @@
+//! What `run` says of the plan that a navigator makes before the start.
+
+use std::time::Duration;
+
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::reader::Selection;
+use sketchnav_recordings::writer::topic_name;
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
+
+use crate::output::say;
+
+/// How often it looks whether the navigator has planned.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Waits until the navigator of a run has planned what it plans before the start, and says what it doubts about that,
+/// unless it is to be quiet; adds it to `warnings`. Answers how the run has ended, if it has meanwhile.
+///
+/// # Errors
+/// As [`Supervisor::poll`].
+pub fn hear(
+    warnings: &mut Vec<String>,
+    supervisor: &mut Supervisor,
+    run: &RunConfig,
+    quiet: bool,
+) -> Result<Option<Progress>, SystemError> {
+    let planned = sketchnav_navigators::of(&run.mission).ok().and_then(|navigator| navigator.planned);
+    let (Some(planned), Some(node)) = (planned, supervisor.node()) else { return Ok(None) };
+    let mut plans = node.raw_reader(planned.on)?;
+    loop {
+        if let Some(plan) = plans.receive_valid()? {
+            let doubts = (planned.doubts)(run, plan.message());
+            doubts.iter().filter(|_| !quiet).for_each(|doubt| say!("warning: {doubt}"));
+            warnings.extend(doubts);
+            return Ok(None);
+        }
+        match supervisor.poll(LOOK)? {
+            Progress::Running => {}
+            ended => return Ok(Some(ended)),
+        }
+    }
+}
+
+/// What was doubted about the plan of a run that is recorded.
+///
+/// # Errors
+/// Fails where the recording cannot be read.
+pub fn of_recording(recording: &Recording, run: &RunConfig) -> anyhow::Result<Vec<String>> {
+    let planned = sketchnav_navigators::of(&run.mission).ok().and_then(|navigator| navigator.planned);
+    let Some(planned) = planned else { return Ok(Vec::new()) };
+    let mut doubts = Vec::new();
+    for plan in recording.select(Selection::of_topics([topic_name(planned.on.name)]))? {
+        let plan = plan?;
+        let plan = planned.on.message.decode(&plan.cdr, plan.sequence.into())?;
+        doubts.extend((planned.doubts)(run, plan.bytes()));
+    }
+    Ok(doubts)
+}

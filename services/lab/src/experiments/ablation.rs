@@ -1,0 +1,135 @@
+//! Suite `ablation`: what each part of `beam` adds. A line of `PARTS` switches one part off by the
+//! parameters of the mission; all lines drive the same trials with the same seeds.
+
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::Parameters;
+use sketchnav_sketch::method::Method;
+
+use crate::error::EvalError;
+use crate::experiments::deformed::{self, DRAWINGS};
+use crate::experiments::sensitivity::variant;
+use crate::experiments::suite::{Folders, Suite};
+use crate::experiments::{people, protocol};
+
+const TITLE: &str = "What each part of ours adds: a line for each part that is switched off; pairs of the ten people's drawings, drives by drawings deformed at degree 1, and the building's four drawings after the protocol of Table I.";
+/// Pairs of each of the people's drawings.
+const PAIRS: usize = 6;
+/// Drives by each drawing of the floors that ship, deformed at ...
+const DRIVES: usize = 2;
+/// ... this degree.
+const DEGREE: f64 = 1.0;
+
+/// A part of the method, and the parameters without it.
+struct Part {
+    /// Its line in the table.
+    name: &'static str,
+    /// Table `parameters.localizer`.
+    localizer: &'static str,
+    /// Table `parameters.planner`.
+    planner: &'static str,
+}
+
+/// The parts: a new one is a line here.
+const PARTS: [Part; 19] = [
+    Part { name: "whole", localizer: "", planner: "" },
+    // The likelihood field of Boniardi et al. 2015, equation 7, without our comparison of ranges.
+    Part { name: "no-beam-model", localizer: "likelihood = 'field'", planner: "" },
+    // What the drawing shows at bearings near by, as if no door were drawn beside its place.
+    Part { name: "no-bearing-error", localizer: "bearing_error_rad = 0.0", planner: "" },
+    // As exact as a drawing by hand, whatever it shows of itself.
+    Part { name: "learns-no-exactness", localizer: "least_hit_width = 0.25", planner: "" },
+    Part { name: "one-scale", localizer: "scales = 'one'", planner: "" },
+    Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
+    Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },
+    Part { name: "first-scan-unfiltered", localizer: "start_scales = 'least-squares'", planner: "" },
+    // In proportion as a whole, however the first scan's place is stretched.
+    Part { name: "no-anisotropy", localizer: "anisotropic_share = 0.0", planner: "" },
+    Part { name: "no-usual-size", localizer: "start_size_share = 0.0", planner: "" },
+    Part { name: "500-particles", localizer: "particles = 500", planner: "" },
+    Part { name: "no-outline", localizer: "outline_gap_m = 0.0", planner: "" },
+    // A door as narrow as it is drawn.
+    Part { name: "doors-as-drawn", localizer: "door_width_m = 0.0", planner: "" },
+    Part { name: "walls-do-not-count", localizer: "wall_crossing_factor = 1.0", planner: "" },
+    Part {
+        name: "no-perturbation",
+        localizer: "perturbed_share = 0.0\nperturbed_share_lost = 0.0",
+        planner: "",
+    },
+    Part { name: "no-hysteresis", localizer: "mode_hysteresis = 1.0", planner: "" },
+    Part { name: "no-memory", localizer: "", planner: "obstacle_memory_s = 0.1" },
+    // More doubt than there can be.
+    Part { name: "believes-arrivals", localizer: "", planner: "look_above = 100.0\ndoubt_above = 100.0" },
+    // More than any task may take.
+    Part { name: "may-circle", localizer: "", planner: "circling_path_m = 100000.0" },
+];
+
+impl Part {
+    /// As a mission has them.
+    fn parameters(&self) -> Result<Parameters, EvalError> {
+        let mut parameters = Parameters::default();
+        for (process, text) in [(Process::Localizer, self.localizer), (Process::Planner, self.planner)] {
+            let wrong = |cause| EvalError::Data { what: "parts of the suite ablation", cause };
+            *parameters.of_mut(process) = text.parse().map_err(wrong)?;
+        }
+        Ok(parameters)
+    }
+}
+
+/// Loads the suite.
+///
+/// # Errors
+/// As the suites that it takes its trials from; without the people's drawings it leaves these out with a notice.
+pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
+    let mut people = match people::suite(folders) {
+        Err(missing @ EvalError::NoData { .. }) => {
+            Suite { notices: vec![format!("skipped: {missing}")], ..Suite::default() }
+        }
+        people => Suite { notices: Vec::new(), ..people? },
+    };
+    people.sample(PAIRS);
+    let building = protocol::building(folders)?;
+    let mut suite = Suite {
+        title: TITLE.into(),
+        notices: people.notices,
+        repetitions: 1,
+        lines: Some("without"),
+        ..Suite::default()
+    };
+    let mut trials: Vec<_> = people.trials.into_iter().chain(building.trials).collect();
+    for site in deformed::shipped(folders)? {
+        for number in 1..=DRAWINGS {
+            trials.extend(site.trials(DEGREE, number)?.into_iter().take(DRIVES));
+        }
+    }
+    for part in &PARTS {
+        let parameters = part.parameters()?;
+        suite.trials.extend(trials.iter().map(|trial| {
+            let mut changed = variant(trial, part.name);
+            changed.method.get_or_insert_with(|| Method::Beam.word().to_owned());
+            changed.mission.parameters.extend(&parameters);
+            changed
+        }));
+    }
+    Ok(suite)
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_sketch::localizer::Localizer;
+    use sketchnav_sketch::planner::Planner;
+
+    use super::*;
+
+    /// A parameter that is renamed would else switch nothing off.
+    #[test]
+    fn every_part_is_known_to_the_services() {
+        let suite = suite(&Folders::of_checkout()).unwrap();
+        assert_eq!(suite.drawings().len(), PARTS.len());
+        for name in suite.drawings() {
+            let trial = suite.trials.iter().find(|trial| trial.drawing == name).unwrap();
+            let run = trial.run("beam", 1, 0).unwrap();
+            Localizer::new(&run).unwrap_or_else(|error| panic!("{name}: {error}"));
+            Planner::new(&run).unwrap_or_else(|error| panic!("{name}: {error}"));
+        }
+    }
+}

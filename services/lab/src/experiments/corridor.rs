@@ -1,0 +1,259 @@
+//! Suites of corridors with markers: `corridor` (Patil 2019, 5.4), `corridor-turns`, `corridor-person`.
+//!
+//! A drive ends with the first touch, and has failed then. Suite `corridor` has the thesis's twelve conditions as its
+//! lines: three starts, markers opposite or staggered, as many on both walls or not. Each is driven there and back, in
+//! corridors of several widths. Figures 5.2 to 5.7 of the thesis stand beside it in words.
+
+use std::path::Path;
+
+use sketchnav_corridor::mission::KIND;
+use sketchnav_schemas::floor_plan::Person;
+use sketchnav_schemas::geometry::{Base, Pose, World};
+use sketchnav_schemas::mission::{Mission, NavigatorChoice, Parameters, Place, Start, Task, WorldSource};
+use sketchnav_sim::corridors::{Corridor, Drive, Numbers, Placement, Shape};
+use sketchnav_sim::files;
+
+use crate::error::EvalError;
+use crate::experiments::suite::{Folders, Published, Suite, Told};
+use crate::experiments::trial::Trial;
+
+const ROBOT: &str = "youbot";
+/// From the robot's side to the wall where it starts along a wall, metres.
+const BESIDE_M: f64 = 0.2;
+/// How far before or behind the end of the way counts as there, metres.
+const THERE_M: f64 = 0.75;
+/// The slowest that a method drives on the average, metres a second.
+const SLOWEST_MPS: f64 = 0.04;
+const REPETITIONS: u32 = 5;
+
+const TITLE: &str = "Corridors of 1.6 to 3.0 m with markers, 7 m there and back, from three starts; reached: at the end without a touch.";
+const TURNS_TITLE: &str =
+    "Corridors with corners, a junction and a dead end; reached: at the end without a touch.";
+const PERSON_TITLE: &str =
+    "Straight corridors in which a person walks to and fro; reached: at the end without a touch.";
+const NOTICE: &str = "paper: Patil 2019, 5.4: twelve experiments a calculus, in one real corridor. Its widths, distances of markers and numbers of runs are not given.";
+
+/// Where the robot stands at first, as it looks along the corridor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Beside {
+    Middle,
+    RightWall,
+    LeftWall,
+}
+
+impl Beside {
+    const ALL: [Self; 3] = [Self::Middle, Self::RightWall, Self::LeftWall];
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Middle => "middle",
+            Self::RightWall => "right wall",
+            Self::LeftWall => "left wall",
+        }
+    }
+
+    /// The start of a drive, moved to the wall.
+    fn start(self, drive: &Drive, width_m: f64, half_width_m: f64) -> Pose<World> {
+        let beside_m = width_m / 2.0 - half_width_m - BESIDE_M;
+        let left_m = match self {
+            Self::Middle => 0.0,
+            Self::RightWall => -beside_m,
+            Self::LeftWall => beside_m,
+        };
+        drive.start.compose(&Pose::<Base>::new(0.0, left_m, 0.0))
+    }
+}
+
+/// Loads the suite `corridor`.
+///
+/// # Errors
+/// [`EvalError`] with the file that is missing.
+pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
+    let mut trials = Vec::new();
+    for beside in Beside::ALL {
+        for corridor in Corridor::shipped().into_iter().filter(|corridor| corridor.shape == Shape::Straight) {
+            for drive in corridor.drives() {
+                trials.push(trial(folders, &corridor, &drive, beside, line(beside, &corridor))?);
+            }
+        }
+    }
+    // The lines in the order of the thesis's figures.
+    trials.sort_by_key(|trial| LINES.iter().position(|line| *line == trial.drawing));
+    let published = |name: &str, reached| Published { name: name.into(), reached, attempts: 12 };
+    Ok(Suite {
+        title: TITLE.into(),
+        notices: vec![NOTICE.into()],
+        trials,
+        lines: Some("start, markers, numbers"),
+        repetitions: REPETITIONS,
+        paper: vec![published("paper QTC_B", 10), published("paper ARGD", 8)],
+        told: told(),
+        ..Suite::default()
+    })
+}
+
+/// Loads the suite `corridor-turns`.
+///
+/// # Errors
+/// As [`suite`].
+pub fn turns(folders: &Folders) -> Result<Suite, EvalError> {
+    let mut trials = Vec::new();
+    for corridor in Corridor::shipped().into_iter().filter(|corridor| corridor.shape != Shape::Straight) {
+        for drive in corridor.drives() {
+            let line = format!("{}, {}", corridor.name().split(',').next().unwrap_or_default(), drive.name);
+            trials.push(trial(folders, &corridor, &drive, Beside::Middle, line)?);
+        }
+    }
+    let (title, lines) = (TURNS_TITLE.into(), Some("corridor, way"));
+    Ok(Suite { title, trials, lines, repetitions: REPETITIONS, ..Suite::default() })
+}
+
+/// Loads the suite `corridor-person`.
+///
+/// # Errors
+/// As [`suite`].
+pub fn person(folders: &Folders) -> Result<Suite, EvalError> {
+    let mut trials = Vec::new();
+    let is_chosen = |corridor: &Corridor| {
+        let Corridor { shape, placement, numbers, .. } = *corridor;
+        shape == Shape::Straight && placement == Placement::Opposite && numbers == Numbers::Equal
+    };
+    for corridor in Corridor::shipped().into_iter().filter(is_chosen) {
+        for (drive, side) in
+            corridor.drives().iter().flat_map(|drive| [0.0, 0.3, -0.3].map(|side| (drive, side)))
+        {
+            let line = format!("{:.1} m", corridor.width_m);
+            let mut trial = trial(folders, &corridor, drive, Beside::Middle, line)?;
+            trial.name = format!("{}/{side:+.1}", trial.name);
+            trial.mission.world.person.push(walker(drive, side * corridor.width_m));
+            trials.push(trial);
+        }
+    }
+    let (title, lines) = (PERSON_TITLE.into(), Some("width"));
+    Ok(Suite { title, trials, lines, repetitions: REPETITIONS, ..Suite::default() })
+}
+
+/// A person who walks from beyond the goal to beyond the start, `side_m` beside the middle.
+fn walker(drive: &Drive, side_m: f64) -> Person {
+    let (start, goal) = (drive.start, drive.goal);
+    let beyond = 1.5 * (goal[0] - start.x).signum();
+    let waypoints = vec![[goal[0] + beyond, side_m], [start.x - beyond, side_m]];
+    Person { waypoints, speed_mps: 0.5, radius_m: 0.25, pause_s: 2.0 }
+}
+
+pub(crate) fn trial(
+    folders: &Folders,
+    corridor: &Corridor,
+    drive: &Drive,
+    beside: Beside,
+    line: String,
+) -> Result<Trial, EvalError> {
+    let robot = files::robot(ROBOT)?;
+    let [_, half_width_m] = robot.half_extents_m();
+    let start = beside.start(drive, corridor.width_m, half_width_m);
+    let file = corridor.file_name();
+    let path = folders.project.join("sim/missions/corridor").join(&file);
+    let plain = file.trim_end_matches(".floor.toml");
+    let name = format!("{plain}/{}/{}", beside.word(), drive.name).replace(' ', "-");
+    let mission = Mission {
+        name: format!("corridor/{name}"),
+        description: corridor.name(),
+        robot: ROBOT.into(),
+        navigator: NavigatorChoice { kind: KIND.into(), given: toml::Table::new() },
+        world: WorldSource { floor_plan: Some(absolute(&path)), ..WorldSource::default() },
+        start: Start { world: [start.x, start.y], world_heading_deg: start.yaw_rad.to_degrees() },
+        task: vec![task(corridor, drive)],
+        parameters: Parameters::default(),
+    };
+    Ok(Trial { ends_with_contact: true, ..Trial::new(name, line, mission, robot) })
+}
+
+fn absolute(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
+fn task(corridor: &Corridor, drive: &Drive) -> Task {
+    let [x, y] = drive.goal;
+    let half_m = corridor.width_m / 2.0;
+    // Across the corridor to both walls, along it a little: ways end along x or along y.
+    let along_x = drive.turns.is_empty() && drive.start.y == y;
+    let [dx, dy] = if along_x { [THERE_M, half_m] } else { [half_m.max(THERE_M); 2] };
+    let corners = vec![[x - dx, y - dy], [x + dx, y - dy], [x + dx, y + dy], [x - dx, y + dy]];
+    let mut given = toml::Table::new();
+    // Who cuts corners drives less than the way along the middle.
+    match corridor.shape {
+        Shape::Straight => given.insert("metres".into(), drive.way_m.into()),
+        _ => given.insert("marker".into(), i64::from(corridor.marker_beside(drive.goal)).into()),
+    };
+    if !drive.turns.is_empty() {
+        let turns: Vec<_> = drive.turns.iter().map(|turn| toml::Value::from(*turn)).collect();
+        given.insert("turns".into(), turns.into());
+    }
+    Task {
+        name: drive.name.into(),
+        there: Place { polygon: Some(corners), center: Some(drive.goal), radius_m: None },
+        time_limit_s: 60.0 + drive.way_m / SLOWEST_MPS,
+        given,
+    }
+}
+
+fn line(beside: Beside, corridor: &Corridor) -> String {
+    let placement = if corridor.placement == Placement::Opposite { "opposite" } else { "staggered" };
+    let numbers = if corridor.numbers == Numbers::Equal { "equal" } else { "uneven" };
+    format!("{}, {placement}, {numbers}", beside.word())
+}
+
+/// The twelve conditions in the order of figures 5.2 to 5.7.
+const LINES: [&str; 12] = [
+    "middle, opposite, equal",
+    "middle, opposite, uneven",
+    "middle, staggered, equal",
+    "middle, staggered, uneven",
+    "right wall, opposite, equal",
+    "right wall, opposite, uneven",
+    "right wall, staggered, equal",
+    "right wall, staggered, uneven",
+    "left wall, opposite, equal",
+    "left wall, opposite, uneven",
+    "left wall, staggered, equal",
+    "left wall, staggered, uneven",
+];
+
+/// What figures 5.2 to 5.4 say of QTC_B, in few words, line by line.
+const QTC_B: [&str; 12] = [
+    "passes, in the middle",
+    "passes; collides too near a wall",
+    "almost always fails",
+    "passes, in zigzag",
+    "passes while both markers are in view",
+    "passes while two opposite markers are in view",
+    "almost always fails",
+    "passes while two markers are in view",
+    "passes while both markers are in view",
+    "passes while two opposite markers are in view",
+    "almost always fails",
+    "passes while two markers are in view",
+];
+
+/// What figures 5.5 to 5.7 say of ARGD.
+const ARGD: [&str; 12] = [
+    "passes, in the middle",
+    "almost always fails: same distance class",
+    "collides: same class, out of view",
+    "passes, in the middle",
+    "crosses to the other wall; passes while both are in view",
+    "along the wall, or collides",
+    "collides: same class, out of view",
+    "almost never collides",
+    "crosses to the other wall; passes while both are in view",
+    "along the wall, or collides",
+    "collides: same class, out of view",
+    "almost never collides",
+];
+
+fn told() -> Vec<Told> {
+    let of = |method: &'static str, words: [&'static str; 12]| {
+        LINES.into_iter().zip(words).map(move |(line, words)| Told { method, line, words })
+    };
+    of("qtc-b", QTC_B).chain(of("argd", ARGD)).collect()
+}

@@ -1,0 +1,238 @@
+//! The true floor as a grid: where the robot fits, and the shortest ways. Metres, frame `World`.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use sketchnav_sim::convex::Convex;
+use sketchnav_sim::description::WorldDescription;
+use sketchnav_sim::ros_map::OccupancyMap;
+
+/// Steps to the eight neighbours of a cell, and their lengths in thousandths of a cell.
+const STEPS: [(i64, i64, u64); 8] = [
+    (1, 0, 1000),
+    (-1, 0, 1000),
+    (0, 1, 1000),
+    (0, -1, 1000),
+    (1, 1, 1414),
+    (1, -1, 1414),
+    (-1, 1, 1414),
+    (-1, -1, 1414),
+];
+
+/// Where a disc of a given radius fits.
+#[derive(Debug, Clone)]
+pub struct Ground {
+    width: i64,
+    height: i64,
+    fits: Vec<bool>,
+    resolution_m: f64,
+    origin_m: [f64; 2],
+    clearance_m: f64,
+}
+
+impl Ground {
+    /// Of a map, for a robot that wants `clearance_m` from its middle to the nearest wall.
+    pub fn new(map: &OccupancyMap, clearance_m: f64) -> Self {
+        let (width, height) = map.raster().size();
+        let (width, height) = (width as i64, height as i64);
+        let resolution_m = map.resolution_m();
+        let reach = (clearance_m / resolution_m).ceil() as i64;
+        let near = |dx: i64, dy: i64| {
+            // From a cell's middle to the nearest point of the other cell.
+            let gap = |d: i64| (d.abs() as f64 - 0.5).max(0.0) * resolution_m;
+            gap(dx).hypot(gap(dy)) < clearance_m
+        };
+        let disc: Vec<_> = (-reach..=reach)
+            .flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)))
+            .filter(|&(dx, dy)| near(dx, dy))
+            .collect();
+        let fits = |i: i64| {
+            let (x, y) = (i % width, i / width);
+            disc.iter().all(|(dx, dy)| !map.raster().is_solid(x + dx, y + dy))
+        };
+        let fits = (0..width * height).map(fits).collect();
+        Self { width, height, fits, resolution_m, origin_m: map.origin_m(), clearance_m }
+    }
+
+    /// Of any world, cut into cells of `resolution_m`; who walks there is not in the way.
+    pub fn of_world(world: &WorldDescription, resolution_m: f64, clearance_m: f64) -> Self {
+        let corners = || world.outline.iter().flatten();
+        let extent = |axis: usize| {
+            let along = corners().map(|corner| corner[axis]);
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+        };
+        let ((left, right), (bottom, top)) = (extent(0), extent(1));
+        let cells = |length: f64| (length / resolution_m).ceil().max(0.0) as i64;
+        let (width, height) = (cells(right - left), cells(top - bottom));
+        let origin_m = [left, bottom];
+        let mut ground = Self { width, height, fits: Vec::new(), resolution_m, origin_m, clearance_m };
+        let solids: Vec<_> = world.walls.iter().chain(&world.furniture).collect();
+        let fits = |i| solids.iter().all(|solid| gap_m(solid, ground.middle(i)) >= clearance_m);
+        ground.fits = (0..(width * height) as usize).map(fits).collect();
+        ground
+    }
+
+    /// Puts something else there.
+    pub fn put(&mut self, solid: &Convex) {
+        for i in 0..self.fits.len() {
+            self.fits[i] = self.fits[i] && gap_m(solid, self.middle(i)) >= self.clearance_m;
+        }
+    }
+
+    /// Whether the robot, at a place, has its distance from a solid.
+    pub fn clears(&self, solid: &Convex, at: [f64; 2]) -> bool {
+        gap_m(solid, at) >= self.clearance_m
+    }
+
+    /// All places where the robot fits.
+    pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        (0..self.fits.len()).filter(|&i| self.fits[i]).map(|i| self.middle(i))
+    }
+
+    /// The nearest place where the robot fits, among those that `counts` accepts.
+    pub fn nearest(&self, at: [f64; 2], counts: impl Fn([f64; 2]) -> bool) -> Option<[f64; 2]> {
+        let distance = |p: &[f64; 2]| (p[0] - at[0]).hypot(p[1] - at[1]);
+        self.places().filter(|&p| counts(p)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
+    /// The shortest way between two places, from cell to cell; `None` where there is none.
+    pub fn way(&self, from: [f64; 2], to: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+        let (from, to) = (self.index(from)?, self.index(to)?);
+        let mut costs = vec![u64::MAX; self.fits.len()];
+        let mut before = vec![usize::MAX; self.fits.len()];
+        let mut open = BinaryHeap::from([Reverse((0, from))]);
+        costs[from] = 0;
+        while let Some(Reverse((cost, cell))) = open.pop() {
+            if cell == to {
+                return Some(self.trace(&before, from, to));
+            }
+            if cost > costs[cell] {
+                continue;
+            }
+            for (next, step) in self.neighbours(cell) {
+                if cost + step < costs[next] {
+                    (costs[next], before[next]) = (cost + step, cell);
+                    open.push(Reverse((cost + step, next)));
+                }
+            }
+        }
+        None
+    }
+
+    fn trace(&self, before: &[usize], from: usize, to: usize) -> Vec<[f64; 2]> {
+        let back = std::iter::successors(Some(to), |&cell| (cell != from).then(|| before[cell]));
+        let mut way: Vec<_> = back.map(|cell| self.middle(cell)).collect();
+        way.reverse();
+        way
+    }
+
+    fn neighbours(&self, cell: usize) -> impl Iterator<Item = (usize, u64)> + '_ {
+        let (x, y) = (cell as i64 % self.width, cell as i64 / self.width);
+        STEPS.iter().filter_map(move |(dx, dy, cost)| {
+            let (x, y) = (x + dx, y + dy);
+            let inside = (0..self.width).contains(&x) && (0..self.height).contains(&y);
+            let next = (y * self.width + x) as usize;
+            (inside && self.fits[next]).then_some((next, *cost))
+        })
+    }
+
+    fn middle(&self, i: usize) -> [f64; 2] {
+        let cell = [i as i64 % self.width, i as i64 / self.width];
+        [0, 1].map(|axis| self.origin_m[axis] + (cell[axis] as f64 + 0.5) * self.resolution_m)
+    }
+
+    fn index(&self, at: [f64; 2]) -> Option<usize> {
+        let [x, y] = [0, 1].map(|axis| ((at[axis] - self.origin_m[axis]) / self.resolution_m).floor() as i64);
+        let inside = (0..self.width).contains(&x) && (0..self.height).contains(&y);
+        inside.then_some((y * self.width + x) as usize)
+    }
+}
+
+/// How far a place is from a solid, metres; 0 inside.
+fn gap_m(solid: &Convex, at: [f64; 2]) -> f64 {
+    let outside =
+        |[a, b]: [[f64; 2]; 2]| (b[0] - a[0]) * (at[1] - a[1]) - (b[1] - a[1]) * (at[0] - a[0]) < 0.0;
+    if !solid.edges().any(outside) {
+        return 0.0;
+    }
+    solid.edges().map(|[a, b]| to_edge_m(&a, &b, at)).fold(f64::INFINITY, f64::min)
+}
+
+/// How far a place is from the nearest edge of a closed polygon, metres.
+pub fn to_outline_m(polygon: &[[f64; 2]], at: [f64; 2]) -> f64 {
+    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    edges.map(|(a, b)| to_edge_m(a, b, at)).fold(f64::INFINITY, f64::min)
+}
+
+/// How far a place is from a straight line between two others, metres.
+fn to_edge_m(a: &[f64; 2], b: &[f64; 2], at: [f64; 2]) -> f64 {
+    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
+    let length = along[0] * along[0] + along[1] * along[1];
+    let t = if length > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
+    (to[0] - t * along[0]).hypot(to[1] - t * along[1])
+}
+
+/// Length of a way, metres.
+pub fn length_m(way: &[[f64; 2]]) -> f64 {
+    way.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
+}
+
+/// The direction, degrees, in which a way leaves: towards its first point `ahead_m` away, or its end.
+pub fn departure_deg(way: &[[f64; 2]], ahead_m: f64) -> Option<f64> {
+    let from = way.first()?;
+    let far = |p: &&[f64; 2]| (p[0] - from[0]).hypot(p[1] - from[1]) >= ahead_m;
+    let to = way.iter().find(far).or(way.last().filter(|last| *last != from))?;
+    Some((to[1] - from[1]).atan2(to[0] - from[0]).to_degrees())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sketchnav_sim::ros_map::MapInfo;
+
+    /// Seven by five cells of half a metre, a wall in the middle with a gap at the top.
+    fn ground(clearance_m: f64) -> Ground {
+        let yaml =
+            "image: m\nresolution: 0.5\norigin: [10.0, 0.0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
+        let row = |wall: &str| format!("254 254 254 {wall} 254 254 254\n");
+        let pixels = row("254") + &row("254") + &row("0").repeat(3);
+        let info = MapInfo::parse(yaml).unwrap();
+        let map = OccupancyMap::decode(&info, format!("P2\n7 5\n255\n{pixels}").as_bytes()).unwrap();
+        Ground::new(&map, clearance_m)
+    }
+
+    #[test]
+    fn the_shortest_way_leads_around_the_wall() {
+        let way = ground(0.1).way([10.25, 0.25], [13.25, 0.25]).unwrap();
+        assert_eq!((way[0], way[way.len() - 1]), ([10.25, 0.25], [13.25, 0.25]));
+        assert!(way.iter().any(|p| p[1] > 1.5), "{way:?}");
+        assert!((length_m(&way) - 6.0 * 0.5 * 2_f64.sqrt()).abs() < 1e-9, "six steps across: {way:?}");
+        assert!(departure_deg(&way, 1.0).unwrap() > 30.0);
+    }
+
+    #[test]
+    fn boxes_keep_the_robot_at_its_distance() {
+        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]];
+        let outline = (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]).collect();
+        let furniture = vec![Convex::rectangle([2.0, 0.5], [1.0, 1.0], 0.0)];
+        let world = WorldDescription { outline, furniture, ..Default::default() };
+        let ground = Ground::of_world(&world, 0.1, 0.3);
+        let at = ground.nearest([2.0, 0.5], |_| true).unwrap();
+        assert!((gap_m(&world.furniture[0], at) - 0.3).abs() < 0.1, "{at:?}");
+        assert_eq!(gap_m(&world.furniture[0], [2.1, 0.6]), 0.0);
+        let way = ground.way([0.55, 0.55], [3.45, 0.55]).unwrap();
+        assert!(way.iter().any(|p| p[1] > 1.29) && way.iter().all(|p| gap_m(&world.furniture[0], *p) >= 0.3));
+    }
+
+    #[test]
+    fn a_large_robot_has_no_way() {
+        assert!(ground(0.8).way([10.25, 0.25], [13.25, 0.25]).is_none());
+    }
+
+    #[test]
+    fn the_nearest_place_keeps_its_distance() {
+        let at = ground(0.4).nearest([10.0, 0.0], |_| true).unwrap();
+        assert_eq!(at, [10.75, 0.75]);
+        assert_eq!(ground(0.4).nearest([10.0, 0.0], |_| false), None);
+    }
+}

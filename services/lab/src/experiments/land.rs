@@ -1,0 +1,148 @@
+//! The suite `directions-land`: journeys of some 30 m from pole to pole by a custom map, with a noisy laser. The paper
+//! names this navigator and does not build it (Park and Kender 1995, 8).
+//!
+//! Each trial has a field of its own. The map-maker knows the poles; the navigator sees what its laser shows. A journey succeeds
+//! where the robot stops beside the pole of its goal and has touched nothing.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use rand_distr::{Distribution, StandardNormal};
+use sketchnav_directions::path::{Atlas, Measure, Objective, Start, best};
+use sketchnav_directions::reliability::Reliability;
+use sketchnav_directions::stages::mission as keys;
+use sketchnav_directions::transitions::Kinds;
+use sketchnav_directions::{Plane, Point};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::{
+    Mission, NavigatorChoice, Parameters, Place, Start as Begin, Task, WorldSource,
+};
+use sketchnav_schemas::seed;
+use sketchnav_sim::{files, poles};
+
+use crate::error::EvalError;
+use crate::experiments::suite::{Folders, Suite};
+use crate::experiments::trial::{Page, Trial};
+
+/// How many fields.
+const FIELDS: usize = 100;
+/// From the start to the goal, in a straight line, metres.
+const WAY_M: f64 = 30.0;
+/// Where the robot starts beside its first pole, and how far from its last one it may stop, metres.
+const BESIDE_M: f64 = 0.8;
+const THERE_M: f64 = 1.2;
+/// Standard deviation of the heading at the start, degrees.
+const HEADING_DEG: f64 = 2.0;
+/// The slowest that it drives on the average, metres a second.
+const SLOWEST_MPS: f64 = 0.08;
+
+/// Loads the suite.
+///
+/// # Errors
+/// [`EvalError`] with the file that is missing.
+pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
+    let mut trials = Vec::with_capacity(FIELDS);
+    let mut unjoined = 0;
+    let mut number = 1;
+    while trials.len() < FIELDS {
+        match trial(folders, number)? {
+            Some(trial) => trials.push(trial),
+            None => unjoined += 1,
+        }
+        number += 1;
+    }
+    let notices = vec![format!(
+        "{unjoined} fields more have no path between the two poles, as the map-maker says beforehand."
+    )];
+    Ok(Suite {
+        title: "From pole to pole over 30 m by a custom map, with a noisy laser; reached: beside the pole without a touch.".into(),
+        notices,
+        trials,
+        lines: Some("place"),
+        repetitions: 1,
+        ..Suite::default()
+    })
+}
+
+/// The journey on a field; none where no path leads to the goal.
+fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
+    let field = poles::poles(number);
+    let way_m = |pole: &[f64; 2]| (pole[0] - field[0][0]).hypot(pole[1] - field[0][1]);
+    let off = |pole: &[f64; 2]| (way_m(pole) - WAY_M).abs();
+    let Some(goal) = field.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))) else { return Ok(None) };
+    let robot = folders.project.join("sim/missions/directions/panorama.toml").to_string_lossy().into_owned();
+    let open = folders.project.join("sim/missions/landmarks/open.floor.toml").to_string_lossy().into_owned();
+    let heading: f64 = StandardNormal.sample(&mut seed::stream(number, "eval/land/heading"));
+    let given = [
+        ("floor_file", toml::Value::from("the field")),
+        ("landmark_radius_m", poles::RADIUS_M.into()),
+        ("range_m", 8.0.into()),
+        ("heading_noise_deg", HEADING_DEG.into()),
+    ];
+    let mut parameters = Parameters::default();
+    let effort = [("trial_journeys", 32), ("journeys", 256)]
+        .map(|(key, count)| (key.to_owned(), toml::Value::from(count)));
+    *parameters.of_mut(Process::Sketcher) = effort.into_iter().collect();
+    let to_goal = toml::Value::Array(goal.map(toml::Value::from).to_vec());
+    let mission = Mission {
+        name: format!("land/{number:03}"),
+        description: String::new(),
+        robot: robot.clone(),
+        navigator: NavigatorChoice {
+            kind: keys::KIND.into(),
+            given: given.map(|(key, value)| (key.to_owned(), value)).into_iter().collect(),
+        },
+        world: WorldSource {
+            floor_plan: Some(open),
+            furniture: poles::furniture(&field),
+            ..WorldSource::default()
+        },
+        start: Begin {
+            world: field[0].map(|at| at + BESIDE_M * FRAC_1_SQRT_2),
+            world_heading_deg: (heading * HEADING_DEG).clamp(-20.0, 20.0),
+        },
+        task: vec![Task {
+            name: "to the pole".into(),
+            there: Place { polygon: None, center: Some(goal), radius_m: Some(THERE_M) },
+            time_limit_s: 60.0 + WAY_M / SLOWEST_MPS,
+            given: toml::Table::from_iter([("goal".to_owned(), to_goal)]),
+        }],
+        parameters,
+    };
+    let robot = files::robot(&robot)?;
+    let bytes = toml::to_string(&poles::plan(number)).unwrap_or_default();
+    let trial = Trial {
+        ends_with_contact: true,
+        bytes: Some(Page::from(bytes.into_bytes())),
+        ..Trial::new(format!("{number:03}"), "field of poles".into(), mission, robot)
+    };
+    Ok(is_joined(&trial, &field, goal)?.then_some(trial))
+}
+
+/// Whether isolated landmarks join the start and the goal.
+fn is_joined(trial: &Trial, field: &[[f64; 2]], goal: [f64; 2]) -> Result<bool, EvalError> {
+    let pilot = keys::pilot(&trial.mission, &trial.robot, 0.0).map_err(|error| EvalError::Trial {
+        trial: trial.name.clone(),
+        cause: Box::new(sketchnav_rehearsal::RehearsalError::Stage(error.into())),
+    })?;
+    let plane = Plane::new(field.iter().map(|&[x, y]| Point::new(x, y)).collect())?;
+    let goal = field.iter().position(|pole| *pole == goal).unwrap_or_default() as u32;
+    let atlas = Atlas::new(plane, pilot.settings.window, Kinds::ISOLATED, Reliability::fitted(pilot.noise));
+    let start = Start::over(&atlas.plane, 0)?;
+    Ok(best(&atlas, start, goal, Measure::Windows, Objective::SHORTEST).is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_field_has_a_goal_some_30_m_away_and_the_navigator_has_all_keys() {
+        let suite = suite(&Folders::of_checkout()).unwrap();
+        assert_eq!(suite.trials.len(), FIELDS);
+        for trial in &suite.trials {
+            keys::check(&trial.mission, &trial.robot).unwrap();
+            let ([x, y], goal) = (trial.mission.start.world, trial.mission.task[0].there.center.unwrap());
+            assert!(((goal[0] - x).hypot(goal[1] - y) - WAY_M).abs() < 3.0, "{}", trial.name);
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! A person who looks on with the drawing in the hand, and answers when the robot asks where it is.
+//!
+//! The person sees where the robot truly is, and points at that place in the drawing as exactly as people mark a start.
+//! They answer a few times, then give the drive up. They say nothing unless the robot asks.
+
+use nalgebra::Complex;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64Mcg;
+use sketchnav_schemas::channels::ChannelSpec;
+use sketchnav_schemas::codes::FREE;
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, World, wrap_angle};
+use sketchnav_schemas::message::Here;
+use sketchnav_schemas::seed;
+use sketchnav_sketch::messages::{QUESTION, QuestionKind};
+use sketchnav_sketch::reading::DrawnMap;
+
+use crate::experiments::outcome::{Kind, TaskOutcome};
+use crate::experiments::section::Section;
+use crate::experiments::table::Table;
+use crate::experiments::trial::StartError;
+
+/// Most answers in a drive: then the person gives it up.
+const MOST_ANSWERS: u32 = 4;
+/// Between two answers, simulated nanoseconds.
+const PAUSE_NS: u64 = 5_000_000_000;
+
+/// What a person knows: which places of the world are which places of the drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Person {
+    /// In the world, metres, and in the drawing, pixels, frame `Sketch`.
+    matched: Vec<[Complex<f64>; 2]>,
+}
+
+impl Person {
+    /// By places that are the same: at least one. By a single one, a metre counts as a pixel.
+    pub fn new(matched: impl IntoIterator<Item = (Point<World>, Point<Sketch>)>) -> Self {
+        let pair = |(world, sketch): (Point<World>, Point<Sketch>)| {
+            [Complex::new(world.x, world.y), Complex::new(sketch.x, sketch.y)]
+        };
+        Self { matched: matched.into_iter().map(pair).collect() }
+    }
+
+    /// Where in the drawing a pose of the world lies: by the similarity that fits the matched places best, near ones
+    /// above all (Schaefer, McPhail, Warren 2006, section 2.2).
+    pub fn drawn(&self, robot: &Pose<World>) -> Pose<Sketch> {
+        let at = Complex::new(robot.x, robot.y);
+        let weighted = || {
+            self.matched
+                .iter()
+                .map(move |[world, sketch]| (1.0 / (world - at).norm_sqr().max(1e-12), world, sketch))
+        };
+        let total: f64 = weighted().map(|(weight, ..)| weight).sum();
+        let from = weighted().map(|(weight, world, _)| world * weight).sum::<Complex<f64>>() / total;
+        let to = weighted().map(|(weight, _, sketch)| sketch * weight).sum::<Complex<f64>>() / total;
+        let over: Complex<f64> = weighted().map(|(weight, p, q)| (q - to) * (p - from).conj() * weight).sum();
+        let under: f64 = weighted().map(|(weight, p, _)| (p - from).norm_sqr() * weight).sum();
+        let turn = if under > 0.0 { over / under } else { Complex::new(1.0, 0.0) };
+        let drawn = turn * (at - from) + to;
+        Pose::new(drawn.re, drawn.im, wrap_angle(robot.yaw_rad + turn.arg()))
+    }
+}
+
+/// A person during a drive.
+pub struct Bystander<'a> {
+    person: &'a Person,
+    paper: &'a DrawnMap,
+    rng: Pcg64Mcg,
+    question: QuestionKind,
+    asked_ns: Option<u64>,
+    /// How often they were asked.
+    asked: u32,
+}
+
+impl<'a> Bystander<'a> {
+    /// Before a drive by `paper`; `seed` is the run's.
+    pub fn new(person: &'a Person, paper: &'a DrawnMap, seed: u64) -> Self {
+        let rng = seed::stream(seed, "eval/person");
+        Self { person, paper, rng, question: QuestionKind::Nothing, asked_ns: None, asked: 0 }
+    }
+
+    /// Hears a question.
+    pub fn hear(&mut self, spec: &ChannelSpec, message: &[u8]) {
+        let asked =
+            QUESTION.message(spec, message).and_then(|question| QuestionKind::from_code(question.kind));
+        self.question = asked.unwrap_or(self.question);
+    }
+
+    /// How often they have answered.
+    pub fn answers(&self) -> u32 {
+        self.asked.min(MOST_ANSWERS)
+    }
+
+    /// Whether they were asked once more than they answer.
+    pub fn gives_up(&self) -> bool {
+        self.asked > MOST_ANSWERS
+    }
+
+    /// Whether they have given up a robot that is lost.
+    pub fn leaves_it_lost(&self) -> bool {
+        self.gives_up() && self.question == QuestionKind::Where
+    }
+
+    /// The answer to what the robot asks, given anew while it goes on asking; `robot`: where it truly is at this time.
+    pub fn answer(&mut self, robot: &Pose<World>, stamp_ns: u64) -> Option<Here> {
+        let is_due = self.asked_ns.is_none_or(|asked_ns| stamp_ns >= asked_ns + PAUSE_NS);
+        if self.question == QuestionKind::Nothing || !is_due {
+            return None;
+        }
+        (self.asked_ns, self.asked) = (Some(stamp_ns), self.asked + 1);
+        if self.gives_up() {
+            return None;
+        }
+        let pose = self.point_at(robot);
+        // An answer to `Which` has no heading.
+        let yaw_rad = (self.question == QuestionKind::Where).then_some(pose.yaw_rad);
+        Some(Here { at: pose.position(), yaw_rad })
+    }
+
+    /// Where a person puts the robot: at the free place that is nearest to the truth, with people's errors.
+    fn point_at(&mut self, robot: &Pose<World>) -> Pose<Sketch> {
+        let drawn = self.person.drawn(robot);
+        let error = StartError::OF_PEOPLE;
+        let Ok(normal) = Normal::new(0.0, 1.0) else { return drawn };
+        let mut draw = || normal.sample(&mut self.rng);
+        let yaw_rad = wrap_angle(drawn.yaw_rad + (error.heading_deg * draw()).to_radians());
+        let place = drawn.position();
+        let is_free = |cell: usize| self.paper.cells[cell] == FREE;
+        let nearest =
+            (self.paper.cell(&place) != Some(FREE)).then(|| nearest_cell(self.paper, &place, is_free));
+        let free = nearest.flatten().unwrap_or(place);
+        let at = error.mark(self.paper, &free, draw).unwrap_or(free);
+        Pose::new(at.x, at.y, yaw_rad)
+    }
+}
+
+/// The middle of the cell that is nearest to a place of the drawing, of those that count; `None` where none does.
+pub(super) fn nearest_cell(
+    drawing: &DrawnMap,
+    at: &Point<Sketch>,
+    counts: impl Fn(usize) -> bool,
+) -> Option<Point<Sketch>> {
+    let width = drawing.width_px as usize;
+    let middle = |i: usize| Point::<Sketch>::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+    let counted = (0..drawing.cells.len()).filter(|&i| counts(i)).map(middle);
+    counted.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at)))
+}
+
+/// How often the robot asked, and what became of the drives in which it did.
+pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
+    let mut lines: Vec<(&str, Option<&str>)> = Vec::new();
+    for outcome in outcomes {
+        let line = (outcome.method.as_str(), Some(outcome.drawing.as_str()));
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
+    let mut methods: Vec<_> = lines.iter().map(|(method, _)| (*method, None)).collect();
+    methods.dedup();
+    lines.extend(methods);
+    let row = |(method, drawing): &(&str, Option<&str>)| {
+        let is_of = |outcome: &&TaskOutcome| {
+            outcome.method == *method && drawing.is_none_or(|drawing| outcome.drawing == drawing)
+        };
+        let all: Vec<_> = outcomes.iter().filter(is_of).collect();
+        let asked: Vec<_> = all.iter().filter(|outcome| outcome.answers > 0).collect();
+        let count = |kind: Kind| asked.iter().filter(|outcome| outcome.kind == kind).count();
+        let answers: u32 = asked.iter().map(|outcome| outcome.answers).sum();
+        let figures =
+            [all.len(), asked.len(), answers as usize, count(Kind::Reached), count(Kind::WrongArrival)];
+        let words = [*method, drawing.unwrap_or("all")].map(str::to_owned);
+        words.into_iter().chain(figures.iter().map(usize::to_string)).collect()
+    };
+    let header = [
+        "method",
+        "drawing",
+        "drives",
+        "the robot asked in",
+        "answers",
+        "then reached",
+        "then wrong arrivals",
+    ];
+    let words = format!(
+        "The person answers truly and points as exactly as people mark a start. At the question after {MOST_ANSWERS} \
+         answers they give the drive up."
+    );
+    vec![Section {
+        title: "What the robot asked".to_owned(),
+        table: Table { header: header.map(str::to_owned).to_vec(), rows: lines.iter().map(row).collect() },
+        words: vec![words],
+        plots: Vec::new(),
+    }]
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use sketchnav_sketch::messages::Question;
+    use sketchnav_sketch::mission::WallTone;
+    use sketchnav_sketch::reading::Options;
+
+    use super::*;
+
+    /// A quarter turn, ten pixels a metre; the last corner is drawn too far out.
+    const CORNERS: [([f64; 2], [f64; 2]); 4] = [
+        ([0.0, 0.0], [100.0, 0.0]),
+        ([4.0, 0.0], [100.0, 40.0]),
+        ([4.0, 3.0], [70.0, 40.0]),
+        ([0.0, 3.0], [70.0, -15.0]),
+    ];
+
+    fn person(corners: &[([f64; 2], [f64; 2])]) -> Person {
+        Person::new(corners.iter().map(|(at, px)| (Point::new(at[0], at[1]), Point::new(px[0], px[1]))))
+    }
+
+    #[test]
+    fn a_matched_place_is_where_it_was_matched_and_a_heading_turns_with_the_drawing() {
+        let person = person(&CORNERS);
+        for ([x, y], [column, row]) in CORNERS {
+            let drawn = person.drawn(&Pose::new(x, y, 0.0));
+            assert!((drawn.x - column).hypot(drawn.y - row) < 1e-3, "{drawn:?}");
+        }
+        let drawn = person.drawn(&Pose::new(4.0, 0.1, 0.0));
+        assert!((drawn.yaw_rad.to_degrees() - 90.0).abs() < 10.0, "{drawn:?}");
+    }
+
+    /// A sheet of 60 by 20 pixels with a wall in the middle.
+    fn paper() -> DrawnMap {
+        let svg = r##"<svg xmlns="http://www.w3.org/2000/svg" width="60" height="20">
+            <rect width="60" height="20" fill="#ffffff"/><rect x="28" width="4" height="20" fill="#000000"/></svg>"##;
+        let options = Options { walls: WallTone::Dark, ..Options::default() };
+        sketchnav_sketch::reading::read(svg.as_bytes(), "room.svg", &options).unwrap()
+    }
+
+    fn asks(bystander: &mut Bystander<'_>, kind: QuestionKind) {
+        let question = Question { kind: kind.code(), ..Question::zeroed() };
+        bystander.hear(QUESTION.spec, bytemuck::bytes_of(&question));
+    }
+
+    /// Of a world that lies on the sheet, a tenth of a metre a pixel.
+    fn person_of(paper: &DrawnMap) -> Person {
+        let at = |x: f64| (Point::new(x, 0.0), paper.from_image([10.0 * x, 20.0]));
+        Person::new([at(0.0), at(6.0)])
+    }
+
+    #[test]
+    fn answers_come_when_asked_again_after_a_pause_and_stop_after_a_few() {
+        let paper = paper();
+        let person = person_of(&paper);
+        let mut bystander = Bystander::new(&person, &paper, 1);
+        let robot = Pose::new(1.0, 1.0, 0.5);
+        assert_eq!(bystander.answer(&robot, 0), None, "nobody has asked");
+        asks(&mut bystander, QuestionKind::Which);
+        let told = bystander.answer(&robot, 0).unwrap();
+        let [column, row] = paper.to_image(&told.at);
+        assert!(
+            (column - 10.0).hypot(row - 10.0) < 3.0 && told.yaw_rad.is_none(),
+            "{column}, {row}: {told:?}"
+        );
+        assert_eq!(bystander.answer(&robot, PAUSE_NS - 1), None);
+        asks(&mut bystander, QuestionKind::Where);
+        let told = bystander.answer(&robot, PAUSE_NS).unwrap();
+        assert!((told.yaw_rad.unwrap() - 0.5).abs() < 0.5, "{told:?}");
+        let more = (2..).map(|k| bystander.answer(&robot, k * PAUSE_NS)).take_while(Option::is_some).count();
+        assert_eq!((more, bystander.answers()), (2, MOST_ANSWERS));
+        assert!(bystander.gives_up() && bystander.leaves_it_lost());
+    }
+
+    #[test]
+    fn nobody_points_into_a_wall_or_behind_it() {
+        let paper = paper();
+        let person = person_of(&paper);
+        for seed in 0..200 {
+            let at = Bystander::new(&person, &paper, seed).point_at(&Pose::new(2.85, 1.0, 0.0)).position();
+            assert!(paper.cell(&at) == Some(FREE) && paper.to_image(&at)[0] < 30.0, "{at:?}");
+        }
+    }
+
+    #[test]
+    fn one_place_is_enough_to_point() {
+        let drawn = person(&[([1.0, 1.0], [7.0, 8.0])]).drawn(&Pose::new(1.5, 1.0, 0.3));
+        assert_eq!((drawn.x, drawn.y, drawn.yaw_rad), (7.5, 8.0, 0.3));
+    }
+}

@@ -1,0 +1,259 @@
+//! Drives a trial by the services' own cores and judges it.
+
+use sketchnav_landmarks::instructions::Instructions;
+use sketchnav_landmarks::language;
+use sketchnav_landmarks::mission::{LandmarksMission, Method};
+use sketchnav_rehearsal::{Onlooker, Rehearsal, RehearsalError, Tap};
+use sketchnav_schemas::channels::{ChannelSpec, STATUS};
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::erased;
+use sketchnav_schemas::message::Here;
+use sketchnav_schemas::mission::{MissionError, Task};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::time::seconds;
+use sketchnav_sketch::mission::SketchMission;
+
+use crate::error::EvalError;
+use crate::experiments::cost::{Cost, clearance_m};
+use crate::experiments::outcome::{Kind, TaskOutcome};
+use crate::experiments::person::Bystander;
+use crate::experiments::trial::{Page, Trial};
+use crate::judge::log::Log;
+use crate::judge::states::{Said, StateDriven};
+use crate::judge::{self, TaskSpan, TaskVerdict};
+
+/// A run that was driven.
+#[derive(Debug)]
+pub struct Driven {
+    /// As it was driven.
+    pub run: RunConfig,
+    /// Its mission in the drawing, where it has one.
+    pub sketch: Option<SketchMission>,
+    /// Number, within the trial, of the run's first task.
+    pub first_task: usize,
+    /// What it said.
+    pub log: Log,
+    /// The stamp of every message on any channel.
+    pub stamps_ns: Vec<u64>,
+    /// Processor time of localizer and planner by the clock, seconds.
+    pub busy_s: f64,
+    /// How often a person answered the robot.
+    pub answers: u32,
+    /// Whether the person gave up a robot that is lost.
+    pub is_left_lost: bool,
+    /// Its tasks, judged; those that were begun or, where no pose is given after a failure, all.
+    pub verdicts: Vec<TaskVerdict>,
+}
+
+/// Writes down a run, and ends it after a failed task where another run is to take over.
+struct Watcher<'a> {
+    log: Log,
+    stamps_ns: Vec<u64>,
+    tasks: &'a [Task],
+    ends_with_contact: bool,
+    stops_at_failure: bool,
+    failed: bool,
+    bystander: Option<Bystander<'a>>,
+}
+
+impl Tap for Watcher<'_> {
+    fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) {
+        self.log.see(spec, message, cells);
+        self.stamps_ns.push(erased::header(message).stamp_ns);
+        if let Some(bystander) = &mut self.bystander {
+            bystander.hear(spec, message);
+        }
+        if *spec == *STATUS.spec {
+            self.watch();
+        }
+    }
+}
+
+impl Onlooker for Watcher<'_> {
+    fn has_enough(&self) -> bool {
+        self.stops_at_failure && self.failed
+            || self.ends_with_contact && !self.log.contacts.is_empty()
+            || self.bystander.as_ref().is_some_and(Bystander::gives_up)
+    }
+
+    fn here(&mut self) -> Option<Here> {
+        let truth = self.log.truth.last()?;
+        self.bystander.as_mut()?.answer(&truth.pose(), truth.header.stamp_ns)
+    }
+}
+
+impl Watcher<'_> {
+    /// Notes whether the newest status ends a task in failure.
+    fn watch(&mut self) {
+        let Some(status) = self.log.status.last() else { return };
+        let Some(state) = TaskState::from_code(status.state) else { return };
+        let Some(task) = self.tasks.get(status.task as usize) else { return };
+        if state.is_end() {
+            let there = self.log.truth.last().map(|truth| truth.pose());
+            let there =
+                task.there.is_unknown() || there.is_some_and(|pose| task.there.contains(pose.x, pose.y));
+            self.failed |= state != TaskState::Reached || !there;
+        }
+    }
+}
+
+/// Drives one repetition of a trial.
+///
+/// Where poses are given anew (`restarts`), a run ends with the first task that fails. Another begins at that task's
+/// goal (Boniardi et al. 2015, IV).
+///
+/// # Errors
+/// [`EvalError::Trial`] where the mission cannot begin.
+pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, EvalError> {
+    let page = trial.bytes.as_ref().map(Page::bytes).transpose()?;
+    let mut runs = Vec::new();
+    let mut first_task = 0;
+    while first_task < trial.mission.task.len() {
+        let driven = drive_from(trial, page.as_deref(), method, seed, first_task)
+            .map_err(|cause| EvalError::Trial { trial: trial.name.clone(), cause: Box::new(cause) })?;
+        first_task += driven.verdicts.len();
+        runs.push(driven);
+    }
+    Ok(runs)
+}
+
+fn drive_from(
+    trial: &Trial,
+    page: Option<&[u8]>,
+    method: &str,
+    seed: u64,
+    first_task: usize,
+) -> Result<Driven, RehearsalError> {
+    let wrong = |error: MissionError| RehearsalError::Stage(error.into());
+    let run = trial.run(method, seed, first_task).map_err(wrong)?;
+    let sheet = trial.sheet.as_ref();
+    let sketch = sheet.map(|_| SketchMission::of(&run.mission)).transpose().map_err(wrong)?;
+    let stops_at_failure = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
+    let mut watcher = Watcher {
+        log: Log::default(),
+        stamps_ns: Vec::new(),
+        tasks: &run.mission.task,
+        ends_with_contact: trial.ends_with_contact,
+        stops_at_failure,
+        failed: false,
+        bystander: trial
+            .person
+            .as_deref()
+            .zip(sheet)
+            .map(|(person, sheet)| Bystander::new(person, &sheet.paper, seed)),
+    };
+    let rehearsal = match page {
+        Some(bytes) => Rehearsal::by_bytes(&run, bytes),
+        None => Rehearsal::new(&run),
+    };
+    let spent = rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
+    let busy_s = (spent.localizer + spent.planner).as_secs_f64();
+    let Watcher { log, stamps_ns, bystander, .. } = watcher;
+    let answers = bystander.as_ref().map_or(0, Bystander::answers);
+    let is_left_lost = bystander.is_some_and(|bystander| bystander.leaves_it_lost());
+    let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
+    if stops_at_failure {
+        let failed = verdicts.iter().position(|verdict| !verdict.reached);
+        verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
+    }
+    Ok(Driven { run, sketch, first_task, log, stamps_ns, busy_s, answers, is_left_lost, verdicts })
+}
+
+/// Drives one repetition of a trial and returns how its tasks ended.
+///
+/// # Errors
+/// As [`drive`].
+pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Vec<TaskOutcome>, EvalError> {
+    let runs = drive(trial, method, seed)?;
+    Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
+}
+
+/// How the run's task `index` ended, its way included.
+pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
+    let verdict = &driven.verdicts[index];
+    if trial.ends_with_contact && verdict.collisions > 0 {
+        return Kind::Collided;
+    }
+    let kind = match Kind::of(verdict) {
+        // With somebody who looks on, a lost robot waits, and its task does not end.
+        Kind::Aborted if driven.is_left_lost => Kind::Lost,
+        kind => kind,
+    };
+    let route = driven.sketch.as_ref().and_then(|sketch| sketch.tasks[index].aim.route());
+    let (Kind::Reached, Some(route), Some(sheet), Some(span)) = (kind, route, &trial.sheet, span) else {
+        return kind;
+    };
+    let Some(join) = &sheet.correspondence else { return kind };
+    let way: Vec<_> = span.of(&driven.log.truth).iter().map(|truth| truth.pose().position()).collect();
+    let route: Vec<_> = route.iter().map(|&at| sheet.paper.from_image(at)).collect();
+    if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
+}
+
+/// What a task of a run cost; of the processor's time, which is known of the run as a whole, its share by time.
+fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
+    let log = &driven.log;
+    let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
+    let is_within = |stamp_ns: &&u64| (span.begin_ns..=span.end_ns).contains(*stamp_ns);
+    // Of a map with thousands of faces that takes longer than the drive.
+    let world = trial.ends_with_contact.then(|| sketchnav_sim::files::world(&driven.run.mission.world).ok());
+    let half_extents_m = driven.run.robot.half_extents_m();
+    let cost = Cost::new(span.of(&log.commands), span.of(&log.truth), time_s, driven.run.robot.mass_kg);
+    Cost {
+        messages: driven.stamps_ns.iter().filter(is_within).count() as u64,
+        clearance_m: world
+            .flatten()
+            .and_then(|world| clearance_m(span.of(&log.truth), half_extents_m, &world)),
+        busy_s: driven.busy_s * time_s / whole_s.max(time_s).max(f64::MIN_POSITIVE),
+        ..cost
+    }
+}
+
+/// The states of a drive by landmark states; none of another drive, nor of one by words, where nothing is drawn.
+fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
+    let log = &driven.log;
+    let by_states =
+        LandmarksMission::of(&driven.run.mission).is_ok_and(|it| it.method == Method::Chronis2007);
+    let instructions = Instructions::read(&log.landmark_route).ok().filter(|_| by_states);
+    let Some(Instructions { sketch: Some(sketch), words, .. }) = instructions else { return Vec::new() };
+    let Ok(route) = language::read(&words) else { return Vec::new() };
+    let said = Said {
+        route: &route,
+        sketch: &sketch,
+        views: &log.landmark_views,
+        progress: &log.landmark_progress,
+        truth: &log.truth,
+    };
+    judge::states::states(&driven.run, &said, is_reached)
+}
+
+/// The outcomes of a run's tasks.
+pub fn outcomes<'a>(
+    trial: &'a Trial,
+    method: &'a str,
+    repetition: u32,
+    driven: &'a Driven,
+) -> impl Iterator<Item = TaskOutcome> + 'a {
+    let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
+    driven.verdicts.iter().zip(spans).enumerate().map(move |(i, (verdict, span))| {
+        let end = span.and_then(|span| span.of(&driven.log.truth).last().copied());
+        let kind = kind_of(trial, driven, span.as_ref(), i);
+        TaskOutcome {
+            id: format!("{}#{repetition}", trial.name),
+            drawing: trial.drawing.clone(),
+            method: method.to_owned(),
+            seed: driven.run.seed,
+            task: verdict.name.clone(),
+            task_index: driven.first_task + i,
+            kind,
+            reason: verdict.reason.clone(),
+            time_s: verdict.time_s,
+            path_m: verdict.path_m,
+            end: end.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y, pose.yaw_rad.to_degrees()]),
+            final_error_m: verdict.final_error_m,
+            collisions: verdict.collisions,
+            cost: span.map_or_else(Cost::default, |span| cost(trial, driven, &span, verdict.time_s)),
+            states: states(driven, kind == Kind::Reached),
+            answers: driven.answers,
+        }
+    })
+}

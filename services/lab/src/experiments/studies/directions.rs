@@ -1,0 +1,141 @@
+//! The experiments of Park and Kender 1995, and those that they leave out: directions from landmark to landmark over random
+//! planes of dots.
+
+use sketchnav_directions::arrival::Effort;
+use sketchnav_directions::experiments::{self, Setting, Table};
+use sketchnav_directions::fit;
+
+use super::{Drawn, Figure, Size, Study};
+use crate::error::EvalError;
+
+/// Journeys over each world.
+const JOURNEYS: u64 = 5;
+/// The columns of success and its interval in a table of kinds.
+const SUCCESS: [usize; 3] = [1, 2, 3];
+/// Worlds of the calibration have seeds that fitted nothing.
+const UNSEEN: u64 = 1000;
+
+/// The studies of this module.
+pub const STUDIES: [Study; 7] = [
+    Study {
+        name: "directions-parkways",
+        title: "How many parkways a random plane has by its population: five windows, and three kinds of parkways (figure 7).",
+        worlds: 20,
+        run: parkways,
+    },
+    Study {
+        name: "directions-components",
+        title: "How many strongly connected components there are, of parkways alone and with trajectories (figure 11).",
+        worlds: 20,
+        run: components,
+    },
+    Study {
+        name: "directions-paths",
+        title: "Three costs on one world (figures 14, 15, 26 and 27), equation 1 against simulation (figure 21), and what can be recovered (figures 28 and 29).",
+        worlds: 10,
+        run: paths,
+    },
+    Study {
+        name: "directions-clutter",
+        title: "From one side of a cluttered wall to the other: the shortest path and more reliable ones (figure 25).",
+        worlds: 200,
+        run: clutter,
+    },
+    Study {
+        name: "directions-views",
+        title: "Success by the words of the map-maker and by the size of the window.",
+        worlds: 200,
+        run: views,
+    },
+    Study {
+        name: "directions-success",
+        title: "Success by cost, verification and error of position, the six kinds counted (figures 26 and 28, and 7.2.6).",
+        worlds: 200,
+        run: success,
+    },
+    Study {
+        name: "directions-calibration",
+        title: "The probability of arrival that a plan states, against the journeys that arrive, on worlds that fitted nothing.",
+        worlds: 400,
+        run: calibration,
+    },
+];
+
+fn curves(table: Table, x_unit: &'static str, unit: &'static str, columns: std::ops::Range<usize>) -> Figure {
+    Figure { table, drawn: Drawn::Curves { x_unit, unit, columns: columns.collect() } }
+}
+
+fn shares(table: Table) -> Figure {
+    Figure { table, drawn: Drawn::Shares(SUCCESS) }
+}
+
+fn parkways(Size { worlds, seed }: Size) -> Result<Vec<Figure>, EvalError> {
+    let by_window = experiments::windows(&[25, 50, 100, 200, 300, 400, 600, 800, 1200], worlds, seed)?;
+    let by_kind = experiments::parkways(&[10, 25, 50, 75, 100, 150, 200, 300, 450], worlds, seed)?;
+    Ok(vec![curves(by_window, "dots", "parkways", 0..5), curves(by_kind, "dots", "parkways", 0..3)])
+}
+
+fn components(Size { worlds, seed }: Size) -> Result<Vec<Figure>, EvalError> {
+    let table = experiments::components(&[25, 50, 100, 150, 200, 300, 450], worlds, seed)?;
+    Ok(vec![curves(table, "dots", "components", 0..2)])
+}
+
+fn paths(Size { worlds, seed }: Size) -> Result<Vec<Figure>, EvalError> {
+    let plain = |table| Figure { table, drawn: Drawn::Nothing };
+    let recoverable = experiments::recoverable(&[50, 100, 150, 200, 300], worlds, seed)?;
+    Ok(vec![
+        plain(experiments::costs_of_one_world(seed + 1)?),
+        plain(experiments::reliability(fit::Effort::FULL, seed)),
+        curves(recoverable, "dots", "share of the transitions", 0..4),
+    ])
+}
+
+fn clutter(size: Size) -> Result<Vec<Figure>, EvalError> {
+    let table = experiments::clutter(3.0, size.seeds(0), JOURNEYS)?;
+    Ok(vec![Figure { table, drawn: Drawn::Nothing }])
+}
+
+fn views(size: Size) -> Result<Vec<Figure>, EvalError> {
+    Ok(vec![shares(experiments::words_and_windows(1.0, size.seeds(0), JOURNEYS)?)])
+}
+
+fn success(size: Size) -> Result<Vec<Figure>, EvalError> {
+    let one_look = experiments::costs(&[1.0, 3.0, 5.0], 1, size.seeds(0), JOURNEYS)?;
+    let nine_looks = experiments::costs(&[5.0], 9, size.seeds(0), JOURNEYS)?;
+    Ok(vec![shares(one_look), shares(nine_looks)])
+}
+
+fn calibration(size: Size) -> Result<Vec<Figure>, EvalError> {
+    let settings = [1.0, 2.0, 3.0, 5.0, 8.0].map(Setting::of_sigma);
+    let settings = settings.into_iter().collect::<Result<Vec<_>, _>>()?;
+    // One journey over each world: several would not be independent.
+    let calibrated = |settings: &[Setting]| {
+        Ok::<_, EvalError>(experiments::calibration(settings, Effort::USUAL, size.seeds(UNSEEN), 1)?.table())
+    };
+    let (by_sigma, mut all_errors) = (calibrated(&settings)?, calibrated(&[Setting::of_all_errors()?])?);
+    all_errors.title.push_str(", all errors at once");
+    Ok(vec![shares(by_sigma), shares(all_errors)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::studies::find;
+
+    #[test]
+    fn a_study_gives_the_same_tables_for_the_same_seed() {
+        let study = find("directions-components").unwrap();
+        let run = |seed| (study.run)(Size { worlds: 2, seed }).unwrap();
+        assert_eq!(run(1), run(1));
+        assert_ne!(run(1), run(2));
+    }
+
+    /// Figure 7: few dots have few parkways, and many are joined into one.
+    #[test]
+    fn general_parkways_have_their_peak_between() {
+        let figures = (find("directions-parkways").unwrap().run)(Size { worlds: 2, seed: 1 }).unwrap();
+        let general = figures[1].table.column(0);
+        let peak = general.iter().copied().fold(0.0, f64::max);
+        assert!(peak > general[0] && peak > general[general.len() - 1], "{general:?}");
+    }
+}

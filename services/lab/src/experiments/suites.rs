@@ -1,0 +1,119 @@
+//! The suites by name.
+//!
+//! Some suites need data that is not part of the project. Without it they end with an error that names it. A suite that
+//! can do without a part of its data leaves that part out, with a notice.
+
+use sketchnav_corridor::mission::METHODS;
+use sketchnav_sketch::method::Method;
+
+use crate::error::EvalError;
+use crate::experiments::suite::{Folders, Suite};
+use crate::experiments::{
+    ablation, corridor, corridor_cost, deformed, land, landmarks, people, protocol, routes, sensitivity,
+    studies,
+};
+
+/// Loads a suite.
+type Loader = fn(&Folders) -> Result<Suite, EvalError>;
+
+const OUTLINE: &str = Method::Outline.word();
+const BEAM: &str = Method::Beam.word();
+const PAPER: &str = Method::Boniardi2015.word();
+
+/// The suites: a new one is a line here and a module of its own. Where all are driven, some compare methods, or are
+/// about another one than the first of their navigator.
+const SUITES: [(&str, Loader, &[&str]); 22] = [
+    ("ablation", ablation::suite, &[]),
+    ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
+    ("building", protocol::building, &[OUTLINE, PAPER]),
+    ("corridor", corridor::suite, &METHODS),
+    ("corridor-cost", corridor_cost::suite, &[]),
+    ("corridor-person", corridor::person, &[]),
+    ("corridor-turns", corridor::turns, &[]),
+    ("deformed", deformed::suite, &[OUTLINE, BEAM, PAPER]),
+    ("directions-land", land::suite, &[]),
+    ("laboratory", protocol::laboratory, &[OUTLINE, PAPER]),
+    ("landmark-choice", landmarks::choice, &[]),
+    ("landmark-deformed", landmarks::deformed, &[]),
+    ("landmark-features", landmarks::features, &[]),
+    ("landmark-isolation", landmarks::isolation, &[]),
+    ("landmark-labels", landmarks::labels, &[]),
+    ("landmark-scenes", landmarks::scenes, &[]),
+    ("people", people::suite, &[OUTLINE, BEAM, PAPER]),
+    ("people-answers", people::answered, &[]),
+    ("people-exam", people::exam, &[OUTLINE, BEAM]),
+    ("people-exam-answers", people::exam_answered, &[]),
+    ("routes", routes::suite, &[OUTLINE, PAPER]),
+    ("sensitivity", sensitivity::suite, &[BEAM]),
+];
+
+/// The names of all suites.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    SUITES.iter().map(|(name, ..)| *name)
+}
+
+/// The methods by which a suite is driven where all suites are; none where the first one of its navigator is enough.
+pub fn compared(name: &str) -> &'static [&'static str] {
+    SUITES.iter().find(|(known, ..)| *known == name).map_or(&[], |(_, _, methods)| *methods)
+}
+
+/// Loads the suite of that name.
+///
+/// # Errors
+/// [`EvalError`]: an unknown name, data that are missing, a file that is there and cannot be read.
+pub fn load(name: &str, folders: &Folders) -> Result<Suite, EvalError> {
+    let Some((name, load, _)) = SUITES.iter().find(|(known, ..)| *known == name) else {
+        let known = names().chain(studies::names()).collect::<Vec<_>>().join(", ");
+        return Err(EvalError::Suite { found: name.to_owned(), known });
+    };
+    let suite = load(&Folders { suite: name, ..folders.clone() })?;
+    Ok(Suite { name: (*name).to_owned(), ..suite })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::deformed;
+
+    /// Four trials by each of two drawings.
+    fn suite() -> Suite {
+        let site = deformed::shipped(&Folders::of_checkout()).unwrap().remove(1);
+        let drawings = [0.0, 0.5].map(|degree| site.trials(degree, 1).unwrap());
+        Suite { trials: drawings.concat(), ..Suite::default() }
+    }
+
+    fn names(suite: &Suite) -> Vec<String> {
+        suite.trials.iter().map(|trial| trial.name.clone()).collect()
+    }
+
+    #[test]
+    fn a_sample_is_spread_over_each_drawing_and_always_the_same() {
+        let all = names(&suite());
+        assert_eq!(all.len(), 8);
+        for (count, kept) in [
+            (0, vec![]),
+            (1, vec![2, 6]),
+            (2, vec![1, 3, 5, 7]),
+            (4, (0..8).collect::<Vec<_>>()),
+            (99, (0..8).collect()),
+        ] {
+            let mut sampled = suite();
+            sampled.sample(count);
+            let kept: Vec<_> = kept.into_iter().map(|i: usize| all[i].clone()).collect();
+            assert_eq!(names(&sampled), kept, "{count}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_suite_is_told_all_that_there_are() {
+        let error = load("poeple", &Folders::of_checkout()).unwrap_err().to_string();
+        assert!(super::names().all(|name| error.contains(name)), "{error}");
+    }
+
+    #[test]
+    fn the_columns_of_a_published_table_are_added_up() {
+        let table = protocol::laboratory(&Folders::of_checkout()).unwrap().papers();
+        let found: Vec<_> = table.iter().map(|p| (p.name.as_str(), p.reached, p.attempts)).collect();
+        assert_eq!(found, [("paper A", 55, 70), ("paper B", 57, 70)]);
+    }
+}

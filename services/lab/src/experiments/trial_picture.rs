@@ -1,0 +1,155 @@
+//! A driven run as two pictures: the drawing with the estimated way, the true floor with the true way.
+
+use crate::judge::{self, TaskSpan};
+use crate::picture::{
+    self, DrawnOutline, FloorPicture, FloorShapes, PictureError, SeenOutline, SketchPicture, TaskMark,
+    TaskPicture,
+};
+use sketchnav_schemas::geometry::{Point, Pose, World};
+use sketchnav_schemas::message::Message;
+use sketchnav_sketch::messages::Correspondence;
+use sketchnav_sketch::mission::SketchMission;
+
+use crate::error::EvalError;
+use crate::experiments::outcome::Kind;
+use crate::experiments::run::{Driven, kind_of};
+use crate::experiments::trial::{Sheet, Trial};
+
+/// The pictures of a run as SVG, each with what it shows: `sketch` where there is one, and `floor`. The method
+/// `outline` has `outline-sketch` and `outline-floor`, too: what corresponded to what in the end.
+///
+/// # Errors
+/// [`EvalError`] where the world or the drawing cannot be drawn.
+pub fn draw(trial: &Trial, driven: &Driven) -> Result<Vec<(&'static str, String)>, EvalError> {
+    let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
+    let spans = &spans[..driven.verdicts.len()];
+    let drawn = trial.sheet.as_ref().zip(driven.sketch.as_ref());
+    let mut pictures = Vec::new();
+    if let Some((sheet, mission)) = drawn {
+        pictures.push(("sketch", sketch(trial, driven, (sheet, mission), spans)?));
+    }
+    pictures.push(("floor", floor(trial, driven, spans)?));
+    if let Some(((sheet, mission), found)) = drawn.zip(driven.log.correspondences.last()) {
+        pictures.push(("outline-sketch", outline_sketch(driven, (sheet, mission), found)?));
+        pictures.push(("outline-floor", outline_floor(driven, found)?));
+    }
+    Ok(pictures)
+}
+
+fn sketch(
+    trial: &Trial,
+    driven: &Driven,
+    (sheet, mission): (&Sheet, &SketchMission),
+    spans: &[Option<TaskSpan>],
+) -> Result<String, PictureError> {
+    let paper = &sheet.paper;
+    let tasks: Vec<_> = (0..spans.len())
+        .map(|i| TaskPicture {
+            name: name(trial, driven, spans, i),
+            marks: mission.tasks[i].aim.points().iter().map(|&at| paper.from_image(at)).collect(),
+            place: Vec::new(),
+            trail: of(&spans[i], &driven.log.estimates).iter().map(|e| e.pose.pose().position()).collect(),
+            particles: Vec::new(),
+            outcome: outcome(trial, driven, spans, i),
+        })
+        .collect();
+    let heading_deg = mission.start_heading_deg.unwrap_or_default();
+    let marked = mission
+        .start
+        .map(|at| paper.from_image(at))
+        .map(|at| Pose::new(at.x, at.y, heading_deg.to_radians()));
+    // A drawn route is its own start mark.
+    let believed = driven.log.estimates.first().map(|estimate| estimate.pose.pose());
+    picture::sketch(&SketchPicture {
+        title: &title(driven, "the sketch, and where the robot believed to be"),
+        width_px: paper.width_px,
+        height_px: paper.height_px,
+        cells: &paper.cells,
+        start: marked.or(believed).unwrap_or(Pose::new(0.0, 0.0, 0.0)),
+        tasks: &tasks,
+    })
+}
+
+fn floor(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<String, EvalError> {
+    let mission = &driven.run.mission;
+    let world = sketchnav_sim::files::world(&mission.world)?;
+    let point = |p: &[f64; 2]| Point::<World>::new(p[0], p[1]);
+    let tasks: Vec<_> = (0..spans.len())
+        .map(|i| TaskPicture {
+            name: name(trial, driven, spans, i),
+            marks: vec![point(&mission.task[i].there.middle())],
+            place: picture::place_outline(&mission.task[i].there),
+            trail: of(&spans[i], &driven.log.truth).iter().map(|t| t.pose().position()).collect(),
+            particles: Vec::new(),
+            outcome: outcome(trial, driven, spans, i),
+        })
+        .collect();
+    let began = driven.log.contacts.iter().filter(|contact| contact.begins == 1);
+    let contacts: Vec<_> =
+        began.map(|contact| Point::new(contact.position_m[0], contact.position_m[1])).collect();
+    let start = &mission.start;
+    Ok(picture::floor(&FloorPicture {
+        title: &title(driven, "the true floor, and where the robot truly was"),
+        shapes: &FloorShapes::of(&world),
+        people: &[],
+        views: &[],
+        start: Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians()),
+        tasks: &tasks,
+        contacts: &contacts,
+    }))
+}
+
+fn outline_sketch(
+    driven: &Driven,
+    (sheet, mission): (&Sheet, &SketchMission),
+    found: &Correspondence,
+) -> Result<String, PictureError> {
+    let paper = &sheet.paper;
+    let place = |at: [f64; 2]| paper.from_image(at);
+    let start = mission.start.map(place).unwrap_or(Point::new(0.0, 0.0));
+    let heading_deg = mission.start_heading_deg.unwrap_or_default();
+    let goal = mission.tasks.last().and_then(|task| task.aim.points().last().copied()).map(place);
+    picture::drawn_outline(&DrawnOutline {
+        title: &title(driven, "the sketch's outline"),
+        width_px: paper.width_px,
+        height_px: paper.height_px,
+        cells: &paper.cells,
+        start: Pose::new(start.x, start.y, heading_deg.to_radians()),
+        goal: goal.unwrap_or(Point::new(0.0, 0.0)),
+        found,
+    })
+}
+
+fn outline_floor(driven: &Driven, found: &Correspondence) -> Result<String, EvalError> {
+    let world = sketchnav_sim::files::world(&driven.run.mission.world)?;
+    let origin = picture::origin_of(found, &driven.log.truth);
+    let trail: Vec<_> = driven.log.truth.iter().map(|truth| truth.pose().position()).collect();
+    Ok(picture::seen_outline(&SeenOutline {
+        title: &title(driven, "its partners in what was seen"),
+        shapes: &FloorShapes::of(&world),
+        origin,
+        trail: &trail,
+        found,
+    }))
+}
+
+fn title(driven: &Driven, what: &str) -> String {
+    format!("{}, seed {}: {what}", driven.run.mission.name, driven.run.seed)
+}
+
+fn name(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>], task: usize) -> String {
+    let kind = kind_of(trial, driven, spans[task].as_ref(), task);
+    format!("{}: {}", driven.verdicts[task].name, kind.word())
+}
+
+fn of<'a, T: Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T] {
+    span.as_ref().map_or(&[], |span| span.of(messages))
+}
+
+fn outcome(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>], task: usize) -> TaskMark {
+    match (&spans[task], kind_of(trial, driven, spans[task].as_ref(), task)) {
+        (None, _) => TaskMark::NotBegun,
+        (Some(_), Kind::Reached) => TaskMark::Reached,
+        (Some(_), _) => TaskMark::Failed,
+    }
+}

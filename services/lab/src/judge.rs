@@ -1,0 +1,393 @@
+//! What a mission came to, by the true poses rather than by what the planner believed.
+//!
+//! A task is reached where the planner said so *and* the robot truly stood in the task's place (Boniardi et al. 2015,
+//! IV). They "considered a task successful if … the robot is able to access them".
+//!
+//! Pure: messages and the mission in, a [`Verdict`] or [`figures::Figures`] out. But for [`log::Log`], which
+//! is what the judge needs of a recording, nothing here opens one, and nothing prints.
+
+pub mod anchors;
+pub mod directions;
+pub mod drawing;
+pub mod figures;
+pub mod homotopy;
+pub mod log;
+pub mod rooms;
+pub mod states;
+pub mod tables;
+pub mod trajectory;
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::message::{Contact, GroundTruth, Message, MissionStatus};
+use sketchnav_schemas::mission::{Mission, Task};
+use sketchnav_schemas::time::seconds;
+
+/// What became of a mission.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Whether every task was reached.
+    pub success: bool,
+    /// The tasks, in the mission's order.
+    pub tasks: Vec<TaskVerdict>,
+    /// Simulation time of the last message.
+    pub sim_seconds: f64,
+}
+
+/// What became of a task.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TaskVerdict {
+    /// The task's name.
+    pub name: String,
+    /// Whether the planner said that it is there and truly was.
+    pub reached: bool,
+    /// What the planner said last, in the words of [`TaskState`]; `not begun` where it said nothing.
+    /// `reached` beside a `reached` of `false`: it stopped in the wrong place.
+    pub state: String,
+    /// The planner's reason, in its own words.
+    pub reason: String,
+    /// Simulation time from the task's begin to its end.
+    pub time_s: f64,
+    /// Length of the true path.
+    pub path_m: f64,
+    /// From the true position at the task's end to the middle of its place; `None` where the task
+    /// never began.
+    pub final_error_m: Option<f64>,
+    /// How often the robot began to touch something.
+    pub collisions: u32,
+}
+
+impl Verdict {
+    /// What [`Verdict::task_rows`] are about.
+    pub const TASK_COLUMNS: [&'static str; 7] =
+        ["task", "reached", "time", "path", "final error", "collisions", "the planner said"];
+
+    /// A row of words for each task, for people.
+    pub fn task_rows(&self) -> impl Iterator<Item = [String; 7]> {
+        self.tasks.iter().map(|task| {
+            [
+                task.name.clone(),
+                if task.reached { "yes" } else { "no" }.to_owned(),
+                format!("{:.1} s", task.time_s),
+                format!("{:.1} m", task.path_m),
+                task.final_error_m.map_or("–".to_owned(), |error| format!("{error:.2} m")),
+                task.collisions.to_string(),
+                format!("{}: {}", task.state, task.reason),
+            ]
+        })
+    }
+}
+
+/// When a task was driven and how it stood last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TaskSpan {
+    /// Simulation time of the first status message of the task that does not say `waiting`.
+    pub begin_ns: u64,
+    /// Simulation time of the status message that ended it, or of its last one.
+    pub end_ns: u64,
+    /// What that message said.
+    pub state: TaskState,
+}
+
+impl TaskSpan {
+    /// Those of `messages`, which are in the order of their stamps, that lie within the span.
+    pub fn of<'a, T: Message>(&self, messages: &'a [T]) -> &'a [T] {
+        let first = messages.partition_point(|m| m.header().stamp_ns < self.begin_ns);
+        let end = messages.partition_point(|m| m.header().stamp_ns <= self.end_ns);
+        &messages[first.min(end)..end]
+    }
+}
+
+/// The span of each of the `task_count` tasks, `None` for one that never began.
+///
+/// `status` is the whole channel in order. `Finished` speaks about the mission and belongs to no task.
+pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan>> {
+    let mut spans: Vec<Option<TaskSpan>> = vec![None; task_count];
+    for message in status {
+        let Some(state) = TaskState::from_code(message.state) else { continue };
+        let Some(span) = spans.get_mut(message.task as usize) else { continue };
+        if matches!(state, TaskState::Waiting | TaskState::Finished) {
+            continue;
+        }
+        let now_ns = message.header.stamp_ns;
+        let span = span.get_or_insert(TaskSpan { begin_ns: now_ns, end_ns: now_ns, state });
+        // What was aborted may have been gone on with.
+        if !span.state.is_end() || span.state == TaskState::Aborted {
+            (span.end_ns, span.state) = (now_ns, state);
+        }
+    }
+    spans
+}
+
+/// Judges a mission by the whole `truth`, `status` and `contact` channels, each in order.
+pub fn judge(
+    mission: &Mission,
+    truth: &[GroundTruth],
+    status: &[MissionStatus],
+    contacts: &[Contact],
+) -> Verdict {
+    let spans = spans(mission.task.len(), status);
+    let judged = mission.task.iter().zip(&spans).enumerate().map(|(index, (task, span))| match span {
+        Some(span) => judge_task(task, span, truth, contacts, reason_of(index, span, status)),
+        None => not_begun(task),
+    });
+    let tasks: Vec<_> = judged.collect();
+    let last_truth = truth.last().map_or(0, |m| m.header.stamp_ns);
+    let last_status = status.last().map_or(0, |m| m.header.stamp_ns);
+    Verdict {
+        success: tasks.iter().all(|task| task.reached),
+        tasks,
+        sim_seconds: seconds(last_truth.max(last_status)),
+    }
+}
+
+/// A true pose may be so much older than the end of a task, nanoseconds: one was sent for each instant.
+const FRESH_NS: u64 = 1_000_000_000;
+
+/// Judges what a recording with gaps does not show, by what was heard while the mission ran: the last status of each task
+/// that ended. Such a task is reached where the planner said so, and its reason says that nobody could see it.
+pub fn fill_gaps<'a>(
+    verdict: &mut Verdict,
+    truth: &[GroundTruth],
+    status: &[MissionStatus],
+    heard: impl IntoIterator<Item = &'a MissionStatus>,
+) {
+    let spans = spans(verdict.tasks.len(), status);
+    let is_seen = |span: &TaskSpan| {
+        let newest = truth_at(truth, span.end_ns).map(|truth| truth.header.stamp_ns);
+        span.state.is_end() && newest.is_some_and(|at_ns| at_ns + FRESH_NS >= span.end_ns)
+    };
+    for said in heard {
+        let (Some(task), Some(span)) =
+            (verdict.tasks.get_mut(said.task as usize), spans.get(said.task as usize))
+        else {
+            continue;
+        };
+        if !span.as_ref().is_some_and(is_seen) {
+            *task = by_what_was_heard(&task.name, said);
+        }
+        verdict.sim_seconds = verdict.sim_seconds.max(seconds(said.header.stamp_ns));
+    }
+    verdict.success = verdict.tasks.iter().all(|task| task.reached);
+}
+
+fn by_what_was_heard(name: &str, said: &MissionStatus) -> TaskVerdict {
+    let state = TaskState::from_code(said.state);
+    let separator = if said.reason.as_str().is_empty() { "" } else { "; " };
+    TaskVerdict {
+        name: name.to_owned(),
+        reached: state == Some(TaskState::Reached),
+        state: state.map_or("unknown", TaskState::word).to_owned(),
+        reason: format!("{}{separator}by its word alone: not in the recording", said.reason.as_str()),
+        time_s: said.task_time_s,
+        path_m: said.task_path_m,
+        final_error_m: None,
+        collisions: 0,
+    }
+}
+
+fn judge_task(
+    task: &Task,
+    span: &TaskSpan,
+    truth: &[GroundTruth],
+    contacts: &[Contact],
+    reason: String,
+) -> TaskVerdict {
+    let driven = span.of(truth);
+    let at_end = truth_at(truth, span.end_ns).map(|m| m.pose());
+    let there = at_end.is_some_and(|pose| task.there.contains(pose.x, pose.y));
+    let [x, y] = task.there.middle();
+    let is_unknown = task.there.is_unknown();
+    let reason = if is_unknown { by_its_word(&reason) } else { reason };
+    TaskVerdict {
+        name: task.name.clone(),
+        reached: span.state == TaskState::Reached && (there || is_unknown),
+        state: span.state.word().to_owned(),
+        reason,
+        time_s: seconds(span.end_ns - span.begin_ns),
+        path_m: path_length_m(driven),
+        final_error_m: at_end.filter(|_| !is_unknown).map(|pose| (pose.x - x).hypot(pose.y - y)),
+        collisions: span.of(contacts).iter().filter(|contact| contact.begins == 1).count() as u32,
+    }
+}
+
+/// The mission does not say which place of the true world the task leads to.
+fn by_its_word(reason: &str) -> String {
+    let separator = if reason.is_empty() { "" } else { "; " };
+    format!("{reason}{separator}by the robot's word alone")
+}
+
+fn not_begun(task: &Task) -> TaskVerdict {
+    TaskVerdict {
+        name: task.name.clone(),
+        reached: false,
+        state: "not begun".to_owned(),
+        reason: String::new(),
+        time_s: 0.0,
+        path_m: 0.0,
+        final_error_m: None,
+        collisions: 0,
+    }
+}
+
+fn reason_of(index: usize, span: &TaskSpan, status: &[MissionStatus]) -> String {
+    let last = span.of(status).iter().rev().find(|m| m.task as usize == index);
+    last.map_or_else(String::new, |m| m.reason.as_str().to_owned())
+}
+
+/// The true pose at `stamp_ns`: of that very step where it was sent, else the last before it.
+fn truth_at(truth: &[GroundTruth], stamp_ns: u64) -> Option<&GroundTruth> {
+    let after = truth.partition_point(|m| m.header.stamp_ns <= stamp_ns);
+    truth[..after].last()
+}
+
+fn path_length_m(truth: &[GroundTruth]) -> f64 {
+    let ways = truth.windows(2).map(|pair| pair[0].pose().position().distance(&pair[1].pose().position()));
+    // An empty sum of floats is minus zero.
+    ways.fold(0.0, |sum, way| sum + way)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+    use sketchnav_schemas::geometry::{Pose, World};
+    use sketchnav_schemas::message::{Header, PoseM, Text};
+
+    const MISSION: &str = r#"
+        name = "two rooms"
+        robot = "robotino"
+        world = { floor_plan = "floor.toml" }
+        start = { world = [0, 0], world_heading_deg = 0 }
+        navigator = { kind = "sketch", drawing = "sketch.svg" }
+        [[task]]
+        name = "a"
+        goal = [1, 1]
+        there = { center = [2, 0], radius_m = 0.5 }
+        [[task]]
+        name = "b"
+        goal = [2, 2]
+        there = { polygon = [[4, -1], [6, -1], [6, 1], [4, 1]] }
+    "#;
+
+    fn header(step: u64) -> Header {
+        Header { seq: step, stamp_ns: step * 100_000_000, source_seq: step }
+    }
+
+    /// One pose a step, 0.1 m a step to the right.
+    fn drive(steps: u64) -> Vec<GroundTruth> {
+        let pose = |k: u64| PoseM::new(&Pose::<World>::new(k as f64 * 0.1, 0.0, 0.0));
+        (0..steps).map(|k| GroundTruth { header: header(k), pose: pose(k), ..Zeroable::zeroed() }).collect()
+    }
+
+    fn say(step: u64, task: u32, state: TaskState) -> MissionStatus {
+        let (header, reason) = (header(step), Text::new("because"));
+        MissionStatus { header, task, task_count: 2, state: state.code(), reason, ..Zeroable::zeroed() }
+    }
+
+    fn touch(step: u64, begins: u32) -> Contact {
+        Contact { header: header(step), begins, ..Zeroable::zeroed() }
+    }
+
+    fn mission() -> Mission {
+        Mission::parse(MISSION).unwrap()
+    }
+
+    #[test]
+    fn a_mission_whose_tasks_all_end_in_their_places_succeeds() {
+        let status = [
+            say(0, 0, TaskState::Waiting),
+            say(1, 0, TaskState::Driving),
+            say(20, 0, TaskState::Reached),
+            say(21, 1, TaskState::Driving),
+            say(50, 1, TaskState::Reached),
+            say(51, 1, TaskState::Finished),
+        ];
+        let contacts = [touch(20, 1), touch(22, 0), touch(30, 1), touch(40, 1)];
+        let verdict = judge(&mission(), &drive(52), &status, &contacts);
+        assert!(verdict.success);
+        assert!((verdict.sim_seconds - 5.1).abs() < 1e-9);
+        let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
+        assert!((a.time_s - 1.9).abs() < 1e-9 && (a.path_m - 1.9).abs() < 1e-9, "{a:?}");
+        assert!(a.final_error_m.unwrap() < 1e-9 && b.final_error_m.unwrap() < 1e-9);
+        assert_eq!((a.collisions, b.collisions), (1, 2));
+        assert_eq!((a.state.as_str(), a.reason.as_str()), ("reached", "because"));
+    }
+
+    #[test]
+    fn a_robot_that_stops_in_the_wrong_place_has_not_reached_it() {
+        let status =
+            [say(1, 0, TaskState::Driving), say(10, 0, TaskState::Reached), say(45, 1, TaskState::Reached)];
+        let verdict = judge(&mission(), &drive(50), &status, &[]);
+        assert!(!verdict.success && !verdict.tasks[0].reached && verdict.tasks[1].reached);
+        assert_eq!(verdict.tasks[0].state, "reached");
+        assert!((verdict.tasks[0].final_error_m.unwrap() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_robot_that_is_there_but_does_not_know_it_has_not_reached_it() {
+        let status = [say(1, 0, TaskState::Driving), say(20, 0, TaskState::TimedOut)];
+        let verdict = judge(&mission(), &drive(21), &status, &[]);
+        assert!(!verdict.tasks[0].reached);
+        assert_eq!(verdict.tasks[0].state, "timed out");
+    }
+
+    #[test]
+    fn what_comes_after_a_tasks_end_does_not_change_it() {
+        let status = [
+            say(1, 0, TaskState::Driving),
+            say(9, 0, TaskState::Lost),
+            say(20, 0, TaskState::Reached),
+            say(21, 9, TaskState::Driving),
+        ];
+        let spans = spans(2, &status);
+        let lost = TaskSpan { begin_ns: 100_000_000, end_ns: 900_000_000, state: TaskState::Lost };
+        assert_eq!(spans, [Some(lost), None]);
+    }
+
+    #[test]
+    fn a_mission_cut_short_is_judged_as_far_as_it_went() {
+        let status = [say(1, 0, TaskState::Driving), say(12, 0, TaskState::Driving)];
+        let verdict = judge(&mission(), &drive(13), &status, &[]);
+        let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
+        assert_eq!((a.state.as_str(), b.state.as_str()), ("driving", "not begun"));
+        assert!((a.time_s - 1.1).abs() < 1e-9 && b.final_error_m.is_none());
+        let empty = judge(&mission(), &[], &[], &[]);
+        assert!(!empty.success && empty.tasks.len() == 2 && empty.sim_seconds == 0.0);
+    }
+
+    /// A disk that was full for a moment made "3 of 9 reached" of a mission whose tasks were all reached.
+    #[test]
+    fn a_gap_in_the_recording_changes_no_verdict() {
+        let ends = [say(20, 0, TaskState::Reached), say(50, 1, TaskState::Reached)];
+        let recorded = [say(1, 0, TaskState::Driving), ends[0], say(21, 1, TaskState::Driving)];
+        let judged = |truth: &[GroundTruth], status: &[MissionStatus], heard: &[MissionStatus]| {
+            let mut verdict = judge(&mission(), truth, status, &[]);
+            fill_gaps(&mut verdict, truth, status, heard);
+            verdict
+        };
+        // The second task's end is missing.
+        let verdict = judged(&drive(30), &recorded, &ends);
+        assert!(verdict.success && verdict.sim_seconds == 5.0, "{verdict:?}");
+        let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
+        assert!(a.final_error_m.is_some() && a.reason == "because", "{a:?}");
+        assert!(b.final_error_m.is_none() && b.reason.ends_with("not in the recording"), "{b:?}");
+        // Its status is there, and where the robot was is not.
+        let status = [recorded.as_slice(), &[ends[1]]].concat();
+        assert!(judged(&drive(30), &status, &ends).success);
+        assert!(judged(&[], &[], &ends).success);
+        // What can be seen counts, whatever was said.
+        let early = [say(10, 0, TaskState::Reached)];
+        assert!(!judged(&drive(100), &early, &early).tasks[0].reached);
+        let lost = [ends[0], say(50, 1, TaskState::Lost)];
+        assert!(!judged(&drive(30), &recorded, &lost).success);
+    }
+
+    #[test]
+    fn a_verdict_survives_json() {
+        let status = [say(1, 0, TaskState::Driving), say(20, 0, TaskState::Reached)];
+        let verdict = judge(&mission(), &drive(30), &status, &[]);
+        let text = serde_json::to_string(&verdict).unwrap();
+        assert_eq!(serde_json::from_str::<Verdict>(&text).unwrap(), verdict);
+    }
+}

@@ -1,0 +1,207 @@
+//! Pages of HTML that need no other file: their frame and style, tables, and curves over time. Light and
+//! dark, and as wide as a phone.
+//!
+//! Pure: the same content gives the same page.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use sketchnav_schemas::shown;
+
+/// Cells of more characters are text: they are read from the left and may take several lines.
+const LONGEST_IN_A_LINE: usize = 32;
+const STYLE: &str = include_str!("page/style.css");
+
+/// A whole page. Names in it come from anywhere: what is hidden in them is shown, as on a terminal.
+pub fn document(title: &str, body: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body { main { (body) } }
+        }
+    };
+    shown::lines(page.into_string())
+}
+
+/// A table; the first cell of a row is its name.
+pub fn table(header: &[String], rows: &[Vec<String>]) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                @if !header.is_empty() { thead { tr { @for cell in header { th scope="col" { (cell) } } } } }
+                tbody {
+                    @for row in rows {
+                        tr {
+                            @for (i, cell) in row.iter().enumerate() {
+                                @let is_text = cell.chars().count() > LONGEST_IN_A_LINE;
+                                @if i == 0 { th scope="row" { (cell) } } @else { td.text[is_text] { (cell) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A value over time, or over something else.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// What it is.
+    pub name: String,
+    /// Where along the picture, seconds mostly, and value; what is not finite is left out.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// A picture of values over time, or over something else.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart<'a> {
+    /// What it shows.
+    pub title: &'a str,
+    /// Unit of the values.
+    pub unit: &'a str,
+    /// The values.
+    pub series: &'a [Series],
+    /// Unit of what lies along the picture: `s` for time.
+    pub x_unit: &'a str,
+    /// From where to where along it: seconds.
+    pub span: [f64; 2],
+    /// When a task began.
+    pub marks: &'a [f64],
+    /// When a process died.
+    pub faults: &'a [f64],
+}
+
+/// Size of a chart, and what is left around the plot in it: left, top, right, below.
+const SIZE: [f64; 2] = [340.0, 210.0];
+const RIM: [f64; 4] = [40.0, 10.0, 10.0, 30.0];
+/// Points of a curve: more than there are pixels cannot be seen.
+const MOST_POINTS: usize = 320;
+const LINES: usize = 4;
+
+impl Chart<'_> {
+    /// The picture with its heading and legend.
+    pub fn figure(&self) -> Markup {
+        let top = self.top();
+        let [left, rim_top, right, below] = RIM;
+        let [begin, end] = self.span;
+        let x = |s: f64| left + (s - begin) / (end - begin).max(1e-9) * (SIZE[0] - left - right);
+        let y = |value: f64| rim_top + (1.0 - (value / top).clamp(0.0, 1.0)) * (SIZE[1] - rim_top - below);
+        let path = |series: &Series| {
+            let place = |[s, value]: [f64; 2]| format!("{:.1},{:.1}", x(s), y(value));
+            thinned(&series.points).into_iter().map(place).collect::<Vec<_>>().join(" ")
+        };
+        let (low, high) = (SIZE[1] - below, rim_top);
+        html! {
+            figure.card {
+                figcaption { (self.title) " " small { (self.unit) } }
+                svg viewBox={ "0 0 " (SIZE[0]) " " (SIZE[1]) } role="img" {
+                    title { (self.title) " over " (self.x_unit) }
+                    @for i in 0..=LINES {
+                        @let value = top * i as f64 / LINES as f64;
+                        line.grid x1=(left) x2=(SIZE[0] - right) y1=(y(value)) y2=(y(value)) {}
+                        text x=(left - 5.0) y=(y(value) + 4.0) text-anchor="end" { (short(value)) }
+                    }
+                    @for &s in self.marks { line.mark x1=(fixed(x(s))) x2=(fixed(x(s))) y1=(high) y2=(low) {} }
+                    @for i in 0..=LINES {
+                        @let s = begin + (end - begin) * i as f64 / LINES as f64;
+                        text x=(fixed(x(s))) y=(SIZE[1] - 12.0) text-anchor=(anchor(i)) { (short(s)) @if i == LINES { " " (self.x_unit) } }
+                    }
+                    @for (style, series) in self.series.iter().enumerate() {
+                        g class={ "m" (style % 5) } { polyline.curve points=(path(series)) {} }
+                    }
+                    @for &s in self.faults { line.fault x1=(fixed(x(s))) x2=(fixed(x(s))) y1=(high) y2=(low) {} }
+                }
+                @if self.series.len() > 1 {
+                    p.legend {
+                        @for (style, series) in self.series.iter().enumerate() {
+                            span { span class={ "key m" (style % 5) } {} (series.name) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The value at the upper edge: a round one.
+    fn top(&self) -> f64 {
+        let values = self.series.iter().flat_map(|series| series.points.iter().map(|point| point[1]));
+        let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+        let unit = 10_f64.powf((largest.max(1e-6)).log10().floor());
+        [1.0, 2.0, 4.0, 6.0, 8.0, 10.0]
+            .into_iter()
+            .map(|n| n * unit)
+            .find(|top| *top >= largest)
+            .unwrap_or(largest)
+    }
+}
+
+fn anchor(i: usize) -> &'static str {
+    if i == LINES { "end" } else { "middle" }
+}
+
+fn fixed(value: f64) -> String {
+    format!("{value:.1}")
+}
+
+/// Without more digits than can be read.
+fn short(value: f64) -> String {
+    let text = match value.abs() {
+        v if v >= 100.0 || v == 0.0 => format!("{value:.0}"),
+        v if v >= 1.0 => format!("{value:.1}"),
+        _ => format!("{value:.3}"),
+    };
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// Of every so many points the largest: a peak is not to be lost.
+fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let finite: Vec<_> = points.iter().copied().filter(|p| p[0].is_finite() && p[1].is_finite()).collect();
+    let each = finite.len().div_ceil(MOST_POINTS).max(1);
+    let peak = |piece: &[[f64; 2]]| piece.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1]));
+    finite.chunks(each).filter_map(peak).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_needs_no_other_file_and_escapes_what_it_shows() {
+        let points = (0..1000).map(|i| [f64::from(i), f64::from(i % 7)]).collect();
+        let series = [Series { name: "<a>".into(), points }, Series { name: "b".into(), points: vec![] }];
+        let chart = Chart {
+            title: "t & u",
+            unit: "m",
+            series: &series,
+            x_unit: "s",
+            span: [0.0, 999.0],
+            marks: &[5.0],
+            faults: &[9.0],
+        };
+        let rows = [vec!["<row>".to_owned(), "1".to_owned()]];
+        let page = document("x < y", &html! { (chart.figure()) (table(&["h".to_owned()], &rows)) });
+        for word in ["x &lt; y", "t &amp; u", "&lt;a&gt;", "&lt;row&gt;", "class=\"fault\""] {
+            assert!(page.contains(word), "{word}");
+        }
+        for reference in ["http", "src=", "@import", "url("] {
+            assert!(!page.contains(reference), "{reference}");
+        }
+    }
+
+    #[test]
+    fn a_peak_is_not_lost_and_nothing_is_drawn_of_nothing() {
+        let mut points: Vec<[f64; 2]> = (0..5000).map(|i| [f64::from(i), 0.1]).collect();
+        points[1234][1] = 9.0;
+        points[77][1] = f64::NAN;
+        let thin = thinned(&points);
+        assert!(thin.len() <= MOST_POINTS && thin.iter().any(|p| p[1] == 9.0));
+        assert!(thinned(&[]).is_empty());
+        assert_eq!((short(0.25), short(12.0), short(1500.0)), ("0.25".into(), "12".into(), "1500".into()));
+    }
+}

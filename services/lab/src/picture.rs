@@ -1,0 +1,225 @@
+//! Two pictures of a mission: the drawing with the estimated way, the true floor with the true way.
+//!
+//! Pure: plain points in, an SVG as text out, the same text for the same points. Never reads a
+//! recording (see [`crate::judge::TaskSpan::of`] for cutting channels into tasks), never writes a file.
+//!
+//! Both pictures are 1200 units wide and drawn in units. So lines and letters look alike whatever the size of a canvas
+//! or a building.
+
+mod correspondence;
+mod floor;
+mod marks;
+mod plane;
+pub mod svg;
+mod task;
+
+use image::ImageEncoder;
+use sketchnav_schemas::codes::WALL;
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
+use sketchnav_schemas::mission::Place;
+
+pub use correspondence::{DrawnOutline, SeenOutline, drawn_outline, origin_of, seen_outline};
+pub use floor::FloorShapes;
+use marks::Symbol;
+pub use plane::{PlanePicture, plane};
+pub use svg::escape;
+use svg::{Sheet, View};
+pub use task::{TaskMark, TaskPicture};
+
+/// What cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The cells are not a grid of the said size.
+    #[error("sketch cells: expected {width_px} × {height_px} of them, found {found}")]
+    Cells {
+        /// Width that the sketch says.
+        width_px: u32,
+        /// Height that the sketch says.
+        height_px: u32,
+        /// How many cells there are.
+        found: usize,
+    },
+    /// The grid could not be packed as a PNG.
+    #[error("sketch cells: cannot be packed as a PNG: {0}")]
+    Png(#[from] image::ImageError),
+}
+
+/// The drawing and what the robot believed.
+#[derive(Debug, Clone)]
+pub struct SketchPicture<'a> {
+    /// Heading of the picture.
+    pub title: &'a str,
+    /// Width of the drawing.
+    pub width_px: u32,
+    /// Height of the drawing.
+    pub height_px: u32,
+    /// Cells of a [`sketchnav_sketch::messages::SketchMap`]: row 0 at the bottom.
+    pub cells: &'a [u8],
+    /// Where the robot started.
+    pub start: Pose<Sketch>,
+    /// The tasks, in order.
+    pub tasks: &'a [TaskPicture<Sketch>],
+}
+
+/// The true floor and what truly happened.
+#[derive(Debug, Clone)]
+pub struct FloorPicture<'a> {
+    /// Heading of the picture.
+    pub title: &'a str,
+    /// What stands there.
+    pub shapes: &'a FloorShapes,
+    /// The ways of people who walk there.
+    pub people: &'a [Vec<Point<World>>],
+    /// What a camera saw at some moments, each as a polygon.
+    pub views: &'a [Vec<Point<World>>],
+    /// Where the robot started.
+    pub start: Pose<World>,
+    /// The tasks, in order.
+    pub tasks: &'a [TaskPicture<World>],
+    /// Where contacts began.
+    pub contacts: &'a [Point<World>],
+}
+
+/// The outline of a place: its corners, or a disc as a polygon of 48 corners.
+pub fn place_outline(place: &Place) -> Vec<Point<World>> {
+    if let Some(polygon) = &place.polygon {
+        return polygon.iter().map(|p| Point::new(p[0], p[1])).collect();
+    }
+    let (Some([x, y]), Some(radius)) = (place.center, place.radius_m) else { return Vec::new() };
+    let corner = |k: u32| {
+        let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 48.0).sin_cos();
+        Point::new(x + radius * cos, y + radius * sin)
+    };
+    (0..48).map(corner).collect()
+}
+
+/// The drawing with the estimated trajectory, as SVG.
+///
+/// # Errors
+/// [`PictureError`] where the cells are no grid of the said size.
+pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
+    let (width, height) = (f64::from(picture.width_px), f64::from(picture.height_px));
+    let view = View::new([0.0, 0.0], [width, height], 0.0);
+    let png = wall_png(picture.width_px, picture.height_px, picture.cells)?;
+    let mut sheet = Sheet::new(view, picture.title);
+    sheet.image(&png);
+    marks::tasks(&mut sheet, picture.tasks);
+    marks::start(&mut sheet, &picture.start);
+    let clouds = picture.tasks.iter().any(|task| !task.particles.is_empty());
+    let routes = picture.tasks.iter().any(|task| task.marks.len() > 1);
+    let mut symbols = vec![Symbol::Start, Symbol::Goal, Symbol::Trail("estimated way")];
+    symbols.extend(routes.then_some(Symbol::Route));
+    symbols.extend([Symbol::Reached, Symbol::Failed]);
+    symbols.extend(clouds.then_some(Symbol::Particles));
+    marks::legend(&mut sheet, picture.tasks, &symbols);
+    Ok(sheet.finish())
+}
+
+/// A moment in the drawing.
+#[derive(Debug, Clone)]
+pub struct Moment<'a> {
+    /// What it is, in words.
+    pub title: &'a str,
+    /// Width of the drawing's grid.
+    pub width_px: u32,
+    /// Height of the drawing's grid.
+    pub height_px: u32,
+    /// Its cells, row 0 at the bottom.
+    pub cells: &'a [u8],
+    /// Where the robot believed to be.
+    pub pose: Pose<Sketch>,
+    /// Where it had believed to be until then.
+    pub trail: &'a [Point<Sketch>],
+    /// Its particles.
+    pub particles: &'a [Point<Sketch>],
+    /// The way that it planned.
+    pub plan: &'a [Point<Sketch>],
+}
+
+/// A moment in the drawing as SVG: the way so far, the particles, the pose and the plan.
+///
+/// # Errors
+/// [`PictureError`] where the cells are no grid of the said size.
+pub fn moment(moment: &Moment<'_>) -> Result<String, PictureError> {
+    let Moment { title, width_px, height_px, cells, .. } = *moment;
+    let view = View::new([0.0, 0.0], [width_px.into(), height_px.into()], 0.0);
+    let png = wall_png(width_px, height_px, cells)?;
+    let mut sheet = Sheet::new(view, title);
+    sheet.image(&png);
+    sheet.line(moment.trail, "stroke=\"#2f6fd0\" stroke-width=\"3\" stroke-opacity=\"0.55\"");
+    marks::cloud(&mut sheet, moment.particles, "#e07b16");
+    sheet.line(moment.plan, "stroke=\"#1d8a4a\" stroke-width=\"3.5\" stroke-dasharray=\"9 6\"");
+    marks::start(&mut sheet, &moment.pose);
+    Ok(sheet.finish())
+}
+
+/// The true floor with the true trajectory, contacts and a scale bar, as SVG.
+pub fn floor(picture: &FloorPicture<'_>) -> String {
+    let (low, high) = extent(picture);
+    let view = View::new(low, high, 0.04);
+    let mut sheet = Sheet::new(view, picture.title);
+    marks::places(&mut sheet, picture.tasks);
+    for view in picture.views {
+        sheet.polygon(
+            view,
+            "fill=\"#7a52cc\" fill-opacity=\"0.08\" stroke=\"#7a52cc\" stroke-opacity=\"0.35\"",
+        );
+    }
+    for polygon in &picture.shapes.furniture {
+        sheet.polygon(polygon, "fill=\"#e9dcc6\" stroke=\"#cbb894\" stroke-width=\"0.8\"");
+    }
+    marks::ways(&mut sheet, picture.people);
+    sheet
+        .segments(&picture.shapes.walls, "stroke=\"#2b303b\" stroke-width=\"2.4\" stroke-linecap=\"square\"");
+    for marker in &picture.shapes.markers {
+        sheet.polygon(marker, "fill=\"#c23b8f\"");
+    }
+    marks::tasks(&mut sheet, picture.tasks);
+    marks::start(&mut sheet, &picture.start);
+    marks::contacts(&mut sheet, picture.contacts);
+    sheet.scale_bar(1.0);
+    let mut symbols = vec![Symbol::Start, Symbol::Goal, Symbol::Trail("true way")];
+    symbols.extend([Symbol::Reached, Symbol::Failed]);
+    symbols.extend((!picture.shapes.furniture.is_empty()).then_some(Symbol::Furniture));
+    symbols.extend((!picture.shapes.markers.is_empty()).then_some(Symbol::Marker));
+    symbols.extend((!picture.views.is_empty()).then_some(Symbol::View));
+    symbols.extend((!picture.people.is_empty()).then_some(Symbol::Person));
+    symbols.extend((!picture.contacts.is_empty()).then_some(Symbol::Contact));
+    marks::legend(&mut sheet, picture.tasks, &symbols);
+    sheet.finish()
+}
+
+/// The smallest box around walls, trails and the start; one metre around the start at least.
+fn extent(picture: &FloorPicture<'_>) -> ([f64; 2], [f64; 2]) {
+    let start = picture.start.position();
+    let (mut low, mut high) = ([start.x - 1.0, start.y - 1.0], [start.x + 1.0, start.y + 1.0]);
+    let trails = picture.tasks.iter().flat_map(|task| &task.trail);
+    for point in
+        picture.shapes.walls.iter().flatten().chain(trails).filter(|p| p.x.is_finite() && p.y.is_finite())
+    {
+        low = [low[0].min(point.x), low[1].min(point.y)];
+        high = [high[0].max(point.x), high[1].max(point.y)];
+    }
+    (low, high)
+}
+
+/// The walls as a PNG, row 0 at the top: dark on white, a few dozen kilobytes for a whole canvas.
+fn wall_png(width_px: u32, height_px: u32, cells: &[u8]) -> Result<Vec<u8>, PictureError> {
+    let found = cells.len();
+    if found == 0 || found as u64 != u64::from(width_px) * u64::from(height_px) {
+        return Err(PictureError::Cells { width_px, height_px, found });
+    }
+    let rows_from_the_top = cells.chunks_exact(width_px as usize).rev().flatten();
+    let shades: Vec<u8> = rows_from_the_top.map(|&cell| if cell == WALL { 48 } else { 255 }).collect();
+    let mut png = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new_with_quality(
+        &mut png,
+        image::codecs::png::CompressionType::Best,
+        image::codecs::png::FilterType::Up,
+    );
+    encoder.write_image(&shades, width_px, height_px, image::ExtendedColorType::L8)?;
+    Ok(png)
+}
+
+#[cfg(test)]
+mod tests;

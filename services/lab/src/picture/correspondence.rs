@@ -1,0 +1,208 @@
+//! What of a drawing corresponds to what a robot has seen, as two pictures: the drawing's outline, and its partners on the floor. A
+//! sample and its partner have one colour.
+
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
+use sketchnav_schemas::message::GroundTruth;
+use sketchnav_sketch::messages::{Correspondence, CourseAim, OutlineSample, PartnerKind};
+
+use super::svg::{Sheet, View};
+use super::{FloorShapes, PictureError, wall_png};
+
+/// The drawing's side.
+#[derive(Debug, Clone)]
+pub struct DrawnOutline<'a> {
+    /// Heading of the picture.
+    pub title: &'a str,
+    /// Width of the drawing.
+    pub width_px: u32,
+    /// Height of the drawing.
+    pub height_px: u32,
+    /// Its cells, row 0 at the bottom.
+    pub cells: &'a [u8],
+    /// Where the robot started.
+    pub start: Pose<Sketch>,
+    /// The goal.
+    pub goal: Point<Sketch>,
+    /// What corresponds to what.
+    pub found: &'a Correspondence,
+}
+
+/// The map's side.
+#[derive(Debug, Clone)]
+pub struct SeenOutline<'a> {
+    /// Heading of the picture.
+    pub title: &'a str,
+    /// What stands on the floor.
+    pub shapes: &'a FloorShapes,
+    /// Where the map's origin truly is.
+    pub origin: Pose<World>,
+    /// Where the robot truly was.
+    pub trail: &'a [Point<World>],
+    /// What corresponds to what.
+    pub found: &'a Correspondence,
+}
+
+/// The drawing's side as SVG.
+///
+/// # Errors
+/// [`PictureError`] where the cells are no grid of the said size.
+pub fn drawn_outline(picture: &DrawnOutline<'_>) -> Result<String, PictureError> {
+    let DrawnOutline { title, width_px, height_px, cells, .. } = *picture;
+    let view = View::new([0.0, 0.0], [width_px.into(), height_px.into()], 0.0);
+    let mut sheet = Sheet::new(view, title);
+    sheet.image(&wall_png(width_px, height_px, cells)?);
+    for (k, sample) in picture.found.samples().iter().enumerate() {
+        let at = Point::<Sketch>::new(sample.x_px.into(), sample.y_px.into());
+        dot(&mut sheet, &at, &colour(k, picture.found), sample);
+    }
+    super::marks::start(&mut sheet, &picture.start);
+    cross(&mut sheet, &picture.goal, "#1d8a4a");
+    words(&mut sheet, picture.found);
+    Ok(sheet.finish())
+}
+
+/// Where the map's origin truly is, by where the robot truly is and where it is in the map.
+pub fn origin_of(found: &Correspondence, truth: &[GroundTruth]) -> Pose<World> {
+    let until = truth.partition_point(|truth| truth.header.stamp_ns <= found.header.stamp_ns);
+    let Some(truth) = truth[..until].last() else { return Pose::new(0.0, 0.0, 0.0) };
+    let robot = Pose::<World>::new(found.robot.x_m, found.robot.y_m, found.robot.yaw_rad());
+    let back = robot.motion_to(&Pose::new(0.0, 0.0, 0.0));
+    truth.pose().compose(&back)
+}
+
+/// The map's side as SVG.
+pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
+    let found = picture.found;
+    let at = |[x, y]: [f64; 2]| picture.origin.compose(&Pose::<World>::new(x, y, 0.0)).position();
+    let partners: Vec<_> =
+        found.samples().iter().map(|sample| at([sample.x_m.into(), sample.y_m.into()])).collect();
+    let walls = picture.shapes.walls.iter().flatten();
+    let (low, high) = bounds(walls.chain(&partners).chain(picture.trail));
+    let mut sheet = Sheet::new(View::new(low, high, 0.04), picture.title);
+    sheet
+        .segments(&picture.shapes.walls, "stroke=\"#b9c0cc\" stroke-width=\"2.4\" stroke-linecap=\"square\"");
+    sheet.line(picture.trail, "stroke=\"#2f6fd0\" stroke-width=\"3\" stroke-opacity=\"0.55\"");
+    let way = &found.way_m[..(found.way_count as usize).min(found.way_m.len())];
+    let way: Vec<_> = way.iter().map(|place| at(place.map(f64::from))).collect();
+    sheet.line(&way, "stroke=\"#1d8a4a\" stroke-width=\"3.5\" stroke-dasharray=\"9 6\"");
+    let (seen, unseen) = corrected(found.samples(), &partners);
+    sheet.segments(&seen, "stroke=\"#49566b\" stroke-width=\"2\" stroke-opacity=\"0.7\"");
+    let dashed = "stroke=\"#49566b\" stroke-width=\"1.4\" stroke-opacity=\"0.6\" stroke-dasharray=\"3 5\"";
+    sheet.segments(&unseen, dashed);
+    for (k, (sample, at)) in found.samples().iter().zip(&partners).enumerate() {
+        if sample.partner != PartnerKind::Nothing.code() {
+            dot(&mut sheet, at, &colour(k, found), sample);
+        }
+    }
+    let robot = found.robot.yaw_rad();
+    let robot = picture.origin.compose(&Pose::<World>::new(found.robot.x_m, found.robot.y_m, robot));
+    super::marks::start(&mut sheet, &robot);
+    if found.seen_share > 0.0 {
+        cross(&mut sheet, &at(found.goal_m), "#1d8a4a");
+    }
+    if found.rival_margin >= 0.0 {
+        cross(&mut sheet, &at(found.rival_m), "#c2410c");
+    }
+    sheet.scale_bar(1.0);
+    line_of_words(
+        &mut sheet,
+        "Dark line: the drawing as the floor has corrected it; dotted where nobody has looked.",
+    );
+    words(&mut sheet, found);
+    sheet.finish()
+}
+
+type Segments = Vec<[Point<World>; 2]>;
+
+/// The drawing as the floor has corrected it: its outline through the partners of its samples. What leads along walls that
+/// were seen, and what leads through gaps. Samples without a partner are left out.
+fn corrected(samples: &[OutlineSample], partners: &[Point<World>]) -> (Segments, Segments) {
+    let has_partner = |(sample, _): &(&OutlineSample, _)| sample.partner != PartnerKind::Nothing.code();
+    let placed: Vec<_> = samples.iter().zip(partners).filter(has_partner).collect();
+    let is_wall = |sample: &OutlineSample| sample.partner == PartnerKind::Wall.code();
+    let (mut seen, mut unseen) = (Vec::new(), Vec::new());
+    for ((a, from), (b, to)) in placed.iter().zip(placed.iter().cycle().skip(1)) {
+        let segments = if is_wall(a) && is_wall(b) { &mut seen } else { &mut unseen };
+        segments.push([**from, **to]);
+    }
+    (seen, unseen)
+}
+
+fn bounds<'a>(points: impl Iterator<Item = &'a Point<World>>) -> ([f64; 2], [f64; 2]) {
+    let finite = points.filter(|point| point.x.is_finite() && point.y.is_finite());
+    let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    let (low, high) = finite.fold(start, |(low, high), point| {
+        let at = [point.x, point.y];
+        ([0, 1].map(|k| at[k].min(low[k])), [0, 1].map(|k| at[k].max(high[k])))
+    });
+    if low[0] <= high[0] { (low.map(|k| k - 1.0), high.map(|k| k + 1.0)) } else { ([-1.0; 2], [1.0; 2]) }
+}
+
+/// Round the outline once through the colours.
+fn colour(sample: usize, found: &Correspondence) -> String {
+    let turn = 6.0 * sample as f64 / f64::from(found.sample_count.max(1));
+    let channel = |shift: f64| {
+        let off = ((turn + shift) % 6.0 - 3.0).abs() - 1.0;
+        (40.0 + 160.0 * off.clamp(0.0, 1.0)) as u8
+    };
+    format!("#{:02x}{:02x}{:02x}", channel(0.0), channel(4.0), channel(2.0))
+}
+
+fn dot<F>(sheet: &mut Sheet, at: &Point<F>, colour: &str, sample: &OutlineSample) {
+    let [x, y] = sheet.view.at(at);
+    let radius = 3.0 + 40.0 * f64::from(sample.goal_share).clamp(0.0, 0.25);
+    let style = match PartnerKind::from_code(sample.partner) {
+        Some(PartnerKind::Wall) => format!("fill=\"{colour}\""),
+        Some(PartnerKind::Gap) => format!("fill=\"#ffffff\" stroke=\"{colour}\" stroke-width=\"2\""),
+        _ => "fill=\"#c7ccd4\"".to_owned(),
+    };
+    sheet.raw(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {style}/>"));
+}
+
+fn cross<F>(sheet: &mut Sheet, at: &Point<F>, colour: &str) {
+    let [x, y] = sheet.view.at(at);
+    sheet.raw(format_args!(
+        "<path d=\"M{:.1} {:.1}l18 18m0 -18l-18 18\" stroke=\"{colour}\" stroke-width=\"5\" fill=\"none\"/>",
+        x - 9.0,
+        y - 9.0
+    ));
+}
+
+fn words(sheet: &mut Sheet, found: &Correspondence) {
+    let aim = CourseAim::from_code(found.aim).unwrap_or(CourseAim::None);
+    let margin = match found.rival_margin {
+        margin if margin >= 0.0 => format!("; the best rival costs {margin:.2} more"),
+        _ => String::new(),
+    };
+    let key = "Full: seen as wall. Hollow: behind a gap. Grey: no partner. Larger: more of the goal.";
+    let shares = [found.seen_share, found.hidden_share].map(|share| 100.0 * share);
+    let told = format!(
+        "{:.0} % of the goal's outline seen, {:.0} % behind gaps; aim: {aim}{margin}.",
+        shares[0], shares[1]
+    );
+    [key, &told].into_iter().for_each(|line| line_of_words(sheet, line));
+}
+
+fn line_of_words(sheet: &mut Sheet, line: &str) {
+    let bottom = sheet.bottom;
+    sheet.text([24.0, bottom + 12.0], 16.0, "start", "#20242c", "400", line);
+    sheet.bottom += 22.0;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_corrected_drawing_goes_round_and_leaves_out_what_has_no_partner() {
+        let kinds = [PartnerKind::Wall, PartnerKind::Wall, PartnerKind::Nothing, PartnerKind::Gap];
+        let sample =
+            |kind: PartnerKind| OutlineSample { partner: kind.code(), ..bytemuck::Zeroable::zeroed() };
+        let partners: Vec<_> = (0..4).map(|k| Point::<World>::new(f64::from(k), 0.0)).collect();
+        let (seen, unseen) = corrected(&kinds.map(sample), &partners);
+        let places = |segments: Segments| segments.iter().map(|[a, b]| [a.x, b.x]).collect::<Vec<_>>();
+        assert_eq!(places(seen), [[0.0, 1.0]]);
+        assert_eq!(places(unseen), [[1.0, 3.0], [3.0, 0.0]]);
+        assert_eq!(corrected(&[], &[]), (Vec::new(), Vec::new()));
+    }
+}

@@ -1,0 +1,164 @@
+//! A plane of dots: parkways, trajectories, the way that is planned, and the journeys over it.
+//!
+//! The colour of a journey's way says what the navigator was doing.
+
+use sketchnav_directions::messages::Activity;
+use sketchnav_schemas::geometry::{Point, World};
+
+use super::marks::{self, Symbol};
+use super::svg::{Sheet, View, round_length};
+use super::task::TaskPicture;
+
+/// A plane and what happened over it.
+#[derive(Debug, Clone)]
+pub struct PlanePicture<'a> {
+    /// Heading of the picture.
+    pub title: &'a str,
+    /// The true dots.
+    pub dots: &'a [Point<World>],
+    /// What stands on the floor of a robot on land, by its lines.
+    pub walls: &'a [[Point<World>; 2]],
+    /// Pairs of landmarks that are joined within a parkway, as the map-maker sees them.
+    pub parkways: &'a [[Point<World>; 2]],
+    /// Pairs that a trajectory joins.
+    pub trajectories: &'a [[Point<World>; 2]],
+    /// The landmarks of each task, in order.
+    pub planned: &'a [Vec<Point<World>>],
+    /// The ways of the window's centre, a piece for each thing that the navigator did.
+    pub ways: &'a [(Activity, Vec<Point<World>>)],
+    /// The window at some moments, by its corners.
+    pub windows: &'a [Vec<Point<World>>],
+    /// The tasks, in order.
+    pub tasks: &'a [TaskPicture<World>],
+    /// The scale bar is of a round length up to this, metres.
+    pub bar_m: f64,
+}
+
+/// The colour of an activity.
+fn colour(activity: Activity) -> &'static str {
+    match activity {
+        Activity::Seek | Activity::Rest => "#5a6b86",
+        Activity::Slide => "#c23b8f",
+        Activity::Verify => "#e07b16",
+        Activity::Adjust => "#2f6fd0",
+        Activity::Recover => "#cf2e2e",
+    }
+}
+
+/// The picture as SVG.
+pub fn plane(picture: &PlanePicture<'_>) -> String {
+    let (low, high) = extent(picture);
+    let mut sheet = Sheet::new(View::new(low, high, 0.04), picture.title);
+    marks::places(&mut sheet, picture.tasks);
+    sheet.segments(picture.walls, "stroke=\"#20242c\" stroke-width=\"3\" stroke-linecap=\"round\"");
+    sheet.segments(picture.trajectories, "stroke=\"#c23b8f\" stroke-width=\"0.8\" stroke-opacity=\"0.16\"");
+    sheet.segments(picture.parkways, "stroke=\"#2b9a55\" stroke-width=\"2.2\" stroke-opacity=\"0.3\"");
+    for window in picture.windows {
+        sheet.polygon(
+            window,
+            "fill=\"#7a52cc\" fill-opacity=\"0.06\" stroke=\"#7a52cc\" stroke-opacity=\"0.4\"",
+        );
+    }
+    for landmarks in picture.planned {
+        sheet.line(
+            landmarks,
+            "stroke=\"#20242c\" stroke-width=\"1.6\" stroke-dasharray=\"3 5\" stroke-opacity=\"0.7\"",
+        );
+    }
+    for (activity, way) in picture.ways {
+        let style = format!("stroke=\"{}\" stroke-width=\"2.6\" stroke-opacity=\"0.85\"", colour(*activity));
+        sheet.line(way, &style);
+    }
+    for dot in picture.dots {
+        let [x, y] = sheet.view.at(dot);
+        sheet.raw(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.4\" fill=\"#20242c\"/>"));
+    }
+    numbers(&mut sheet, picture.planned);
+    marks::ends(&mut sheet, picture.tasks);
+    sheet.scale_bar(round_length(picture.bar_m));
+    marks::legend(&mut sheet, picture.tasks, &symbols(picture));
+    sheet.finish()
+}
+
+/// The landmarks by the numbers of their entries. A landmark has one text, however many entries and tasks lead to it: the next
+/// task begins where the last one ends. With several tasks, their numbers go before those of the entries.
+fn numbers(sheet: &mut Sheet, planned: &[Vec<Point<World>>]) {
+    for (landmark, numbers) in labels(planned) {
+        let [x, y] = sheet.view.at(&landmark);
+        sheet.raw(format_args!(
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"7\" fill=\"none\" stroke=\"#20242c\" stroke-width=\"1.4\"/>"
+        ));
+        sheet.text([x + 9.0, y - 7.0], 13.0, "start", "#20242c", "600", &numbers.join(", "));
+    }
+}
+
+fn labels(planned: &[Vec<Point<World>>]) -> Vec<(Point<World>, Vec<String>)> {
+    let mut labels: Vec<(Point<World>, Vec<String>)> = Vec::new();
+    for (task, landmarks) in (1..).zip(planned) {
+        for (entry, landmark) in (1..).zip(landmarks) {
+            let number = if planned.len() > 1 { format!("{task}.{entry}") } else { i32::to_string(&entry) };
+            match labels.iter_mut().find(|(at, _)| at == landmark) {
+                Some((_, numbers)) => numbers.push(number),
+                None => labels.push((*landmark, vec![number])),
+            }
+        }
+    }
+    labels
+}
+
+fn symbols(picture: &PlanePicture<'_>) -> Vec<Symbol> {
+    let mut symbols = vec![Symbol::Line("planned", "#20242c")];
+    symbols.extend((!picture.parkways.is_empty()).then_some(Symbol::Line("parkways", "#2b9a55")));
+    symbols.extend((!picture.windows.is_empty()).then_some(Symbol::View));
+    for activity in [Activity::Slide, Activity::Verify, Activity::Adjust, Activity::Recover] {
+        if picture.ways.iter().any(|(other, _)| *other == activity) {
+            symbols.push(Symbol::Line(activity.word(), colour(activity)));
+        }
+    }
+    symbols.extend([Symbol::Reached, Symbol::Failed]);
+    symbols
+}
+
+/// The smallest box around the dots and the ways.
+fn extent(picture: &PlanePicture<'_>) -> ([f64; 2], [f64; 2]) {
+    let ways = picture.ways.iter().flat_map(|(_, way)| way);
+    let points = picture.dots.iter().chain(ways).chain(picture.walls.as_flattened());
+    let finite = points.filter(|point| point.x.is_finite() && point.y.is_finite());
+    finite.fold(([f64::MAX; 2], [f64::MIN; 2]), |(low, high), point| {
+        ([low[0].min(point.x), low[1].min(point.y)], [high[0].max(point.x), high[1].max(point.y)])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_landmark_of_several_entries_has_one_text() {
+        let [a, b, c] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)].map(|(x, y)| Point::<World>::new(x, y));
+        let texts = |planned: &[Vec<Point<World>>]| -> Vec<String> {
+            labels(planned).into_iter().map(|(_, numbers)| numbers.join(", ")).collect()
+        };
+        assert_eq!(texts(&[vec![a, b], vec![b, c, a]]), ["1.1, 2.3", "1.2, 2.1", "2.2"]);
+        assert_eq!(texts(&[vec![a, b, a]]), ["1, 3", "2"]);
+    }
+
+    #[test]
+    fn a_picture_has_its_walls_and_a_scale_bar_of_a_round_length() {
+        let [a, b] = [(0.0, 0.0), (30.0, 0.0)].map(|(x, y)| Point::<World>::new(x, y));
+        let svg = plane(&PlanePicture {
+            title: "a hall",
+            dots: &[a, b],
+            walls: &[[Point::new(9.0, -3.0), Point::new(9.0, 3.0)]],
+            parkways: &[],
+            trajectories: &[],
+            planned: &[vec![a, b]],
+            ways: &[],
+            windows: &[],
+            tasks: &[],
+            bar_m: 4.963889603929565,
+        });
+        assert!(svg.contains(">2 m<"), "{svg}");
+        assert_eq!(svg.matches("stroke-width=\"3\"").count(), 1);
+    }
+}

@@ -1,0 +1,79 @@
+//! The parts of a report that are about one kind of navigator and stand on what was true: pictures and verdicts.
+//! What a navigator can say of a run by itself, it says in its [`Account`](sketchnav_stage::account::Account).
+
+pub mod directions;
+mod drawing;
+mod floor;
+mod landmarks;
+
+use maud::{Markup, html};
+use sketchnav_files::Files;
+use sketchnav_recordings::Recording;
+use sketchnav_schemas::message::Message;
+use sketchnav_schemas::run::RunConfig;
+
+use crate::judge::directions::JourneyVerdict;
+use crate::judge::log::Log;
+use crate::judge::{self, TaskSpan, TaskVerdict, Verdict};
+use crate::picture::TaskMark;
+use landmarks::Landmarks;
+
+/// What a page has of the run's kind of navigator.
+///
+/// # Errors
+/// What the recording holds and cannot be read: a route, a plan.
+pub fn of(
+    recording: &Recording,
+    (run, files): (&RunConfig, &dyn Files),
+    log: &Log,
+    journeys: &[JourneyVerdict],
+) -> anyhow::Result<Markup> {
+    let landmarks = Landmarks::of(log)?;
+    Ok(html! {
+        (directions::section(run, log, journeys))
+        (drawing::moments(recording, log)?)
+        @if let Some(landmarks) = &landmarks { (landmarks.section(run, files, &log.truth)) }
+        (drawing::correspondences(run, files, log)?)
+    })
+}
+
+/// The drawing or sketch with the way that the robot believed to have come; `None` where the recording has none.
+///
+/// # Errors
+/// Fails where the drawing or the route cannot be read.
+pub fn believed(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<Option<String>> {
+    match drawing::picture(run, log, verdict)? {
+        None => Ok(Landmarks::of(log)?.and_then(|landmarks| landmarks.sketch_picture())),
+        svg => Ok(svg),
+    }
+}
+
+/// The true floor with the true trajectory, or the plane of dots; and the name of a file for it.
+///
+/// # Errors
+/// Fails where a file of the world cannot be read.
+pub fn true_ground(
+    run: &RunConfig,
+    files: &dyn Files,
+    log: &Log,
+    verdict: &Verdict,
+) -> anyhow::Result<(&'static str, String)> {
+    if let Some(svg) = directions::plane_picture(run, files, log, verdict)? {
+        return Ok(("plane.svg", svg));
+    }
+    let svg = floor::picture(run, files, log, verdict, &judge::spans(run.mission.task.len(), &log.status))?;
+    Ok(("floor.svg", svg))
+}
+
+fn within<'a, T: Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T] {
+    span.as_ref().map_or(&[], |span| span.of(messages))
+}
+
+/// How a task ended, as a picture shows it.
+pub fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> TaskMark {
+    match (span, verdict.reached) {
+        (None, _) => TaskMark::NotBegun,
+        (Some(_), true) => TaskMark::Reached,
+        (Some(_), false) => TaskMark::Failed,
+    }
+}

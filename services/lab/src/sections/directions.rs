@@ -1,0 +1,234 @@
+//! What a page says of journeys by custom maps: the plane with its parkways, trajectories and journeys, how each journey
+//! ended, and the maps.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::judge::directions::{JourneyVerdict, journeys};
+use crate::judge::log::Log;
+use crate::judge::{self, Verdict};
+use crate::page;
+use crate::picture::{self, PlanePicture, TaskPicture};
+use maud::{Markup, html};
+use sketchnav_directions::arrival::WORDS;
+use sketchnav_directions::messages::Activity;
+use sketchnav_directions::stages::mission::{self, DirectionsMission};
+use sketchnav_directions::stages::sketcher::{self, BETWEEN, pillars};
+use sketchnav_directions::transitions::{Kinds, Movement, Transitions};
+use sketchnav_directions::walls::Walls;
+use sketchnav_directions::{Plane, Point as Place, Window};
+use sketchnav_files::{FLOOR_PLAN, Files};
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::sources::RecordedRun;
+use sketchnav_schemas::floor_plan::FloorPlan;
+use sketchnav_schemas::geometry::{Point, Pose, World};
+use sketchnav_schemas::run::RunConfig;
+
+use crate::sections::outcome;
+
+/// Moments at which the window is shown.
+const WINDOWS: usize = 14;
+
+/// The true dots of a run's plane, or its landmarks on land; `None` where it has neither.
+///
+/// # Errors
+/// A file of the world failed to be read.
+pub fn dots(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<Vec<[f64; 2]>>> {
+    let world = &run.mission.world;
+    if let Some(plane) = &world.plane {
+        return Ok(Some(sketchnav_sim::files::plane_in(files, Path::new(plane))?.dots));
+    }
+    let floor = floor(run, files)?;
+    Ok(floor.map(|(plan, radius_m)| pillars(&plan, radius_m).collect()))
+}
+
+/// The floor of a run on land, with all that stands there, and the radius of its landmarks, metres.
+fn floor(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<(FloorPlan, f64)>> {
+    let world = &run.mission.world;
+    let is_ours = run.mission.navigator_kind() == mission::KIND;
+    let land = if is_ours { DirectionsMission::of(&run.mission)?.land } else { None };
+    let (Some(land), Some(file)) = (land, &world.floor_plan) else { return Ok(None) };
+    let text = files.read_to_string(Path::new(file), FLOOR_PLAN)?;
+    let mut plan: FloorPlan = toml::from_str(&text)?;
+    plan.furniture.extend(world.furniture.iter().cloned());
+    Ok(Some((plan, land.radius_m)))
+}
+
+/// What stands on the floor of a run beside its landmarks; nothing above a plane.
+fn walls(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Arc<Walls>> {
+    let Some((plan, radius_m)) = floor(run, files)? else { return Ok(Arc::default()) };
+    Ok(Arc::new(sketcher::walls(&plan, radius_m, mission::body(&run.mission, &run.robot)?)))
+}
+
+/// How the journeys of a run ended; empty where its world is no plane.
+///
+/// # Errors
+/// As [`dots`].
+pub fn verdicts(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
+    let Some(dots) = dots(run, files)? else { return Ok(Vec::new()) };
+    let names: Vec<_> = run.mission.task.iter().map(|task| task.name.clone()).collect();
+    Ok(journeys(log, &names, &dots))
+}
+
+/// How journeys by custom maps ended, by the plane inside the recording.
+///
+/// # Errors
+/// As [`dots`].
+pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
+    if log.journeys.is_empty() {
+        return Ok(Vec::new());
+    }
+    let RecordedRun { run, files } = RecordedRun::of(recording)?;
+    verdicts(&run, &files, log)
+}
+
+/// The plane of a run with its journeys; `None` where its world is none.
+///
+/// # Errors
+/// As [`dots`].
+pub fn plane_picture(
+    run: &RunConfig,
+    files: &dyn Files,
+    log: &Log,
+    verdict: &Verdict,
+) -> anyhow::Result<Option<String>> {
+    let Some(dots) = dots(run, files)? else { return Ok(None) };
+    let (window, _) = mission::sight(&run.mission, &run.robot)?;
+    let walls = walls(run, files)?;
+    let (parkways, trajectories) = joined(log, window, &walls);
+    let walls: Vec<_> = walls.lines().map(|line| line.map(|at| Point::new(at.x, at.y))).collect();
+    let spans = judge::spans(run.mission.task.len(), &log.status);
+    let tasks: Vec<_> = (run.mission.task.iter().enumerate())
+        .map(|(i, task)| TaskPicture {
+            name: task.name.clone(),
+            marks: Vec::new(),
+            place: picture::place_outline(&task.there),
+            trail: spans[i]
+                .iter()
+                .flat_map(|span| span.of(&log.truth))
+                .map(|t| t.pose().position())
+                .collect(),
+            particles: Vec::new(),
+            outcome: outcome(&spans[i], &verdict.tasks[i]),
+        })
+        .collect();
+    Ok(Some(picture::plane(&PlanePicture {
+        title: &format!("{}, seed {}: the plane, and where the window truly was", run.mission.name, run.seed),
+        dots: &dots.iter().map(|[x, y]| Point::new(*x, *y)).collect::<Vec<_>>(),
+        walls: &walls,
+        parkways: &parkways,
+        trajectories: &trajectories,
+        planned: &planned(log, run.mission.task.len()),
+        ways: &ways(log),
+        windows: &windows(log, window),
+        tasks: &tasks,
+        bar_m: window.side,
+    })))
+}
+
+type Pairs = Vec<[Point<World>; 2]>;
+
+/// What joins the landmarks, as the map-maker sees them: parkways and trajectories.
+fn joined(log: &Log, window: Window, walls: &Arc<Walls>) -> (Pairs, Pairs) {
+    let places = log.seen_dots.iter().map(|[x, y]| Place::new(*x, *y)).collect();
+    let Ok(plane) = Plane::new(places) else {
+        return (Vec::new(), Vec::new());
+    };
+    let plane = plane.among(walls.clone());
+    let transitions = Transitions::new(&plane, window, Kinds { words: &WORDS, trajectories: true });
+    let (mut parkways, mut trajectories) = (Vec::new(), Vec::new());
+    for (from, transition) in transitions.all() {
+        let pair = [from, transition.to].map(|dot| plane.dot(dot)).map(|at| Point::new(at.x, at.y));
+        match transition.movement {
+            Movement::Seek => parkways.push(pair),
+            Movement::Forward | Movement::Backward => trajectories.push(pair),
+        }
+    }
+    (parkways, trajectories)
+}
+
+/// The landmarks of each task, as the map-maker sees them.
+fn planned(log: &Log, tasks: usize) -> Vec<Vec<Point<World>>> {
+    let of = |task: usize| {
+        let landmarks = log.itinerary.iter().flat_map(move |itinerary| itinerary.landmarks(task));
+        landmarks.map(|landmark| Point::new(landmark.x_m.into(), landmark.y_m.into())).collect()
+    };
+    (0..tasks).map(of).collect()
+}
+
+/// The way of the window's centre, cut where the navigator began to do something else.
+fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
+    let mut ways: Vec<(Activity, Vec<Point<World>>)> = Vec::new();
+    for journey in &log.journeys {
+        let Some(at) = log.pose_at(journey.header.stamp_ns).map(|pose| pose.position()) else { continue };
+        let activity = Activity::from_code(journey.activity).unwrap_or(Activity::Rest);
+        match ways.last_mut() {
+            Some((last, way)) if *last == activity => way.push(at),
+            last => {
+                // The pieces touch.
+                let before = last.and_then(|(_, way)| way.last().copied());
+                ways.push((activity, before.into_iter().chain([at]).collect()));
+            }
+        }
+    }
+    ways
+}
+
+/// The window at some moments spread over the run.
+fn windows(log: &Log, window: Window) -> Vec<Vec<Point<World>>> {
+    if window.land.is_some() {
+        // A robot sees all around.
+        return Vec::new();
+    }
+    let step = log.truth.len().div_ceil(WINDOWS).max(1);
+    let half = window.side / 2.0;
+    let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
+    let window = |robot: Pose<World>| {
+        let corner = |[x, y]: [f64; 2]| robot.compose(&Pose::<World>::new(x, y, 0.0)).position();
+        corners.map(corner).to_vec()
+    };
+    log.truth.iter().step_by(step).map(|truth| window(truth.pose())).collect()
+}
+
+/// How the journeys ended, and the maps; nothing where there are none.
+pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Markup {
+    if verdicts.is_empty() {
+        return html! {};
+    }
+    let header = ["journey", "ended", "entries right", "recoveries", "stated probability"];
+    let rows = verdicts.iter().map(|verdict| row(verdict).to_vec());
+    let maps = log.directions.as_deref().unwrap_or_default();
+    html! {
+        h2 { "Journeys" }
+        (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
+        p.small {
+            "Direct, recovered, unaware: at the goal; by a wrong way in the last case. Cannot locate, lost: the navigator knows. "
+            "Astray: it believes to be at the goal (Park and Kender 1995, 7.2.6)."
+        }
+        h2 { "Custom maps" }
+        @for (map, name) in maps.split(&format!("{BETWEEN}\n")).zip(run.mission.task.iter().map(|task| &task.name)) {
+            h3 { (name) }
+            pre { (map) }
+        }
+    }
+}
+
+/// A verdict in words.
+fn row(verdict: &JourneyVerdict) -> [String; 5] {
+    [
+        verdict.task.clone(),
+        verdict.kind.map_or("–", |kind| kind.word()).to_owned(),
+        format!("{} of {}", verdict.right, verdict.accepted),
+        verdict.recoveries.to_string(),
+        verdict.stated.map_or("–".to_owned(), |stated| format!("{:.0} %", 100.0 * stated)),
+    ]
+}
+
+/// The figures of a recording's journeys, by name.
+pub fn rows(verdicts: &[JourneyVerdict]) -> impl Iterator<Item = (String, String)> {
+    verdicts.iter().map(|verdict| {
+        let [task, ended, right, recoveries, stated] = row(verdict);
+        let words = format!("{ended}; entries right: {right}; recoveries: {recoveries}; stated: {stated}");
+        (format!("journey {task}"), words)
+    })
+}

@@ -1,0 +1,84 @@
+//! Directions over a plane where landmarks are easily confused, in gusts, by a camera with misses and false dots: in one
+//! process, with the judge.
+
+use std::path::Path;
+
+use sketchnav_directions::journey::Kind;
+use sketchnav_lab::judge::directions::{JourneyVerdict, journeys};
+use sketchnav_lab::judge::judge;
+use sketchnav_lab::judge::log::Log;
+use sketchnav_rehearsal::Rehearsal;
+use sketchnav_schemas::floor_plan::Person;
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_sim::{files, poles};
+
+fn run(mission: &str, seed: u64) -> RunConfig {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/directions").join(mission);
+    let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
+    RunConfig::lockstep("rehearsal", mission, robot, seed)
+}
+
+fn log_of(run: &RunConfig) -> Log {
+    let mut log = Log::default();
+    Rehearsal::new(run).unwrap().run(&mut log).unwrap();
+    log
+}
+
+fn judged(run: &RunConfig, log: &Log, dots: &[[f64; 2]]) -> Vec<JourneyVerdict> {
+    let names: Vec<_> = run.mission.task.iter().map(|task| task.name.clone()).collect();
+    journeys(log, &names, dots)
+}
+
+fn driven(mission: &str, seed: u64) -> Vec<JourneyVerdict> {
+    let run = run(mission, seed);
+    let dots = files::plane_file(Path::new(run.mission.world.plane.as_deref().unwrap())).unwrap().dots;
+    judged(&run, &log_of(&run), &dots)
+}
+
+#[test]
+fn in_gusts_and_among_clusters_as_many_journeys_arrive_as_the_map_maker_says() {
+    let verdicts: Vec<_> = (1..=6).flat_map(|seed| driven("crowded.toml", seed)).collect();
+    let is_success = |verdict: &&JourneyVerdict| verdict.kind.is_some_and(Kind::is_success);
+    let arrived = verdicts.iter().filter(is_success).count() as f64;
+    let stated = verdicts.iter().map(|verdict| verdict.stated.unwrap());
+    let (mean, variance) =
+        stated.fold((0.0, 0.0), |(mean, variance), p| (mean + p, variance + p * (1.0 - p)));
+    assert!((arrived - mean).abs() < 3.0 * f64::sqrt(variance), "{arrived} {mean} {verdicts:?}");
+}
+
+/// Somebody stands halfway between two poles: the robot touches nobody and goes on. Who stands there hides poles, and so it may
+/// take another one and lose its way.
+#[test]
+fn on_land_the_robot_goes_around_somebody_in_its_way_and_touches_nobody() {
+    let mut run = run("poles.toml", 1);
+    run.mission.task.truncate(1);
+    let made = sketchnav_directions::stages::sketcher::make(&run, &|file| std::fs::read(file)).unwrap();
+    let places: Vec<_> = made.landmarks[0].iter().map(|(_, at)| *at).collect();
+    let way_m = |pair: &&[sketchnav_directions::Point]| (pair[1] - pair[0]).norm();
+    let longest = places.windows(2).max_by(|a, b| way_m(a).total_cmp(&way_m(b))).unwrap();
+    let middle = (longest[0] + longest[1]) * 0.5;
+    run.mission.world.person.push(Person {
+        waypoints: vec![[middle.x, middle.y]],
+        speed_mps: 0.5,
+        radius_m: 0.25,
+        pause_s: 0.0,
+    });
+    let log = log_of(&run);
+    let verdict = judged(&run, &log, &poles::poles(1)).remove(0);
+    assert!(verdict.accepted as usize > places.len() / 2, "{verdict:?}");
+    assert!(log.contacts.is_empty(), "{:?}", log.contacts.len());
+}
+
+/// The robot sees its laser alone. It drives around poles in its way, and touches none.
+#[test]
+fn on_land_the_robot_drives_from_pole_to_pole_without_a_touch() {
+    let run = run("poles.toml", 1);
+    let log = log_of(&run);
+    let verdicts = judged(&run, &log, &poles::poles(1));
+    for verdict in &verdicts {
+        assert!(matches!(verdict.kind, Some(Kind::Direct | Kind::Recovered)), "{verdicts:?}");
+        assert!(verdict.attained.len() > 4 && verdict.stated.unwrap() > 0.8, "{verdicts:?}");
+    }
+    assert!(log.contacts.is_empty());
+    assert!(judge(&run.mission, &log.truth, &log.status, &[]).tasks.iter().all(|task| task.reached));
+}

@@ -1,0 +1,98 @@
+//! Where a scan fits the map best.
+//!
+//! The search is correlative scan matching (Olson 2009), by branch and bound over fields of maxima (Hess, Kohler, Rapp
+//! and Andor 2016). Newton's method on the interpolated field refines the result below the size of a cell. The
+//! odometry's guess is a term of both.
+
+pub mod field;
+mod refine;
+mod search;
+
+use nalgebra::Matrix3;
+use sketchnav_schemas::geometry::Pose;
+use sketchnav_schemas::message::MAX_BEAMS;
+
+use crate::{Map, Parameters};
+use field::Field;
+
+/// What the odometry says, before the scan is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// The guess.
+    pub pose: Pose<Map>,
+    /// Standard deviation of x and of y.
+    pub sigma_m: f64,
+    /// Standard deviation of the heading.
+    pub sigma_rad: f64,
+}
+
+/// Where a scan fits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// The robot's pose.
+    pub pose: Pose<Map>,
+    /// How well the points lie on walls: 0 (none does) to 1 (all do).
+    pub score: f64,
+    /// Covariance of x, y (square metres) and the heading (square radians).
+    pub covariance: Matrix3<f64>,
+}
+
+/// Matches scans with a field. Its working memory is as large as the parameters say, and never grows.
+#[derive(Debug)]
+pub struct Matcher {
+    blur_m: f64,
+    evidence: f64,
+    window_sigmas: f64,
+    window_max_m: f64,
+    window_max_rad: f64,
+    max_points: usize,
+    /// Points of the scan in the robot's frame, metres.
+    points: Vec<[f64; 2]>,
+    search: search::Search,
+}
+
+impl Matcher {
+    /// A matcher for these parameters.
+    pub fn new(parameters: &Parameters) -> Self {
+        Self {
+            blur_m: parameters.blur_m,
+            evidence: parameters.evidence,
+            window_sigmas: parameters.window_sigmas,
+            window_max_m: parameters.window_max_m,
+            window_max_rad: parameters.window_max_rad,
+            max_points: parameters.max_points,
+            points: Vec::with_capacity(MAX_BEAMS),
+            search: search::Search::new(parameters),
+        }
+    }
+
+    /// Takes the ends of a scan's beams, in the robot's frame and in the order of the sweep. Of neighbours closer than
+    /// the blur one counts: near walls have no more weight than far ones. Then they are thinned evenly.
+    pub fn set_points(&mut self, ends_m: impl Iterator<Item = [f64; 2]>) {
+        self.points.clear();
+        for end in ends_m.take(MAX_BEAMS) {
+            let is_near = |last: &[f64; 2]| (last[0] - end[0]).hypot(last[1] - end[1]) < self.blur_m;
+            if !self.points.last().is_some_and(is_near) {
+                self.points.push(end);
+            }
+        }
+        let (found, most) = (self.points.len(), self.max_points);
+        if found > most {
+            (0..most).for_each(|k| self.points[k] = self.points[k * found / most]);
+            self.points.truncate(most);
+        }
+    }
+
+    /// The best pose within the window around the prior; `None` without points.
+    pub fn fit(&mut self, field: &Field, prior: &Prior) -> Option<Fit> {
+        if self.points.is_empty() {
+            return None;
+        }
+        let window = search::Window {
+            half_m: (self.window_sigmas * prior.sigma_m).min(self.window_max_m),
+            half_rad: (self.window_sigmas * prior.sigma_rad).min(self.window_max_rad),
+        };
+        let coarse = self.search.best(field, &self.points, prior, &window, self.evidence);
+        Some(refine::refine(field, &self.points, prior, coarse, self.evidence))
+    }
+}

@@ -1,0 +1,108 @@
+//! A sweep of a planar laser range finder, as the mapper takes it.
+
+use sketchnav_schemas::geometry::{Base, Pose};
+use sketchnav_schemas::message::MAX_BEAMS;
+
+use crate::Error;
+
+/// A sweep, from the right to the left.
+#[derive(Debug, Clone, Copy)]
+pub struct Scan<'a> {
+    /// Ranges in metres. Beyond `range_max_m`, +∞: nothing returned. NaN or below `range_min_m`: invalid (REP 117).
+    pub ranges_m: &'a [f32],
+    /// Direction of beam 0 in the laser's frame, counter-clockwise from its forward axis.
+    pub first_rad: f64,
+    /// Step from one beam to the next.
+    pub step_rad: f64,
+    /// Shortest range that the laser measures.
+    pub range_min_m: f64,
+    /// Longest range that the laser measures.
+    pub range_max_m: f64,
+    /// Where the laser sits on the robot.
+    pub base_from_laser: Pose<Base>,
+}
+
+/// What a beam says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Beam {
+    /// It ended at a range, metres.
+    Hit(f64),
+    /// Nothing returned up to the laser's longest range.
+    Open,
+    /// Nothing can be said.
+    Invalid,
+}
+
+impl Scan<'_> {
+    /// Checks numbers and counts.
+    ///
+    /// # Errors
+    /// [`Error::Scan`].
+    pub fn check(&self) -> Result<(), Error> {
+        let wrong = |expected, found: String| Err(Error::Scan { expected, found });
+        if self.ranges_m.len() > MAX_BEAMS {
+            return wrong("at most 1440 beams", self.ranges_m.len().to_string());
+        }
+        let mount = self.base_from_laser;
+        let angles = [self.first_rad, self.step_rad, mount.x, mount.y, mount.yaw_rad];
+        if let Some(angle) = angles.iter().find(|angle| !angle.is_finite() || angle.abs() > 100.0) {
+            return wrong("angles and mount below 100", angle.to_string());
+        }
+        let ordered =
+            self.range_min_m >= 0.0 && self.range_min_m < self.range_max_m && self.range_max_m.is_finite();
+        if !ordered {
+            return wrong(
+                "0 <= range_min_m < range_max_m",
+                format!("{} and {}", self.range_min_m, self.range_max_m),
+            );
+        }
+        Ok(())
+    }
+
+    pub(crate) fn beam(&self, index: usize) -> Beam {
+        let range = f64::from(self.ranges_m[index]);
+        if range.is_nan() || range < self.range_min_m {
+            Beam::Invalid
+        } else if range >= self.range_max_m {
+            Beam::Open
+        } else {
+            Beam::Hit(range)
+        }
+    }
+
+    /// The direction of a beam as a unit vector in the robot's frame.
+    pub(crate) fn direction(&self, index: usize) -> [f64; 2] {
+        let angle = self.base_from_laser.yaw_rad + self.first_rad + self.step_rad * index as f64;
+        [angle.cos(), angle.sin()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scan(ranges_m: &[f32]) -> Scan<'_> {
+        let base_from_laser = Pose::new(0.1, 0.0, 0.0);
+        Scan { ranges_m, first_rad: 0.0, step_rad: 0.1, range_min_m: 0.05, range_max_m: 5.0, base_from_laser }
+    }
+
+    #[test]
+    fn beams_are_told_apart_as_rep_117_says() {
+        let ranges = [1.0, f32::INFINITY, 5.0, f32::NAN, 0.01, f32::NEG_INFINITY];
+        let found: Vec<_> = (0..6).map(|i| scan(&ranges).beam(i)).collect();
+        use Beam::{Hit, Invalid, Open};
+        assert_eq!(found, [Hit(1.0), Open, Open, Invalid, Invalid, Invalid]);
+    }
+
+    #[test]
+    fn a_scan_that_no_laser_sends_is_rejected() {
+        assert!(scan(&[1.0]).check().is_ok());
+        assert!(scan(&vec![1.0; MAX_BEAMS + 1]).check().is_err());
+        let wrong = Scan { range_max_m: 0.01, ..scan(&[1.0]) };
+        assert_eq!(
+            wrong.check().unwrap_err().to_string(),
+            "scan: expected 0 <= range_min_m < range_max_m, found 0.05 and 0.01"
+        );
+        assert!(Scan { step_rad: f64::NAN, ..scan(&[1.0]) }.check().is_err());
+    }
+}

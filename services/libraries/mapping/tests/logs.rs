@@ -1,0 +1,106 @@
+//! Local mapping on real logs. Errors of relative poses are against the logs' corrected poses (the metric of Burgard
+//! et al. 2009), beside those of the odometry alone. Skipped, with a notice, where the logs are missing.
+
+mod support;
+
+use sketchnav_mapping::{Mapper, Outcome, Parameters, Scan};
+use sketchnav_schemas::geometry::Pose;
+use support::carmen::{self, LogScan};
+
+/// A pose of any frame as plain numbers.
+type Plain = Pose<sketchnav_mapping::Map>;
+
+fn scan(of: &LogScan) -> Scan<'_> {
+    let beams = of.ranges_m.len() as f64;
+    Scan {
+        ranges_m: &of.ranges_m,
+        first_rad: -std::f64::consts::FRAC_PI_2,
+        step_rad: std::f64::consts::PI / beams,
+        range_min_m: 0.05,
+        range_max_m: 40.0,
+        base_from_laser: Pose::new(0.0, 0.0, 0.0),
+    }
+}
+
+/// Mean errors of relative poses between scans that are a way apart: metres and degrees.
+#[derive(Debug, Clone, Copy)]
+struct Errors {
+    m: f64,
+    deg: f64,
+    worst_m: f64,
+}
+
+fn relative(reference: &[Plain], found: &[Plain], way_m: f64) -> Errors {
+    let mut driven = vec![0.0];
+    for pair in reference.windows(2) {
+        driven.push(driven.last().unwrap() + pair[0].position().distance(&pair[1].position()));
+    }
+    let (mut count, mut errors) = (0.0, Errors { m: 0.0, deg: 0.0, worst_m: 0.0 });
+    for from in 0..reference.len() {
+        let to = driven.partition_point(|at| *at < driven[from] + way_m);
+        if to < reference.len() {
+            let truth = reference[from].motion_to(&reference[to]);
+            let off = truth_off(&truth, &found[from].motion_to(&found[to]));
+            errors.m += off.0;
+            errors.deg += off.1;
+            errors.worst_m = errors.worst_m.max(off.0);
+            count += 1.0;
+        }
+    }
+    Errors { m: errors.m / count, deg: errors.deg / count, ..errors }
+}
+
+fn truth_off<F>(truth: &Pose<F>, found: &Pose<F>) -> (f64, f64) {
+    let off = truth.motion_to(found);
+    (off.x.hypot(off.y), off.yaw_rad.abs().to_degrees())
+}
+
+/// Prints errors of odometry and mapper after 1, 5 and 20 m; gives both, the odometry's first.
+fn errors(name: &str, scans: &[LogScan], parameters: Parameters) -> [[Errors; 2]; 3] {
+    let mut mapper = Mapper::new(parameters).unwrap();
+    let plain = |x: f64, y: f64, yaw: f64| Plain::new(x, y, yaw);
+    let (mut found, mut entered) = (Vec::new(), 0);
+    for one in scans {
+        let outcome = mapper.update(one.odometry, &scan(one)).unwrap();
+        entered += usize::from(matches!(outcome, Outcome::Entered(_)));
+        found.push(mapper.pose());
+    }
+    let reference: Vec<_> =
+        scans.iter().map(|s| plain(s.reference.x, s.reference.y, s.reference.yaw_rad)).collect();
+    let odometry: Vec<_> =
+        scans.iter().map(|s| plain(s.odometry.x, s.odometry.y, s.odometry.yaw_rad)).collect();
+    println!("{name}: {} scans, {entered} entered, {} tiles", scans.len(), mapper.map().tiles());
+    [1.0, 5.0, 20.0].map(|way_m| {
+        let (by_wheels, by_map) =
+            (relative(&reference, &odometry, way_m), relative(&reference, &found, way_m));
+        for (who, e) in [("odometry", by_wheels), ("mapper", by_map)] {
+            println!("  {way_m:4} m {who:9} {:.3} m (worst {:.2}) {:.2} deg", e.m, e.worst_m, e.deg);
+        }
+        [by_wheels, by_map]
+    })
+}
+
+/// The mapper's errors are below these, and below the odometry's.
+fn is_as_good(errors: &[[Errors; 2]; 3], most_m: [f64; 3]) {
+    for ([by_wheels, by_map], most_m) in errors.iter().zip(most_m) {
+        assert!(by_map.m < most_m && by_map.m < by_wheels.m && by_map.deg < by_wheels.deg, "{by_map:?}");
+    }
+}
+
+#[test]
+fn freiburg_079() {
+    let Some(scans) = carmen::read(&needs::data().join("logs/freiburg-079-corrected.log.gz")) else {
+        return;
+    };
+    let errors = errors("Freiburg, Building 079", &scans, Parameters::default());
+    // Seen: 0.05, 0.08 and 0.15 m.
+    is_as_good(&errors, [0.07, 0.12, 0.25]);
+}
+
+#[test]
+fn intel() {
+    let Some(scans) = carmen::read(&needs::data().join("logs/intel-corrected.log.gz")) else { return };
+    let errors = errors("Intel Research Lab", &scans, Parameters::default());
+    // Seen: 0.05, 0.10 and 0.29 m.
+    is_as_good(&errors, [0.07, 0.14, 0.40]);
+}

@@ -1,0 +1,5 @@
+//! What several tests need.
+
+#![allow(dead_code, reason = "each test uses a part")]
+
+pub mod carmen;

@@ -1,0 +1,630 @@
+//! The agenda of a planner: which task is under way, what people order, time limits, and what is sent of it all.
+//!
+//! Every planner has one. It hears orders, says in each step what is due, and sends the command and the status of the
+//! step. It knows neither what a task is about nor how the robot gets there.
+
+use std::fmt::Display;
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels::{COMMAND, STATUS};
+use sketchnav_schemas::codes::{Order, TaskState};
+use sketchnav_schemas::geometry::{Odom, Pose};
+use sketchnav_schemas::message::{MissionCommand, MissionStatus, Odometry, Text, Twist};
+use sketchnav_schemas::mission::Task;
+use sketchnav_schemas::run::{Pace, Pad, RunConfig};
+use sketchnav_stage::{Denied, Heard, Outbox, Remains, StageError};
+
+/// How far the mission has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Phase {
+    /// Not begun, or waiting to begin the next task.
+    #[default]
+    Waiting,
+    /// A task is under way.
+    Driving,
+    /// A task has ended and was reported; the next step begins the next one.
+    Ended,
+    /// Nothing is left to do.
+    Over,
+}
+
+/// Why the robot stands although there is something left to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Hold {
+    /// A person stopped it.
+    Paused,
+    /// The link to the driver was lost.
+    Unattended,
+    /// A person aborted the mission, and may go on with it.
+    Aborted,
+    /// It does not know where it is, and waits for a person's help.
+    Lost,
+    /// It asks a person something.
+    Asks,
+}
+
+impl Hold {
+    /// What a status says; `None` where the reason was said when it was held.
+    fn status(self) -> Option<(TaskState, &'static str)> {
+        match self {
+            Self::Paused => Some((TaskState::Paused, "stopped by a person")),
+            Self::Unattended => Some((TaskState::Paused, "stopped: the link to whoever drives was lost")),
+            Self::Aborted => Some((TaskState::Aborted, ABORTED)),
+            Self::Lost | Self::Asks => None,
+        }
+    }
+}
+
+const ABORTED: &str = "given up by a person";
+
+/// What a status says of a task, whatever the task is about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TaskInfo {
+    /// Name, for people.
+    pub name: Text<32>,
+    /// Time limit, seconds of simulation time.
+    pub time_limit_s: f64,
+}
+
+impl From<&Task> for TaskInfo {
+    fn from(task: &Task) -> Self {
+        Self { name: Text::new(&task.name), time_limit_s: task.time_limit_s }
+    }
+}
+
+/// What a planner does in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Due {
+    /// It begins [`Agenda::task`], and drives.
+    Begin,
+    /// It drives on.
+    Drive,
+    /// The robot stands; the status says why.
+    Stand,
+}
+
+/// What is known of a robot's motion.
+#[derive(Debug, Clone, Copy)]
+pub enum Motion<'a> {
+    /// By its odometry.
+    Odometry(&'a Odometry),
+    /// By its commands: a robot without odometry.
+    Commanded {
+        /// Its speed since the last step, m/s.
+        speed_mps: f64,
+    },
+}
+
+impl<'a> From<&'a Odometry> for Motion<'a> {
+    fn from(odometry: &'a Odometry) -> Self {
+        Self::Odometry(odometry)
+    }
+}
+
+/// How far an agenda has been worked through: what a checkpoint holds of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Standing {
+    phase: Phase,
+    held: Option<Hold>,
+    ordered: bool,
+    task: usize,
+    reached: u32,
+    /// What the next status says: a number of [`TaskState`].
+    state: u32,
+    reason: Text<96>,
+    elapsed_s: f64,
+    path_m: f64,
+    last_stamp_ns: Option<u64>,
+    last_odometry: Option<Pose<Odom>>,
+    speed_mps: f64,
+}
+
+/// The tasks of a mission in their order.
+#[derive(Debug)]
+pub struct Agenda {
+    pad: Pad,
+    waits_for_order: bool,
+    nominal_dt_s: f64,
+    tasks: Vec<TaskInfo>,
+    now: Standing,
+}
+
+impl Agenda {
+    /// Of the tasks of a mission. Whether people take part in its run decides what an order means.
+    pub fn new(run: &RunConfig) -> Self {
+        Self { tasks: run.mission.task.iter().map(TaskInfo::from).collect(), ..Self::empty(run) }
+    }
+
+    /// Of tasks that are not known yet.
+    pub fn empty(run: &RunConfig) -> Self {
+        Self {
+            pad: run.pad,
+            waits_for_order: run.pace == Pace::Lockstep,
+            nominal_dt_s: 1.0 / run.robot.tick_hz(),
+            tasks: Vec::new(),
+            now: Standing::default(),
+        }
+    }
+
+    /// Takes other tasks.
+    pub fn set_tasks(&mut self, tasks: impl IntoIterator<Item = TaskInfo>) {
+        self.tasks.clear();
+        self.tasks.extend(tasks);
+    }
+
+    /// How far it has come, for a checkpoint.
+    pub fn standing(&self) -> Standing {
+        self.now
+    }
+
+    /// Goes on from a checkpoint.
+    pub fn restore(&mut self, standing: Standing) {
+        self.now = standing;
+    }
+
+    /// Begins, without a checkpoint, with the task that a predecessor's last status was about. A person's
+    /// pause or abort stays in force until the order to resume.
+    pub fn recover(&mut self, remains: &dyn Remains) {
+        let Some(last) = remains.of(STATUS) else { return };
+        let state = TaskState::from_code(last.state);
+        self.now.held = match state {
+            Some(TaskState::Paused) => Some(Hold::Paused),
+            Some(TaskState::Aborted) if !self.pad.is_absent() => Some(Hold::Aborted),
+            _ => None,
+        };
+        let has_ended = self.now.held.is_none() && state.is_some_and(TaskState::is_end);
+        self.now.task = last.task as usize + usize::from(has_ended);
+        self.now.reached = last.reached_count;
+    }
+
+    /// Whether a planner that has its instructions, or has not, can take a step. In lockstep the first step waits for
+    /// the order to start, too; in real time the robot stands until all has come.
+    pub fn is_ready(&self, has_instructions: bool) -> bool {
+        self.now.ordered && has_instructions || !self.waits_for_order
+    }
+
+    /// How far it has come.
+    pub fn phase(&self) -> Phase {
+        self.now.phase
+    }
+
+    /// The number of the task that is under way or waited for, from 0.
+    pub fn task(&self) -> usize {
+        self.now.task
+    }
+
+    /// The time that the task has taken, seconds. The clock stands while the robot is held.
+    pub fn elapsed_s(&self) -> f64 {
+        self.now.elapsed_s
+    }
+
+    /// Whether the start was ordered.
+    pub fn is_ordered(&self) -> bool {
+        self.now.ordered
+    }
+
+    /// Whether the robot drives, or is about to.
+    pub fn is_driving(&self) -> bool {
+        self.now.ordered && self.now.held.is_none() && self.now.phase != Phase::Over
+    }
+
+    /// Whether it is over for good: no person can give it new tasks.
+    fn is_last(&self) -> bool {
+        self.now.phase == Phase::Over && !self.pad.draws()
+    }
+
+    /// Forgets what it was about; the robot stands until the start is ordered again.
+    pub fn begin_again(&mut self) {
+        let now = &mut self.now;
+        (now.phase, now.held, now.ordered) = (Phase::Waiting, None, false);
+        (now.task, now.reached) = (0, 0);
+        (now.elapsed_s, now.path_m) = (0.0, 0.0);
+    }
+
+    /// Does what a person orders, and returns the order; `None` for another message. Unknown orders are ignored, and so
+    /// are unknown tasks.
+    ///
+    /// # Errors
+    /// As [`Heard::order`].
+    pub fn hear<'a>(&mut self, message: &Heard<'a>) -> Result<Option<&'a MissionCommand>, Denied> {
+        let Some(order) = message.order()? else { return Ok(None) };
+        let task = order.task as usize;
+        match Order::from_code(order.order) {
+            Some(Order::Goal) if task < self.tasks.len() => self.go_to(task),
+            Some(order) => self.obey(order),
+            None => {}
+        }
+        Ok(Some(order))
+    }
+
+    /// Begins a task instead of the one that is under way, and lets go of a robot that is held.
+    fn go_to(&mut self, task: usize) {
+        if !self.is_last() {
+            self.wait_for(task);
+            (self.now.held, self.now.ordered) = (None, true);
+        }
+    }
+
+    fn wait_for(&mut self, task: usize) {
+        (self.now.phase, self.now.task) = (Phase::Waiting, task);
+    }
+
+    fn obey(&mut self, order: Order) {
+        match order {
+            Order::Start
+                if self.pad.draws() && (self.now.held.is_some() || self.now.phase == Phase::Over) =>
+            {
+                self.begin_again();
+                self.now.ordered = true;
+            }
+            Order::Start => self.now.ordered = true,
+            Order::Abort if self.now.phase == Phase::Over => {}
+            Order::Abort if self.pad.is_absent() => {
+                (self.now.phase, self.now.held) = (Phase::Over, None);
+                self.report(TaskState::Aborted, ABORTED);
+            }
+            // The supervisor's order to start may come after it: what a person says at the pad goes before.
+            Order::Abort if self.pad == Pad::Watches => self.now.held = Some(Hold::Aborted),
+            Order::Abort => self.hold(Hold::Aborted),
+            Order::Pause => self.hold(Hold::Paused),
+            Order::Unattended => self.hold(Hold::Unattended),
+            Order::Resume => self.now.held = None,
+            // Of a task that there is not; and where the robot is, which is for those who navigate to take in.
+            Order::Goal | Order::Here => {}
+        }
+    }
+
+    /// What was aborted is not merely paused.
+    fn hold(&mut self, hold: Hold) {
+        let is_under_way = self.now.ordered && self.now.phase != Phase::Over;
+        if is_under_way && self.now.held != Some(Hold::Aborted) {
+            self.now.held = Some(hold);
+        }
+    }
+
+    /// Takes over the time and the motion of a step. Returns the time since the last step, seconds; at the first one
+    /// that between two ticks.
+    pub fn begin_step<'a>(&mut self, stamp_ns: u64, motion: impl Into<Motion<'a>>) -> f64 {
+        let since = self.now.last_stamp_ns.map(|last| stamp_ns.saturating_sub(last) as f64 * 1e-9);
+        let dt_s = since.unwrap_or(self.nominal_dt_s);
+        let way = match motion.into() {
+            Motion::Odometry(odometry) => self.way_to(odometry),
+            Motion::Commanded { speed_mps } => {
+                self.now.speed_mps = speed_mps;
+                speed_mps * since.unwrap_or(0.0)
+            }
+        };
+        if self.now.phase == Phase::Driving && self.now.held.is_none() {
+            self.now.elapsed_s += dt_s;
+            self.now.path_m += way;
+        }
+        self.now.last_stamp_ns = Some(stamp_ns);
+        dt_s
+    }
+
+    /// Takes over the odometry; the way since the last one.
+    fn way_to(&mut self, odometry: &Odometry) -> f64 {
+        let robot = odometry.pose();
+        self.now.speed_mps = odometry.twist.vx_mps.hypot(odometry.twist.vy_mps);
+        let last = self.now.last_odometry.replace(robot);
+        last.map_or(0.0, |last| last.position().distance(&robot.position()))
+    }
+
+    /// What to do in this step. The first task begins once the start is ordered and nothing is `missing`, the next in the
+    /// step after one has ended. A robot that stands reports why.
+    pub fn due(&mut self, missing: Option<impl Display>) -> Due {
+        if self.is_held() {
+            return Due::Stand;
+        }
+        let next = match self.now.phase {
+            Phase::Driving => return Due::Drive,
+            Phase::Over => return Due::Stand,
+            Phase::Waiting => self.now.task,
+            Phase::Ended => self.now.task + 1,
+        };
+        let is_ready = self.now.ordered && missing.is_none() || self.now.phase == Phase::Ended;
+        if is_ready && next >= self.tasks.len() {
+            return self.finish();
+        }
+        self.wait_for(next);
+        match missing {
+            Some(missing) => self.stand(missing),
+            None if self.now.ordered => self.begin(),
+            None => self.stand("waiting for the order to start"),
+        }
+    }
+
+    fn begin(&mut self) -> Due {
+        self.now.phase = Phase::Driving;
+        (self.now.elapsed_s, self.now.path_m) = (0.0, 0.0);
+        Due::Begin
+    }
+
+    fn stand(&mut self, why: impl Display) -> Due {
+        self.report(TaskState::Waiting, why);
+        Due::Stand
+    }
+
+    fn finish(&mut self) -> Due {
+        self.now.phase = Phase::Over;
+        let (reached, count) = (self.now.reached, self.tasks.len());
+        self.report(TaskState::Finished, format_args!("{reached} of {count} tasks reached"));
+        Due::Stand
+    }
+
+    /// Whether a person or a lost link holds the robot; the status says so.
+    fn is_held(&mut self) -> bool {
+        let Some(hold) = self.now.held else { return false };
+        if let Some((state, reason)) = hold.status() {
+            self.report(state, reason);
+        }
+        true
+    }
+
+    /// The task goes on, unless its time is over. Returns whether it goes on.
+    pub fn go_on(&mut self, reason: impl Display) -> bool {
+        let limit_s = self.tasks.get(self.now.task).map_or(f64::INFINITY, |task| task.time_limit_s);
+        let is_in_time = self.now.elapsed_s < limit_s;
+        if is_in_time {
+            self.report(TaskState::Driving, reason);
+        } else {
+            self.end(TaskState::TimedOut, format_args!("the time limit of {limit_s:.0} s passed"));
+        }
+        is_in_time
+    }
+
+    /// Ends the task that is under way.
+    pub fn end(&mut self, state: TaskState, reason: impl Display) {
+        self.now.phase = Phase::Ended;
+        self.now.reached += u32::from(state == TaskState::Reached);
+        self.report(state, reason);
+    }
+
+    /// The robot does not know where it is. Where people take part it stands until one of them has it resume; else the
+    /// task ends.
+    pub fn lose(&mut self, reason: impl Display) {
+        if self.pad.is_absent() {
+            self.end(TaskState::Lost, reason);
+        } else {
+            self.now.held = Some(Hold::Lost);
+            self.report(TaskState::Paused, format_args!("lost, waits for help: {reason}"));
+        }
+    }
+
+    /// Stands until a person has answered, or [`Agenda::find`] lets it go on. A mission in which nobody takes part never
+    /// asks.
+    pub fn ask(&mut self, question: impl Display) {
+        self.now.held = Some(Hold::Asks);
+        self.report(TaskState::Paused, question);
+    }
+
+    /// Why it stands.
+    pub fn held(&self) -> Option<Hold> {
+        self.now.held
+    }
+
+    /// A robot that is lost, or asks, has its answer: it goes on.
+    pub fn find(&mut self) {
+        self.now.held.take_if(|held| matches!(held, Hold::Lost | Hold::Asks));
+    }
+
+    /// Sets what the next status says. A reason that is too long is cut.
+    pub fn report(&mut self, state: TaskState, reason: impl Display) {
+        (self.now.state, self.now.reason) = (state.code(), Text::of(reason));
+    }
+
+    /// Sends the command of the step and, last of all, its status. `remaining_m` is the way that is left of the task.
+    ///
+    /// # Errors
+    /// As [`Outbox::send`].
+    pub fn send(&self, twist: Twist, remaining_m: f64, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        out.send(COMMAND, |command| (command.twist, command.last) = (twist, self.is_last().into()))?;
+        out.send(STATUS, |status| self.write_status(remaining_m, status))?;
+        Ok(())
+    }
+
+    fn write_status(&self, remaining_m: f64, status: &mut MissionStatus) {
+        let task = self.tasks.get(self.now.task);
+        *status = MissionStatus {
+            header: status.header,
+            task: self.now.task as u32,
+            task_count: self.tasks.len() as u32,
+            state: self.now.state,
+            reached_count: self.now.reached,
+            task_time_s: self.now.elapsed_s,
+            task_path_m: self.now.path_m,
+            remaining_m,
+            speed_mps: self.now.speed_mps,
+            name: task.map_or(Text::default(), |task| task.name),
+            reason: self.now.reason,
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_schemas::channels::ORDERS;
+    use sketchnav_schemas::codes::Process;
+    use sketchnav_stage::Access;
+
+    use super::*;
+
+    const NOTHING: Option<&str> = None;
+
+    /// Four tasks, of nine seconds each.
+    fn waiting(pad: Pad) -> Agenda {
+        let tasks = vec![TaskInfo { name: Text::new("far"), time_limit_s: 9.0 }; 4];
+        Agenda { pad, waits_for_order: true, nominal_dt_s: 0.1, tasks, now: Standing::default() }
+    }
+
+    /// The third task is under way.
+    fn driving(pad: Pad) -> Agenda {
+        let now = Standing { ordered: true, task: 2, ..Standing::default() };
+        let mut agenda = Agenda { now, ..waiting(pad) };
+        assert_eq!(agenda.due(NOTHING), Due::Begin);
+        agenda
+    }
+
+    /// A agenda that was paused and then aborted stayed paused, and its system ran for ever.
+    #[test]
+    fn what_is_aborted_while_it_is_held_is_over() {
+        for hold in [Order::Pause, Order::Unattended] {
+            let mut agenda = driving(Pad::Absent);
+            agenda.obey(hold);
+            assert!(agenda.is_held());
+            agenda.obey(Order::Abort);
+            assert!(agenda.is_last() && !agenda.is_held());
+            agenda.obey(Order::Pause);
+            assert!(!agenda.is_held(), "what is over is not paused");
+        }
+    }
+
+    #[test]
+    fn without_a_pad_what_is_aborted_is_over() {
+        let mut agenda = driving(Pad::Absent);
+        agenda.obey(Order::Abort);
+        assert_eq!((agenda.now.phase, agenda.now.state), (Phase::Over, TaskState::Aborted.code()));
+        agenda.obey(Order::Resume);
+        assert_eq!(agenda.now.phase, Phase::Over);
+    }
+
+    #[test]
+    fn with_a_pad_what_is_aborted_can_be_gone_on_with() {
+        for pad in [Pad::Watches, Pad::Draws] {
+            let mut agenda = driving(pad);
+            agenda.obey(Order::Abort);
+            assert_eq!((agenda.now.held, agenda.is_driving()), (Some(Hold::Aborted), false));
+            // The link breaks while it stands: it stays what a person said of it.
+            agenda.obey(Order::Unattended);
+            assert_eq!(agenda.now.held, Some(Hold::Aborted));
+            agenda.obey(Order::Resume);
+            assert_eq!((agenda.now.phase, agenda.now.task, agenda.is_driving()), (Phase::Driving, 2, true));
+        }
+    }
+
+    #[test]
+    fn a_robot_that_is_lost_waits_for_help_where_there_are_people() {
+        let mut agenda = driving(Pad::Watches);
+        agenda.lose("no door");
+        assert!(agenda.is_held() && agenda.now.reason.as_str() == "lost, waits for help: no door");
+        assert_eq!((agenda.now.phase, agenda.now.state), (Phase::Driving, TaskState::Paused.code()));
+        agenda.obey(Order::Resume);
+        assert!(agenda.is_driving() && !agenda.is_held());
+        agenda.lose("no door");
+        agenda.find();
+        assert!(agenda.is_driving() && !agenda.is_held());
+        agenda.obey(Order::Pause);
+        agenda.find();
+        assert!(agenda.is_held(), "who was stopped by a person is not lost");
+        agenda.obey(Order::Resume);
+        let mut alone = driving(Pad::Absent);
+        alone.lose("no door");
+        assert_eq!((alone.now.phase, alone.now.state), (Phase::Ended, TaskState::Lost.code()));
+    }
+
+    #[test]
+    fn who_has_aborted_can_start_again_with_the_first_task() {
+        let mut agenda = driving(Pad::Draws);
+        agenda.obey(Order::Start);
+        assert_eq!((agenda.now.phase, agenda.now.task), (Phase::Driving, 2), "it drives already");
+        agenda.obey(Order::Abort);
+        agenda.obey(Order::Start);
+        assert_eq!((agenda.now.phase, agenda.now.task, agenda.is_driving()), (Phase::Waiting, 0, true));
+    }
+
+    /// The planner reads what comes from the pad first. Of a agenda from a file it once forgot an abort that came
+    /// before the supervisor's order to start, and drove off.
+    #[test]
+    fn a_mission_from_a_file_can_be_aborted_before_it_is_started() {
+        let mut agenda = waiting(Pad::Watches);
+        agenda.obey(Order::Abort);
+        agenda.obey(Order::Start);
+        assert_eq!((agenda.now.held, agenda.is_driving()), (Some(Hold::Aborted), false));
+        agenda.obey(Order::Resume);
+        assert!(agenda.is_driving());
+    }
+
+    #[test]
+    fn only_what_is_under_way_can_be_held() {
+        let mut agenda = waiting(Pad::Draws);
+        agenda.obey(Order::Pause);
+        agenda.obey(Order::Abort);
+        assert_eq!(agenda.now.held, None);
+        let mut agenda = driving(Pad::Draws);
+        agenda.now.phase = Phase::Over;
+        agenda.obey(Order::Unattended);
+        assert_eq!(agenda.now.held, None);
+    }
+
+    #[test]
+    fn after_the_last_task_the_mission_is_over() {
+        let mut agenda = driving(Pad::Absent);
+        agenda.end(TaskState::Reached, "there");
+        agenda.tasks.pop();
+        assert_eq!(agenda.due(NOTHING), Due::Stand);
+        assert_eq!((agenda.now.phase, agenda.now.reason.as_str()), (Phase::Over, "1 of 3 tasks reached"));
+    }
+
+    #[test]
+    fn a_task_ends_with_its_time() {
+        let mut agenda = driving(Pad::Absent);
+        agenda.now.elapsed_s = 8.9;
+        assert!(agenda.go_on(""));
+        agenda.now.elapsed_s = 9.0;
+        assert!(!agenda.go_on(""));
+        assert_eq!((agenda.now.phase, agenda.now.state), (Phase::Ended, TaskState::TimedOut.code()));
+        assert_eq!(agenda.now.reason.as_str(), "the time limit of 9 s passed");
+    }
+
+    fn go_to(agenda: &mut Agenda, task: u32) {
+        let order = MissionCommand { order: Order::Goal.code(), task, ..bytemuck::Zeroable::zeroed() };
+        let access = Access::new(Process::Planner, "sketch");
+        let heard = Heard::new(&access, ORDERS.spec, bytemuck::bytes_of(&order), &[]);
+        assert_eq!(agenda.hear(&heard), Ok(Some(&order)));
+    }
+
+    #[test]
+    fn a_goal_takes_the_place_of_the_task_that_is_under_way() {
+        let mut agenda = driving(Pad::Absent);
+        go_to(&mut agenda, 0);
+        assert_eq!((agenda.is_driving(), agenda.due(NOTHING), agenda.task()), (true, Due::Begin, 0));
+        agenda.end(TaskState::Reached, "there");
+        assert_eq!((agenda.due(NOTHING), agenda.task()), (Due::Begin, 1), "those after it follow");
+    }
+
+    #[test]
+    fn a_goal_lets_go_of_a_robot_that_is_held() {
+        let mut agenda = driving(Pad::Absent);
+        agenda.obey(Order::Pause);
+        go_to(&mut agenda, 3);
+        assert!(!agenda.is_held());
+        assert_eq!((agenda.due(NOTHING), agenda.task()), (Due::Begin, 3));
+    }
+
+    #[test]
+    fn a_goal_that_there_is_not_and_one_behind_the_end_change_nothing() {
+        let mut agenda = driving(Pad::Absent);
+        go_to(&mut agenda, 4);
+        assert_eq!((agenda.phase(), agenda.task()), (Phase::Driving, 2));
+        agenda.obey(Order::Abort);
+        go_to(&mut agenda, 1);
+        assert_eq!(agenda.phase(), Phase::Over);
+    }
+
+    #[test]
+    fn a_robot_that_stands_reports_what_it_waits_for() {
+        let mut agenda = waiting(Pad::Absent);
+        let mut reported = |missing: Option<&str>| {
+            assert_eq!(agenda.due(missing), Due::Stand);
+            agenda.now.reason
+        };
+        assert_eq!(reported(Some("waiting for the route")).as_str(), "waiting for the route");
+        assert_eq!(reported(None).as_str(), "waiting for the order to start");
+        agenda.obey(Order::Start);
+        assert_eq!((agenda.due(Some("waiting for the pose")), agenda.task()), (Due::Stand, 0));
+        assert_eq!((agenda.due(NOTHING), agenda.due(NOTHING)), (Due::Begin, Due::Drive));
+        agenda.end(TaskState::Reached, "there");
+        assert_eq!((agenda.due(Some("waiting for the pose")), agenda.task()), (Due::Stand, 1));
+        assert_eq!((agenda.due(NOTHING), agenda.task()), (Due::Begin, 1));
+    }
+}

@@ -1,0 +1,190 @@
+//! What a stage may read and write: what the table of channels says of its process.
+
+use sketchnav_schemas::channels::{self, ChannelSpec, NAVIGATORS, Role};
+use sketchnav_schemas::codes::Process;
+
+/// The process that hosts a stage, in a run of one kind of navigator.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Access {
+    process: Process,
+    kind: String,
+}
+
+/// A stage uses a channel that it can never have a message of.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Denied {
+    /// A channel that its process does not read.
+    #[error(
+        "channel {channel:?}: expected one that the {process} of navigator {kind:?} reads, found {found}"
+    )]
+    Read {
+        /// The channel.
+        channel: &'static str,
+        /// The process.
+        process: Process,
+        /// The kind of navigator of the run.
+        kind: String,
+        /// The navigators that have the channel, and the processes that read it.
+        found: String,
+    },
+    /// A channel that its process does not write.
+    #[error("channel {channel:?}: expected one that this process writes, found {found}")]
+    Write {
+        /// The channel.
+        channel: &'static str,
+        /// The navigators that have the channel, and the process that writes it.
+        found: String,
+    },
+    /// A channel that belongs to no instant.
+    #[error("channel {channel:?}: expected a sensor, the tick or the situation, found the role {role:?}")]
+    Step {
+        /// The channel.
+        channel: &'static str,
+        /// Its role.
+        role: Role,
+    },
+    /// A channel that belongs to an instant.
+    #[error("channel {channel:?}: expected an instruction or a request, found the role {role:?}")]
+    Hear {
+        /// The channel.
+        channel: &'static str,
+        /// Its role.
+        role: Role,
+    },
+}
+
+impl Access {
+    /// That of `process` in a run of this kind of navigator.
+    pub fn new(process: Process, kind: &str) -> Self {
+        Self { process, kind: kind.to_owned() }
+    }
+
+    /// Whether messages of a channel can belong to an instant of this process.
+    pub(crate) fn to_step(&self, spec: &ChannelSpec) -> Result<(), Denied> {
+        self.to_read(spec)?;
+        match spec.role {
+            Role::Sensor | Role::Tick | Role::Situation => Ok(()),
+            role => Err(Denied::Step { channel: spec.name, role }),
+        }
+    }
+
+    /// Whether this process can hear messages of a channel.
+    pub(crate) fn to_hear(&self, spec: &ChannelSpec) -> Result<(), Denied> {
+        self.to_read(spec)?;
+        match spec.role {
+            Role::Instruction | Role::Request => Ok(()),
+            // Whoever looks on takes no steps, and hears everything.
+            _ if !NAVIGATORS.contains(&self.process) => Ok(()),
+            role => Err(Denied::Hear { channel: spec.name, role }),
+        }
+    }
+
+    fn to_read(&self, spec: &ChannelSpec) -> Result<(), Denied> {
+        let Self { process, kind } = self;
+        if spec.may_read(*process) && spec.belongs_to(kind) {
+            return Ok(());
+        }
+        let readers = channels::words(spec.readers.iter().copied());
+        let readers = if readers.is_empty() { "no process".to_owned() } else { readers };
+        let found = format!("one of {}, read by {readers}", owner(spec));
+        Err(Denied::Read { channel: spec.name, process: *process, kind: kind.clone(), found })
+    }
+}
+
+impl Denied {
+    /// A channel that the process does not write.
+    pub fn to_write(spec: &ChannelSpec) -> Self {
+        let writer = spec.writer.map_or("every process", Process::word);
+        Self::Write { channel: spec.name, found: format!("one of {}, written by {writer}", owner(spec)) }
+    }
+}
+
+/// The navigators that have a channel.
+fn owner(spec: &ChannelSpec) -> String {
+    spec.kind.map_or_else(|| "all navigators".to_owned(), |kind| format!("navigator {kind:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_schemas::channels::{DRAWING, MISSION, ODOMETRY, SCAN, TICK, TRUTH};
+    use sketchnav_schemas::message::Message;
+    use sketchnav_schemas::samples::example::{DETAIL, KIND, MAP, PLACE};
+
+    use super::*;
+    use crate::{Heard, Instant, Memory};
+
+    /// A planner of this kind asks for the newest message of a channel, where none has come yet.
+    fn newest<T: Message>(kind: &str, channel: channels::Channel<T>) -> Result<bool, String> {
+        let (access, inputs) =
+            (Access::new(Process::Planner, kind), Memory::of_reader(Process::Planner, kind));
+        let instant = Instant::new(&access, 1, 0, &inputs);
+        assert_eq!(
+            instant.newest(channel).map(|it| it.is_some()),
+            instant.fresh(channel).map(|it| it.is_some())
+        );
+        instant.newest(channel).map(|newest| newest.is_some()).map_err(|denied| denied.to_string())
+    }
+
+    fn error<T>(text: &str) -> Result<T, String> {
+        Err(text.to_owned())
+    }
+
+    #[test]
+    fn a_channel_of_which_nothing_came_yet_is_no_error() {
+        assert_eq!([newest(KIND, SCAN), newest(KIND, TICK)], [Ok(false), Ok(false)]);
+        assert_eq!(newest(KIND, PLACE), Ok(false));
+    }
+
+    /// The navigator waited for ever.
+    #[test]
+    fn a_channel_that_the_table_does_not_grant_is_an_error() {
+        assert_eq!(
+            newest(KIND, TRUTH),
+            error(
+                "channel \"truth\": expected one that the planner of navigator \"example\" reads, \
+                 found one of all navigators, read by no process"
+            )
+        );
+        assert_eq!(
+            newest("other", PLACE),
+            error(
+                "channel \"example_place\": expected one that the planner of navigator \"other\" reads, \
+                 found one of navigator \"example\", read by planner, pad"
+            )
+        );
+    }
+
+    #[test]
+    fn what_is_heard_belongs_to_no_instant_and_the_other_way_round() {
+        assert_eq!(
+            newest(KIND, MAP),
+            error(
+                "channel \"example_map\": expected a sensor, the tick or the situation, found the role Instruction"
+            )
+        );
+        let access = Access::new(Process::Planner, KIND);
+        let heard = Heard::new(&access, MISSION.spec, &[], &[]);
+        let denied = heard.on(ODOMETRY).unwrap_err().to_string();
+        assert_eq!(
+            denied,
+            "channel \"odometry\": expected an instruction or a request, found the role Sensor"
+        );
+    }
+
+    #[test]
+    fn a_stage_cannot_hear_what_its_process_does_not_read() {
+        let access = Access::new(Process::Planner, KIND);
+        let heard = Heard::new(&access, MISSION.spec, &[], &[]);
+        assert!(heard.on(MAP).is_ok_and(|map| map.is_none()), "the planner's, of another channel");
+        let denied = [heard.on(DRAWING).map(drop), heard.on(DETAIL).map(drop)];
+        assert_eq!(
+            denied.map(|denied| denied.unwrap_err().to_string()),
+            [
+                "channel \"drawing\": expected one that the planner of navigator \"example\" reads, \
+                 found one of all navigators, read by sketcher",
+                "channel \"example_detail\": expected one that the planner of navigator \"example\" reads, \
+                 found one of navigator \"example\", read by pad",
+            ]
+        );
+    }
+}

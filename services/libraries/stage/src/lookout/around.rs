@@ -1,0 +1,137 @@
+//! What lies around a robot: its sensors, in its own axes.
+
+use sketchnav_schemas::channels::{SCAN, SONAR};
+use sketchnav_schemas::geometry::Pose;
+use sketchnav_schemas::message::{LaserScan, SonarScan};
+use sketchnav_schemas::robot::{MarkerCamera, Robot};
+
+use super::{Color, Lookout, Picture, Shape, thinned};
+use crate::{Denied, Heard};
+
+/// Most that is shown to each side, metres.
+const MOST_REACH_M: f64 = 6.0;
+/// How many windows of a camera that looks down are shown to each side.
+const WINDOWS: f64 = 3.0;
+/// Corners of an arc.
+const ARC: usize = 6;
+
+/// How much of the surroundings the sheet around a robot shows: a square with the robot in its middle, looking up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Around {
+    /// From the robot to each side, metres.
+    pub reach_m: f64,
+}
+
+impl Around {
+    /// As far as the robot's sensors see.
+    pub fn robot(robot: &Robot) -> Self {
+        let ranges = [
+            robot.laser.as_ref().map(|laser| laser.range_max_m),
+            robot.sonar.as_ref().map(|sonar| sonar.range_max_m),
+            robot.camera.as_ref().map(|camera| camera.range_max_m),
+        ];
+        let reach_m = match &robot.view {
+            // Of a robot that looks down.
+            Some(view) => WINDOWS * view.side_m,
+            None => ranges.into_iter().flatten().fold(0.0, f64::max).clamp(1.0, MOST_REACH_M),
+        };
+        Self { reach_m }
+    }
+
+    /// Whether the sheet shows the place.
+    pub fn shows(&self, place: [f64; 2]) -> bool {
+        place.iter().all(|v| v.abs() <= self.reach_m)
+    }
+}
+
+/// A place in a direction from another one, metres.
+pub fn polar(origin: [f64; 2], range_m: f64, angle_rad: f64) -> [f64; 2] {
+    [origin[0] + range_m * angle_rad.cos(), origin[1] + range_m * angle_rad.sin()]
+}
+
+/// The robot's laser, sonars, and what its camera could see.
+pub struct Sensors {
+    robot: Robot,
+    around: Around,
+    scan: Option<Box<LaserScan>>,
+    sonar: Option<SonarScan>,
+}
+
+impl Sensors {
+    /// Those of a robot.
+    pub fn new(robot: &Robot) -> Self {
+        Self { robot: robot.clone(), around: Around::robot(robot), scan: None, sonar: None }
+    }
+
+    /// What the laser sees.
+    fn hits(&self) -> Option<Shape> {
+        let scan = self.scan.as_ref()?;
+        let mount: Pose<_> = self.robot.laser.as_ref()?.mount();
+        let hits = scan.ranges().iter().enumerate().filter(|(_, range)| range.is_finite());
+        let points = hits.map(|(i, range)| {
+            polar([mount.x, mount.y], f64::from(*range), mount.yaw_rad + f64::from(scan.angle_rad(i)))
+        });
+        let points: Vec<_> = points.filter(|point| self.around.shows(*point)).collect();
+        Some(Shape::Dots { points: thinned(points.into_iter()).collect(), color: Color::Scan })
+    }
+}
+
+impl Lookout for Sensors {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        if let Some(scan) = message.on(SCAN)? {
+            self.scan = Some(Box::new(*scan));
+        }
+        if let Some(scan) = message.on(SONAR)? {
+            self.sonar = Some(*scan);
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self, picture: &mut Picture) {
+        picture.shapes.extend(self.hits());
+        picture.shapes.extend(self.sonar.iter().flat_map(echoes));
+        picture.shapes.extend(self.robot.camera.iter().flat_map(view_cone));
+    }
+}
+
+/// What the sonars hear: an arc for each echo.
+fn echoes(scan: &SonarScan) -> Vec<Shape> {
+    let echo = |(i, range): (usize, &f32)| {
+        let direction = f64::from(scan.angle_min_rad) + i as f64 * f64::from(scan.angle_increment_rad);
+        let origin = polar([0.0; 2], f64::from(scan.ring_radius_m), direction);
+        arc(origin, f64::from(*range), direction, f64::from(scan.half_opening_rad), Color::Scan)
+    };
+    scan.ranges().iter().enumerate().filter(|(_, range)| range.is_finite()).map(echo).collect()
+}
+
+fn arc(origin: [f64; 2], range_m: f64, direction_rad: f64, half_rad: f64, color: Color) -> Shape {
+    let angle = |i: usize| direction_rad + half_rad * (2.0 * i as f64 / (ARC - 1) as f64 - 1.0);
+    Shape::line((0..ARC).map(|i| polar(origin, range_m, angle(i))).collect::<Vec<_>>(), color)
+}
+
+/// What a camera can see.
+fn view_cone(camera: &MarkerCamera) -> Vec<Shape> {
+    let origin = [camera.mount_x_m, camera.mount_y_m];
+    let (yaw, half) = (camera.mount_yaw_deg.to_radians(), camera.field_of_view_deg.to_radians() / 2.0);
+    let ranges = [camera.range_min_m, camera.range_max_m];
+    let side = |turn: f64| Shape::line(ranges.map(|range| polar(origin, range, yaw + turn)), Color::Edge);
+    let arcs = ranges.map(|range| arc(origin, range, yaw, half, Color::Edge));
+    [side(half), side(-half)].into_iter().chain(arcs).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    #[test]
+    fn an_echo_is_an_arc_as_far_away_as_it_says() {
+        let mut scan = SonarScan::zeroed();
+        (scan.sonar_count, scan.half_opening_rad) = (2, 0.2);
+        scan.ranges_m[..2].copy_from_slice(&[1.5, f32::INFINITY]);
+        let shapes = echoes(&scan);
+        let [Shape::Line { points, .. }] = &shapes[..] else { panic!("{shapes:?}") };
+        assert!(points.iter().all(|point| point[0] <= 1.5), "no point is farther ahead: {points:?}");
+    }
+}

@@ -1,0 +1,54 @@
+//! What is said of a run along corridors: the pair of markers, and how many the robot remembered.
+
+use sketchnav_stage::account::{self, Curve, Summary};
+use sketchnav_stage::{Denied, Heard};
+
+use crate::messages::{PairedMarker, RELATIONS, Relations, Trend};
+
+/// The relations of a run.
+#[derive(Default)]
+pub struct Account(Vec<Relations>);
+
+impl account::Account for Account {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        self.0.extend(message.on(RELATIONS)?);
+        Ok(())
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        let of = |name, value: fn(&Relations) -> f64| Curve::of(name, &self.0, |said| &said.header, value);
+        let distances = [
+            of("left", |said| while_seen(said, distance_m(&said.left))),
+            of("right", |said| while_seen(said, distance_m(&said.right))),
+        ];
+        summary.chart("Distance of the pair", "m, robot to marker", distances);
+        let trends = [
+            of("left", |said| while_seen(said, height(&said.left))),
+            of("right", |said| while_seen(said, height(&said.right))),
+        ];
+        summary.chart("QTC of the pair", "0 towards, 1 stable, 2 away", trends);
+        summary.chart(
+            "Markers in memory",
+            "markers",
+            [of("remembered", |said| f64::from(said.marker_count))],
+        );
+    }
+}
+
+/// The value while a pair is in view.
+fn while_seen(said: &Relations, value: f64) -> f64 {
+    if said.pair_age_s == 0.0 { value } else { f64::NAN }
+}
+
+fn distance_m(marker: &PairedMarker) -> f64 {
+    marker.x_m.hypot(marker.y_m)
+}
+
+fn height(marker: &PairedMarker) -> f64 {
+    match marker.marker_trend() {
+        Trend::Towards => 0.0,
+        Trend::Stable => 1.0,
+        Trend::Away => 2.0,
+        Trend::Unknown => f64::NAN,
+    }
+}

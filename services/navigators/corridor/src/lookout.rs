@@ -1,0 +1,111 @@
+//! What a page shows: the markers that the robot remembers, and the pair that it goes by.
+
+use sketchnav_schemas::robot::Robot;
+use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape, polar};
+use sketchnav_stage::{Denied, Heard};
+
+use crate::messages::{KnownMarker, PairedMarker, RELATIONS, Relations, Trend};
+
+/// Length of the mark that says where a marker looks, metres.
+const FACING_M: f64 = 0.25;
+/// Where the two markers of the pair are described: so far ahead, as shares of what is shown.
+const ROWS: [f64; 2] = [0.94, 0.88];
+
+/// The newest that is known of the corridor.
+pub struct Lookout {
+    around: Around,
+    relations: Option<Box<Relations>>,
+}
+
+impl Lookout {
+    /// Around this robot.
+    pub fn new(robot: &Robot) -> Self {
+        Self { around: Around::robot(robot), relations: None }
+    }
+
+    fn marker(&self, marker: &KnownMarker) -> Vec<Shape> {
+        let [x, y, facing] = [marker.x_m, marker.y_m, marker.facing_rad].map(f64::from);
+        let at = [x, y];
+        // One beyond the edge would be drawn over what is beside the sheet.
+        if !self.around.shows(at) {
+            return Vec::new();
+        }
+        let color = if marker.age_s == 0.0 { Color::Goal } else { Color::Particle };
+        let beside = polar(at, -FACING_M, facing);
+        vec![
+            Shape::line([at, polar(at, FACING_M, facing)], color),
+            Shape::Text { at: beside, text: marker.id.to_string(), color: Color::Ink },
+        ]
+    }
+}
+
+impl lookout::Lookout for Lookout {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        if let Some(relations) = message.on(RELATIONS)? {
+            self.relations = Some(Box::new(*relations));
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self, picture: &mut Picture) {
+        let Some(relations) = &self.relations else { return };
+        picture.shapes.extend(relations.markers().iter().flat_map(|marker| self.marker(marker)));
+        if relations.pairs > 0 && relations.pair_age_s == 0.0 {
+            let pair = [&relations.left, &relations.right];
+            pair.iter().for_each(|marker| picture.line([[0.0; 2], [marker.x_m, marker.y_m]], Color::Plan));
+            picture.shapes.extend(pair.into_iter().zip(ROWS).map(|(marker, row)| {
+                let at = [row * self.around.reach_m, 0.0];
+                Shape::Text { at, text: described(marker), color: Color::Ink }
+            }));
+        }
+    }
+}
+
+fn described(marker: &PairedMarker) -> String {
+    let class = ["near", "medium", "far"].get(marker.distance_class as usize).copied();
+    let trend = match marker.marker_trend() {
+        Trend::Towards => "coming nearer",
+        Trend::Stable => "at the same distance",
+        Trend::Away => "going away",
+        Trend::Unknown => "seen for the first time",
+    };
+    format!("{} is {}, {trend}", marker.id, class.unwrap_or("of no class"))
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use sketchnav_schemas::codes::Process;
+    use sketchnav_stage::Access;
+    use sketchnav_stage::lookout::Lookout as _;
+
+    use super::*;
+    use crate::mission::KIND;
+
+    fn youbot() -> Robot {
+        Robot::parse(include_str!("../../../../sim/robots/youbot.toml")).unwrap()
+    }
+
+    /// A marker behind the edge of the canvas would be drawn over what is beside it.
+    #[test]
+    fn a_pair_is_told_in_words_and_a_far_marker_is_left_out() {
+        let mut relations = Relations::zeroed();
+        (relations.pairs, relations.marker_count) = (1, 2);
+        relations.markers[0] = KnownMarker { id: 3, x_m: 2.0, y_m: 1.0, ..KnownMarker::zeroed() };
+        relations.markers[1] = KnownMarker { id: 4, x_m: 90.0, ..KnownMarker::zeroed() };
+        (relations.left.id, relations.left.distance_class) = (3, 1);
+        relations.left.marker_trend = Trend::Towards.code();
+        let mut lookout = Lookout::new(&youbot());
+        let access = Access::new(Process::Pad, KIND);
+        lookout.hear(&Heard::new(&access, RELATIONS.spec, bytemuck::bytes_of(&relations), &[])).unwrap();
+        let mut picture = Picture::default();
+        lookout.draw(&mut picture);
+        let words: Vec<_> = picture
+            .shapes
+            .into_iter()
+            .filter_map(|shape| if let Shape::Text { text, .. } = shape { Some(text) } else { None })
+            .collect();
+        assert_eq!(words[..2], ["3", "3 is medium, coming nearer"]);
+        assert!(!words.contains(&"4".to_owned()), "{words:?}");
+    }
+}

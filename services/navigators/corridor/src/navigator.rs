@@ -1,0 +1,32 @@
+//! The navigator as a mission chooses it: its stages, and all that is shown and said of them.
+
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::Parameters;
+use sketchnav_stage::Navigator;
+use toml::Table;
+
+/// Navigation along corridors (Patil 2019), and past its limits.
+pub const NAVIGATOR: Navigator = Navigator {
+    methods: &crate::mission::METHODS,
+    check: |mission, robot| Ok(crate::planner::check(mission, robot)?),
+    check_markers: Some(|mission, markers| Ok(crate::planner::check_markers(mission, markers)?)),
+    parameters: |mission, _| {
+        Ok(Parameters::in_force([
+            (Process::Localizer, Table::try_from(crate::localizer::parameters(mission)?.0)),
+            (Process::Planner, Table::try_from(crate::planner::parameters(mission)?)),
+        ])?)
+    },
+    channels: crate::messages::CHANNELS,
+    derived: crate::derived::DERIVED,
+    lookout: Some(|run| Box::new(crate::lookout::Lookout::new(&run.robot))),
+    account: Some(|_| Box::new(crate::account::Account::default())),
+    ..Navigator::new(
+        crate::mission::KIND,
+        "drives along corridors by markers on their walls, by rules or through free space",
+        [
+            |run, files| Ok(Box::new(crate::sketcher::Sketcher::new(run, files)?)),
+            |run, _| Ok(Box::new(crate::localizer::Localizer::new(run)?)),
+            |run, _| Ok(Box::new(crate::planner::Planner::new(run)?)),
+        ],
+    )
+};

@@ -1,0 +1,163 @@
+//! What a page shows of a journey by a custom map. The window is in the middle of the sheet with the dots in it. Around it
+//! lies the plane as the map-maker sees it, as if the navigator were right about its landmark. Where dots in the window lie
+//! beside those of the plane, it is wrong.
+
+use sketchnav_schemas::robot::Robot;
+use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape};
+use sketchnav_stage::{Denied, Heard};
+
+use crate::messages::{Activity, DESCRIPTION, Description, ITINERARY, Itinerary, JOURNEY, Journey};
+
+/// Where the entry at hand is named: so far ahead, as a share of what is shown.
+const ROW: f64 = 0.92;
+/// What lies farther away than so many times what is shown is left out.
+const NEAR: f64 = 3.0;
+
+/// What is known of the plane and the journey.
+pub struct Lookout {
+    reach_m: f64,
+    /// The window's side; `None` for a robot on land, whose sensors are enough.
+    side_m: Option<f64>,
+    itinerary: Option<Box<Itinerary>>,
+    /// The dots as the map-maker sees them, metres.
+    dots: Vec<[f64; 2]>,
+    description: Option<Box<Description>>,
+    journey: Option<Journey>,
+}
+
+impl Lookout {
+    /// Around this robot.
+    pub fn new(robot: &Robot) -> Self {
+        let side_m = robot.view.as_ref().map(|view| view.side_m);
+        let Around { reach_m } = Around::robot(robot);
+        Self { reach_m, side_m, itinerary: None, dots: Vec::new(), description: None, journey: None }
+    }
+
+    /// Takes what the map-maker means, with the dots that come with it.
+    fn intend(&mut self, itinerary: &Itinerary, cells: &[u8]) {
+        let number = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
+        self.dots = cells.chunks_exact(8).map(|cell| [number(&cell[..4]), number(&cell[4..])]).collect();
+        self.itinerary = Some(Box::new(*itinerary));
+    }
+
+    /// Where the window's centre is if the landmark that was attained last is the one that the map means.
+    fn centre(&self) -> Option<[f64; 2]> {
+        let (itinerary, journey) = (self.itinerary.as_ref()?, self.journey.as_ref()?);
+        let attained = journey.accepted.checked_sub(1)? as usize;
+        let landmark = itinerary.landmarks(journey.task as usize).nth(attained);
+        let landmark = landmark.filter(|_| journey.has_reference == 1)?;
+        let [x, y] = [landmark.x_m, landmark.y_m].map(f64::from);
+        Some([x - journey.reference_x_m, y - journey.reference_y_m])
+    }
+
+    /// All of it around a window of this side; the robot's forward axis is the window's first one.
+    fn shapes(&self, side_m: f64) -> Vec<Shape> {
+        let half_m = side_m / 2.0;
+        let corners = vec![[-half_m, -half_m], [half_m, -half_m], [half_m, half_m], [-half_m, half_m]];
+        let mut shapes = vec![Shape::Area { points: corners, color: Color::Edge }];
+        if let Some([x, y]) = self.centre() {
+            let beside = self.dots.iter().map(|dot| [dot[0] - x, dot[1] - y]);
+            shapes.push(Shape::Dots { points: self.near(beside), color: Color::Particle });
+            let planned = self.ahead().map(|[to_x, to_y]| [to_x - x, to_y - y]);
+            shapes.push(Shape::line(self.near(planned), Color::Plan));
+        }
+        let seen = self.description.iter().flat_map(|all| all.dots());
+        let seen = seen.map(|dot| [dot.x_m.into(), dot.y_m.into()]);
+        shapes.push(Shape::Dots { points: self.near(seen), color: Color::Scan });
+        if let Some(journey) = &self.journey {
+            let reference = [journey.reference_x_m, journey.reference_y_m];
+            let points = self.near((journey.has_reference == 1).then_some(reference));
+            shapes.push(Shape::Dots { points, color: Color::Goal });
+            let activity = Activity::from_code(journey.activity).map_or("", Activity::word);
+            let text = format!("entry {}: {activity}", journey.entry + 1);
+            shapes.push(Shape::Text { at: [ROW * self.reach_m, 0.0], text, color: Color::Ink });
+        }
+        shapes
+    }
+
+    /// The planned landmarks of the task under way, from the one at hand on, metres.
+    fn ahead(&self) -> impl Iterator<Item = [f64; 2]> {
+        let under_way = self.itinerary.iter().zip(&self.journey);
+        under_way.flat_map(|(itinerary, journey)| {
+            let attained = journey.accepted.saturating_sub(1) as usize;
+            let landmarks = itinerary.landmarks(journey.task as usize).skip(attained);
+            landmarks.map(|landmark| [landmark.x_m.into(), landmark.y_m.into()])
+        })
+    }
+
+    /// Those of the places that do not lie far beyond the sheet.
+    fn near(&self, places: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
+        let is_near = |at: &[f64; 2]| at.iter().all(|v| v.abs() <= NEAR * self.reach_m);
+        places.into_iter().filter(is_near).collect()
+    }
+}
+
+impl lookout::Lookout for Lookout {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        if let Some(itinerary) = message.on(ITINERARY)? {
+            self.intend(itinerary, message.cells());
+        }
+        if let Some(description) = message.on(DESCRIPTION)? {
+            self.description = Some(Box::new(*description));
+        }
+        if let Some(journey) = message.on(JOURNEY)? {
+            self.journey = Some(*journey);
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self, picture: &mut Picture) {
+        picture.shapes.extend(self.side_m.iter().flat_map(|side_m| self.shapes(*side_m)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::messages::{DescribedDot, PlannedLandmark};
+    use crate::stages::mission::KIND;
+    use sketchnav_schemas::codes::Process;
+    use sketchnav_stage::Access;
+    use sketchnav_stage::lookout::Lookout as _;
+
+    fn lookout() -> Lookout {
+        let robot = include_str!("../../../../../sim/robots/helicopter.toml");
+        Lookout::new(&Robot::parse(robot).unwrap())
+    }
+
+    /// The dots of the shapes of a colour.
+    fn dots(shapes: &[Shape], wanted: Color) -> Vec<[f64; 2]> {
+        let of = |shape: &Shape| match shape {
+            Shape::Dots { points, color } if *color == wanted => points.clone(),
+            _ => Vec::new(),
+        };
+        shapes.iter().flat_map(of).collect()
+    }
+
+    #[test]
+    fn a_dot_in_view_lies_on_its_dot_of_the_plane_where_the_navigator_is_right() {
+        let mut itinerary: Box<Itinerary> = bytemuck::zeroed_box();
+        itinerary.landmark_count = 2;
+        itinerary.landmarks[1] = PlannedLandmark { task: 0, dot: 0, x_m: 1.0, y_m: 0.5 };
+        let cells: Vec<u8> = [1.0_f32, 0.5].iter().flat_map(|v| v.to_le_bytes()).collect();
+        let mut journey: Box<Journey> = bytemuck::zeroed_box();
+        (journey.accepted, journey.has_reference, journey.reference_x_m) = (2, 1, 0.25);
+        let mut description: Box<Description> = bytemuck::zeroed_box();
+        description.dot_count = 1;
+        description.dots[0] = DescribedDot { x_m: 0.25, y_m: 0.0, isolation: 0, quadrants: 0 };
+        let mut lookout = lookout();
+        let access = Access::new(Process::Pad, KIND);
+        lookout.hear(&Heard::new(&access, ITINERARY.spec, bytemuck::bytes_of(&*itinerary), &cells)).unwrap();
+        lookout.hear(&Heard::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[])).unwrap();
+        lookout.hear(&Heard::new(&access, DESCRIPTION.spec, bytemuck::bytes_of(&*description), &[])).unwrap();
+        let shapes = lookout.shapes(0.1);
+        let there = dots(&shapes, Color::Particle);
+        assert_eq!((there.len(), dots(&shapes, Color::Scan)), (1, there.clone()));
+        assert_eq!(dots(&shapes, Color::Goal), there);
+    }
+
+    #[test]
+    fn before_the_first_landmark_there_is_the_window_alone() {
+        assert_eq!(lookout().shapes(0.1).len(), 2);
+    }
+}

@@ -1,0 +1,59 @@
+//! The navigator as a mission chooses it: its stages, and all that is shown and said of them.
+
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::{Mission, Parameters};
+use sketchnav_schemas::robot::Robot;
+use sketchnav_stage::doubts::Doubts;
+use sketchnav_stage::{Navigator, StageError};
+use toml::Table;
+
+use super::mission::{self, PlannerParameters, SketcherParameters};
+use super::{account, localizer, lookout, planner, sketcher};
+use crate::arrival::Effort;
+
+/// Directions from landmark to landmark (Park and Kender 1995).
+pub const NAVIGATOR: Navigator = Navigator {
+    methods: &mission::METHODS,
+    check: |mission, robot| Ok(mission::check(mission, robot)?),
+    parameters: |mission, robot| {
+        Ok(Parameters::in_force([
+            (Process::Sketcher, Table::try_from(map_maker(mission)?)),
+            (Process::Planner, Table::try_from(pilot(mission, robot)?)),
+        ])?)
+    },
+    channels: crate::messages::CHANNELS,
+    lookout: Some(|run| Box::new(lookout::Lookout::new(&run.robot))),
+    doubts: Some(|run, files| {
+        // What cannot be read the navigator itself says.
+        let warnings = sketcher::notices(run, files).unwrap_or_default();
+        Ok(Doubts { warnings, ..Doubts::default() })
+    }),
+    planned: Some(sketcher::PLANNED),
+    account: Some(|_| Box::new(account::Account::default())),
+    ..Navigator::new(
+        mission::KIND,
+        "flies over a plane of identical dots by a custom map: which landmark to seek, and how to notice a wrong one",
+        [
+            |run, files| Ok(Box::new(sketcher::Sketcher::new(run, files)?)),
+            |run, _| Ok(Box::new(localizer::Localizer::new(run)?)),
+            |run, _| Ok(Box::new(planner::Planner::new(run)?)),
+        ],
+    )
+};
+
+fn map_maker(mission: &Mission) -> Result<SketcherParameters, StageError> {
+    let Effort { trials, trial_journeys, journeys } = mission::effort(mission)?;
+    Ok(SketcherParameters { trials, trial_journeys, journeys })
+}
+
+fn pilot(mission: &Mission, robot: &Robot) -> Result<PlannerParameters, StageError> {
+    let settings = mission::settings(mission, robot)?;
+    Ok(PlannerParameters {
+        looks: settings.looks,
+        patience: settings.patience,
+        most_recoveries: settings.most_recoveries,
+        longest_entry_s: settings.longest_entry_s,
+        gain: settings.gain,
+        weight: settings.weight,
+    })
+}

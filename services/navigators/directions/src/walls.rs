@@ -1,0 +1,232 @@
+//! What stands on a floor beside its landmarks: walls between their doors, and furniture. It hides landmarks, and bars the way.
+//!
+//! Lengths are in the plane's unit, as everywhere. Everything is a line with a thickness.
+
+use sketchnav_schemas::floor_plan::{FloorPlan, Furniture};
+
+use crate::geometry::Point;
+use crate::sight::bearing_rad;
+
+/// Corners of the polygon that stands for a disc.
+const DISC_CORNERS: u32 = 16;
+
+/// A line with half of a thickness to each side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Piece {
+    ends: [Point; 2],
+    half: f64,
+}
+
+/// What a robot's own body and its laser make of walls.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Body {
+    /// Its radius.
+    pub radius: f64,
+    /// How far its centre keeps from walls where it can choose.
+    pub keeps: f64,
+    /// A laser takes a landmark and what is nearer behind it than this for one thing, which is none.
+    pub merges: f64,
+}
+
+/// The walls of a floor; above a plane there are none.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Walls {
+    pieces: Vec<Piece>,
+    body: Body,
+}
+
+impl Walls {
+    /// Walls along lines of this thickness.
+    pub fn new(lines: impl IntoIterator<Item = [Point; 2]>, thickness: f64, body: Body) -> Self {
+        let half = thickness / 2.0;
+        Self { pieces: lines.into_iter().map(|ends| Piece { ends, half }).collect(), body }
+    }
+
+    /// What stands on a floor but for its landmarks. Metres.
+    pub fn of_floor(plan: &FloorPlan, is_landmark: impl Fn(&Furniture) -> bool, body: Body) -> Self {
+        let point = |[x, y]: [f64; 2]| Point::new(x, y);
+        let lines = plan.middle_lines().into_iter().map(|line| line.map(point));
+        let mut walls = Self::new(lines, plan.wall_thickness_m, body);
+        let others = plan.furniture.iter().filter(|piece| !is_landmark(piece));
+        walls.pieces.extend(others.flat_map(outline).map(|ends| Piece { ends: ends.map(point), half: 0.0 }));
+        walls
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
+    /// The lines of all of them.
+    pub fn lines(&self) -> impl Iterator<Item = [Point; 2]> + '_ {
+        self.pieces.iter().map(|piece| piece.ends)
+    }
+
+    /// Whether one of them is nearer to the straight way than the robot keeps.
+    pub fn bar(&self, from: Point, to: Point) -> bool {
+        self.pieces.iter().any(|piece| piece.distance(from, to) < self.body.keeps)
+    }
+
+    /// Whether one of them lies across a straight line.
+    pub fn cross(&self, from: Point, to: Point) -> bool {
+        self.pieces.iter().any(|piece| piece.distance(from, to) <= 0.0)
+    }
+
+    /// Whether the robot touches one of them on a short way, and does not leave it.
+    pub fn touch(&self, from: Point, to: Point) -> bool {
+        self.pieces.iter().any(|piece| {
+            piece.distance(from, to) < self.body.radius
+                && piece.distance(to, to) <= piece.distance(from, from)
+        })
+    }
+
+    /// What of a landmark's width is in sight beside them: from one angle to another, radians from its middle. `landmark` is
+    /// relative to the eye. Nothing is left where a laser takes the landmark and a wall for one thing.
+    pub fn narrow(
+        &self,
+        eye: Point,
+        landmark: Point,
+        half_rad: f64,
+        [mut low, mut high]: [f64; 2],
+    ) -> [f64; 2] {
+        let distance = landmark.norm();
+        let reach = distance + self.body.merges;
+        let near = self.pieces.iter().filter(|piece| piece.distance(eye, eye) <= reach);
+        for ends in near.map(|piece| piece.ends.map(|end| end - eye)) {
+            let merges = |side_rad: f64| {
+                range(ends, landmark, side_rad)
+                    .is_some_and(|range| (range - distance).abs() <= self.body.merges)
+            };
+            if merges(half_rad) || merges(-half_rad) {
+                return [0.0; 2];
+            }
+            let [a, b] = ends.map(|end| bearing_rad(landmark, end));
+            // What passes behind the eye lies on neither side.
+            let (from, to) = (a.min(b).max(-half_rad), a.max(b).min(half_rad));
+            let is_nearer = || range(ends, landmark, (from + to) / 2.0).is_some_and(|range| range < distance);
+            if (a - b).abs() > std::f64::consts::PI || from >= to || !is_nearer() {
+                continue;
+            }
+            // The wider part that is left counts.
+            if from - low > high - to {
+                high = high.min(from);
+            } else {
+                low = low.max(to);
+            }
+        }
+        [low, high]
+    }
+}
+
+impl Piece {
+    /// From a straight way to its edge.
+    fn distance(&self, from: Point, to: Point) -> f64 {
+        let [a, b] = self.ends;
+        if cross(to - from, a - from) * cross(to - from, b - from) < 0.0
+            && cross(b - a, from - a) * cross(b - a, to - a) < 0.0
+        {
+            return -self.half;
+        }
+        let ends = [to_line(a, from, to), to_line(b, from, to), to_line(from, a, b), to_line(to, a, b)];
+        ends.into_iter().fold(f64::INFINITY, f64::min) - self.half
+    }
+}
+
+/// How far a ray goes until it meets a line; by an angle to the left of the way to a landmark.
+fn range([a, b]: [Point; 2], landmark: Point, side_rad: f64) -> Option<f64> {
+    let way = landmark.direction()?.turned(side_rad);
+    let (along, from) = (cross(way, b - a), cross(a, b - a));
+    let (range, share) = (from / along, cross(a, way) / along);
+    (along != 0.0 && range > 0.0 && (0.0..=1.0).contains(&share)).then_some(range)
+}
+
+fn cross(a: Point, b: Point) -> f64 {
+    a.x * b.y - a.y * b.x
+}
+
+/// From a point to the nearest one of a line.
+fn to_line(point: Point, from: Point, to: Point) -> f64 {
+    let along = to - from;
+    let share =
+        if along.norm_squared() > 0.0 { (point - from).dot(along) / along.norm_squared() } else { 0.0 };
+    (point - from - along * share.clamp(0.0, 1.0)).norm()
+}
+
+/// The edges of a piece of furniture, metres.
+fn outline(piece: &Furniture) -> Vec<[[f64; 2]; 2]> {
+    let corners: Vec<[f64; 2]> = match (&piece.polygon, piece.center, piece.size, piece.radius_m) {
+        (Some(polygon), ..) => polygon.clone(),
+        (None, Some([x, y]), Some([length, width]), _) => {
+            let corner = |(along, aside): (f64, f64)| {
+                let at =
+                    Point::new(along * length / 2.0, aside * width / 2.0).turned(piece.yaw_deg.to_radians());
+                [x + at.x, y + at.y]
+            };
+            [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(corner).to_vec()
+        }
+        (None, Some([x, y]), None, Some(radius_m)) => {
+            let corner = |i| {
+                let turn_rad = f64::from(i) * std::f64::consts::TAU / f64::from(DISC_CORNERS);
+                [x + radius_m * turn_rad.cos(), y + radius_m * turn_rad.sin()]
+            };
+            (0..DISC_CORNERS).map(corner).collect()
+        }
+        _ => Vec::new(),
+    };
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(a, b)| [*a, *b]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BODY: Body = Body { radius: 0.2, keeps: 0.35, merges: 0.4 };
+
+    fn walls(lines: &[[(f64, f64); 2]]) -> Walls {
+        Walls::new(lines.iter().map(|line| line.map(|(x, y)| Point::new(x, y))), 0.1, BODY)
+    }
+
+    fn point(x: f64, y: f64) -> Point {
+        Point::new(x, y)
+    }
+
+    #[test]
+    fn a_wall_bars_the_ways_across_it_and_near_it_and_a_gap_is_a_way() {
+        let gap = walls(&[[(5.0, -9.0), (5.0, -1.0)], [(5.0, 1.0), (5.0, 9.0)]]);
+        assert!(gap.bar(point(0.0, 4.0), point(9.0, 4.0)) && gap.cross(point(0.0, 4.0), point(9.0, 4.0)));
+        assert!(!gap.bar(point(0.0, 0.0), point(9.0, 0.5)));
+        // 0.3 beside the end of a wall of which 0.05 is its own half thickness.
+        assert!(gap.bar(point(0.0, 0.7), point(9.0, 0.7)) && !gap.cross(point(0.0, 0.7), point(9.0, 0.7)));
+        assert!(gap.bar(point(4.7, 4.0), point(4.7, 8.0)) && !gap.bar(point(4.5, 4.0), point(4.5, 8.0)));
+        assert!(!Walls::default().bar(point(0.0, 0.0), point(9.0, 9.0)));
+    }
+
+    #[test]
+    fn a_robot_that_touches_a_wall_may_leave_it() {
+        let wall = walls(&[[(5.0, -9.0), (5.0, 9.0)]]);
+        assert!(
+            wall.touch(point(4.7, 0.0), point(4.8, 0.0)) && !wall.touch(point(4.6, 0.0), point(4.7, 0.0))
+        );
+        assert!(!wall.touch(point(4.8, 0.0), point(4.7, 0.0)));
+    }
+
+    #[test]
+    fn what_stands_on_a_floor_are_its_walls_between_doors_and_its_furniture() {
+        let plan: FloorPlan = toml::from_str(
+            "name='f'\nwall_thickness_m=0.1\nwall=[{points=[[0,0],[10,0]]}]\ndoor=[{at=[5,0],width_m=2}]\n\
+             furniture=[{center=[3,3],radius_m=0.15},{center=[7,3],radius_m=0.5},{center=[5,7],size=[2,1],yaw_deg=90}]\n",
+        )
+        .unwrap();
+        let walls = Walls::of_floor(&plan, |piece| piece.radius_m == Some(0.15), BODY);
+        assert_eq!(walls.lines().count(), 2 + DISC_CORNERS as usize + 4);
+        let crosses =
+            |from: (f64, f64), to: (f64, f64)| walls.cross(point(from.0, from.1), point(to.0, to.1));
+        assert!(crosses((2.0, -1.0), (2.0, 1.0)) && !crosses((5.0, -1.0), (5.0, 1.0)), "wall, door");
+        assert!(
+            !crosses((2.0, 3.0), (4.0, 3.0)) && crosses((6.0, 3.0), (8.0, 3.0)),
+            "landmark, another pillar"
+        );
+        assert!(crosses((5.0, 5.0), (5.0, 9.0)) && !crosses((4.3, 5.0), (4.3, 9.0)), "a box across");
+    }
+}

@@ -1,0 +1,284 @@
+//! What a page shows of a route past landmarks: the sketch, the place along the route, the objects, the matched state.
+
+use sketchnav_schemas::codes::{Tracking, WALL};
+use sketchnav_schemas::robot::Robot;
+use sketchnav_stage::lookout::{self, Color, Picture, Shape, Sheet, Stroke, Walls, Whereabouts, thinned};
+use sketchnav_stage::{Denied, Heard};
+
+use crate::instructions::Instructions;
+use crate::messages::{
+    LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkProgress, LandmarkView, RouteCommand,
+};
+use crate::plane;
+use crate::route::Route;
+use crate::view;
+
+/// Longer side of the sheet.
+const SHEET_PX: f64 = 1000.0;
+/// Room around the sketch, pixels of the sheet.
+const RIM_PX: f64 = 40.0;
+/// Less than this of what is seen fits where the robot is not sure.
+const DOUBTFUL: f64 = 0.3;
+
+/// The newest that is known of the route.
+pub struct Lookout {
+    radius_m: f64,
+    sketched: Option<Sketched>,
+    walls: Option<Walls>,
+    view: Option<Box<LandmarkView>>,
+    progress: Option<Box<LandmarkProgress>>,
+}
+
+impl Lookout {
+    /// Of this robot.
+    pub fn new(robot: &Robot) -> Self {
+        Self { radius_m: robot.radius_m, sketched: None, walls: None, view: None, progress: None }
+    }
+}
+
+impl lookout::Lookout for Lookout {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        // Nothing is shown of an unreadable route: the stages that drive by it report the error.
+        if message.on(LANDMARK_ROUTE)?.is_some()
+            && let Ok(instructions) = Instructions::read(message.cells())
+        {
+            let sketched = Sketched::of(&instructions);
+            (self.walls, self.sketched) = (Some(sketched.walls()), Some(sketched));
+        }
+        if let Some(view) = message.on(LANDMARK_VIEW)? {
+            self.view = Some(Box::new(*view));
+        }
+        if let Some(progress) = message.on(LANDMARK_PROGRESS)? {
+            self.progress = Some(Box::new(*progress));
+        }
+        Ok(())
+    }
+
+    fn sheet(&self) -> Sheet {
+        Sheet::Drawing(self.sketched.as_ref().map(|sketched| sketched.size_px))
+    }
+
+    fn take_walls(&mut self) -> Option<Walls> {
+        self.walls.take()
+    }
+
+    fn draw(&mut self, picture: &mut Picture) {
+        let Some((sketched, view)) = self.sketched.as_ref().zip(self.view.as_deref()) else { return };
+        picture.robot = sketched.robot(view, self.radius_m);
+        if let Some(progress) = &self.progress {
+            picture.shapes.extend(sketched.plan(progress));
+            picture.words = sketched.words(progress);
+        }
+        picture.shapes.push(Shape::Dots { points: sketched.places(view), color: Color::Scan });
+        if let Some(progress) = &self.progress {
+            picture.shapes.extend(sketched.objects(view, progress, self.radius_m));
+        }
+    }
+}
+
+/// A route as the sheet shows it.
+struct Sketched {
+    /// Width and height.
+    size_px: [u32; 2],
+    route: Option<Route>,
+    /// The drawn route and outlines, pixels.
+    line: Vec<[f64; 2]>,
+    outlines: Vec<Vec<[f64; 2]>>,
+    low_m: [f64; 2],
+    pixels_per_m: f64,
+}
+
+impl Sketched {
+    /// Of a route; without a sketch the robot stays in the middle.
+    fn of(instructions: &Instructions) -> Self {
+        let route = instructions.route().ok().flatten();
+        let points = || {
+            let sketch = instructions.sketch.iter();
+            sketch.flat_map(|sketch| {
+                sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline))
+            })
+        };
+        let bound = |axis: usize, least: bool| {
+            let values = points().map(|at| at[axis]);
+            if least {
+                values.fold(f64::INFINITY, f64::min)
+            } else {
+                values.fold(f64::NEG_INFINITY, f64::max)
+            }
+        };
+        let (low, high) = match points().next() {
+            Some(_) => ([bound(0, true), bound(1, true)], [bound(0, false), bound(1, false)]),
+            None => ([-5.0; 2], [5.0; 2]),
+        };
+        let side = (high[0] - low[0]).max(high[1] - low[1]).max(0.1);
+        let pixels_per_m = (SHEET_PX - 2.0 * RIM_PX) / side;
+        let size_px =
+            [0, 1].map(|axis| ((high[axis] - low[axis]) * pixels_per_m + 2.0 * RIM_PX).ceil() as u32);
+        let mut sketched =
+            Self { size_px, route, line: Vec::new(), outlines: Vec::new(), low_m: low, pixels_per_m };
+        if let Some(sketch) = &instructions.sketch {
+            sketched.line = sketch.route.iter().map(|at| sketched.point(*at)).collect();
+            let outline = |line: &Vec<[f64; 2]>| line.iter().map(|at| sketched.point(*at)).collect();
+            sketched.outlines = sketch.landmarks.iter().map(|one| outline(&one.outline)).collect();
+        }
+        sketched
+    }
+
+    /// A place of the sketch, metres, on the sheet.
+    fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [x - self.low_m[0], y - self.low_m[1]].map(|v| v * self.pixels_per_m + RIM_PX)
+    }
+
+    /// The outlines.
+    fn walls(&self) -> Walls {
+        let [width, height] = self.size_px.map(|side| side as usize);
+        let mut cells = vec![0; width * height];
+        for [a, b] in self.outlines.iter().flat_map(|outline| plane::edges(outline)) {
+            let steps = plane::distance(a, b).ceil().max(1.0);
+            for i in 0..=steps as usize {
+                let [x, y] = plane::between(a, b, i as f64 / steps);
+                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    let (column, row) = (x as usize + dx, (y as usize).saturating_sub(dy));
+                    if column < width && row < height {
+                        cells[row * width + column] = WALL;
+                    }
+                }
+            }
+        }
+        Walls { size_px: self.size_px, cells }
+    }
+
+    /// Where the robot probably is; `None` where there is no sketch.
+    fn robot(&self, view: &LandmarkView, radius_m: f64) -> Option<Whereabouts> {
+        let pose = view.in_sketch();
+        let spread = 2.0 * view.spread_m * self.pixels_per_m / std::f64::consts::SQRT_2;
+        (!self.line.is_empty()).then(|| Whereabouts {
+            at: self.point([pose.x, pose.y]),
+            heading_rad: pose.yaw_rad,
+            ellipse: [spread, spread, 0.0],
+            radius: radius_m / view.stretch.max(0.1) * self.pixels_per_m,
+            tracking: if view.fit < DOUBTFUL { Tracking::Doubtful } else { Tracking::Tracking },
+            effective: view.fit,
+        })
+    }
+
+    /// A place in the robot's axes, real metres, on the sheet.
+    fn seen(&self, view: &LandmarkView, [ahead, left]: [f64; 2]) -> [f64; 2] {
+        let (pose, stretch) = (view.in_sketch(), view.stretch.max(0.1));
+        let (sin, cos) = pose.yaw_rad.sin_cos();
+        let [ahead, left] = [ahead / stretch, left / stretch];
+        self.point([pose.x + ahead * cos - left * sin, pose.y + ahead * sin + left * cos])
+    }
+
+    /// Where the robot remembers something.
+    fn places(&self, view: &LandmarkView) -> Vec<[f64; 2]> {
+        thinned(view.places().iter()).map(|place| self.seen(view, place.map(f64::from))).collect()
+    }
+
+    /// The drawn route that is left.
+    fn plan(&self, progress: &LandmarkProgress) -> Option<Shape> {
+        let driven = progress.along_m * self.pixels_per_m;
+        let mut along = 0.0;
+        let mut points: Vec<[f64; 2]> = Vec::new();
+        for pair in self.line.windows(2) {
+            along += plane::distance(pair[0], pair[1]);
+            if along >= driven {
+                points.push(pair[1]);
+            }
+        }
+        let line = Shape::Line { points, color: Color::Plan, stroke: Stroke::Dashed };
+        (!self.line.is_empty()).then_some(line)
+    }
+
+    /// What range sensors see: rings, and discs where an object meets the state that is waited for.
+    fn objects(&self, view: &LandmarkView, progress: &LandmarkProgress, radius_m: f64) -> [Shape; 2] {
+        let [mut seen, mut met] = [Vec::new(), Vec::new()];
+        for (i, object) in view::objects(view).enumerate() {
+            // What surrounds the robot lies in no direction.
+            let Some(direction) = object.place.direction() else { continue };
+            let direction_rad = f64::from(direction) * std::f64::consts::FRAC_PI_8;
+            let far = object.proximity_m + radius_m;
+            let is_met = progress.met().iter().any(|met| met.object as usize == i);
+            let at = self.seen(view, [far * direction_rad.cos(), far * direction_rad.sin()]);
+            if is_met { met.push(at) } else { seen.push(at) }
+        }
+        [Shape::Rings { points: seen, color: Color::Goal }, Shape::Discs { points: met, color: Color::Goal }]
+    }
+
+    /// How the robot stands on its route.
+    fn words(&self, progress: &LandmarkProgress) -> Vec<String> {
+        let command = RouteCommand::from_code(progress.command).map_or("", RouteCommand::word);
+        let mut words = vec![match progress.state_count {
+            0 => command.to_owned(),
+            count => format!("{command} until state {} of {count}", progress.next + 1),
+        }];
+        if progress.length_m > 0.0 {
+            let share = (progress.along_m / progress.length_m).clamp(0.0, 1.0);
+            words.push(format!("{:.0} % of the route", 100.0 * share));
+        }
+        let met = self.route.as_ref().map_or(Vec::new(), |route| view::met(route, progress));
+        if !met.is_empty() {
+            words.push(format!("seen: {}", met.join(", ")));
+        }
+        words
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use sketchnav_stage::lookout::Lookout as _;
+
+    use super::*;
+    use crate::sketch::{Landmark, Sketch};
+
+    fn instructions() -> Instructions {
+        let outline = vec![[4.0, 1.0], [6.0, 1.0], [6.0, 3.0], [4.0, 3.0]];
+        let landmarks = vec![Landmark { name: "desk".into(), outline }];
+        let sketch =
+            Sketch { landmarks, route: vec![[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]], metres_per_pixel: 0.1 };
+        let words = "When the desk is left, then turn left.\nAt the end, stop.\n".to_owned();
+        Instructions { sketch: Some(sketch), words, markers: Vec::new() }
+    }
+
+    fn robot() -> Robot {
+        Robot::parse(include_str!("../../../../sim/robots/nomad200.toml")).unwrap()
+    }
+
+    #[test]
+    fn the_sketch_fills_the_sheet_and_its_outlines_are_walls() {
+        let sketched = Sketched::of(&instructions());
+        let Walls { size_px, cells } = sketched.walls();
+        assert_eq!((size_px, cells.len()), ([1000, 356], 1000 * 356));
+        let [x, y] = sketched.point([4.0, 2.0]).map(|v| v as usize);
+        assert!(cells[y * 1000 + x] == WALL && cells[y * 1000 + x + 50] == 0);
+    }
+
+    #[test]
+    fn what_meets_the_state_is_marked_and_named() {
+        let robot = robot();
+        let mut view = LandmarkView::zeroed();
+        (view.in_sketch.orientation_w, view.in_sketch.x_m, view.stretch, view.fit) = (1.0, 5.0, 1.0, 0.8);
+        (view.object_count, view.objects[0].place, view.objects[0].proximity_m) =
+            (1, 4, 1.0 - robot.radius_m);
+        let mut progress = LandmarkProgress::zeroed();
+        (progress.next, progress.state_count, progress.met_count) = (1, 3, 1);
+        (progress.along_m, progress.length_m) = (5.0, 10.0);
+        let mut lookout = Lookout::new(&robot);
+        (lookout.view, lookout.progress) = (Some(Box::new(view)), Some(Box::new(progress)));
+        lookout.sketched = Some(Sketched::of(&instructions()));
+        let mut picture = Picture::default();
+        lookout.draw(&mut picture);
+        let [x, y] = lookout.sketched.as_ref().unwrap().point([5.0, 1.0]);
+        let [.., Shape::Rings { points: seen, .. }, Shape::Discs { points: met, .. }] = &picture.shapes[..]
+        else {
+            panic!("{picture:?}")
+        };
+        assert!(seen.is_empty() && (met[0][0] - x).hypot(met[0][1] - y) < 1e-9, "{met:?}");
+        assert!(picture.words[0].ends_with(" until state 2 of 3"), "{:?}", picture.words);
+        assert_eq!(picture.words[1..], ["50 % of the route", "seen: desk"]);
+        assert_eq!(picture.robot.unwrap().tracking, Tracking::Tracking);
+        let Shape::Line { points, .. } = &picture.shapes[0] else { panic!("{picture:?}") };
+        assert_eq!(points.len(), 2);
+    }
+}

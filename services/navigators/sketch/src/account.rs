@@ -1,0 +1,27 @@
+//! What is said of a run in a drawing: local scales, the particles, how well the scans fit.
+
+use sketchnav_stage::account::{self, Curve, Summary};
+use sketchnav_stage::{Denied, Heard};
+
+use crate::messages::{ESTIMATE, PoseEstimate};
+
+/// The estimates of a run.
+#[derive(Default)]
+pub struct Account(Vec<PoseEstimate>);
+
+impl account::Account for Account {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        self.0.extend(message.on(ESTIMATE)?);
+        Ok(())
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        let of = |name, value: fn(&PoseEstimate) -> f64| Curve::of(name, &self.0, |said| &said.header, value);
+        let along = of("a, along the walls", |said| said.scale_a_pxpm);
+        let across = of("b, across", |said| said.scale_b_pxpm);
+        summary.chart("Local scales", "px/m", [along, across]);
+        let effective = of("effective", |said| said.effective_sample_size);
+        summary.chart("Effective sample size", "particles", [effective]);
+        summary.chart("Misfit of the scan", "−ln p, mean beam", [of("misfit", |said| -said.fit)]);
+    }
+}

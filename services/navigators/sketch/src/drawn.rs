@@ -1,0 +1,137 @@
+//! What people draw on the pad: its walls, and a mission of it that is driven without a page.
+
+use crate::mission::{Aim, SketchMission, SketchTask, WallTone};
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::geometry::Point;
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::StageError;
+use sketchnav_stage::drawn::{Drawn, Kept, Marks};
+use sketchnav_stage::lookout::Walls;
+
+use crate::reading::{self, Options, Settings, desk, route_heading_rad};
+
+/// Time for a task, seconds of simulation.
+const TIME_LIMIT_S: f64 = 1800.0;
+
+/// What this navigator makes of drawings.
+pub const DRAWN: Drawn = Drawn { walls, keep };
+
+/// By the sketcher's own code.
+fn walls(run: &RunConfig, bytes: &[u8]) -> Option<Walls> {
+    let options = Options::of_mission(&run.mission, run.seed).ok()?;
+    let drawing = reading::read(bytes, desk::NAME, &options).ok()?;
+    Some(Walls { size_px: [drawing.width_px, drawing.height_px], cells: drawing.cells })
+}
+
+fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
+    let Kept { placing, marks, .. } = kept;
+    let first = placing.route.as_ref().and_then(|route| route.first().copied());
+    let mut drawn = SketchMission {
+        method: SketchMission::of(mission)?.method,
+        drawing: kept.drawing.to_owned(),
+        walls: WallTone::Auto,
+        start: placing.start.map(|start| start.at).or(first),
+        start_heading_deg: placing.start.and_then(|start| start.heading_deg),
+        tasks: tasks(marks),
+    };
+    // A heading that is to be found along the route that placed the robot is found in these tasks only if they begin
+    // with that route.
+    if drawn.start_heading_deg.is_none() && placing.route != marks.route {
+        let settings = Settings::from_table(mission.parameters.of(Process::Sketcher))?;
+        drawn.start_heading_deg = heading_deg(kept, &settings);
+    }
+    // These tasks' places in the true world are not known.
+    mission.task.clear();
+    drawn.write_to(mission);
+    Ok(())
+}
+
+fn tasks(marks: &Marks) -> Vec<SketchTask> {
+    let task = |name: String, aim| SketchTask { name, aim, time_limit_s: TIME_LIMIT_S };
+    let named = |(i, name): (usize, &String)| match name.is_empty() {
+        true => format!("goal {}", i + 1),
+        false => name.clone(),
+    };
+    let goals =
+        marks.goals.iter().enumerate().map(|(i, goal)| task(named((i, &goal.name)), Aim::Goal(goal.at)));
+    let route = marks.route.iter().map(|route| task("route".into(), Aim::Route(route.clone())));
+    goals.chain(route).collect()
+}
+
+/// The heading that the sketcher has taken from the route that placed the robot, degrees counter-clockwise from "to the
+/// right".
+fn heading_deg(kept: &Kept<'_>, settings: &Settings) -> Option<f64> {
+    let [width_px, height_px] = kept.size_px.map(f64::from);
+    let route = kept.placing.route.as_deref().unwrap_or_default().iter();
+    let route = route.map(|[column, row]| Point::new(column * kept.scale, height_px - row * kept.scale));
+    route_heading_rad(route, width_px.hypot(height_px), settings).map(f64::to_degrees)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reading::Intent;
+
+    fn mission() -> Mission {
+        Mission::parse(
+            "name = 'm'\nrobot = 'robotino'\nworld = { floor_plan = '/f.toml' }\n\
+             start = { world = [1.0, 2.0], world_heading_deg = 90 }\nnavigator = { kind = 'sketch', drawing = 'x' }\n\
+             [[task]]\nname = 't'\ngoal = [1, 1]\n",
+        )
+        .unwrap()
+    }
+
+    /// What is read of the mission that is written after these marks in a drawing of this size.
+    fn written(size_px: [u32; 2], placing: &str, marks: &str) -> (Mission, SketchMission) {
+        let [placing, marks] = [placing, marks].map(|marks| serde_json::from_str::<Marks>(marks).unwrap());
+        let drawing = "my-room.json";
+        let mut mission = mission();
+        keep(&mut mission, &Kept { drawing, size_px, scale: 1.0, placing: &placing, marks: &marks }).unwrap();
+        let mission = Mission::parse(&toml::to_string(&mission).unwrap()).unwrap();
+        let sketch = SketchMission::of(&mission).unwrap();
+        (mission, sketch)
+    }
+
+    const ROUTE: &str = r#"{"route":[[100,300],[100,200],[300,100]]}"#;
+    const GOALS: &str = r#"{"goals":[{"at":[5,6]},{"name":"hall","at":[7,8]}]}"#;
+
+    #[test]
+    fn a_drawn_path_is_a_mission() {
+        let (mission, read) = written([600, 400], ROUTE, ROUTE);
+        assert_eq!(read.drawing, "my-room.json");
+        assert_eq!((read.start, read.start_heading_deg), (Some([100.0, 300.0]), None));
+        assert_eq!(read.tasks[0].aim.route().unwrap().len(), 3);
+        assert!(mission.task[0].there.is_unknown());
+    }
+
+    #[test]
+    fn goals_after_a_path_keep_its_start() {
+        let (_, read) = written([600, 400], ROUTE, GOALS);
+        assert_eq!((read.start, read.start_heading_deg), (Some([100.0, 300.0]), Some(90.0)));
+        let names: Vec<_> = read.tasks.iter().map(|task| task.name.as_str()).collect();
+        assert_eq!(names, ["goal 1", "hall"]);
+    }
+
+    /// The pad took the heading from the first point more than 50 px away. The sketcher took it from the first one farther
+    /// away than 2 % of the diagonal. With a squiggle at the beginning of a route, a saved mission had another heading
+    /// than the robot had.
+    #[test]
+    fn a_saved_mission_begins_looking_as_the_robot_did() {
+        // 57 px on a large canvas, 14 px on a small one.
+        for (size, squiggle, far) in [([2540, 1252], 54, 30), ([600, 400], 20, 10)] {
+            let strokes = format!(
+                r#"{{"canvas":[{},{}],"strokes":[{{"points":[[1,1],[9,1]]}}],"route":[[300,300],[{},300],[300,{}]]}}"#,
+                size[0],
+                size[1],
+                300 + squiggle,
+                300 - 2 * squiggle - far,
+            );
+            let marks = &strokes[strokes.find("\"route\"").unwrap()..];
+            let (_, saved) = written(size, &format!("{{{marks}"), GOALS);
+            let drawing = reading::read(strokes.as_bytes(), "m.json", &Options::default()).unwrap();
+            let placed = Intent::of_marks(&drawing.marks).place(&drawing, &Settings::default()).unwrap();
+            assert_eq!(saved.start_heading_deg, Some(placed.start.yaw_rad.to_degrees()), "{size:?}");
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! What a page shows of a drive in a drawing: the estimate with its particles, what the laser sees by that, the plan, what of
+//! the drawn outline was seen, and what the robot asks.
+
+use sketchnav_schemas::channels::SCAN;
+use sketchnav_schemas::codes::Tracking;
+use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
+use sketchnav_schemas::message::LaserScan;
+use sketchnav_schemas::robot::Robot;
+use sketchnav_stage::lookout::{self, Color, Picture, Shape, Sheet, Stroke, Walls, Whereabouts, thinned};
+use sketchnav_stage::{Denied, Heard};
+
+use crate::messages::{
+    CORRESPONDENCE, Correspondence, ESTIMATE, PARTICLES, PLAN, Particles, PartnerKind, Plan, PoseEstimate,
+    QUESTION, Question, QuestionKind, SKETCH, SketchMap,
+};
+use crate::planning::chart::Chart;
+
+/// Estimates after another sketch that may still be about the one before: on their way, or at work.
+const IN_FLIGHT: u32 = 2;
+
+/// The newest that is known of the drive.
+pub struct Lookout {
+    robot: Robot,
+    /// The number of the sketch that holds.
+    sketch_seq: u64,
+    size_px: Option<[u32; 2]>,
+    wall_direction_rad: f64,
+    walls: Option<Walls>,
+    /// Estimates to come that may still be about an earlier sketch.
+    in_flight: u32,
+    tracking: Option<Tracking>,
+    estimate: Option<Box<PoseEstimate>>,
+    scan: Option<Box<LaserScan>>,
+    plan: Option<Box<Plan>>,
+    particles: Option<Box<Particles>>,
+    correspondence: Option<Box<Correspondence>>,
+    question: Option<Box<Question>>,
+}
+
+impl Lookout {
+    /// Of this robot.
+    pub fn new(robot: &Robot) -> Self {
+        Self {
+            robot: robot.clone(),
+            sketch_seq: 0,
+            size_px: None,
+            wall_direction_rad: 0.0,
+            walls: None,
+            in_flight: 0,
+            tracking: None,
+            estimate: None,
+            scan: None,
+            plan: None,
+            particles: None,
+            correspondence: None,
+            question: None,
+        }
+    }
+
+    fn take_sketch(&mut self, map: &SketchMap, cells: &[u8]) {
+        let size_px = [map.width_px, map.height_px];
+        (self.size_px, self.wall_direction_rad) = (Some(size_px), map.wall_direction_rad);
+        self.walls = Some(Walls { size_px, cells: cells.to_vec() });
+        if map.header.seq != self.sketch_seq {
+            // What was known belongs to the sketch before.
+            (self.sketch_seq, self.in_flight) = (map.header.seq, IN_FLIGHT);
+            (self.estimate, self.plan, self.particles, self.correspondence) = (None, None, None, None);
+        }
+    }
+
+    fn take_estimate(&mut self, estimate: &PoseEstimate) {
+        self.tracking = Tracking::from_code(estimate.tracking);
+        match self.in_flight.checked_sub(1) {
+            Some(left) => self.in_flight = left,
+            None => self.estimate = Some(Box::new(*estimate)),
+        }
+    }
+}
+
+impl lookout::Lookout for Lookout {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        if let Some(map) = message.on(SKETCH)? {
+            self.take_sketch(map, message.cells());
+        }
+        if let Some(estimate) = message.on(ESTIMATE)? {
+            self.take_estimate(estimate);
+        }
+        keep(&mut self.scan, message.on(SCAN)?);
+        keep(&mut self.plan, message.on(PLAN)?);
+        keep(&mut self.particles, message.on(PARTICLES)?);
+        keep(&mut self.correspondence, message.on(CORRESPONDENCE)?);
+        keep(&mut self.question, message.on(QUESTION)?);
+        Ok(())
+    }
+
+    fn sheet(&self) -> Sheet {
+        Sheet::Drawing(self.size_px)
+    }
+
+    fn take_walls(&mut self) -> Option<Walls> {
+        self.walls.take()
+    }
+
+    fn is_ready(&self) -> bool {
+        self.tracking.is_some_and(|tracking| tracking != Tracking::Waiting)
+    }
+
+    fn question(&self) -> Option<Vec<[f64; 2]>> {
+        let question = self.question.as_ref()?;
+        let kind = QuestionKind::from_code(question.kind).unwrap_or(QuestionKind::Nothing);
+        let places = || question.places().iter().map(|place| [place.x_px, place.y_px]).collect();
+        (kind != QuestionKind::Nothing).then(places)
+    }
+
+    fn draw(&mut self, picture: &mut Picture) {
+        let Some(estimate) = self.estimate.as_deref() else { return };
+        picture.robot = robot(estimate, &self.robot);
+        if picture.robot.is_none() {
+            return;
+        }
+        picture.particles = self.particles.take().map(|sample| particles(&sample));
+        picture.lasting = self.correspondence.take().map(|found| outline(&found).into());
+        picture.shapes.extend(self.plan.iter().flat_map(|plan| ways(plan)));
+        let hits =
+            self.scan.as_deref().map(|scan| hits(scan, estimate, self.wall_direction_rad, &self.robot));
+        picture.shapes.extend(hits.map(|points| Shape::Dots { points, color: Color::Scan }));
+    }
+}
+
+/// Keeps the newest message of a channel.
+fn keep<T: Copy>(newest: &mut Option<Box<T>>, message: Option<&T>) {
+    if let Some(message) = message {
+        *newest = Some(Box::new(*message));
+    }
+}
+
+/// Where the robot believes to be; `None` where it does not know.
+fn robot(estimate: &PoseEstimate, robot: &Robot) -> Option<Whereabouts> {
+    let tracking = Tracking::from_code(estimate.tracking).filter(|t| *t != Tracking::Waiting)?;
+    let pose = estimate.pose.pose();
+    let scale_pxpm = (estimate.scale_a_pxpm * estimate.scale_b_pxpm).sqrt();
+    let [major, minor, angle] = ellipse(&estimate.covariance);
+    Some(Whereabouts {
+        at: [pose.x, pose.y],
+        heading_rad: pose.yaw_rad,
+        ellipse: [2.0 * major, 2.0 * minor, angle],
+        radius: robot.radius_m * scale_pxpm,
+        tracking,
+        effective: estimate.effective_sample_size / f64::from(estimate.particle_count.max(1)),
+    })
+}
+
+/// Standard deviations along the axes of x and y's covariance, and the direction of the larger one.
+fn ellipse(covariance: &[f64; 25]) -> [f64; 3] {
+    let (xx, xy, yy) = (covariance[0], covariance[1], covariance[6]);
+    let middle = f64::midpoint(xx, yy);
+    let spread = ((xx - yy) / 2.0).hypot(xy);
+    let deviation = |variance: f64| variance.max(0.0).sqrt();
+    [deviation(middle + spread), deviation(middle - spread), 0.5 * (2.0 * xy).atan2(xx - yy)]
+}
+
+/// A sample of the particles.
+fn particles(particles: &Particles) -> Vec<[f64; 2]> {
+    let count = (particles.count as usize).min(particles.particles.len());
+    thinned(particles.particles[..count].iter()).map(|p| [p.x_px.into(), p.y_px.into()]).collect()
+}
+
+/// Walls of the drawn outline that the robot has seen, and those beyond gaps of what it has seen.
+fn outline(found: &Correspondence) -> [Shape; 2] {
+    let of = |kind: PartnerKind, color| {
+        let samples = found.samples().iter().filter(|sample| sample.partner == kind.code());
+        Shape::Dots {
+            points: samples.map(|sample| [sample.x_px.into(), sample.y_px.into()]).collect(),
+            color,
+        }
+    };
+    [of(PartnerKind::Wall, Color::Seen), of(PartnerKind::Gap, Color::Hidden)]
+}
+
+/// Where the robot is about to go: through the drawing to the task's end, and around what the laser sees.
+fn ways(plan: &Plan) -> [Shape; 2] {
+    let line = |points: &[[f32; 2]], count: u32, stroke| {
+        let points = &points[..(count as usize).min(points.len())];
+        let points = thinned(points.iter()).map(|point| point.map(f64::from)).collect();
+        Shape::Line { points, color: Color::Plan, stroke }
+    };
+    [
+        line(&plan.global_px, plan.global_count, Stroke::Dashed),
+        line(&plan.local_px, plan.local_count, Stroke::Bold),
+    ]
+}
+
+/// Where the laser sees something, by the estimate's local scales; nowhere where the robot has none.
+fn hits(scan: &LaserScan, estimate: &PoseEstimate, wall_direction_rad: f64, robot: &Robot) -> Vec<[f64; 2]> {
+    let Some(chart) = Chart::new(estimate, wall_direction_rad) else { return Vec::new() };
+    let Some(laser) = &robot.laser else { return Vec::new() };
+    let sensor: Pose<Odom> = chart.robot_m().compose(&laser.mount());
+    let place = |(i, range): (usize, &f32)| -> Option<[f64; 2]> {
+        let hit = range.is_finite() && (scan.range_min_m..=scan.range_max_m).contains(range);
+        hit.then(|| {
+            let angle = sensor.yaw_rad + f64::from(scan.angle_rad(i));
+            let range = f64::from(*range);
+            let there = Point::<Odom>::new(sensor.x + range * angle.cos(), sensor.y + range * angle.sin());
+            let there: Point<Sketch> = chart.to_sketch(there);
+            [there.x, there.y]
+        })
+    };
+    let places: Vec<_> = scan.ranges().iter().enumerate().filter_map(place).collect();
+    thinned(places.into_iter()).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,350 @@
+//! What belongs to a mission of kind `sketch`: the drawing, where the robot starts in it, and where it shall go.
+//!
+//! All code reads and writes these keys through [`SketchMission`].
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use sketchnav_schemas::bounds;
+use sketchnav_schemas::mission::{
+    Mission, MissionError, NavigatorChoice, Place, Task, check, check_all, check_finite, check_heading,
+    task_key,
+};
+
+use crate::method::Method;
+use sketchnav_schemas::message::MAX_ROUTE_POINTS;
+
+/// The word of the kind.
+pub const KIND: &str = "sketch";
+
+/// The part of a mission that belongs to the kind `sketch`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SketchMission {
+    /// How the robot finds its way.
+    pub method: Method,
+    /// The drawing: PNG, JPEG, SVG or strokes in JSON.
+    pub drawing: String,
+    /// Whether the walls are dark lines, light lines, or to be found out.
+    pub walls: WallTone,
+    /// Start in the drawing, image pixels (column, row; row 0 at the top). `None` where the first task is a drawn
+    /// route or the drawing itself holds the start.
+    pub start: Option<[f64; 2]>,
+    /// Heading in the drawing, degrees counter-clockwise from "to the right" as one looks at it.
+    pub start_heading_deg: Option<f64>,
+    /// Where to go, in order.
+    pub tasks: Vec<SketchTask>,
+}
+
+/// Which tone of a picture is a wall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallTone {
+    /// To be found out.
+    #[default]
+    Auto,
+    /// Dark on light.
+    Dark,
+    /// Light on dark.
+    Light,
+}
+
+impl WallTone {
+    const fn word(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Dark => "dark",
+            Self::Light => "light",
+        }
+    }
+}
+
+/// A task in a drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SketchTask {
+    /// Name, for people.
+    pub name: String,
+    /// Where to go.
+    pub aim: Aim,
+    /// Simulation time after which the task has failed, seconds.
+    pub time_limit_s: f64,
+}
+
+/// Where to go, image pixels (column, row).
+#[derive(Debug, Clone, PartialEq)]
+pub enum Aim {
+    /// To this point: key `goal`.
+    Goal([f64; 2]),
+    /// Along these points, two or more: key `route`.
+    Route(Vec<[f64; 2]>),
+}
+
+impl Aim {
+    /// The goal alone, or the points of the route.
+    pub fn points(&self) -> &[[f64; 2]] {
+        match self {
+            Self::Goal(at) => std::slice::from_ref(at),
+            Self::Route(points) => points,
+        }
+    }
+
+    /// The points of a route.
+    pub fn route(&self) -> Option<&[[f64; 2]]> {
+        match self {
+            Self::Goal(_) => None,
+            Self::Route(points) => Some(points),
+        }
+    }
+
+    /// The keys of a task that say so.
+    pub fn given(&self) -> toml::Table {
+        let (key, value) = match self {
+            Self::Goal(at) => ("goal", point(*at)),
+            Self::Route(points) => ("route", points.iter().copied().map(point).collect::<Vec<_>>().into()),
+        };
+        [(key.to_owned(), value)].into_iter().collect()
+    }
+
+    fn of(key: &str, task: &Task) -> Result<Self, MissionError> {
+        check_finite(key, &task.given.clone().into())?;
+        let mut keys = Keys::new(key, &task.given);
+        let (goal, route) = (keys.take("goal")?, keys.take::<Vec<[f64; 2]>>("route")?);
+        keys.end(&["name", "goal", "route", "there", "time_limit_s"])?;
+        let wrong = |found: &str| MissionError::Value {
+            key: key.to_owned(),
+            expected: "one of goal and route",
+            found: found.to_owned(),
+        };
+        match (goal, route) {
+            (Some(goal), None) => Ok(Self::Goal(goal)),
+            (None, Some(route)) => {
+                let length = route.len();
+                check(length >= 2, || format!("{key}.route"), "2 points or more", || length.to_string())?;
+                Ok(Self::Route(route))
+            }
+            (None, None) => Err(wrong("none")),
+            (Some(_), Some(_)) => Err(wrong("both")),
+        }
+    }
+}
+
+fn point(at: [f64; 2]) -> toml::Value {
+    at.to_vec().into()
+}
+
+impl SketchMission {
+    /// Reads and checks the keys of the kind. A mission without tasks holds: where people draw, they come later.
+    ///
+    /// # Errors
+    /// [`MissionError`] with the key and what was expected.
+    pub fn of(mission: &Mission) -> Result<Self, MissionError> {
+        let NavigatorChoice { kind, given } = &mission.navigator;
+        check(kind == KIND, || "navigator.kind".into(), "\"sketch\"", || format!("{kind:?}"))?;
+        check_finite("navigator", &given.clone().into())?;
+        let mut keys = Keys::new("navigator", given);
+        let read = Self {
+            method: keys.take("method")?.unwrap_or_default(),
+            drawing: keys.take("drawing")?.ok_or_else(|| keys.missing("drawing", "the name of a file"))?,
+            walls: keys.take("walls")?.unwrap_or_default(),
+            start: keys.take("start")?,
+            start_heading_deg: keys.take("start_heading_deg")?,
+            tasks: mission.task.iter().enumerate().map(SketchTask::of).collect::<Result<_, _>>()?,
+        };
+        keys.end(&["kind", "method", "drawing", "walls", "start", "start_heading_deg"])?;
+        check_heading("navigator.start_heading_deg", read.start_heading_deg.unwrap_or_default())?;
+        let points: usize = read.tasks.iter().map(|task| task.aim.points().len()).sum();
+        let expected = "at most 8192 points of all goals and routes";
+        check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
+        read.check_places()?;
+        Ok(read)
+    }
+
+    fn check_places(&self) -> Result<(), MissionError> {
+        let start = self.start.as_ref().map_or(&[][..], |at| &at[..]);
+        check_all(|| "navigator.start".into(), start, bounds::COORDINATE_PX)?;
+        for (i, task) in self.tasks.iter().enumerate() {
+            let key = match &task.aim {
+                Aim::Goal(_) => "goal",
+                Aim::Route(_) => "route",
+            };
+            let key = || format!("{}.{key}", task_key(i + 1, &task.name));
+            check_all(key, task.aim.points().as_flattened(), bounds::COORDINATE_PX)?;
+        }
+        Ok(())
+    }
+
+    /// The table `navigator` of a mission file.
+    pub fn navigator(&self) -> NavigatorChoice {
+        let entries = [
+            ("method", (self.method != Method::default()).then(|| self.method.word().into())),
+            ("drawing", Some(self.drawing.clone().into())),
+            ("walls", (self.walls != WallTone::default()).then(|| self.walls.word().into())),
+            ("start", self.start.map(point)),
+            ("start_heading_deg", self.start_heading_deg.map(Into::into)),
+        ];
+        let given = entries.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
+        NavigatorChoice { kind: KIND.to_owned(), given: given.collect() }
+    }
+
+    /// Makes `mission` one of this kind with these tasks. A task of `mission` keeps its `there`; where there are more
+    /// tasks now, those of the others are unknown.
+    pub fn write_to(&self, mission: &mut Mission) {
+        mission.navigator = self.navigator();
+        let mut places = std::mem::take(&mut mission.task).into_iter().map(|task| task.there);
+        let task = |task: &SketchTask| task.with_place(places.next().unwrap_or_default());
+        mission.task = self.tasks.iter().map(task).collect();
+    }
+}
+
+impl SketchTask {
+    fn of((i, task): (usize, &Task)) -> Result<Self, MissionError> {
+        let aim = Aim::of(&task_key(i + 1, &task.name), task)?;
+        Ok(Self { name: task.name.clone(), aim, time_limit_s: task.time_limit_s })
+    }
+
+    /// The task of a mission file; `there`: which place of the true world it is.
+    pub fn with_place(&self, there: Place) -> Task {
+        let Self { name, aim, time_limit_s } = self;
+        Task { name: name.clone(), there, time_limit_s: *time_limit_s, given: aim.given() }
+    }
+}
+
+/// The keys of a table that are still to be read.
+struct Keys<'a> {
+    table: &'a str,
+    left: toml::Table,
+}
+
+impl<'a> Keys<'a> {
+    fn new(table: &'a str, given: &toml::Table) -> Self {
+        Self { table, left: given.clone() }
+    }
+
+    fn take<T: DeserializeOwned>(&mut self, key: &str) -> Result<Option<T>, MissionError> {
+        let read = self.left.remove(key).map(toml::Value::try_into).transpose();
+        read.map_err(|error: toml::de::Error| MissionError::Key {
+            key: format!("{}.{key}", self.table),
+            reason: error.message().to_owned(),
+        })
+    }
+
+    fn missing(&self, key: &str, expected: &'static str) -> MissionError {
+        MissionError::Value { key: format!("{}.{key}", self.table), expected, found: "none".into() }
+    }
+
+    /// Nothing may be left.
+    fn end(self, known: &[&str]) -> Result<(), MissionError> {
+        self.left.into_iter().next().map_or(Ok(()), |(key, _)| {
+            let reason = format!("unknown key, expected one of {}", known.join(", "));
+            Err(MissionError::Key { key: format!("{}.{key}", self.table), reason })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MISSION: &str = r#"
+        name = "m"
+        robot = "robotino"
+        world = { map = "floor.yaml" }
+        start = { world = [1.0, 1.0], world_heading_deg = 90 }
+        [navigator]
+        kind = "sketch"
+        drawing = "s.png"
+        start = [1, 1]
+        start_heading_deg = 90
+        [[task]]
+        name = "hall"
+        goal = [3, 4]
+        there = { center = [1.0, 2.0], radius_m = 1.0 }
+        [[task]]
+        name = "kitchen"
+        route = [[3, 4], [5, 6.5]]
+    "#;
+
+    fn parse(text: &str) -> Result<SketchMission, MissionError> {
+        SketchMission::of(&Mission::parse(text)?)
+    }
+
+    fn refusal(from: &str, to: &str) -> String {
+        assert!(MISSION.contains(from));
+        parse(&MISSION.replace(from, to)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_mission_is_read_and_written() {
+        let read = parse(MISSION).unwrap();
+        assert_eq!((read.start, read.start_heading_deg), (Some([1.0, 1.0]), Some(90.0)));
+        assert_eq!(read.tasks[0].aim, Aim::Goal([3.0, 4.0]));
+        assert_eq!(read.tasks[1].aim.route().unwrap(), [[3.0, 4.0], [5.0, 6.5]]);
+        let mut mission = Mission::parse(MISSION).unwrap();
+        let there = mission.task[0].there.clone();
+        let changed = SketchMission { method: Method::Boniardi2015, walls: WallTone::Light, ..read };
+        changed.write_to(&mut mission);
+        let text = toml::to_string(&mission).unwrap();
+        assert_eq!(parse(&text).unwrap(), changed, "{text}");
+        assert_eq!(Mission::parse(&text).unwrap().task[0].there, there);
+    }
+
+    #[test]
+    fn the_method_is_outline_where_none_is_named() {
+        assert_eq!(parse(MISSION).unwrap().method, Method::Outline);
+        let mission = |line: &str| MISSION.replace("drawing =", &format!("method = \"{line}\"\ndrawing ="));
+        assert_eq!(parse(&mission("behzadian-2015")).unwrap().method, Method::Behzadian2015);
+        for word in ["ours", "theirs"] {
+            let error = parse(&mission(word)).unwrap_err().to_string();
+            assert!(
+                error.starts_with("navigator.method: expected one of outline, beam, boniardi-2015, "),
+                "{error}"
+            );
+            assert!(error.contains(word), "{error}");
+        }
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        for (from, to, key, words) in [
+            ("kind = \"sketch\"", "kind = \"walls\"", "navigator.kind", "\"sketch\""),
+            ("drawing = \"s.png\"", "", "navigator.drawing", "a file"),
+            ("drawing =", "wals = \"dark\"\ndrawing =", "navigator.wals", "walls"),
+            ("drawing =", "walls = \"grey\"\ndrawing =", "navigator.walls", "`dark`"),
+            ("start = [1, 1]", "start = [1]", "navigator.start", "2"),
+            (
+                "start_heading_deg = 90",
+                "start_heading_deg = 1e300",
+                "navigator.start_heading_deg",
+                "-360 to 360",
+            ),
+            ("start = [1, 1]", "start = [1, 1e39]", "navigator.start", "-100000 to 100000 px, found 1e39"),
+            ("goal = [3, 4]", "goal = [1e300, 4]", "task 1 (hall).goal", "-100000 to 100000 px"),
+            ("[5, 6.5]", "[5, -1e6]", "task 2 (kitchen).route", "-100000 to 100000 px"),
+            ("goal = [3, 4]", "gaol = [3, 4]", "task 1 (hall).gaol", "goal"),
+            ("goal = [3, 4]", "", "task 1 (hall)", "one of goal and route"),
+            ("route =", "goal = [1, 1]\nroute =", "task 2 (kitchen)", "one of goal and route"),
+            ("[[3, 4], [5, 6.5]]", "[[3, 4]]", "task 2 (kitchen).route", "2 points or more"),
+            ("[[3, 4], [5, 6.5]]", "\"there\"", "task 2 (kitchen).route", "expected a sequence"),
+        ] {
+            let error = refusal(from, to);
+            assert!(error.starts_with(&format!("{key}: ")) && error.contains(words), "{key}: {error}");
+        }
+        let long = format!("{:?}", vec![[1.0, 1.0]; MAX_ROUTE_POINTS]);
+        assert!(refusal("[[3, 4], [5, 6.5]]", &long).contains("8192 points"));
+    }
+
+    /// Missions that no file was read for are checked too.
+    #[test]
+    fn a_number_that_is_none_is_named() {
+        let mut mission = Mission::parse(MISSION).unwrap();
+        mission.task[1].given = Aim::Route(vec![[1.0, 1.0], [f64::NAN, 1.0]]).given();
+        let error = SketchMission::of(&mission).unwrap_err().to_string();
+        assert!(error.contains("task 2 (kitchen).route[1][0]") && error.contains("finite"), "{error}");
+    }
+
+    #[test]
+    fn where_people_draw_the_tasks_come_later() {
+        let mut mission = Mission::parse(MISSION).unwrap();
+        mission.task.clear();
+        assert!(SketchMission::of(&mission).unwrap().tasks.is_empty());
+    }
+}

@@ -1,0 +1,53 @@
+//! The navigator as a mission chooses it: its stages, and all that is shown and said of them.
+
+use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::mission::Parameters;
+use sketchnav_stage::Navigator;
+use toml::Table;
+
+use crate::localizer::{self, Localizer};
+use crate::method::Method;
+use crate::planner::{self, Planner};
+use crate::reading::Options;
+
+const METHODS: [&str; 5] = [
+    Method::Outline.word(),
+    Method::Beam.word(),
+    Method::Boniardi2015.word(),
+    Method::Boniardi2015FixedScale.word(),
+    Method::Behzadian2015.word(),
+];
+
+/// Navigation in drawings (Boniardi et al. 2015, 2016).
+pub const NAVIGATOR: Navigator = Navigator {
+    methods: &METHODS,
+    check: |mission, robot| {
+        Options::of_mission(mission, 0)?;
+        localizer::demanded(mission, robot)?;
+        planner::parameters(mission)?;
+        Ok(())
+    },
+    parameters: |mission, robot| {
+        Ok(Parameters::in_force([
+            (Process::Sketcher, Table::try_from(Options::of_mission(mission, 0)?.settings)),
+            (Process::Localizer, Table::try_from(localizer::demanded(mission, robot)?.0)),
+            (Process::Planner, Table::try_from(planner::parameters(mission)?)),
+        ])?)
+    },
+    channels: crate::messages::CHANNELS,
+    derived: crate::derived::DERIVED,
+    lookout: Some(|run| Box::new(crate::lookout::Lookout::new(&run.robot))),
+    drawn: Some(crate::drawn::DRAWN),
+    doubts: Some(|run, files| Ok(crate::sketcher::doubts(run, files)?)),
+    canvas: Some(|run, files| Ok(crate::sketcher::canvas(run, files)?)),
+    account: Some(|_| Box::new(crate::account::Account::default())),
+    ..Navigator::new(
+        crate::mission::KIND,
+        "drives to goals and along routes that a person marks in a drawing of the place",
+        [
+            crate::sketcher::sketcher,
+            |run, _| Ok(Box::new(Localizer::new(run)?)),
+            |run, _| Ok(Box::new(Planner::new(run)?)),
+        ],
+    )
+};

@@ -1,0 +1,71 @@
+//! The bytes of a text in whatever encoding, and files that are packed.
+
+use std::borrow::Cow;
+use std::io::Read;
+
+use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE};
+use flate2::read::MultiGzDecoder;
+
+use super::error::{Broken, SketchError};
+
+/// Largest file that is unpacked.
+const MAX_UNPACKED: usize = 32 << 20;
+/// Where the declaration of an XML file ends at the latest.
+const MOST_DECLARATION: usize = 256;
+
+/// What is in a packed file (`.svgz`, `.json.gz`); every other file as it is.
+pub(crate) fn unpacked<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, [u8]>, SketchError> {
+    if !bytes.starts_with(&[0x1f, 0x8b]) {
+        return Ok(bytes.into());
+    }
+    let mut inside = Vec::new();
+    let decoder = MultiGzDecoder::new(bytes);
+    let read = decoder.take(MAX_UNPACKED as u64 + 1).read_to_end(&mut inside);
+    read.map_err(|error| broken.decode("gzip", error))?;
+    if inside.len() > MAX_UNPACKED {
+        return Err(broken.too_large(format!("{MAX_UNPACKED} bytes unpacked"), "more".into()));
+    }
+    Ok(inside.into())
+}
+
+/// The text in a file: by its byte order mark, by what its declaration says, else UTF-8.
+pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>, SketchError> {
+    let encoding = match (Encoding::for_bom(bytes), wide(bytes), declared(bytes)) {
+        (Some((encoding, _)), ..) => encoding,
+        (None, Some(encoding), _) => encoding,
+        (None, None, Some(label)) => Encoding::for_label(label.as_bytes()).ok_or_else(|| {
+            broken.decode("text", format!("its encoding {label:?} is not known; save it as UTF-8"))
+        })?,
+        (None, None, None) => UTF_8,
+    };
+    // A declaration that can be read as ASCII is not in UTF-16: programs say so before they write UTF-8.
+    let is_ascii = [UTF_16LE, UTF_16BE].contains(&encoding) && bytes.starts_with(b"<?xml");
+    let encoding = if is_ascii { UTF_8 } else { encoding };
+    let (text, encoding, is_garbled) = encoding.decode(bytes);
+    if is_garbled {
+        let name = encoding.name();
+        let reason =
+            format!("its bytes are not {name}; save it as UTF-8, or have its first line say the encoding");
+        return Err(broken.decode("text", reason));
+    }
+    Ok(text)
+}
+
+/// Whether the first character takes two bytes: UTF-16 without a mark.
+pub(crate) fn wide(bytes: &[u8]) -> Option<&'static Encoding> {
+    match bytes {
+        [b'<' | b'{', 0, ..] => Some(UTF_16LE),
+        [0, b'<' | b'{', ..] => Some(UTF_16BE),
+        _ => None,
+    }
+}
+
+/// The encoding that an XML declaration says.
+fn declared(bytes: &[u8]) -> Option<String> {
+    let head = &bytes[..bytes.len().min(MOST_DECLARATION)];
+    let head: String = head.iter().map(|&byte| char::from(byte)).collect();
+    let declaration = head.trim_start().strip_prefix("<?xml")?.split("?>").next()?;
+    let after = declaration.split_once("encoding")?.1.trim_start().strip_prefix('=')?.trim_start();
+    let quote = after.chars().next().filter(|c| matches!(c, '"' | '\''))?;
+    after[1..].split(quote).next().map(str::to_owned)
+}

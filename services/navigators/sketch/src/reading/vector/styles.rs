@@ -1,0 +1,516 @@
+//! Works out the styles of an SVG before it is rendered: the renderer knows the colours of CSS 3 and drops, without a word,
+//! each line whose colour it cannot read. What comes out is the same drawing with plain attributes alone, without style
+//! sheets, `var()` and functions of colours.
+//!
+//! As CSS has it: of several declarations the weightiest that holds counts; an invalid one is dropped, and the one before
+//! it or the attribute holds. One that may be valid but cannot be worked out is dropped in the same way, as by a browser
+//! that does not know it yet. Where none is left, the drawing is refused by the element, the property and the value.
+//!
+//! Text, scripts, animations and descriptions are left out. What a person would miss is named. Sources: CSS Cascading and
+//! Inheritance Level 4; SVG 2, 6.
+
+mod colours;
+mod sheet;
+mod syntax;
+mod values;
+mod variables;
+
+use std::borrow::Cow;
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::sync::Arc;
+
+use resvg::usvg::roxmltree::{Document, Node};
+
+use self::sheet::{Rule, Seen, Written};
+use self::syntax::{Declaration, declarations, function, without_comments, words};
+use self::values::{Checked, Kind, check, initial, is_inherited, kind, url};
+use self::variables::{Variables, refers};
+use super::pictures::Pictures;
+use super::references::name;
+use crate::reading::budget::MOST_DEPTH;
+use crate::reading::error::{Broken, SketchError};
+use crate::reading::left_out::LeftOut;
+
+const SVG: &str = "http://www.w3.org/2000/svg";
+const XLINK: &str = "http://www.w3.org/1999/xlink";
+/// Most bytes of values, and steps from element to element, that all styles of a drawing take.
+const MOST_STEPS: u64 = 100_000_000;
+/// Most bytes of the drawing with plain attributes.
+const MOST_BYTES: usize = 64 << 20;
+/// A value in an error is cut after so many characters.
+const SHOWN: usize = 80;
+
+/// Elements that paint nothing: what they hold is left out without a word.
+const SILENT: [&str; 13] = [
+    "animate",
+    "animateColor",
+    "animateMotion",
+    "animateTransform",
+    "desc",
+    "discard",
+    "metadata",
+    "mpath",
+    "script",
+    "set",
+    "style",
+    "title",
+    "view",
+];
+/// Properties that make attributes of elements other than `svg`.
+const GEOMETRY: [&str; 9] = ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height"];
+/// Lengths of shapes, and the shapes.
+const LENGTHS: [&str; 13] =
+    ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height", "x1", "y1", "x2", "y2"];
+const SHAPES: [&str; 6] = ["circle", "ellipse", "image", "line", "rect", "use"];
+/// Properties that the renderer takes from a style alone.
+const STYLE_ONLY: [&str; 3] = ["mix-blend-mode", "isolation", "image-rendering"];
+
+/// A drawing with plain attributes alone.
+pub(crate) struct Flat {
+    /// The SVG.
+    pub text: String,
+    /// The pictures in it, as PNG; an `<image>` refers to them by [`Pictures::reference`].
+    pub pictures: Vec<Arc<Vec<u8>>>,
+    /// What is not drawn and a person may miss.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Works out all styles.
+///
+/// # Errors
+/// [`SketchError`]: a colour or another value that cannot be read; too much of everything; an embedded picture that is
+/// broken.
+pub(crate) fn flatten(document: &Document, broken: &Broken) -> Result<Flat, SketchError> {
+    let mut written = Written::default();
+    for node in document.descendants().filter(|node| is_svg(*node) && node.tag_name().name() == "style") {
+        if matches!(node.attribute("type"), None | Some("" | "text/css")) {
+            let text: String = node.children().filter_map(|child| child.text()).collect();
+            written.add(&text, node.attribute("media").unwrap_or(""));
+        }
+    }
+    let others = document.root().children().filter_map(|node| node.pi());
+    let sheets = others.filter(|other| other.target == "xml-stylesheet");
+    written.left_out.extend(sheets.map(|sheet| format!("<?xml-stylesheet {}?>", sheet.value.unwrap_or(""))));
+    let styles = Styles { rules: written.rules(), steps: Cell::new(MOST_STEPS), broken };
+    styles.check_selectors()?;
+    let mut walk = Walk {
+        styles: &styles,
+        ids: document.descendants().filter_map(|node| node.attribute("id")).collect(),
+        pictures: Pictures::default(),
+        out: String::new(),
+        left_out: written.left_out.iter().cloned().map(LeftOut::Rules).collect(),
+        labels: 0,
+    };
+    walk.element(document.root_element(), &Scope::default(), 0)?;
+    let Walk { pictures, out, mut left_out, labels, .. } = walk;
+    left_out.extend((labels > 0).then_some(LeftOut::Labels(labels)));
+    Ok(Flat { text: out, pictures: pictures.files, left_out })
+}
+
+fn is_svg(node: Node) -> bool {
+    node.is_element() && matches!(node.tag_name().namespace(), None | Some(SVG))
+}
+
+/// What an element inherits.
+#[derive(Clone, Default)]
+struct Scope {
+    variables: Variables,
+    /// Properties that an element around it declares.
+    declared: BTreeSet<String>,
+    /// Whether nothing of it is shown: then nothing is missed.
+    is_hidden: bool,
+}
+
+/// What is declared for a property of an element.
+struct Candidate<'a> {
+    value: &'a str,
+    is_attribute: bool,
+}
+
+/// The properties of an element with what is declared for each, the weightiest last; and its custom properties.
+#[derive(Default)]
+struct Declared<'a> {
+    properties: BTreeMap<String, Vec<Candidate<'a>>>,
+    custom: BTreeMap<&'a str, &'a str>,
+}
+
+impl<'a> Declared<'a> {
+    fn add(&mut self, name: &str, value: &'a str, is_attribute: bool) {
+        self.properties.entry(name.to_owned()).or_default().push(Candidate { value, is_attribute });
+    }
+
+    fn add_declaration(&mut self, Declaration { name, value, .. }: Declaration<'a>) {
+        if name.starts_with("--") {
+            self.custom.insert(name, value);
+            return;
+        }
+        let name = name.to_ascii_lowercase();
+        let longhands: &[&str] = match name.as_str() {
+            "marker" => &["marker-start", "marker-mid", "marker-end"],
+            "background" => &["background-color"],
+            name => &[name],
+        };
+        longhands.iter().for_each(|name| self.add(name, value, false));
+    }
+}
+
+/// The style sheets of a drawing.
+struct Styles<'a> {
+    rules: Vec<Rule<'a>>,
+    /// How many steps are left.
+    steps: Cell<u64>,
+    broken: &'a Broken<'a>,
+}
+
+impl<'a> Styles<'a> {
+    fn take(&self, steps: usize) -> Result<(), SketchError> {
+        let left = self.steps.get().checked_sub(steps as u64 + 1);
+        self.steps.set(left.unwrap_or(0));
+        let limit = || format!("{} million steps for styles", MOST_STEPS / 1_000_000);
+        left.map(drop).ok_or_else(|| self.broken.too_large(limit(), "more".into()))
+    }
+
+    /// A rule whose selector cannot be read may be the one by which the walls are seen.
+    fn check_selectors(&self) -> Result<(), SketchError> {
+        for Rule { selector, declarations, .. } in &self.rules {
+            let Err(text) = selector else { continue };
+            let matters = |one: &&Declaration| one.name.starts_with("--") || is_visible(one.name);
+            if let Some(declaration) = declarations.iter().find(matters) {
+                let reason =
+                    "expected a selector by tags, classes, ids, attributes, parents or the sibling before";
+                return Err(self.unreadable(
+                    format!("the rule {text:?} of a style sheet"),
+                    declaration.name,
+                    declaration.value,
+                    reason,
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// A shape whose length cannot be read is not drawn.
+    fn check_length(&self, node: Node, key: &str, value: &str, scope: &Scope) -> Result<(), SketchError> {
+        if scope.is_hidden || !LENGTHS.contains(&key) || !SHAPES.contains(&node.tag_name().name()) {
+            return Ok(());
+        }
+        match check(Kind::Distance, value.trim()) {
+            Checked::Unreadable(reason) => Err(self.unreadable(located(node), key, value, &reason)),
+            _ => Ok(()),
+        }
+    }
+
+    fn unreadable(&self, element: String, property: &str, value: &str, reason: &str) -> SketchError {
+        SketchError::Unreadable {
+            file: self.broken.file(),
+            element,
+            property: property.to_owned(),
+            value: value.chars().take(SHOWN).collect(),
+            reason: reason.to_owned(),
+        }
+    }
+
+    /// All that is declared for an element; `style` is its attribute without comments.
+    fn declared<'n>(&self, node: Node<'n, '_>, style: &'n str) -> Result<Declared<'n>, SketchError>
+    where
+        'a: 'n,
+    {
+        let mut declared = Declared::default();
+        for attribute in node.attributes().filter(|attribute| attribute.namespace().is_none()) {
+            if is_presentation(attribute.name()) {
+                declared.add(attribute.name(), attribute.value(), true);
+            }
+        }
+        let seen = Seen { node, steps: &self.steps };
+        let holding = self.rules.iter().filter(|rule| rule.holds(&seen));
+        let by_rules = holding.flat_map(|rule| rule.declarations.iter().copied());
+        let mut all: Vec<_> = by_rules.chain(declarations(style)).collect();
+        all.sort_by_key(|declaration| declaration.important);
+        for declaration in all {
+            self.take(declaration.value.len())?;
+            declared.add_declaration(declaration);
+        }
+        self.take(self.rules.len())?;
+        Ok(declared)
+    }
+
+    /// The value of a property; `None` where the element has none of its own.
+    fn settled(
+        &self,
+        node: Node,
+        (property, candidates): (&str, &[Candidate]),
+        scope: &Scope,
+    ) -> Result<Option<String>, SketchError> {
+        let is_length = GEOMETRY.contains(&property);
+        let kind = kind(property).unwrap_or(if is_length { Kind::Distance } else { Kind::Any });
+        let mut trouble = None;
+        for Candidate { value, is_attribute } in candidates.iter().rev() {
+            self.take(value.len())?;
+            let resolved =
+                if refers(value) { scope.variables.resolve(value) } else { Ok((*value).to_owned()) };
+            let checked = match &resolved {
+                Err(unresolved) => Checked::Unreadable(unresolved.words()),
+                Ok(text) if text.trim().is_empty() => continue,
+                Ok(text) => match text.trim().to_ascii_lowercase().as_str() {
+                    "inherit" => return Ok((!is_inherited(property)).then(|| "inherit".to_owned())),
+                    "initial" => return Ok(initial(property).map(str::to_owned)),
+                    "unset" | "revert" | "revert-layer" => return Ok(None),
+                    // The attribute has a syntax of its own, which the renderer knows.
+                    _ if *is_attribute && kind == Kind::Transform => Checked::Valid(text.clone()),
+                    _ => check(kind, text.trim()),
+                },
+            };
+            match checked {
+                Checked::Valid(text) => return Ok(Some(text)),
+                Checked::Unreadable(reason) => _ = trouble.get_or_insert((*value, reason)),
+                Checked::Invalid if is_missed(kind, property, scope) => {
+                    _ = trouble.get_or_insert((*value, "it is no colour of CSS".to_owned()));
+                }
+                Checked::Invalid => {}
+            }
+        }
+        match trouble {
+            Some((value, reason)) if !scope.is_hidden => {
+                Err(self.unreadable(located(node), property, value, &reason))
+            }
+            _ => Ok(None),
+        }
+    }
+}
+
+impl Rule<'_> {
+    fn holds(&self, seen: &Seen) -> bool {
+        self.selector.as_ref().is_ok_and(|selector| selector.matches(seen))
+    }
+}
+
+/// Whether an invalid value may make a line vanish: nothing around the element says another colour.
+fn is_missed(kind: Kind, property: &str, scope: &Scope) -> bool {
+    matches!(kind, Kind::Paint | Kind::Colour)
+        && property != "background-color"
+        && !(is_inherited(property) && scope.declared.contains(property))
+}
+
+/// Whether a property decides what is seen.
+fn is_visible(property: &str) -> bool {
+    let property = property.to_ascii_lowercase();
+    property == "display" || kind(&property).is_some_and(|kind| kind != Kind::Any)
+}
+
+/// Whether a property of CSS is an attribute in SVG, too.
+fn is_presentation(property: &str) -> bool {
+    kind(property).is_some_and(|kind| kind != Kind::Undrawable)
+}
+
+/// An element, and where it stands in the file.
+fn located(node: Node) -> String {
+    let place = node.document().text_pos_at(node.range().start);
+    format!("{} in line {}", name(node), place.row)
+}
+
+/// Writes the drawing with plain attributes.
+struct Walk<'a> {
+    styles: &'a Styles<'a>,
+    ids: BTreeSet<&'a str>,
+    pictures: Pictures,
+    out: String,
+    left_out: Vec<LeftOut>,
+    labels: usize,
+}
+
+impl Walk<'_> {
+    fn element(&mut self, node: Node, scope: &Scope, depth: usize) -> Result<(), SketchError> {
+        if depth > MOST_DEPTH {
+            let limit = format!("{MOST_DEPTH} elements of SVG inside each other, references included");
+            return Err(self.styles.broken.too_large(limit, format!("more around {}", name(node))));
+        }
+        let tag = node.tag_name().name();
+        if self.is_left_out(node, tag, scope) {
+            return Ok(());
+        }
+        let style = without_comments(node.attribute("style").unwrap_or(""));
+        let declared = self.styles.declared(node, &style)?;
+        let mut inside = Scope { variables: scope.variables.with(&declared.custom), ..scope.clone() };
+        self.styles.take(if declared.custom.is_empty() { 0 } else { inside.variables.len() })?;
+        self.write(format_args!("<{tag}"))?;
+        if depth == 0 {
+            self.write(format_args!(" xmlns=\"{SVG}\" xmlns:xlink=\"{XLINK}\""))?;
+        }
+        self.attributes(node, &declared, scope)?;
+        if tag == "use" && !declared.custom.is_empty() && !scope.is_hidden {
+            self.miss(LeftOut::Variables(name(node)));
+        }
+        let settled = self.properties(node, &declared, &inside)?;
+        inside.is_hidden |= settled.get("display").is_some_and(|display| display == "none");
+        let colours = settled.into_keys().filter(|property| is_inherited(property));
+        inside
+            .declared
+            .extend(colours.filter(|property| matches!(kind(property), Some(Kind::Paint | Kind::Colour))));
+        self.write(format_args!(">"))?;
+        for child in node.children().filter(|child| is_svg(*child)) {
+            self.element(child, &inside, depth + 1)?;
+        }
+        self.write(format_args!("</{tag}>"))
+    }
+
+    /// Whether nothing of an element is drawn; what a person may miss is counted.
+    fn is_left_out(&mut self, node: Node, tag: &str, scope: &Scope) -> bool {
+        let is_label = |node: Node| matches!(node.tag_name().name(), "text" | "foreignObject");
+        // A browser shows the first part of a switch that it can, and HTML is one.
+        let is_switched =
+            tag == "switch" && node.children().find(|child| is_svg(*child)).is_some_and(is_label);
+        if is_label(node) || is_switched {
+            self.labels += usize::from(!scope.is_hidden);
+            return true;
+        }
+        SILENT.contains(&tag)
+    }
+
+    /// All attributes but those of styles.
+    fn attributes(&mut self, node: Node, declared: &Declared, scope: &Scope) -> Result<(), SketchError> {
+        let is_root = node.parent_element().is_none();
+        let mut links = Vec::new();
+        for attribute in node.attributes() {
+            let (space, key, value) = (attribute.namespace(), attribute.name(), attribute.value());
+            let overridden = !is_root && GEOMETRY.contains(&key) && declared.properties.contains_key(key);
+            match space {
+                None | Some(SVG | XLINK) if key == "href" => links.push((space == Some(XLINK), value)),
+                None | Some(SVG)
+                    if ["style", "class"].contains(&key) || is_presentation(key) || overridden => {}
+                None | Some(SVG) => {
+                    self.styles.check_length(node, key, value, scope)?;
+                    self.attribute(key, value)?;
+                }
+                _ => {}
+            }
+        }
+        // The plain one goes before that of XLink.
+        links.sort_unstable();
+        links.first().map_or(Ok(()), |(_, link)| self.link(node, link, scope))
+    }
+
+    /// A reference to an element or a picture.
+    fn link(&mut self, node: Node, link: &str, scope: &Scope) -> Result<(), SketchError> {
+        match node.tag_name().name() {
+            "image" | "feImage" if !link.trim_start().starts_with('#') => {
+                let broken =
+                    Broken { file: &format!("{}: the picture in {}", self.styles.broken.file, name(node)) };
+                match self.pictures.add(link, &broken)? {
+                    Ok(reference) => return self.attribute("href", &reference),
+                    Err(found) if !scope.is_hidden => {
+                        self.miss(LeftOut::Picture { element: name(node), found });
+                    }
+                    Err(_) => {}
+                }
+                Ok(())
+            }
+            "use" if !scope.is_hidden && !self.is_known(link) => {
+                self.miss(LeftOut::Reference {
+                    element: name(node),
+                    found: link.chars().take(SHOWN).collect(),
+                });
+                Ok(())
+            }
+            _ => self.attribute("href", link),
+        }
+    }
+
+    fn is_known(&self, link: &str) -> bool {
+        link.trim().strip_prefix('#').is_some_and(|id| self.ids.contains(id))
+    }
+
+    fn miss(&mut self, what: LeftOut) {
+        self.left_out.push(what);
+    }
+
+    /// The properties that hold, as attributes; all that are declared and hold.
+    fn properties(
+        &mut self,
+        node: Node,
+        declared: &Declared,
+        scope: &Scope,
+    ) -> Result<BTreeMap<String, String>, SketchError> {
+        let (mut settled, mut style) = (BTreeMap::new(), String::new());
+        for (property, candidates) in &declared.properties {
+            if kind(property).is_none() && !is_geometry(node, property) {
+                continue;
+            }
+            let Some(value) = self.styles.settled(node, (property, candidates), scope)? else { continue };
+            self.check_reference(node, property, &value, scope);
+            if !STYLE_ONLY.contains(&property.as_str()) {
+                self.attribute(property, path_of(property, &value))?;
+            } else if value.bytes().all(|byte| byte.is_ascii_alphabetic() || byte == b'-') {
+                _ = write!(style, "{property}:{value};");
+            }
+            settled.insert(property.clone(), value);
+        }
+        if !style.is_empty() {
+            self.attribute("style", &style)?;
+        }
+        Ok(settled)
+    }
+
+    /// A paint that nothing in the drawing has leaves nothing to be seen.
+    fn check_reference(&mut self, node: Node, property: &str, value: &str, scope: &Scope) {
+        let mut parts = words(value);
+        let (server, fallback) = (parts.next().and_then(url), parts.next());
+        let Some(server) = server.filter(|_| matches!(property, "fill" | "stroke")) else { return };
+        if fallback.is_none() && !scope.is_hidden && !self.is_known(server) {
+            let found = format!("{property} url({server})").chars().take(SHOWN).collect();
+            self.miss(LeftOut::Reference { element: name(node), found });
+        }
+    }
+
+    fn attribute(&mut self, key: &str, value: &str) -> Result<(), SketchError> {
+        self.write(format_args!(" {key}=\"{}\"", escaped(value)))
+    }
+
+    fn write(&mut self, text: std::fmt::Arguments) -> Result<(), SketchError> {
+        _ = self.out.write_fmt(text);
+        if self.out.len() > MOST_BYTES {
+            let limit = format!("{} MB of SVG with its styles worked out", MOST_BYTES >> 20);
+            return Err(self.styles.broken.too_large(limit, "more".into()));
+        }
+        Ok(())
+    }
+}
+
+/// Whether a property of CSS is an attribute of that element.
+fn is_geometry(node: Node, property: &str) -> bool {
+    let is_svg_element = node.tag_name().name() == "svg";
+    !is_svg_element && (GEOMETRY.contains(&property) || property == "d" && node.tag_name().name() == "path")
+}
+
+/// The data in `path("…")`; every other value as it is.
+fn path_of<'v>(property: &str, value: &'v str) -> &'v str {
+    let inside = (property == "d").then(|| function(value)).flatten();
+    match inside {
+        Some((name, data)) if name == "path" => data.trim_matches(['"', '\'']),
+        _ => value,
+    }
+}
+
+fn escaped(value: &str) -> Cow<'_, str> {
+    if !value.contains(['&', '<', '>', '"', '\n', '\t', '\r']) {
+        return value.into();
+    }
+    let mut text = String::with_capacity(value.len() + 16);
+    for c in value.chars() {
+        match c {
+            '&' => text.push_str("&amp;"),
+            '<' => text.push_str("&lt;"),
+            '>' => text.push_str("&gt;"),
+            '"' => text.push_str("&quot;"),
+            '\n' => text.push_str("&#10;"),
+            '\t' => text.push_str("&#9;"),
+            '\r' => text.push_str("&#13;"),
+            c => text.push(c),
+        }
+    }
+    text.into()
+}
+
+#[cfg(test)]
+mod tests;

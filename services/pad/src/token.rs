@@ -1,0 +1,61 @@
+//! Where the token of a pad comes from, and where a later one finds it.
+//!
+//! The environment of a process is its user's alone to read; a command line is everybody's. The system's folder is its
+//! user's, too. There the pad leaves the token, so that a mission that is gone on with (`run --resume`) has the link that its
+//! open pages know.
+
+use std::env::{VarError, var};
+use std::fs::{self, File};
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::OpenOptionsExt;
+
+use anyhow::Context;
+use sketchnav_runtime::System;
+
+use crate::PadError;
+use crate::guard::Token;
+
+/// The environment's variable that holds the token.
+pub const TOKEN_VARIABLE: &str = "SKETCHNAV_PAD_TOKEN";
+/// The file of the system's folder that holds it.
+const FILE: &str = "pad-token";
+
+/// The token that the environment has; `None` where it has none.
+///
+/// # Errors
+/// [`PadError::Token`] where it is none that a pad may have.
+pub fn of_environment() -> Result<Option<Token>, PadError> {
+    match var(TOKEN_VARIABLE) {
+        Ok(text) => text.parse().map(Some).map_err(|expected| PadError::Token(expected, "others")),
+        Err(VarError::NotPresent) => Ok(None),
+        Err(VarError::NotUnicode(_)) => Err(PadError::Token("expected letters and digits".into(), "others")),
+    }
+}
+
+/// The token that the process of a pad has to be given.
+///
+/// # Errors
+/// [`PadError::Token`] where it is given none.
+pub fn given() -> Result<Token, PadError> {
+    of_environment()?.ok_or_else(|| PadError::Token("expected the token of the page".into(), "none"))
+}
+
+/// Leaves the token to those who go on with the system.
+pub(crate) fn keep(system: &System, token: &Token) -> anyhow::Result<()> {
+    let (path, new) = (system.folder().join(FILE), system.folder().join("pad-token.new"));
+    let keep = || {
+        match fs::remove_file(&new) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        let mut file = File::options().write(true).create_new(true).mode(0o600).open(&new)?;
+        file.write_all(token.text().as_bytes())?;
+        fs::rename(&new, &path)
+    };
+    keep().with_context(|| path.display().to_string())
+}
+
+/// The token of the pad that the system had before; `None` where it had none.
+pub fn kept(system: &System) -> Option<Token> {
+    fs::read_to_string(system.folder().join(FILE)).ok()?.parse().ok()
+}

@@ -1,0 +1,185 @@
+//! Which process a lock file means, so that no other is taken for it.
+//!
+//! A process id alone is no identity. The kernel gives it out again, and in another PID namespace it means another process:
+//! containers may share the folders in which systems live. So beside the id stand the time at which the process started, the
+//! PID namespace and the boot of the machine. A signal goes through a pidfd, which never means another process.
+
+use std::fmt::{Display, Formatter};
+use std::fs;
+use std::io;
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+use std::os::unix::fs::MetadataExt;
+
+use nix::errno::Errno;
+use nix::libc;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+
+use crate::watch::{ProcessState, stat_field};
+
+/// A process, whatever becomes of its id.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Identity {
+    /// Its id in its own PID namespace.
+    pub(crate) pid: u32,
+    /// When it started, in clock ticks since the boot.
+    started: u64,
+    /// The inode of its PID namespace.
+    namespace: u64,
+    /// The boot of the machine.
+    boot: String,
+}
+
+/// A process that signals can be sent to.
+#[derive(Debug)]
+pub(crate) struct Handle {
+    pid: Pid,
+    /// None where the kernel has no pidfd (before Linux 5.3).
+    pidfd: Option<OwnedFd>,
+}
+
+impl Identity {
+    /// That of this process.
+    pub(crate) fn own() -> io::Result<Self> {
+        let pid = std::process::id();
+        let started = started(pid).ok_or_else(|| io::Error::other("/proc/self/stat has no start time"))?;
+        let namespace = fs::metadata("/proc/self/ns/pid")?.ino();
+        let boot = fs::read_to_string("/proc/sys/kernel/random/boot_id")?.trim().to_owned();
+        Ok(Self { pid, started, namespace, boot })
+    }
+
+    /// The identity in the text of a lock file.
+    pub(crate) fn parse(text: &str) -> Option<Self> {
+        let mut words = text.split_whitespace();
+        let pid = words.next()?.parse().ok()?;
+        let [started, namespace] = [words.next()?, words.next()?].map(str::parse);
+        Some(Self { pid, started: started.ok()?, namespace: namespace.ok()?, boot: words.next()?.into() })
+    }
+
+    /// A way to send it signals, where it is a living process that this one can reach.
+    ///
+    /// # Errors
+    /// In words, why it cannot be reached.
+    pub(crate) fn handle(&self) -> Result<Handle, String> {
+        let own =
+            Self::own().map_err(|error| format!("{self}; this process does not know itself: {error}"))?;
+        if self.boot != own.boot {
+            return Err(format!("process {} of another machine, or from before the last boot", self.pid));
+        }
+        if self.namespace != own.namespace {
+            return Err(format!(
+                "process {} of another PID namespace (a container), {}",
+                self.pid, self.namespace
+            ));
+        }
+        // In this order: the descriptor means the process whose start time is read after it was opened.
+        let pid = Pid::from_raw(i32::try_from(self.pid).map_err(|_| format!("{self}, which is none"))?);
+        let pidfd = match pidfd(self.pid) {
+            Ok(pidfd) => Some(pidfd),
+            Err(Errno::ENOSYS) => None,
+            Err(error) => return Err(format!("{self}, which cannot be reached: {error}")),
+        };
+        if started(self.pid) != Some(self.started) {
+            return Err(format!("{self}, which has ended: its id is another's now"));
+        }
+        Ok(Handle { pid, pidfd })
+    }
+}
+
+impl Display for Identity {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        write!(f, "process {}", self.pid)
+    }
+}
+
+/// As [`Identity::parse`] reads it.
+pub(crate) fn text(identity: &Identity) -> String {
+    let Identity { pid, started, namespace, boot } = identity;
+    format!("{pid} {started} {namespace} {boot}")
+}
+
+/// The holder of a lock file in words, for an error: its id, and what it does.
+pub(crate) fn described(text: &str) -> String {
+    let Some(identity) = Identity::parse(text) else { return "a process that has not said which".into() };
+    match identity.handle() {
+        Ok(_) => format!("{identity} ({})", ProcessState::of(identity.pid).word()),
+        Err(words) => words,
+    }
+}
+
+impl Handle {
+    /// Sends a signal.
+    pub(crate) fn send(&self, signal: Signal) -> io::Result<()> {
+        let Some(pidfd) = &self.pidfd else { return Ok(kill(self.pid, signal)?) };
+        let (pidfd, number, null) =
+            (pidfd.as_raw_fd(), signal as libc::c_int, std::ptr::null::<libc::siginfo_t>());
+        // SAFETY: a system call whose one pointer may be null.
+        Errno::result(unsafe { libc::syscall(libc::SYS_pidfd_send_signal, pidfd, number, null, 0) })?;
+        Ok(())
+    }
+}
+
+/// A descriptor of the process that has this id now.
+fn pidfd(pid: u32) -> nix::Result<OwnedFd> {
+    // SAFETY: a system call without pointers.
+    let fd = Errno::result(unsafe { libc::syscall(libc::SYS_pidfd_open, pid, 0) })?;
+    // SAFETY: the kernel has just made the descriptor for us alone.
+    Ok(unsafe { OwnedFd::from_raw_fd(fd as i32) })
+}
+
+/// When the process that has this id now started, in clock ticks since the boot: field 22 of proc_pid_stat(5).
+fn started(pid: u32) -> Option<u64> {
+    stat_field(pid, 22)?.parse().ok()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use std::process::{Child, Command};
+
+    use super::*;
+
+    /// A process that waits to be ended, and its identity.
+    pub(crate) fn sleeper() -> (Child, Identity) {
+        let child = Command::new("sleep").arg("1000").spawn().unwrap();
+        let identity = Identity::of_child(child.id());
+        (child, identity)
+    }
+
+    impl Identity {
+        pub(crate) fn of_child(pid: u32) -> Self {
+            Self { pid, started: started(pid).unwrap(), ..Self::own().unwrap() }
+        }
+    }
+
+    /// What another process with the same id would have written.
+    pub(crate) fn imposters(identity: &Identity) -> [Identity; 3] {
+        [
+            Identity { started: identity.started - 1, ..identity.clone() },
+            Identity { namespace: identity.namespace + 1, ..identity.clone() },
+            Identity { boot: "11111111-2222-3333-4444-555555555555".into(), ..identity.clone() },
+        ]
+    }
+
+    #[test]
+    fn an_identity_is_read_as_it_was_written() {
+        let own = Identity::own().unwrap();
+        assert_eq!(Identity::parse(&text(&own)), Some(own));
+        for wrong in ["", "17", "17 x 1 b", "17 1 2", "-17 1 2 b"] {
+            assert_eq!(Identity::parse(wrong), None, "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn a_signal_reaches_the_process_itself_and_no_other_of_its_id() {
+        let (mut child, identity) = sleeper();
+        for imposter in imposters(&identity) {
+            assert!(imposter.handle().is_err(), "{imposter:?}");
+        }
+        assert!(described(&text(&identity)).starts_with(&format!("process {} (", identity.pid)));
+        let handle = identity.handle().unwrap();
+        handle.send(Signal::SIGKILL).unwrap();
+        child.wait().unwrap();
+        assert_eq!(handle.send(Signal::SIGKILL).unwrap_err().raw_os_error(), Some(libc::ESRCH));
+        assert!(identity.handle().is_err());
+    }
+}

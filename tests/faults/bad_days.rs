@@ -1,0 +1,384 @@
+//! Days on which nothing is killed and everything goes wrong: a full disk, full shared memory, a folder that goes
+//! away, somebody else's hands.
+//!
+//! Some need root, for a disk of their own, and say so where they have not got it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use sketchnav_schemas::channels::STATUS;
+use support::{Ended, Place, Running, kill_if_alive, repository, wait_until};
+
+/// A small disk of its own; taken away when dropped.
+struct SmallDisk(PathBuf);
+
+impl SmallDisk {
+    /// `None`, with a notice, where that takes rights that this user has not got.
+    fn mount(at: PathBuf, size: &str) -> Option<Self> {
+        fs::create_dir(&at).unwrap();
+        let option = format!("size={size}");
+        if !needs::has(&["mount", "umount"]) {
+            return None;
+        }
+        let mut mount = needs::program("mount")?;
+        let mounted = mount.args(["-t", "tmpfs", "-o", &option, "tmpfs"]).arg(&at).output();
+        if !mounted.is_ok_and(|output| output.status.success()) {
+            needs::skipped("root", "a disk of its own cannot be mounted");
+            return None;
+        }
+        Some(Self(at))
+    }
+
+    fn grow(&self, size: &str) {
+        let option = format!("remount,size={size}");
+        let mut mount = needs::program("mount").expect("mount, which was there before");
+        assert!(mount.args(["-o", &option]).arg(&self.0).status().unwrap().success());
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = needs::program("umount").map(|mut umount| umount.arg(&self.0).status());
+    }
+}
+
+fn drive(place: &Place, options: &str) -> Running {
+    let mut running = place.start(&format!("demo --json --system day {options}"));
+    place.wait_until_driving(&mut running, "day");
+    running
+}
+
+/// Lets the robot drive for more steps than the channels hold. The first ones heard are those that are held.
+fn drive_on(place: &Place) {
+    let steps = 2 * STATUS.spec.history() + 50;
+    let heard = place.run(&format!("echo status --count {steps} --system day"));
+    assert_eq!(heard.code, Some(0), "{heard}");
+    assert!(heard.err.contains("the history of status"), "{heard}");
+}
+
+/// Waits until so many faults have been told.
+fn wait_for_faults(place: &Place, count: usize) {
+    let heard = place.run(&format!("echo faults --count {count} --system day"));
+    assert_eq!(heard.code, Some(0), "{heard}");
+}
+
+fn info(place: &Place, recording: &Path) -> Value {
+    let info = place.run(&format!("info {} --json", recording.display()));
+    assert_eq!(info.code, Some(0), "{info}");
+    info.json()
+}
+
+fn kinds(info: &Value) -> Vec<&str> {
+    info["faults"].as_array().unwrap().iter().map(|fault| fault["kind"].as_str().unwrap()).collect()
+}
+
+/// A mission of one task, so long that a gap of some thirty seconds lies within it. It goes from end to end of the
+/// building, at half the speed.
+fn write_long_drive(place: &Place) {
+    let text = fs::read_to_string(repository().join("sim/missions/building/building-a.toml")).unwrap();
+    let mut mission: toml::Table = toml::from_str(&text).unwrap();
+    for (table, key) in [("world", "floor_plan"), ("navigator", "drawing")] {
+        let file = mission[table][key].as_str().unwrap();
+        let path = repository().join("sim/missions/building").join(file);
+        mission[table][key] = path.to_str().unwrap().into();
+    }
+    let mut task = mission["task"][5].clone();
+    assert_eq!(task["name"].as_str(), Some("4 → 5"));
+    task["name"] = "0 → 5".into();
+    task["time_limit_s"] = 400.0.into();
+    mission["task"] = vec![task].into();
+    let planner = toml::Table::from_iter([("speed_share".into(), 0.5.into())]);
+    mission.insert("parameters".into(), toml::Table::from_iter([("planner".into(), planner.into())]).into());
+    fs::write(place.files().join("long.toml"), toml::to_string(&mission).unwrap()).unwrap();
+}
+
+/// The robot drives on; what was not written and is still in the channels is written when there is room.
+#[test]
+fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
+    let place = Place::new();
+    let Some(disk) = SmallDisk::mount(place.files().join("disk"), "600k") else { return };
+    write_long_drive(&place);
+    let mut running = place.start("run long.toml --json --system day --out disk --speed 5");
+    place.wait_until_driving(&mut running, "day");
+    wait_for_faults(&place, 1);
+    // Its recorder dies of something else meanwhile.
+    place.serving("day", "recorder").into_iter().for_each(kill_if_alive);
+    drive_on(&place);
+    disk.grow("64m");
+    let ended = running.end();
+    assert_eq!(ended.code, Some(4), "{ended}");
+    let report = ended.json();
+    assert_eq!(report["success"], true, "{report:#}");
+    assert!(report["incomplete"].as_str().is_some_and(|words| words.contains("No space left")), "{report:#}");
+    place.assert_nothing_left("day");
+    let recording = Path::new(report["recording"].as_str().unwrap());
+    let info = info(&place, recording);
+    let kinds = kinds(&info);
+    assert!(kinds.contains(&"recording resumed"), "{info:#}");
+    // What it lacks is counted: more than the channels held has passed.
+    let lacks = info["missing"].as_u64().unwrap();
+    assert!(lacks > 0 && report["lost_messages"].as_u64().unwrap() >= lacks, "{info:#}");
+}
+
+/// Runs a shell script with shared memory of its own, of this size; `$0` is `sketchnav`. `None`, with a notice, where
+/// that takes rights that this user has not got.
+fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> {
+    let script = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm || exit 99\n{script}");
+    if !needs::has(&["unshare", "mount", "sed", "sh"]) {
+        return None;
+    }
+    let mut command = needs::program("unshare")?;
+    command.args(["--mount", "sh", "-c", &script]).arg(support::program());
+    place.settle(&mut command);
+    let ended = command.spawn().ok().map(|child| Running::of(child).end());
+    let ended = ended.filter(|ended| ended.code != Some(99) && !ended.err.contains("unshare"));
+    if ended.is_none() {
+        needs::skipped("root", "no shared memory of its own to be had");
+    }
+    ended
+}
+
+/// It used to end in a loop of processes killed by SIGBUS, the supervisor among them, without a word.
+#[test]
+fn full_shared_memory_is_refused_with_a_word() {
+    let place = Place::new();
+    let Some(ended) = with_shared_memory(&place, "4m", "exec $0 demo --system day") else { return };
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains("/dev/shm: expected room for 24 MiB, found 4 MiB"), "{ended}");
+    place.assert_nothing_left("day");
+}
+
+/// Whoever dies then finds no room to start again and is given up; the supervisor clears everything.
+#[test]
+fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
+    let place = Place::new();
+    let script = r#"
+        $0 demo --system day --speed 5 --out out & run=$!
+        until $0 echo status --count 3 --system day > /dev/null 2>&1; do :; done
+        dd if=/dev/zero of=/dev/shm/fill bs=64k 2> /dev/null
+        planner=$($0 ps --json | tr '{' '\n' | sed -n 's/.*"planner","pid":\([0-9]*\).*/\1/p')
+        kill -9 $planner
+        wait $run; code=$?
+        rm /dev/shm/fill; ls /dev/shm; exit $code"#;
+    let Some(ended) = with_shared_memory(&place, "30m", script) else { return };
+    assert_eq!((ended.code, ended.out.as_str()), (Some(3), ""), "{ended}");
+    assert!(ended.err.contains("given up"), "{ended}");
+    let words = ["shared memory is full", "No space left on device"];
+    assert!(words.iter().any(|words| ended.err.contains(words)), "{ended}");
+    place.assert_nothing_left("day");
+}
+
+/// Runs `sketchnav` where no file may be larger than so many blocks of 512 bytes.
+fn with_file_limit(place: &Place, blocks: u32, arguments: &str) -> Option<Ended> {
+    let script = format!("ulimit -f {blocks} && exec \"$0\" {arguments}");
+    let mut command = needs::program("sh")?;
+    command.args(["-c", &script]).arg(support::program());
+    place.settle(&mut command);
+    Some(Running::of(command.spawn().unwrap()).end())
+}
+
+/// Beyond the limit on the size of files the kernel sends SIGXFSZ. It ended the supervisor without a word and left its
+/// files to the next one.
+#[test]
+fn a_limit_on_the_size_of_files_is_told() {
+    let place = Place::new();
+    let demo = "demo --json --system day --out out";
+    for (blocks, code, words) in [
+        (0, 2, "File too large"),
+        (1000, 3, "expected a limit on the size of files of 256 MiB or more for the channels, found 0 MiB"),
+        (100_000, 3, "found 48 MiB: ulimit -f unlimited"),
+    ] {
+        let Some(ended) = with_file_limit(&place, blocks, demo) else { return };
+        assert_eq!(ended.code, Some(code), "{blocks}: {ended}");
+        assert!(ended.err.contains(words), "{blocks}: {ended}");
+        place.assert_nothing_left("day");
+    }
+}
+
+/// A limit that comes while the robot drives is a full disk for the recorder, and nothing for the supervisor.
+#[test]
+fn a_limit_on_the_size_of_files_ends_nobody() {
+    let place = Place::new();
+    write_long_drive(&place);
+    let mut running = place.start("run long.toml --json --system day --out out --speed 5");
+    place.wait_until_driving(&mut running, "day");
+    let limit = |pid: u32, soft: &str| {
+        let arguments = [format!("--pid={pid}"), format!("--fsize={soft}:unlimited")];
+        let status = needs::program("prlimit").map(|mut prlimit| prlimit.args(arguments).status());
+        status.is_some_and(|status| status.is_ok_and(|status| status.success()))
+    };
+    let recorders = place.serving("day", "recorder");
+    let pids: Vec<_> = recorders.iter().copied().chain([running.pid()]).collect();
+    if !pids.iter().all(|pid| limit(*pid, "4096")) {
+        return needs::skipped("prlimit", "the limits of another process cannot be set");
+    }
+    wait_for_faults(&place, 1);
+    drive_on(&place);
+    assert_eq!(place.serving("day", "recorder"), recorders, "it lives");
+    assert!(pids.iter().all(|pid| limit(*pid, "unlimited")));
+    let ended = running.end();
+    // More may have passed than the channels hold.
+    let lost = ended.json()["lost_messages"].as_u64().unwrap();
+    assert_eq!(ended.code, Some(if lost == 0 { 0 } else { 4 }), "{ended}");
+    assert_eq!(ended.json()["success"], true, "{ended}");
+    place.assert_nothing_left("day");
+}
+
+/// Somebody removes the folder of results while the robot drives: the recording is gone, and with it the judge's word. What
+/// the planner told of its tasks was lost, too.
+#[test]
+fn a_mission_whose_results_are_removed_tells_its_tasks_all_the_same() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 20");
+    fs::remove_dir_all(place.files().join("out")).unwrap();
+    let ended = running.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    let object = ended.json();
+    let tasks = object["tasks"].as_array().unwrap();
+    assert!(!tasks.is_empty() && tasks.iter().all(|task| task["state"] == "reached"), "{ended}");
+    assert!(
+        object["error"].as_str().is_some_and(|error| !error.is_empty()) && object["exit"] == 3,
+        "{ended}"
+    );
+    place.assert_nothing_left("day");
+}
+
+/// Somebody tidies up: what runs has what it needs in its hands, and leaves nothing.
+#[test]
+fn a_folder_that_goes_away_stops_nobody() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 10");
+    fs::remove_dir_all(place.root()).unwrap();
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    place.assert_nothing_left("day");
+}
+
+/// Without its folder nobody can be started again: the mission ends as failed, and says why.
+#[test]
+fn without_its_folder_a_system_survives_no_death() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 10");
+    let planner = place.serving("day", "planner");
+    fs::remove_dir_all(place.root()).unwrap();
+    planner.into_iter().for_each(kill_if_alive);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains("planner: starting"), "{ended}");
+    wait_until("the end of all processes", || place.living().is_empty());
+    place.assert_nothing_left("day");
+}
+
+/// A cleaner took the folder of a killed system away, and its shared memory stayed. The next run of its name went on
+/// with another mission's tasks, and counted 4,446 messages as lost.
+#[test]
+fn what_a_killed_system_left_without_a_folder_enters_no_other() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 20");
+    running.signal(Signal::SIGKILL);
+    running.end();
+    wait_until("the end of all processes", || place.living().is_empty());
+    fs::remove_dir_all(place.root()).unwrap();
+    let left = place.files_of("day");
+    assert!(left.iter().any(|file| file.contains("history_")), "{left:?}");
+    let ended = place.run("demo --json --system day --out again");
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert_eq!((&report["success"], &report["lost_messages"]), (&true.into(), &0.into()), "{report:#}");
+    place.assert_nothing_left("day");
+}
+
+#[test]
+fn clean_removes_what_is_dead_and_leaves_what_lives() {
+    let place = Place::new();
+    let mut living = place.start("demo --json --system living --speed 5");
+    place.wait_until_driving(&mut living, "living");
+    let dead = drive(&place, "--speed 5");
+    dead.signal(Signal::SIGKILL);
+    dead.end();
+    let cleaned = place.run("clean --json");
+    assert_eq!(cleaned.code, Some(0), "{cleaned}");
+    assert!(cleaned.json()["removed"].as_array().unwrap().contains(&"day".into()), "{cleaned}");
+    place.assert_no_system_left("day");
+    assert!(place.processes("living").len() > 4);
+    living.signal(Signal::SIGINT);
+    living.end();
+    place.assert_nothing_left("living");
+}
+
+/// Somebody else on the machine can list `/dev/shm`, and make files there under the prefix that is seen.
+#[test]
+fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 5");
+    let owner = place.files_of("day").into_iter().find(|file| file.ends_with("_owner")).unwrap();
+    let foreign = owner.replace("_owner", "_history_of_my_own");
+    fs::write(&foreign, "").unwrap();
+    if std::os::unix::fs::chown(&foreign, Some(65534), Some(65534)).is_err() {
+        // Who cannot be another user puts a link there.
+        fs::remove_file(&foreign).unwrap();
+        std::os::unix::fs::symlink("/etc/hostname", &foreign).unwrap();
+    }
+    let ended = running.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains(&format!("{foreign}: expected a file of user")), "{ended}");
+    assert_eq!(place.living(), []);
+    // Root can remove it, another user cannot: nothing else is left.
+    place.files_of("day").into_iter().for_each(|file| assert_eq!(file, foreign));
+    let _ = fs::remove_file(&foreign);
+}
+
+/// Another user of the machine sees that there is a system, and no more. Neither its channels nor its files can be
+/// read, written or joined.
+#[test]
+fn another_user_is_kept_out() {
+    let place = Place::new();
+    let running = drive(&place, "--out out --speed 5");
+    let program = support::program();
+    let as_nobody = |script: &str| {
+        let mut command = needs::program("setpriv")?;
+        command.args(["--reuid=65534", "--regid=65534", "--clear-groups", "sh", "-c", script]);
+        place.settle(&mut command);
+        command.current_dir("/").output().ok()
+    };
+    let is_nobody =
+        needs::has(&["sh"]) && as_nobody("id -u").is_some_and(|output| output.stdout == b"65534\n");
+    if is_nobody {
+        let mut files = place.files_of("day");
+        assert!(files.len() > 20, "{files:?}");
+        files.push(place.root().display().to_string());
+        // An observer's file may have gone since: it is not to be made anew.
+        let write = "dd if=/dev/null conv=notrunc,nocreat oflag=append status=none";
+        let open = |file: &str| {
+            format!(
+                "cat {file} > /dev/null 2>&1 && echo read {file}; {write} of={file} 2> /dev/null && echo wrote {file};"
+            )
+        };
+        let script: String = files.iter().map(|file| open(file)).collect();
+        let output = as_nobody(&script).unwrap();
+        assert_eq!(String::from_utf8_lossy(&output.stdout), "");
+        // Its own copy of the program, for it may not enter the folder of this one.
+        let copy = std::env::temp_dir().join(format!("sketchnav-{}", std::process::id()));
+        fs::copy(program, &copy).unwrap();
+        for words in ["echo scan --system day", "serve world --system day", "top --json --system day"] {
+            let output = as_nobody(&format!("{} {words}", copy.display())).unwrap();
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(
+                !output.status.success() && output.stdout.is_empty() || said.contains("error"),
+                "{words}: {said}"
+            );
+            assert!(
+                said.contains("Permission denied") || said.contains("expected a folder of user"),
+                "{words}: {said}"
+            );
+        }
+        fs::remove_file(copy).unwrap();
+    } else {
+        needs::skipped("root", "no other user to be");
+    }
+    running.signal(Signal::SIGINT);
+    running.end();
+    place.assert_nothing_left("day");
+}

@@ -1,0 +1,300 @@
+//! Processes are killed while a mission runs in lockstep, and nothing is lost: the recording is the same,
+//! byte for byte, as the undisturbed one.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
+use nix::sys::signal::Signal;
+use sketchnav_schemas::channels::STATUS;
+use support::{Place, Running, SERVICES, kill_if_alive, repository, room, send, wait_until};
+
+fn recording(report: &serde_json::Value) -> PathBuf {
+    PathBuf::from(report["recording"].as_str().unwrap())
+}
+
+fn undisturbed(place: &Place, mission: &str) -> PathBuf {
+    let (report, code) = place.mission(&format!("{mission} --out undisturbed"), "undisturbed");
+    assert_eq!(code, 0, "{report:#}");
+    recording(&report)
+}
+
+fn start(place: &Place, mission: &str) -> Running {
+    place.start(&format!("{mission} --out disturbed --json --system disturbed"))
+}
+
+/// Nothing lost, nothing left, every message as it would have been; how often `processes` were restarted.
+fn ends_as_if_nothing_had_been(
+    place: &Place,
+    running: Running,
+    undisturbed: &Path,
+    processes: &[&str],
+) -> u64 {
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    place.assert_nothing_left("disturbed");
+    let diff = place.run(&format!("diff {} {}", undisturbed.display(), recording(&report).display()));
+    assert_eq!(diff.code, Some(0), "{diff}");
+    let restarts = |wanted: &[&str]| -> u64 {
+        let lives = report["processes"].as_array().unwrap().iter();
+        let lives = lives.filter(|process| wanted.contains(&process["process"].as_str().unwrap()));
+        lives.map(|process| process["restarts"].as_u64().unwrap()).sum()
+    };
+    let info = place.run(&format!("info {} --json", recording(&report).display())).json();
+    assert_eq!((&info["missing"], &info["clean_end"]), (&0.into(), &true.into()), "{info:#}");
+    // One that was killed before it had begun has left no part.
+    assert!(info["restarts"].as_u64().unwrap() <= restarts(&["recorder"]), "{info:#}");
+    restarts(processes)
+}
+
+/// Kills one after the other, each a different number of steps after the one before.
+fn killed_one_after_the_other(processes: &[&str]) {
+    let place = Place::new();
+    let undisturbed = undisturbed(&place, "demo");
+    let mut running = start(&place, "demo");
+    place.wait_until_driving(&mut running, "disturbed");
+    // One that listens all along: to start another for each kill takes longer than the mission, where much else runs.
+    let mut echo = place.command("echo status --system disturbed").spawn().unwrap();
+    let mut heard = BufReader::new(echo.stdout.take().unwrap()).lines().map_while(Result::ok);
+    let echo = Running::of(echo);
+    let mut kills = 0;
+    for (i, process) in processes.iter().cycle().take(10).enumerate() {
+        // Who listens is given the channel's history first.
+        let steps = if i == 0 { STATUS.spec.history() + 1 } else { 1 + 29 * i % 90 };
+        if heard.by_ref().take(steps).count() < steps {
+            break;
+        }
+        // Nobody, where the one before is being started again.
+        let pids = place.serving("disturbed", process);
+        kills += u64::from(!pids.is_empty());
+        pids.into_iter().for_each(kill_if_alive);
+    }
+    drop(heard);
+    echo.signal(Signal::SIGINT);
+    echo.end();
+    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, processes);
+    // A fast machine is at the end after a few; the last one killed may not be missed any more.
+    assert!(kills >= 2 && restarts + 1 >= kills, "{kills} kills, {restarts} restarts");
+}
+
+#[test]
+fn a_killed_localizer_goes_on_where_it_was() {
+    killed_one_after_the_other(&["localizer"]);
+}
+
+#[test]
+fn a_killed_planner_goes_on_where_it_was() {
+    killed_one_after_the_other(&["planner"]);
+}
+
+/// Physics, laser noise, people and contacts go on with the very same bits.
+#[test]
+fn a_killed_world_goes_on_where_it_was() {
+    killed_one_after_the_other(&["world"]);
+}
+
+/// What users are to see: the command's own figures of twenty kills.
+fn chaos_finds_nothing_lost(options: &str) {
+    let place = Place::new();
+    let mission = repository().join("sim/missions/building/building-a.toml");
+    let ended = place.run(&format!("chaos {} --json {options}", mission.display()));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert!(report["kills"].as_u64().unwrap() >= 10, "{report:#}");
+    assert_eq!((&report["success"], &report["identical"]), (&true.into(), &true.into()), "{report:#}");
+    assert_eq!((&report["lost_messages"], &report["orphans"]), (&0.into(), &0.into()), "{report:#}");
+    assert_eq!(report["leftover_files"], serde_json::json!([]), "{report:#}");
+    assert_eq!(place.living(), []);
+}
+
+#[test]
+fn twenty_kills_of_anybody_at_random_moments_lose_nothing() {
+    chaos_finds_nothing_lost("--kills 20 --seed 5");
+}
+
+#[test]
+fn kills_of_processes_that_start_lose_nothing() {
+    chaos_finds_nothing_lost("--kills 20 --seed 6 --at-start-up");
+}
+
+/// What it had not yet written is fetched again; the recording says what it has survived.
+#[test]
+fn a_killed_recorder_leaves_no_gap() {
+    killed_one_after_the_other(&["recorder"]);
+}
+
+#[test]
+fn killed_in_turn_they_go_on() {
+    killed_one_after_the_other(&SERVICES);
+}
+
+/// At the same moment: nobody is left who could tell the others what they have missed.
+#[test]
+fn killed_all_at_once_they_go_on() {
+    let place = Place::new();
+    let undisturbed = undisturbed(&place, "demo");
+    let mut running = start(&place, "demo");
+    place.wait_until_driving(&mut running, "disturbed");
+    let serving = SERVICES.map(|process| place.serving("disturbed", process));
+    serving.concat().into_iter().for_each(kill_if_alive);
+    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &SERVICES);
+    assert_eq!(restarts, SERVICES.len() as u64);
+}
+
+/// In real time nobody waits: the robot stops, and goes on when its navigators are back.
+#[test]
+fn killed_in_real_time_they_come_to_their_goals() {
+    let place = Place::new();
+    let mut running = start(&place, "demo --speed 10");
+    place.wait_until_driving(&mut running, "disturbed");
+    for process in SERVICES {
+        let steps = (STATUS.spec.history() + 50).to_string();
+        let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
+        assert_eq!(heard.code, Some(0), "{heard}");
+        place.serving("disturbed", process).into_iter().for_each(kill_if_alive);
+    }
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.json()["success"], true, "{ended}");
+    place.assert_nothing_left("disturbed");
+}
+
+/// A process that dies before it has joined, or while it opens its channels, leaves nothing that keeps
+/// its successor out.
+#[test]
+fn killed_while_they_start_they_start_again() {
+    let place = Place::new();
+    room::write(place.files());
+    let undisturbed = undisturbed(&place, "run room.toml");
+    let running = start(&place, "run room.toml");
+    let mut killed = SERVICES.map(|_| Vec::new());
+    while killed.iter().any(|pids| pids.len() < 3) {
+        for (process, killed) in SERVICES.iter().zip(&mut killed).filter(|(_, pids)| pids.len() < 3) {
+            for pid in place.serving("disturbed", process) {
+                if !killed.contains(&pid) {
+                    kill_if_alive(pid);
+                    killed.push(pid);
+                }
+            }
+        }
+    }
+    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &SERVICES);
+    assert_eq!(restarts, 3 * SERVICES.len() as u64);
+}
+
+/// Whoever dies each time before it gets anywhere is given up, and the mission ends as failed.
+#[test]
+fn a_process_that_dies_again_and_again_is_given_up() {
+    let place = Place::new();
+    let mut running = start(&place, "demo --speed 5");
+    place.wait_until_driving(&mut running, "disturbed");
+    let (tell, told) = std::sync::mpsc::channel();
+    let waiting = std::thread::spawn(move || tell.send(running.end()));
+    let ended = loop {
+        place.serving("disturbed", "planner").into_iter().for_each(kill_if_alive);
+        if let Ok(ended) = told.try_recv() {
+            break ended;
+        }
+    };
+    waiting.join().unwrap().unwrap();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains("died each time before it made progress: given up"), "{ended}");
+    place.assert_nothing_left("disturbed");
+}
+
+/// Flips a bit in the state of the process's newest checkpoint, or of both, and kills it.
+fn damage_and_kill(place: &Place, process: &str, slots: usize) {
+    for pid in place.serving("disturbed", process) {
+        for (mut bytes, file) in checkpoints_of_stopped(place, process, pid).into_iter().take(slots) {
+            bytes[100] ^= 1;
+            std::fs::write(file, bytes).unwrap();
+        }
+        kill_if_alive(pid);
+    }
+}
+
+/// Stops the process between two checkpoints, neither half written; the newest first.
+fn checkpoints_of_stopped(place: &Place, process: &str, pid: u32) -> Vec<(Vec<u8>, String)> {
+    let mark = format!("checkpoint_{process}_");
+    let number = |bytes: &[u8]| u64::from_ne_bytes(bytes[8..16].try_into().unwrap());
+    loop {
+        send(pid, Signal::SIGSTOP);
+        wait_until(&format!("{process} to stop"), || is_stopped(pid));
+        let files = place.files_of("disturbed").into_iter().filter(|file| file.contains(&mark));
+        let mut files: Vec<_> = files.map(|file| (std::fs::read(&file).unwrap(), file)).collect();
+        if files.iter().all(|(bytes, _)| number(bytes) > 0) {
+            files.sort_by_key(|(bytes, _)| std::cmp::Reverse(number(bytes)));
+            return files;
+        }
+        send(pid, Signal::SIGCONT);
+        std::thread::yield_now();
+    }
+}
+
+/// Whether the kernel holds every thread of it.
+fn is_stopped(pid: u32) -> bool {
+    let mut tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap();
+    tasks.all(|task| {
+        let stat = std::fs::read_to_string(task.unwrap().path().join("stat"));
+        // One that has ended meanwhile is no answer.
+        stat.is_ok_and(|stat| stat.contains(") T "))
+    })
+}
+
+fn drive_on(place: &Place) -> Running {
+    let mut running = start(place, "demo");
+    place.wait_until_driving(&mut running, "disturbed");
+    let steps = STATUS.spec.history() + 50;
+    let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
+    assert_eq!(heard.code, Some(0), "{heard}");
+    running
+}
+
+/// The older checkpoint is not as new, and as good.
+#[test]
+fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
+    for process in ["localizer", "planner", "world"] {
+        let place = Place::new();
+        let undisturbed = undisturbed(&place, "demo");
+        let running = drive_on(&place);
+        damage_and_kill(&place, process, 1);
+        let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &[process]);
+        assert_eq!(restarts, 1, "{process}");
+    }
+}
+
+/// What it knew is lost, and the mission goes on with what there is: from the task and the place that its
+/// last messages tell. It is said aloud.
+#[test]
+fn navigators_without_any_good_checkpoint_begin_where_they_were() {
+    for process in ["localizer", "planner"] {
+        let place = Place::new();
+        let running = drive_on(&place);
+        damage_and_kill(&place, process, 2);
+        let ended = running.end();
+        assert_eq!(ended.code, Some(0), "{process}: {ended}");
+        let report = ended.json();
+        assert_eq!(report["lost_messages"], 0, "{ended}");
+        place.assert_nothing_left("disturbed");
+        let info = place.run(&format!("info {} --json", recording(&report).display())).json();
+        let refused = info["faults"].as_array().unwrap().iter().filter(|f| f["kind"] == "state refused");
+        let words: Vec<_> = refused.map(|fault| fault["words"].as_str().unwrap()).collect();
+        assert_eq!(words.len(), 2, "{info:#}");
+        assert!(words.iter().all(|words| words.contains("checkpoint refused")), "{words:?}");
+    }
+}
+
+/// A world that does not know where the robot is cannot go on: the mission ends as failed, and says why.
+#[test]
+fn a_world_without_any_good_checkpoint_is_given_up() {
+    let place = Place::new();
+    let running = drive_on(&place);
+    damage_and_kill(&place, "world", 2);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    for words in ["checkpoint refused: expected a state of checksum", "the robot's place is unknown"] {
+        assert!(ended.err.contains(words), "{ended}");
+    }
+    place.assert_nothing_left("disturbed");
+}

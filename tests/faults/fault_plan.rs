@@ -1,0 +1,288 @@
+//! Faults by plan: what is to happen to which message happens there, once, and again when the plan is played again.
+
+use serde_json::Value;
+use support::Place;
+
+/// Writes a plan; each fault as `channel message do`.
+fn plan(place: &Place, name: &str, faults: &[&str]) {
+    let fault = |words: &&str| {
+        let [channel, message, action] = words.split(' ').collect::<Vec<_>>()[..] else { panic!("{words}") };
+        let more = match action {
+            "delay" => "delay_ms = 300\n",
+            "starve" => "share = 0.05\nduration_ms = 1500\n",
+            _ => "",
+        };
+        format!("[[fault]]\nchannel = \"{channel}\"\nmessage = {message}\ndo = \"{action}\"\n{more}\n")
+    };
+    std::fs::write(place.files().join(name), faults.iter().map(fault).collect::<String>()).unwrap();
+}
+
+fn recording(report: &Value) -> &str {
+    report["recording"].as_str().unwrap()
+}
+
+/// What the plan did, by the words on `faults`, in order.
+fn happened(place: &Place, report: &Value) -> Vec<String> {
+    let info = place.fine(&format!("info {} --json", recording(report))).json();
+    let faults = info["faults"].as_array().unwrap().iter();
+    let planned = faults.filter(|fault| fault["kind"] == "injected");
+    planned.map(|fault| fault["words"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn processes_are_hit_before_the_messages_that_the_plan_names_and_nothing_is_lost() {
+    let place = Place::new();
+    let (calm, _) = place.mission("run demo --out calm", "calm");
+    plan(
+        &place,
+        "plan.toml",
+        &[
+            "route 1 kill",
+            "estimate 40 kill",
+            "estimate 90 corrupt-checkpoint",
+            "tick 100 kill",
+            "status 120 kill",
+            "status 120 kill",
+            "status 150 term",
+            "latency 60 kill",
+            "estimate 999999 kill",
+        ],
+    );
+    let (report, code) = place.mission("run demo --faults plan.toml --out hit", "hit");
+    assert_eq!((code, &report["lost_messages"]), (0, &0.into()), "{report:#}");
+    // A plan with a slip of the pen looked as if the robot had survived it.
+    let outstanding = serde_json::json!([{ "number": 9, "words": "kill at estimate 999999" }]);
+    assert_eq!(report["outstanding_faults"], outstanding);
+    place.fine(&format!("diff {} {}", recording(&calm), recording(&report)));
+    let mut words = happened(&place, &report);
+    words.sort();
+    let mut expected: Vec<_> = [
+        (1, "kill", "route 1"),
+        (2, "kill", "estimate 40"),
+        (3, "corrupt-checkpoint", "estimate 90"),
+        (4, "kill", "tick 100"),
+        (5, "kill", "status 120"),
+        (6, "kill", "status 120"),
+        (7, "term", "status 150"),
+        (8, "kill", "latency 60"),
+    ]
+    .map(|(number, action, at)| format!("fault {number} of the plan: {action} at {at}"))
+    .into();
+    expected.sort();
+    assert_eq!(words, expected);
+    // A replay of what happened is no occasion for it to happen again.
+    place.fine(&format!(
+        "replay {} --live localizer,planner,recorder --rate max --record again.mcap",
+        recording(&report)
+    ));
+    place.fine(&format!("diff {} again.mcap", recording(&report)));
+    place.assert_nothing_left("hit");
+}
+
+/// Who gets little of the processor is waited for. Nobody is killed for it, though the limit for stopped processes is
+/// shorter than the starvation.
+#[test]
+fn a_starved_process_is_only_slower_in_lockstep() {
+    let place = Place::new();
+    let (calm, _) = place.mission("run demo --out calm", "calm");
+    plan(
+        &place,
+        "plan.toml",
+        &[
+            "route 1 starve",
+            "estimate 40 starve",
+            "tick 100 starve",
+            "status 120 starve",
+            "status 150 starve",
+            "latency 20 starve",
+        ],
+    );
+    let (report, code) = place.mission("run demo --faults plan.toml --stopped-limit 1 --out hit", "hit");
+    assert_eq!((code, &report["lost_messages"]), (0, &0.into()), "{report:#}");
+    place.fine(&format!("diff {} {}", recording(&calm), recording(&report)));
+    let words = happened(&place, &report);
+    assert_eq!(words.len(), 6, "{words:?}");
+    assert!(words.iter().all(|words| words.ends_with(", 5 % of the time for 1500 ms")), "{words:?}");
+    let info = place.fine(&format!("info {} --json", recording(&report))).json();
+    let others = info["faults"].as_array().unwrap().iter().filter(|fault| fault["kind"] != "injected");
+    assert_eq!(others.count(), 0, "{info:#}");
+    place.assert_nothing_left("hit");
+}
+
+/// In real time nobody waits. The planner is stopped for 95 ms before it may send the command: however fast or slow the
+/// machine is, that command is late.
+#[test]
+fn the_commands_of_a_starved_planner_are_late_in_real_time() {
+    let place = Place::new();
+    plan(&place, "plan.toml", &["command 40 starve"]);
+    let running = place.start("run demo --faults plan.toml --speed 5 --json --system hungry --out hungry");
+    // When `latency` has the late message, the recording has it too.
+    support::wait_until("the end of the starvation", || {
+        let told = place.run("echo latency --system hungry --once");
+        told.code == Some(0) && told.json()["source_seq"].as_u64().unwrap() > 60
+    });
+    running.signal(nix::sys::signal::Signal::SIGINT);
+    let report = running.end().json();
+    // The mission was ended before it had reached every task.
+    let judged = place.run(&format!("judge {} --json", recording(&report))).json();
+    let latencies = &judged[0]["latency_ms"];
+    let most_ms = latencies["situation to command"]["max"].as_f64().unwrap();
+    assert!(most_ms >= 95.0, "{latencies:#}");
+    place.assert_nothing_left("hungry");
+}
+
+/// The kernel ends or continues whom the supervisor leaves behind: nobody is left stopped.
+#[test]
+fn nobody_is_left_stopped_by_a_supervisor_that_is_killed() {
+    let place = Place::new();
+    std::fs::write(
+        place.files().join("plan.toml"),
+        ["latency", "status"].map(|channel| {
+            format!("[[fault]]\nchannel = \"{channel}\"\nmessage = 20\ndo = \"starve\"\nshare = 0.01\nduration_ms = 60000\n")
+        }).concat(),
+    )
+    .unwrap();
+    let running =
+        place.start("run demo --faults plan.toml --speed 1 --json --system orphaned --out orphaned");
+    support::wait_until("two starvations", || {
+        let told = place.run("echo faults --system orphaned --count 2");
+        told.code == Some(0) && told.out.matches("starve at").count() == 2
+    });
+    running.signal(nix::sys::signal::Signal::SIGKILL);
+    running.end();
+    support::wait_until("the end of all processes", || place.living().is_empty());
+    place.fine("clean");
+    place.assert_nothing_left("orphaned");
+}
+
+#[test]
+fn chaos_draws_starvations_and_plays_them_again() {
+    let place = Place::new();
+    let drawn = place.run("chaos demo --at-messages --signal starve,kill --kills 6 --seed 4 --json");
+    assert_eq!(drawn.code, Some(0), "{drawn}");
+    let report = drawn.json();
+    assert_eq!((&report["kills"], &report["identical"]), (&6.into(), &true.into()), "{report:#}");
+    let starvations = report["starvations"].as_u64().unwrap();
+    assert!((1..6).contains(&starvations), "{report:#}");
+    let schedule = report["schedule"].as_str().unwrap();
+    let again = place.run(&format!("chaos demo --schedule {schedule} --seed 4 --json"));
+    assert_eq!((again.code, &again.json()["starvations"]), (Some(0), &starvations.into()), "{again}");
+    let refused = place.run("chaos demo --signal starve --kills 1");
+    assert_eq!(refused.code, Some(2), "{refused}");
+    assert!(refused.err.contains("--signal starve: expected --at-messages"), "{refused}");
+    assert!(!place.files().join("out/chaos-003").exists());
+}
+
+/// A writer that is killed before the same message again and again gets nowhere and is given up. This failure does not
+/// depend on the clock.
+#[test]
+fn a_failed_runs_schedule_fails_in_the_same_place_again() {
+    let place = Place::new();
+    plan(&place, "fatal.toml", &["estimate 77 kill"; 12]);
+    let play = |schedule: &str| {
+        let ended = place.run(&format!("chaos demo --schedule {schedule} --json"));
+        assert_eq!(ended.code, Some(3), "{ended}");
+        ended
+    };
+    let first = play("fatal.toml");
+    assert!(first.err.contains("localizer") && first.err.contains("--schedule"), "{first}");
+    // What was played is beside the results, and plays the same.
+    let written = place.files().join("out/chaos-001/schedule.toml");
+    let again = play(written.to_str().unwrap());
+    let place_of = |number: u32| {
+        let folder = place.files().join(format!("out/chaos-{number:03}/disturbed"));
+        let runs: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        let info = place.fine(&format!("info {} --json", runs[0].display())).json();
+        let last = |topic: &str| {
+            let topics = info[0]["topics"].as_array().unwrap();
+            topics.iter().find(|found| found["topic"] == topic).unwrap()["messages"].clone()
+        };
+        (last("/estimate"), last("/status"), last("/tick"))
+    };
+    assert_eq!(place_of(1), place_of(2), "{first}\n{again}");
+    assert_eq!(place_of(1).0, 76);
+}
+
+#[test]
+fn kills_before_messages_lose_nothing_and_are_played_again() {
+    let place = Place::new();
+    let drawn = place.run("chaos demo --at-messages --kills 12 --seed 5 --json");
+    assert_eq!(drawn.code, Some(0), "{drawn}");
+    let report = drawn.json();
+    assert_eq!((&report["kills"], &report["identical"]), (&12.into(), &true.into()), "{report:#}");
+    let schedule = report["schedule"].as_str().unwrap();
+    let again = place.run(&format!("chaos demo --schedule {schedule} --seed 5 --json"));
+    assert_eq!(again.code, Some(0), "{again}");
+    let again = again.json();
+    assert_eq!((&again["kills"], &again["by_process"]), (&12.into(), &report["by_process"]), "{again:#}");
+    let words = |report: &Value| {
+        let mut words = happened(&place, report);
+        words.sort();
+        words
+    };
+    assert_eq!(words(&report), words(&again));
+}
+
+/// Kills by lot come at moments; what is written afterwards is the first message at or after each.
+#[test]
+fn what_happened_by_lot_is_written_as_a_schedule() {
+    let place = Place::new();
+    let drawn = place.run("chaos demo --kills 5 --seed 3 --targets localizer,planner --json");
+    assert_eq!(drawn.code, Some(0), "{drawn}");
+    let report = drawn.json();
+    let schedule = report["schedule"].as_str().unwrap();
+    let text = std::fs::read_to_string(schedule).unwrap();
+    assert_eq!(text.matches("[[fault]]").count(), 5, "{text}");
+    let again = place.run(&format!("chaos demo --schedule {schedule} --seed 3 --json"));
+    assert_eq!(again.code, Some(0), "{again}");
+    assert_eq!(again.json()["kills"], 5, "{again}");
+}
+
+#[test]
+fn messages_are_delayed_doubled_and_exchanged() {
+    let place = Place::new();
+    let (calm, _) = place.mission("run demo --out calm", "calm");
+    plan(&place, "plan.toml", &["estimate 30 duplicate", "command 40 delay", "tick 50 duplicate"]);
+    let (report, code) = place.mission("run demo --faults plan.toml --out hit", "hit");
+    assert_eq!(code, 0, "{report:#}");
+    // Readers drop what they have had; lockstep waits for what is late.
+    place.fine(&format!("diff {} {}", recording(&calm), recording(&report)));
+    assert_eq!(happened(&place, &report).len(), 3, "{report:#}");
+
+    // In real time nobody waits: a scan that is lost, and one that comes behind the next, are missing.
+    plan(&place, "lost.toml", &["plan 3 drop", "particles 2 drop", "plan 6 reorder"]);
+    let running = place.start("run demo --faults lost.toml --speed 5 --json --system lossy --out lossy");
+    // The one that is held comes with the next; a gap is seen by who comes behind it.
+    for (channel, behind) in [("plan", 8), ("particles", 3)] {
+        support::wait_until(channel, || {
+            let told = place.run(&format!("echo {channel} --system lossy --once"));
+            told.code == Some(0) && told.json()["seq"].as_u64().unwrap() >= behind
+        });
+    }
+    running.signal(nix::sys::signal::Signal::SIGINT);
+    let report = running.end().json();
+    assert_eq!(report["lost_messages"], 3, "{report:#}");
+}
+
+#[test]
+fn a_plan_that_is_none_is_refused_with_a_word() {
+    let place = Place::new();
+    for (text, words) in [
+        (
+            "[[fault]]\nchannel = \"wind\"\nmessage = 1\ndo = \"kill\"",
+            "plan.toml: fault 1: channel: expected one of",
+        ),
+        ("[[fault]]\nchannel = \"scan\"\ndo = \"kill\"", "fault 1: message: expected message or time_s"),
+        ("fault = 3", "plan.toml"),
+    ] {
+        std::fs::write(place.files().join("plan.toml"), text).unwrap();
+        for command in ["run demo --faults plan.toml", "chaos demo --schedule plan.toml"] {
+            let ended = place.run(command);
+            assert_eq!(ended.code, Some(2), "{command}: {ended}");
+            assert!(ended.err.contains(words), "{command}: {ended}");
+        }
+    }
+    // `chaos` once drove a whole mission before it read the plan.
+    assert!(!place.files().join("out/chaos-001").exists());
+    assert_eq!(place.run("run demo --faults nothing.toml").code, Some(2));
+}

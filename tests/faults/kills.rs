@@ -1,0 +1,124 @@
+//! What goes wrong with the processes is told on a channel of its own, and stands in the recording.
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use sketchnav_schemas::channels::STATUS;
+use support::{Place, Running, kill_if_alive, repository, room, send, wait_until};
+
+/// A mission that is not over before the test has done to it what it wants.
+fn drive(place: &Place, name: &str, speed: &str) -> Running {
+    let mut running = place.start(&format!("demo --json --out {name} --system {name} --speed {speed}"));
+    place.wait_until_driving(&mut running, name);
+    running
+}
+
+/// The faults of the only recording in the folder `out`, in order.
+fn faults(place: &Place, out: &str) -> Vec<Value> {
+    let recording = place.files().join(out).join("demo-001/building-a.mcap");
+    let info = place.run(&format!("info {} --json", recording.display()));
+    assert_eq!(info.code, Some(0), "{info}");
+    info.json()["faults"].as_array().unwrap().clone()
+}
+
+fn kinds<'a>(faults: &'a [Value], process: &str) -> Vec<&'a str> {
+    let of_process = faults.iter().filter(|fault| fault["process"] == process);
+    of_process.map(|fault| fault["kind"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn a_death_a_restart_and_a_recovery_are_recorded() {
+    let place = Place::new();
+    let running = drive(&place, "told", "max");
+    let first = place.serving("told", "localizer");
+    first.iter().copied().for_each(kill_if_alive);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let faults = faults(&place, "told");
+    assert_eq!(kinds(&faults, "localizer"), ["died", "restarted", "recovered"], "{faults:?}");
+    assert_eq!(faults[0]["pid"], first[0]);
+    assert!(faults[0]["words"].as_str().unwrap().contains("SIGKILL"), "{faults:?}");
+    assert_eq!((&faults[1]["restarts"], &faults[1]["pid"]), (&1.into(), &faults[2]["pid"]), "{faults:?}");
+    assert!(faults[2]["duration_ms"].as_f64().unwrap() > 0.0, "{faults:?}");
+}
+
+/// SIGSTOP looks like nothing at all from outside: the process is there, and silent.
+#[test]
+fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
+    let place = Place::new();
+    let mission = repository().join("sim/missions/building/building-a.toml");
+    let options = "--signal stop --kills 2 --seed 2 --targets planner,world --json";
+    let ended = place.run(&format!("chaos {} {options}", mission.display()));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert_eq!((&report["kills"], &report["identical"]), (&2.into(), &true.into()), "{report:#}");
+    let recording = report["recording"].as_str().unwrap();
+    let info = place.run(&format!("info {recording} --json")).json();
+    let faults = info["faults"].as_array().unwrap();
+    for kind in ["injected", "died", "restarted", "recovered"] {
+        let count = faults.iter().filter(|fault| fault["kind"] == kind).count();
+        assert_eq!(count, 2, "{kind}: {faults:?}");
+    }
+    // Its deadline, and its limit.
+    assert_eq!(faults.iter().filter(|fault| fault["kind"] == "unresponsive").count(), 4, "{faults:?}");
+    assert_eq!(place.living(), []);
+}
+
+/// In real time, a person stops a process for a moment: it is told, and goes on as the one that it is.
+#[test]
+fn a_process_that_goes_on_in_time_is_left_alone() {
+    let place = Place::new();
+    let running = drive(&place, "pause", "5 --stopped-limit 600");
+    let planner = place.serving("pause", "planner");
+    planner.iter().for_each(|&pid| send(pid, Signal::SIGSTOP));
+    // Told once its deadline is over.
+    let heard = place.run("echo faults --count 1 --system pause");
+    planner.iter().for_each(|&pid| send(pid, Signal::SIGCONT));
+    assert!(heard.out.contains("no sign of life"), "{heard}");
+    assert_eq!(heard.json()["message"]["process"], 4, "{heard}");
+    let steps = STATUS.spec.history() + 30;
+    let heard = place.run(&format!("echo status --count {steps} --system pause"));
+    assert_eq!(heard.code, Some(0), "{heard}");
+    assert_eq!(place.serving("pause", "planner"), planner);
+    running.signal(Signal::SIGINT);
+    running.end();
+    let faults = faults(&place, "pause");
+    assert_eq!(kinds(&faults, "planner"), ["unresponsive", "responsive again"], "{faults:?}");
+}
+
+/// The recorder is asked to end when its supervisor dies, and a stopped one did not hear it. It lived on until
+/// somebody started the next system.
+#[test]
+fn a_stopped_recorder_does_not_outlive_its_supervisor() {
+    let place = Place::new();
+    let running = drive(&place, "gone", "5");
+    place.serving("gone", "recorder").into_iter().for_each(|pid| send(pid, Signal::SIGSTOP));
+    running.signal(Signal::SIGKILL);
+    running.end();
+    wait_until("the end of the recorder", || place.living().is_empty());
+    // Whoever starts the next system clears what is left.
+    room::write(place.files());
+    place.mission("run room.toml", "next");
+    place.assert_nothing_left("gone");
+}
+
+#[test]
+fn a_process_that_is_given_up_is_told_too() {
+    let place = Place::new();
+    let running = drive(&place, "end", "5 --stopped-limit 600");
+    // Without scans no planner gets any further.
+    place.serving("end", "world").into_iter().for_each(|pid| send(pid, Signal::SIGSTOP));
+    let (tell, told) = std::sync::mpsc::channel();
+    let waiting = std::thread::spawn(move || tell.send(running.end()));
+    let ended = loop {
+        place.serving("end", "planner").into_iter().for_each(kill_if_alive);
+        if let Ok(ended) = told.try_recv() {
+            break ended;
+        }
+    };
+    waiting.join().unwrap().unwrap();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    let faults = faults(&place, "end");
+    assert_eq!(kinds(&faults, "planner").last(), Some(&"given up"), "{faults:?}");
+    let attempts = faults.iter().filter(|fault| fault["kind"] == "restarted").count();
+    assert!(attempts >= 8, "{faults:?}");
+}

@@ -1,0 +1,144 @@
+//! The supervisor is killed, its processes end with it, and a new one goes on where they were.
+
+use std::path::{Path, PathBuf};
+
+use nix::sys::signal::Signal;
+use sketchnav_schemas::channels::STATUS;
+use support::{BESIDE_A_DRIVER, Ended, Place, Running, room, send, wait_until};
+
+/// The folder of the only run in the folder `out`.
+fn folder(place: &Place, out: &str) -> PathBuf {
+    place.files().join(out).join("demo-001")
+}
+
+fn undisturbed(place: &Place) -> PathBuf {
+    let (report, code) = place.mission("demo --out undisturbed", "undisturbed");
+    assert_eq!(code, 0, "{report:#}");
+    PathBuf::from(report["recording"].as_str().unwrap())
+}
+
+fn drive(place: &Place, options: &str) -> Running {
+    let mut running = place.start(&format!("demo --json --out killed --system killed {options}"));
+    place.wait_until_driving(&mut running, "killed");
+    running
+}
+
+/// Kills the supervisor; who it started ends by itself.
+fn kill(place: &Place, running: Running) {
+    running.signal(Signal::SIGKILL);
+    assert_eq!(running.end().code, None);
+    wait_until("the end of the orphans", || place.living().is_empty());
+}
+
+fn resume(place: &Place) -> Running {
+    place.start(&format!("run --json --resume {}", folder(place, "killed").display()))
+}
+
+fn ends_as_if_nothing_had_been(place: &Place, ended: &Ended, undisturbed: &Path, deaths: u64) {
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    place.assert_nothing_left("killed");
+    let recording = report["recording"].as_str().unwrap();
+    let diff = place.run(&format!("diff {} {recording}", undisturbed.display()));
+    assert_eq!(diff.code, Some(0), "{diff}");
+    let info = place.run(&format!("info {recording} --json")).json();
+    assert_eq!((&info["missing"], &info["clean_end"]), (&0.into(), &true.into()), "{info:#}");
+    let resumed = info["faults"].as_array().unwrap().iter().filter(|f| f["kind"] == "system resumed").count();
+    assert_eq!(resumed as u64, deaths, "{info:#}");
+    // Parts are joined, and nothing lies beside the recording that was not there before.
+    assert!(std::fs::read_dir(folder(place, "killed")).unwrap().count() <= 12);
+}
+
+#[test]
+fn a_mission_goes_on_after_its_supervisor_was_killed() {
+    let place = Place::new();
+    let undisturbed = undisturbed(&place);
+    let running = drive(&place, "");
+    kill(&place, running);
+    let ended = resume(&place).end();
+    ends_as_if_nothing_had_been(&place, &ended, &undisturbed, 1);
+}
+
+/// Again and again; the second time while the recorder stands still.
+#[test]
+fn it_may_be_killed_as_often_as_one_likes() {
+    let place = Place::new();
+    let undisturbed = undisturbed(&place);
+    let mut running = drive(&place, "");
+    for round in 0..3 {
+        let steps = STATUS.spec.history() + 40;
+        let heard = place.run(&format!("echo status --count {steps} --system killed"));
+        assert_eq!(heard.code, Some(0), "{heard}");
+        if round == 1 {
+            place.serving("killed", "recorder").into_iter().for_each(|pid| send(pid, Signal::SIGSTOP));
+        }
+        kill(&place, running);
+        running = resume(&place);
+        place.wait_until_driving(&mut running, "killed");
+    }
+    ends_as_if_nothing_had_been(&place, &running.end(), &undisturbed, 3);
+}
+
+/// Nobody waits for anybody there: the robot stands still from the last step that the world took.
+#[test]
+fn in_real_time_too() {
+    let place = Place::new();
+    room::write(place.files());
+    let mut running = place.start("run room.toml --json --out killed --system killed --speed 1");
+    place.wait_until_driving(&mut running, "killed");
+    kill(&place, running);
+    let folder = place.files().join("killed/room-001");
+    let ended = place.start(&format!("run --json --resume {}", folder.display())).end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.json()["success"], true, "{ended}");
+    place.assert_nothing_left("killed");
+}
+
+/// A real robot drove, its supervisor was killed and the mission resumed. All processes were started then, the
+/// simulated world among them, and the robot's driver was killed for it. Who was left out is left out again.
+#[test]
+fn a_simulated_world_does_not_take_the_place_of_a_robot() {
+    let place = Place::new();
+    room::write(place.files());
+    let mut running =
+        place.start("run room.toml --json --out killed --system killed --speed 1 --without world");
+    place.wait_until_joined(&mut running, "killed", &BESIDE_A_DRIVER);
+    let driver = place.driver("killed");
+    let heard = place.run("echo status --count 20 --system killed");
+    assert_eq!(heard.out.lines().count(), 20, "{heard}");
+    running.signal(Signal::SIGKILL);
+    assert_eq!(running.end().code, None);
+    wait_until("the end of the services", || place.living().len() == 1);
+    let folder = place.files().join("killed/room-001");
+    let mut resumed = place.start(&format!("run --json --resume {}", folder.display()));
+    // It belongs to a system that has gone, and is asked to end.
+    assert_eq!(driver.end().code, Some(0));
+    place.wait_until_joined(&mut resumed, "killed", &BESIDE_A_DRIVER);
+    assert!(place.serving("killed", "world").is_empty());
+    let driver = place.driver("killed");
+    let ended = resumed.end();
+    assert!(ended.err.contains("waiting for world"), "{ended}");
+    // Nobody knows where in the world it is, so that it has arrived is its own word.
+    assert_eq!(ended.json()["tasks"][0]["state"], "reached", "{ended}");
+    assert_eq!(driver.end().code, Some(0));
+    place.assert_nothing_left("killed");
+}
+
+#[test]
+fn what_cannot_be_resumed_is_told() {
+    let place = Place::new();
+    let running = drive(&place, "--speed 5");
+    let early = resume(&place).end();
+    assert_eq!(early.code, Some(2), "{early}");
+    assert!(early.err.contains("is running already"), "{early}");
+    kill(&place, running);
+    room::write(place.files());
+    assert_eq!(place.mission("run room.toml", "next").1, 0);
+    let late = resume(&place).end();
+    assert_eq!(late.code, Some(2), "{late}");
+    assert!(late.err.contains("found nothing to go on with"), "{late}");
+    assert!(folder(&place, "killed").exists());
+    let nowhere = place.run("run --resume nowhere");
+    assert_eq!(nowhere.code, Some(2), "{nowhere}");
+}

@@ -1,0 +1,7 @@
+//! What the repository says of itself, held against what it is: rules of the code, pages, generated files.
+
+mod docs;
+mod ecosystem;
+mod graph;
+mod python_package;
+mod rules;

@@ -1,0 +1,149 @@
+//! The navigator `directions` as processes, over a plane of dots: what the house gives to every navigator holds for it.
+
+use std::fs;
+
+use serde_json::Value;
+use support::Place;
+
+fn place(mission: &str) -> Place {
+    Place::with_missions("directions", mission)
+}
+
+#[test]
+fn from_a_picture_of_the_plane_the_navigator_arrives() {
+    let place = place("hundred.toml");
+    let recording = &place.driven("mission.toml --seed 3");
+    let messages = place.messages(recording);
+    assert_eq!(messages.get("/view"), messages.get("/tick"), "{messages:?}");
+    assert_eq!(messages.get("/description"), messages.get("/journey"), "{messages:?}");
+    assert_eq!((messages["/directions"], messages["/itinerary"]), (1, 1), "{messages:?}");
+    assert!(!messages.contains_key("/odometry") && !messages.contains_key("/contact"), "{messages:?}");
+    place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    let kinds = judged.pointer("/0/journeys").and_then(Value::as_array).unwrap();
+    for journey in kinds {
+        assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{judged}");
+        assert!(journey["stated"].as_f64().is_some_and(|stated| stated > 0.5), "{judged}");
+    }
+    let words = ["Custom maps", "(Isol", "parkways", "Entry of the custom map", "stated probability"];
+    place.page_says(recording, &words);
+}
+
+/// The same navigator on land: a field of poles, a laser, and a custom map.
+#[test]
+fn from_a_floor_plan_the_robot_arrives_among_poles() {
+    let place = place("poles.toml");
+    let recording = &place.driven("mission.toml --seed 1");
+    let messages = place.messages(recording);
+    assert_eq!((messages.get("/view"), messages.get("/contact")), (None, None), "{messages:?}");
+    assert_eq!(messages.get("/description"), messages.get("/scan"), "{messages:?}");
+    place.is_reproduced(recording, &["sketcher", "localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    let kinds = judged.pointer("/0/journeys").and_then(Value::as_array).unwrap();
+    assert_eq!(kinds.len(), 2, "{judged}");
+    for journey in kinds {
+        assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{judged}");
+    }
+    place.page_says(recording, &["Custom maps", "(Isol", "stated probability"]);
+}
+
+#[test]
+fn kills_leave_the_same_bytes() {
+    for (mission, kills) in [("hundred.toml", 10), ("written.toml", 6), ("poles.toml", 6)] {
+        place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
+    }
+}
+
+/// A mission by a written map over five dots: how it ends, by the judge.
+///
+/// Dots, in windows of 0.1 m:
+/// ```text
+///            C (0.16, 0.16)
+///   A (0.1, 0.1)     B (0.17, 0.11)        D (0.6, 0.6)
+/// ```
+fn ended(map: &str, landmarks: &str, dots: &str) -> (Option<i32>, Value) {
+    let place = Place::new();
+    let write = |name: &str, text: String| fs::write(place.files().join(name), text).unwrap();
+    write("small.plane.toml", format!("dots = [{dots}]\n"));
+    write("small.directions", map.to_owned());
+    let exact = include_str!("../../sim/robots/helicopter.toml")
+        .replace("noise_m = 0.001", "noise_m = 0.0")
+        .replace("translation_m = 0.001", "translation_m = 0.0")
+        .replace("rotation_rad = 0.005", "rotation_rad = 0.0");
+    write("exact.toml", exact);
+    write(
+        "mission.toml",
+        format!(
+            "name = 'small'\nrobot = 'exact.toml'\nworld = {{ plane = 'small.plane.toml' }}\n\
+             start = {{ world = [0.1, 0.1], world_heading_deg = 0.0 }}\n\
+             navigator = {{ kind = 'directions', map_file = 'small.directions' }}\n\
+             [[task]]\nname = 'there'\nlandmarks = [{landmarks}]\n"
+        ),
+    );
+    // A run of a few milliseconds: it once ended before the recorder had what is sent once, at the start.
+    let ended = place.run("run mission.toml --out out --json");
+    let recording = ended.json()["recording"].as_str().unwrap().to_owned();
+    (ended.code, place.run(&format!("judge {recording} --json")).json()[0]["journeys"][0].clone())
+}
+
+const A: &str = "[0.1, 0.1]";
+const B: &str = "[0.17, 0.11]";
+const C: &str = "[0.16, 0.16]";
+
+#[test]
+fn the_six_kinds_of_success_and_failure_are_told_apart() {
+    let all = format!("{A}, {B}, {C}, [0.6, 0.6]");
+    // How it ended, and what the navigator says of it by the exit code: it is not aware of going astray.
+    for (map, landmarks, kind, says) in [
+        // A in the corner: B and C are in view, at equal rank; the one further away is meant.
+        ("(*, SW)\n(Isol, -)\n", format!("{A}, {C}"), "direct", 0),
+        // C is wrong: two of its quadrants are occupied. With C in the north-east, A alone is in view; it has one.
+        ("(*, SW)\n(Isol, (2, NE, Isol), (1, -), -)\n", format!("{A}, {A}"), "recovered", 0),
+        // By C instead of B, and to B all the same.
+        ("(*, SW)\n(Isol, NW)\n(Isol, -)\n", format!("{A}, {B}, {B}"), "unaware", 0),
+        ("(*, SE)\n(Isol, -)\n", format!("{A}, {C}"), "cannot locate", 1),
+        ("(*, SW)\n(Isol, (4, -), -)\n", format!("{A}, {C}"), "lost", 1),
+        ("(*, SW)\n(Isol, -)\n", format!("{A}, {B}"), "astray", 0),
+    ] {
+        let (code, journey) = ended(map, &landmarks, &all);
+        assert_eq!(journey["kind"], kind, "{map}{journey}");
+        // Without a place in the mission, its own word counts.
+        assert_eq!(code, Some(says), "{map}{journey}");
+    }
+}
+
+#[test]
+fn what_a_mission_lacks_is_said_with_exit_code_2() {
+    let place = place("hundred.toml");
+    let path = place.files().join("mission.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let start = text.lines().find(|line| line.starts_with("world = [")).unwrap().to_owned();
+    let goal = text.lines().find(|line| line.starts_with("goal")).unwrap().to_owned();
+    fs::write(place.files().join("twice.plane.toml"), "dots = [[0.1, 0.2], [0.3, 0.3], [0.1, 0.2]]\n")
+        .unwrap();
+    fs::write(place.files().join("word.directions"), "(*, SW)\n(IsolPair, -)\n").unwrap();
+    let plain = format!("P2 8 8 255\n{}", "250 ".repeat(64));
+    fs::write(place.files().join("plain.png"), plain).unwrap();
+    let written = fs::read_to_string(place.files().join("written.toml")).unwrap();
+    for (mission, words) in [
+        (text.replace(&start, "world = [5.0, 5.0]"), "start (5, 5): expected a landmark in view, found none"),
+        (
+            text.replacen(&goal, "goal = [5.0, 5.0]", 1),
+            "goal (5, 5): expected a dot within a window around it",
+        ),
+        (text.replace("hundred.plane", "twice.plane"), "dots 1 and 3: expected different places"),
+        (text.replace("hundred.png", "plain.png"), "plain.png: expected dots on a plain ground, found none"),
+        (text.replace("\"helicopter\"", "\"robotino\""), "[view]"),
+        (
+            written
+                .replace("written.directions", "word.directions")
+                .replace("kind = \"directions\"", "kind = \"directions\"\nwords = [\"Isol\", \"*\"]"),
+            "word.directions: entry 2: expected a word that the navigator understands, found \"IsolPair\"",
+        ),
+    ] {
+        fs::write(&path, &mission).unwrap();
+        let ended = place.run("run mission.toml");
+        assert_eq!(ended.code, Some(2), "{words}: {ended}");
+        assert!(ended.err.contains(words), "{words}: {ended}");
+    }
+}

@@ -1,0 +1,96 @@
+//! A robot's driver in the simulated world's place: `examples/driver.rs` brings a robot next door.
+
+use std::path::Path;
+
+use nix::sys::signal::Signal;
+use sketchnav_recordings::Recording;
+use sketchnav_schemas::channels::{ODOMETRY, SCAN, TICK};
+use sketchnav_schemas::message::{Message, Tick};
+use support::{BESIDE_A_DRIVER, Place, Running, room};
+
+/// A mission in the room that waits for its driver.
+fn start(place: &Place) -> Running {
+    room::write(place.files());
+    let mut running = place.start("run room.toml --system driver --speed 1 --without world --json");
+    place.wait_until_joined(&mut running, "driver", &BESIDE_A_DRIVER);
+    running
+}
+
+#[test]
+fn the_example_of_a_driver_drives_a_mission() {
+    let place = Place::new();
+    let running = start(&place);
+    let driver = place.driver("driver");
+    let ended = running.end();
+    assert_eq!(driver.end().code, Some(0));
+    let report = ended.json();
+    assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
+    place.assert_nothing_left("driver");
+}
+
+/// Once the laser was everybody's clock, and each scan had its one reading of the odometry. With faster wheels the history
+/// of the odometry was too short for a late reader, and its messages counted as lost.
+#[test]
+fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
+    let place = Place::new();
+    let running = start(&place);
+    let driver = place.driver("driver 5");
+    let ended = running.end();
+    assert_eq!(driver.end().code, Some(0));
+    let report = ended.json();
+    assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    let recording = Recording::open(Path::new(report["recording"].as_str().unwrap())).unwrap();
+    let (ticks, odometry) = (recording.all(TICK).unwrap(), recording.all(ODOMETRY).unwrap());
+    let newest = |tick: &Tick| tick.newest.into_iter().max();
+    assert!(ticks.len() > BEFORE && odometry.len() >= 5 * ticks.len(), "{} {}", ticks.len(), odometry.len());
+    assert!(
+        ticks.iter().zip(1..).all(|(tick, i)| newest(tick) == Some(5 * i)),
+        "a tick names the newest of five"
+    );
+}
+
+/// What the driver before has sent, as many scans as these, before it is killed.
+const BEFORE: usize = 60;
+const PERIOD_NS: u64 = 100_000_000;
+
+/// The driver dies on the way, and is started again. It began its numbers anew. So its writers took its messages for
+/// those of its predecessor, which had been sent. For as long as that had run, nobody heard of it, and nothing said
+/// so. And its clock and its odometry began at 0 again, which is a jump to those who read them.
+#[test]
+fn a_driver_that_is_started_again_goes_on() {
+    let place = Place::new();
+    let running = start(&place);
+    let first = place.driver("driver");
+    let heard = place.run(&format!("echo scan --count {BEFORE} --system driver"));
+    assert_eq!(heard.out.lines().count(), BEFORE, "{heard}");
+    first.signal(Signal::SIGKILL);
+    assert_eq!(first.end().code, None);
+    let second = place.driver("driver");
+    let ended = running.end();
+    assert_eq!(second.end().code, Some(0));
+    let report = ended.json();
+    assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    let recording = Recording::open(Path::new(report["recording"].as_str().unwrap())).unwrap();
+    let (scans, odometry) = (recording.all(SCAN).unwrap(), recording.all(ODOMETRY).unwrap());
+    assert!(scans.len() > BEFORE, "{}", scans.len());
+    goes_on(&scans);
+    goes_on(&odometry);
+    for pair in odometry.windows(2) {
+        let way_m = pair[0].pose().position().distance(&pair[1].pose().position());
+        assert!(way_m < 0.5, "{way_m} m from {:?}", pair[0].header);
+    }
+    place.assert_nothing_left("driver");
+}
+
+/// A driver that is not heard of for as long as its predecessor ran leaves a gap of that length.
+fn goes_on<T: Message>(messages: &[T]) {
+    for (seq, message) in (1..).zip(messages) {
+        assert_eq!((message.header().seq, message.header().source_seq), (seq, seq));
+    }
+    for pair in messages.windows(2) {
+        let (from, to) = (pair[0].header().stamp_ns, pair[1].header().stamp_ns);
+        assert!(from < to && to - from < BEFORE as u64 * PERIOD_NS / 2, "{} {from} to {to}", T::NAME);
+    }
+}

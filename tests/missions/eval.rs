@@ -1,0 +1,160 @@
+//! Experiments: what their figures rest on is what the processes do.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use support::{Ended, Place, repository};
+
+/// Runs a suite of this checkout.
+fn eval(place: &Place, arguments: &str) -> Ended {
+    place.run(&format!("eval {arguments} --project {}", repository().display()))
+}
+
+#[test]
+fn trials_by_the_processes_give_the_same_messages() {
+    let place = Place::new();
+    let ended = eval(
+        &place,
+        "laboratory --drawings a --trials 1 --method beam,boniardi-2015 --check-processes 2 --json",
+    );
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let found = &ended.json()["processes"];
+    assert_eq!((&found["checked"], &found["identical"]), (&2.into(), &2.into()), "{found:#}");
+}
+
+/// Nothing to check was once an error, after all had been driven, and no figure was told.
+#[test]
+fn a_check_of_no_trial_is_none() {
+    let place = Place::new();
+    let ended = eval(&place, "laboratory --drawings a --trials 1 --sample 1 --check-processes 0 --json");
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.json()["processes"]["checked"], 0, "{ended}");
+}
+
+/// Whoever took the folder of `--output` away while hours of trials were driven lost all their results. They are printed
+/// all the same. A folder that is missing from the beginning is told before anything is driven.
+#[test]
+fn results_are_printed_also_where_no_report_can_be_written() {
+    let place = Place::new();
+    let taken = place.files().join("taken");
+    std::fs::create_dir(&taken).unwrap();
+    let one = "laboratory --drawings a --trials 1 --sample 1 --json";
+    let ended = eval(&place, &format!("{one} --output {}", taken.display()));
+    assert_eq!(ended.code, Some(3), "{ended}");
+    assert!(ended.err.contains("taken"), "{ended}");
+    assert!(!ended.json()["outcomes"].as_array().unwrap().is_empty(), "{ended}");
+    let ended = eval(&place, &format!("{one} --output {}/nowhere/page.html", place.files().display()));
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("--output: expected a file in an existing folder"), "{ended}");
+}
+
+/// The folders of missions and data were those of the machine that compiled the program. A suite that found no data
+/// there drove nothing and succeeded.
+#[test]
+fn who_lacks_missions_or_data_or_trials_is_told_what_to_do() {
+    let place = Place::new();
+    for (arguments, words) in [
+        (
+            format!("--project {} --data {}", repository().display(), place.files().display()),
+            "SKETCHNAV_DATA",
+        ),
+        (String::new(), "--project DIR"),
+    ] {
+        let ended = place.run(&format!("eval people {arguments}"));
+        assert_eq!(ended.code, Some(2), "{ended}");
+        assert!(ended.err.contains(words), "{ended}");
+    }
+    let ended = eval(&place, "laboratory --sample 0");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("no trial"), "{ended}");
+}
+
+/// One in eight numbers of a run once reached the processes with another last bit: the parser of JSON
+/// rounded them as it liked.
+#[test]
+fn the_numbers_of_a_run_lose_no_bit_on_their_way_to_the_processes() {
+    let mut rng = Pcg64Mcg::seed_from_u64(1);
+    for _ in 0..10_000 {
+        let number = 2540.0 * rng.random::<f64>();
+        let text = serde_json::to_string(&number).unwrap();
+        assert_eq!(serde_json::from_str::<f64>(&text).unwrap().to_bits(), number.to_bits(), "{text}");
+    }
+}
+
+/// Some drives that take no time.
+const FEW: &str = "laboratory --drawings a --trials 3 --seed 3";
+
+/// Drives the jobs of [`FEW`] one by one, each as another machine would, into `parts`; how many there are.
+fn in_parts(place: &Place) -> usize {
+    std::fs::create_dir(place.files().join("parts")).unwrap();
+    let listed = eval(place, &format!("{FEW} --list-jobs --json")).json();
+    let jobs = listed["jobs"].as_array().unwrap().len();
+    for job in 1..=jobs {
+        let ended = eval(place, &format!("{FEW} --job {job} -o parts/{job}.json"));
+        assert_eq!(ended.code, Some(0), "{ended}");
+    }
+    jobs
+}
+
+/// Without what is measured by the clock.
+fn timeless(told: &Ended) -> serde_json::Value {
+    let mut told = told.json();
+    told["wall_seconds"] = 0.into();
+    told["outcomes"].as_array_mut().unwrap().iter_mut().for_each(|ended| ended["cost"]["busy_s"] = 0.into());
+    told
+}
+
+#[test]
+fn an_experiment_in_parts_has_the_report_of_one_machine_byte_for_byte() {
+    let place = Place::new();
+    let jobs = in_parts(&place);
+    assert_eq!(jobs, 3);
+    // A worker that was taken for dead delivers all the same; a range is a part, too.
+    let ended = eval(&place, &format!("{FEW} --job 2-3 -o parts/again.json"));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let local = eval(&place, &format!("{FEW} -o page.html --verbose"));
+    let page = || std::fs::read(place.files().join("page.html")).unwrap();
+    let local_page = page();
+    let merged = eval(&place, &format!("{FEW} -o page.html --verbose --merge parts"));
+    assert_eq!((merged.code, local.code), (Some(0), Some(0)), "{merged}");
+    assert_eq!(merged.out, local.out);
+    assert!(page() == local_page, "the pages differ");
+    let [local, merged] =
+        ["", "--merge=parts"].map(|options| timeless(&eval(&place, &format!("{FEW} --json {options}"))));
+    assert_eq!(local, merged);
+}
+
+#[test]
+fn parts_that_are_missing_or_of_something_else_are_refused() {
+    let place = Place::new();
+    let jobs = in_parts(&place);
+    let refused = |options: &str, words: &str| {
+        let ended = eval(&place, options);
+        assert_eq!(ended.code, Some(2), "{options}: {ended}");
+        assert!(ended.err.contains(words), "{options}: {ended}");
+    };
+    let other_seed = FEW.replace("--seed 3", "--seed 4");
+    refused(&format!("{other_seed} --merge parts"), "seed: expected 4, found 3");
+    refused("laboratory --drawings b --trials 3 --seed 3 --merge parts", "experiment: expected");
+    refused(&format!("{FEW} --set localizer.beams=30 --merge parts"), "merge with the options of the jobs");
+    refused(&format!("{FEW} --job {} -o parts/none.json", jobs + 1), "--job: expected numbers from 1 to");
+    refused(&format!("{FEW} --job 0 -o parts/none.json"), "expected the number of a job");
+    refused(&format!("{FEW} --merge nowhere"), "--merge nowhere");
+
+    let part = place.files().join("parts/1.json");
+    let text = std::fs::read_to_string(&part).unwrap();
+    let edited = |from: &str, to: &str| {
+        assert!(text.contains(from), "{text}");
+        std::fs::write(&part, text.replace(from, to)).unwrap();
+    };
+    let architecture = format!("\"architecture\":\"{}\"", std::env::consts::ARCH);
+    edited(&architecture, "\"architecture\":\"abacus\"");
+    refused(&format!("{FEW} --merge parts"), "--accept machine");
+    let taken = eval(&place, &format!("{FEW} --merge parts --accept machine"));
+    assert_eq!(taken.code, Some(0), "{taken}");
+    edited("\"program\":\"", "\"program\":\"9");
+    refused(&format!("{FEW} --merge parts --accept machine"), "--accept program");
+    edited("\"outcomes\"", "\"results\"");
+    refused(&format!("{FEW} --merge parts"), "expected a part that `eval --job` wrote");
+    std::fs::remove_file(&part).unwrap();
+    refused(&format!("{FEW} --merge parts"), "found none of 1");
+}

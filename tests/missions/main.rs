@@ -1,0 +1,13 @@
+//! Missions of every kind, driven by whole process trees.
+
+mod allocation;
+mod corridor;
+mod determinism;
+mod directions;
+mod driver;
+mod eval;
+mod landmarks;
+mod outline;
+mod shipped;
+mod side_by_side;
+mod stranger;

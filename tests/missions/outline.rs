@@ -1,0 +1,150 @@
+//! The method `outline` as processes: what the house gives to every navigator holds for it, too. The planner then keeps a map
+//! and an alignment that spreads over many steps.
+
+use serde_json::{Value, json};
+use sketchnav_recordings::Recording;
+use sketchnav_schemas::channels::{MISSION as ORDERED, ORDERS, STATUS};
+use sketchnav_schemas::codes::TaskState;
+use sketchnav_sketch::messages::{QUESTION, QuestionKind};
+use support::arms::{doubtful, place};
+use support::page::{Page, free_port, wait_for};
+use support::{kill_if_alive, repository, wait_until};
+
+#[test]
+fn a_mission_is_driven_replayed_executed_again_and_tells_what_corresponds() {
+    let place = place();
+    let recording = &place.driven("arms.toml");
+    let messages = place.messages(recording);
+    assert!(messages["/correspondence"] > 5, "{messages:?}");
+    place.is_reproduced(recording, &["localizer", "planner"]);
+}
+
+/// The planner is killed while it maps and aligns.
+#[test]
+fn kills_leave_the_same_bytes() {
+    place().is_identical_after("arms.toml", 10, "localizer,planner");
+}
+
+/// Drawn routes are driven as ever: by the filter.
+#[test]
+fn a_drawn_route_is_followed() {
+    let place = place();
+    let mission = repository().join("sim/missions/laboratory/laboratory-route.toml");
+    place.driven(&format!("{} --method outline", mission.display()));
+}
+
+fn places(feed: &Value) -> Vec<Value> {
+    feed["question"]["places"].as_array().cloned().unwrap_or_default()
+}
+
+/// Over the page's own protocol: the robot asks, its planner is killed while it does, and the answer drives it on.
+#[test]
+fn a_robot_that_asks_is_driven_on_by_the_answer() {
+    let (place, port, name) = (doubtful(), free_port(), "asks");
+    let line = format!("run arms.toml --pad --port {port} --system {name} --speed 3 --out out --json");
+    let mut running = place.start(&line);
+    wait_for(&mut running, port);
+    let mut page = Page::open(port, None);
+    let (status, refused) = page.post("/api/here", br#"{"at":[300,300]}"#);
+    assert_eq!(status, 409, "it does not ask yet: {refused}");
+    let asked = page.until("a question", |feed| places(feed).len() > 1);
+    assert_eq!((&asked["state"], &asked["task"]["state"]), (&json!("paused"), &json!("paused")));
+    let text = asked["question"]["text"].as_str().unwrap();
+    assert!(text.starts_with("Is the robot at A") && text.ends_with("Tap where it is."), "{text}");
+
+    let before = place.serving(name, "planner");
+    before.iter().for_each(|&pid| kill_if_alive(pid));
+    wait_until("another planner", || place.serving(name, "planner").iter().any(|pid| !before.contains(pid)));
+    page.until_allowed("here");
+    assert_eq!(places(&page.feed), places(&asked), "it asks the same");
+
+    for (body, status, words) in [
+        (r#"{"at":[-1,5]}"#, 400, "expected a place in the drawing of"),
+        (r#"{"at":[300]}"#, 400, "the place"),
+        (r#"{"at":[300,300],"heading_deg":999}"#, 400, "-360 to 360 degrees"),
+    ] {
+        let (found, answer) = page.post("/api/here", body.as_bytes());
+        assert!(found == status && answer["error"].as_str().unwrap().contains(words), "{body}: {answer}");
+    }
+    assert_eq!(page.order("here").0, 400);
+    page.must("/api/here", &json!({ "at": places(&asked)[1]["at"] }));
+    page.until("the way on", |feed| feed["question"].is_null() && feed["task"]["state"] == "driving");
+    let again = page.until("another question", |feed| places(feed).len() > 1);
+    page.must("/api/here", &json!({ "at": places(&again)[0]["at"] }));
+    drop(page);
+    let report = running.end().json();
+    place.assert_nothing_left(name);
+    let recording = report["recording"].as_str().unwrap();
+    agrees_with_what_was_tapped(recording);
+    place.fine(&format!("replay {recording} --live recorder --rate max --record again.mcap"));
+    for process in ["localizer", "planner"] {
+        let refused = place.run(&format!("rerun {recording} --process {process}"));
+        assert!(refused.code == Some(2) && refused.err.contains("people took part"), "{refused}");
+    }
+}
+
+fn agrees_with_what_was_tapped(recording: &str) {
+    let recording = Recording::open(recording.as_ref()).unwrap();
+    let orders = recording.channel(ORDERS).unwrap().filter_map(|order| order.unwrap().0.here());
+    let questions: Vec<_> =
+        recording.channel(QUESTION).unwrap().map(|question| question.unwrap().0).collect();
+    let kinds: Vec<_> = questions.iter().map(|question| question.kind).collect();
+    let (which, nothing) = (QuestionKind::Which.code(), QuestionKind::Nothing.code());
+    assert_eq!(kinds, [which, nothing, which, nothing]);
+    let tapped = [questions[0].places()[1], questions[2].places()[0]];
+    for (order, place) in orders.zip(tapped) {
+        // The page has tenths of a pixel.
+        assert!((order.at.x - place.x_px).hypot(order.at.y - place.y_px) < 0.2, "{order:?}, {place:?}");
+    }
+    let last = recording.channel(STATUS).unwrap().map(|status| status.unwrap().0);
+    let reached = last.filter(|status| status.state == TaskState::Reached.code()).last().unwrap();
+    assert!(reached.reason.as_str().ends_with("a person agrees"), "{reached:?}");
+}
+
+/// By hand without the page, too.
+#[test]
+fn a_robot_that_asks_hears_who_answers_by_hand() {
+    let (place, port, name) = (doubtful(), free_port(), "told");
+    let line = format!("run arms.toml --pad --port {port} --system {name} --speed 3 --out out --json");
+    let mut running = place.start(&line);
+    wait_for(&mut running, port);
+    let mut page = Page::open(port, None);
+    let asked = page.until("a question", |feed| places(feed).len() > 1);
+    // By hand a place is in pixels of the drawing's file, on this page in those of the sketch that it became.
+    let scale = 640.0 / page.hello["canvas"][0].as_f64().unwrap();
+    let at = places(&asked)[0]["at"].as_array().unwrap().clone();
+    let at: Vec<_> = at.iter().map(|at| (at.as_f64().unwrap() * scale).to_string()).collect();
+    place.fine(&format!("send here --at {} --system {name}", at.join(",")));
+    drop(page);
+    let report = running.end().json();
+    assert_eq!(report["success"], true, "{report:#}");
+    let recording = Recording::open(report["recording"].as_str().unwrap().as_ref()).unwrap();
+    assert_eq!(
+        recording.channel(ORDERED).unwrap().filter(|o| o.as_ref().unwrap().0.here().is_some()).count(),
+        1
+    );
+}
+
+/// In lockstep nobody answers in time. The planner is killed as it asks, and again while it waits.
+#[test]
+fn kills_of_a_robot_that_asks_leave_the_same_bytes() {
+    let place = doubtful();
+    let run = |name: &str, more: &str| {
+        let line =
+            format!("run arms.toml --pad --port {} --system {name} --out {name} --json {more}", free_port());
+        place.fine(&line).json()["recording"].as_str().unwrap().to_owned()
+    };
+    let whole = run("whole", "");
+    let opened = Recording::open(whole.as_ref()).unwrap();
+    let asked_ns = opened.channel(QUESTION).unwrap().next().unwrap().unwrap().0.header.stamp_ns;
+    let waiting_s = asked_ns as f64 * 1e-9 + 7.0;
+    let kill =
+        |channel: &str, when: &str| format!("[[fault]]\nchannel = \"{channel}\"\n{when}\ndo = \"kill\"\n");
+    let plan = kill("question", "message = 1") + &kill("status", &format!("time_s = {waiting_s:.1}"));
+    std::fs::write(place.files().join("plan.toml"), plan).unwrap();
+    let killed = run("killed", "--faults plan.toml");
+    place.fine(&format!("diff {whole} {killed}"));
+    let deaths = place.fine(&format!("info {killed} --json")).json()["faults"].to_string();
+    assert!(deaths.matches("SIGKILL").count() >= 2, "{deaths}");
+    place.is_reproduced(&whole, &["localizer", "planner"]);
+}

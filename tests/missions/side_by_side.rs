@@ -1,0 +1,170 @@
+//! Several systems on one machine, and the tools that look at one of them.
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use support::{Place, Running, room};
+
+/// A mission in real time: it lives until the test ends it.
+fn drive(place: &Place, name: &str) -> Running {
+    let mut running = place.start(&format!("demo --speed 5 --json --out {name} --system {name}"));
+    place.wait_until_driving(&mut running, name);
+    running
+}
+
+fn stop(place: &Place, running: Running, name: &str) {
+    running.signal(Signal::SIGINT);
+    let ended = running.end();
+    assert_eq!(ended.code, Some(3), "{ended}");
+    place.assert_no_system_left(name);
+}
+
+/// Two robots in two buildings: each system has its own processes and messages, and when one ends the
+/// other drives on.
+#[test]
+fn two_systems_do_not_see_each_other() {
+    let place = Place::new();
+    let (mut one, two) = (drive(&place, "one"), drive(&place, "two"));
+    let systems = place.ps();
+    let names: Vec<_> = systems.iter().map(|system| system["system"].as_str().unwrap()).collect();
+    assert_eq!(names, ["one", "two"]);
+    for system in &systems {
+        assert_eq!(system["mission"], "building-a", "{system:#}");
+        let processes = system["processes"].as_array().unwrap();
+        let named: Vec<_> = processes.iter().map(|process| process["process"].as_str().unwrap()).collect();
+        let expected = ["supervisor", "localizer", "planner", "recorder", "sketcher", "world"];
+        assert_eq!(named, expected, "{system:#}");
+    }
+    stop(&place, two, "two");
+    one.must_live();
+    let heard = place.run("echo scan --count 200 --system one");
+    assert_eq!(heard.code, Some(0), "{heard}");
+    stop(&place, one, "one");
+    place.assert_nothing_left("one");
+}
+
+/// In lockstep a message from elsewhere would be seen in the recording, or as a lost one.
+#[test]
+fn two_systems_at_full_speed_lose_nothing() {
+    let place = Place::new();
+    room::write(place.files());
+    let start = |name: &str| place.start(&format!("run room.toml --json --out {name} --system {name}"));
+    for run in ["one", "two"].map(start) {
+        let ended = run.end();
+        assert_eq!(ended.code, Some(0), "{ended}");
+        assert_eq!(ended.json()["lost_messages"], 0, "{ended}");
+    }
+}
+
+#[test]
+fn a_second_system_of_the_same_name_is_refused_and_the_first_drives_on() {
+    let place = Place::new();
+    let mut first = drive(&place, "lab");
+    room::write(place.files());
+    let second = place.run("run room.toml --json --system lab");
+    assert_eq!(second.code, Some(2), "{second}");
+    let supervisor = first.pid().to_string();
+    for words in ["\"lab\" is running already", &supervisor] {
+        assert!(second.err.contains(words), "{second}");
+    }
+    first.must_live();
+    assert_eq!(place.processes("lab").len(), 6);
+    stop(&place, first, "lab");
+}
+
+#[test]
+fn a_name_that_no_system_can_have_is_refused() {
+    let place = Place::new();
+    room::write(place.files());
+    let ended = place.run("run room.toml --system My_Lab");
+    assert_ne!(ended.code, Some(0));
+    assert!(ended.err.contains("My_Lab") && ended.err.contains("a-z"), "{ended}");
+    place.assert_nothing_left("My_Lab");
+}
+
+/// Echo prints what comes, a JSON object a line, numbered without a gap, and stops at the count.
+#[test]
+fn echo_prints_messages_as_they_come() {
+    let place = Place::new();
+    let running = drive(&place, "lab");
+    // Left out where only one runs: the system's name.
+    let heard = place.run("echo status --count 3");
+    assert_eq!(heard.code, Some(0), "{heard}");
+    let messages: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let seqs: Vec<_> = messages.iter().map(|message| message["seq"].as_u64().unwrap()).collect();
+    assert_eq!(seqs, [seqs[0], seqs[0] + 1, seqs[0] + 2]);
+    assert!(messages.iter().all(|message| message["message"]["task_count"] == 9), "{heard}");
+    // The drawing was sent once, long ago; its channel keeps it for who comes late.
+    let sketch = place.run("echo sketch --count 1");
+    assert_eq!(sketch.code, Some(0), "{}", sketch.err);
+    stop(&place, running, "lab");
+}
+
+/// The laser of the demo's robot turns ten times a second, whatever the mission's speed.
+#[test]
+fn hz_measures_a_channel_s_rate() {
+    let place = Place::new();
+    let running = drive(&place, "lab");
+    let measured = place.run("hz scan --count 20");
+    assert_eq!(measured.code, Some(0), "{measured}");
+    let last = measured.out.lines().rfind(|line| line.starts_with("in all: ")).unwrap();
+    assert!(last.contains("10.00 a simulated second"), "{measured}");
+    assert!(last.contains("20 seen"), "{measured}");
+    stop(&place, running, "lab");
+}
+
+/// `hz` is about what comes while it listens. The channel's history, which is handed over all at once,
+/// once made a rate of a million a second. The drawing is all history: it comes no more. And when the
+/// system ends, `hz` says its last word: once it was killed with the system's own processes.
+#[test]
+fn hz_does_not_count_the_history() {
+    let place = Place::new();
+    let running = drive(&place, "lab");
+    let mut listening = place.start("hz sketch --system lab");
+    let observer = format!("observer-{}", listening.pid());
+    place.wait_until_joined(&mut listening, "lab", &[&observer]);
+    stop(&place, running, "lab");
+    let measured = listening.end();
+    assert_eq!(measured.out.lines().last(), Some("in all: sketch: no message"), "{measured}");
+}
+
+#[test]
+fn an_observer_that_must_choose_is_told_between_what() {
+    let place = Place::new();
+    let (one, two) = (drive(&place, "one"), drive(&place, "two"));
+    let heard = place.run("echo status --count 1");
+    assert_eq!(heard.code, Some(2), "{heard}");
+    assert!(heard.err.contains("--system one or --system two"), "{heard}");
+    stop(&place, one, "one");
+    stop(&place, two, "two");
+}
+
+/// A developer runs the localizer under a debugger: the system waits for it, then drives as ever.
+#[test]
+fn a_process_may_be_run_by_hand() {
+    let place = Place::new();
+    room::write(place.files());
+    let mut system = place.start("run room.toml --json --system lab --without localizer");
+    place.wait_until_joined(&mut system, "lab", &["planner", "recorder", "sketcher", "world"]);
+    let by_hand = place.start("serve localizer --system lab");
+    let ended = system.end();
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert!(ended.err.contains("sketchnav serve localizer --system lab"), "{ended}");
+    assert_eq!(ended.json()["lost_messages"], 0, "{ended}");
+    drop(by_hand);
+    place.assert_nothing_left("lab");
+}
+
+/// Two localizers would both answer: the second is refused, the mission does not notice.
+#[test]
+fn a_process_cannot_run_twice() {
+    let place = Place::new();
+    let mut running = drive(&place, "lab");
+    let first = place.pid("lab", "localizer").to_string();
+    let second = place.run("serve localizer --system lab");
+    assert_eq!(second.code, Some(3), "{second}");
+    for words in ["localizer", "lab", "runs already", &first] {
+        assert!(second.err.contains(words), "{second}");
+    }
+    running.must_live();
+    stop(&place, running, "lab");
+}

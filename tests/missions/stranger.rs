@@ -1,0 +1,121 @@
+//! A navigator of a stranger: one file, registered, and everything that the project has works for it.
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use support::page::{Page, free_port, wait_for};
+use support::{Place, room};
+
+const MISSION: &str = r#"name = "along the wall"
+robot = "nomad200"
+
+[world]
+floor_plan = "room.floor.toml"
+
+[start]
+world = [1.0, 1.0]
+world_heading_deg = 0
+
+[navigator]
+kind = "wall-follower"
+
+[[task]]
+name = "there"
+seconds = 60.0
+there = { polygon = [[0, 0], [6, 0], [6, 4], [0, 4]] }
+
+[[task]]
+name = "and on"
+seconds = 40.0
+"#;
+
+/// A place in which `sketchnav` is the stranger's program.
+fn place() -> Place {
+    let place = Place::of_program("wall_follower");
+    room::write(place.files());
+    std::fs::write(place.files().join("wall.toml"), MISSION).unwrap();
+    place
+}
+
+fn driven(place: &Place) -> String {
+    let report = place.fine("run wall.toml --out out --json").json();
+    assert_eq!((&report["lost_messages"], report["tasks"].as_array().map(Vec::len)), (&0.into(), Some(2)));
+    report["recording"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged() {
+    let place = place();
+    let recording = driven(&place);
+    let info = place.fine(&format!("info {recording} --json")).json();
+    let topics = info["topics"].as_array().unwrap();
+    let messages = |name: &str| topics.iter().find(|t| t["topic"] == name).map(|t| t["messages"].clone());
+    assert!(messages("/walls").is_some() && messages("/walls") == messages("/tick"), "{info}");
+    assert_eq!(messages("/estimate"), None, "what belongs to drawings is not there");
+    place.is_reproduced(&recording, &["world", "localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    assert!(judged.to_string().contains("\"reached\":true"), "{judged}");
+    assert_eq!(judged[0]["method"], "wall-follower", "{judged}");
+    let nearest = judged[0]["account"]["nearest wall on the right"].as_str().unwrap();
+    assert!(nearest.ends_with(" m") && !nearest.starts_with("inf"), "{nearest}");
+    place.fine(&format!("report {recording} -o report.html"));
+    let page = std::fs::read_to_string(place.files().join("report.html")).unwrap();
+    assert!(
+        page.contains("nearest wall on the right") && page.contains("Distance of the wall"),
+        "its account"
+    );
+}
+
+/// Its sketcher says nothing, so nobody could see it recover.
+#[test]
+fn twenty_kills_leave_the_same_bytes() {
+    let place = place();
+    let told =
+        place.fine("chaos wall.toml --kills 20 --targets world,localizer,planner,recorder --json").json();
+    assert_eq!(told["identical"], true, "{told}");
+}
+
+#[test]
+fn what_its_mission_lacks_is_said_before_anything_starts() {
+    let place = place();
+    let path = place.files().join("wall.toml");
+    std::fs::write(&path, MISSION.replace("seconds = 40.0\n", "")).unwrap();
+    let ended = place.run("run wall.toml");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("task 2.seconds: expected a number of seconds"), "{ended}");
+    std::fs::write(&path, MISSION.replace("nomad200", "robotino")).unwrap();
+    let ended = place.run("run wall.toml");
+    assert!(ended.code == Some(2) && ended.err.contains("[sonar]"), "{ended}");
+    // The project's own program does not know the navigator, and says which it knows.
+    let ours = Place::new();
+    std::fs::write(ours.files().join("wall.toml"), MISSION).unwrap();
+    room::write(ours.files());
+    let ended = ours.run("run wall.toml");
+    assert!(ended.code == Some(2) && ended.err.contains("expected one of sketch"), "{ended}");
+}
+
+/// The pad once began all the same, and ended with the shared memory library's word for a channel that is not there.
+#[test]
+fn people_cannot_draw_for_it_but_watch_it() {
+    let place = place();
+    let ended = place.run("pad --mission wall.toml --system walls");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    for words in
+        ["navigator.kind: expected a mission of kind \"sketch\"", "found kind \"wall-follower\"", "--pad"]
+    {
+        assert!(ended.err.contains(words), "{words}: {ended}");
+    }
+    place.assert_nothing_left("walls");
+    let port = free_port();
+    let mut running = place.start(&format!("run wall.toml --system walls --speed 1 --pad --port {port}"));
+    wait_for(&mut running, port);
+    let mut page = Page::open(port, None);
+    let lines = |feed: &Value, color: &str| {
+        let scene = feed["scene"].as_array().map_or(&[][..], Vec::as_slice);
+        scene.iter().filter(|shape| shape["shape"] == "line" && shape["color"] == color).count()
+    };
+    page.until("echoes and both walls", |feed| lines(feed, "scan") > 0 && lines(feed, "obstacle") == 2);
+    drop(page);
+    running.signal(Signal::SIGINT);
+    running.end();
+    place.assert_nothing_left("walls");
+}

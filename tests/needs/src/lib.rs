@@ -1,0 +1,112 @@
+//! What tests need that not every machine has: programs, Python modules, data of others.
+//!
+//! A test asks for it here. Where it is missing, the test prints a notice and passes; where `SKETCHNAV_ALL_TESTS` asks for
+//! it, the test fails instead. No test calls a program by another way (`tests/house/rules.rs`), so [`PROGRAMS`] is the
+//! whole list of what a machine may lack.
+
+use std::fmt::Display;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Names what must be there: words separated by commas, or `1` for everything.
+const ALL_TESTS: &str = "SKETCHNAV_ALL_TESTS";
+
+/// The external programs that tests and the commands of the pages call. The Rust toolchain, `cc` and the coreutils are
+/// not among them: without these nothing builds.
+pub const PROGRAMS: [&str; 18] = [
+    "bash",     // runs the commands of the pages
+    "g++",      // compiles the C++ header
+    "ip",       // network namespaces: two hosts on one machine
+    "kill",     // signals a process, as a person does
+    "man",      // reads the manual pages
+    "mount",    // a disk of a test's own
+    "node",     // the pad's modules, the browser's driver, Foxglove's packages
+    "prlimit",  // limits a running process
+    "promtool", // checks what Prometheus is to read
+    "python3",  // other people's readers of recordings
+    "sed",      // in scripts
+    "setpriv",  // another user
+    "setsid",   // a terminal of its own
+    "sh",       // scripts, limits
+    "umount",   // the other half of `mount`
+    "unshare",  // shared memory and disks of a test's own
+    "chromium", // the pad's page
+    "git",      // the commit of what was driven
+];
+
+/// Those of the coreutils that tests and pages call.
+pub const COREUTILS: [&str; 3] = ["mkdir", "printf", "sleep"];
+
+/// Prints a notice that the test that runs, or a part of it, does nothing without `what`; `kind` is the word by which
+/// `SKETCHNAV_ALL_TESTS` asks for it.
+///
+/// # Panics
+/// Where it is asked for.
+pub fn skipped(kind: &str, what: impl Display) {
+    let asked = std::env::var(ALL_TESTS).unwrap_or_default();
+    let is_asked_for = asked.split(',').any(|word| word == kind || word == "1");
+    assert!(!is_asked_for, "{what}, and {ALL_TESTS}={asked} asks for {kind}");
+    let name = std::thread::current().name().unwrap_or_default().to_owned();
+    // A test harness hides what passing tests print; standard error itself it does not hide. Where there is none, nobody
+    // misses the notice.
+    let _ = writeln!(std::io::stderr(), "skipped: {name}: {what} ({kind})");
+}
+
+/// Calls a program of [`PROGRAMS`]; a notice and `None` where this machine does not have it.
+///
+/// # Panics
+/// Where the program is not in the list.
+pub fn program(name: &str) -> Option<Command> {
+    assert!(PROGRAMS.contains(&name), "{name}: add it to needs::PROGRAMS");
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let found = std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| file.is_file());
+    if found.is_none() {
+        skipped(name, format_args!("no {name} on this machine"));
+    }
+    found.map(Command::new)
+}
+
+/// Whether all these programs are there; a notice for the first that is not.
+pub fn has(names: &[&str]) -> bool {
+    names.iter().all(|name| program(name).is_some())
+}
+
+/// A Python that has the modules: the one that `variable` names, or else `python3`. A notice and `None` without.
+pub fn python(kind: &str, variable: &str, modules: &str) -> Option<PathBuf> {
+    let python = std::env::var_os(variable).map_or_else(|| "python3".into(), PathBuf::from);
+    let found = Command::new(&python).args(["-c", &format!("import {modules}")]).output();
+    let found = found.is_ok_and(|output| output.status.success()).then_some(python);
+    if found.is_none() {
+        skipped(kind, format_args!("no Python with {modules} ({variable})"));
+    }
+    found
+}
+
+/// The folder of maps, logs and drawings that are not part of the project: the one that `SKETCHNAV_DATA` names, or else
+/// `../shared/data` beside the checkout. It need not be there.
+pub fn data() -> PathBuf {
+    let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("."));
+    std::env::var_os("SKETCHNAV_DATA").map_or_else(|| checkout.join("../shared/data"), PathBuf::from)
+}
+
+/// A file or folder of that data; a notice and `None` where it is missing.
+pub fn data_file(file: &str) -> Option<PathBuf> {
+    let path = data().join(file);
+    if !path.exists() {
+        skipped("data", format_args!("{} is not there", path.display()));
+        return None;
+    }
+    Some(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "add it to needs::PROGRAMS")]
+    fn a_program_that_is_not_in_the_list_is_an_error() {
+        program("frobnicate");
+    }
+}

@@ -1,0 +1,93 @@
+//! The pad's page in a real browser, by playwright-core: for the test, and for the benchmark.
+
+use std::env::var_os;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use sketchnav_schemas::mission::Mission;
+use sketchnav_sketch::mission::SketchMission;
+
+use needs::skipped;
+
+use super::{Ended, Place, Running, repository};
+
+/// The mission whose drawing and route the pen follows.
+pub const MISSION: &str = "sim/missions/routes/court-01";
+/// How long the browser may take in all: longer than any wait in the script.
+const LIMIT: Duration = Duration::from_secs(420);
+
+/// A browser and what drives it.
+pub struct Browser {
+    playwright: PathBuf,
+    chromium: PathBuf,
+}
+
+impl Browser {
+    /// Where they are; says so where they are not.
+    pub fn find() -> Option<Self> {
+        let folder = || repository().join("target/browser");
+        let playwright = var_os("SKETCHNAV_PLAYWRIGHT").map_or_else(folder, PathBuf::from);
+        let chromium = var_os("SKETCHNAV_CHROMIUM").map_or_else(|| "/usr/bin/chromium".into(), PathBuf::from);
+        let is_there = playwright.join("node_modules/playwright-core").is_dir() && chromium.exists();
+        if !is_there {
+            skipped(
+                "browser",
+                "no playwright-core (SKETCHNAV_PLAYWRIGHT) or no chromium (SKETCHNAV_CHROMIUM)",
+            );
+        }
+        (is_there && needs::has(&["node"])).then_some(Self { playwright, chromium })
+    }
+
+    /// Has a person's pen draw, send, drive, stop and arrive on the page at `link`; what was measured is its output.
+    pub fn draws_and_drives(&self, place: &Place, link: &str, feed_seconds: u32) -> Ended {
+        let route = place.files().join("route.json");
+        let sketch = SketchMission::of(&mission()).unwrap();
+        fs::write(&route, serde_json::to_vec(&sketch.tasks[0].aim.route()).unwrap()).unwrap();
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/browser.mjs")).arg(link);
+        script.arg(repository().join(format!("{MISSION}.json"))).arg(route).arg(place.files());
+        script.env("SKETCHNAV_FEED_SECONDS", feed_seconds.to_string());
+        script.env("SKETCHNAV_PAD_PID", place.pid("pad", "pad").to_string());
+        self.runs(script)
+    }
+
+    /// Sees a robot ask on the page at `link`, and answers by a tap and by a button.
+    pub fn answers(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/asking.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
+    fn runs(&self, mut script: Command) -> Ended {
+        script.env("SKETCHNAV_PLAYWRIGHT", &self.playwright).env("SKETCHNAV_CHROMIUM", &self.chromium);
+        script.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Running::spawn(script).end_within(LIMIT)
+    }
+}
+
+/// The mission of the pen.
+pub fn mission() -> Mission {
+    let file = repository().join(format!("{MISSION}.toml"));
+    Mission::parse(&fs::read_to_string(file).unwrap()).unwrap()
+}
+
+/// Starts the pad, as the system `pad`, in the mission's world and hands back the link that it prints.
+pub fn pad(place: &Place) -> (Running, String) {
+    let file = repository().join(format!("{MISSION}.toml"));
+    let options = "--port 0 --system pad --out results --speed 1";
+    let mut command = place.command(&format!("pad --mission {} {options}", file.display()));
+    let mut child = command.spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let link = lines.by_ref().map_while(Result::ok).find_map(|line| {
+        let at = line.find("http://")?;
+        line[at..].split_whitespace().next().map(str::to_owned)
+    });
+    // Its output is read on, so that it never waits for a reader.
+    std::thread::spawn(move || lines.for_each(drop));
+    let mut pad = Running::of(child);
+    place.wait_until_joined(&mut pad, "pad", &["pad"]);
+    (pad, link.expect("the pad's link"))
+}

@@ -1,0 +1,201 @@
+//! A page of the pad without a browser: the same HTTP and the same WebSocket, over real sockets.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use tungstenite::{Message, WebSocket};
+
+use super::Running;
+
+/// Longest that anything may take before it is taken to hang.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// The token of every pad of a test, given by the environment of its [`Place`](super::Place).
+pub const TOKEN: &str = "tokenoftests0123456789";
+
+/// A port that was free a moment ago.
+pub fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+}
+
+/// Waits until somebody listens there.
+pub fn wait_for(running: &mut Running, port: u16) {
+    let began = Instant::now();
+    while TcpStream::connect(("127.0.0.1", port)).is_err() {
+        running.must_live();
+        assert!(began.elapsed() < LIMIT, "nobody listens on port {port}");
+        std::thread::sleep(crate::LOOK_AGAIN);
+    }
+}
+
+/// An answer: its status and its body, null where that is no JSON.
+pub type Answer = (u16, Value);
+
+/// Sends a request as it stands and hands back its answer.
+pub fn request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
+    try_request(port, head, headers, body).unwrap_or_else(|| panic!("no answer to {head}"))
+}
+
+/// The same of a server that may not live to answer.
+pub fn try_request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8]) -> Option<Answer> {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    let mut text = format!("{head} HTTP/1.1\r\nconnection: close\r\ncontent-length: {}\r\n", body.len());
+    if !headers.iter().any(|(name, _)| *name == "host") {
+        text += &format!("host: 127.0.0.1:{port}\r\n");
+    }
+    if !head.contains("token=") && !headers.iter().any(|(name, _)| *name == "x-sketchnav-token") {
+        text += &format!("x-sketchnav-token: {TOKEN}\r\n");
+    }
+    headers.iter().for_each(|(name, value)| text += &format!("{name}: {value}\r\n"));
+    stream.write_all((text + "\r\n").as_bytes()).ok()?;
+    // A server that refuses by the head alone closes before it has read all.
+    let _ = stream.write_all(body);
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    parsed(&String::from_utf8_lossy(&answer))
+}
+
+/// The text that a path is answered with.
+pub fn body(port: u16, path: &str) -> String {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    let head = format!("host: 127.0.0.1:{port}\r\nx-sketchnav-token: {TOKEN}\r\nconnection: close");
+    write!(stream, "GET {path} HTTP/1.1\r\n{head}\r\n\r\n").unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    assert!(head.starts_with("HTTP/1.1 200 "), "{answer}");
+    body.to_owned()
+}
+
+/// An answer as it came over the wire; `None` where it is none.
+pub fn parsed(answer: &str) -> Option<Answer> {
+    let status = answer.split(' ').nth(1)?.parse().ok()?;
+    let body = answer.split_once("\r\n\r\n").map_or("", |(_, body)| body);
+    Some((status, serde_json::from_str(body).unwrap_or_default()))
+}
+
+/// An open page.
+pub struct Page {
+    port: u16,
+    socket: WebSocket<TcpStream>,
+    /// What it was told when it came, or last.
+    pub hello: Value,
+    /// The newest feed.
+    pub feed: Value,
+}
+
+impl Page {
+    /// Connects; `session`: as the page that had it.
+    pub fn open(port: u16, session: Option<&str>) -> Self {
+        Self::try_open(port, session).expect("a page that is let in")
+    }
+
+    /// The same of a server that may not live so long.
+    pub fn try_open(port: u16, session: Option<&str>) -> Option<Self> {
+        let stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
+        stream.set_read_timeout(Some(LIMIT)).ok()?;
+        let session = session.map_or_else(String::new, |session| format!("&session={session}"));
+        let url = format!("ws://127.0.0.1:{port}/ws?token={TOKEN}{session}");
+        let (socket, _) = tungstenite::client(url, stream).ok()?;
+        let mut page = Self { port, socket, hello: Value::Null, feed: Value::Null };
+        while page.hello.is_null() {
+            page.try_read().ok()?;
+        }
+        Some(page)
+    }
+
+    /// Its session.
+    pub fn session(&self) -> String {
+        self.hello["session"].as_str().unwrap().to_owned()
+    }
+
+    /// Takes the next word of the pad.
+    pub fn read(&mut self) {
+        self.try_read().expect("a word of the pad within the limit");
+    }
+
+    fn try_read(&mut self) -> tungstenite::Result<()> {
+        let Message::Text(text) = self.socket.read()? else { return Ok(()) };
+        let said: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
+        if let Some(hello) = said.get("hello") {
+            self.hello = hello.clone();
+        }
+        if let Some(feed) = said.get("feed") {
+            self.feed = feed.clone();
+            let seen = json!({ "seen": feed["n"] }).to_string();
+            self.socket.send(Message::Text(seen.into()))?;
+        }
+        Ok(())
+    }
+
+    /// Says something.
+    pub fn say(&mut self, word: &Value) {
+        self.socket.send(Message::Text(word.to_string().into())).unwrap();
+    }
+
+    /// Takes feeds until one is so.
+    pub fn until(&mut self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+        let began = Instant::now();
+        loop {
+            self.read();
+            if is_so(&self.feed) {
+                return self.feed.clone();
+            }
+            assert!(began.elapsed() < LIMIT, "waited {LIMIT:?} for {what}; the last feed: {}", self.feed);
+        }
+    }
+
+    /// Takes feeds until the pad is in this state.
+    pub fn until_state(&mut self, state: &str) -> Value {
+        self.until(state, |feed| feed["state"] == state)
+    }
+
+    /// Takes feeds until this step is allowed.
+    pub fn until_allowed(&mut self, step: &str) {
+        self.until(step, |feed| feed["allowed"].as_array().is_some_and(|all| all.iter().any(|s| s == step)));
+    }
+
+    /// Sends a request of the page's.
+    pub fn post(&self, path: &str, body: &[u8]) -> Answer {
+        self.post_as(path, "application/json", body)
+    }
+
+    /// The same with a type of its own.
+    pub fn post_as(&self, path: &str, content_type: &str, body: &[u8]) -> Answer {
+        let session = self.session();
+        let headers = [("x-sketchnav-session", session.as_str()), ("content-type", content_type)];
+        request(self.port, &format!("POST {path}"), &headers, body)
+    }
+
+    /// Sends a drawing by a name of its own, to a server that may not live to answer.
+    pub fn send(&self, path: &str, body: &[u8], name: &str) -> Option<Answer> {
+        let session = self.session();
+        let headers = [
+            ("x-sketchnav-session", session.as_str()),
+            ("x-sketchnav-sending", name),
+            ("content-type", "application/json"),
+        ];
+        try_request(self.port, &format!("POST {path}"), &headers, body)
+    }
+
+    /// Sends a request that is to succeed.
+    pub fn must(&self, path: &str, body: &Value) -> Value {
+        let (status, answer) = self.post(path, body.to_string().as_bytes());
+        assert_eq!(status, 200, "{path}: {answer}");
+        answer
+    }
+
+    /// Orders something.
+    pub fn order(&self, order: &str) -> Answer {
+        self.post("/api/order", json!({ "order": order }).to_string().as_bytes())
+    }
+
+    /// Goes without a word.
+    pub fn vanish(self) {
+        drop(self.socket);
+    }
+}

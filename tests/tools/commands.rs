@@ -1,0 +1,422 @@
+//! What people and programs ask of a running system: `echo`, `hz`, `channels`, `logs`, `restart`, `send`, `graph`, `doctor`, `snapshot`; and the
+//! program's own pages.
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use sketchnav_recordings::Recording;
+use sketchnav_schemas::channels::MISSION;
+use support::{Ended, Place, Running, repository, room};
+
+const NAME: &str = "tools";
+
+fn started(place: &Place) -> Running {
+    let mut running = place.start(&format!("run demo --json --system {NAME} --speed 2"));
+    place.wait_until_driving(&mut running, NAME);
+    running
+}
+
+fn ended(running: Running) -> Ended {
+    running.signal(Signal::SIGINT);
+    running.end()
+}
+
+fn lines(ended: &Ended) -> Vec<Value> {
+    ended.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn echo_prints_fields_tables_and_several_channels() {
+    let place = Place::new();
+    let running = started(&place);
+    let fields = place.fine("echo estimate --count 3 --field pose.position.x --field tracking");
+    for line in lines(&fields) {
+        let fields = line["fields"].as_object().unwrap();
+        assert!(fields.len() == 2 && fields["pose.position.x"].is_number(), "{fields:?}");
+    }
+    let table = place.fine("echo odometry --count 3 --csv --field pose.pose.position.x");
+    let rows: Vec<_> = table.out.lines().collect();
+    assert_eq!(rows[0], "seq,stamp_ns,source_seq,pose.pose.position.x", "{table}");
+    assert!(rows.len() == 4 && rows[1..].iter().all(|row| row.split(',').count() == 4), "{table}");
+    let several = place.fine("echo --regex scan|odometry --count 40 --field header.stamp.sec");
+    let channels: std::collections::BTreeSet<_> =
+        lines(&several).iter().map(|line| line["channel"].as_str().unwrap().to_owned()).collect();
+    assert_eq!(channels.into_iter().collect::<Vec<_>>(), ["odometry", "scan"]);
+    let wrong = place.run("echo estimate --once --field pose.here");
+    assert_eq!(wrong.code, Some(2), "{wrong}");
+    assert!(wrong.err.contains("pose: expected one of orientation, position, found \"here\""), "{wrong}");
+    let wrong = place.run("echo scan --once --csv --field ranges");
+    assert!(wrong.code == Some(2) && wrong.err.contains("found a list"), "{wrong}");
+    let wrong = place.run("echo --regex nothing.*");
+    assert!(wrong.code == Some(2) && wrong.err.contains("--regex: expected a match of"), "{wrong}");
+    ended(running);
+}
+
+/// A running system's messages were all that `echo` could print; of a recording there was no way to see one.
+#[test]
+fn echo_prints_a_recording_as_it_prints_a_system() {
+    let place = Place::new();
+    room::write(place.files());
+    let (report, code) = place.mission("run room.toml", "recorded");
+    assert_eq!(code, 0, "{report:#}");
+    let file = report["recording"].as_str().unwrap();
+    let newest = place.fine(&format!("echo status --file {file} --once")).json();
+    let all = lines(&place.fine(&format!("echo status --file {file}")));
+    assert_eq!((all.last(), &all[0]["seq"]), (Some(&newest), &1.into()));
+    assert_eq!(newest["message"]["reason"], all[all.len() - 1]["message"]["reason"]);
+    let table =
+        place.fine(&format!("echo odometry --file {file} --count 3 --csv --field pose.pose.position.x"));
+    let rows: Vec<_> = table.out.lines().collect();
+    assert_eq!((rows.len(), rows[0]), (4, "seq,stamp_ns,source_seq,pose.pose.position.x"), "{table}");
+    let several = lines(&place.fine(&format!("echo --regex scan|tick --file {file} --count 9")));
+    let of = |channel: &str| several.iter().filter(|line| line["channel"] == channel).count();
+    assert!(several.len() == 9 && of("scan") > 0 && of("tick") > 0, "{several:?}");
+    for (wrong, words) in [
+        (format!("echo wind --file {file}"), "found \"wind\""),
+        (format!("echo relations --file {file}"), "expected one of"),
+        (format!("echo {file}"), "echo CHANNEL --file"),
+        ("echo status --file nothing.mcap".to_owned(), "nothing.mcap"),
+    ] {
+        let wrong = place.run(&wrong);
+        assert!(wrong.code == Some(2) && wrong.err.contains(words), "{wrong}");
+    }
+}
+
+#[test]
+fn a_build_says_which_one_it_is() {
+    let place = Place::new();
+    let told = place.fine("--version");
+    let begin = format!("sketchnav {} (", env!("CARGO_PKG_VERSION"));
+    assert!(told.out.starts_with(&begin) && told.out.contains("build "), "{told}");
+    assert_eq!(place.fine("-V").out, told.out);
+    let usage = place.fine("run --help").out;
+    assert!(usage.contains("sketchnav run --resume <DIR>"), "{usage}");
+}
+
+/// Whoever wrote a mission for a deformed floor had to look for start and goals with an image editor.
+#[test]
+fn deform_says_where_places_land_and_what_it_leaves_out() {
+    let place = Place::new();
+    let floor = repository().join("sim/missions/building/building.floor.toml");
+    let deform = |options: &str| format!("deform {} -o drawing.svg {options}", floor.display());
+    let traced = place.fine(&deform("--degree 0 --place 2.0,6.95,90 --place 14.0,10.6 --json")).json();
+    let pixel = |i: usize, axis: usize| traced["places"][i]["at_px"][axis].as_f64().unwrap();
+    // Traced: one scale in both directions, rows downwards.
+    let px_per_m = [(pixel(1, 0) - pixel(0, 0)) / 12.0, (pixel(0, 1) - pixel(1, 1)) / 3.65];
+    assert!((px_per_m[0] - px_per_m[1]).abs() < 0.5, "{px_per_m:?}: {traced:#}");
+    assert_eq!(traced["places"][0]["heading_deg"], 90.0, "{traced:#}");
+    assert!(traced["rooms"].as_array().unwrap().iter().all(|room| room["at_px"].is_array()), "{traced:#}");
+    let names: Vec<_> = traced["left_out"].as_array().unwrap().iter().map(|piece| &piece["name"]).collect();
+    assert!(names.contains(&&"desk".into()), "{names:?}");
+    let words = place.fine(&deform("--degree 0 --place 14.0,10.6 --place 4.1,12.9")).out;
+    for expected in [
+        "(14, 10.6) m: goal = [",
+        "left out: desk, 1.6 m × 0.8 m at (4.1, 12.9) m",
+        "(4.1, 12.9) m: desk stands there or beside it, and the drawing leaves it out",
+        "the room around (",
+    ] {
+        assert!(words.contains(expected), "{expected}: {words}");
+    }
+    assert!(!words.contains("may be walls"), "a floor plan says what is furniture: {words}");
+    let wrong = place.run(&deform("--place 140,10"));
+    assert_eq!(wrong.code, Some(2), "{wrong}");
+    assert!(wrong.err.contains("--place 140,10: expected a place in a room"), "{wrong}");
+}
+
+/// A history is up to 128 messages long: `--once` is for who wants to know how it is now.
+#[test]
+fn once_is_the_newest_message() {
+    let place = Place::new();
+    let running = started(&place);
+    let seq = || lines(&place.fine("echo status --once"))[0]["seq"].as_u64().unwrap();
+    let first = seq();
+    assert_eq!(lines(&place.fine("echo /status --once")).len(), 1, "a topic is a channel, too");
+    let behind = place.fine("echo status --count 20");
+    let newest = lines(&behind).iter().map(|line| line["seq"].as_u64().unwrap()).max().unwrap();
+    let later = seq();
+    assert!(first > 1 && later >= first && later >= newest.min(first + 1), "{first}, {newest}, {later}");
+    // What is held as long as nothing new comes is the newest, too.
+    assert_eq!(lines(&place.fine("echo sketch --once --field grid.info.width")).len(), 1);
+    ended(running);
+}
+
+#[test]
+fn hz_tells_bandwidth_and_percentiles() {
+    let place = Place::new();
+    let running = started(&place);
+    let told = place.fine("hz estimate --count 20 --json");
+    let last = lines(&told).pop().unwrap();
+    assert_eq!((&last["channel"], &last["messages"]), (&"estimate".into(), &20.into()), "{last:#}");
+    let simulated = last["simulated_rate_hz"].as_f64().unwrap();
+    assert!((simulated - 10.0).abs() < 1e-6, "{last:#}");
+    assert!(last["bytes_per_second"].as_f64().unwrap() > 0.0, "{last:#}");
+    for times in ["interval_ms", "delay_ms"] {
+        let at = |share: &str| last[times][share].as_f64().unwrap();
+        assert!(at("p50") > 0.0 && at("p50") <= at("p90") && at("p99") <= at("max"), "{last:#}");
+    }
+    // A reading is its own cause.
+    let last = lines(&place.fine("hz scan --count 5 --json")).pop().unwrap();
+    assert!(last["delay_ms"].is_null() && last["interval_ms"].is_object(), "{last:#}");
+    ended(running);
+}
+
+#[test]
+fn channels_of_a_system_tell_who_is_connected() {
+    let place = Place::new();
+    let running = started(&place);
+    let all = place.fine(&format!("channels {NAME} --json")).json();
+    let row = |name: &str| {
+        let found = all.as_array().unwrap().iter().find(|row| row["channel"] == name);
+        found.unwrap_or_else(|| panic!("{name}: {all:#}"))
+    };
+    let names = |of: &Value| -> Vec<String> {
+        of.as_array().unwrap().iter().map(|peer| peer["process"].as_str().unwrap().to_owned()).collect()
+    };
+    let scan = row("scan");
+    assert_eq!(names(&scan["writers"]), ["world"], "{scan:#}");
+    assert_eq!(scan["writers"][0]["pid"], place.pid(NAME, "world"), "{scan:#}");
+    let mut readers = names(&scan["readers"]);
+    readers.sort();
+    assert_eq!(readers, ["localizer", "planner", "recorder"], "{scan:#}");
+    assert!(scan["rate_hz"].as_f64().unwrap() > 0.0 && scan["sent"].as_u64().unwrap() > 0, "{scan:#}");
+    assert_eq!(row("sketch")["kept"], 1, "{all:#}");
+    assert!(all.as_array().unwrap().iter().all(|row| row["channel"] != "rules"), "{all:#}");
+    let wrong = place.run("channels nothing");
+    assert!(wrong.code == Some(2) && wrong.err.contains("nothing"), "{wrong}");
+    ended(running);
+}
+
+#[test]
+fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
+    let place = Place::new();
+    let running = started(&place);
+    let state = || lines(&place.fine("echo status --once --field state"))[0]["fields"]["state"].clone();
+    let told = place.fine(&format!("send pause --system {NAME} --json")).json();
+    assert_eq!((&told["order"], &told["seq"]), (&"pause".into(), &2.into()), "{told:#}");
+    support::wait_until("a pause", || state() == 2);
+    place.fine("send resume");
+    support::wait_until("the way on", || state() == 1);
+    let wrong = place.run("send start --task 99");
+    assert!(wrong.code == Some(2) && wrong.err.contains("--task: expected 1 to 9"), "{wrong}");
+    let wrong = place.run("send fly");
+    assert!(wrong.code == Some(2) && wrong.err.contains("pause"), "{wrong}");
+    says_where_it_is(&place);
+    place.fine("send abort");
+    let report = running.end().json();
+    assert!(report["tasks"][0]["reason"].as_str().unwrap().contains("given up by a person"), "{report:#}");
+    let recording = report["recording"].as_str().unwrap();
+    let info = place.fine(&format!("info {recording} --json")).json();
+    let faults = info["faults"].as_array().unwrap().iter();
+    let told: Vec<_> = faults.map(|fault| [&fault["kind"], &fault["words"]].map(Value::to_string)).collect();
+    let expected = ["pause", "resume", "here", "abort"];
+    assert_eq!(told, expected.map(|order| ["\"order given\"".into(), format!("\"send: {order}\"")]));
+    let orders: Vec<_> = Recording::open(recording.as_ref())
+        .unwrap()
+        .channel(MISSION)
+        .unwrap()
+        .filter_map(|order| order.unwrap().0.here())
+        .collect();
+    let [here] = orders[..] else { panic!("{orders:?}") };
+    assert!(here.at.x == 1700.0 && here.yaw_rad == Some(-std::f64::consts::FRAC_PI_2), "{here:?}");
+    place.assert_nothing_left(NAME);
+}
+
+/// The estimate follows; what is no place of the drawing is bad input.
+fn says_where_it_is(place: &Place) {
+    let told = place.fine("send here --at 1700,300 --heading -90 --json").json();
+    assert_eq!(
+        (&told["order"], &told["at"]),
+        (&"here".into(), &serde_json::json!([1700.0, 300.0])),
+        "{told:#}"
+    );
+    support::wait_until("the estimate there", || {
+        let told = place.fine("echo estimate --once --field pose.position.x");
+        let fields = lines(&told)[0]["fields"].clone();
+        fields["pose.position.x"].as_f64().is_some_and(|x| (x - 1700.0).abs() < 250.0)
+    });
+    for (wrong, words) in [
+        ("here", "expected --at X,Y, found none"),
+        ("here --at 300", "expected two numbers"),
+        ("here --at 300,-1", "expected a place in the drawing of"),
+        ("here --at 99999,1", "found 99999,1"),
+        ("here --at 1,1 --heading 720", "-360 to 360 degrees"),
+        ("here --at 1,1 --task 2", "--task"),
+        ("here --heading 7", "--at"),
+        ("pause --at 1,1", "expected the order `here`, found `pause`"),
+    ] {
+        let wrong = place.run(&format!("send {wrong}"));
+        assert!(wrong.code == Some(2) && wrong.err.contains(words), "{words}: {wrong}");
+    }
+}
+
+#[test]
+fn a_process_is_started_anew_and_nothing_is_lost() {
+    let place = Place::new();
+    let running = started(&place);
+    for (process, how) in [("localizer", ""), ("world", "--kill"), ("recorder", "--kill")] {
+        let before = place.pid(NAME, process);
+        let told = place.fine(&format!("restart {process} {how} --json")).json();
+        assert_eq!((&told["pid_before"], &told["process"]), (&before.into(), &process.into()), "{told:#}");
+        assert_eq!(told["pid"], place.pid(NAME, process), "{told:#}");
+    }
+    let wrong = place.run("restart pad");
+    assert!(wrong.code == Some(2) && wrong.err.contains("pad: expected a process that runs"), "{wrong}");
+    let report = ended(running).json();
+    assert_eq!(report["lost_messages"], 0, "{report:#}");
+    place.assert_nothing_left(NAME);
+}
+
+#[test]
+fn logs_are_told_by_process_and_followed_to_the_end() {
+    let place = Place::new();
+    let running = started(&place);
+    let follow = place.start("logs --follow --json");
+    place.fine("restart localizer --kill");
+    ended(running);
+    let told = follow.end();
+    assert_eq!(told.code, Some(0), "{told}");
+    let told = lines(&told);
+    // What the recorder says of itself at its end.
+    let is_recorders = |line: &Value| {
+        let words = line["line"].as_str().unwrap();
+        line["process"] == "recorder" && words.contains("messages recorded, 0 missing")
+    };
+    assert!(told.iter().any(is_recorders), "{told:?}");
+    let nothing = place.run("logs");
+    assert!(nothing.code == Some(2) && nothing.err.contains("no system runs"), "{nothing}");
+}
+
+#[test]
+fn a_graph_shows_the_rates_of_a_running_system() {
+    let place = Place::new();
+    let table = place.fine("graph --kind corridor -o table.svg --json").json();
+    assert!(table["figures"].is_null() && table["channels"].to_string().contains("relations"), "{table:#}");
+    let running = started(&place);
+    let told = place.fine(&format!("graph --system {NAME} -o live.svg --json")).json();
+    let figures = told["figures"].as_array().unwrap();
+    assert_eq!(figures.len(), told["channels"].as_array().unwrap().len(), "{told:#}");
+    for file in ["table.svg", "live.svg"] {
+        let svg = std::fs::read_to_string(place.files().join(file)).unwrap();
+        assert!(svg.contains(">tick</text>") && svg.ends_with("</svg>\n"), "{file}");
+    }
+    let wrong = place.run("graph --kind flying");
+    assert!(wrong.code == Some(2) && wrong.err.contains("--kind: expected one of"), "{wrong}");
+    let wrong = place.run("graph -o nowhere/at/all.svg");
+    assert!(wrong.code == Some(2) && wrong.err.contains("--output nowhere/at/all.svg"), "{wrong}");
+    ended(running);
+}
+
+fn finding<'a>(told: &'a Value, check: &str) -> &'a Value {
+    let all = told["findings"].as_array().unwrap();
+    all.iter().find(|finding| finding["check"] == check).unwrap_or_else(|| panic!("{told:#}"))
+}
+
+#[test]
+fn doctor_and_ps_find_what_a_dead_system_left() {
+    let place = Place::new();
+    let told = place.fine("doctor --json").json();
+    for check in ["version", "kernel", "shared memory", "folder", "file size", "open files", "leftovers"] {
+        assert_eq!(finding(&told, check)["level"], "fine", "{told:#}");
+    }
+    let running = started(&place);
+    running.signal(Signal::SIGKILL);
+    running.end();
+    support::wait_until("the death of all", || place.living().is_empty());
+    let ps = place.fine("ps").out;
+    let goes_on = "tools: its supervisor was killed; it goes on with: sketchnav run --resume ";
+    assert!(ps.lines().any(|line| line.starts_with(goes_on)), "{ps}");
+    let told = place.fine("doctor --json").json();
+    let leftovers = finding(&told, "leftovers");
+    assert_eq!(leftovers["level"], "warning", "{told:#}");
+    assert!(leftovers["found"].as_str().unwrap().contains(NAME), "{leftovers:#}");
+    assert!(leftovers["advice"].as_str().unwrap().contains("sketchnav clean"), "{leftovers:#}");
+    place.fine("clean");
+    assert_eq!(finding(&place.fine("doctor --json").json(), "leftovers")["level"], "fine");
+
+    let Some(mut limited) = needs::program("bash") else { return };
+    let program = place.command("").get_program().to_owned();
+    limited.args(["-c", "ulimit -n 64; ulimit -f 1000; exec \"$0\" doctor --json"]).arg(program);
+    place.settle(&mut limited);
+    let told = Running::spawn(limited).end();
+    assert_eq!(told.code, Some(1), "{told}");
+    for (check, advice) in [("open files", "ulimit -n"), ("file size", "ulimit -f")] {
+        let finding = finding(&told.json(), check).clone();
+        assert_eq!(finding["level"], "error", "{finding:#}");
+        assert!(finding["advice"].as_str().unwrap().contains(advice), "{finding:#}");
+    }
+}
+
+#[test]
+fn doctor_refuses_a_folder_that_others_may_enter() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = Place::new();
+    std::fs::create_dir(place.root()).unwrap();
+    std::fs::set_permissions(place.root(), std::fs::Permissions::from_mode(0o755)).unwrap();
+    let told = place.run("doctor --json");
+    assert_eq!(told.code, Some(1), "{told}");
+    let finding = finding(&told.json(), "folder").clone();
+    assert_eq!(finding["level"], "error", "{finding:#}");
+    assert!(finding["found"].as_str().unwrap().contains("found mode 0755"), "{finding:#}");
+}
+
+/// The recorder was killed before: what was recorded so far lies in two files.
+#[test]
+fn a_snapshot_keeps_the_last_seconds_and_the_system_records_on() {
+    let place = Place::new();
+    let running = started(&place);
+    place.fine("echo estimate --count 30 --csv --field header.stamp.sec");
+    place.fine("restart recorder --kill");
+    let told = place.fine("snapshot --last 2 -o moment.mcap --json").json();
+    let second = |key: &str| told[key].as_f64().unwrap();
+    assert!((second("end_s") - second("start_s") - 2.0).abs() < 1e-6, "{told:#}");
+    let info = place.fine("info moment.mcap --json").json();
+    assert_eq!(info["missing"], 0, "{info:#}");
+    let messages = place.messages("moment.mcap");
+    assert_eq!((messages["/sketch"], messages["/route"]), (1, 1), "{messages:?}");
+    // A machine that was busy catches up: then more than twenty lie in two seconds.
+    assert!(messages["/scan"] >= 15, "{messages:?}");
+    // It can be judged: no task has ended yet.
+    let judged = place.run("judge moment.mcap --json");
+    assert_eq!((judged.code, &judged.json()[0]["cut_off"]), (Some(1), &serde_json::json!(false)), "{judged}");
+
+    place.fine("snapshot --on status --after 0.1 --last 1 --regex scan|odo.* -o scans.mcap");
+    let messages = place.messages("scans.mcap");
+    assert_eq!(messages.keys().collect::<Vec<_>>(), ["/odometry", "/scan"]);
+    place.fine("filter moment.mcap --regex plan|est.* -o plans.mcap");
+    assert_eq!(place.messages("plans.mcap").keys().collect::<Vec<_>>(), ["/estimate", "/plan"]);
+    for (wrong, words) in [
+        ("snapshot --on nothing -o x.mcap", "--on \"nothing\": expected one of"),
+        ("snapshot --on relations -o x.mcap", "--on relations: expected one of"),
+        ("snapshot --regex nothing -o x.mcap", "--regex: expected a match of"),
+    ] {
+        let ended = place.run(wrong);
+        assert!(ended.code == Some(2) && ended.err.contains(words), "{wrong}: {ended}");
+    }
+    assert!(!place.files().join("x.mcap").exists());
+    assert_eq!(ended(running).json()["lost_messages"], 0);
+    place.assert_nothing_left(NAME);
+}
+
+#[cfg(feature = "manuals")]
+#[test]
+fn every_command_has_a_page_and_every_shell_its_completions() {
+    let place = Place::new();
+    place.fine("man pages");
+    let pages: Vec<_> =
+        std::fs::read_dir(place.files().join("pages")).unwrap().map(|page| page.unwrap().path()).collect();
+    for name in ["sketchnav.1", "sketchnav-run.1", "sketchnav-view.1", "sketchnav-snapshot.1"] {
+        assert!(pages.iter().any(|page| page.ends_with(name)), "{name}: {pages:?}");
+    }
+    for page in pages.iter().filter(|_| needs::has(&["man"])) {
+        let mut man = needs::program("man").expect("man, which was there before");
+        let shown: Ended = man.args(["--warnings", "-Tutf8", "-l"]).arg(page).output().unwrap().into();
+        assert!(shown.code == Some(0) && shown.err.is_empty(), "{}: {}", page.display(), shown.err);
+    }
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let completions = place.fine(&format!("completions {shell}"));
+        assert!(completions.out.contains("snapshot"), "{shell}");
+    }
+    let script = place.fine("completions bash").out;
+    let Some(mut bash) = needs::program("bash") else { return };
+    let parsed: Ended = bash.args(["-nc", &script]).output().unwrap().into();
+    assert_eq!(parsed.code, Some(0), "{parsed}");
+}

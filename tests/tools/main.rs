@@ -1,0 +1,15 @@
+//! What people and other programs use: commands, recordings, the pad, viewers, bridges.
+
+mod commands;
+mod pad;
+mod pad_browser;
+mod python_readers;
+mod recordings;
+mod relations;
+#[cfg(feature = "ros2")]
+mod ros2;
+mod top;
+#[cfg(feature = "foxglove")]
+mod view;
+#[cfg(feature = "zenoh")]
+mod zenoh;

@@ -1,0 +1,85 @@
+//! The pad's page, in a real browser on the running system. A person draws a mission's map and path with a pen, sends
+//! both, executes, aborts, restores, and the robot arrives.
+//!
+//! Needs node; the browser test needs chromium and playwright-core, too (`.ci/run` installs them).
+//! `SKETCHNAV_PLAYWRIGHT` names the folder that holds `node_modules`, else it is `target/browser`.
+//! `SKETCHNAV_CHROMIUM` names the browser, else it is `/usr/bin/chromium`. Skipped with a notice without them.
+
+use std::env::var_os;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+use sketchnav_sketch::reading::{Options, read};
+use support::arms::doubtful;
+use support::browser::{Browser, mission, pad};
+use support::page::{TOKEN, free_port, wait_for};
+use support::{Ended, Place, repository};
+
+#[test]
+fn the_modules_of_the_page_hold_by_themselves() {
+    let Some(mut node) = needs::program("node") else { return };
+    let folder = fs::read_dir(repository().join("tests/pad")).unwrap();
+    let mut tests: Vec<_> = folder.map(|entry| entry.unwrap().path()).collect();
+    tests.retain(|path| path.to_string_lossy().ends_with(".test.mjs"));
+    tests.sort();
+    assert!(tests.len() >= 3, "{tests:?}");
+    let ended: Ended = node.arg("--test").args(tests).output().unwrap().into();
+    assert_eq!(ended.code, Some(0), "{ended}");
+}
+
+#[test]
+fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.draws_and_drives(&place, &link, 3);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    // For people: what the test's browser has measured.
+    eprintln!("{}", ended.out.trim());
+    keep_pictures(place.files(), &["desktop.png", "phone.png", "arrived.png"]);
+
+    pad.must_live();
+    the_localizer_has_what_was_drawn(&place);
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
+/// The page draws where the robot may be; a tap on one of the places and its button are answers.
+#[test]
+fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {
+    let Some(browser) = Browser::find() else { return };
+    let (place, port) = (doubtful(), free_port());
+    let mut running =
+        place.start(&format!("run arms.toml --pad --port {port} --system asks --speed 2 --json"));
+    wait_for(&mut running, port);
+    let ended = browser.answers(&place, &format!("http://127.0.0.1:{port}/?token={TOKEN}"));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    keep_pictures(place.files(), &["asks.png", "asks-again.png"]);
+    running.end();
+    place.assert_nothing_left("asks");
+}
+
+/// The cells on the channel are those that the drawing, as the page saves it, is read as.
+fn the_localizer_has_what_was_drawn(place: &Place) {
+    let heard = place.run("echo sketch --count 1 --system pad").json();
+    let grid = &heard["message"]["grid"];
+    let mission = mission();
+    let options = Options::of_mission(&mission, 1).unwrap();
+    let drawing = read(&fs::read(place.files().join("sent.json")).unwrap(), "sent.json", &options).unwrap();
+    assert_eq!(grid["info"]["width"], drawing.width_px, "{}", grid["info"]);
+    assert_eq!(grid["info"]["height"], drawing.height_px, "{}", grid["info"]);
+    let cells = grid["data"].as_array().unwrap();
+    let same = |(sent, cell): (&Value, &u8)| sent.as_i64() == Some(i64::from(*cell));
+    assert!(cells.len() == drawing.cells.len() && cells.iter().zip(&drawing.cells).all(same));
+}
+
+/// Screenshots for people, where `SKETCHNAV_PICTURES` names a folder.
+fn keep_pictures(from: &Path, names: &[&str]) {
+    let Some(folder) = var_os("SKETCHNAV_PICTURES").map(PathBuf::from) else { return };
+    for name in names {
+        fs::copy(from.join(name), folder.join(name)).unwrap();
+    }
+}

@@ -1,0 +1,93 @@
+//! `sketchnav relations`: how objects stand to each other over time, of a table and of a recording.
+
+use serde_json::Value;
+use support::{Place, repository};
+
+/// A human and a robot that approach each other; the human arrives first.
+const ENCOUNTER: &str = "time_s,object,x_m,y_m\n\
+    0.0,human,0,0\n0.0,robot,5,0.5\n0.1,human,1,0\n0.1,robot,4,0.5\n0.2,human,2,0\n0.2,robot,4,0.5\n\
+    0.3,human,2,0\n0.3,robot,3,0.5\n";
+
+fn relations(answer: &Value) -> Vec<(String, String)> {
+    let held = answer["series"][0]["relations"].as_array().unwrap();
+    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    held.iter().map(|held| (text(&held["relation"]), text(&held["change"]))).collect()
+}
+
+#[test]
+fn a_table_of_positions_becomes_a_story_of_an_encounter() {
+    let place = Place::new();
+    std::fs::write(place.files().join("encounter.csv"), ENCOUNTER).unwrap();
+    let answer = place.run("relations encounter.csv --calculus qtc-b --json").json();
+    assert_eq!(answer["calculus"], "qtc-b");
+    assert_eq!(answer["series"][0]["between"], serde_json::json!(["human", "robot"]));
+    let story = [("-,-", "first"), ("-,0", "neighbour"), ("0,0", "inserted"), ("0,-", "neighbour")];
+    let story: Vec<_> = story.map(|(relation, change)| (relation.to_owned(), change.to_owned())).into();
+    assert_eq!(relations(&answer), story);
+    // The other way round the signs change places.
+    let turned = place.run("relations encounter.csv --calculus qtc-b --between robot,human --json").json();
+    assert_eq!(relations(&turned)[1].0, "0,-");
+    let csv = place.run("relations encounter.csv --calculus argd --csv");
+    assert_eq!(csv.out.lines().next(), Some("between,from_s,to_s,relation,change"), "{csv}");
+    assert!(csv.out.contains("human robot,0.000,0.000,far,first"), "{csv}");
+    assert!(csv.out.contains("human robot,0.200,0.300,near,neighbour"), "{csv}");
+}
+
+/// People were not recorded once: nothing could be said of them afterwards.
+#[test]
+fn a_recording_tells_of_the_robot_and_of_every_person() {
+    let place = Place::new();
+    let mission = repository().join("sim/missions/building/building-a.toml");
+    let text = std::fs::read_to_string(&mission).unwrap();
+    // One task, and a second of it.
+    let end = text.match_indices("[[task]]").nth(1).unwrap().0;
+    let short = text[..end].replace("time_limit_s = 60.0", "time_limit_s = 4.0");
+    for file in ["building.floor.toml", "sketch-a.svg"] {
+        std::fs::copy(mission.with_file_name(file), place.files().join(file)).unwrap();
+    }
+    std::fs::write(place.files().join("short.toml"), short).unwrap();
+    let (report, _) = place.mission("run short.toml --out results", "relations");
+    let recording = report["recording"].as_str().unwrap();
+    let answer = place.run(&format!(
+        "relations {recording} --calculus qtc-c --between robot,person-1 --quantisation-m 0.001 --json"
+    ));
+    let held = relations(&answer.json());
+    assert!(held.len() > 1 && held[0].1 == "first", "{answer}");
+    let boxes = place.run(&format!("relations {recording} --calculus rcc8 --json")).json();
+    assert!(boxes["series"].as_array().unwrap().len() >= 3, "the robot and two people or more: {boxes}");
+    let wrong = place.run(&format!("relations {recording} --calculus qtc-b --between robot,person-99"));
+    assert_eq!(wrong.code, Some(2), "{wrong}");
+    assert!(
+        wrong.err.contains("--between: expected some of robot, person-1") && wrong.err.contains("person-99"),
+        "{wrong}"
+    );
+}
+
+#[test]
+fn bad_tables_and_options_are_answered_with_the_line_and_what_was_expected() {
+    let place = Place::new();
+    let write = |name: &str, text: &str| std::fs::write(place.files().join(name), text).unwrap();
+    write("no-y.csv", "time_s,object,x_m\n0,a,1\n");
+    write("nan.csv", &format!("{ENCOUNTER}0.4,robot,NaN,0\n"));
+    write("good.csv", ENCOUNTER);
+    for (arguments, words) in [
+        ("no-y.csv --calculus qtc-b", "no-y.csv: line 1: expected a column \"y_m\""),
+        ("nan.csv --calculus qtc-b", "nan.csv: line 10: x_m: expected a number within ± 1e7, found \"NaN\""),
+        ("missing.csv --calculus qtc-b", "missing.csv: expected a table of positions: No such file"),
+        ("good.csv --calculus rcc8", "expected the columns length_m and width_m"),
+        ("good.csv --calculus tpcc", "expected 3 objects or more, found human, robot"),
+        ("good.csv --calculus qtc-b --between human", "--between: qtc-b expected 2 objects, found 1"),
+        ("good.csv --calculus qtc-b --between human,human", "--between: expected different objects"),
+        (
+            "good.csv --calculus argd --thresholds near=x",
+            "--thresholds: expected LABEL=METRES, found \"near=x\"",
+        ),
+        ("good.csv --calculus argd --thresholds near=-1", "expected a finite number above 0, found -1"),
+        ("good.csv --calculus qtc-b --quantisation-m=-1", "quantisation distance: expected"),
+        ("good.csv --calculus nonsense", "possible values: qtc-b"),
+    ] {
+        let ended = place.run(&format!("relations {arguments}"));
+        assert_eq!(ended.code, Some(2), "{arguments}: {ended}");
+        assert!(ended.err.contains(words), "{arguments}: {ended}");
+    }
+}
